@@ -20,13 +20,14 @@ from exercises.console import VariationOption, note, one_of, say, working
 from exercises.families import Family
 from exercises.families.own import own_family
 from exercises.generation import family_named, listed, short_quiz
+from exercises.locus import check_map, write_map
 from exercises.overview import detail, overview, refusals, robots_overview
 from exercises.problem import convention_named
 from exercises.quizzes import QUIZZES
 from exercises.release import init_assignment
 from exercises.sets import DEFAULT_SET, SETS, set_named
 from exercises.solving_in_time import DEFAULT as SECONDS
-from exercises.solving_in_time import write_solution
+from exercises.solving_in_time import LEAST, seconds_of, write_solution
 
 SHOW_FORMATS = ("text", "latex", "html", "json", "ipynb")
 SOLVE_FORMATS = ("text", "latex", "json")
@@ -227,9 +228,13 @@ def solve(
         str,
         typer.Option(metavar="NAME", help=f"Write the arm as ROBOT.toml in a convention: {', '.join(CONVENTIONS)}."),
     ] = "",
-    seconds: Annotated[
-        float, typer.Option("--time", metavar="SECONDS", min=0.1, help="Processor time after which it ends.")
-    ] = SECONDS,
+    time: Annotated[
+        str, typer.Option(metavar="SECONDS", help=f"Processor time after which it ends, {LEAST:g} or more.")
+    ] = f"{SECONDS:g}",
+    map_file: Annotated[
+        Path | None,
+        typer.Option("--map", metavar="FILE.svg", help="Draw where it is singular, over pairs of its joints, too."),
+    ] = None,
 ) -> None:
     """Derive all the book would for your own arm or a real one.
 
@@ -244,11 +249,14 @@ def solve(
     in every one; `note` says so in words.
 
     Results are written as they are ready. With --time, or by Ctrl-C, it ends earlier, and says what is missing; JSON
-    has `missing` then, a list of what was not worked out.
+    has `missing` then, a list of what was not worked out. --map draws the conditions that are in three joints or fewer.
     """
     one_of(format, SOLVE_FORMATS, "--format")
+    seconds = seconds_of(time)
     if convention:
         one_of(convention, TABLES, "--convention")
+    if map_file is not None:
+        check_map(map_file)
     read = read_robot_file(robot_path(robot), tip, convention)
     for said in read.notes:
         note(said)
@@ -258,4 +266,6 @@ def solve(
             raise QdotError("--convert writes a ROBOT.toml, and --format is for what is derived; give one of both")
         say(robot_text(read, convert).rstrip())
         return
-    write_solution(read, format, seconds, say, working)
+    singular = write_solution(read, format, seconds, say, working)
+    if map_file is not None:
+        note(write_map(map_file, read, singular))

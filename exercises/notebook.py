@@ -18,6 +18,7 @@ from exercises.figure import alt_text, figure_svg, part_alt, part_svg, singular_
 from exercises.formula.order import natural
 from exercises.formula.printers.python import WIDTH
 from exercises.problem import ENGINE, Part, Problem, variable
+from exercises.questions.differentiation import power_of_metres
 from exercises.quizzes import ASKED
 from exercises.render import render
 from exercises.self_check import Problems, check_cell, function_cell
@@ -69,10 +70,7 @@ def points_text(points: float) -> str:
 
 
 def _notebook(kind: str, title: str, key: str, student: str, problems: Problems, hinted: bool) -> NotebookNode:
-    families = {slot: problem.id.family for slot, problem in problems}
-    own = {"assignment": key, "student": student, "engine": ENGINE, "kind": kind, "problems": families}
-    own["symbols"] = {slot: sorted(problem.symbols()) for slot, problem in problems}
-    own["names"] = {slot: _names_of_entries(problem) for slot, problem in problems}
+    own = claims(kind, key, student, problems)
     notebook = new_notebook(metadata={"kernelspec": KERNEL, "language_info": {"name": "python"}, "qdot": own})
     has_tables = not all(is_by_axes(problem.chain) for _, problem in problems)
     opening = render("notebook-title.md.j2", title=title, key=key, student=student, kind=kind, has_tables=has_tables)
@@ -85,10 +83,35 @@ def _notebook(kind: str, title: str, key: str, student: str, problems: Problems,
     return notebook
 
 
-def _names_of_entries(problem: Problem) -> dict[str, list[str]]:
-    """Return the names that entries of each answer may have, for `qdot check`: vy where v_y is asked."""
-    names = {part.name: list(ASKED[part.kind].typed_labels(problem.chain, part)) for part in problem.parts}
-    return {name: listed for name, listed in names.items() if listed}
+def claims(kind: str, key: str, student: str, problems: Problems) -> dict[str, object]:
+    """Return what a notebook says of itself, for `qdot check`, which has no assignment; the grader believes none of it.
+
+    Of each problem: the symbols that it has, the joints' variables, and the form in which each answer is due.
+    """
+    said: dict[str, object] = {"assignment": key, "student": student, "engine": ENGINE, "kind": kind}
+    said["symbols"] = {slot: sorted(problem.symbols()) for slot, problem in problems}
+    said["joints"] = {slot: [q.name for q in problem.chain.q] for slot, problem in problems}
+    said["answers"] = {slot: _forms(problem) for slot, problem in problems}
+    return said
+
+
+def _forms(problem: Problem) -> dict[str, dict[str, object]]:
+    return {
+        part.name: {key: value for key, value in _form(problem, part).items() if value not in ([], None)}
+        for part in problem.parts
+    }
+
+
+def _form(problem: Problem, part: Part) -> dict[str, object]:
+    question = ASKED[part.kind]
+    return {
+        "type": part.type,
+        "shape": list(part.shape or ()),
+        "units": list(part.answer.units_due),
+        "labels": list(question.typed_labels(problem.chain, part)),
+        "columns": list(question.columns(problem.chain)),
+        "metres": power_of_metres(part),
+    }
 
 
 def _problem_cells(kind: str, number: int, slot: str, problem: Problem, hinted: bool) -> Iterator[NotebookNode]:

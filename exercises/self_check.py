@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from exercises.arm.chain import Chain
-from exercises.arm.told import told_point
+from exercises.arm.told import is_by_axes, told_point
 from exercises.formula.printers.python import python_text
 from exercises.problem import Part, Problem, variable
 from exercises.render import render
@@ -86,16 +86,17 @@ RELATIONS = (
     Relation(
         ("joint-axes", "position-vectors", "geometric-jacobian"),
         "Are the linear rows of your geometric Jacobian your axes times your vectors?",
-        "at({geometric_jacobian})[:3]", "np.cross(at({joint_axes}), at({position_vectors}), axis=0)", _turning_only,
+        "at({geometric_jacobian})[{linear_half}]", "np.cross(at({joint_axes}), at({position_vectors}), axis=0)",
+        _turning_only,
     ),
     Relation(
         ("joint-axes", "geometric-jacobian"),
         "Are the angular rows of your geometric Jacobian your axes, for joints that turn?",
-        "at({geometric_jacobian})[3:]", "at({joint_axes}) * {turning}",
+        "at({geometric_jacobian})[{angular_half}]", "at({joint_axes}) * {turning}",
     ),
     Relation(
         ("position", "geometric-jacobian"), "Are its linear rows the derivative of your position?",
-        "at({geometric_jacobian})[{rows}]", "at.slope({position})",
+        "at({geometric_jacobian})[{linear_half}][{rows}]", "at.slope({position})",
     ),
     Relation(
         ("transform", "geometric-jacobian"), "Is your geometric Jacobian how your transform moves?",
@@ -103,7 +104,7 @@ RELATIONS = (
     ),
     Relation(
         ("transform", "geometric-jacobian"), "Do its angular rows say how your transform turns?",
-        "at({geometric_jacobian})[3:]", "at.motion({transform})[3:]",
+        "at({geometric_jacobian})[{angular_half}]", "at.motion({transform})[3:]",
         lambda chain, asked: not _last_origin(chain, asked),
     ),
     Relation(
@@ -175,6 +176,8 @@ def check_cell(slot: str, problem: Problem, part: str) -> str:
     asked = _by_kind(problem)
     words: dict[str, object] = {kind.replace("-", "_"): variable(slot, each.name) for kind, each in asked.items()}
     words |= {
+        "linear_half": "3:" if is_by_axes(problem.chain) else ":3",
+        "angular_half": ":3" if is_by_axes(problem.chain) else "3:",
         "n": problem.chain.n,
         "linear": len(problem.chain.linear_rows),
         "rows": _rows(asked) if "position" in asked else [],

@@ -88,6 +88,7 @@ def _guarded(command: Callable[..., None]) -> Callable[..., None]:
     @functools.wraps(command)
     def run(*args: object, **options: object) -> None:
         try:
+            _begin()
             command(*args, **options)
         except QdotError as error:
             _leave(str(error), 2)
@@ -122,6 +123,13 @@ def _stop_at_once(number: int, _: object) -> NoReturn:
     os._exit(128 + number)
 
 
+def _begin() -> None:
+    """Have Ctrl-C and SIGTERM end a command such that what it has begun is tidied up: it is about to begin."""
+    for number, handler in ((signal.SIGINT, signal.default_int_handler), (signal.SIGTERM, _stop)):
+        if signal.getsignal(number) is _stop_at_once:
+            signal.signal(number, handler)
+
+
 def _stop(number: int, _: object) -> NoReturn:
     """End as for Ctrl-C, so that processes are ended and what they have begun is tidied up."""
     signal.signal(number, signal.SIG_IGN)  # once is enough
@@ -130,8 +138,7 @@ def _stop(number: int, _: object) -> NoReturn:
 
 def main() -> None:
     """Run the command line: 0 done, 1 something is not as it should be, 2 bad input or our own failure."""
-    usual = signal.getsignal(signal.SIGINT)
-    if usual is not signal.SIG_IGN:  # who started this in the background wants no Ctrl-C to end it
+    if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:  # else it was started in the background, to go on
         signal.signal(signal.SIGINT, _stop_at_once)  # nothing has been begun yet
     signal.signal(signal.SIGTERM, _stop_at_once)
     for stream in (sys.stdout, sys.stderr):
@@ -141,10 +148,7 @@ def main() -> None:
         from exercises.parallel import load_ahead
 
         load_ahead(modules)
-    app = program(" ".join(sys.argv[1:2]))
-    signal.signal(signal.SIGINT, usual)
-    signal.signal(signal.SIGTERM, _stop)
-    app()
+    program(" ".join(sys.argv[1:2]))()
 
 
 if __name__ == "__main__":

@@ -18,7 +18,7 @@ from exercises.arm.axes import Sample
 from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.derivation import derive
 from exercises.arm.kinematics import NumericChain
-from exercises.arm.reach import reaches
+from exercises.arm.reach import reaches_beside
 from exercises.arm.singularity import Component
 from exercises.formula.conditions import Space
 from exercises.formula.expression import read
@@ -52,7 +52,10 @@ _BEYOND = 1e-4
 
 @dataclass(frozen=True)
 class Kind:
-    """What a set of singular configurations is: kind, whether all of it is of that kind, and what it looks like."""
+    """What a set of singular configurations is: kind, whether all of it is of that kind, and what it looks like.
+
+    The kind is empty where it can't be established (`kind_is_sure`), so that it is told nowhere.
+    """
 
     kind: str
     uniform: bool
@@ -124,9 +127,11 @@ def classify_pieces(chain: Chain, conditions: Sequence[str]) -> Kind:
     """Classify the union of conditions (text), as `classify` does for a component."""
     arms = _ARMS * max(1, len(chain.parameters))  # the kind may depend on how open lengths compare
     all_samples = [sample for condition in conditions for sample in samples_on(chain, condition, "classify", arms)]
+    words = meaning(chain, all_samples[:: max(1, len(all_samples) // _LOOKED_AT)])
+    if not kind_is_sure(chain):
+        return Kind("", False, words)
     kinds = {kind for sample in all_samples if (kind := kind_at(chain, sample)) is not None}
-    kind = "boundary" if "boundary" in kinds else "internal"
-    return Kind(kind, len(kinds) == 1, meaning(chain, all_samples[:: max(1, len(all_samples) // _LOOKED_AT)]))
+    return Kind("boundary" if "boundary" in kinds else "internal", len(kinds) == 1, words)
 
 
 def kind_is_sure(chain: Chain) -> bool:
@@ -266,18 +271,15 @@ def _reached_beyond(sample: Sample, task: list[int], direction: np.ndarray) -> b
     A formula says it for simple arms, at once and for sure; for others, damped Newton from many starts.
     """
     frames = sample.arm.frames(sample.q)
-    q = _starts(len(sample.q)).copy()
     reach = _reach(sample.arm)
     linear = [row < 3 for row in task]
     shift = _BEYOND * reach * direction * np.array([1.0 if is_linear else 1.0 / reach for is_linear in linear])
+    known = reaches_beside(sample.arm, frames, task, shift)
+    if known is not None:
+        return known
     target_point = sample.arm.point_of(frames)
-    beyond = target_point.copy()
-    if all(linear):
-        beyond[task] += shift
-        known = reaches(sample.arm, task, beyond)
-        if known is not None:
-            return known
     rotation = frames[-1, :3, :3]
+    q = _starts(len(sample.q)).copy()
     for step in range(_STEPS):
         now = sample.arm.frames(q)
         error = np.concatenate([target_point - sample.arm.point_of(now), _turn(rotation, now[:, -1, :3, :3])], axis=1)

@@ -16,7 +16,7 @@ import sympy as sp
 
 from exercises.arm.chain import Base, Chain, Joint, Point
 from exercises.arm.kinematics import NumericChain, frames_and_point, rot_x
-from exercises.arm.placing import HOME, Axis, Pose, exactly, reached, stood_on, table_of_axes
+from exercises.arm.placing import HOME, NEAR, Axis, Pose, exactly, neat, reached, stood_on, table_of_axes
 from exercises.stream import Stream
 
 TABLES = ("dh", "modified-dh")
@@ -128,7 +128,10 @@ def _check(chain: Chain, axes: Sequence[Axis], point: sp.Matrix, link: int) -> N
 
 
 def axes_of(chain: Chain) -> tuple[list[Axis], sp.Matrix]:
-    """Return the axes of an arm at home, and where its point of interest is then (3 x 1, m); world frame."""
+    """Return the axes of an arm at home, and where its point of interest is then (3 x 1, m); world frame.
+
+    A revolute joint's axis is told by the point that the arm's file names on it, else by the origin of its frame.
+    """
     home = dict.fromkeys(chain.q, sp.S.Zero)
     frames, point = frames_and_point(chain)
 
@@ -139,7 +142,21 @@ def axes_of(chain: Chain) -> tuple[list[Axis], sp.Matrix]:
         Axis(joint.kind, at_home(frame.rotation[:, 2]), at_home(frame.origin))
         for joint, frame in zip(chain.joints, frames, strict=False)
     ]
+    for i, named in enumerate(chain.axis_points):
+        if named is not None and _is_on(axes[i], sp.Matrix(named)):
+            axes[i] = replace(axes[i], point=sp.Matrix(named))
     return axes, at_home(point)
+
+
+def _is_on(axis: Axis, point: sp.Matrix) -> bool:
+    """Whether a point lies on an axis, whatever its open lengths are, as far as descriptions are exact."""
+    aside = [neat(entry) for entry in axis.direction.cross(point - axis.point)]
+    return all(abs(number) < NEAR for entry in aside for number in _numbers(entry))
+
+
+def _numbers(total: sp.Expr) -> list[sp.Expr]:
+    """Return the numbers before the terms of a sum."""
+    return [term.as_coeff_Mul()[0] for term in sp.Add.make_args(total)]
 
 
 def _short(entry: sp.Expr) -> sp.Expr:

@@ -203,7 +203,8 @@ class NumericChain:
         self._revolute = np.array([kind == "R" for kind in self.kinds])
         self._offsets = np.array(self.offsets)
         self._other, self._a, self._alpha = np.array(self.fixed).T
-        self._modified, self._upright = is_modified(chain), told_base(chain).tilt == 0
+        self._modified = is_modified(chain)
+        self._told_place = np.array([number(value) for value in told_base(chain).position])
         self.point_frame = chain.point.frame
         self.offset = np.array([*map(number, chain.point.offset), 1.0])
         none = np.zeros(())
@@ -236,19 +237,11 @@ class NumericChain:
         return poses
 
     def told(self, frames: np.ndarray) -> np.ndarray:
-        """Return the frames of the arm's convention, for poses as `frames` returns them.
-
-        Frame i of a modified table has x_i of the standard one, and stands on the axis of joint i.
-        """
+        """Return the frames of the arm's convention, for poses as `frames` returns them."""
         if not self._modified:
             return frames
-        told = np.array(frames)
-        told[..., 1:, :3, 2] = frames[..., :-1, :3, 2]
-        told[..., 1:, :3, 3] -= self._a[:, None] * frames[..., 1:, :3, 0]
-        if self._upright:
-            told[..., 0, :3, 2] = (0.0, 0.0, 1.0)
-        told[..., :3, 1] = cross(told[..., :3, 2], told[..., :3, 0])
-        return told
+        corners = frames[..., 1:, :3, 3] - self._a[:, None] * frames[..., 1:, :3, 0]
+        return modified_frames(frames, corners, self._told_place)
 
     def _entries(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return theta and d of every row of the table, each of shape (…, n)."""
@@ -274,6 +267,21 @@ class NumericChain:
         carries = (np.arange(len(self.kinds)) < self.point_frame)[:, None]
         linear = np.where(revolute, cross(z, self.point_of(frames)[..., None, :] - origins), z) * carries
         return np.concatenate([linear, z * revolute], axis=-1).swapaxes(-1, -2)
+
+
+def modified_frames(frames: np.ndarray, corners: np.ndarray, place: np.ndarray) -> np.ndarray:
+    """Return the frames of the modified table, (…, n + 1, 4, 4), for those of the standard one.
+
+    Frame i has x_i of the standard one, and z along the axis of joint i; it stands in corner i-1 (…, n, 3), where link
+    i turns from that axis into x_i. Frame 0 is upright, and stands at a `place` (3) of its own: what turns about x_0
+    before joint 1, and slides along it, belongs to the first row.
+    """
+    told = np.array(frames)
+    told[..., 1:, :3, 2] = frames[..., :-1, :3, 2]
+    told[..., 0, :3, 2] = (0.0, 0.0, 1.0)
+    told[..., 1:, :3, 3], told[..., 0, :3, 3] = corners, place
+    told[..., :3, 1] = cross(told[..., :3, 2], told[..., :3, 0])
+    return told
 
 
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:

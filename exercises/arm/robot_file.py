@@ -221,11 +221,12 @@ class _Reader:
         kinds = [self._kind(index, row) for index, row in enumerate(rows)]
         self.variables = [sp.Symbol(f"{'theta' if kind == 'R' else 'd'}{i}") for i, kind in enumerate(kinds, 1)]
         self.given: Given | None = None
+        self.axis_points: tuple[Triple | None, ...] = ()
 
     def chain(self) -> Chain:
         """Return the arm, with the task that is told, else the usual one."""
         base, joints, point = self._by_axes() if self.convention == "screws" else self._by_table()
-        chain = Chain(self.title, joints, ("vx",), base, point, self.title, self.convention)
+        chain = Chain(self.title, joints, ("vx",), base, point, self.title, self.convention, self.axis_points)
         if "task" not in self.table:
             return chain.with_task(*default_task(chain))
         with self.file.at("task"):
@@ -366,6 +367,7 @@ class _Reader:
             )
             for axis in axes
         ]
+        self.axis_points = tuple(_coordinates(axis.point) if axis.kind == "R" else None for axis in stood)
         return by_axes(stood, point.origin, told.frame)
 
     def _axis(self, index: int) -> Axis:
@@ -440,6 +442,11 @@ class _Reader:
             if low.free_symbols or high.free_symbols or not low < high:
                 raise QdotError(right)
         return low, high
+
+
+def _coordinates(place: sp.Matrix) -> Triple:
+    x, y, z = place.applyfunc(exactly)
+    return x, y, z
 
 
 def _axes_given(axes: Sequence[Axis]) -> Given:

@@ -277,6 +277,38 @@ def _has_numbers(terms: sp.Expr) -> bool:
     )
 
 
+_LONG = 400
+"""Operations of an expression that is left as it is."""
+
+
+def without_brackets(expression: sp.Expr) -> sp.Expr:
+    """Return a sum in which no number with a root stands before a bracket, gathered by its sines and cosines.
+
+    >>> d2, t1 = sp.symbols("d2 theta1")
+    >>> without_brackets(sp.sqrt(2) * (d2 + sp.sqrt(2) / 5) / 2 - sp.Rational(1, 10))
+    sqrt(2)*d2/2 + 1/10
+    >>> without_brackets(sp.sqrt(2) * (d2 + sp.sqrt(2) / 5) * sp.cos(t1) / 2 - d2 * sp.cos(t1))
+    (-d2 + sqrt(2)*d2/2 + 1/5)*cos(theta1)
+    """
+    if not any(map(_has_bracket, expression.atoms(sp.Mul))) or sp.count_ops(expression) > _LONG:
+        return expression
+    groups: dict[sp.Expr, list[sp.Expr]] = {}
+    for term in sp.Add.make_args(sp.expand(expression)):
+        rest, turning = term.as_independent(sp.sin, sp.cos, as_Add=False)
+        groups.setdefault(turning, []).append(rest)
+    return sp.Add(*(sp.Add(*rest) * turning for turning, rest in groups.items()))
+
+
+def _has_bracket(product: sp.Mul) -> bool:
+    """Whether a number with a root stands before a sum."""
+    numbers = [factor for factor in product.args if factor.is_number]
+    return any(map(_is_root, numbers)) and any(factor.is_Add and factor.free_symbols for factor in product.args)
+
+
+def _is_root(number: sp.Expr) -> bool:
+    return number.is_Pow and number.exp.is_Rational and not number.exp.is_Integer
+
+
 def substitute(expression: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
     """Return `expression` with symbols replaced all at once; SymPy folds right angles: cos(t + pi/2) = -sin(t)."""
     return expression.xreplace(dict(values))

@@ -44,6 +44,7 @@ __all__ = [
     "alt_text",
     "arm_figure",
     "examples_svg",
+    "figure_pose",
     "figure_svg",
     "fixed",
     "options_svg",
@@ -87,32 +88,46 @@ def arm_figure(chain: Chain, pose: Mapping[str, float] | None = None) -> Figure:
     `pose` tells the joint variables by name ("theta1" in rad, "d2" in m); without it the clearest of a fixed list of
     poses is taken. The figure is in pixels, y down; it is kept for those who show it again, under other names.
     """
-    return _drawn(chain, None if pose is None else tuple(pose.items()))
+    return _drawn(chain, None if pose is None else tuple(pose.items()))[0]
+
+
+def figure_pose(chain: Chain) -> dict[str, float]:
+    """Return the joint variables by name (rad, m) in the pose in which `figure_svg` draws an arm of its own accord."""
+    zero = {q.name: 0.0 for q in chain.q}
+    if is_by_axes(chain):
+        return zero
+    entries, offsets = _drawn(chain, None)[1], told_pose(chain, zero)
+    return {name: round(float(entry - offset), 9) for name, entry, offset in zip(zero, entries, offsets, strict=True)}
 
 
 @lru_cache(maxsize=256)
-def _drawn(chain: Chain, pose: tuple[tuple[str, float], ...] | None) -> Figure:
+def _drawn(chain: Chain, pose: tuple[tuple[str, float], ...] | None) -> tuple[Figure, tuple[float, ...]]:
+    """Return the drawing, and the entries of the table (n) in its pose."""
     chain = exact(chain)
-    part, layout = _own(chain) if pose is None else _told(chain, told_pose(chain, dict(pose)))
+    if pose is None:
+        (part, layout), entries = _own(chain)
+    else:
+        entries = told_pose(chain, dict(pose))
+        part, layout = _told(chain, entries)
     for _ in range(1, ROUNDS):
         layout.place_all()
     placed = layout.placement
-    return Figure(WIDTH, HEIGHT, part.shapes + placed.leaders, placed.texts)
+    return Figure(WIDTH, HEIGHT, part.shapes + placed.leaders, placed.texts), tuple(map(float, entries))
 
 
-def _own(chain: Chain) -> Composed:
-    """Return the drawing in the clearest of a fixed list of poses."""
-    best: tuple[float, Composed] | None = None
+def _own(chain: Chain) -> tuple[Composed, np.ndarray]:
+    """Return the drawing in the clearest of a fixed list of poses, and that pose."""
+    best: tuple[float, Composed, np.ndarray] | None = None
     for order, entries in enumerate(best_poses(chain, drawn_chain(chain), TRIED[chain.n > LONG])):
         most = math.inf if best is None else best[0] - DELAY * order
         composed, cost = _compose(chain, _choices(chain, entries), most)
         cost = round(cost + DELAY * order, 1)  # rounded: a tie goes to the first on every machine
         if best is None or cost < best[0]:
-            best = (cost, composed)
+            best = (cost, composed, entries)
         if best[0] <= max(GOOD * (1 + order / 5) * len(composed[0].labels), DELAY * (order + 1)):
             break
     assert best is not None
-    return best[1]
+    return best[1:]
 
 
 def _told(chain: Chain, entries: np.ndarray) -> Composed:
@@ -148,7 +163,7 @@ def _svg(chain: Chain, name: str, pose: tuple[tuple[str, float], ...] | None) ->
     """Return the same, kept for those who show it again at once: the staff's notebook, the store."""
     return render(
         "figure.svg.j2",
-        figure=_drawn(chain, pose),
+        figure=_drawn(chain, pose)[0],
         name=name,
         title=title_text(chain),
         description=alt_text(chain, pose is not None and any(value for _, value in pose)),

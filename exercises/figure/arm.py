@@ -11,6 +11,7 @@ import numpy as np
 import sympy as sp
 
 from exercises.arm.chain import Chain
+from exercises.arm.kinematics import modified_frames
 from exercises.arm.told import is_by_axes, is_modified, told_base
 from exercises.figure.labels import Request
 from exercises.figure.plane import is_flat
@@ -82,18 +83,11 @@ def scene(chain: Chain, bones: Skeleton, view: View, sparse: bool = False) -> Sc
 
 
 def told_frames(chain: Chain, bones: Skeleton) -> np.ndarray:
-    """Return the frames that an arm's convention puts on its links (n+1 x 4 x 4).
-
-    Frame i of a modified table has x_i of the standard one, and stands where link i turns into it, on joint i's axis.
-    """
-    frames = np.array(bones.frames)
-    if is_modified(chain):
-        frames[1:, :3, 2] = bones.frames[:-1, :3, 2]
-        frames[1:, :3, 3] = bones.corners
-        if told_base(chain).tilt != chain.base.tilt:
-            frames[0, :3, 2] = (0, 0, 1)
-        frames[:, :3, 1] = np.cross(frames[:, :3, 2], frames[:, :3, 0])
-    return frames
+    """Return the frames that an arm's convention puts on its links (n+1 x 4 x 4)."""
+    if not is_modified(chain):
+        return bones.frames
+    place = np.zeros(3) if told_base(chain).is_world else bones.origins[0]  # as far from the world as the arm is drawn
+    return modified_frames(bones.frames, bones.corners, place)
 
 
 def _movable(bones: Skeleton, i: int) -> bool:

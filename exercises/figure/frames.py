@@ -8,6 +8,7 @@ import numpy as np
 from exercises.arm.told import is_by_axes, is_modified, told_base, told_rows
 from exercises.figure.arm import Scene, arc, beside, dimension, is_point
 from exercises.figure.labels import Request
+from exercises.figure.pose import told_pose
 from exercises.figure.shapes import Circle, Pair, Polyline, Shape, TextRun, magnitude, roman, signed, symbol
 from exercises.figure.view import Drawn, View, arrow
 
@@ -46,10 +47,16 @@ def axes(scene: Scene) -> Drawn:
 
 
 def _joint_axes(scene: Scene) -> Drawn:
-    """Return the direction of every joint where its glyph stands: an arrow, or its name alone where it is end-on."""
+    """Return the direction of every joint where its glyph stands: an arrow, or its name alone where it is end-on.
+
+    The name has a prime where the arm does not stand at home.
+    """
     view, part = scene.view, Drawn()
+    home = told_pose(scene.chain, {q.name: 0.0 for q in scene.chain.q})
+    moved = () if np.allclose(scene.bones.entries, home) else roman("′")
     for i, joint in enumerate(scene.chain.joints, 1):
         name, axis, place = symbol("ω" if joint.kind == "R" else "v", str(i)), scene.axis(i), scene.places[i - 1]
+        name = (*name, *moved)
         if not view.is_end_on(axis):
             part += _axis(view, place, axis, "z", name, AXIS[scene.is_planar])
             continue
@@ -171,7 +178,7 @@ def world(scene: Scene) -> Drawn:
     view, base = scene.view, told_base(scene.chain)
     by_axes = is_by_axes(scene.chain)
     if base.is_world and not by_axes:
-        return Drawn()
+        return _first_length(scene)
     name = "s" if by_axes else "w"
     place = scene.frames[0, :3, 3]
     apart = float(np.linalg.norm(place)) * view.scale > 1.0
@@ -195,6 +202,16 @@ def world(scene: Scene) -> Drawn:
         wishes = ((spot, (-0.7, 0.7)), (spot, (0.7, 0.7)))
         part += Drawn((), (Request(symbol("O", name), wishes, gap=6.0, rank=3, kind="origin"),))
     return part if by_axes else part + _yaw(scene, apart)
+
+
+def _first_length(scene: Scene) -> Drawn:
+    """Return a dashed leg from O_0 to the axis of joint 1, where the first row of a modified table has a length a_0."""
+    length = told_rows(scene.chain)[0].a
+    if not is_modified(scene.chain) or length == 0:
+        return Drawn()
+    ends = scene.view.path([scene.frames[0, :3, 3], scene.bones.origins[0]])
+    labels = () if scene.sparse else (Request(magnitude(length), beside(*ends), "text", gap=4.0, rank=1),)
+    return Drawn((Polyline(ends, "leg"),), labels)
 
 
 def _covered(scene: Scene, k: int) -> bool:

@@ -15,18 +15,18 @@ import sympy as sp
 
 from exercises.answers import Matrix
 from exercises.arm.arithmetic import applied
-from exercises.arm.chain import TASK_ROWS, Chain
+from exercises.arm.chain import Chain
 from exercises.arm.conventions import axes_of
 from exercises.arm.derivation import derive, structure
 from exercises.arm.kinematics import Frame, frames_and_point
+from exercises.arm.placing import Axis, exactly
 from exercises.arm.stages import Working
-from exercises.arm.trigonometry import textbook
+from exercises.arm.told import twist_rows
+from exercises.arm.trigonometry import textbook, without_brackets
 from exercises.problem import Details, Part
 from exercises.questions.base import BY_AXES, Asked, Question, count_terms, put, stage, too_many, velocities
 from exercises.stream import Stream
 
-TWIST_ROWS = (*TASK_ROWS[3:], *TASK_ROWS[:3])
-"""The components of a twist in the order of screws."""
 SOURCE = "product of exponentials"
 MOST_JOINTS = 4
 """Up to so many joints the pose is multiplied out by hand."""
@@ -83,6 +83,29 @@ def home_screws(chain: Chain) -> tuple[Screw, ...]:
     return tuple(found)
 
 
+def hat(vector: sp.Matrix) -> sp.Matrix:
+    """Return the 3 x 3 matrix [v] with [v] u = v x u."""
+    x, y, z = vector
+    return sp.Matrix([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+
+
+def exponential(axis: Axis, value: sp.Expr) -> sp.Matrix:
+    """Return e^([S] value), 4 x 4, of a joint by its axis at home: Rodrigues' formula about a line, or a slide.
+
+    >>> theta = sp.Symbol("theta1")
+    >>> exponential(Axis("R", sp.Matrix([0, 0, 1]), sp.Matrix([2, 0, 0])), theta)[:2, 3]
+    Matrix([
+    [2 - 2*cos(theta1)],
+    [  -2*sin(theta1)]])
+    """
+    turn, shift = sp.eye(3), value * axis.direction
+    if axis.kind == "R":
+        cross = hat(axis.direction)
+        turn = (turn + sp.sin(value) * cross + (1 - sp.cos(value)) * cross**2).applyfunc(sp.expand)
+        shift = axis.point - turn * axis.point
+    return turn.row_join(shift.applyfunc(sp.expand)).col_join(sp.Matrix([[0, 0, 0, 1]]))
+
+
 @lru_cache(maxsize=1024)
 def _carried(generic: Chain) -> tuple[Screw, ...]:
     """Return the joints of a structure as the joints before them have moved them."""
@@ -100,8 +123,8 @@ def _tidied(matrix: sp.Matrix) -> sp.Matrix:
 
 def space_jacobian(chain: Chain) -> sp.Matrix:
     """Return J_s, 6 x n: the twist (omega, v) of the last link in {s}, v that of its point at the origin of {s}."""
-    fill = derive(chain).fill
-    return sp.Matrix.hstack(*(one.screw.applyfunc(fill) for one in _carried(structure(chain).chain)))
+    fill = derive(chain).fill_matrix
+    return sp.Matrix.hstack(*(fill(one.screw) for one in _carried(structure(chain).chain)))
 
 
 # --- the body frame ---
@@ -143,7 +166,7 @@ def _of_body(chain: Chain) -> tuple[sp.Matrix, sp.Matrix]:
     known = {home[q]: offset for q, offset in zip(chain.q, chain.offsets, strict=True) if home[q].is_Symbol}
     fill = derive(chain).fill
     rotation, jacobian = (
-        matrix.applyfunc(lambda entry: fill(entry).xreplace(known))
+        matrix.applyfunc(lambda entry: without_brackets(fill(entry).xreplace(known)))
         for matrix in _seen_from_body(generic, tuple(home.items()))
     )
     return rotation, jacobian
@@ -178,12 +201,15 @@ def _pose(chain: Chain, rng: Stream) -> Asked:
 
 
 def _in_space(chain: Chain) -> InSpace:
-    fill = derive(chain).fill
-    carried = tuple(
-        Screw(one.number, one.kind, *(each.applyfunc(fill) for each in (one.direction, one.point, one.screw)))
-        for one in _carried(structure(chain).chain)
-    )
-    return InSpace(carried=carried)
+    fill, home = derive(chain).fill_matrix, dict.fromkeys(chain.q, sp.S.Zero)
+    carried = []
+    for one, axis in zip(_carried(structure(chain).chain), axes_of(chain)[0], strict=True):
+        direction, point, screw = map(fill, (one.direction, one.point, one.screw))
+        if chain.axis_points:  # they lie so far along their axes from what the joints carry
+            along = exactly(axis.direction.dot(axis.point - point.xreplace(home)))
+            point = (point + along * direction).applyfunc(without_brackets)
+        carried.append(Screw(one.number, one.kind, direction, point, screw))
+    return InSpace(carried=tuple(carried))
 
 
 def _space(chain: Chain, rng: Stream) -> Asked:
@@ -232,7 +258,7 @@ def _long_body(chain: Chain) -> str | None:
 
 
 def _twist_names(chain: Chain, _: Part) -> Sequence[str]:
-    return velocities(TWIST_ROWS)
+    return velocities(twist_rows(chain))
 
 
 def _pose_result(w: Working, part: Part) -> np.ndarray:

@@ -9,9 +9,11 @@ import html
 from typing import Any
 
 from exercises.arm.chain import Chain
+from exercises.arm.derivation import TooLong, derive
 from exercises.difficulty import step
-from exercises.figure import alt_text, figure_svg, part_alt, part_svg
-from exercises.figure.pose import DEFAULT_LENGTH, symbol_values
+from exercises.figure import alt_text, figure_pose, figure_svg, part_alt, part_svg
+from exercises.figure.pose import example_values
+from exercises.formula.printers.python import python_text
 from exercises.languages import ENGLISH, Catalogue, catalogue
 from exercises.mistakes.catalogue import CATALOGUE
 from exercises.notebook import solution_figure
@@ -19,18 +21,20 @@ from exercises.problem import Part, Problem
 from exercises.quizzes import ASKED
 from exercises.record import Json, robot_json
 from exercises.site.keys import key_of
-from exercises.writing.latex import symbol_latex
+from exercises.writing.latex import symbol_latex, tex
 from exercises.writing.markup import to_html
 from exercises.writing.statement import answer_code, hints, option_text, prompt, statement, worked_solution
 
 
-def site_record(problem: Problem) -> Json:
-    """Return a problem without its solutions.
+def site_record(problem: Problem, solved: bool = True) -> Json:
+    """Return a problem without its solutions, and, where it is not `solved`, without the factors of det J.
 
     {"id", "family", "title", "difficulty": 0 to 4, "statement", "figure": svg, "alt", "robot": as in `qdot show`, with
     "values": {name: metres or radians} for the letters in its table, "symbols": {name: {"role", "unit", "latex"}},
-    "parts": [{"name", "kind", "title", "type", "shape", "points", "prompt", "names", "labels", "figure", "alt",
-    "hints", "options", "key": as in `keys`, its mistakes as [index into "said", number, …]}],
+    "pose": {joint: rad or m} in which the figure shows it, "factors": [[html, typed], …] of det J that a pose changes,
+    "parts": [{"name", "kind", "title", "type", "shape", "points", "prompt", "names", "labels", "columns", "figure",
+    "alt", "pose": that of its figure or null, "hints", "options", "key": as in `keys`, its mistakes as
+    [index into "said", number, …]}],
     "said": [[name, title, sentence]]}
     """
     chain, said = problem.chain, _Said()
@@ -42,18 +46,40 @@ def site_record(problem: Problem) -> Json:
         "statement": to_html(statement(problem, "")),
         "figure": figure_svg(chain),
         "alt": alt_text(chain),
-        **arm_record(problem),
+        **arm_record(problem, solved),
         "parts": [_part(problem, part, said) for part in problem.parts],
         "said": said.rows,
     }
 
 
-def arm_record(problem: Problem) -> Json:
-    """Return what the live arm is drawn from, as `site_record` describes it: {"robot", "symbols"}."""
+def arm_record(problem: Problem, solved: bool = True) -> Json:
+    """Return what the live arm is drawn from, as in `site_record`: {"robot", "symbols", "pose", "factors"}."""
     return {
         "robot": {**robot_json(problem.chain), "values": _values(problem.chain)},
         "symbols": _symbols(problem),
+        "pose": figure_pose(problem.chain),
+        **({"factors": determinant_factors(problem.chain)} if solved else {}),
     }
+
+
+def determinant_factors(chain: Chain) -> list[list[str]]:
+    """Return the factors of det J that a pose changes, each in HTML and as it can be typed.
+
+    There are none where J is not square, or det J is too long to be factored by hand.
+    """
+    derivation = derive(chain)
+    if not derivation.is_square:
+        return []
+    try:
+        (minor,) = derivation.generic_minors
+    except TooLong:
+        return []
+    factors: list[list[str]] = []
+    for factor, _ in minor.factors:
+        _, shown = derivation.fill(factor).as_coeff_Mul()  # no number or sign before what has to vanish
+        if shown.free_symbols & set(chain.q):
+            factors.append([to_html(f"${tex(shown, chain)}$"), python_text(shown)])
+    return factors
 
 
 def translated_record(problem: Problem, record: Json, language: str) -> Json:
@@ -136,10 +162,7 @@ def typed_names(problem: Problem, asked: str) -> list[str]:
 
 def _values(chain: Chain) -> Json:
     """Return numbers for the open lengths and angles of an arm, as it is drawn."""
-    given = [value for joint in chain.joints for value in (joint.a, joint.d)] + list(chain.point.offset)
-    sizes = [abs(float(value)) for value in given if value.is_number and value != 0]
-    chosen = symbol_values(chain, max(sizes, default=DEFAULT_LENGTH))
-    return {symbol.name: float(value) for symbol, value in chosen.items()}
+    return {symbol.name: float(value) for symbol, value in example_values(chain).items()}
 
 
 class _Said:
@@ -174,8 +197,10 @@ def _part(problem: Problem, part: Part, said: _Said) -> Json:
         "prompt": to_html(asked),
         "names": typed_names(problem, asked),
         "labels": list(ASKED[part.kind].typed_labels(problem.chain, part)),
+        "columns": list(ASKED[part.kind].columns(problem.chain)),
         "figure": svg,
         "alt": part_alt(problem.chain, part) if svg else "",
+        "pose": None if part.pose is None or part.has_drawn_options else dict(part.pose),
         "hints": [page(hint) for hint in hints(problem, part)],
         "options": _options(problem, part),
         "key": key,

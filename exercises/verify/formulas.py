@@ -6,8 +6,9 @@ import numpy as np
 import sympy as sp
 
 from exercises.answers import Number
+from exercises.arm.chain import TASK_ROWS
 from exercises.arm.kinematics import NumericChain
-from exercises.arm.told import frame_on_axis
+from exercises.arm.told import frame_on_axis, twist_rows
 from exercises.problem import Part
 from exercises.questions.differentiation import AlongAxis, moving_rows
 from exercises.questions.inversion import InSituation, well_conditioned
@@ -92,11 +93,13 @@ def _vectors(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, 
 
 
 def _geometric(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, float]]:
-    return each_way(numeric, lambda jacobian: jacobian)
+    order = [TASK_ROWS.index(row) for row in twist_rows(numeric.chain)]
+    return each_way(numeric, lambda jacobian: jacobian[:, order])
 
 
 def _twist(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, float]]:
-    return each_way(numeric, lambda jacobian: jacobian @ numeric.rates)
+    order = [TASK_ROWS.index(row) for row in twist_rows(numeric.chain)]
+    return each_way(numeric, lambda jacobian: jacobian[:, order] @ numeric.rates)
 
 
 def _link_velocity(numeric: NumericReference, part: Part) -> dict[str, tuple[np.ndarray, float]]:

@@ -1,18 +1,20 @@
-"""Tests of the questions of `questions.screws`: the axes as they are told, and exponentials of these in numbers.
+"""Tests of the questions of `questions.screws`: screws by frames at home, the rest by exponentials of the axes.
 
-Nothing here knows of the table: each joint is the axis that the statement tells, in the world frame at home, and the
-arm is the product of the joints' exponentials.
+The screws at home are worked out from 4 x 4 products of the table where all joint variables are zero, by z and o x z.
+All else comes from the axes as the statement tells them (which `certify` holds against those products, too): each
+joint is an axis in the space frame at home, the arm is the product of the joints' exponentials, and no frame on a link
+is used. Where frames on the links are a third way, it is tested as well.
 """
 
 from collections.abc import Callable, Iterator
 
 import numpy as np
-import sympy as sp
 
 from exercises.arm.conventions import axes_of
+from exercises.arm.placing import Axis
 from exercises.problem import Part
-from exercises.verify.formulas import DIFFERENCED, EXACT, agree, formula
-from exercises.verify.numeric_reference import POSES, Check, NumericReference
+from exercises.verify.formulas import DIFFERENCED, EXACT, formula
+from exercises.verify.numeric_reference import Check, NumericReference
 
 Values = dict[str, tuple[np.ndarray, float]]
 
@@ -45,64 +47,46 @@ def _exponential(screw: np.ndarray, value: np.ndarray) -> np.ndarray:
     return pose
 
 
-def _placed(pose: np.ndarray, place: np.ndarray) -> np.ndarray:
-    """Return where poses (…, 4, 4) take places (…, 3)."""
-    return (pose[..., :3, :3] @ place[..., None])[..., 0] + pose[..., :3, 3]
-
-
 class _Axes:
-    """The arm by its axes in numbers, at the places of a reference: home screws (…, n, 6), poses, space Jacobian.
+    """The arm by its axes as they are told, in numbers, at the places of a reference.
 
-    `point` (…, 3) is the point of interest, which the joints before it carry.
+    Home screws (…, n, 6), pose (…, 4, 4), space and body Jacobian (…, 6, n).
     """
 
     def __init__(self, numeric: NumericReference) -> None:
         axes, point = axes_of(numeric.chain)
         self.q = np.stack([numeric.values[q.name] for q in numeric.chain.q], axis=1)
-        self.home = np.stack([self._screw(numeric, axis.kind, axis.direction, axis.point) for axis in axes], axis=1)
-        place = self._numbers(numeric, point)
+        self.home = np.stack([self._screw(numeric, axis) for axis in axes], axis=1)
         before, carried = np.broadcast_to(np.eye(4), (len(self.q), 4, 4)), []
-        self.point = place
         for i in range(numeric.chain.n):
             carried.append((_adjoint(before) @ self.home[:, i, :, None])[..., 0])
             before = before @ _exponential(self.home[:, i], self.q[:, i])
-            if i + 1 == numeric.chain.point.frame:
-                self.point = _placed(before, place)
         self.space = np.stack(carried, axis=2)
         home = np.broadcast_to(np.eye(4), before.shape).copy()
-        home[:, :3, 3] = place
+        home[:, :3, 3] = numeric.numbers(point)
         self.pose = before @ home
         self.body = _adjoint(np.linalg.inv(self.pose)) @ self.space
 
-    def _screw(self, numeric: NumericReference, kind: str, direction: sp.Matrix, point: sp.Matrix) -> np.ndarray:
-        u, o = self._numbers(numeric, direction), self._numbers(numeric, point)
-        return np.concatenate([u, np.cross(o, u)] if kind == "R" else [0 * u, u], axis=1)
-
     @staticmethod
-    def _numbers(numeric: NumericReference, vector: sp.Matrix) -> np.ndarray:
-        rows = []
-        for lengths in numeric.lengths:
-            known = {sp.Symbol(name): value for name, value in lengths.items()}
-            rows += [[float(entry.xreplace(known)) for entry in vector]] * POSES
-        return np.array(rows)
-
-
-def told(numeric: NumericReference) -> Iterator[Check]:
-    """Look whether the axes that are told lead to the point, and move it, as the table does that is worked with."""
-    axes = _Axes(numeric)
-    yield agree("axes at home: point", axes.point[:, None], numeric.point[:, None], EXACT)
-    before = numeric.chain.point.frame
-    spin, slide = (axes.space[:, rows, :before].swapaxes(1, 2) for rows in (slice(0, 3), slice(3, 6)))
-    moved = np.cross(spin, axes.point[:, None]) + slide
-    yield agree("axes at home: velocities", moved, numeric.jacobian[:, :3, :before].swapaxes(1, 2), EXACT)
+    def _screw(numeric: NumericReference, axis: Axis) -> np.ndarray:
+        u, o = numeric.numbers(axis.direction), numeric.numbers(axis.point)
+        return np.concatenate([u, np.cross(o, u)] if axis.kind == "R" else [0 * u, u], axis=1)
 
 
 def _home(numeric: NumericReference, _: Part) -> Values:
-    return {"axes at home": (_Axes(numeric).home.swapaxes(1, 2), EXACT)}
+    """By the frames on the links at home: z, and o x z of the origin o of a frame on the axis."""
+    z, o = numeric.home[:, :-1, :3, 2], numeric.home[:, :-1, :3, 3]
+    turning = np.array([joint.kind == "R" for joint in numeric.chain.joints])[:, None]
+    screws = np.where(turning, np.concatenate([z, np.cross(o, z)], axis=2), np.concatenate([0 * z, z], axis=2))
+    return {"frames at home": (screws.swapaxes(1, 2), EXACT)}
 
 
 def _pose(numeric: NumericReference, _: Part) -> Values:
-    return {"product of exponentials": (_Axes(numeric).pose, EXACT)}
+    """By exponentials, and from the last frame, turned back by what its rotation is at home."""
+    by_frames = np.broadcast_to(np.eye(4), (numeric.points, 4, 4)).copy()
+    by_frames[:, :3, :3] = numeric.frames[:, -1, :3, :3] @ numeric.home[:, -1, :3, :3].swapaxes(1, 2)
+    by_frames[:, :3, 3] = numeric.point
+    return {"product of exponentials": (_Axes(numeric).pose, EXACT), "frames": (by_frames, EXACT)}
 
 
 def _space_jacobian(numeric: NumericReference) -> Values:

@@ -14,22 +14,24 @@ import sympy as sp
 from exercises.arm.axes import slope
 from exercises.arm.chain import TASK_ROWS, Chain, Point
 from exercises.arm.classification import Kind, classify
+from exercises.arm.conventions import axes_of
 from exercises.arm.derivation import Derivation, derive, structure, task_velocity
 from exercises.arm.kinematics import NumericChain, frame_behind, joint_rotation, link_frames, link_vector
 from exercises.arm.precise import determinant, four_digits, inverse, shown
 from exercises.arm.singularity import Component, never_vanishes, singular_set
 from exercises.arm.told import (
+    in_twist_order,
     is_modified,
     told_point,
     told_rows,
     up_to_frame,
 )
-from exercises.arm.trigonometry import substitute, textbook
+from exercises.arm.trigonometry import substitute, textbook, without_brackets
 from exercises.formula.order import joint_sum
 from exercises.problem import Part
 from exercises.questions.inversion import Situation, jacobian_at
 from exercises.questions.rank import LostAt, MeaningAsked, Where, lost_where
-from exercises.questions.screws import body_jacobian, space_jacobian
+from exercises.questions.screws import body_jacobian, exponential, space_jacobian
 from exercises.questions.singular import Place
 from exercises.questions.wrist import block_determinants, not_partitioned, wrist_block
 from exercises.writing.angles import AngleNames, angle_names, arm_angles, link_angles
@@ -220,16 +222,14 @@ class Worked(AxisNames):
     @property
     def point_at_home(self) -> sp.Matrix:
         """Where P is at home (3 x 1, m)."""
-        return self._multiplied_out(self.d.position.xreplace(self._home))
+        return axes_of(self.chain)[1]
 
-    def _multiplied_out(self, place: sp.Matrix) -> sp.Matrix:
-        """Return a place whose constants are sums without brackets: of oblique axes, they are products of roots."""
-
-        def plain(term: sp.Expr) -> sp.Expr:
-            constant, moving = term.as_independent(*self.chain.q, as_Add=False)
-            return sp.expand(constant) * moving
-
-        return place.applyfunc(lambda entry: sp.Add(*map(plain, sp.Add.make_args(entry))))
+    @property
+    def exponentials(self) -> list[tuple[str, sp.Matrix]]:
+        """Of each joint what its exponential is called, and the 4 x 4 matrix."""
+        axes = axes_of(self.chain)[0]
+        pairs = enumerate(zip(self.chain.q, axes, strict=True), 1)
+        return [(f"e^{{[S_{{{i}}}]{tex(q)}}}", exponential(axis, q)) for i, (q, axis) in pairs]
 
     def jacobian_of(self, frame: str) -> sp.Matrix:
         """Return the Jacobian of screws in the "space" frame or in that of the "body"."""
@@ -256,7 +256,7 @@ class Worked(AxisNames):
             home = dict.fromkeys(self.chain.q[: joint - 1], sp.S.Zero)
             place = self.d.position.xreplace(home)
             if place != before:
-                places.append((joint, self._multiplied_out(place)))
+                places.append((joint, place.applyfunc(without_brackets)))
             before = place
         return places if len(places) < 2 or places[-1][0] != 1 else places[:-1]
 
@@ -280,6 +280,11 @@ class Worked(AxisNames):
         """p*_k of the point's own frame: R_k times its coordinates there (zero for an origin)."""
         k = self.chain.point.frame
         return self._fill(derive(self._structure).rotations[k] * sp.Matrix(told_point(self._structure).offset))
+
+    @property
+    def geometric(self) -> sp.Matrix:
+        """The geometric Jacobian, 6 x n, its rows in the order in which the arm is asked about."""
+        return in_twist_order(self.chain, self.d.geometric)
 
     @cached_property
     def columns(self) -> list[Column]:
@@ -478,9 +483,17 @@ class Worked(AxisNames):
 
     # --- singular configurations ---
 
+    @property
+    def components(self) -> list[Component]:
+        """The components of the singular set, their conditions as they are shown."""
+        return [
+            replace(component, conditions=tuple(map(self._as_shown, component.conditions)))
+            for component in singular_set(self.chain) or ()
+        ]
+
     @cached_property
     def found(self) -> list[SingularComponent]:
-        """The components of the singular set, classified."""
+        """The same, classified."""
         return [self._classified(component) for component in singular_set(self.chain) or ()]
 
     def _classified(self, component: Component) -> SingularComponent:

@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { drawn, inChromium, opened, openedAnew, PHONE, WIDE } from "./opened.mjs";
+import { drawn, inChromium, opened, PHONE, WIDE } from "./opened.mjs";
 import { focused } from "./walk.mjs";
 
 const there = inChromium();
@@ -24,7 +24,7 @@ async function onMap(page, across, up) {
 /** A page with its arm, which comes when it is near to the screen. */
 const withArm = async (path, options) => {
   const found = await opened(there, path, options);
-  await found.page.locator("#arm").scrollIntoViewIfNeeded();
+  await found.page.locator(".arm-box").waitFor();
   return found;
 };
 const POSITION = "practice.html?arm=planar-2r&question=position";
@@ -66,21 +66,25 @@ test("the map's lines are the singular configurations: walking onto one says so"
 
 test("the map is walked on by finger", async () => {
   const { page, wrong } = await withArm(POSITION, PHONE);
-  await page.locator(".arm-map-frame").waitFor();
+  await page.getByRole("button", { name: "Map", exact: true }).tap();
+  await page.locator(".arm-zero").first().waitFor({ state: "attached" });
+  const here = () =>
+    page.locator(".arm-here").evaluate((dot) => [dot.cx.baseVal.value, dot.cy.baseVal.value]);
   for (const [across, up] of [
     [0.3, 0.7],
     [0.8, 0.3],
   ]) {
-    const before = await pose(page);
+    const [before, arm] = [await here(), await page.locator(".arm-grip").first().getAttribute("points")];
     await page.touchscreen.tap(...(await onMap(page, across, up)));
-    assert.notDeepEqual(await pose(page), before);
+    assert.notDeepEqual(await here(), before);
+    assert.notEqual(await page.locator(".arm-grip").first().getAttribute("points"), arm, "the arm follows");
   }
   assert.deepEqual(wrong, []);
 });
 
 test("the path is played, and the arm runs into its limits", async () => {
   const { page, wrong } = await withArm(POSITION);
-  await page.getByRole("button", { name: "Welding path" }).click();
+  await page.getByRole("button", { name: "Path", exact: true }).click();
   const place = page.getByLabel("Place on the path");
   const at = async () => Number(await place.inputValue());
   assert.equal(await at(), 0);
@@ -104,7 +108,7 @@ test("the path is played, and the arm runs into its limits", async () => {
 
 test("the path goes by steps where the system asks for no motion", async () => {
   const { page, wrong } = await withArm(POSITION, { ...PHONE, reducedMotion: "reduce" });
-  await page.getByRole("button", { name: "Welding path" }).tap();
+  await page.getByRole("button", { name: "Path", exact: true }).tap();
   assert.equal(await page.getByRole("button", { name: "Play" }).count(), 0);
   const place = page.getByLabel("Place on the path");
   await page.getByRole("button", { name: "Next step" }).tap();
@@ -120,20 +124,19 @@ for (const [name, options] of [
   ["on a phone", PHONE],
 ]) {
   test(`what has the focus stays in sight when the arm comes, ${name}`, async () => {
-    const { page, context } = await openedAnew(
-      there,
-      "practice.html?arm=planar-2r&question=jacobian",
-      options,
-    );
+    const context = await there.browser.newContext({ serviceWorkers: "block", ...options });
+    const page = await context.newPage();
     let release;
     const held = new Promise((done) => (release = done));
     const asked = page.waitForRequest(/panel[^/]*\.js$/);
     await page.route(/panel[^/]*\.js$/, async (route) => (await held, route.continue()));
-    await page.locator("footer a").first().focus();
+    await page.goto(`${there.server.root}/practice.html?arm=planar-2r&question=jacobian`);
     await asked;
+    await page.locator("footer a").first().focus();
     assert.equal(await page.locator(".arm-box").count(), 0);
     release();
-    await page.locator(".arm-zero").first().waitFor({ state: "attached" });
+    await page.locator(".arm-box").waitFor({ state: "attached" });
+    await drawn(page);
     const { html, inside } = await page.evaluate(focused);
     assert.match(html, /accessibility\.html/);
     assert.ok(inside, "the arm pushed it away");

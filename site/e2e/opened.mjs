@@ -112,8 +112,12 @@ export async function armOf(page) {
   await arm.scrollIntoViewIfNeeded();
   await page.mouse.move(1, 1); // that of the first page comes once somebody is there
   await page.locator(".arm-box").waitFor();
-  if (await page.locator("[data-hero]").count()) await page.locator(".arm-joints").waitFor();
-  else await page.locator(".arm-zero").first().waitFor({ state: "attached" });
+  if (await page.locator("[data-hero]").count()) await page.locator(".arm-factors").waitFor();
+  else {
+    const map = page.getByRole("button", { name: "Map", exact: true });
+    if ((await map.getAttribute("aria-expanded")) === "false") await map.click(); // on a phone it is closed
+    await page.locator(".arm-zero").first().waitFor({ state: "attached" });
+  }
 }
 
 /** Asserts that the axe checker finds nothing in a page, and that nothing is wider than the screen. */

@@ -161,6 +161,6 @@ test("the gallery leads to practice with the arm chosen", async () => {
   const { page } = await opened(there, "arms.html");
   await page.locator("#planar-2r .do a").click();
   const chosen = page.locator(".settings select").first();
-  await chosen.waitFor();
+  await chosen.waitFor({ state: "attached" });
   assert.equal(await chosen.inputValue(), "planar-2r");
 });

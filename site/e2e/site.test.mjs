@@ -169,7 +169,7 @@ test("a choice is made and checked by keyboard alone", async () => {
 test("another language is chosen and stays, with its decimal comma", async () => {
   const { page, wrong } = await ask("jacobian");
   await page.getByLabel("Language").selectOption("de");
-  await page.getByText("Den Arm bewegen").waitFor();
+  await page.getByLabel("Den Arm bewegen").waitFor();
   await page.getByRole("link", { name: "Üben" }).waitFor();
   await page.getByRole("button", { name: "Als Text eingeben" }).click();
   await page.getByLabel("Deine Antwort").fill("[[1, 2], [3, 4]]");
@@ -239,13 +239,16 @@ test("a problem is told in German: its texts, a hint, the mistake behind an answ
     await page.locator(".statement").innerText(),
     /Der Arm hat zwei Gelenke: Beide sind Drehgelenke\./,
   );
-  assert.match(await page.getByLabel("Frage").innerText(), /Determinante der Jacobi-Matrix/);
+  assert.match(
+    await page.getByLabel("Frage", { exact: true }).textContent(),
+    /Determinante der Jacobi-Matrix/,
+  );
   await page.getByRole("button", { name: "Hinweis 1 zeigen" }).click();
   assert.match(await page.locator(".hint").innerText(), /Die Determinante sagt, wo sich/);
   await page.getByLabel("Deine Antwort").fill(`-(${typed("determinant")})`);
   await page.getByRole("button", { name: "Prüfen" }).click();
   assert.match(await page.locator(".mistake").innerText(), /Determinante mit falschem Vorzeichen/);
-  for (const place of [".prompt", ".statement", ".asked h2", ".hint div", ".mistake span"])
+  for (const place of [".prompt", ".statement", ".task h2", ".hint div", ".mistake span"])
     assert.equal(await page.locator(place).first().getAttribute("lang"), "de", place);
   await page.getByRole("button", { name: "Lösung zeigen" }).click();
   assert.equal(await page.locator(".solution div").first().getAttribute("lang"), "de");
@@ -265,7 +268,7 @@ test("where there is no translation a problem is in English, marked as such", as
   await page.getByLabel("Language").selectOption("de");
   await page.getByText("Die Texte dieser Aufgabe sind auf Englisch.").waitFor();
   assert.match(await page.locator(".prompt").innerText(), /^Find the determinant/);
-  for (const place of [".prompt", ".statement", ".asked h2"])
+  for (const place of [".prompt", ".statement", ".task h2"])
     assert.equal(await page.locator(place).first().getAttribute("lang"), "en", place);
   await context.close();
 });

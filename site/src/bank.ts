@@ -50,9 +50,17 @@ export interface Problem {
   readonly alt: string;
   readonly robot: Robot;
   readonly symbols: Readonly<Record<string, SymbolInfo>>;
+  readonly pose: NamedPose;
+  readonly factors?: readonly Factor[];
   readonly parts: readonly Part[];
   readonly said: readonly (readonly [name: string, title: string, sentence: string])[];
 }
+
+/** Values of joint variables by name (rad, m), and of letters of the table if they differ from the robot's. */
+export type NamedPose = Readonly<Record<string, number>>;
+
+/** A factor of det J that a pose changes: as HTML, and as it can be typed. */
+export type Factor = readonly [html: string, typed: string];
 
 export interface SymbolInfo {
   readonly role: "joint" | "rate" | "velocity" | "force" | "length" | "angle";
@@ -101,8 +109,12 @@ export interface Part {
   readonly names: readonly string[];
   /** Under which the entries of a vector may be given, as in {qd1: …, qd2: …}. */
   readonly labels: readonly string[];
+  /** Under which the columns of a matrix may be given, as in z0 = …, z1 = …. */
+  readonly columns: readonly string[];
   readonly figure: string;
   readonly alt: string;
+  /** The pose of its figure, where that is not the arm's own. */
+  readonly pose: NamedPose | null;
   readonly hints: readonly string[];
   readonly options: readonly string[] | null;
   readonly key: Key;

@@ -103,7 +103,7 @@ def test_same_problems_same_bytes(make: Any, family: str) -> None:
 
 def test_metadata_says_what_it_is_and_no_seed(student: Any, problems: Slotted) -> None:
     own = student.metadata["qdot"]
-    assert own["kind"] == "student" and own["problems"] == {slot: p.id.family for slot, p in problems}
+    assert own["kind"] == "student" and own["joints"] == {slot: [q.name for q in p.chain.q] for slot, p in problems}
     text = notebook_text(student)
     assert "seed" not in text and not any(str(problem.id) in text for _, problem in problems)
 

@@ -23,6 +23,9 @@ export interface DrawingProps {
   readonly layers: Layers;
   readonly chosen: number;
   readonly onChoose: (joint: number) => void;
+  /** The joint that is pointed at, here or in the numbers. */
+  readonly lit: number | null;
+  readonly onLit: (joint: number | null) => void;
   readonly onPose: (pose: Pose) => void;
   readonly label: string;
   readonly describedBy: string;
@@ -41,12 +44,13 @@ type Held =
 const TURN = Math.PI / 180;
 
 export function Drawing(props: DrawingProps): JSX.Element {
-  const { arm, state, reach, layers, chosen, onChoose, onPose, target } = props;
+  const { arm, state, reach, layers, chosen, onChoose, lit, onLit, onPose, target } = props;
   const say = useSay();
   const box = useRef<HTMLDivElement>(null);
   const [width, height] = useSize(box, [560, 420]);
   const [orbit, setOrbit] = useState<Orbit>(FIRST_ORBIT);
   const [held, setHeld] = useState<Held | null>(null);
+  const [known, setKnown] = useState(false); // how it is moved
   const [solid, setSolid] = useState(false);
   const extent = useMemo(() => extentOf(arm), [arm]);
   const flat = useMemo(() => flatPlane(arm) !== null, [arm]);
@@ -68,6 +72,7 @@ export function Drawing(props: DrawingProps): JSX.Element {
     event.stopPropagation();
     box.current!.setPointerCapture(event.pointerId);
     setHeld(what(placeOf(event)));
+    setKnown(true);
   };
   const moved = (event: PointerEvent): void => {
     if (held === null) return;
@@ -133,12 +138,15 @@ export function Drawing(props: DrawingProps): JSX.Element {
             layers={layers}
             flat={flat}
             ratio={ratio}
+            lit={lit}
           />
           {links.map((line, i) => (
             <polyline
               key={i}
-              class={`arm-grip${i === chosen ? " arm-chosen" : ""} arm-j${(i % 7) + 1}`}
+              class={`arm-grip${i === chosen ? " arm-chosen" : ""}${i === lit ? " arm-lit" : ""} arm-j${(i % 7) + 1}`}
               points={inPixels(view, line)}
+              onPointerEnter={() => held === null && onLit(i)}
+              onPointerLeave={() => onLit(null)}
               onPointerDown={(event) => {
                 onChoose(i);
                 const corners = line.map((corner) => pixel(view, corner));
@@ -160,11 +168,14 @@ export function Drawing(props: DrawingProps): JSX.Element {
           <ViewButtons onKey={(key) => setOrbit(TURNS[key] ? turned(orbit, ...TURNS[key]) : FIRST_ORBIT)} />
         )}
       </div>
-      <p class="arm-hint">
-        {chosen < 0
-          ? say("arm.hint.point")
-          : say("arm.hint.joint", { joint: plainLetters(arm.joints[chosen]?.name ?? "") })}{" "}
-        {!flat && say("arm.hint.space")}
+      <p class={`arm-hint${known ? " arm-known" : ""}`}>
+        <span>{say(flat ? "arm.hint.drag" : "arm.hint.drag-space")}</span>{" "}
+        <span class="arm-keys">
+          {chosen < 0
+            ? say("arm.hint.point")
+            : say("arm.hint.joint", { joint: plainLetters(arm.joints[chosen]?.name ?? "") })}{" "}
+          {!flat && say("arm.hint.space")}
+        </span>
       </p>
     </div>
   );

@@ -1,5 +1,6 @@
 // Where the letters of a drawing stand: beside what they name, clear of each other and of the arm as far as can be.
 
+import { plainLetters } from "./letters.js";
 import type { Pixel } from "./view.js";
 
 /** A label wanted at `at`, on the side `toward` (a direction on the page) if it is free; `width` in pixels. */
@@ -33,23 +34,27 @@ export function placed(
   const taken: Pixel[] = [];
   const covered = lines.flatMap(sampled);
   return wanted.map(({ name, style, at, toward, gap = 0 }) => {
+    const half = Math.max(HALF_WIDTH, 4 * plainLetters(name).length);
     const heading = Math.hypot(...toward) > 1e-6 ? Math.atan2(toward[1], toward[0]) : -Math.PI / 4;
     let best: Pixel = at;
     let least = Infinity;
     for (const away of AWAY) {
       TURNS.forEach((turn, k) => {
-        const out = away + gap;
+        const out = away + gap + (half - HALF_WIDTH) * Math.abs(Math.cos(heading + turn));
         const spot: Pixel = [at[0] + out * Math.cos(heading + turn), at[1] + out * Math.sin(heading + turn)];
         const cost =
           40 * taken.filter((other) => near(spot, other, 2)).length +
           6 * covered.filter((other) => near(spot, other, 1)).length +
-          (spot[0] < 12 || spot[0] > width - 12 || spot[1] < 10 || spot[1] > height - 10 ? 200 : 0) +
+          (spot[0] < half + 1 || spot[0] > width - half - 1 || spot[1] < 10 || spot[1] > height - 10
+            ? 200
+            : 0) +
           k +
           (away - AWAY[0]!) / 4;
         if (cost < least) [best, least] = [spot, cost];
       });
     }
-    taken.push(best);
+    for (let x = -half + HALF_WIDTH; x <= half - HALF_WIDTH; x += HALF_WIDTH)
+      taken.push([best[0] + x, best[1]]);
     return { name, style, x: best[0], y: best[1] };
   });
 }

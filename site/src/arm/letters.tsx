@@ -6,13 +6,17 @@ const GREEK: Readonly<Record<string, string>> = { theta: "θ", sigma: "σ" };
 
 /** The letter, star and index of a name such as "theta1", "d3", "z0", "p*1" or "P". */
 export function partsOf(name: string): readonly [letter: string, star: string, index: string] {
-  const [, letter = name, star = "", index = ""] = /^([A-Za-zθ\u0307]+?)(\*?)_?(\d*|min)$/.exec(name) ?? [];
-  return [GREEK[letter] ?? letter, star, index];
+  const [, letter = name, star = "", word, index = ""] =
+    /^([A-Za-zθω\u0307]+?)(\*?)(?:_(min|[wxyz])|_?(\d*))$/.exec(name) ?? [];
+  return [GREEK[letter] ?? letter, star, word ?? index];
 }
 
-/** A name as plain text, for labels that are read aloud: "theta1" is "θ1". */
+/** A name as plain text, for labels that are read aloud: "theta1" is "θ1", and "P=O2" is "P = O2". */
 export function plainLetters(name: string): string {
-  return partsOf(name).join("");
+  return name
+    .split("=")
+    .map((one) => partsOf(one).join(""))
+    .join(" = ");
 }
 
 export function Letters({ name, dot = false }: { name: string; dot?: boolean }): JSX.Element {
@@ -26,12 +30,37 @@ export function Letters({ name, dot = false }: { name: string; dot?: boolean }):
   );
 }
 
-/** The same inside a drawing, as pieces of a text element. */
+/** The same inside a drawing, as pieces of a text element; names of one thing have "=" between them. */
 export function DrawnLetters({ name }: { name: string }): JSX.Element {
-  const [letter, star, index] = partsOf(name);
   return (
     <>
-      <tspan class="arm-italic">{letter}</tspan>
+      {name.split("=").map((one, k) => (
+        <DrawnName
+          key={one}
+          name={one}
+          lowered={k > 0 && partsOf(name.split("=")[k - 1]!)[2] !== ""}
+          first={k === 0}
+        />
+      ))}
+    </>
+  );
+}
+
+function DrawnName({
+  name,
+  lowered,
+  first,
+}: {
+  name: string;
+  lowered: boolean;
+  first: boolean;
+}): JSX.Element {
+  const [letter, star, index] = partsOf(name);
+  const number = /^[\d.,−]+$/.test(letter);
+  return (
+    <>
+      {first ? null : <tspan dy={lowered ? -4 : 0}> = </tspan>}
+      <tspan class={number ? "arm-upright" : "arm-italic"}>{letter}</tspan>
       {star && (
         <tspan class="arm-small" dy="-5">
           {star}

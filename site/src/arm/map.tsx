@@ -100,7 +100,7 @@ export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Elem
           onPick={(joint) => setPair(withoutTwins([pair[0], joint], pair))}
         />
         <label>
-          {say("arm.map.shown")}{" "}
+          <span class="arm-unseen">{say("arm.map.shown")}</span>
           <select value={shown} onChange={(event) => setShown(event.currentTarget.value as Shown)}>
             <option value="det">{say(sizeName(arm))}</option>
             <option value="least">{say("arm.map.least")}</option>

@@ -3,23 +3,27 @@
 import type { JSX } from "preact";
 
 import { Arrow, type BodyProps, ofPixels } from "./flat.js";
+import { Angles, arcOf } from "./angles.js";
 import { placed, type Wanted } from "./labels.js";
 import { DrawnLetters } from "./letters.js";
 import { lostDirection } from "./lost.js";
-import { type Arm, arrowsOf, pStar, type State } from "./model.js";
+import { type Arm, arrowsOf, type Frame, pStar, type State } from "./model.js";
 import { extentOf, thicknessOf } from "./ranges.js";
 import { linkOf, placesOf } from "./shape.js";
+import { useDigits } from "./speech.js";
 import { add, scaled, type Vec3 } from "./vector.js";
 import { drawn, outline, pixel, type Pixel, type View } from "./view.js";
+import { World, worldLabels } from "./world.js";
 
 export interface Layers {
   readonly frames: boolean;
+  readonly lengths: boolean;
   readonly vectors: boolean;
   readonly columns: boolean;
   readonly ellipse: boolean;
 }
 
-export const LAYERS = ["frames", "vectors", "columns", "ellipse"] as const;
+export const LAYERS = ["frames", "lengths", "vectors", "columns", "ellipse"] as const;
 
 /** Metres on the drawing for one m/s, less for a small arm. */
 const BY_SPEED = 0.32;
@@ -42,15 +46,21 @@ export interface MarksProps extends BodyProps {
   readonly layers: Layers;
   readonly flat: boolean;
   readonly ratio: number;
+  /** The joint that is pointed at, whose column stands out. */
+  readonly lit: number | null;
 }
 
-export function Marks({ arm, state, view, reach, layers, flat, ratio }: MarksProps): JSX.Element {
+export function Marks(props: MarksProps): JSX.Element {
+  const { arm, state, view, reach, layers, flat, ratio, lit } = props;
+  const signed = useDigits();
   const columns = drawnColumns(arm, state, reach);
   const { turning } = arrowsOf(arm, state);
   const P = pixel(view, state.point);
   const ellipse = outline(view, columns);
   return (
     <g class="arm-marks">
+      <World arm={arm} view={view} flat={flat} />
+      {layers.frames && flat && <Angles arm={arm} state={state} view={view} />}
       {layers.ellipse && (
         <ellipse
           class={flat ? "arm-ellipse" : "arm-ellipse arm-ellipse-space"}
@@ -74,9 +84,10 @@ export function Marks({ arm, state, view, reach, layers, flat, ratio }: MarksPro
             ),
         )}
       {layers.frames &&
-        state.frames.map(({ o, x, z }, i) => (
+        state.frames.map(({ o, x, y, z }, i) => (
           <g key={i}>
-            <Arrow view={view} from={o} vector={ofPixels(view, x, 0.7 * axisOf(view))} style="arm-x" />
+            <Arrow view={view} from={o} vector={ofPixels(view, x, axisOf(view))} style="arm-x" />
+            {flat && <Arrow view={view} from={o} vector={ofPixels(view, y, axisOf(view))} style="arm-x" />}
             {!flat && (
               <Arrow
                 view={view}
@@ -94,18 +105,18 @@ export function Marks({ arm, state, view, reach, layers, flat, ratio }: MarksPro
             view={view}
             from={state.point}
             vector={column}
-            style={`arm-column arm-j${(i % 7) + 1}`}
+            style={`arm-column arm-j${(i % 7) + 1}${lit === i ? " arm-lit" : ""}`}
             twin={turning}
           />
         ))}
       <g class="arm-letter-layer">
         {placed(
-          wantedLabels({ arm, state, view, reach, layers, flat, ratio }),
+          wantedLabels(props, signed),
           arm.joints.map((_, i) => linkOf(arm, state, i + 1).map((point) => pixel(view, point))),
           view.width,
           view.height,
-        ).map(({ name, style, x, y }) => (
-          <text key={name} class={style} x={x} y={y + 5}>
+        ).map(({ name, style, x, y }, k) => (
+          <text key={k} class={style} x={x} y={y + 5}>
             <DrawnLetters name={name} />
           </text>
         ))}
@@ -127,9 +138,35 @@ function Lost({ arm, state, view }: Pick<BodyProps, "arm" | "state" | "view">): 
   return <path class="arm-lost" d={`M${x - dx} ${y - dy}L${x + dx} ${y + dy}`} />;
 }
 
-function wantedLabels({ arm, state, view, reach, layers, flat }: MarksProps): Wanted[] {
+/** The directions of a frame that lie in the page of a flat drawing, or its x and z in space. */
+function shownAxes({ x, y, z }: Frame, flat: boolean): readonly (readonly [letter: string, axis: Vec3])[] {
+  return flat
+    ? [
+        ["x", x],
+        ["y", y],
+      ]
+    : [
+        ["x", x],
+        ["z", z],
+      ];
+}
+
+function wantedLabels({ arm, state, view, reach, layers, flat }: MarksProps, signed: Signed): Wanted[] {
   const { point, frames } = state;
-  const wanted: Wanted[] = [{ name: "P", style: "arm-label-p", at: pixel(view, point), toward: [0.7, -0.7] }];
+  const wanted: Wanted[] = [];
+  const origins: [name: string, at: Pixel][] = [["P", pixel(view, point)]];
+  if (layers.frames)
+    frames.forEach(({ o }, i) => {
+      const at = pixel(view, o);
+      const same = origins.find(([, other]) => Math.hypot(other[0] - at[0], other[1] - at[1]) < 1);
+      if (same) same[0] += `=O${i}`;
+      else origins.push([`O${i}`, at]);
+    });
+  origins.forEach(([name, at], k) =>
+    wanted.push({ name, style: "arm-label-p", at, toward: [0.7, k === 0 ? -0.7 : 0.7] }),
+  );
+  wanted.push(...worldLabels(arm, view, flat));
+  if (layers.lengths) wanted.push(...lengthLabels(arm, state, view, signed));
   if (layers.columns) {
     drawnColumns(arm, state, reach).forEach((column, i) => {
       const way = drawn(view, column);
@@ -143,15 +180,29 @@ function wantedLabels({ arm, state, view, reach, layers, flat }: MarksProps): Wa
       }
     });
   }
-  if (layers.frames && !flat) {
-    frames.forEach(({ o, z }, i) => {
-      const way = drawn(view, ofPixels(view, z, axisOf(view)));
-      const [x, y] = pixel(view, o);
-      wanted.push({ name: `z${i}`, style: jointStyle(arm, i), at: [x + way[0], y + way[1]], toward: way });
+  if (layers.frames) {
+    frames.forEach((frame, i) => {
+      const [x, y] = pixel(view, frame.o);
+      for (const [letter, axis] of shownAxes(frame, flat)) {
+        const way = drawn(view, ofPixels(view, axis, axisOf(view)));
+        const style = letter === "z" ? jointStyle(arm, i) : "arm-x";
+        if (Math.hypot(...way) > 14 && (flat || letter === "z"))
+          wanted.push({ name: `${letter}${i}`, style, at: [x + way[0], y + way[1]], toward: way });
+      }
     });
   }
   const places = placesOf(arm, state, reach);
   places.forEach((place, i) => {
+    const arc = flat && layers.frames ? arcOf(arm, state, view, i) : null;
+    if (arc) {
+      wanted.push({
+        name: arm.joints[i]!.name,
+        style: `arm-j${(i % 7) + 1}`,
+        at: arc.middle,
+        toward: arc.outward,
+      });
+      return;
+    }
     wanted.push({
       name: arm.joints[i]!.name,
       style: `arm-j${(i % 7) + 1}`,
@@ -170,6 +221,26 @@ function wantedLabels({ arm, state, view, reach, layers, flat }: MarksProps): Wa
     });
   }
   return wanted;
+}
+
+type Signed = (value: number) => string;
+
+/** What the table calls the parts of each link, beside their middles; lengths in numbers as the page writes them. */
+function lengthLabels(arm: Arm, state: State, view: View, signed: Signed): Wanted[] {
+  return arm.joints.flatMap(({ a, called }, i) => {
+    const [from, corner, to] = [state.frames[i]!.o, state.corners[i]!, state.frames[i + 1]!.o];
+    const parts: [string, number, Vec3, Vec3][] = [[called.a, a, corner, to]];
+    if (called.d) parts.push([called.d, arm.joints[i]!.other, from, corner]);
+    return parts.flatMap(([text, value, start, end]): Wanted[] => {
+      const [p, q] = [pixel(view, start), pixel(view, end)];
+      const [x, y] = [q[0] - p[0], q[1] - p[1]];
+      if (Math.hypot(x, y) < 30) return [];
+      const name = /^-?[a-z]\d*$/i.test(text)
+        ? text.replace("-", "")
+        : signed(Math.abs(Number(value.toFixed(3))));
+      return [{ name, style: "arm-length", at: [(p[0] + q[0]) / 2, (p[1] + q[1]) / 2], toward: [y, -x] }];
+    });
+  });
 }
 
 /** The side of a joint of space on which its body ends: square to its axis, to the left. */

@@ -30,6 +30,8 @@ export interface Joint {
   readonly other: number;
   readonly a: number;
   readonly alpha: number;
+  /** What the table has for a and d: a letter or a number, by which they are called in a drawing. */
+  readonly called: { readonly a: string; readonly d: string };
 }
 
 export interface Arm {
@@ -77,6 +79,7 @@ export function armOf(robot: Robot): Arm {
       other: number(row.kind === "R" ? row.d : row.theta),
       a: number(row.a),
       alpha: number(row.alpha),
+      called: { a: row.a, d: row.kind === "R" ? row.d : "" },
     })),
     base: { ...turned, o: vector(base.position) },
     point: { frame: point.frame, offset: vector(point.offset) },

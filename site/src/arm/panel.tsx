@@ -1,36 +1,33 @@
-// The manipulator on the page: its drawing, sliders and numbers, the map of det J, and the welding task, in one piece.
+// The stage: the arm, what of it is shown, and beside it its numbers, the map of det J and the welding task, all in view
+// at once. It is as tall as --stage where a page says so; what does not fit in a pane is scrolled in it.
 
 import "./arm.css";
 
 import type { JSX } from "preact";
-import { useEffect, useId, useMemo, useState } from "preact/hooks";
+import { useId, useMemo, useRef, useState } from "preact/hooks";
 
-import type { Robot, SymbolInfo } from "../bank.js";
+import type { NamedPose, SymbolInfo } from "../bank.js";
+import type { TextKey } from "../text/en.js";
 import { ENGLISH, type Language } from "../text/text.js";
 import { Drawing } from "./drawing.js";
 import { Figures } from "./figures.js";
+import { Jacobian } from "./jacobian.js";
 import { Joints } from "./joints.js";
 import { Lengths } from "./lengths.js";
 import { SingularMap } from "./map.js";
-import { LAYERS, type Layers } from "./marks.js";
-import { type Arm as Model, armOf, measuresOf, type Pose, reachOf, stateAt } from "./model.js";
-import { obstacle, stationOn } from "./path.js";
-import { firstPose, poseWithin } from "./ranges.js";
+import { LAYERS } from "./marks.js";
+import { obstacle } from "./path.js";
 import { Route } from "./route.js";
-import { useRested } from "./size.js";
-import { sayIn, Spoken, useSay } from "./speech.js";
-import { firstWeld, journeyOf, type Weld, Welding } from "./weld.js";
-import { inWords } from "./words.js";
+import { useSize } from "./size.js";
+import { digits, sayIn, Spoken, useDigits, useSay } from "./speech.js";
+import { type Pane, type Stage, type StageWish, useStage } from "./stage.js";
+import { Welding } from "./weld.js";
+import { inWords, nearness, sizeName } from "./words.js";
 
-/** Values of joint variables, and of letters of the table if they differ from the robot's, as counterexamples have them. */
-export type NamedPose = Readonly<Record<string, number>>;
+export type { NamedPose };
 
-export interface ArmProps {
-  readonly robot: Robot;
+export interface ArmProps extends StageWish {
   readonly symbols: Readonly<Record<string, SymbolInfo>>;
-  /** A pose to draw, such as a counterexample; when another is given, the arm goes there. */
-  readonly pose?: NamedPose | undefined;
-  readonly onPose?: ((pose: NamedPose) => void) | undefined;
   readonly language?: Language | undefined;
 }
 
@@ -42,149 +39,108 @@ export function Arm(props: ArmProps): JSX.Element {
   );
 }
 
-type Sheet = "map" | "weld";
+/** From so many pixels on, numbers and sliders are beside the map or the path; below, one pane is open at a time. */
+const WIDE = 600;
 
-function Panel({ robot: drawn, symbols, pose: given, onPose, language = ENGLISH }: ArmProps): JSX.Element {
+const TITLES: Readonly<Record<Pane, TextKey>> = {
+  joints: "arm.joints",
+  jacobian: "arm.jacobian.tab",
+  map: "arm.map.tab",
+  weld: "arm.weld.tab",
+  layers: "arm.layers",
+};
+
+function Panel(props: ArmProps): JSX.Element {
+  const { language = ENGLISH, symbols } = props;
   const say = useSay();
-  const letters = JSON.stringify(Object.keys(drawn.values).map((name) => given?.[name]));
-  const robot = useMemo(() => withLetters(drawn, given), [drawn, letters]);
-  const arm = useMemo(() => armOf(robot), [robot]);
-  const reach = useMemo(() => reachOf(arm), [arm]);
-  const first = useMemo(() => firstPose(arm), [arm]);
-  const [pose, setPose] = useState<Pose>(() => told(arm, given, first));
-  const [chosen, setChosen] = useState(0);
-  const [layers, setLayers] = useState<Layers>({
-    frames: true,
-    vectors: false,
-    columns: true,
-    ellipse: true,
-  });
-  const [sheet, setSheet] = useState<Sheet | null>("map");
-  const [weld, setWeld] = useState<Weld | null>(null);
-  const [place, setPlace] = useState(0);
-  const ids = useId();
-
-  useEffect(() => {
-    const next = told(arm, given, pose.length === arm.joints.length && given ? pose : first);
-    if (next.every((value, i) => Math.abs(value - (pose[i] ?? Infinity)) < 1e-9)) return;
-    setWeld(null);
-    setPose(next);
-  }, [arm, given && JSON.stringify(given)]);
-
-  const state = useMemo(() => stateAt(arm, pose), [arm, pose]);
-  const measures = useMemo(() => measuresOf(state), [state]);
-  const rested = useRested(state, 700);
+  const box = useRef<HTMLElement>(null);
+  const [width] = useSize(box, [720, 600]);
+  const wide = width >= WIDE;
+  const stage = useStage(props, isNarrowPage() ? null : "map");
+  const { arm, robot, rested, welding } = stage;
+  const [folded, setFolded] = useState(false);
   const words = useMemo(() => inWords(arm, rested, sayIn(language)), [arm, rested, language]);
-  const journey = useMemo(() => (weld ? journeyOf(arm, weld) : null), [arm, weld?.from, weld?.target]);
-
-  const move = (next: Pose): void => {
-    setPose(next);
-    onPose?.(Object.fromEntries(arm.joints.map(({ name }, i) => [name, next[i]!])));
-  };
-  const goTo = (s: number): void => {
-    setPlace(s);
-    if (journey) move(poseWithin(arm, stationOn(journey, s).pose));
-  };
-  const changeWeld = (next: Weld): void => {
-    setWeld(next);
-    setPlace(0);
-    move(poseWithin(arm, next.from));
-  };
-  const open = (next: Sheet): void => {
-    setSheet(sheet === next ? null : next);
-    if (next === "weld" && !weld && !obstacle(arm)) {
-      setWeld(firstWeld(arm, pose, reach));
-      setPlace(0);
-    }
-  };
-  const welding = sheet === "weld" && weld && journey ? { weld, journey } : null;
-  const blocked = obstacle(arm);
+  const ids = useId();
+  const panes: Pane[] = wide ? ["map", "weld"] : ["joints", "jacobian", "map", "weld", "layers"];
+  const open = wide && stage.pane !== "weld" && stage.pane !== null ? "map" : stage.pane;
   return (
-    <section class="arm" aria-label={say("arm.title", { robot: robot.title })}>
+    <section
+      ref={box}
+      class="arm"
+      aria-label={say("arm.title", { robot: robot.title })}
+      data-pane={open ?? ""}
+      data-wide={wide ? "" : undefined}
+      data-folded={folded ? "" : undefined}
+    >
       <div class="arm-panel">
-        <div class="arm-main-part">
+        {wide ? <Shown stage={stage} /> : null}
+        <div class="arm-scene">
           <Drawing
-            arm={arm}
-            state={state}
-            reach={reach}
-            layers={layers}
-            chosen={chosen}
-            onChoose={setChosen}
-            onPose={move}
+            {...stage}
+            onChoose={stage.choose}
+            onPose={stage.move}
+            onLit={stage.point}
             label={say("arm.drawing.label", { robot: robot.title })}
             describedBy={`${ids}words`}
             target={
               welding
-                ? { at: welding.weld.target, move: (target) => changeWeld({ ...welding.weld, target }) }
+                ? { at: welding.weld.target, move: (target) => welding.change({ ...welding.weld, target }) }
                 : undefined
             }
             overlay={
-              welding ? (view) => <Route journey={welding.journey} view={view} place={place} /> : undefined
+              welding
+                ? (view) => <Route journey={welding.journey} view={view} place={welding.place} />
+                : undefined
             }
           />
-          <fieldset class="arm-layers">
-            <legend>{say("arm.layers")}</legend>
-            {LAYERS.map((layer) => (
-              <label key={layer}>
-                <input
-                  type="checkbox"
-                  checked={layers[layer]}
-                  onChange={() => setLayers({ ...layers, [layer]: !layers[layer] })}
-                />
-                {say(`arm.layer.${layer}`)}
-              </label>
-            ))}
-            <button type="button" onClick={() => move(first)}>
-              {say("arm.reset")}
-            </button>
-          </fieldset>
+          {wide ? null : <Readout {...stage} />}
         </div>
-        <div class="arm-side">
-          <Figures arm={arm} state={state} measures={measures} rested={rested} />
-          <Joints arm={arm} pose={pose} chosen={chosen} onChoose={setChosen} onPose={move} />
-          <Lengths robot={robot} symbols={symbols} />
-        </div>
-        <div class="arm-sheets">
-          <div class="arm-tabs">
-            {(["map", "weld"] as const).map((name) => (
-              <button
-                key={name}
-                type="button"
-                aria-expanded={sheet === name}
-                aria-controls={`${ids}${name}`}
-                onClick={() => open(name)}
-              >
-                {say(`arm.${name}.title`)}
-              </button>
-            ))}
-          </div>
-          <div id={`${ids}map`} hidden={sheet !== "map"}>
-            {sheet === "map" &&
-              (arm.joints.length > 1 ? (
-                <SingularMap arm={arm} pose={pose} measures={measures} onPose={move} />
-              ) : (
-                <p>{say("arm.map.one")}</p>
+        <div class="arm-strip">
+          {wide ? (
+            <div class="arm-side">
+              <Numbers stage={stage} />
+              <Joints {...stage} onChoose={stage.choose} onPose={stage.move} />
+              <Lengths robot={robot} symbols={symbols} />
+            </div>
+          ) : null}
+          <div class="arm-sheets">
+            <div class="arm-tabs">
+              {panes.map((name) => (
+                <button
+                  key={name}
+                  type="button"
+                  aria-expanded={open === name}
+                  aria-controls={`${ids}pane`}
+                  onClick={() => stage.open(open === name ? null : name)}
+                >
+                  {say(TITLES[name])}
+                </button>
               ))}
-          </div>
-          <div id={`${ids}weld`} hidden={sheet !== "weld"}>
-            {welding && (
-              <Welding
-                arm={arm}
-                pose={pose}
-                reach={reach}
-                place={place}
-                onWeld={changeWeld}
-                onPlace={goTo}
-                {...welding}
-              />
-            )}
-            {blocked && <p>{say(`arm.weld.not-${blocked}`)}</p>}
+              {wide ? null : (
+                <button
+                  type="button"
+                  class="arm-fold"
+                  aria-expanded={!folded}
+                  onClick={() => setFolded(!folded)}
+                >
+                  {say(folded ? "arm.unfold" : "arm.fold")}
+                </button>
+              )}
+            </div>
+            <div id={`${ids}pane`} class="arm-pane" hidden={open === null}>
+              {open === "joints" ? (
+                <>
+                  <Joints {...stage} onChoose={stage.choose} onPose={stage.move} />
+                  <Lengths robot={robot} symbols={symbols} />
+                </>
+              ) : null}
+              {open === "jacobian" ? <Numbers stage={stage} /> : null}
+              {open === "map" ? <Map stage={stage} /> : null}
+              {open === "weld" ? <Path stage={stage} /> : null}
+              {open === "layers" ? <Shown stage={stage} /> : null}
+            </div>
           </div>
         </div>
-        <details class="arm-words">
-          <summary>{say("arm.words.title")}</summary>
-          <p>{words}</p>
-        </details>
       </div>
       <p id={`${ids}words`} class="arm-unseen" role="status" aria-live="polite">
         {words}
@@ -193,16 +149,72 @@ function Panel({ robot: drawn, symbols, pose: given, onPose, language = ENGLISH 
   );
 }
 
-/** The robot with the lengths and angles that a counterexample tells for the letters of its table. */
-function withLetters(robot: Robot, given: NamedPose | undefined): Robot {
-  const values = Object.entries(robot.values).map(([name, value]) => [name, given?.[name] ?? value] as const);
-  return { ...robot, values: Object.fromEntries(values) };
+/** Whether arm and words are one above the other, where a pane would take the room of the words. */
+function isNarrowPage(): boolean {
+  return typeof matchMedia === "function" && matchMedia("(max-width: 56.24rem)").matches;
 }
 
-/** A told pose, joints that it leaves out as in the first one. */
-function told(arm: Model, given: NamedPose | undefined, first: Pose): Pose {
-  return poseWithin(
-    arm,
-    arm.joints.map(({ name }, i) => given?.[name] ?? first[i]!),
+/** What is shown in the drawing, and the way back to the first pose. */
+function Shown({ stage }: { stage: Stage }): JSX.Element {
+  const say = useSay();
+  return (
+    <div class="arm-layers" role="group" aria-label={say("arm.layers")}>
+      {LAYERS.map((layer) => (
+        <label key={layer}>
+          <input type="checkbox" checked={stage.layers[layer]} onChange={() => stage.toggle(layer)} />
+          {say(`arm.layer.${layer}`)}
+        </label>
+      ))}
+      <button type="button" class="arm-reset" onClick={stage.reset}>
+        {say("arm.reset")}
+      </button>
+    </div>
+  );
+}
+
+/** det J in a line over the drawing, where its pane may be closed. */
+function Readout({ arm, measures }: Stage): JSX.Element {
+  const say = useSay();
+  const signed = useDigits();
+  const value = signed(digits(measures.det ?? measures.volume));
+  return (
+    <p class={`arm-readout arm-${nearness(arm, measures)}-pose`} aria-hidden="true">
+      {say(sizeName(arm))} = {value}
+    </p>
+  );
+}
+
+function Numbers({ stage }: { stage: Stage }): JSX.Element {
+  return (
+    <div class="arm-numbers">
+      <Jacobian {...stage} onLit={stage.point} />
+      <Figures {...stage} />
+    </div>
+  );
+}
+
+function Map({ stage }: { stage: Stage }): JSX.Element {
+  const say = useSay();
+  if (stage.arm.joints.length < 2) return <p>{say("arm.map.one")}</p>;
+  return <SingularMap {...stage} onPose={stage.move} />;
+}
+
+function Path({ stage: { arm, pose, reach, welding } }: { stage: Stage }): JSX.Element {
+  const say = useSay();
+  const blocked = obstacle(arm);
+  return (
+    <>
+      {welding ? (
+        <Welding
+          {...welding}
+          arm={arm}
+          pose={pose}
+          reach={reach}
+          onWeld={welding.change}
+          onPlace={welding.goTo}
+        />
+      ) : null}
+      {blocked ? <p>{say(`arm.weld.not-${blocked}`)}</p> : null}
+    </>
   );
 }

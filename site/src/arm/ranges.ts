@@ -27,7 +27,8 @@ export function rangeOf(arm: Arm, index: number): Range {
   if (joint.kind === "R") return { low: -Math.PI, high: Math.PI, step: Math.PI / 180 };
   const unit = longest(arm);
   const round = (value: number): number => Math.round(value * 20) / 20;
-  return { low: round(-unit - joint.offset), high: round(1.3 * unit - joint.offset), step: 0.01 };
+  const most = (flatPlane(arm) ? 2.05 : 1.3) * unit; // figures of planar arms show slides that far out
+  return { low: round(-unit - joint.offset), high: round(most - joint.offset), step: 0.01 };
 }
 
 /** A value brought back into a joint's range: round the circle, or to the end of the slide. */
@@ -105,11 +106,12 @@ export function extentOf(arm: Arm): Extent {
   if (known) return known;
   const { o, z } = arm.base;
   const page = axonometric(FIRST_ORBIT);
+  const slides = flatPlane(arm) ? 1.6 : 1;
   let [around, above, below, up, down, aside] = [0, 0, 0, 0, 0, 0];
   for (const turns of randomPoses(300, arm.joints.length, 3)) {
     const pose = turns.map((value, i) => {
       const { kind, offset } = arm.joints[i]!;
-      return kind === "R" ? value : (0.5 + (0.8 * value) / Math.PI) * longest(arm) - offset;
+      return kind === "R" ? value : (0.5 + (0.8 * value) / Math.PI) * longest(arm) * slides - offset;
     });
     const { frames, corners, point } = placesAt(arm, pose);
     for (const place of [...frames.map((frame) => frame.o), ...corners, point]) {

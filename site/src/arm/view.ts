@@ -83,19 +83,45 @@ export function viewOf(arm: Arm, extent: Extent, width: number, height: number, 
   const { around, above, below, up, down, aside } = extent;
   const { o } = arm.base;
   if (plane) {
+    const axes = FLAT[plane];
     const radius = Math.max(around, above, below);
-    return { ...FLAT[plane], scale: (0.42 * Math.min(width, height)) / radius, centre: o, width, height };
+    const across = spanWith(radius, radius, -dot(o, axes.right), 0.12 * radius);
+    const high = spanWith(radius, radius, -dot(o, axes.up), 0.12 * radius);
+    const scale = 0.9 * Math.min(width / (across.high - across.low), height / (high.high - high.low));
+    const centre = along(along(o, axes.right, middle(across)), axes.up, middle(high));
+    return { ...axes, scale, centre, width, height };
   }
-  const room = 1.12; // for arrows and letters
-  const scale = Math.min((width - BUTTONS) / (2 * room * aside), height / (room * (up + down))) * orbit.zoom;
+  const page = axonometric(FIRST_ORBIT);
+  const across = spanWith(aside, aside, -dot(o, page.right), 0.2 * aside);
+  const high = spanWith(down, up, -dot(o, page.up), 0.2 * aside);
+  const room = 1.02; // for arrows and letters
+  const scale =
+    Math.min(
+      (width - BUTTONS) / (room * (across.high - across.low)),
+      height / (room * (high.high - high.low)),
+    ) * orbit.zoom;
+  const upright = along(o, [0, 0, 1], middle(high) / Math.cos(FIRST_ORBIT.elevation));
   return {
     ...axonometric(orbit),
     scale: (arm.task.every((row) => row > 2) ? 0.7 : 1) * scale,
-    centre: along(o, [0, 0, 1], (up - down) / (2 * Math.cos(FIRST_ORBIT.elevation))),
+    centre: along(upright, page.right, middle(across)),
     width,
     height,
   };
 }
+
+interface Span {
+  readonly low: number;
+  readonly high: number;
+}
+
+/** From so far below to so far above the base (m on the page), and as far as the world's origin with its axes. */
+function spanWith(below: number, above: number, origin: number, axis: number): Span {
+  if (Math.abs(origin) < 1e-9) return { low: -below, high: above };
+  return { low: Math.min(-below, origin - axis / 2), high: Math.max(above, origin + axis) };
+}
+
+const middle = ({ low, high }: Span): number => (low + high) / 2;
 
 export function pixel(view: View, p: Vec3): Pixel {
   const away: Vec3 = [p[0] - view.centre[0], p[1] - view.centre[1], p[2] - view.centre[2]];

@@ -9,10 +9,10 @@ import type { Verdict } from "./verdict.js";
 
 /** Judge an answer; `isSingular` tells of poses of this problem's arm. */
 export function judge(problem: Problem, part: Part, answer: string, isSingular: IsSingular): Verdict {
-  const { key, labels } = part;
+  const { key, labels, columns } = part;
   switch (key.type) {
     case "values":
-      return judgeValues(answer, key, labels, columnsOf(part, key.columns, problem));
+      return judgeValues(answer, key, labels, columns);
     case "direction":
       return judgeDirection(answer, key, labels);
     case "numbers":
@@ -26,10 +26,4 @@ export function judge(problem: Problem, part: Part, answer: string, isSingular: 
     default:
       return judgeLetters(answer, key);
   }
-}
-
-/** The names that vectors may have which stand for the columns of a matrix. */
-function columnsOf({ kind }: Part, count: number, { robot }: Problem): string[] {
-  const first = robot.convention === "modified-dh" ? 1 : 0;
-  return kind === "joint-axes" ? Array.from({ length: count }, (_, i) => `z${first + i}`) : [];
 }

@@ -1,68 +1,48 @@
-// The arm that greets: its drawing, a slider for each joint and its numbers, without all else that the panel has.
+// The arm that greets: its drawing, and det J with its factor, without all else that the stage has.
 
 import "../arm/arm.css";
 
 import type { JSX } from "preact";
-import { useId, useMemo, useState } from "preact/hooks";
+import { useId, useMemo } from "preact/hooks";
 
 import { Drawing } from "../arm/drawing.js";
 import { Figures } from "../arm/figures.js";
-import { Joints } from "../arm/joints.js";
 import type { Layers } from "../arm/marks.js";
-import { type Arm, measuresOf, type Pose, reachOf, stateAt } from "../arm/model.js";
-import { useRested } from "../arm/size.js";
 import { sayIn, Spoken, useSay } from "../arm/speech.js";
+import { type StageWish, useStage } from "../arm/stage.js";
 import { inWords } from "../arm/words.js";
-import { useSteps } from "../later.js";
 import type { Language } from "../text/text.js";
 
-const LAYERS: Layers = { frames: false, vectors: false, columns: true, ellipse: true };
+const LAYERS: Layers = { frames: false, lengths: true, vectors: false, columns: true, ellipse: true };
 
-interface HeroProps {
-  readonly title: string;
-  readonly arm: Arm;
-  readonly first: Pose;
-  readonly language: Language;
-}
-
-export function Hero(props: HeroProps): JSX.Element {
+export function Hero({ language, ...told }: StageWish & { readonly language: Language }): JSX.Element {
   return (
-    <Spoken.Provider value={props.language}>
-      <Shown {...props} />
+    <Spoken.Provider value={language}>
+      <Shown told={told} language={language} />
     </Spoken.Provider>
   );
 }
 
-function Shown({ title, arm, first, language }: HeroProps): JSX.Element {
+function Shown({ told, language }: { told: StageWish; language: Language }): JSX.Element {
   const say = useSay();
-  const drawn = useSteps(1) > 0;
-  const reach = useMemo(() => reachOf(arm), [arm]);
-  const [pose, setPose] = useState<Pose>(first);
-  const [chosen, setChosen] = useState(0);
-  const state = useMemo(() => stateAt(arm, pose), [arm, pose]);
-  const measures = useMemo(() => measuresOf(state), [state]);
-  const rested = useRested(state, 700);
+  const stage = useStage(told, null);
+  const { arm, rested, robot } = stage;
   const words = useMemo(() => inWords(arm, rested, sayIn(language)), [arm, rested, language]);
   const id = useId();
   return (
     <div class="arm">
       <Drawing
-        arm={arm}
-        state={state}
-        reach={reach}
+        {...stage}
         layers={LAYERS}
-        chosen={chosen}
-        onChoose={setChosen}
-        onPose={setPose}
-        label={say("arm.drawing.label", { robot: title })}
+        onChoose={stage.choose}
+        onPose={stage.move}
+        onLit={stage.point}
+        label={say("arm.drawing.label", { robot: robot.title })}
         describedBy={`${id}words`}
       />
-      {drawn ? (
-        <div class="hero-side">
-          <Figures arm={arm} state={state} measures={measures} rested={rested} />
-          <Joints arm={arm} pose={pose} chosen={chosen} onChoose={setChosen} onPose={setPose} />
-        </div>
-      ) : null}
+      <div class="hero-side">
+        <Figures {...stage} />
+      </div>
       <p id={`${id}words`} class="arm-unseen" role="status">
         {words}
       </p>

@@ -2,11 +2,8 @@
 
 import { type JSX, render } from "preact";
 
-import { armOf } from "../arm/model.js";
 import { Arm } from "../arm/panel.js";
-import { extentOf, firstPose } from "../arm/ranges.js";
-import type { Robot, SymbolInfo } from "../bank.js";
-import { breath } from "../later.js";
+import type { Factor, NamedPose, Robot, SymbolInfo } from "../bank.js";
 import { chosenLanguage } from "../text/languages.js";
 import { language } from "../text/text.js";
 import { Hero } from "./hero.js";
@@ -15,25 +12,17 @@ import { Hero } from "./hero.js";
 export interface Told {
   readonly robot: Robot;
   readonly symbols: Readonly<Record<string, SymbolInfo>>;
+  readonly pose: NamedPose;
+  readonly factors?: readonly Factor[];
 }
 
-/** Puts an arm into an element that tells one: `data-arm` has all of the panel, `data-hero` the drawing and sliders. */
-export async function showArm(element: HTMLElement): Promise<void> {
+/** Puts an arm into an element that tells one: `data-arm` has all of the stage, `data-hero` the drawing and its numbers. */
+export function showArm(element: HTMLElement): void {
   const { arm, hero } = element.dataset;
-  const { robot, symbols } = JSON.parse(arm ?? hero!) as Told;
-  const shown = arm ? <Arm robot={robot} symbols={symbols} language={language()} /> : await greeting(robot);
+  const { robot, symbols, pose, factors } = JSON.parse(arm ?? hero!) as Told;
+  const wish = { robot, first: pose, factors, language: language() };
+  const shown: JSX.Element = arm ? <Arm {...wish} symbols={symbols} /> : <Hero {...wish} />;
   element.textContent = "";
   element.lang = chosenLanguage();
   render(shown, element);
-}
-
-/** The arm of the first page, worked out in steps: fingers and keys are answered meanwhile. */
-async function greeting(robot: Robot): Promise<JSX.Element> {
-  const arm = armOf(robot);
-  await breath();
-  const first = firstPose(arm);
-  await breath();
-  extentOf(arm); // is kept
-  await breath();
-  return <Hero title={robot.title} arm={arm} first={first} language={language()} />;
 }

@@ -6,7 +6,7 @@ import { useEffect, useMemo, useState } from "preact/hooks";
 import type { Index, Problem } from "../bank.js";
 import type { Level } from "../grade/levels.js";
 import { loadIndex, loadProblem } from "../load.js";
-import { language, message, said } from "../text/text.js";
+import { message, said } from "../text/text.js";
 import {
   asLink,
   attempted,
@@ -88,13 +88,15 @@ function Session({ index }: { index: Index }) {
     keep(storage, now);
   };
   return (
-    <>
-      <Settings index={index} wish={wish} progress={progress} onWish={wished} onProgress={noted} />
-      {order && order.length > 0 ? (
-        <p class="muted set-place">
-          {said(message("practice.set-place", { number: (place % order.length) + 1, count: order.length }))}
-        </p>
-      ) : null}
+    <div class="workspace">
+      <div class="choosing">
+        <Settings index={index} wish={wish} progress={progress} onWish={wished} onProgress={noted} />
+        {order && order.length > 0 ? (
+          <p class="muted set-place">
+            {said(message("practice.set-place", { number: (place % order.length) + 1, count: order.length }))}
+          </p>
+        ) : null}
+      </div>
       {item ? (
         <Current
           key={nameOf(item)}
@@ -108,9 +110,9 @@ function Session({ index }: { index: Index }) {
           }}
         />
       ) : (
-        <p>{said(message("practice.none"))}</p>
+        <p class="task">{said(message("practice.none"))}</p>
       )}
-    </>
+    </div>
   );
 }
 
@@ -135,14 +137,21 @@ function Current({
     loadProblem(item.family, item.key).then(setProblem, (error: unknown) => setFailed(String(error)));
   };
   useEffect(load, [item]);
-  if (failed) return <Failed why={failed} onAgain={load} />;
+  if (failed)
+    return (
+      <div class="task">
+        <Failed why={failed} onAgain={load} />
+      </div>
+    );
   const part = problem?.parts.find(({ kind }) => kind === item.question);
-  if (!problem || !part) return <p role="status">{said(message("practice.loading"))}</p>;
+  if (!problem || !part)
+    return (
+      <p role="status" class="task">
+        {said(message("practice.loading"))}
+      </p>
+    );
   return (
     <>
-      {language().code === "en" ? null : (
-        <p class="muted">{said(message(problem.lang ? "practice.english-drawings" : "practice.english"))}</p>
-      )}
       <Task
         item={item}
         problem={problem}

@@ -35,64 +35,88 @@ export function Settings(props: SettingsProps): JSX.Element {
     ...items(index, { ...ANYTHING, family: wish.family }).map(({ question }) => question),
   ]);
   const questions = index.questions.filter(({ name }) => asked.has(name));
+  const [isOpen, setOpen] = useState(false);
   const group = (short: boolean) => questions.filter(({ form }) => Boolean(form) === short);
   return (
     <form class="settings" onSubmit={(event) => event.preventDefault()}>
-      <label>
-        {said(message("practice.arm"))}
-        <select
-          value={wish.family}
-          onChange={(event) => onWish({ ...wish, family: event.currentTarget.value, question: "" })}
-        >
-          <option value="">{said(message("practice.any-arm"))}</option>
-          {index.families.map(({ name, title, lang = "en" }) => (
-            <option key={name} value={name} lang={lang}>
-              {title}
-            </option>
-          ))}
-        </select>
-      </label>
-      <label>
-        {said(message("practice.question"))}
-        <select
-          value={wish.question}
-          onChange={(event) => onWish({ ...wish, question: event.currentTarget.value })}
-        >
-          <option value="">{said(message("practice.any-question"))}</option>
-          {[false, true].map((short) =>
-            group(short).length > 0 ? (
-              <optgroup key={String(short)} label={said(message(short ? "practice.short" : "practice.long"))}>
-                {group(short).map(({ name, title, lang = "en" }) => (
-                  <option key={name} value={name} lang={lang}>
-                    {title}
-                  </option>
-                ))}
-              </optgroup>
-            ) : null,
-          )}
-        </select>
-      </label>
-      <label>
-        {said(message("practice.difficulty"))}
-        <select
-          value={wish.difficulty ?? ""}
-          onChange={(event) => {
-            const value = event.currentTarget.value;
-            onWish({ ...wish, difficulty: value === "" ? null : Number(value) });
-          }}
-        >
-          <option value="">{said(message("practice.any-difficulty"))}</option>
-          {[0, 1, 2, 3, 4].map((step) => (
-            <option key={step} value={step}>
-              {step}
-            </option>
-          ))}
-        </select>
-      </label>
-      <VariationChoice {...props} />
+      <details class="wish" open={isOpen} onToggle={(event) => setOpen(event.currentTarget.open)}>
+        <summary>
+          <span class="visually-hidden">{said(message("practice.wish"))}: </span>
+          {inShort(index, wish)}
+        </summary>
+        <div class="choices">
+          <label>
+            {said(message("practice.arm"))}
+            <select
+              value={wish.family}
+              onChange={(event) => onWish({ ...wish, family: event.currentTarget.value, question: "" })}
+            >
+              <option value="">{said(message("practice.any-arm"))}</option>
+              {index.families.map(({ name, title, lang = "en" }) => (
+                <option key={name} value={name} lang={lang}>
+                  {title}
+                </option>
+              ))}
+            </select>
+          </label>
+          <label>
+            {said(message("practice.question"))}
+            <select
+              value={wish.question}
+              onChange={(event) => onWish({ ...wish, question: event.currentTarget.value })}
+            >
+              <option value="">{said(message("practice.any-question"))}</option>
+              {[false, true].map((short) =>
+                group(short).length > 0 ? (
+                  <optgroup
+                    key={String(short)}
+                    label={said(message(short ? "practice.short" : "practice.long"))}
+                  >
+                    {group(short).map(({ name, title, lang = "en" }) => (
+                      <option key={name} value={name} lang={lang}>
+                        {title}
+                      </option>
+                    ))}
+                  </optgroup>
+                ) : null,
+              )}
+            </select>
+          </label>
+          <label>
+            {said(message("practice.difficulty"))}
+            <select
+              value={wish.difficulty ?? ""}
+              onChange={(event) => {
+                const value = event.currentTarget.value;
+                onWish({ ...wish, difficulty: value === "" ? null : Number(value) });
+              }}
+            >
+              <option value="">{said(message("practice.any-difficulty"))}</option>
+              {[0, 1, 2, 3, 4].map((step) => (
+                <option key={step} value={step}>
+                  {step}
+                </option>
+              ))}
+            </select>
+          </label>
+          <VariationChoice {...props} />
+        </div>
+      </details>
       <More {...props} />
     </form>
   );
+}
+
+/** A wish in a line: what arm, what question, how difficult. */
+function inShort({ families, questions }: Index, wish: Wish): string {
+  const arm = families.find(({ name }) => name === wish.family)?.title ?? said(message("practice.any-arm"));
+  const question =
+    questions.find(({ name }) => name === wish.question)?.title ?? said(message("practice.any-question"));
+  const more = [
+    wish.difficulty === null ? "" : said(message("practice.points", { difficulty: wish.difficulty })),
+    wish.variation ? variationName(wish.variation) : "",
+  ];
+  return [arm, question, ...more].filter(Boolean).join(" · ");
 }
 
 /** How far arms vary, where the bank has more than one kind. */

@@ -1,6 +1,6 @@
 // One problem: the arm, the question, the answer, what is said of it, hints and the solution.
 
-import type { ComponentChildren, JSX } from "preact";
+import type { JSX } from "preact";
 import { lazy, memo, Suspense } from "preact/compat";
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 
@@ -22,7 +22,11 @@ const Arm = lazy(() =>
     () => NoArm, // practising goes on without it
   ),
 );
-const NoArm = () => <p role="status">{said(message("practice.arm-failed"))}</p>;
+const NoArm = () => (
+  <p role="status" class="stage-failed">
+    {said(message("practice.arm-failed"))}
+  </p>
+);
 const grading = () => import("../grade/judge.js");
 
 interface TaskProps {
@@ -44,7 +48,10 @@ export function Task({ item, problem, part, level, arrived, onVerdict, onNext }:
   const prepared = useRef(false);
   const judged = useRef<string | null>(null);
   const start = useRef<HTMLElement>(null);
-  const step = useSteps(4); // what is given first: a phone shows nothing else
+  const step = useSteps(3); // the question first: a phone shows little else
+  const figure = (part.pose && part.figure) || problem.figure;
+  const hidden = TOLD_BY_FACTORS.has(part.kind) && verdict?.outcome !== "correct" && !helped;
+  const toldFactors = useMemo(() => (hidden ? [] : problem.factors), [hidden]);
   const isSingular = useMemo(() => singularIn(problem), [problem]);
   /** Grading is loaded before there is an answer, and tried once: what is run for the first time takes ten times as long. */
   const prepare = () => {
@@ -102,69 +109,65 @@ export function Task({ item, problem, part, level, arrived, onVerdict, onNext }:
     </>
   );
   return (
-    <article class="task" ref={start} tabIndex={-1} aria-label={`${problem.title}: ${part.title}`}>
-      <div class="given">
-        <h2 lang={problem.lang ?? "en"}>{problem.title}</h2>
-        <p class="muted">{said(message("practice.points", { difficulty: problem.difficulty }))}</p>
-        <figure lang="en" dangerouslySetInnerHTML={{ __html: problem.figure }} />
+    <>
+      <article class="task" ref={start} tabIndex={-1} aria-label={`${problem.title}: ${part.title}`}>
+        <p class="kicker">
+          <span lang={problem.lang ?? "en"}>{problem.title}</span>{" "}
+          <span class="muted">· {said(message("practice.points", { difficulty: problem.difficulty }))}</span>
+        </p>
+        <h2 lang={problem.lang ?? "en"}>{part.title}</h2>
+        {language().code === "en" ? null : (
+          <p class="muted">
+            {said(message(problem.lang ? "practice.english-drawings" : "practice.english"))}
+          </p>
+        )}
+        <figure class="printed" lang="en" dangerouslySetInnerHTML={{ __html: problem.figure }} />
+        {part.figure ? (
+          <figure
+            class={part.pose ? "printed" : ""}
+            lang="en"
+            dangerouslySetInnerHTML={{ __html: part.figure }}
+          />
+        ) : null}
+        {step > 0 ? <Html html={promptOf(part)} class="prompt" lang={problem.lang} /> : null}
+        {step > 1 ? answering : null}
         {step > 0 ? (
-          <details open>
+          <details open class="given">
             <summary>{said(message("practice.given"))}</summary>
             <Html html={problem.statement} class="statement" lang={problem.lang} />
           </details>
         ) : null}
-      </div>
-      {step > 1 ? (
-        <div class="asked">
-          <h2 lang={problem.lang ?? "en"}>{part.title}</h2>
-          {part.figure ? <figure lang="en" dangerouslySetInnerHTML={{ __html: part.figure }} /> : null}
-          <Html html={promptOf(part)} class="prompt" lang={problem.lang} />
-          {step > 2 ? answering : null}
-        </div>
-      ) : null}
-      {step > 3 ? (
-        <section class="whole" id="arm" aria-label={said(message("practice.move"))}>
-          <h2>{said(message("practice.move"))}</h2>
-          <Near wanted={pose !== undefined} joints={problem.robot.joints.length}>
-            <Suspense fallback={<Loading />}>
-              <Arm robot={problem.robot} symbols={problem.symbols} pose={pose} language={language()} />
-            </Suspense>
-          </Near>
-        </section>
-      ) : null}
-    </article>
+      </article>
+      <section class="stage" id="arm" aria-label={said(message("practice.move"))}>
+        {step > 2 ? (
+          <Suspense fallback={<Drawn figure={figure} />}>
+            <Arm
+              robot={problem.robot}
+              symbols={problem.symbols}
+              first={part.pose ?? problem.pose}
+              pose={pose}
+              factors={toldFactors}
+              language={language()}
+            />
+          </Suspense>
+        ) : (
+          <Drawn figure={figure} />
+        )}
+      </section>
+    </>
   );
 }
 
-function Loading() {
-  return <p role="status">{said(message("practice.loading"))}</p>;
-}
+/** Questions whose answers the factors of det J would tell: there they are shown once it is solved. */
+const TOLD_BY_FACTORS: ReadonlySet<string> = new Set([
+  ...["determinant", "inverse-jacobian", "inverse-velocity", "joint-rates", "manipulability"],
+  ...["singular-angles", "singularity-type", "singularity-meaning", "rank", "invertibility"],
+  ...["arm-block", "wrist-block", "block-determinants"],
+]);
 
-interface NearProps {
-  readonly wanted: boolean;
-  readonly joints: number;
-  readonly children: ComponentChildren;
-}
-
-/** An arm that is made once it comes near to the screen, or is wanted: until then there is its room, and no work with it. */
-function Near({ wanted, joints, children }: NearProps) {
-  const [near, setNear] = useState(false);
-  const place = useRef<HTMLDivElement>(null);
-  useEffect(() => {
-    const watched = new IntersectionObserver(
-      (entries) => {
-        if (entries.some(({ isIntersecting }) => isIntersecting)) setNear(true);
-      },
-      { rootMargin: "200px" },
-    );
-    if (place.current) watched.observe(place.current);
-    return () => watched.disconnect();
-  }, []);
-  return (
-    <div ref={place} class="arm-room" style={{ "--joints": joints }}>
-      {near || wanted ? children : <Loading />}
-    </div>
-  );
+/** The printed figure in the stage's place, until the arm that moves has come. */
+function Drawn({ figure }: { figure: string }) {
+  return <figure class="drawn" lang="en" dangerouslySetInnerHTML={{ __html: figure }} />;
 }
 
 /** The prompt without its list of options, which are there to be chosen. */

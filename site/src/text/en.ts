@@ -118,6 +118,7 @@ export const en = {
   "practice.failed": "The problems could not be loaded: {why}. Check your connection, and try again.",
   "practice.again": "Try again",
   "practice.none": "No problem fits this choice.",
+  "practice.wish": "What to practise",
   "practice.arm": "Arm",
   "practice.question": "Question",
   "practice.difficulty": "Difficulty",
@@ -199,11 +200,17 @@ export const en = {
   "arm.drawing.role": "drawing of an arm",
   "arm.drawing.label":
     "{robot}. Up and down choose a joint, left and right move it; p takes hold of the point P, which arrows then move.",
-  "arm.hint.joint":
-    "Drag a link or the point P. Keys: ← → move {joint}, ↑ ↓ choose a joint, P the point; with Shift in larger steps.",
-  "arm.hint.point":
-    "Drag a link or the point P. Keys: arrows move the point P, 1, 2, … choose a joint; with Shift in larger steps.",
-  "arm.hint.space": "Drag beside the arm to look from elsewhere (keys A D W S, + −, 0).",
+  "arm.hint.joint": "Keys: ← → move {joint}, ↑ ↓ choose a joint, P the point; with Shift in larger steps.",
+  "arm.hint.point": "Keys: arrows move the point P, 1, 2, … choose a joint; with Shift in larger steps.",
+  "arm.hint.space": "A D W S turn the view, + − 0 its size.",
+  "arm.hint.drag": "Drag a link, or the point P.",
+  "arm.hint.drag-space": "Drag a link or the point P; drag beside the arm to look from elsewhere.",
+  "arm.fold": "Fold",
+  "arm.unfold": "Show the arm",
+  "arm.jacobian.title":
+    "The Jacobian in this pose: a column for each joint, a row for each component of the task",
+  "arm.jacobian.tab": "J",
+  "arm.map.tab": "Map",
   "arm.view.up": "Look from higher up",
   "arm.view.down": "Look from lower down",
   "arm.view.nearer": "Nearer",
@@ -218,6 +225,7 @@ export const en = {
   "arm.value.metres": "{value} metres",
   "arm.layers": "Shown",
   "arm.layer.frames": "frames",
+  "arm.layer.lengths": "lengths",
   "arm.layer.vectors": "vectors p*",
   "arm.layer.columns": "columns of J",
   "arm.layer.ellipse": "velocity ellipse",
@@ -227,7 +235,7 @@ export const en = {
   "arm.figures.volume": "√det JJᵀ",
   "arm.figures.tall": "√det JᵀJ",
   "arm.figures.ratio": "The least singular value is {percent} % of the largest.",
-  "arm.words.title": "In words",
+
   "arm.words.pose": "Joints: {joints}.",
   "arm.words.turned": "{joint} {value} degrees",
   "arm.words.slid": "{joint} {value} metres",
@@ -260,6 +268,7 @@ export const en = {
     "Drag on the map, or walk with the arrow keys, with Shift in larger steps. The other joints stay.",
   "arm.map.one": "A map needs two joints.",
   "arm.weld.title": "Welding path",
+  "arm.weld.tab": "Path",
   "arm.weld.task":
     "P goes straight from A to B at the speed v. Drag B in the drawing or type where it is; play, and see which joint rates exceed their limits.",
   "arm.weld.here": "A: where P is now",

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,10 +10,12 @@ import pytest
 import sympy as sp
 
 from exercises.arm.chain import CONVENTIONS, Base, Chain, Joint, Point
+from exercises.arm.conventions import axes_of
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.robot_file import Robot, read_robot_file
 from exercises.arm.robot_text import robot_text
 from exercises.errors import QdotError
+from exercises.families.own import own_family
 from exercises.generation import sample_chain
 from exercises.problem import ProblemId
 from exercises.stream import Stream
@@ -201,7 +204,61 @@ point = ["a1 + a2", 0, 0]
 """
     a = sp.symbols("a1:4")
     joints = tuple(Joint("R", f"theta{i}", 0, a[i - 1], 0) for i in (1, 2, 3))
-    assert read(tmp_path, text).chain == Chain("3R", joints, ("vx", "vy"), Base(), None, "3R", "screws")
+    points = tuple((x, sp.S.Zero, sp.S.Zero) for x in (sp.S.Zero, a[0], a[0] + a[1]))
+    assert read(tmp_path, text).chain == Chain("3R", joints, ("vx", "vy"), Base(), None, "3R", "screws", points)
+
+
+BY_AXES = """name = "oblique"
+convention = "screws"
+point = [0, "0.4 + a2", 0.1]
+base = {position = [0.3, 0, 0.2], rpy = [0, 0, "pi/2"]}
+[[joint]]
+kind = "R"
+axis = [0, 0, 1]
+point = [0.1, 0.2, 0.5]
+[[joint]]
+kind = "R"
+axis = [1, 1, 0]
+point = [0.1, "0.4", "0.1 + a2"]
+[[joint]]
+kind = "P"
+axis = [1, -1, 0]
+point = [1, 2, 3]
+[[joint]]
+kind = "R"
+axis = [0.3, 0.5, 1]
+point = ["a2", 0.4, 0.7]
+"""
+
+
+def test_points_on_axes_stay_those_of_the_file(tmp_path: Path) -> None:
+    """Turned and moved with the base; the table has other points of the same axes for origins."""
+    a2 = sp.Symbol("a2")
+    plain, moved = read(tmp_path, re.sub("base = .*\n", "", BY_AXES)).chain, read(tmp_path, BY_AXES).chain
+    named = [(R("0.1"), R("0.2"), R("0.5")), (R("0.1"), R("0.4"), R("0.1") + a2), None, (a2, R("0.4"), R("0.7"))]
+    assert list(plain.axis_points) == named
+    for chain, turn in ((plain, sp.eye(3)), (moved, sp.Matrix([[0, -1, 0], [1, 0, 0], [0, 0, 1]]))):
+        origin = sp.zeros(3, 1) if chain is plain else sp.Matrix([R("0.3"), 0, R("0.2")])
+        axes, without = axes_of(chain)[0], axes_of(replace(chain, axis_points=()))[0]
+        for axis, other, point in zip(axes, without, named, strict=True):
+            if point is None:
+                assert axis == other
+                continue
+            assert axis.point == origin + turn * sp.Matrix(point)
+            aside = axis.direction.cross(axis.point - other.point).xreplace({a2: R("0.7")})
+            assert max(abs(float(entry)) for entry in aside) < 1e-9  # the same axis
+        assert any(axis != other for axis, other in zip(axes, without, strict=True))
+    again = read(tmp_path, robot_text(Robot(plain), "screws")).chain
+    assert again.axis_points == plain.axis_points
+    same_arm(plain, again, "points on axes")
+    # Where lengths are put in, they are in the points, too; what lies on no axis any more is not told.
+    path = tmp_path / "drawn.toml"
+    path.write_text(BY_AXES + "[draw]\na2 = [0.3, 0.9]\n")
+    drawn = own_family(path).sample(Stream("drawn"), ("lengths",))
+    (length,) = (axes_of(drawn)[0][1].point - sp.Matrix([0, 0, R("0.3")]))[2:]
+    assert R("0.3") <= length <= R("0.9") and axes_of(drawn)[0][3].point[1] == length
+    elsewhere = replace(plain, base=Base((R(1), R(0), R(0)), sp.S.Zero, sp.S.Zero))
+    assert axes_of(elsewhere)[0][0] == axes_of(replace(elsewhere, axis_points=()))[0][0]
 
 
 URDF = """<?xml version="1.0"?>

@@ -12,14 +12,14 @@ from exercises.arm import told
 from exercises.arm.chain import TASK_ROWS, Base, Chain, Joint, Point
 from exercises.arm.derivation import derive, structure
 from exercises.arm.kinematics import NumericChain, link_frames
-from exercises.arm.told import modified_rows, place_name, told_point, told_rows
+from exercises.arm.told import modified_rows, place_name, told_base, told_point, told_rows
 from exercises.assignment import load_assignment
 from exercises.errors import QdotError
 from exercises.families import FAMILIES
 from exercises.figure.arm import told_frames
 from exercises.figure.pose import drawn_chain, skeleton
 from exercises.generation import generate, questions_of, sample_chain
-from exercises.problem import ProblemId
+from exercises.problem import Problem, ProblemId
 from exercises.stream import Stream
 from exercises.verify import certify
 from exercises.verify.numeric_reference import modified_frames
@@ -145,6 +145,27 @@ def test_a_figure_shows_the_told_frames(family: str) -> None:
     _, poses = at_random(arm)
     for q in poses:
         assert np.allclose(told_frames(arm, skeleton(arm, q)), modified_frames(arm, {}, q[None])[0], atol=1e-9)
+
+
+@pytest.mark.parametrize(("alpha", "a"), [(0, "3/10"), ("pi/2", 0), ("pi/3", "a0"), ("pi", "-3/10")])
+def test_the_first_row_may_have_a_length_and_a_twist(alpha: object, a: object) -> None:
+    """Then O_0 is the world frame, where the standard table has its own farther on."""
+    base = Base((sp.S(a), sp.S.Zero, sp.S.Zero), sp.S.Zero, sp.S(alpha))
+    arm = replace(modified("elbow-3r", variation="chapter"), base=base)
+    first = told_rows(arm)[0]
+    assert (first.a, first.alpha, told_base(arm)) == (base.position[0], base.tilt, Base())
+    lengths, poses = at_random(arm)
+    expected, numeric = modified_frames(arm, lengths, poses), NumericChain(arm, lengths)
+    assert np.allclose(expected[:, 0], np.eye(4))
+    assert np.allclose(numeric.told(numeric.frames(poses)), expected, atol=1e-9)
+    assert certify(Problem(ProblemId("mine", 1), arm, ())).passed
+    drawn = drawn_chain(arm)
+    for q in poses:
+        assert np.allclose(told_frames(arm, skeleton(drawn, q)), modified_frames(drawn, {}, q[None])[0], atol=1e-9)
+    on_axis = "O_0" if first.a == 0 else None  # d_1 leads from the axis to O_1
+    assert place_name(arm, 0) == on_axis
+    flat = replace(modified("planar-3r", variation="chapter"), base=base)
+    assert [place_name(flat, k) for k in range(4)] == ["O_1", "O_2", "O_3", "P"]
 
 
 def test_ids_tell_the_convention() -> None:

@@ -1,23 +1,30 @@
 """Arms told by their axes: published Jacobians, exponentials as another way, and texts without frames on the links."""
 
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 import sympy as sp
 
+from exercises import verify
 from exercises.arm.chain import Chain, Joint, Point
 from exercises.arm.conventions import axes_of
-from exercises.arm.placing import Axis
+from exercises.arm.placing import Axis, reached
+from exercises.arm.robot_file import read_robot
 from exercises.families import FAMILIES
 from exercises.families.base import Family
 from exercises.families.own import own_family
 from exercises.generation import applicable, generate, sample_chain
 from exercises.mistakes.catalogue import CATALOGUE, taken
 from exercises.problem import Problem, ProblemId
+from exercises.questions import QUESTIONS as EVERY
+from exercises.questions.base import velocities
 from exercises.questions.screws import (
     QUESTIONS,
+    InSpace,
     body_jacobian,
     body_pose,
     body_rotation,
@@ -25,8 +32,11 @@ from exercises.questions.screws import (
     space_jacobian,
 )
 from exercises.quizzes import QUIZZES
+from exercises.solving import Ready, text_stages
+from exercises.stream import Stream
 from exercises.verify import certify
-from exercises.writing.statement import hints, prompt, statement, worked_solution
+from exercises.writing.markup import to_text
+from exercises.writing.statement import hints, prompt, statement, worked_solution, worked_steps
 from tests.support.suites import few_families, of_families, several
 
 FIXED = [name for name, family in FAMILIES.items() if not family.varied]
@@ -62,10 +72,40 @@ def test_a_scara_has_its_published_space_jacobian() -> None:
 
 @of_families(FIXED)
 def test_what_is_asked_of_screws_is_certified(family: str) -> None:
-    """By exponentials of the axes as they are told, which know of no table, and by differences."""
-    asked = tuple(name for name in applicable(by_axes(family)) if name in NAMES)
+    """By exponentials of the axes as they are told, by frames at home, and by differences."""
+    arm = by_axes(family)
+    asked = tuple(name for name in applicable(arm) if name in NAMES)
     certificate = certify(generate(ProblemId(family, 1, asked, variation="full", convention="screws")))
     assert certificate.passed, certificate.failures
+    told = {check.name for check in certificate.checks if check.name.startswith("axes at home: ")}
+    assert told == {
+        f"axes at home: {what}"
+        for what in ("directions", "P", *(["points on them"] if "R" in {joint.kind for joint in arm.joints} else []))
+    }
+
+
+OTHERWISE: dict[str, Callable[[Axis, sp.Matrix], tuple[Axis, sp.Matrix]]] = {
+    "directions": lambda axis, point: (replace(axis, direction=-axis.direction), point),
+    "points on them": lambda axis, point: (
+        replace(axis, point=axis.point + sp.Matrix([0, sp.Rational(1, 9), 0])),
+        point,
+    ),
+    "P": lambda axis, point: (axis, point + sp.Matrix([0, 0, sp.Rational(1, 9)])),
+}
+
+
+@pytest.mark.parametrize("what", OTHERWISE)
+def test_a_certificate_sees_axes_that_are_told_otherwise(what: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also where all that is asked is the screws, which are the ones that the table leads to."""
+    problem = generate("elbow-3r/1@chapter@screws", ["home-screws"])
+
+    def told(chain: Chain) -> tuple[list[Axis], sp.Matrix]:
+        (first, *others), point = axes_of(chain)
+        first, point = OTHERWISE[what](first, point)
+        return [first, *others], point
+
+    monkeypatch.setattr(verify, "axes_of", told)
+    assert [check.name for check in certify(problem).failures] == [f"axes at home: {what}"]
 
 
 @of_families(FIXED)
@@ -131,6 +171,48 @@ def _texts(problem: Problem) -> list[tuple[str, str]]:
     ]
 
 
+HOME_ONLY = {"home-screws", "body-pose", "position"}
+"""Questions whose texts speak of axes at home alone, beside those of which both are shown."""
+BOTH = {"joint-axes", "body-jacobian"}
+
+
+@of_families(FIXED)
+def test_an_axis_that_others_have_moved_has_a_prime(family: str) -> None:
+    arm = by_axes(family)
+    named = r"(?:\\omega|\bv|\bq)_(?:\{[0-9i]\}|[0-9i])"
+    moved, at_home = re.compile(f"{named}'"), re.compile(f"{named}(?!')")
+    wrong: dict[str, str] = {}
+    for name in applicable(arm):
+        problem = generate(ProblemId(family, 1, (name,), variation="full", convention="screws"))
+        for where, text in _texts(problem)[1:]:
+            unfit = None if name in BOTH else moved if name in HOME_ONLY else at_home
+            if unfit is not None and (found := unfit.search(text)):
+                wrong[f"{name}, {where}"] = text[max(found.start() - 40, 0) : found.end() + 40]
+    assert not wrong
+
+
+@of_families(FIXED)
+def test_angular_velocities_come_first_everywhere(family: str) -> None:
+    """In geometric Jacobian and twist, too, which have linear rows first where there is a table."""
+    arm = by_axes(family)
+    table = replace(arm, convention="dh")
+    for name in {"geometric-jacobian", "twist"} & set(applicable(arm)):
+        ours, theirs = (_reference(chain, name) for chain in (arm, table))
+        assert ours == theirs[3:, :].col_join(theirs[:3, :])
+        problem = generate(ProblemId(family, 1, (name,), variation="full", convention="screws"))
+        (part,) = problem.parts
+        assert r"\omega_x, \omega_y, \omega_z, v_x, v_y, v_z" in prompt(problem, part)
+        assert name == "geometric-jacobian" or EVERY[name].entry_names(arm, part) == velocities(TWIST)
+
+
+TWIST = ("wx", "wy", "wz", "vx", "vy", "vz")
+
+
+def _reference(chain: Chain, name: str) -> sp.Matrix:
+    answer, _ = EVERY[name].ask(chain, Stream("order"))
+    return answer.as_matrix()
+
+
 def test_an_arm_of_a_table_is_asked_nothing_of_screws() -> None:
     arm = sample_chain(ProblemId("planar-2r", 1))
     assert not set(applicable(arm)) & set(NAMES)
@@ -139,17 +221,55 @@ def test_an_arm_of_a_table_is_asked_nothing_of_screws() -> None:
     assert not {"transform", "position-vectors", "link-velocity", "tool-jacobian"} & set(applicable(by))
 
 
-def test_a_certificate_sees_axes_that_lead_elsewhere(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Also where nothing is asked of the screws themselves: the statement tells them."""
-    problem = generate("elbow-3r/1@screws", ["position"])
-    assert {"axes at home: point", "axes at home: velocities"} <= {check.name for check in certify(problem).checks}
+OBLIQUE = """name = "oblique"
+convention = "screws"
+point = [0, "0.4 + a2", 0.1]
+[[joint]]
+kind = "R"
+axis = [0, 0, 1]
+point = [0.1, 0.2, 0.5]
+[[joint]]
+kind = "P"
+axis = [0, 1, 1]
+[[joint]]
+kind = "R"
+axis = [1, 1, 0]
+point = [0.1, 0.4, 0.1]
+"""
 
-    def other(chain: Chain) -> tuple[list[Axis], sp.Matrix]:
-        (first, second, third), point = axes_of(chain)
-        return [first, replace(second, direction=-second.direction), third], point
 
-    monkeypatch.setattr("exercises.verify.screws.axes_of", other)
-    assert {check.name for check in certify(problem).failures} == {"axes at home: point", "axes at home: velocities"}
+def test_an_own_arm_is_told_by_the_points_of_its_file_and_without_brackets(tmp_path: Path) -> None:
+    path = tmp_path / "oblique.toml"
+    path.write_text(OBLIQUE)
+    chain = read_robot(path)
+    texts = {}
+    for stage in text_stages(chain):
+        if isinstance(stage, Ready):
+            texts[stage.name] = to_text(stage.content)
+            if stage.name == "body-jacobian":  # what follows holds no points
+                break
+    assert "(0.1, 0.2, 0.5) m" in texts["arm"] and "(0.1, 0.4, 0.1) m" in texts["arm"]
+    assert "⎢0  1  0  a₂ + 0.4⎥" in texts["arm"]
+    for name in ("arm", "home-screws", "position", "jacobian", "geometric-jacobian", "space-jacobian", "body-jacobian"):
+        assert "(√2 (" not in texts[name], name
+    # By exponentials of the told axes: where P is, and each point, behind the joints that have moved it.
+    axes, home = axes_of(chain)
+    q, lengths = np.array([0.3, -0.4, 1.1]), {sp.Symbol("a2"): 0.7}
+    values = lengths | dict(zip(chain.q, q, strict=True))
+    for joint, place in worked_steps(chain).moved_points:
+        moved = np.where(np.arange(1, 4) < joint, 0, q)
+        assert np.allclose(_floats(place, values), reached(axes, home, moved, lengths))
+    _, details = next(question for question in QUESTIONS if question.name == "space-jacobian").ask(chain, Stream("x"))
+    assert isinstance(details, InSpace)
+    for number, one in enumerate(details.carried):
+        if one.kind == "R":
+            there = reached(axes[:number], sp.Matrix(chain.axis_points[number]), q[:number], lengths)
+            assert np.allclose(_floats(one.point, values), there)
+            assert np.allclose(_floats(one.moment + one.direction.cross(one.point), values), 0)
+
+
+def _floats(vector: sp.Matrix, values: dict[sp.Symbol, float]) -> np.ndarray:
+    return np.array([float(entry.xreplace(values)) for entry in vector])
 
 
 def test_a_point_on_an_inner_link_is_certified_by_the_axes_before_it() -> None:
@@ -159,9 +279,7 @@ def test_a_point_on_an_inner_link_is_certified_by_the_axes_before_it() -> None:
     assert certificate.passed, certificate.failures
 
 
-def test_a_length_of_an_arm_told_by_axes_may_be_called_as_one_of_the_table_that_is_not_told(
-    tmp_path: Path,
-) -> None:
+def test_a_length_of_an_arm_told_by_axes_may_be_called_as_one_of_the_table_that_is_not_told(tmp_path: Path) -> None:
     """Joint 1 has the length 0.3 in that table, where a1 would be looked for."""
     path = tmp_path / "arm.toml"
     joint = '[[joint]]\nkind = "R"\naxis = [0, 0, 1]\npoint = [{}, 0, 0]\n'

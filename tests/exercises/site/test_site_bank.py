@@ -6,8 +6,11 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import pytest
+import sympy as sp
 
 from exercises.answers import Choice, Matching, Number, Selection
+from exercises.arm.derivation import derive
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.stages import numbers
 from exercises.generation import generate
@@ -15,7 +18,7 @@ from exercises.problem import Part, Problem, ProblemId
 from exercises.questions.results import is_derived, result
 from exercises.site.bank import of_families
 from exercises.site.keys import key_of, weight
-from exercises.site.record import site_record, solutions_record, typed_names
+from exercises.site.record import determinant_factors, site_record, solutions_record, typed_names
 from exercises.variation import STEPS
 from exercises.writing.statement import prompt
 from tests.support import ROOT
@@ -103,3 +106,22 @@ def test_a_record_says_what_a_page_needs() -> None:
     assert [part["name"] for part in solved["parts"]] == ["position", "jacobian", "singular-angles"]
     assert solved["parts"][2]["figure"].startswith("<svg")
     assert 'class="tex"' in solved["parts"][0]["solution"]
+
+
+@pytest.mark.parametrize("family", ["planar-2r", "elbow-3r", "polar-rp"])
+def test_the_factors_of_a_record_make_up_its_determinant(family: str) -> None:
+    chain = generate(ProblemId(family, 3, ("position",))).chain
+    names = {str(symbol): symbol for symbol in (*chain.q, *chain.parameters)}
+    factors = [sp.sympify(typed, names) for _, typed in determinant_factors(chain)]
+    determinant = derive(chain).jacobian.det()
+    quotient = determinant / sp.Mul(*factors)
+    letters = {symbol: 0.3 + 0.1 * k for k, symbol in enumerate(sorted(chain.parameters, key=str))}
+    values = {quotient.subs({**letters, **dict.fromkeys(chain.q, at)}).evalf(12) for at in (0.7, 1.9)}
+    assert max(values) - min(values) < 1e-9
+    assert factors
+
+
+def test_where_nothing_is_solved_no_factor_is_told() -> None:
+    problem = generate(ProblemId("planar-2r", 7, ("position",)))
+    assert "factors" in site_record(problem) and "factors" not in site_record(problem, solved=False)
+    assert determinant_factors(generate(ProblemId("planar-3r", 7, ("position",))).chain) == []

@@ -1,0 +1,112 @@
+// The workspace by its geometry: at every width arm and question are in view together, nothing lies over anything, and
+// nothing is cut off; what is pointed at in J stands out in the drawing.
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { drawn, inChromium, opened, PHONE } from "./opened.mjs";
+
+const there = inChromium();
+const JACOBIAN = "practice.html?arm=planar-2r&question=jacobian&variation=chapter";
+const SIZES = [
+  [900, 800],
+  [1280, 900],
+  [1440, 900],
+  [2560, 1440],
+  [3840, 2160],
+];
+
+const boxOf = (page, selector) => page.locator(selector).first().boundingBox();
+
+/** How many pixels two boxes have in common. */
+function common(a, b) {
+  const across = Math.min(a.x + a.width, b.x + b.width) - Math.max(a.x, b.x);
+  const down = Math.min(a.y + a.height, b.y + b.height) - Math.max(a.y, b.y);
+  return Math.max(0, across) * Math.max(0, down);
+}
+
+const inside = ({ x, y, width, height }, [w, h]) =>
+  x >= -1 && y >= -1 && x + width <= w + 1 && y + height <= h + 1;
+
+for (const [width, height] of SIZES) {
+  test(`arm, map and question are side by side at ${width} x ${height}`, async () => {
+    const { page, wrong } = await opened(there, JACOBIAN, { viewport: { width, height } });
+    await page.locator(".arm-zero").first().waitFor({ state: "attached" });
+    const [arm, map, field, strip] = await Promise.all(
+      [".arm-box", ".arm-map-frame", ".formula-field", ".arm-strip"].map((part) => boxOf(page, part)),
+    );
+    for (const box of [arm, map, field]) assert.ok(inside(box, [width, height]), JSON.stringify(box));
+    assert.ok(arm.x + arm.width < field.x, "the question is beside the arm");
+    assert.ok(arm.height > 0.3 * height, `the drawing is ${arm.height} pixels high`);
+    assert.equal(common(arm, strip), 0);
+    await page.evaluate(() => scrollTo(0, 300));
+    const after = await boxOf(page, ".arm-box");
+    assert.ok(inside(after, [width, height]), "the arm stays in view");
+    const wider = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+    assert.ok(wider <= 0, `${wider} pixels wider than the screen`);
+    assert.deepEqual(wrong, []);
+  });
+}
+
+test("on a phone the arm stays on top while one answers, and can be folded", async () => {
+  const { page } = await opened(there, JACOBIAN, PHONE);
+  await page.locator(".arm-box").waitFor();
+  const field = page.locator(".formula-field").last();
+  await field.scrollIntoViewIfNeeded();
+  await field.focus();
+  const [arm, typed] = [await boxOf(page, ".arm-box"), await field.boundingBox()];
+  for (const box of [arm, typed]) assert.ok(inside(box, [390, 844]), JSON.stringify(box));
+  assert.equal(common(await boxOf(page, ".stage"), typed), 0, "the field is not under the arm");
+  await page.getByRole("button", { name: "Map", exact: true }).tap();
+  await page.locator(".arm-map-frame").waitFor();
+  const [drawing, map] = [await boxOf(page, ".arm-box"), await boxOf(page, ".arm-map-frame")];
+  assert.ok(inside(drawing, [390, 844]) && map.y + map.height < 700 && common(drawing, map) === 0);
+  await page.getByRole("button", { name: "Fold" }).tap();
+  assert.ok((await boxOf(page, ".stage")).height < 80);
+  await page.getByRole("button", { name: "Show the arm" }).tap();
+  await page.locator(".arm-box").waitFor();
+});
+
+test("a column that is pointed at in J stands out in the drawing, and a link in J", async () => {
+  const { page } = await opened(there, JACOBIAN);
+  await page.locator(".arm-jacobian tbody td").nth(1).hover();
+  await page.locator(".arm-column.arm-j2.arm-lit").waitFor({ state: "attached" });
+  const grip = page.locator(".arm-grip.arm-j1");
+  await grip.hover({ force: true });
+  await page.locator(".arm-jacobian td.arm-j1.arm-lit").first().waitFor();
+});
+
+test("the factor of det J that goes to zero is seen going", async () => {
+  const { page } = await opened(there, JACOBIAN);
+  await page.locator(".arm-factors > div").nth(1).waitFor();
+  assert.equal(await page.locator(".arm-vanishing").count(), 0);
+  const angle = page.locator('.arm-joints input[type="number"]').nth(1);
+  await angle.fill("1");
+  await angle.press("Tab");
+  await page.locator(".arm-vanishing math").waitFor();
+  await angle.fill("90");
+  await angle.press("Tab");
+  await drawn(page);
+  assert.equal(await page.locator(".arm-vanishing").count(), 0);
+});
+
+test("where the factors would tell the answer, they come once it is right", async () => {
+  const { page } = await opened(there, "practice.html?arm=planar-2r&question=determinant&variation=chapter");
+  await page.locator(".arm-factors > div").first().waitFor();
+  assert.equal(await page.locator(".arm-factors > div").count(), 1);
+  await page.getByLabel("Your answer").fill("a1*a2*sin(theta2)");
+  await page.getByRole("button", { name: "Check" }).click();
+  await page.locator(".verdict").waitFor();
+  if ((await page.locator(".verdict h3").innerText()) === "Right")
+    await page.locator(".arm-factors > div").nth(1).waitFor();
+  else assert.equal(await page.locator(".arm-factors > div").count(), 1);
+});
+
+test("the stage begins as the printed figure: the pose of the problem, and the table's letters", async () => {
+  const { page } = await opened(there, JACOBIAN);
+  await page.locator(".arm-letter-layer").waitFor({ state: "attached" });
+  const said = await page.locator(".arm-letter-layer text").allTextContents();
+  const printed = await page.locator(".printed svg text").allTextContents();
+  const letters = (texts) => new Set(texts.map((text) => text.replace(/\s/g, "")));
+  for (const name of letters(printed))
+    assert.ok(letters(said).has(name), `${name} is in print only: ${said}`);
+});

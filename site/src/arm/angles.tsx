@@ -1,0 +1,66 @@
+// The joint angles of a flat drawing: arcs from x_{i-1}, drawn on as a dashed line, to x_i, as in the textbook's figures.
+
+import type { JSX } from "preact";
+
+import { type Arm, entries, type State } from "./model.js";
+import { drawn, pixel, type Pixel, type View } from "./view.js";
+
+/** An arc in pixels: its path with its head, where its letter stands, and away from the joint. */
+export interface Arc {
+  readonly path: string;
+  readonly head: string;
+  readonly dashed: string;
+  readonly middle: Pixel;
+  readonly outward: Pixel;
+}
+
+const RADIUS = 34;
+
+/** The arc of a joint that turns in the page; null for another, and for an angle that is all but zero. */
+export function arcOf(arm: Arm, state: State, view: View, i: number): Arc | null {
+  const joint = arm.joints[i]!;
+  if (joint.kind !== "R") return null;
+  const before = state.frames[i]!;
+  const [angle] = entries(joint, state.pose[i]!);
+  const turn = Math.atan2(Math.sin(angle), Math.cos(angle));
+  if (Math.abs(turn) < 0.06) return null;
+  const [x, y] = pixel(view, before.o);
+  const [sx, sy] = drawn(view, before.x);
+  const toward = before.z[0] * view.toward[0] + before.z[1] * view.toward[1] + before.z[2] * view.toward[2];
+  const start = Math.atan2(-sy, sx);
+  const spin = toward > 0 ? turn : -turn; // counterclockwise on the page
+  const at = (share: number, radius: number): Pixel => [
+    x + radius * Math.cos(start + share * spin),
+    y - radius * Math.sin(start + share * spin),
+  ];
+  const [p, q] = [at(0, RADIUS), at(1, RADIUS)];
+  const back = Math.max(0, 1 - 7 / (RADIUS * Math.abs(spin)));
+  const [left, right] = [at(back, RADIUS - 3), at(back, RADIUS + 3)];
+  const far = at(0, RADIUS + 12);
+  const between = at(0.5, RADIUS + 2);
+  const large = Math.abs(spin) > Math.PI ? 1 : 0;
+  return {
+    path: `M${p[0]} ${p[1]}A${RADIUS} ${RADIUS} 0 ${large} ${spin > 0 ? 0 : 1} ${q[0]} ${q[1]}`,
+    head: `M${q[0]} ${q[1]}L${left[0]} ${left[1]}L${right[0]} ${right[1]}Z`,
+    dashed: `M${x} ${y}L${far[0]} ${far[1]}`,
+    middle: between,
+    outward: [between[0] - x, between[1] - y],
+  };
+}
+
+export function Angles({ arm, state, view }: { arm: Arm; state: State; view: View }): JSX.Element {
+  return (
+    <g class="arm-angles">
+      {arm.joints.map(({ name }, i) => {
+        const arc = arcOf(arm, state, view, i);
+        return arc ? (
+          <g key={name} class={`arm-j${(i % 7) + 1}`}>
+            <path class="arm-dashed" d={arc.dashed} />
+            <path class="arm-arc" d={arc.path} />
+            <path class="arm-head" d={arc.head} />
+          </g>
+        ) : null;
+      })}
+    </g>
+  );
+}

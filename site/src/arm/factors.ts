@@ -1,0 +1,45 @@
+// The factors of det J in numbers: what each is at a pose, and how large it ever gets, against which its bar is drawn.
+
+import type { Factor, Robot } from "../bank.js";
+import { read } from "../read/reader.js";
+import { realValue } from "../read/real.js";
+import { type Arm, type Pose, signedVolume } from "./model.js";
+import { randomPoses } from "./random.js";
+import { rangeOf } from "./ranges.js";
+
+/** A factor: as HTML, its value at a pose, and the largest size of it over the ranges of the joints. */
+export interface LiveFactor {
+  readonly html: string;
+  readonly at: (pose: Pose) => number;
+  readonly most: number;
+}
+
+const SAMPLES = 300;
+
+/** The largest size of det J, or of what stands for it, over the ranges of the joints. */
+export function mostVolume(arm: Arm): number {
+  return Math.max(1e-9, ...samplesOf(arm).map((pose) => Math.abs(signedVolume(arm, pose))));
+}
+
+/** Poses all over the ranges of the joints. */
+function samplesOf(arm: Arm): Pose[] {
+  return randomPoses(SAMPLES, arm.joints.length, 11).map((turns) =>
+    turns.map((turn, i) => {
+      const { low, high } = rangeOf(arm, i);
+      return low + ((turn + Math.PI) / (2 * Math.PI)) * (high - low);
+    }),
+  );
+}
+
+/** The factors of a robot's determinant as functions of the pose; one that can't be read is left out. */
+export function liveFactors(arm: Arm, robot: Robot, factors: readonly Factor[]): LiveFactor[] {
+  const names = arm.joints.map(({ name }) => name);
+  const known = new Set([...names, ...Object.keys(robot.values)]);
+  const samples = samplesOf(arm);
+  return factors.map(([html, typed]) => {
+    const tree = read(typed, known);
+    const at = (pose: Pose): number =>
+      realValue(tree, { ...robot.values, ...Object.fromEntries(names.map((name, i) => [name, pose[i]!])) });
+    return { html, at, most: Math.max(1e-9, ...samples.map((pose) => Math.abs(at(pose)))) };
+  });
+}

@@ -1,0 +1,119 @@
+// J in numbers, live: a column in the colour of its joint, which stands out where it is pointed at; and what det J is
+// made of, a bar for each factor, so that the one that goes to zero is seen going.
+
+import type { JSX } from "preact";
+
+import type { LiveFactor } from "./factors.js";
+import { Letters } from "./letters.js";
+import { type Arm, type Measures, ROWS, type State } from "./model.js";
+import { decimals, digits, useDigits, useSay } from "./speech.js";
+import { nearness, sizeName } from "./words.js";
+
+export interface JacobianProps {
+  readonly arm: Arm;
+  readonly state: State;
+  readonly lit: number | null;
+  readonly onLit: (joint: number | null) => void;
+}
+
+export function Jacobian({ arm, state, lit, onLit }: JacobianProps): JSX.Element {
+  const say = useSay();
+  const column = (i: number): string => `arm-j${(i % 7) + 1}${lit === i ? " arm-lit" : ""}`;
+  return (
+    <table class="arm-jacobian" onPointerLeave={() => onLit(null)}>
+      <caption class="arm-unseen">{say("arm.jacobian.title")}</caption>
+      <thead>
+        <tr>
+          <th scope="col">
+            <i>J</i>
+          </th>
+          {arm.joints.map(({ name }, i) => (
+            <th key={name} scope="col" class={column(i)} onPointerEnter={() => onLit(i)}>
+              <Letters name={name} dot />
+            </th>
+          ))}
+        </tr>
+      </thead>
+      <tbody>
+        {arm.task.map((row, k) => (
+          <tr key={row}>
+            <th scope="row">
+              <Letters name={rowName(row)} />
+            </th>
+            {state.counted[k]!.map((value, i) => (
+              <td key={i} class={column(i)} onPointerEnter={() => onLit(i)}>
+                {fixed(value, say("number.point"))}
+              </td>
+            ))}
+          </tr>
+        ))}
+      </tbody>
+    </table>
+  );
+}
+
+/** v_x as a name that `Letters` sets. */
+function rowName(row: number): string {
+  const [letter, axis] = ROWS[row]!;
+  return `${letter === "w" ? "ω" : "v"}_${axis}`;
+}
+
+/** Three decimals throughout, so that nothing jumps as it changes, and no minus before a zero. */
+function fixed(value: number, point: string): string {
+  return decimals(value, 3).toFixed(3).replace("-", "−").replace(".", point);
+}
+
+/** Below this share of the most that it gets, a factor is seen to go to zero. */
+const LOW = 0.06;
+
+interface DeterminantProps {
+  readonly arm: Arm;
+  readonly state: State;
+  readonly measures: Measures;
+  readonly factors: readonly LiveFactor[];
+  /** The largest size of det J that the arm gets to. */
+  readonly most: number;
+}
+
+/** det J, or what stands for it, and its factors where they are told. */
+export function Determinant({ arm, state, measures, factors, most }: DeterminantProps): JSX.Element {
+  const say = useSay();
+  const signed = useDigits();
+  const near = nearness(arm, measures);
+  const size = measures.det ?? measures.volume;
+  return (
+    <dl class="arm-factors">
+      <div>
+        <dt>{say(sizeName(arm))}</dt>
+        <dd>{signed(digits(size))}</dd>
+        <Bar share={Math.abs(size) / most} low={near !== "regular"} />
+      </div>
+      {factors.map(({ html, at, most }) => {
+        const value = at(state.pose);
+        const share = Math.min(1, Math.abs(value) / most);
+        return (
+          <div key={html} class={share < LOW ? "arm-vanishing" : ""}>
+            <dt dangerouslySetInnerHTML={{ __html: html }} />
+            <dd>{signed(decimals(value, 3))}</dd>
+            <Bar share={share} low={share < LOW} />
+          </div>
+        );
+      })}
+    </dl>
+  );
+}
+
+function Bar({ share, low }: { share: number; low: boolean }): JSX.Element {
+  return (
+    <dd class="arm-bar" aria-hidden="true">
+      <svg viewBox="0 0 100 6" preserveAspectRatio="none">
+        <rect class="arm-meter-all" width={100} height={6} />
+        <rect
+          class={`arm-meter-now${low ? " arm-low" : ""}`}
+          width={Math.max(0.8, 100 * Math.min(1, share))}
+          height={6}
+        />
+      </svg>
+    </dd>
+  );
+}

@@ -1,0 +1,161 @@
+// The state of a stage in one place: the arm, its pose, what is pointed at, what is shown of it, and what is beside it.
+
+import { useEffect, useMemo, useState } from "preact/hooks";
+
+import type { Factor, NamedPose, Robot } from "../bank.js";
+import { type LiveFactor, liveFactors, mostVolume } from "./factors.js";
+import type { Layers } from "./marks.js";
+import {
+  type Arm,
+  armOf,
+  type Measures,
+  measuresOf,
+  type Pose,
+  reachOf,
+  type State,
+  stateAt,
+} from "./model.js";
+import { obstacle, stationOn } from "./path.js";
+import { firstPose, poseWithin } from "./ranges.js";
+import { useRested } from "./size.js";
+import { firstWeld, journeyOf, type Weld } from "./weld.js";
+
+/** What is beside the drawing: sliders, J in numbers, the map of det J, the welding path, what the drawing shows. */
+export type Pane = "joints" | "jacobian" | "map" | "weld" | "layers";
+
+export interface StageWish {
+  readonly robot: Robot;
+  /** The pose in which the arm is drawn first, as its printed figure has it; else one of our own choice. */
+  readonly first?: NamedPose | undefined;
+  /** A pose to go to, such as a counterexample: when another is given, the arm goes there. */
+  readonly pose?: NamedPose | undefined;
+  readonly onPose?: ((pose: NamedPose) => void) | undefined;
+  readonly factors?: readonly Factor[] | undefined;
+}
+
+export interface Stage {
+  readonly robot: Robot;
+  readonly arm: Arm;
+  readonly reach: number;
+  readonly pose: Pose;
+  readonly state: State;
+  readonly measures: Measures;
+  readonly rested: State;
+  readonly factors: readonly LiveFactor[];
+  readonly most: number;
+  readonly move: (pose: Pose) => void;
+  readonly reset: () => void;
+  /** The joint that keys move, -1 for the point. */
+  readonly chosen: number;
+  readonly choose: (joint: number) => void;
+  /** The joint that is pointed at: its link, its arrow and its column stand out. */
+  readonly lit: number | null;
+  readonly point: (joint: number | null) => void;
+  readonly layers: Layers;
+  readonly toggle: (layer: keyof Layers) => void;
+  readonly pane: Pane | null;
+  readonly open: (pane: Pane | null) => void;
+  readonly welding: Welding | null;
+}
+
+export interface Welding {
+  readonly weld: Weld;
+  readonly journey: ReturnType<typeof journeyOf>;
+  readonly place: number;
+  readonly change: (weld: Weld) => void;
+  readonly goTo: (s: number) => void;
+}
+
+export const FIRST_LAYERS: Layers = {
+  frames: true,
+  lengths: true,
+  vectors: false,
+  columns: true,
+  ellipse: true,
+};
+
+export function useStage(
+  { robot: told, first: printed, pose: given, onPose, factors }: StageWish,
+  pane: Pane | null,
+): Stage {
+  const letters = JSON.stringify(Object.keys(told.values).map((name) => given?.[name]));
+  const robot = useMemo(() => withLetters(told, given), [told, letters]);
+  const arm = useMemo(() => armOf(robot), [robot]);
+  const reach = useMemo(() => reachOf(arm), [arm]);
+  const first = useMemo(
+    () =>
+      printed
+        ? posed(
+            arm,
+            printed,
+            arm.joints.map(() => 0),
+          )
+        : firstPose(arm),
+    [arm, printed],
+  );
+  const live = useMemo(() => liveFactors(arm, robot, factors ?? []), [arm, factors]);
+  const most = useMemo(() => mostVolume(arm), [arm]);
+  const [pose, setPose] = useState<Pose>(() => posed(arm, given, first));
+  const [chosen, choose] = useState(0);
+  const [lit, point] = useState<number | null>(null);
+  const [layers, setLayers] = useState<Layers>(FIRST_LAYERS);
+  const [opened, setOpened] = useState<Pane | null>(pane);
+  const [weld, setWeld] = useState<Weld | null>(null);
+  const [place, setPlace] = useState(0);
+
+  useEffect(() => {
+    const next = posed(arm, given, pose.length === arm.joints.length && given ? pose : first);
+    if (next.every((value, i) => Math.abs(value - (pose[i] ?? Infinity)) < 1e-9)) return;
+    setWeld(null);
+    setPose(next);
+  }, [arm, given && JSON.stringify(given)]);
+
+  const state = useMemo(() => stateAt(arm, pose), [arm, pose]);
+  const measures = useMemo(() => measuresOf(state), [state]);
+  const rested = useRested(state, 700);
+  const journey = useMemo(() => (weld ? journeyOf(arm, weld) : null), [arm, weld?.from, weld?.target]);
+
+  const move = (next: Pose): void => {
+    setPose(next);
+    onPose?.(Object.fromEntries(arm.joints.map(({ name }, i) => [name, next[i]!])));
+  };
+  const change = (next: Weld): void => {
+    setWeld(next);
+    setPlace(0);
+    move(poseWithin(arm, next.from));
+  };
+  const goTo = (s: number): void => {
+    setPlace(s);
+    if (journey) move(poseWithin(arm, stationOn(journey, s).pose));
+  };
+  const open = (next: Pane | null): void => {
+    setOpened(next);
+    if (next === "weld" && !weld && !obstacle(arm)) {
+      setWeld(firstWeld(arm, pose, reach));
+      setPlace(0);
+    }
+  };
+  return {
+    ...{ robot, arm, reach, pose, state, measures, rested, factors: live, most, move },
+    reset: () => move(first),
+    ...{ chosen, choose, lit, point, layers },
+    toggle: (layer) => setLayers({ ...layers, [layer]: !layers[layer] }),
+    pane: opened,
+    open,
+    welding: opened === "weld" && weld && journey ? { weld, journey, place, change, goTo } : null,
+  };
+}
+
+/** The robot with the lengths and angles that a counterexample tells for the letters of its table. */
+function withLetters(robot: Robot, given: NamedPose | undefined): Robot {
+  const values = Object.entries(robot.values).map(([name, value]) => [name, given?.[name] ?? value] as const);
+  return { ...robot, values: Object.fromEntries(values) };
+}
+
+/** A told pose, joints that it leaves out as in another. */
+function posed(arm: Arm, given: NamedPose | undefined, other: Pose): Pose {
+  return poseWithin(
+    arm,
+    arm.joints.map(({ name }, i) => given?.[name] ?? other[i]!),
+  );
+}
