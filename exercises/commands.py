@@ -22,6 +22,7 @@ from exercises.families.own import own_family
 from exercises.generation import family_named, listed, short_quiz
 from exercises.locus import check_map, write_map
 from exercises.overview import detail, overview, refusals, robots_overview
+from exercises.problem import convention_named
 from exercises.quizzes import QUIZZES
 from exercises.release import init_assignment
 from exercises.sets import DEFAULT_SET, SETS, set_named
@@ -81,6 +82,9 @@ def families(
             metavar="NAME", help="One of them, a real robot or a file: what it can be asked, and why not the rest."
         ),
     ] = "",
+    convention: Annotated[
+        str, typer.Option(metavar="NAME", help=f"Of one of them: how its arms are told, {', '.join(CONVENTIONS)}.")
+    ] = "",
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> None:
     """List the robot families and what each can be asked.
@@ -90,10 +94,14 @@ def families(
     NAME it is told of this family what it can be asked, question by question, and in a few words why not the rest; so
     it is of a real robot (ur5) and of your own ROBOT.toml, CSV or URDF, which may take a minute.
     """
+    if convention:
+        convention_named(convention)
+        if not name:
+            raise QdotError("--convention is for one family or robot; name it, as in 'qdot families ur5'")
     if name:
         family = _family(name)
-        row = {**_row(family), "refused": refusals(family)} if as_json else {}
-        say(json.dumps(row, ensure_ascii=False, indent=1) if as_json else detail(family))
+        row = {**_row(family, convention), "refused": refusals(family, convention)} if as_json else {}
+        say(json.dumps(row, ensure_ascii=False, indent=1) if as_json else detail(family, convention))
     elif as_json:
         say(json.dumps([_row(family) for family in FAMILIES.values()], ensure_ascii=False, indent=1))
     else:
@@ -111,8 +119,8 @@ def _family(name: str) -> Family:
     return family_named(name)
 
 
-def _row(family: Family) -> dict[str, Any]:
-    about = listed(family)
+def _row(family: Family, convention: str = "") -> dict[str, Any]:
+    about = listed(family, convention)
     return {
         "name": family.name,
         "title": family.title,

@@ -173,10 +173,11 @@ def _looked_at(family: Family) -> tuple[Chain, ...]:
     return tuple(arms)
 
 
-def listed(family: str | Family) -> Listed:
+def listed(family: str | Family, convention: str = "") -> Listed:
     """Return what is listed of a registered family; of a robot, or of a new one, it is found out here."""
     known = family_named(family) if isinstance(family, str) else family
-    return (None if known.robot else listing().get(known.name)) or find_out(known)
+    own = (None if known.robot else listing().get(known.name)) or find_out(known)
+    return replace(own, questions=find_questions(known, convention)) if convention else own
 
 
 @cache
@@ -189,8 +190,11 @@ def find_out(family: Family) -> Listed:
 
 
 def _by_variation(family: Family) -> tuple[int, ...]:
-    """Return the difficulty of an arm at each step of variation; all arms of a family have that of a step's."""
-    if family.varied:
+    """Return the difficulty of an arm at each step of variation; all arms of a family have that of a step's.
+
+    A robot of a file has no such steps.
+    """
+    if family.varied or family.robot:
         return ()
     return tuple(difficulty(sample_chain(ProblemId(family.name, 0, variation=name), family)) for name in STEPS)
 
@@ -220,7 +224,7 @@ def check_questions(
                     f"`qdot families {known.name}` lists what can"
                 )
     identity = ProblemId(known.name, 0, tuple(questions), band=band, variation=variation, convention=convention)
-    _check_asked(sample_chain(identity, known), questions, known)
+    _check_asked(sample_chain(identity, known), questions, known, convention)
 
 
 def _check_names(questions: Sequence[str]) -> None:
@@ -237,10 +241,11 @@ def _check_names(questions: Sequence[str]) -> None:
             )
 
 
-def _check_asked(chain: Chain, questions: Sequence[str], family: Family) -> None:
+def _check_asked(chain: Chain, questions: Sequence[str], family: Family, convention: str) -> None:
     objection = _objection(chain, questions)
     if objection is not None:
-        raise QdotError(f"{objection}; `qdot families {family.robot or family.name}` lists what can")
+        told = f" --convention {convention}" if convention else ""
+        raise QdotError(f"{objection}; `qdot families {family.robot or family.name}{told}` lists what can")
 
 
 def generate(
@@ -267,7 +272,7 @@ def generate(
     again = known.varied or any(name in QUIZZES for name in identity.questions)
     for attempt in range(ATTEMPTS if again else 1):
         chain = sample_chain(identity, family, attempt)
-        _check_asked(chain, identity.questions, known)
+        _check_asked(chain, identity.questions, known, identity.convention)
         try:
             return Problem(identity, chain, _parts(identity, chain, points))
         except RuntimeError:

@@ -11,10 +11,11 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from exercises.answers import Choice
-from exercises.arm.chain import CONVENTIONS
+from exercises.arm.chain import CONVENTIONS, Chain
+from exercises.difficulty import BANDS, HARDEST, difficulty, step
 from exercises.errors import QdotError
 from exercises.families import FAMILIES
-from exercises.generation import check_questions, generate, questions_of, student_problem_id
+from exercises.generation import check_questions, generate, questions_of, sample_chain, student_problem_id
 from exercises.problem import ENGINE, LARGEST_SEED, Part, Problem, ProblemId
 from exercises.questions import QUESTIONS, recursion, screws
 from exercises.record import digests
@@ -289,3 +290,15 @@ def test_a_class_has_different_answers(family: str) -> None:
         assert not letters or len(letters) > (2 if STUDENTS >= 30 else 1), name
         assert not letters or STUDENTS < 30 or max(letters.values()) < 0.7 * STUDENTS, name
     assert not all_letters or (len(all_letters) > 2 and max(all_letters.values()) < 0.7 * all_letters.total())
+
+
+def test_the_step_of_an_arm_of_many_terms_needs_no_singular_set(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Which takes a minute for arms of seven joints with offsets, and could only raise the highest step."""
+    arm = sample_chain(ProblemId("puma-560", 3, variation="full"))
+    assert difficulty(arm) >= BANDS[-1]
+
+    def asked(_: Chain) -> None:
+        raise AnArmWasDrawnError
+
+    monkeypatch.setattr("exercises.difficulty.singular_set", asked)
+    assert step(arm) == HARDEST

@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -86,6 +87,22 @@ def test_what_a_robot_can_not_be_asked_points_to_what_it_can() -> None:
             check_questions(own_family(path), ["determinant"])
     with pytest.raises(QdotError, match=re.escape(said.format("planar-3r"))):
         check_questions("planar-3r", ["determinant"])
+
+
+def test_what_can_be_asked_is_told_of_a_convention() -> None:
+    """And a refusal in a convention points to what can be asked in it."""
+    for name, chain in (
+        ("planar-2r", sample_chain(ProblemId("planar-2r", 0, convention="screws"))),
+        ("scorbot", replace(read_robot_file(robot_path("scorbot")).chain, convention="screws")),
+    ):
+        row = json.loads(run("families", name, "--convention", "screws", "--json"))
+        assert row["questions"] == [one for one, question in QUESTIONS.items() if question.refusal(chain) is None]
+        assert "home-screws" in row["questions"] and "transform" in row["refused"]
+    assert "qdot show planar-2r/1@screws" in run("families", "planar-2r", "--convention", "screws")
+    assert "did you mean 'modified-dh'" in fails("families", "planar-2r", "--convention", "craig")
+    assert "--convention is for one family or robot" in fails("families", "--convention", "screws")
+    with pytest.raises(QdotError, match="`qdot families scorbot --convention screws` lists what can"):
+        check_questions(own_family(robot_path("scorbot")), ["determinant"], convention="screws")
 
 
 def test_a_family_that_is_none_is_told() -> None:

@@ -10,11 +10,13 @@ import pytest
 import sympy as sp
 
 from exercises import verify
-from exercises.arm.chain import Chain
+from exercises.arm.chain import Chain, Joint, Point
 from exercises.arm.conventions import axes_of
 from exercises.arm.placing import Axis, reached
 from exercises.arm.robot_file import read_robot
 from exercises.families import FAMILIES
+from exercises.families.base import Family
+from exercises.families.own import own_family
 from exercises.generation import applicable, generate, sample_chain
 from exercises.mistakes.catalogue import CATALOGUE, taken
 from exercises.problem import Problem, ProblemId
@@ -268,3 +270,21 @@ def test_an_own_arm_is_told_by_the_points_of_its_file_and_without_brackets(tmp_p
 
 def _floats(vector: sp.Matrix, values: dict[sp.Symbol, float]) -> np.ndarray:
     return np.array([float(entry.xreplace(values)) for entry in vector])
+
+
+def test_a_point_on_an_inner_link_is_certified_by_the_axes_before_it() -> None:
+    joints = tuple(Joint("R", f"theta{i}", 0, f"a{i}", "pi/2" if i == 1 else 0) for i in (1, 2, 3))
+    arm = Chain("m", joints, ("vx", "vy"), tool=Point(2), convention="screws")
+    certificate = certify(generate(ProblemId("m", 1, ("position",)), family=Family("m", "m", "m", arm)))
+    assert certificate.passed, certificate.failures
+
+
+def test_a_length_of_an_arm_told_by_axes_may_be_called_as_one_of_the_table_that_is_not_told(tmp_path: Path) -> None:
+    """Joint 1 has the length 0.3 in that table, where a1 would be looked for."""
+    path = tmp_path / "arm.toml"
+    joint = '[[joint]]\nkind = "R"\naxis = [0, 0, 1]\npoint = [{}, 0, 0]\n'
+    head = 'name = "m"\nconvention = "screws"\npoint = ["a1 + 0.3", 0, 0]\n'
+    path.write_text(head + joint.format(0) + joint.format(0.3))
+    family = own_family(path)
+    certificate = certify(generate(ProblemId(family.name, 1, ("position", "determinant")), family=family))
+    assert certificate.passed, certificate.failures
