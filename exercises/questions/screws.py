@@ -142,6 +142,15 @@ def _tidied(matrix: sp.Matrix) -> sp.Matrix:
     return matrix.applyfunc(lambda entry: textbook(sp.expand(entry)))
 
 
+def carried_screws(chain: Chain) -> tuple[Screw, ...]:
+    """Return the screws of an arm as the joints before them have moved them, space frame."""
+    fill = derive(chain).fill
+    return tuple(
+        Screw(one.number, one.kind, *(each.applyfunc(fill) for each in (one.direction, one.point, one.screw)))
+        for one in _carried(structure(chain).chain)
+    )
+
+
 def space_jacobian(chain: Chain) -> sp.Matrix:
     """Return J_s, 6 x n: the twist (omega, v) of the last link in {s}, v that of its point at the origin of {s}."""
     fill = derive(chain).fill
@@ -228,12 +237,7 @@ def _pose(chain: Chain, rng: Stream) -> Asked:
 
 
 def _in_space(chain: Chain) -> InSpace:
-    fill = derive(chain).fill
-    carried = tuple(
-        Screw(one.number, one.kind, *(each.applyfunc(fill) for each in (one.direction, one.point, one.screw)))
-        for one in _carried(structure(chain).chain)
-    )
-    return InSpace(carried=carried)
+    return InSpace(carried=carried_screws(chain))
 
 
 def _space(chain: Chain, rng: Stream) -> Asked:

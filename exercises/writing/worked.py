@@ -31,7 +31,16 @@ from exercises.formula.order import joint_sum
 from exercises.problem import Part
 from exercises.questions.inversion import Configuration, Situation, jacobian_at
 from exercises.questions.rank import LostAt, MeaningAsked, Where, lost_where
-from exercises.questions.screws import body_jacobian, body_rotation, exponential, hat, space_jacobian
+from exercises.questions.screws import (
+    Screw,
+    body_jacobian,
+    body_rotation,
+    carried_screws,
+    exponential,
+    hat,
+    home_screws,
+    space_jacobian,
+)
 from exercises.questions.singular import Place
 from exercises.questions.wrist import block_determinants, not_partitioned, wrist_block
 from exercises.writing.angles import AngleNames, angle_names, arm_angles, link_angles
@@ -240,6 +249,14 @@ class Worked(AxisNames):
     def hat(vector: sp.Matrix) -> sp.Matrix:
         """Return [v], 3 x 3."""
         return hat(vector)
+
+    def screw_at_home(self, joint: int) -> Screw:
+        """Return a joint with its axis and its screw at home."""
+        return home_screws(self.chain)[joint - 1]
+
+    def screw_carried(self, joint: int) -> Screw:
+        """Return a joint with its axis and its screw as the joints before it have moved them."""
+        return carried_screws(self.chain)[joint - 1]
 
     def jacobian_of(self, frame: str) -> sp.Matrix:
         """Return the Jacobian of screws in the "space" frame or in that of the "body"."""

@@ -8,12 +8,13 @@ import pytest
 import sympy as sp
 
 from exercises import verify
+from exercises.answers import Choice
 from exercises.arm.chain import Chain
 from exercises.arm.conventions import axes_of
 from exercises.arm.placing import Axis
 from exercises.families import FAMILIES
 from exercises.generation import applicable, generate, sample_chain
-from exercises.mistakes.catalogue import CATALOGUE, taken
+from exercises.mistakes.catalogue import CATALOGUE, SECTIONS, taken
 from exercises.problem import Problem, ProblemId
 from exercises.questions import QUESTIONS as EVERY
 from exercises.questions.base import velocities
@@ -28,6 +29,7 @@ from exercises.questions.screws import (
     space_jacobian,
 )
 from exercises.quizzes import QUIZZES
+from exercises.quizzes.choice import AboutSubject
 from exercises.stream import Stream
 from exercises.verify import certify
 from exercises.writing.statement import hints, prompt, statement, worked_solution
@@ -151,6 +153,26 @@ def test_at_home_jacobians_are_the_screws(family: str) -> None:
 
 def _dust(value: sp.Expr) -> sp.Expr:
     return sp.nsimplify(value.round(20)) if value.is_number else value
+
+
+@pytest.mark.parametrize("variation", ["chapter", "zeros", "full"])
+def test_options_for_screws_are_those_of_the_arm_at_its_own_home(variation: str) -> None:
+    """Which may have roots: an arm of the same structure has another home, and no textbook has roots in its formulas."""
+    asked = set()
+    for family in ("planar-2r", "planar-rrp", "elbow-3r"):
+        arm = by_axes(family, variation)
+        for name in ("screw-choice", "space-column-choice"):
+            if QUIZZES[name].refusal(arm) is None:
+                problem = generate(ProblemId(family, 1, (name,), variation=variation, convention="screws"))
+                (part,) = problem.parts
+                assert certify(problem).passed
+                told, subject = part.about(AboutSubject).offered, part.about(AboutSubject).subject
+                whole = _reference(arm, subject.base)
+                assert (told[part.of(Choice).correct].shown - whole[:, subject.column]).expand().is_zero_matrix
+                behind = {blame.mistake for option in told for blame in option.behind}
+                assert behind <= {mistake.name for mistake in SECTIONS["Screws and exponentials"].MISTAKES}
+                asked.add(name)
+    assert "screw-choice" in asked
 
 
 OF_FRAMES = re.compile(
