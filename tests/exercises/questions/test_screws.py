@@ -157,7 +157,7 @@ def _dust(value: sp.Expr) -> sp.Expr:
 
 @pytest.mark.parametrize("variation", ["chapter", "zeros", "full"])
 def test_options_for_screws_are_those_of_the_arm_at_its_own_home(variation: str) -> None:
-    """Which may have roots: an arm of the same structure has another home, and no textbook has roots in its formulas."""
+    """Which may have roots: an arm of the same structure has another home, and formulas without roots."""
     asked = set()
     for family in ("planar-2r", "planar-rrp", "elbow-3r"):
         arm = by_axes(family, variation)
