@@ -28,7 +28,10 @@ TOPICS: Mapping[str, tuple[str, ...]] = {
     "losses": ("lost-direction", "unreachable-velocity"),
     "measures": ("manipulability", "condition-number"),
     "redundancy": ("gram-determinant", "least-norm-rates", "self-motion"),
-    "screws": ("home-screws", "body-pose", "space-jacobian", "body-jacobian", "space-twist", "body-twist"),
+    "screws": (
+        "home-screws", "body-pose", "body-adjoint", "changed-twist", "space-jacobian", "body-jacobian", "space-twist",
+        "body-twist",
+    ),
     "blocks": ("arm-block", "wrist-block", "block-determinants"),
 }  # fmt: skip
 """Questions that mostly go together, each in one topic, so that a family's can be told in a line."""

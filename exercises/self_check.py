@@ -117,6 +117,47 @@ RELATIONS = (
         "at({tool_jacobian})", "at.into_tool({transform}) @ at({geometric_jacobian})",
     ),
     Relation(
+        ("body-pose",), "Are the columns of the rotation in your pose unit vectors at right angles?",
+        "at({body_pose})[:3, :3].T @ at({body_pose})[:3, :3]", "np.eye(3)",
+    ),
+    Relation(
+        ("body-pose", "position"), "Is your position the last column of your pose?",
+        "at({position}).reshape(-1)", "at({body_pose})[{rows}, 3]",
+    ),
+    Relation(
+        ("body-pose", "body-adjoint"), "Are the first three columns of your adjoint made of your pose?",
+        "at({body_adjoint})[:, :3]",
+        "np.vstack([at({body_pose})[:3, :3], "
+        "np.cross(at({body_pose})[:3, 3:], at({body_pose})[:3, :3], axis=0)])",
+    ),
+    Relation(
+        ("home-screws", "space-jacobian"), "Is the first column of your space Jacobian your first screw?",
+        "at({space_jacobian})[:, 0]", "at({home_screws})[:, 0]",
+    ),
+    Relation(
+        ("body-pose", "space-jacobian"), "Is your space Jacobian how your pose moves?",
+        "at({space_jacobian})",
+        "np.vstack([at.motion({body_pose})[3:], at.motion({body_pose})[:3] "
+        "+ np.cross(at({body_pose})[:3, 3:], at.motion({body_pose})[3:], axis=0)])",
+    ),
+    Relation(
+        ("body-pose", "body-jacobian"), "Is your body Jacobian how your pose moves, in its own axes?",
+        "at({body_jacobian})", "at.into_tool({body_pose}) @ np.roll(at.motion({body_pose}), 3, axis=0)",
+    ),
+    Relation(
+        ("body-adjoint", "space-jacobian", "body-jacobian"),
+        "Does your adjoint change your body Jacobian into your space Jacobian?",
+        "at({body_adjoint}) @ at({body_jacobian})", "at({space_jacobian})",
+    ),
+    Relation(
+        ("space-jacobian", "space-twist"), "Is your space twist your space Jacobian times the joint rates?",
+        "at({space_twist})", "at({space_jacobian}) @ at.rates",
+    ),
+    Relation(
+        ("body-jacobian", "body-twist"), "Is your body twist your body Jacobian times the joint rates?",
+        "at({body_twist})", "at({body_jacobian}) @ at.rates",
+    ),
+    Relation(
         ("jacobian", "determinant"), "Is your determinant that of your Jacobian?",
         "at({determinant})", "np.linalg.det(np.atleast_2d(at({jacobian})))",
         lambda chain, asked: _square(chain, asked) and _all_of_task(chain, asked),

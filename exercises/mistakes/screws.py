@@ -10,7 +10,7 @@ from exercises.arm.arithmetic import applied, cross, product
 from exercises.arm.chain import Chain
 from exercises.arm.conventions import axes_of
 from exercises.arm.placing import Axis
-from exercises.arm.stages import Change, Table, Working, constant, propagated
+from exercises.arm.stages import Change, Table, Working, adjoint, constant, propagated
 from exercises.arm.told import is_by_axes
 from exercises.mistakes.base import Mistake, Shape, Slip
 
@@ -118,6 +118,38 @@ def _about_the_origin(chain: Chain) -> Iterator[Slip]:
         return np.concatenate([product(back, w["space jacobian"][:3]), product(back, w["space jacobian"][3:])])
 
     yield Slip({"body jacobian": turned})
+
+
+# --- the adjoint ---
+
+
+def _of_adjoint(made: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> Slips:
+    """Return what becomes of [Ad T], made of the rotation (3, 3, …) and the origin (3, …)."""
+
+    def slips(chain: Chain) -> Iterator[Slip]:
+        yield Slip({"body adjoint": lambda w, _: made(w["body rotation"], w["point"])})
+
+    return _of_screws(slips)
+
+
+def _blocks(upper: np.ndarray, right: np.ndarray, left: np.ndarray, lower: np.ndarray) -> np.ndarray:
+    return np.concatenate([np.concatenate([upper, right], axis=1), np.concatenate([left, lower], axis=1)])
+
+
+def _hat(vector: np.ndarray) -> np.ndarray:
+    """Return the matrix [v], (3, 3, …)."""
+    x, y, z = vector
+    return np.stack([np.stack([0 * x, -z, y]), np.stack([z, 0 * x, -x]), np.stack([-y, x, 0 * x])])
+
+
+def _inverted(turn: np.ndarray, place: np.ndarray) -> np.ndarray:
+    back = turn.swapaxes(0, 1)
+    return adjoint(back, -applied(back, place))
+
+
+def _back_and_forth(turn: np.ndarray, place: np.ndarray) -> np.ndarray:
+    """Take the adjoint of the wrong pose but for its place: R transposed beside P."""
+    return adjoint(turn.swapaxes(0, 1), place)
 
 
 # --- exponentials ---
@@ -305,6 +337,41 @@ MISTAKES = (
         "body-about-origin", "Reference point not moved to the body frame",
         "The space Jacobian seems to be turned into the body frame only: its velocities are those of another point, "
         "and are to be moved to P.", SOURCE, _of_screws(_about_the_origin), rare=True,
+    ),
+    Mistake(
+        "adjoint-of-inverse", "Adjoint of the inverse",
+        "The adjoint seems to be that of T_bs, which takes twists into the body frame: it is wanted for T_sb.", SOURCE,
+        _of_adjoint(_inverted),
+    ),
+    Mistake(
+        "adjoint-block-above", "[P] R in the upper right block",
+        "[P] R seems to stand in the upper right block: with omega above v, it stands in the lower left one.", SOURCE,
+        _of_adjoint(lambda turn, place: _blocks(turn, product(_hat(place), turn), 0 * turn, turn)),
+    ),
+    Mistake(
+        "adjoint-order", "R [P] for [P] R",
+        "The lower left block seems to be R [P]: R turns vectors into the space frame first, and [P] is on its left.",
+        SOURCE, _of_adjoint(lambda turn, place: _blocks(turn, 0 * turn, product(turn, _hat(place)), turn)),
+    ),
+    Mistake(
+        "adjoint-sign", "Lower left block of the adjoint with the wrong sign",
+        "The lower left block of the adjoint seems to have the wrong sign: the point at the origin moves at "
+        "v + P x omega.", SOURCE, _of_adjoint(lambda turn, place: adjoint(turn, -place)),
+    ),
+    Mistake(
+        "adjoint-without-p", "Twist turned, and not moved",
+        "Both halves of the twist seem to be turned only: in the space frame, its velocity is that of another point, "
+        "for which there is [P] R.", SOURCE, _of_adjoint(lambda turn, place: adjoint(turn, 0 * place)),
+    ),
+    Mistake(
+        "adjoint-not-turned", "[P] for [P] R",
+        "The lower left block seems to be [P]: it is multiplied by R, which turns the angular velocity first.",
+        SOURCE, _of_adjoint(lambda turn, place: _blocks(turn, 0 * turn, _hat(place), turn)),
+    ),
+    Mistake(
+        "rotation-transposed", "Rotation of the body frame transposed",
+        "R seems to be transposed: the columns of R_sb are the axes of the body frame as the space frame sees them.",
+        SOURCE, _of_adjoint(_back_and_forth), rare=True,
     ),
     Mistake(
         "exponentials-reversed", "Exponentials in the wrong order",

@@ -151,10 +151,15 @@ def _joint_rates(numeric: NumericReference, part: Part) -> Iterator[Check]:
     detail = f"sigma_min/sigma_max = {sigma[-1] / sigma[0]:.3f}"
     enough = WELL_CONDITIONED * well_conditioned(numeric.chain)
     yield Check("well conditioned", bool(sigma[-1] / sigma[0] > enough), detail)
+    yield three_digits(part)
+
+
+def three_digits(part: Part) -> Check:
+    """Look whether numbers stay right when they are rounded to three digits."""
     answer = part.of(Number)
-    allowed = np.maximum(answer.tolerance * np.abs(expected), answer.floor)
-    rounded = np.array([float(f"{value:.2e}") for value in expected])
-    yield Check("three digits", bool(np.all(np.abs(rounded - expected) <= allowed)), "rounding keeps it right")
+    due = np.array([float(value) for value in answer.reference])
+    rounded = np.array([float(f"{value:.2e}") for value in due])
+    return Check("three digits", bool(np.all(np.abs(rounded - due) <= answer.room(None))), "rounding keeps it right")
 
 
 CHECKS: dict[str, Callable[[NumericReference, Part], Iterator[Check]]] = {

@@ -11,9 +11,11 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from exercises.arm.conventions import axes_of
+from exercises.arm.kinematics import NumericChain
 from exercises.arm.placing import Axis
 from exercises.problem import Part
-from exercises.verify.formulas import DIFFERENCED, EXACT, formula
+from exercises.questions.screws import DECIMALS, InNumbers
+from exercises.verify.formulas import DIFFERENCED, EXACT, agree, formula, three_digits
 from exercises.verify.numeric_reference import Check, NumericReference
 
 Values = dict[str, tuple[np.ndarray, float]]
@@ -82,11 +84,55 @@ def _home(numeric: NumericReference, _: Part) -> Values:
 
 
 def _pose(numeric: NumericReference, _: Part) -> Values:
-    """By exponentials, and from the last frame, turned back by what its rotation is at home."""
-    by_frames = np.broadcast_to(np.eye(4), (numeric.points, 4, 4)).copy()
-    by_frames[:, :3, :3] = numeric.frames[:, -1, :3, :3] @ numeric.home[:, -1, :3, :3].swapaxes(1, 2)
-    by_frames[:, :3, 3] = numeric.point
-    return {"product of exponentials": (_Axes(numeric).pose, EXACT), "frames": (by_frames, EXACT)}
+    """By exponentials, and from the last frame."""
+    return {"product of exponentials": (_Axes(numeric).pose, EXACT), "frames": (_framed_pose(numeric), EXACT)}
+
+
+def _conjugated(pose: np.ndarray, twists: np.ndarray) -> np.ndarray:
+    """Return twists (…, 6, k) as another frame sees them, T [V] T^-1, by 4 x 4 matrices of twists."""
+    columns = []
+    for k in range(twists.shape[-1]):
+        omega, v = twists[..., :3, k], twists[..., 3:, k]
+        matrix = np.zeros((*omega.shape[:-1], 4, 4))
+        matrix[..., :3, :3], matrix[..., :3, 3] = _hat(omega), v
+        seen = pose @ matrix @ np.linalg.inv(pose)
+        columns.append(
+            np.stack([seen[..., 2, 1], seen[..., 0, 2], seen[..., 1, 0], *np.moveaxis(seen[..., :3, 3], -1, 0)], -1)
+        )
+    return np.stack(columns, axis=-1)
+
+
+def _body_adjoint(numeric: NumericReference, _: Part) -> Values:
+    """By the exponentials' pose, and by the matrix of each unit twist, between the poses of the last frame."""
+    unit = np.broadcast_to(np.eye(6), (numeric.points, 6, 6))
+    by_matrices = _conjugated(_framed_pose(numeric), unit)
+    return {"product of exponentials": (_adjoint(_Axes(numeric).pose), EXACT), "frames": (by_matrices, EXACT)}
+
+
+def _changed_twist(numeric: NumericReference, part: Part) -> Iterator[Check]:
+    """Change the matrix of the twist, T [V] T^-1, by the last frame there and at home; and look at what is given."""
+    told, chain = part.about(InNumbers), numeric.chain
+    arm = NumericChain(chain, {symbol.name: float(value) for symbol, value in told.place.lengths.items()})
+    q = np.array([float(told.place.joints[variable]) for variable in chain.q])
+    frames, home = arm.frames(q), arm.frames(0 * q)
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = frames[-1, :3, :3] @ home[-1, :3, :3].T, arm.point_of(frames)
+    twist = np.array(told.twist.tolist(), dtype=float)
+    claimed = np.array(part.answer.as_matrix().tolist(), dtype=float)
+    yield agree("matrix of the twist", claimed[None], _conjugated(pose, twist)[None], 1e-8)
+    geometric, rates = arm.jacobian(q), np.array([float(told.rates[rate]) for rate in chain.rates])
+    velocity, spin = (pose[:3, :3].T @ (half @ rates) for half in (geometric[:3], geometric[3:]))
+    off = np.abs(np.concatenate([spin, velocity]) - twist[:, 0]).max()
+    yield Check("the arm can", bool(off <= 0.51 * 10.0**-DECIMALS), f"its rates give the twist but for {off:.1e}")
+    yield three_digits(part)
+
+
+def _framed_pose(numeric: NumericReference) -> np.ndarray:
+    """Return the pose of the body frame by the last frame, turned back by what its rotation is at home, (…, 4, 4)."""
+    pose = np.broadcast_to(np.eye(4), (numeric.points, 4, 4)).copy()
+    pose[:, :3, :3] = numeric.frames[:, -1, :3, :3] @ numeric.home[:, -1, :3, :3].swapaxes(1, 2)
+    pose[:, :3, 3] = numeric.point
+    return pose
 
 
 def _space_jacobian(numeric: NumericReference) -> Values:
@@ -119,6 +165,8 @@ def _times_rates(due: Callable[[NumericReference], Values]) -> Callable[[Numeric
 CHECKS: dict[str, Callable[[NumericReference, Part], Iterator[Check]]] = {
     "home-screws": formula(_home),
     "body-pose": formula(_pose),
+    "body-adjoint": formula(_body_adjoint),
+    "changed-twist": _changed_twist,
     "space-jacobian": formula(lambda numeric, _: _space_jacobian(numeric)),
     "body-jacobian": formula(lambda numeric, _: _body_jacobian(numeric)),
     "space-twist": formula(_times_rates(_space_jacobian)),

@@ -29,9 +29,18 @@ from exercises.arm.told import (
 from exercises.arm.trigonometry import substitute, textbook, without_brackets
 from exercises.formula.order import joint_sum
 from exercises.problem import Part
-from exercises.questions.inversion import Situation, jacobian_at
+from exercises.questions.inversion import Configuration, Situation, jacobian_at
 from exercises.questions.rank import LostAt, MeaningAsked, Where, lost_where
-from exercises.questions.screws import body_jacobian, exponential, space_jacobian
+from exercises.questions.screws import (
+    Screw,
+    body_jacobian,
+    body_rotation,
+    carried_screws,
+    exponential,
+    hat,
+    home_screws,
+    space_jacobian,
+)
 from exercises.questions.singular import Place
 from exercises.questions.wrist import block_determinants, not_partitioned, wrist_block
 from exercises.writing.angles import AngleNames, angle_names, arm_angles, link_angles
@@ -230,6 +239,24 @@ class Worked(AxisNames):
         axes = axes_of(self.chain)[0]
         pairs = enumerate(zip(self.chain.q, axes, strict=True), 1)
         return [(f"e^{{[S_{{{i}}}]{tex(q)}}}", exponential(axis, q)) for i, (q, axis) in pairs]
+
+    @property
+    def body_rotation(self) -> sp.Matrix:
+        """R_sb, 3 x 3."""
+        return body_rotation(self.chain)
+
+    @staticmethod
+    def hat(vector: sp.Matrix) -> sp.Matrix:
+        """Return [v], 3 x 3."""
+        return hat(vector)
+
+    def screw_at_home(self, joint: int) -> Screw:
+        """Return a joint with its axis and its screw at home."""
+        return home_screws(self.chain)[joint - 1]
+
+    def screw_carried(self, joint: int) -> Screw:
+        """Return a joint with its axis and its screw as the joints before it have moved them."""
+        return carried_screws(self.chain)[joint - 1]
 
     def jacobian_of(self, frame: str) -> sp.Matrix:
         """Return the Jacobian of screws in the "space" frame or in that of the "body"."""
@@ -556,7 +583,7 @@ class Worked(AxisNames):
 
     # --- numbers ---
 
-    def numeric(self, situation: Situation, expression: sp.Matrix | sp.Expr) -> sp.Matrix | sp.Expr:
+    def numeric(self, situation: Configuration, expression: sp.Matrix | sp.Expr) -> sp.Matrix | sp.Expr:
         """Return the numbers that a formula takes in a situation, to four significant digits."""
         filled = expression.xreplace(situation.values)
         return filled.applyfunc(_four_digits) if isinstance(filled, sp.MatrixBase) else _four_digits(filled)

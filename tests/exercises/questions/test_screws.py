@@ -10,6 +10,7 @@ import pytest
 import sympy as sp
 
 from exercises import verify
+from exercises.answers import Choice
 from exercises.arm.chain import Chain, Joint, Point
 from exercises.arm.conventions import axes_of
 from exercises.arm.placing import Axis, reached
@@ -18,13 +19,15 @@ from exercises.families import FAMILIES
 from exercises.families.base import Family
 from exercises.families.own import own_family
 from exercises.generation import applicable, generate, sample_chain
-from exercises.mistakes.catalogue import CATALOGUE, taken
+from exercises.mistakes.catalogue import CATALOGUE, SECTIONS, taken
 from exercises.problem import Problem, ProblemId
 from exercises.questions import QUESTIONS as EVERY
 from exercises.questions.base import velocities
 from exercises.questions.screws import (
     QUESTIONS,
+    InNumbers,
     InSpace,
+    body_adjoint,
     body_jacobian,
     body_pose,
     body_rotation,
@@ -32,6 +35,7 @@ from exercises.questions.screws import (
     space_jacobian,
 )
 from exercises.quizzes import QUIZZES
+from exercises.quizzes.choice import AboutSubject
 from exercises.solving import Ready, text_stages
 from exercises.stream import Stream
 from exercises.verify import certify
@@ -68,6 +72,39 @@ def test_a_scara_has_its_published_space_jacobian() -> None:
     x, y = A1 * c1 + A2 * sp.cos(Q1 + Q2), A1 * s1 + A2 * sp.sin(Q1 + Q2)
     assert same(jacobian[:, :3], [[0] * 3, [0] * 3, [1] * 3, [0, A1 * s1, y], [0, -A1 * c1, -x], [0] * 3])
     assert same(jacobian[:, 3], [[0]] * 5 + [[-1]])
+
+
+def test_the_planar_arm_has_its_adjoint() -> None:
+    """[P] R has one row and one column other than zero: the moment of a turn, and the axis of the plane."""
+    adjoint, c, s = body_adjoint(by_axes("planar-2r", "chapter")), sp.cos(Q1 + Q2), sp.sin(Q1 + Q2)
+    x, y = A1 * sp.cos(Q1) + A2 * c, A1 * sp.sin(Q1) + A2 * s
+    turn = [[c, -s, 0], [s, c, 0], [0, 0, 1]]
+    assert same(adjoint[:3, :3], turn)
+    assert same(adjoint[3:, 3:], turn)
+    assert same(adjoint[:3, 3:], sp.zeros(3).tolist())
+    assert same(adjoint[3:, :3], [[0, 0, y], [0, 0, -x], [A1 * sp.sin(Q2), A1 * sp.cos(Q2) + A2, 0]])
+
+
+@of_families(FIXED)
+def test_the_adjoint_changes_the_body_jacobian_into_the_space_jacobian(family: str) -> None:
+    arm = by_axes(family)
+    if "body-pose" not in applicable(arm):
+        pytest.skip("its pose is too long")
+    stream = Stream(f"adjoint/{family}")
+    known = {symbol: sp.Float(stream.uniform(0.3, 1.2), 30) for symbol in (*arm.q, *arm.parameters)}
+    apart = body_adjoint(arm) * body_jacobian(arm) - space_jacobian(arm)
+    assert max(abs(entry) for entry in apart.xreplace(known).evalf(20)) < 1e-15
+
+
+def test_a_twist_in_numbers_is_one_that_the_arm_has() -> None:
+    """Changed from one frame into the other as it is told; and the rates would give nearly the same in {s}."""
+    for seed in range(4):
+        problem = generate(ProblemId("elbow-3r", seed, ("changed-twist",), variation="full", convention="screws"))
+        (part,) = problem.parts
+        told, arm = part.about(InNumbers), problem.chain
+        due = space_jacobian(arm).xreplace(told.place.values) * sp.Matrix(list(told.rates.values()))
+        assert max(abs(entry) for entry in (part.answer.as_matrix() - due).evalf()) < 2e-3
+        assert all(value * 1000 == int(value * 1000) for value in told.twist)
 
 
 @of_families(FIXED)
@@ -124,6 +161,26 @@ def test_at_home_jacobians_are_the_screws(family: str) -> None:
 
 def _dust(value: sp.Expr) -> sp.Expr:
     return sp.nsimplify(value.round(20)) if value.is_number else value
+
+
+@pytest.mark.parametrize("variation", ["chapter", "zeros", "full"])
+def test_options_for_screws_are_those_of_the_arm_at_its_own_home(variation: str) -> None:
+    """Which may have roots: an arm of the same structure has another home, and formulas without roots."""
+    asked = set()
+    for family in ("planar-2r", "planar-rrp", "elbow-3r"):
+        arm = by_axes(family, variation)
+        for name in ("screw-choice", "space-column-choice"):
+            if QUIZZES[name].refusal(arm) is None:
+                problem = generate(ProblemId(family, 1, (name,), variation=variation, convention="screws"))
+                (part,) = problem.parts
+                assert certify(problem).passed
+                told, subject = part.about(AboutSubject).offered, part.about(AboutSubject).subject
+                whole = _reference(arm, subject.base)
+                assert (told[part.of(Choice).correct].shown - whole[:, subject.column]).expand().is_zero_matrix
+                behind = {blame.mistake for option in told for blame in option.behind}
+                assert behind <= {mistake.name for mistake in SECTIONS["Screws and exponentials"].MISTAKES}
+                asked.add(name)
+    assert "screw-choice" in asked
 
 
 OF_FRAMES = re.compile(
