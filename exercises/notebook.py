@@ -7,7 +7,7 @@ A notebook holds no seed, so that a student can't regenerate the answers from it
 import base64
 import html
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import nbformat
 from nbformat import NotebookNode
@@ -35,9 +35,15 @@ def student_notebook(title: str, key: str, student: str, problems: Problems, hin
     return _notebook("student", title, key, student, problems, hinted)
 
 
-def solution_notebook(title: str, key: str, student: str, problems: Problems, hinted: bool = False) -> NotebookNode:
-    """Return the same notebook with the references filled in, and a worked solution after each part."""
-    return _notebook("solution", title, key, student, problems, hinted)
+def solution_notebook(
+    title: str, key: str, student: str, problems: Problems, hinted: bool = False, handed_out: NotebookNode | None = None
+) -> NotebookNode:
+    """Return the same notebook with the references filled in, and a worked solution after each part.
+
+    Where the one `handed_out` is there already, statements and prompts with their figures are taken from it.
+    """
+    written = {cell.id: cell.source for cell in handed_out.cells} if handed_out is not None else {}
+    return _notebook("solution", title, key, student, problems, hinted, written)
 
 
 def notebook_text(notebook: NotebookNode) -> str:
@@ -69,7 +75,9 @@ def points_text(points: float) -> str:
     return f"{points:g} {'point' if points == 1 else 'points'}"
 
 
-def _notebook(kind: str, title: str, key: str, student: str, problems: Problems, hinted: bool) -> NotebookNode:
+def _notebook(
+    kind: str, title: str, key: str, student: str, problems: Problems, hinted: bool, written: Mapping[str, str] = {}
+) -> NotebookNode:
     own = claims(kind, key, student, problems)
     notebook = new_notebook(metadata={"kernelspec": KERNEL, "language_info": {"name": "python"}, "qdot": own})
     has_tables = not all(is_by_axes(problem.chain) for _, problem in problems)
@@ -78,7 +86,7 @@ def _notebook(kind: str, title: str, key: str, student: str, problems: Problems,
     if checks := function_cell(problems):
         notebook.cells.append(_code("self-check", checks, HIDDEN))
     for number, (slot, problem) in enumerate(problems, 1):
-        notebook.cells.extend(_problem_cells(kind, number, slot, problem, hinted))
+        notebook.cells.extend(_problem_cells(kind, number, slot, problem, hinted, written))
     nbformat.validate(notebook)
     return notebook
 
@@ -114,12 +122,18 @@ def _form(problem: Problem, part: Part) -> dict[str, object]:
     }
 
 
-def _problem_cells(kind: str, number: int, slot: str, problem: Problem, hinted: bool) -> Iterator[NotebookNode]:
-    yield _markdown(f"{slot}-statement", statement(problem, f"{number} {problem.title}", figure_image(problem, slot)))
+def _problem_cells(
+    kind: str, number: int, slot: str, problem: Problem, hinted: bool, written: Mapping[str, str]
+) -> Iterator[NotebookNode]:
+    """Yield the cells of a problem; `written` has texts by the names of their cells."""
+    first = f"{slot}-statement"
+    given = written.get(first) or statement(problem, f"{number} {problem.title}", figure_image(problem, slot))
+    yield _markdown(first, given)
     solved = worked_solutions(problem) if kind == "solution" else {}
     for index, part in enumerate(problem.parts, 1):
         label = f"{number}.{index}"
-        yield _markdown(f"{slot}-{part.name}-question", _prompt(label, slot, problem, part, hinted))
+        question = f"{slot}-{part.name}-question"
+        yield _markdown(question, written.get(question) or _prompt(label, slot, problem, part, hinted))
         start = f"{variable(slot, part.name)} = "
         taken = len(start)
         source = start + (part.answer.placeholder(taken) if kind == "student" else answer_code(problem, part, taken))

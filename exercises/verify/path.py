@@ -38,10 +38,11 @@ class Followed:
     def placed(self, q: np.ndarray, s: float) -> np.ndarray:
         """Return the joint values at s, by Newton's method from q."""
         for _ in range(20):
-            error = self.origin + s * self.unit - self.arm.point(q)[self.task]
+            frames = self.arm.frames(q)
+            error = self.origin + s * self.unit - self.arm.point_of(frames)[self.task]
             if np.abs(error).max() < 1e-14:
                 break
-            q = q + np.linalg.solve(self.jacobian(q), error)
+            q = q + np.linalg.solve(self.arm.jacobian_of(frames)[self.task], error)
         return q
 
     def joints(self, places: np.ndarray) -> np.ndarray:

@@ -223,6 +223,16 @@ def test_an_arm_told_by_its_axes_has_no_names_of_a_table() -> None:
     assert "the table" not in statement(told["screws"], "").partition("**Joint variables:**")[2]
 
 
+@pytest.mark.parametrize("hinted", [False, True])
+def test_staff_reads_what_students_read_whether_it_is_written_anew_or_not(hinted: bool) -> None:
+    of = (TITLE, "hw1", "s001", _problems("planar-2r"), hinted)
+    handed_out = student_notebook(*of)
+    assert notebook_text(solution_notebook(*of, handed_out=handed_out)) == notebook_text(solution_notebook(*of))
+    asked = next(cell for cell in handed_out.cells if cell.id.endswith("-question"))
+    asked.source = "written once"
+    assert "written once" in [cell.source for cell in solution_notebook(*of, handed_out=handed_out).cells]
+
+
 @pytest.mark.parametrize("title", ["Arms & <signs>", "a_1 * [b] $c$ `d` \\e &amp; _f_ *g* 6.1"])
 def test_a_title_is_shown_as_it_is(title: str) -> None:
     cell = student_notebook(title, "hw1", "s001", _problems("planar-2r")).cells[0]
