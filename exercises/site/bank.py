@@ -128,7 +128,7 @@ def _state(folder: Path, failures: Failures, solved: bool) -> _State:
 def _write(state: _State, wanted: Wanted) -> Json | GivenUp:
     folder, failures, solved = state
     path = folder / FOLDER / wanted.family / f"{wanted.key}.json"
-    drawn_as = f"{solved}/{wanted.seed}/{wanted.asked}/{wanted.variation}/{wanted.problem and wanted.problem.id}"
+    drawn_as = f"{wanted.seed}/{wanted.asked}/{wanted.variation}/{wanted.problem and wanted.problem.id}"
     about = f"{code()}/{_texts()}/{drawn_as}"
     made_from = hashlib.sha256(about.encode()).hexdigest()  # a seed is not to be read from the bank
     if not solved:
@@ -140,7 +140,7 @@ def _write(state: _State, wanted: Wanted) -> Json | GivenUp:
     problem = wanted.certified(failures)
     if isinstance(problem, GivenUp):
         return problem
-    record = site_record(problem, solved)
+    record = site_record(problem)
     listed = {
         "family": wanted.family, "key": wanted.key, "difficulty": step(problem.chain), "title": record["title"],
         "questions": [part.kind for part in problem.parts], "variation": problem.id.variation,

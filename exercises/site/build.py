@@ -13,12 +13,14 @@ from exercises.files import make_folder, write_atomically
 from exercises.languages import LANGUAGES
 from exercises.record import Json
 from exercises.site.bank import FOLDER, SOLVED, TOLD, Wanted, index_text, titles_text, write_bank
-from exercises.site.pages import Around, Assets, built_assets, favicon, page_text, pages, worker_text
+from exercises.site.pages import Around, Assets, built_assets, favicon, manifest, page_text, pages, worker_text
 from exercises.site.stale_files import remove_stale_files
 
 NOT_BUILT = (
     "the site's scripts are not built: run `make site`, which needs Node and npm; an installed qdot has them already"
 )
+GALLERY = "docs/families/"
+"""Where the pictures of the gallery are, which works offline as the other pages do."""
 
 
 @dataclass(frozen=True)
@@ -65,12 +67,14 @@ def build(order: Order, each: Callable[[], None], left_out: Callable[[GivenUp], 
         write_atomically(order.folder / page.path, page_text(page, assets, order.course, order.docs is not None))
         shell.append(page.path)
     drawings = [] if order.docs is None else _drawings(order.docs, order.folder)
+    shell += [name for name in drawings if name.startswith(GALLERY)]
     write_atomically(order.folder / "icon.svg", favicon())
+    write_atomically(order.folder / "manifest.webmanifest", manifest(order.course))
     version = hashlib.sha256(
         b"".join((order.folder / name).read_bytes() for name in shell + _problems(order, listed) + [*titles])
         + index.encode()
     ).hexdigest()
-    shell += ["icon.svg", f"{FOLDER}/index.json", *titles]
+    shell += ["icon.svg", "manifest.webmanifest", f"{FOLDER}/index.json", *titles]
     write_atomically(order.folder / "sw.js", worker_text(shell, version[:16]))
     remove_stale_files(order.folder, [*shell, *drawings, "sw.js"])
     questions = sum(len(entry["questions"]) for entry in listed)

@@ -3,13 +3,15 @@
 import json
 from collections.abc import Iterator, Sequence
 
+from exercises.arm.chain import Chain
 from exercises.docs import Example, corrections, examples
 from exercises.docs.errata import Erratum
 from exercises.figure import figure_svg, singular_svg
 from exercises.problem import Problem, ProblemId
+from exercises.record import Json
 from exercises.render import render
 from exercises.site.page import Page
-from exercises.site.record import arm_record
+from exercises.site.record import arm_record, determinant_factors
 from exercises.writing.markup import to_html
 
 SECTION = "examples"
@@ -67,11 +69,16 @@ def _example(example: Example, every: list[dict[str, str]], place: int, errata: 
         steps=[(title, to_html(text, share=ASIDE)) for title, text in example.steps],
         singular=singular_svg(arm, f"{example.key}-singular") if example.singular else "",
         errata=to_html(differs, share=ASIDE) if own else "",
-        arm=json.dumps(arm_record(Problem(ProblemId("docs", 0), arm, ())), ensure_ascii=False),
+        arm=json.dumps(told_arm(arm), ensure_ascii=False),
         before=every[place - 1] if place else None,
         after=every[place + 1] if place + 1 < len(every) else None,
         errata_at=ERRATA,
     )
+
+
+def told_arm(chain: Chain) -> Json:
+    """Return what the live arm is drawn from, with the factors of its determinant."""
+    return arm_record(Problem(ProblemId("docs", 0), chain, ())) | {"factors": determinant_factors(chain)}
 
 
 def _places(errata: Corrections) -> dict[int, str]:

@@ -10,20 +10,18 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from exercises.docs import planar_2r
+from exercises.docs import planar_2r, scorbot_arm
 from exercises.figure import figure_svg
-from exercises.problem import Problem, ProblemId
 from exercises.render import render, template_folder
 from exercises.site.arms import gallery
-from exercises.site.chapter import chapter_pages
+from exercises.site.chapter import chapter_pages, told_arm
 from exercises.site.guide import COMMANDS, OWN_PAGES, Entry, arranged
 from exercises.site.page import Page
-from exercises.site.record import arm_record
 from exercises.writing.markup import to_html
 
-ENTRIES = {"practice": "src/practice/main.tsx", "pages": "src/pages/main.ts"}
+ENTRIES = {"practice": "src/practice/main.tsx", "learn": "src/learn/main.tsx", "pages": "src/pages/main.ts"}
 GREETING = {"theta1": math.radians(60), "theta2": math.radians(100)}
-"""The pose of the first page's picture: in the same one the arm that takes its place begins."""
+"""The pose in which the arm of the first page and of the lessons begins, and in which its picture stands."""
 LONG = 3
 """From so many headings on, a page of the documentation has a list of them."""
 
@@ -94,12 +92,16 @@ def pages(around: Around) -> Iterator[Page]:
     """Yield every page."""
     has_docs = around.docs is not None
     robot = planar_2r()
-    arm = json.dumps(arm_record(Problem(ProblemId("docs", 0), robot, ())), ensure_ascii=False)
+    arm = json.dumps(told_arm(robot) | {"pose": GREETING}, ensure_ascii=False)
     figure = figure_svg(robot, pose=GREETING)
     home = render("site/index.html.j2", course=around.course, has_docs=has_docs, arm=arm, figure=figure)
     yield Page("index.html", around.course or "qdot", home, section="home", kind="home")
     practice = render("site/practice.html.j2", has_docs=has_docs)
+    arms = {"plain": told_arm(robot) | {"pose": GREETING}, "elbow": told_arm(scorbot_arm())}
+    learn = render("site/learn.html.j2", arms=json.dumps(arms, ensure_ascii=False))
+    yield Page("learn.html", "Learn", learn, "learn", "learn", "practice")
     yield Page("practice.html", "Practise", practice, "practice", "practice", "practice")
+    yield Page("404.html", "There is no such page", render("site/missing.html.j2", root=""))
     yield Page("accessibility.html", "Accessibility", to_html(render("site/accessibility.md.j2")))
     yield from chapter_pages()
     if around.docs is not None:
@@ -167,6 +169,11 @@ def page_text(page: Page, assets: Assets, course: str, has_docs: bool = True) ->
 def worker_text(files: Sequence[str], version: str) -> str:
     """Return the service worker: it keeps the pages, scripts and styles, and every problem that was opened."""
     return render("site/sw.js.j2", files=list(files), version=version)
+
+
+def manifest(course: str) -> str:
+    """Return what a browser reads to put the site on a phone's first screen: its name, its icon, where it begins."""
+    return render("site/manifest.json.j2", name=course or "qdot: velocity kinematics", short=course or "qdot")
 
 
 def favicon() -> str:

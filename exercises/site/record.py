@@ -26,12 +26,12 @@ from exercises.writing.markup import to_html
 from exercises.writing.statement import answer_code, hints, option_text, prompt, statement, worked_solution
 
 
-def site_record(problem: Problem, solved: bool = True) -> Json:
-    """Return a problem without its solutions, and, where it is not `solved`, without the factors of det J.
+def site_record(problem: Problem) -> Json:
+    """Return a problem without its solutions.
 
     {"id", "family", "title", "difficulty": 0 to 4, "statement", "figure": svg, "alt", "robot": as in `qdot show`, with
     "values": {name: metres or radians} for the letters in its table, "symbols": {name: {"role", "unit", "latex"}},
-    "pose": {joint: rad or m} in which the figure shows it, "factors": [[html, typed], …] of det J that a pose changes,
+    "pose": {joint: rad or m} in which the figure shows it,
     "parts": [{"name", "kind", "title", "type", "shape", "points", "prompt", "names", "labels", "columns", "figure",
     "alt", "pose": that of its figure or null, "hints", "options", "key": as in `keys`, its mistakes as
     [index into "said", number, …]}],
@@ -46,19 +46,18 @@ def site_record(problem: Problem, solved: bool = True) -> Json:
         "statement": to_html(statement(problem, "")),
         "figure": figure_svg(chain),
         "alt": alt_text(chain),
-        **arm_record(problem, solved),
+        **arm_record(problem),
         "parts": [_part(problem, part, said) for part in problem.parts],
         "said": said.rows,
     }
 
 
-def arm_record(problem: Problem, solved: bool = True) -> Json:
-    """Return what the live arm is drawn from, as in `site_record`: {"robot", "symbols", "pose", "factors"}."""
+def arm_record(problem: Problem) -> Json:
+    """Return what the live arm is drawn from, as in `site_record`: {"robot", "symbols", "pose"}."""
     return {
         "robot": {**robot_json(problem.chain), "values": _values(problem.chain)},
         "symbols": _symbols(problem),
         "pose": figure_pose(problem.chain),
-        **({"factors": determinant_factors(problem.chain)} if solved else {}),
     }
 
 
@@ -119,9 +118,13 @@ def _said_in(words: Catalogue, name: str, _: str, sentence: str) -> list[str]:
 
 
 def solutions_record(problem: Problem) -> Json:
-    """Return the worked solutions: {"id", "parts": [{"name", "solution", "figure", "typed"}]}."""
+    """Return the worked solutions, and of what det J is made, which would tell some of them.
+
+    {"id", "factors": as in `determinant_factors`, "parts": [{"name", "solution", "figure", "typed"}]}
+    """
     return {
         "id": str(problem.id),
+        "factors": determinant_factors(problem.chain),
         "parts": [
             {
                 "name": part.name,

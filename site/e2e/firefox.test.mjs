@@ -122,7 +122,7 @@ describe("in Firefox", { skip: missing }, () => {
       assert.ok(Math.abs(after[0] - before[0]) > 5, `${pointer}: ${before} to ${after}`);
     }
     await picture("map");
-    await press("Welding path");
+    await press("Path");
     await press("Play");
     await page.until(() => Number(document.querySelector(".arm-play input").value) > 0.02);
     await press("Pause");

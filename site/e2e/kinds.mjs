@@ -2,6 +2,8 @@
 
 export const KINDS = [
   "index.html",
+  "learn.html",
+  "learn.html?lesson=inverse",
   "practice.html?arm=planar-2r&question=jacobian",
   "practice.html?arm=planar-2r&set=a&sheet=2&key=1",
   "accessibility.html",

@@ -107,7 +107,7 @@ export const drawn = (page) =>
 
 /** Brings the arm of a page, which comes when it is near to the screen, with its map; nothing on a page without one. */
 export async function armOf(page) {
-  const arm = page.locator("#arm, [data-arm], [data-hero]").first();
+  const arm = page.locator("#arm, [data-arm], [data-hero], .stage").first();
   if ((await arm.count()) === 0) return;
   await arm.scrollIntoViewIfNeeded();
   await page.mouse.move(1, 1); // that of the first page comes once somebody is there
@@ -115,7 +115,7 @@ export async function armOf(page) {
   if (await page.locator("[data-hero]").count()) await page.locator(".arm-factors").waitFor();
   else {
     const map = page.getByRole("button", { name: "Map", exact: true });
-    if ((await map.getAttribute("aria-expanded")) === "false") await map.click(); // on a phone it is closed
+    if ((await map.getAttribute("aria-expanded")) === "false") await map.evaluate((button) => button.click()); // the focus stays where it is
     await page.locator(".arm-zero").first().waitFor({ state: "attached" });
   }
 }

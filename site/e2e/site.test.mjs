@@ -96,7 +96,7 @@ test("singular configurations are judged by the arm itself", async () => {
   const other = await ask("singular-angles");
   const { heading: wrong, text } = await answered(other.page, "theta1 = 0");
   assert.equal(wrong, "Not right");
-  assert.match(text, /theta1 = 0/);
+  assert.match(text, /θ1 = 0°/);
 });
 
 test("hints come one by one, then the solution; progress is kept over a reload", async () => {
@@ -128,7 +128,7 @@ test("the arm goes to the pose in which a wrong answer differs, once the verdict
   await answered(page, "[a1*cos(theta1), a1*sin(theta1)]");
   await page.locator(".verdict a[href='#arm']").click();
   const told = await page.locator(".verdict").innerText();
-  const due = /theta1 = (-?[\d.]+)/.exec(told)[1] * (180 / Math.PI);
+  const due = /θ1 = (-?[\d.]+)°/.exec(told)[1];
   const field = page.locator('.arm-joints input[type="number"]').first();
   await field.waitFor();
   const turned = Number(await field.inputValue()) - due;
@@ -239,10 +239,7 @@ test("a problem is told in German: its texts, a hint, the mistake behind an answ
     await page.locator(".statement").innerText(),
     /Der Arm hat zwei Gelenke: Beide sind Drehgelenke\./,
   );
-  assert.match(
-    await page.getByLabel("Frage", { exact: true }).textContent(),
-    /Determinante der Jacobi-Matrix/,
-  );
+  assert.match(await page.getByLabel("Frage").first().textContent(), /Determinante der Jacobi-Matrix/);
   await page.getByRole("button", { name: "Hinweis 1 zeigen" }).click();
   assert.match(await page.locator(".hint").innerText(), /Die Determinante sagt, wo sich/);
   await page.getByLabel("Deine Antwort").fill(`-(${typed("determinant")})`);

@@ -110,3 +110,34 @@ test("the stage begins as the printed figure: the pose of the problem, and the t
   for (const name of letters(printed))
     assert.ok(letters(said).has(name), `${name} is in print only: ${said}`);
 });
+
+test("an option that is wider than a phone is scrolled by itself", async () => {
+  const { page } = await opened(there, "practice.html?arm=planar-2r&question=singularity-type", PHONE);
+  await page.locator(".option-text").first().waitFor();
+  const wider = await page.evaluate(() => {
+    for (const text of document.querySelectorAll(".option-text")) {
+      const wide = document.createElement("div"); // as the matrices of an arm with seven joints are
+      wide.style.width = "900px";
+      wide.style.height = "1em";
+      text.append(wide);
+    }
+    return document.documentElement.scrollWidth - innerWidth;
+  });
+  assert.ok(wider <= 0, `${wider} pixels wider than the screen`);
+});
+
+test("the columns of a wrong Jacobian are drawn beside the true ones, and move with the arm", async () => {
+  const { page, wrong } = await opened(there, JACOBIAN);
+  await page.getByRole("button", { name: "Type it as text" }).click();
+  await page.getByLabel("Your answer").fill("[[a1*c1, 0], [a1*s1, a2*c12]]");
+  await page.getByRole("button", { name: "Check" }).click();
+  await page.getByText("The columns of your J are drawn dashed").waitFor();
+  const shaft = page.locator(".arm-own .arm-j1 .arm-shaft");
+  await shaft.waitFor({ state: "attached" });
+  const before = await shaft.getAttribute("d");
+  await page.locator('.arm-joints input[type="range"]').first().focus();
+  await page.keyboard.press("ArrowRight");
+  await drawn(page);
+  assert.notEqual(await shaft.getAttribute("d"), before);
+  assert.deepEqual(wrong, []);
+});

@@ -51,7 +51,6 @@ export interface Problem {
   readonly robot: Robot;
   readonly symbols: Readonly<Record<string, SymbolInfo>>;
   readonly pose: NamedPose;
-  readonly factors?: readonly Factor[];
   readonly parts: readonly Part[];
   readonly said: readonly (readonly [name: string, title: string, sentence: string])[];
 }
@@ -189,6 +188,8 @@ export interface Solutions {
   /** Of the solutions, where they are not English. */
   readonly lang?: string;
   readonly id: string;
+  /** Of det J; empty where J is not square. */
+  readonly factors: readonly Factor[];
   readonly parts: readonly {
     readonly name: string;
     readonly solution: string;

@@ -4,6 +4,7 @@ import { expect, test } from "vitest";
 import type { Index } from "../src/bank.js";
 import {
   ANYTHING,
+  faultOf,
   asLink,
   attempted,
   fromLink,
@@ -80,10 +81,37 @@ test("a set is the same order for all, and another for another name", () => {
 });
 
 test("a link leads back to the same wish, and nonsense in it to any", () => {
-  const wish = { family: "scara", question: "position", difficulty: 0, variation: "frames", set: "x" };
+  const wish = {
+    family: "scara",
+    question: "position",
+    difficulty: 0,
+    variation: "frames",
+    set: "x",
+    count: 7,
+  };
   expect(fromLink(asLink(wish))).toEqual(wish);
+  expect(asLink({ ...ANYTHING, set: "x" })).toBe("?set=x");
+  expect(fromLink("?set=x&n=-3").count).toBe(ANYTHING.count);
   expect(fromLink("")).toEqual(ANYTHING);
   expect(fromLink("?difficulty=9").difficulty).toBeNull();
+});
+
+test("a set has as many problems as it says, ten where it does not say", () => {
+  const many = { ...INDEX, families: Array.from({ length: 5 }, () => INDEX.families).flat() };
+  expect(inOrder(many, { ...ANYTHING, set: "a" })).toHaveLength(10);
+  expect(inOrder(many, { ...ANYTHING, set: "a", count: 3 })).toHaveLength(3);
+});
+
+test("a link that asks for what is not here is told what is", () => {
+  const question = { name: "position", title: "Position", source: "6.1", form: "" };
+  const known = { ...INDEX, questions: [question] };
+  const fault = (search: string) => faultOf(known, fromLink(search), search)?.key ?? null;
+  expect(fault("?arm=scara")).toBeNull();
+  expect(fault("?arm=foo")).toBe("practice.unknown-arm");
+  expect(fault("?question=foo")).toBe("practice.unknown-question");
+  expect(fault("?variation=foo")).toBe("practice.unknown-variation");
+  expect(fault("?difficulty=9")).toBe("practice.unknown-difficulty");
+  expect(fault("?arm=scara&question=position")).toBe("practice.never-asked");
 });
 
 test("progress survives a file, and a file of something else is refused", () => {

@@ -5,7 +5,8 @@ import type { ConfigurationsKey, LettersKey, NumbersKey, ValuesKey } from "../sr
 import { chosenLetters, judgeLetters } from "../src/grade/letters.js";
 import { judgeDirection, judgeNumbers } from "../src/grade/numbers.js";
 import { judgeSet } from "../src/grade/sets.js";
-import { judgeValues } from "../src/grade/values.js";
+import { atText, judgeValues } from "../src/grade/values.js";
+import { withPoints } from "../src/read/points.js";
 
 const CHOICE: LettersKey = {
   type: "choice",
@@ -162,6 +163,32 @@ test.each([
   const found = judgeSet(typed, SET, ANGLES, stretched);
   expect([found.outcome, found.share]).toEqual([outcome, share]);
 });
+
+test("a rounded angle is told that it is rounded, and one that is far off is not", () => {
+  const said = (typed: string) => judgeSet(typed, SET, ANGLES, stretched).reasons[0]?.key;
+  expect(said("theta2 = 0, theta2 = 3.14159")).toBe("verdict.rounded");
+  expect(said("theta2 = 0, theta2 = 179.9 deg")).toBe("verdict.rounded");
+  expect(said("theta2 = 0, theta2 = 3")).toBe("verdict.unsound");
+});
+
+test("a pose is told as the sliders have it: angles in degrees within a turn, lengths in metres", () => {
+  expect(atText({ theta1: Math.PI / 3 + 4 * Math.PI, d2: 0.25, a1: 1 })).toBe(
+    "θ1 = 60°, d2 = 0.25 m, a1 = 1 m",
+  );
+});
+
+test.each([
+  ["0,5", "0.5"],
+  ["a1*(0,06*s2 - 0,3)", "a1*(0.06*s2 - 0.3)"],
+  ["(0,06*s2 - 0,3)*a1", "(0.06*s2 - 0.3)*a1"],
+  ["sin(0,5)", "sin(0.5)"],
+  ["[[0,5*(1,5*a1), 2]]", "[[0,5*(1.5*a1), 2]]"],
+  ["(1,2)", "(1,2)"],
+  ["[1,2]", "[1,2]"],
+  ["atan2(1,2)", "atan2(1,2)"],
+  ["2*atan2(1,2) + 1", "2*atan2(1,2) + 1"],
+  ["{theta2: (0,5)}", "{theta2: (0,5)}"],
+])("the decimal comma: %s is %s", (typed, read) => expect(withPoints(typed)).toBe(read));
 
 test.each(["hello world", "a1 + foo", "constructor"])("words that are no symbols are told: %s", (typed) => {
   const key: ValuesKey = { ...ALONG, type: "values", rows: 1, right: [[1, 2]] };

@@ -89,6 +89,7 @@ test("titles are translated where there is a translation", () => {
 test("solutions are translated part by part, or stay English", () => {
   const solutions: Solutions = {
     id: "scara/1",
+    factors: [],
     parts: [{ name: "rank", solution: "<p>It is 2.</p>", figure: "<svg/>", typed: "2" }],
   };
   const told = solvedIn("de", solutions, { parts: [{ name: "rank", solution: "<p>Es ist 2.</p>" }] });

@@ -12,6 +12,7 @@ const TYPES = {
   ".css": "text/css",
   ".json": "application/json",
   ".svg": "image/svg+xml",
+  ".webmanifest": "application/manifest+json",
 };
 export const CHROMIUM = [
   "/usr/bin/chromium",

@@ -20,7 +20,7 @@ export function Jacobian({ arm, state, lit, onLit }: JacobianProps): JSX.Element
   const say = useSay();
   const column = (i: number): string => `arm-j${(i % 7) + 1}${lit === i ? " arm-lit" : ""}`;
   return (
-    <table class="arm-jacobian" onPointerLeave={() => onLit(null)}>
+    <table class="arm-jacobian" data-columns={arm.joints.length} onPointerLeave={() => onLit(null)}>
       <caption class="arm-unseen">{say("arm.jacobian.title")}</caption>
       <thead>
         <tr>

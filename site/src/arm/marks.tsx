@@ -33,12 +33,19 @@ function axisOf({ width, height }: View): number {
 }
 
 const LOST = 0.03;
+/** A drawing that is lower or narrower (pixels) has no room for the names of axes and origins: there joints have theirs. */
+const ROOMY = 300;
+
+/** Metres on the drawing for one m/s of P. */
+export function speedScale(arm: Arm): number {
+  const { around, above } = extentOf(arm);
+  return BY_SPEED * Math.min(1, Math.max(around, above));
+}
 
 /** The columns of J as they are drawn at P (m). */
 export function drawnColumns(arm: Arm, state: State, reach: number): readonly Vec3[] {
   const { turning, columns } = arrowsOf(arm, state);
-  const { around, above } = extentOf(arm);
-  const by = turning ? 0.35 * reach : BY_SPEED * Math.min(1, Math.max(around, above));
+  const by = turning ? 0.35 * reach : speedScale(arm);
   return columns.map((column) => scaled(column, by));
 }
 
@@ -154,8 +161,9 @@ function shownAxes({ x, y, z }: Frame, flat: boolean): readonly (readonly [lette
 function wantedLabels({ arm, state, view, reach, layers, flat }: MarksProps, signed: Signed): Wanted[] {
   const { point, frames } = state;
   const wanted: Wanted[] = [];
+  const names = layers.frames && Math.min(view.width, view.height) >= ROOMY;
   const origins: [name: string, at: Pixel][] = [["P", pixel(view, point)]];
-  if (layers.frames)
+  if (names)
     frames.forEach(({ o }, i) => {
       const at = pixel(view, o);
       const same = origins.find(([, other]) => Math.hypot(other[0] - at[0], other[1] - at[1]) < 1);
@@ -180,7 +188,7 @@ function wantedLabels({ arm, state, view, reach, layers, flat }: MarksProps, sig
       }
     });
   }
-  if (layers.frames) {
+  if (names) {
     frames.forEach((frame, i) => {
       const [x, y] = pixel(view, frame.o);
       for (const [letter, axis] of shownAxes(frame, flat)) {

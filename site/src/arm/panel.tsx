@@ -3,8 +3,8 @@
 
 import "./arm.css";
 
-import type { JSX } from "preact";
-import { useId, useMemo, useRef, useState } from "preact/hooks";
+import type { ComponentChildren, JSX } from "preact";
+import { useEffect, useId, useMemo, useRef, useState } from "preact/hooks";
 
 import type { NamedPose, SymbolInfo } from "../bank.js";
 import type { TextKey } from "../text/en.js";
@@ -21,6 +21,7 @@ import { Route } from "./route.js";
 import { useSize } from "./size.js";
 import { digits, sayIn, Spoken, useDigits, useSay } from "./speech.js";
 import { type Pane, type Stage, type StageWish, useStage } from "./stage.js";
+import type { View } from "./view.js";
 import { Welding } from "./weld.js";
 import { inWords, nearness, sizeName } from "./words.js";
 
@@ -29,6 +30,12 @@ export type { NamedPose };
 export interface ArmProps extends StageWish {
   readonly symbols: Readonly<Record<string, SymbolInfo>>;
   readonly language?: Language | undefined;
+  /** The pane that is open first, where that is not as everywhere. */
+  readonly pane?: Pane | null | undefined;
+  /** Told of the stage whenever something of it has changed. */
+  readonly onStage?: ((stage: Stage) => void) | undefined;
+  /** What is drawn besides. */
+  readonly over?: ((stage: Stage, view: View) => ComponentChildren) | undefined;
 }
 
 export function Arm(props: ArmProps): JSX.Element {
@@ -56,13 +63,15 @@ function Panel(props: ArmProps): JSX.Element {
   const box = useRef<HTMLElement>(null);
   const [width] = useSize(box, [720, 600]);
   const wide = width >= WIDE;
-  const stage = useStage(props, isNarrowPage() ? null : "map");
+  const stage = useStage(props, isNarrowPage() ? null : (props.pane ?? "map"));
+  const { onStage, over } = props;
+  useEffect(() => onStage?.(stage), [stage.state, stage.rested, stage.welding?.place, stage.welding?.weld]);
   const { arm, robot, rested, welding } = stage;
   const [folded, setFolded] = useState(false);
   const words = useMemo(() => inWords(arm, rested, sayIn(language)), [arm, rested, language]);
   const ids = useId();
   const panes: Pane[] = wide ? ["map", "weld"] : ["joints", "jacobian", "map", "weld", "layers"];
-  const open = wide && stage.pane !== "weld" && stage.pane !== null ? "map" : stage.pane;
+  const open = wide && !panes.includes(stage.pane!) ? null : stage.pane; // sliders and J are there anyway
   return (
     <section
       ref={box}
@@ -87,11 +96,12 @@ function Panel(props: ArmProps): JSX.Element {
                 ? { at: welding.weld.target, move: (target) => welding.change({ ...welding.weld, target }) }
                 : undefined
             }
-            overlay={
-              welding
-                ? (view) => <Route journey={welding.journey} view={view} place={welding.place} />
-                : undefined
-            }
+            overlay={(view) => (
+              <>
+                {welding ? <Route journey={welding.journey} view={view} place={welding.place} /> : null}
+                {over?.(stage, view)}
+              </>
+            )}
           />
           {wide ? null : <Readout {...stage} />}
         </div>
@@ -131,6 +141,7 @@ function Panel(props: ArmProps): JSX.Element {
               {open === "joints" ? (
                 <>
                   <Joints {...stage} onChoose={stage.choose} onPose={stage.move} />
+                  <Figures {...stage} />
                   <Lengths robot={robot} symbols={symbols} />
                 </>
               ) : null}

@@ -31,6 +31,8 @@ export interface StageWish {
   readonly pose?: NamedPose | undefined;
   readonly onPose?: ((pose: NamedPose) => void) | undefined;
   readonly factors?: readonly Factor[] | undefined;
+  /** What is shown first, where that is not as everywhere. */
+  readonly layers?: Partial<Layers> | undefined;
 }
 
 export interface Stage {
@@ -75,7 +77,7 @@ export const FIRST_LAYERS: Layers = {
 };
 
 export function useStage(
-  { robot: told, first: printed, pose: given, onPose, factors }: StageWish,
+  { robot: told, first: printed, pose: given, onPose, factors, layers: wished }: StageWish,
   pane: Pane | null,
 ): Stage {
   const letters = JSON.stringify(Object.keys(told.values).map((name) => given?.[name]));
@@ -98,7 +100,7 @@ export function useStage(
   const [pose, setPose] = useState<Pose>(() => posed(arm, given, first));
   const [chosen, choose] = useState(0);
   const [lit, point] = useState<number | null>(null);
-  const [layers, setLayers] = useState<Layers>(FIRST_LAYERS);
+  const [layers, setLayers] = useState<Layers>({ ...FIRST_LAYERS, ...wished });
   const [opened, setOpened] = useState<Pane | null>(pane);
   const [weld, setWeld] = useState<Weld | null>(null);
   const [place, setPlace] = useState(0);
@@ -135,6 +137,9 @@ export function useStage(
       setPlace(0);
     }
   };
+  useEffect(() => {
+    if (pane === "weld") open("weld");
+  }, []);
   return {
     ...{ robot, arm, reach, pose, state, measures, rested, factors: live, most, move },
     reset: () => move(first),

@@ -118,7 +118,7 @@ interface Span {
 /** From so far below to so far above the base (m on the page), and as far as the world's origin with its axes. */
 function spanWith(below: number, above: number, origin: number, axis: number): Span {
   if (Math.abs(origin) < 1e-9) return { low: -below, high: above };
-  return { low: Math.min(-below, origin - axis / 2), high: Math.max(above, origin + axis) };
+  return { low: Math.min(-below, origin - axis), high: Math.max(above, origin + axis) };
 }
 
 const middle = ({ low, high }: Span): number => (low + high) / 2;

@@ -172,6 +172,17 @@ export function Welding(props: WeldProps): JSX.Element {
   );
 }
 
+/** How a path that is set up goes: it stops short, a joint exceeds its limit, or all keep theirs; null without one. */
+export function verdictOf(
+  arm: Arm,
+  welding: { readonly weld: Weld; readonly journey: Journey } | null,
+): "stops" | "exceeds" | "keeps" | null {
+  if (!welding || welding.journey.path.length === 0) return null;
+  const { weld, journey } = welding;
+  if (crossings(journey, weld.speed, limitsOf(arm, weld)).some((s) => s !== null)) return "exceeds";
+  return journey.arrives ? "keeps" : "stops";
+}
+
 /** How the journey goes, in words: whether it arrives, and which joints exceed their limits from where on. */
 export function verdict(arm: Arm, journey: Journey, weld: Weld, say: Say): string {
   const limits = limitsOf(arm, weld);

@@ -25,7 +25,7 @@ export function judgeLetters(answer: string, key: LettersKey): Verdict {
 }
 
 function single(chosen: number, right: readonly number[]): Verdict {
-  if (right.includes(chosen)) return correct(message("verdict.right-letter"));
+  if (right.includes(chosen)) return correct();
   return wrong("verdict.letter", { letter: LETTERS[chosen] ?? "" });
 }
 
@@ -34,7 +34,7 @@ function selected(chosen: readonly number[], key: LettersKey): Verdict {
   const all = new Set(chosen);
   const hits = [...all].filter((index) => key.right.includes(index)).length;
   const misses = all.size - hits;
-  if (hits === key.right.length && misses === 0) return correct(message("verdict.right-letter"));
+  if (hits === key.right.length && misses === 0) return correct();
   const share = hits / key.right.length - misses / Math.max(key.options - key.right.length, 1);
   return graded(Math.max(share, 0), [message("verdict.letters", { hits, misses })]);
 }
@@ -43,7 +43,7 @@ function selected(chosen: readonly number[], key: LettersKey): Verdict {
 function matched(chosen: readonly number[], right: readonly number[]): Verdict {
   const isOnce = (letter: number) => chosen.filter((each) => each === letter).length === 1;
   const off = right.flatMap((due, i) => (chosen[i] === due && isOnce(due) ? [] : [i + 1]));
-  if (off.length === 0) return correct(message("verdict.right-letter"));
+  if (off.length === 0) return correct();
   return graded((right.length - off.length) / right.length, [
     message("verdict.matching", { items: off.join(", ") }),
   ]);

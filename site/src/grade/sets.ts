@@ -166,6 +166,11 @@ function compared(
     bad.length,
   );
   const [off] = bad.filter((each) => each !== "close");
+  const isRounded = claims.some((claim, i) => {
+    const at = found[i];
+    return at && typeof at === "object" && isRoundedAt(claim, at, poses, space);
+  });
+  if (off && isRounded) return graded(share, [message("verdict.rounded")], { at: off });
   if (off) return graded(share, [message("verdict.unsound", { at: atText(shown(off, space)) })], { at: off });
   const [at] = open;
   if (at) return graded(share, [message("verdict.uncovered", { at: atText(shown(at, space)) })], { at });

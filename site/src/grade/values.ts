@@ -387,9 +387,20 @@ function shownAt(key: ValuesKey, k: number, entry: Node): At {
 
 export function atText(at: At): string {
   return Object.entries(at)
-    .map(([symbol, value]) => `${symbol} = ${inDigits(value)}`)
-    .join(", ");
+    .map(([symbol, value]) => `${seen(symbol)} = ${inDigits(asOnSliders(symbol, value))}${unitOf(symbol)}`)
+    .join(inDigits(0.5).includes(",") ? "; " : ", ");
 }
+
+/** A joint angle in degrees, as the page's sliders have it, within a turn; everything else as it is. */
+function asOnSliders(symbol: string, value: number): number {
+  if (!isAngle(symbol)) return value;
+  const degrees = (value * 180) / Math.PI;
+  return Number((degrees - 360 * Math.round(degrees / 360)).toFixed(1));
+}
+
+const isAngle = (symbol: string): boolean => /^theta\d+$/.test(symbol);
+const unitOf = (symbol: string): string => (isAngle(symbol) ? "°" : /^[ad]\d+$/.test(symbol) ? " m" : "");
+const seen = (symbol: string): string => symbol.replace(/^theta(?=\d)/, "θ");
 
 /** What is said of words in an answer that are no symbols of the problem; null where there are none. */
 export function unknownSymbols(names: ReadonlySet<string>, { symbols }: ValuesKey): Message | null {

@@ -21,8 +21,8 @@ export interface Verdict {
   readonly mistake?: number;
 }
 
-export function correct(reason: Message, sure = true): Verdict {
-  return { outcome: "correct", share: 1, reasons: [reason], sure };
+export function correct(reason?: Message, sure = true): Verdict {
+  return { outcome: "correct", share: 1, reasons: reason ? [reason] : [], sure };
 }
 
 export function missing(): Verdict {

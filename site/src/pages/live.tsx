@@ -21,7 +21,7 @@ export function showArm(element: HTMLElement): void {
   const { arm, hero } = element.dataset;
   const { robot, symbols, pose, factors } = JSON.parse(arm ?? hero!) as Told;
   const wish = { robot, first: pose, factors, language: language() };
-  const shown: JSX.Element = arm ? <Arm {...wish} symbols={symbols} /> : <Hero {...wish} />;
+  const shown: JSX.Element = arm ? <Arm {...wish} symbols={symbols} pane="joints" /> : <Hero {...wish} />;
   element.textContent = "";
   element.lang = chosenLanguage();
   render(shown, element);

@@ -21,24 +21,7 @@ const near = new IntersectionObserver(
   },
   { rootMargin: "100px" },
 );
-for (const element of document.querySelectorAll("[data-arm]")) near.observe(element);
-atFirstSign(() => {
-  for (const element of document.querySelectorAll("[data-hero]")) near.observe(element);
-});
-
-/** Call once somebody is there: a mouse, a finger or a key moves. Until then, a picture of the arm does. */
-function atFirstSign(work: () => void): void {
-  const seen = new AbortController();
-  for (const event of ["pointermove", "pointerdown", "touchstart", "wheel", "scroll", "keydown", "focusin"])
-    window.addEventListener(
-      event,
-      () => {
-        if (!seen.signal.aborted) work();
-        seen.abort();
-      },
-      { signal: seen.signal, passive: true },
-    );
-}
+for (const element of document.querySelectorAll("[data-arm], [data-hero]")) near.observe(element);
 
 /** Formulas, tables and listings that are wider than their place are scrolled by keys, in every browser. */
 function reachWide(): void {

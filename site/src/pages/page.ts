@@ -1,9 +1,9 @@
-// What every page does: it speaks the language that was chosen, and works offline after the first visit.
+// What every page does: it speaks the language of the reader, and is kept for when there is no connection.
 
 import { ROOT } from "../load.js";
 import type { TextKey } from "../text/en.js";
 import { chooseLanguage, chosenLanguage, LANGUAGES, loadLanguage } from "../text/languages.js";
-import { ENGLISH, message, said, speak } from "../text/text.js";
+import { ENGLISH, message, said, speak, type Values } from "../text/text.js";
 
 export async function startPage(): Promise<void> {
   if ("serviceWorker" in navigator && window.isSecureContext) {
@@ -14,7 +14,8 @@ export async function startPage(): Promise<void> {
   }
   speak(await loadLanguage().catch(() => ENGLISH));
   for (const element of document.querySelectorAll<HTMLElement>("[data-text]")) {
-    element.textContent = said(message(element.dataset["text"] as TextKey));
+    const { text, values } = element.dataset;
+    element.textContent = said(message(text as TextKey, values ? (JSON.parse(values) as Values) : {}));
     if (chosenLanguage() !== "en") element.lang = chosenLanguage();
   }
   document.querySelector("header.top nav")?.setAttribute("aria-label", said(message("page.main")));

@@ -309,6 +309,7 @@ function Letters({ problem: { lang }, part, onAnswer }: Field) {
     const now = Array.from({ length: items }, (_, i) => chosen[i] ?? null);
     return (
       <div class="answer">
+        <p class="help">{said(message("answer.choose-each"))}</p>
         <Options options={options} lang={lang} />
         {now.map((each, i) => (
           <label class="match" key={i}>
@@ -335,7 +336,10 @@ function Letters({ problem: { lang }, part, onAnswer }: Field) {
   const single = part.key.type === "choice";
   return (
     <fieldset class="answer options">
-      <legend class="visually-hidden">{said(message("answer.label"))}</legend>
+      <legend class="help">
+        <span class="visually-hidden">{said(message("answer.label"))}: </span>
+        {said(message(single ? "answer.choose-one" : "answer.choose-all"))}
+      </legend>
       {options.map((option, i) => (
         <label class="option" key={i}>
           <input

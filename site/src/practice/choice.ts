@@ -3,6 +3,7 @@
 // Questions that went wrong come again: after two others, then after a day, three days, a week (Leitner's boxes).
 
 import type { Index } from "../bank.js";
+import { message, type Message } from "../text/text.js";
 
 /** What the student wants to practise; empty means any. */
 export interface Wish {
@@ -12,12 +13,21 @@ export interface Wish {
   readonly variation: string;
   /** The seed of a set that an instructor gave out: all who have it practise the same problems in the same order. */
   readonly set: string;
+  /** How many problems a set has at most. */
+  readonly count: number;
 }
 
 /** The steps of exercises/variation.py. */
 export const STEPS = ["chapter", "lengths", "zeros", "frames", "full"] as const;
 
-export const ANYTHING: Wish = { family: "", question: "", difficulty: null, variation: "", set: "" };
+export const ANYTHING: Wish = {
+  family: "",
+  question: "",
+  difficulty: null,
+  variation: "",
+  set: "",
+  count: 10,
+};
 
 /** A question about an arm of the bank. */
 export interface Item {
@@ -85,6 +95,14 @@ export function next(
   return pool?.[Math.floor(random() * pool.length)] ?? null;
 }
 
+/** What went wrong before and is due again, of what the bank has, the longest due first. */
+export function dueItems(index: Index, progress: Progress, now: number): Item[] {
+  const due = (item: Item): number => progress[nameOf(item)]?.due ?? Infinity;
+  return items(index, ANYTHING)
+    .filter((item) => isMissed(progress[nameOf(item)]) && due(item) <= now)
+    .sort((a, b) => due(a) - due(b));
+}
+
 /** Where to go on in a set: at its first item that was not tried yet, or at its beginning. */
 export function placeIn(order: readonly Item[], progress: Progress): number {
   return Math.max(
@@ -101,7 +119,7 @@ export function inOrder(index: Index, wish: Wish): Item[] {
     const j = Math.floor(random() * (i + 1));
     [all[i], all[j]] = [all[j] as Item, all[i] as Item];
   }
-  return all;
+  return all.slice(0, wish.count);
 }
 
 /** Progress after an attempt: a right one goes a box up, a wrong one back to the first. */
@@ -138,6 +156,7 @@ export function asLink(wish: Wish): string {
   if (wish.difficulty !== null) found.set("difficulty", String(wish.difficulty));
   if (wish.variation) found.set("variation", wish.variation);
   if (wish.set) found.set("set", wish.set);
+  if (wish.set && wish.count !== ANYTHING.count) found.set("n", String(wish.count));
   return found.size > 0 ? `?${found}` : "";
 }
 
@@ -145,11 +164,39 @@ export function fromLink(search: string): Wish {
   const found = new URLSearchParams(search);
   const difficulty = found.get("difficulty");
   const step = difficulty === null ? NaN : Number(difficulty);
+  const count = Number(found.get("n") ?? NaN);
   return {
     family: found.get("arm") ?? "",
     question: found.get("question") ?? "",
     difficulty: Number.isInteger(step) && step >= 0 && step <= 4 ? step : null,
     variation: found.get("variation") ?? "",
     set: found.get("set") ?? "",
+    count: Number.isInteger(count) && count > 0 ? count : ANYTHING.count,
   };
+}
+
+/** What is wrong with a wish that allows no problem, or with a link that names what is not here; null where nothing is. */
+export function faultOf(index: Index, wish: Wish, search: string): Message | null {
+  const arm = index.families.find(({ name }) => name === wish.family);
+  const question = index.questions.find(({ name }) => name === wish.question);
+  const difficulty = new URLSearchParams(search).get("difficulty");
+  const known = variations(index);
+  if (wish.family && !arm)
+    return message("practice.unknown-arm", {
+      name: wish.family,
+      known: index.families.map(({ name }) => name).join(", "),
+    });
+  if (wish.question && !question) return message("practice.unknown-question", { name: wish.question });
+  if (wish.variation && !known.includes(wish.variation))
+    return message("practice.unknown-variation", { name: wish.variation, known: known.join(", ") });
+  if (difficulty !== null && wish.difficulty === null)
+    return message("practice.unknown-difficulty", { name: difficulty });
+  if (items(index, wish).length > 0) return null;
+  if (
+    arm &&
+    question &&
+    items(index, { ...ANYTHING, family: arm.name, question: question.name }).length === 0
+  )
+    return message("practice.never-asked", { question: question.title, arm: arm.title });
+  return message("practice.none");
 }

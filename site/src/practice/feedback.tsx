@@ -12,7 +12,14 @@ const TITLES = {
   missing: "practice.missing",
 } as const;
 
-export function Feedback({ problem, verdict }: { problem: Problem; verdict: Verdict }): JSX.Element {
+interface FeedbackProps {
+  readonly problem: Problem;
+  readonly verdict: Verdict;
+  /** Whether the columns of the answer are drawn beside the true ones. */
+  readonly isDrawn: boolean;
+}
+
+export function Feedback({ problem, verdict, isDrawn }: FeedbackProps): JSX.Element {
   const mistake = verdict.mistake === undefined ? undefined : problem.said[verdict.mistake];
   const pose = poseOf(problem, verdict);
   return (
@@ -32,6 +39,7 @@ export function Feedback({ problem, verdict }: { problem: Problem; verdict: Verd
       {verdict.entries && verdict.entries.length * (verdict.entries[0]?.length ?? 0) > 1 ? (
         <Marks entries={verdict.entries} />
       ) : null}
+      {isDrawn ? <p>{said(message("practice.own-columns"))}</p> : null}
       {pose ? (
         <p>
           <a href="#arm">{said(message("practice.pose"))}</a>

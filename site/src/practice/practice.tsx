@@ -3,13 +3,15 @@
 import type { JSX } from "preact";
 import { useEffect, useMemo, useState } from "preact/hooks";
 
-import type { Index, Problem } from "../bank.js";
-import type { Level } from "../grade/levels.js";
-import { loadIndex, loadProblem } from "../load.js";
+import type { Index } from "../bank.js";
+import { loadIndex } from "../load.js";
 import { message, said } from "../text/text.js";
 import {
+  ANYTHING,
   asLink,
+  dueItems,
   attempted,
+  faultOf,
   fromLink,
   inOrder,
   type Item,
@@ -19,18 +21,12 @@ import {
   type Progress,
   type Wish,
 } from "./choice.js";
+import { Due } from "./due.js";
 import { keep, kept } from "./progress.js";
+import { Current, Failed } from "./current.js";
 import { Settings } from "./settings.js";
 import { Sheet, sheetFrom } from "./sheet.js";
-import { Task } from "./task.js";
-
-const storage = (() => {
-  try {
-    return window.localStorage;
-  } catch {
-    return null; // a browser that keeps nothing
-  }
-})();
+import { storage } from "./storage.js";
 
 export function Practice(): JSX.Element {
   const [index, setIndex] = useState<Index | null>(null);
@@ -46,23 +42,14 @@ export function Practice(): JSX.Element {
   return index ? <Session index={index} /> : <p role="status">{said(message("practice.loading"))}</p>;
 }
 
-function Failed({ why, onAgain }: { why: string; onAgain: () => void }) {
-  return (
-    <div role="alert">
-      <p>{said(message("practice.failed", { why }))}</p>
-      <button type="button" class="button" onClick={onAgain}>
-        {said(message("practice.again"))}
-      </button>
-    </div>
-  );
-}
-
 function Session({ index }: { index: Index }) {
   const [wish, setWish] = useState<Wish>(() => fromLink(window.location.search));
   const [progress, setProgress] = useState<Progress>(() => kept(storage));
   const [place, setPlace] = useState(0);
   const [item, setItem] = useState<Item | null>(null);
   const [moved, setMoved] = useState(false);
+  const [queued, setQueued] = useState(false); // whether what is due is being answered
+  const due = dueItems(index, progress, Date.now());
   const order = useMemo(() => (wish.set ? inOrder(index, wish) : null), [index, wish]);
 
   const choose = (wanted: Wish, from: number | null) => {
@@ -77,6 +64,16 @@ function Session({ index }: { index: Index }) {
     );
   };
   useEffect(() => choose(wish, null), []);
+  /** The first of what is due, or the next one; when there is none left, as it was wished. */
+  const fromQueue = (isFirst: boolean): void => {
+    const [first] = due.filter((each) => isFirst || !item || nameOf(each) !== nameOf(item));
+    if (first) setItem(first);
+    else {
+      setQueued(false);
+      choose(wish, place);
+    }
+  };
+  const fault = useMemo(() => faultOf(index, wish, window.location.search), [index, wish]);
 
   const wished = (wanted: Wish) => {
     setWish(wanted);
@@ -90,6 +87,14 @@ function Session({ index }: { index: Index }) {
   return (
     <div class="workspace">
       <div class="choosing">
+        <Due
+          count={due.length}
+          going={queued}
+          onStart={() => {
+            setQueued(true);
+            fromQueue(true);
+          }}
+        />
         <Settings index={index} wish={wish} progress={progress} onWish={wished} onProgress={noted} />
         {order && order.length > 0 ? (
           <p class="muted set-place">
@@ -97,70 +102,27 @@ function Session({ index }: { index: Index }) {
           </p>
         ) : null}
       </div>
-      {item ? (
+      {item && !fault ? (
         <Current
           key={nameOf(item)}
           item={item}
           level={index.feedback}
           arrived={moved}
-          onRight={(right) => noted(attempted(progress, item, right, Date.now()))}
+          onVerdict={(right) => noted(attempted(progress, item, right, Date.now()))}
           onNext={() => {
             setMoved(true);
-            choose(wish, place + 1);
+            if (queued) fromQueue(false);
+            else choose(wish, place + 1);
           }}
         />
       ) : (
-        <p class="task">{said(message("practice.none"))}</p>
+        <div class="task" role="alert">
+          <p>{said(fault ?? message("practice.none"))}</p>
+          <button type="button" class="button" onClick={() => wished(ANYTHING)}>
+            {said(message("practice.all"))}
+          </button>
+        </div>
       )}
     </div>
-  );
-}
-
-/** One problem; `arrived` at from the one before, it is gone to at once, for keyboards and screen readers, too. */
-function Current({
-  item,
-  level,
-  arrived,
-  onRight,
-  onNext,
-}: {
-  item: Item;
-  level: Level;
-  arrived: boolean;
-  onRight: (right: boolean) => void;
-  onNext: () => void;
-}) {
-  const [problem, setProblem] = useState<Problem | null>(null);
-  const [failed, setFailed] = useState("");
-  const load = () => {
-    setFailed("");
-    loadProblem(item.family, item.key).then(setProblem, (error: unknown) => setFailed(String(error)));
-  };
-  useEffect(load, [item]);
-  if (failed)
-    return (
-      <div class="task">
-        <Failed why={failed} onAgain={load} />
-      </div>
-    );
-  const part = problem?.parts.find(({ kind }) => kind === item.question);
-  if (!problem || !part)
-    return (
-      <p role="status" class="task">
-        {said(message("practice.loading"))}
-      </p>
-    );
-  return (
-    <>
-      <Task
-        item={item}
-        problem={problem}
-        part={part}
-        level={level}
-        arrived={arrived}
-        onVerdict={(verdict) => onRight(verdict.outcome === "correct")}
-        onNext={onNext}
-      />
-    </>
   );
 }

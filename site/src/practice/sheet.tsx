@@ -12,6 +12,7 @@ import { typesetTree } from "../read/typeset.js";
 import { inDigits, message, said } from "../text/text.js";
 import { asLink, inOrder, type Item, nameOf, type Wish } from "./choice.js";
 import { Html, Tex } from "./math.js";
+import { promptOnPaper } from "./prompt.js";
 
 /** How many questions a sheet has, and whether a key is printed behind them. */
 export interface SheetWish {
@@ -56,7 +57,7 @@ export function Sheet({ index, wish, first }: { index: Index; wish: Wish; first:
   useEffect(() => {
     let current = true;
     setFailed("");
-    gathered(inOrder(index, wish).slice(0, sheet.count), solvable).then(
+    gathered(inOrder(index, { ...wish, count: sheet.count }), solvable).then(
       (found) => current && setGroups(found),
       (error: unknown) => current && setFailed(String(error)),
     );
@@ -157,7 +158,7 @@ function Paper({ groups, set, withKey }: { groups: readonly Group[]; set: string
                 {number}. {part.title}
               </h3>
               {part.figure ? <figure lang="en" dangerouslySetInnerHTML={{ __html: part.figure }} /> : null}
-              <Html html={part.prompt} class="prompt" lang={problem.lang} />
+              <Html html={promptOnPaper(part)} class="prompt" lang={problem.lang} />
               <Room part={part} />
             </section>
           ))}

@@ -5,8 +5,11 @@ import { lazy, memo, Suspense } from "preact/compat";
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { singularIn } from "../arm/singular.js";
-import type { Part, Problem, Solutions } from "../bank.js";
+import type { Stage } from "../arm/stage.js";
+import type { View } from "../arm/view.js";
+import type { Factor, Part, Problem, Solutions } from "../bank.js";
 import { atLeast, type Level, told } from "../grade/levels.js";
+import type { OwnColumns } from "../grade/own.js";
 import type { At, Verdict } from "../grade/verdict.js";
 import { loadSolutions } from "../load.js";
 import { language, message, said } from "../text/text.js";
@@ -15,6 +18,8 @@ import { Answer } from "./answer.js";
 import type { Item } from "./choice.js";
 import { Feedback, poseOf } from "./feedback.js";
 import { Html } from "./math.js";
+import { Own } from "./own.js";
+import { promptOf } from "./prompt.js";
 
 const Arm = lazy(() =>
   import("../arm/panel.js").then(
@@ -35,7 +40,8 @@ interface TaskProps {
   readonly part: Part;
   readonly level: Level;
   readonly arrived: boolean;
-  readonly onVerdict: (verdict: Verdict) => void;
+  /** Told of a verdict, and whether hints or the solution were seen before it. */
+  readonly onVerdict: (verdict: Verdict, helped: boolean) => void;
   readonly onNext: () => void;
 }
 
@@ -44,14 +50,28 @@ export function Task({ item, problem, part, level, arrived, onVerdict, onNext }:
   const [verdict, setVerdict] = useState<Verdict | null>(null);
   const [failed, setFailed] = useState("");
   const [pose, setPose] = useState<At | undefined>(undefined);
+  const [own, setOwn] = useState<OwnColumns | null>(null);
   const [helped, setHelped] = useState(false); // what was copied from the solution is no success
+  const hinted = useRef(false);
   const prepared = useRef(false);
   const judged = useRef<string | null>(null);
   const start = useRef<HTMLElement>(null);
   const step = useSteps(3); // the question first: a phone shows little else
   const figure = (part.pose && part.figure) || problem.figure;
   const hidden = TOLD_BY_FACTORS.has(part.kind) && verdict?.outcome !== "correct" && !helped;
-  const toldFactors = useMemo(() => (hidden ? [] : problem.factors), [hidden]);
+  const over = useMemo(
+    () => (own ? (stage: Stage, view: View) => <Own stage={stage} view={view} columns={own} /> : undefined),
+    [own],
+  );
+  const [factors, setFactors] = useState<readonly Factor[]>([]);
+  const isShown = step === 3 && !hidden && atLeast(level, "solutions");
+  useEffect(() => {
+    if (!isShown) return;
+    loadSolutions(item.family, item.key).then(
+      (solutions) => setFactors(solutions.factors),
+      () => undefined, // without a connection the stage does without them
+    );
+  }, [isShown]);
   const isSingular = useMemo(() => singularIn(problem), [problem]);
   /** Grading is loaded before there is an answer, and tried once: what is run for the first time takes ten times as long. */
   const prepare = () => {
@@ -67,9 +87,13 @@ export function Task({ item, problem, part, level, arrived, onVerdict, onNext }:
     const found = loaded.judge(problem, part, answer, isSingular);
     const shown = told(found, level);
     setVerdict(shown);
+    const isDrawn =
+      found.outcome !== "correct" && found.outcome !== "missing" && atLeast(level, "counterexample");
+    const columns = isDrawn ? loaded.ownColumns(problem, part, answer) : null;
+    setOwn(() => columns);
     const isNew = answer !== judged.current && !(helped && found.outcome === "correct");
     judged.current = answer;
-    if (found.outcome !== "missing" && isNew) onVerdict(found);
+    if (found.outcome !== "missing" && isNew) onVerdict(found, hinted.current || helped);
     afterPaint(() => setPose(poseOf(problem, shown))); // what is said of the answer is there before the arm goes
   };
   useEffect(() => {
@@ -97,13 +121,16 @@ export function Task({ item, problem, part, level, arrived, onVerdict, onNext }:
         </p>
       </form>
       {failed ? <p role="alert">{said(message("practice.failed", { why: failed }))}</p> : null}
-      <div role="status">{verdict ? <Feedback problem={problem} verdict={verdict} /> : null}</div>
+      <div role="status">
+        {verdict ? <Feedback problem={problem} verdict={verdict} isDrawn={own !== null} /> : null}
+      </div>
       <Help
         item={item}
         part={part}
         lang={problem.lang}
         solvable={atLeast(level, "solutions")}
         solved={verdict?.outcome === "correct"}
+        onHint={() => (hinted.current = true)}
         onSolution={() => setHelped(verdict?.outcome !== "correct")}
       />
     </>
@@ -146,7 +173,8 @@ export function Task({ item, problem, part, level, arrived, onVerdict, onNext }:
               symbols={problem.symbols}
               first={part.pose ?? problem.pose}
               pose={pose}
-              factors={toldFactors}
+              over={over}
+              factors={factors}
               language={language()}
             />
           </Suspense>
@@ -170,12 +198,6 @@ function Drawn({ figure }: { figure: string }) {
   return <figure class="drawn" lang="en" dangerouslySetInnerHTML={{ __html: figure }} />;
 }
 
-/** The prompt without its list of options, which are there to be chosen. */
-function promptOf(part: Part): string {
-  if (part.options === null) return part.prompt;
-  return part.prompt.replace(/<ul>\s*<li>\s*(?:<p>)?<strong>A\.<\/strong>[\s\S]*?<\/ul>/, "");
-}
-
 // --- hints and solution ---
 
 interface HelpProps {
@@ -185,10 +207,11 @@ interface HelpProps {
   /** Whether the bank has solutions. */
   readonly solvable: boolean;
   readonly solved: boolean;
+  readonly onHint: () => void;
   readonly onSolution: () => void;
 }
 
-function Help({ item, part, lang, solvable, solved, onSolution }: HelpProps) {
+function Help({ item, part, lang, solvable, solved, onHint, onSolution }: HelpProps) {
   const [hints, setHints] = useState(0);
   const [solution, setSolution] = useState<
     (Solutions["parts"][number] & { lang?: string | undefined }) | null
@@ -214,7 +237,14 @@ function Help({ item, part, lang, solvable, solved, onSolution }: HelpProps) {
       ))}
       <p class="actions">
         {hints < part.hints.length ? (
-          <button type="button" class="quiet" onClick={() => setHints(hints + 1)}>
+          <button
+            type="button"
+            class="quiet"
+            onClick={() => {
+              onHint();
+              setHints(hints + 1);
+            }}
+          >
             {said(message("practice.more-hints", { number: hints + 1 }))}
           </button>
         ) : null}

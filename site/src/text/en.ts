@@ -105,12 +105,14 @@ export const en = {
   "verdict.uncovered": "At {at} the arm is singular, and your answer does not say so.",
   "verdict.some-unsound": "Your answer calls configurations singular at which J has full rank.",
   "verdict.some-uncovered": "There are singular configurations that your answer does not name.",
+  "verdict.rounded":
+    "A value in your answer is rounded: it is near a singular configuration, and not on one. Write it exactly, as in pi/3, " +
+    "acos(…) or atan2(…, …), or as a condition, as in cos(theta2) = 1/3.",
   "verdict.nowhere": "No configuration could be found at which condition {text} of your answer holds.",
   "verdict.letter": "{letter} is not the right option.",
   "verdict.no-letter": "“{said}” is none of the options {letters}.",
   "verdict.letters": "{hits} of the letters are right, {misses} are not.",
   "verdict.matching": "Not right for {items}.",
-  "verdict.right-letter": "Right.",
   "practice.english": "The texts of this problem are in English.",
   "practice.english-drawings": "Descriptions of drawings are in English.",
   "practice.loading": "Loading …",
@@ -118,6 +120,12 @@ export const en = {
   "practice.failed": "The problems could not be loaded: {why}. Check your connection, and try again.",
   "practice.again": "Try again",
   "practice.none": "No problem fits this choice.",
+  "practice.unknown-arm": "The link asks for the arm “{name}”, which is not here: there are {known}.",
+  "practice.unknown-question": "The link asks for the question “{name}”, which is not here.",
+  "practice.unknown-variation": "The link asks for the variation “{name}”; there are {known}.",
+  "practice.unknown-difficulty": "The link asks for the difficulty “{name}”; there are 0 to 4.",
+  "practice.never-asked": "“{question}” is never asked of this arm: {arm}.",
+  "practice.all": "Practise anything",
   "practice.wish": "What to practise",
   "practice.arm": "Arm",
   "practice.question": "Question",
@@ -150,6 +158,8 @@ export const en = {
   "practice.wrong": "Not right",
   "practice.missing": "No answer yet",
   "practice.mistake": "It looks like this:",
+  "practice.own-columns":
+    "The columns of your J are drawn dashed at P, beside the true ones: move the arm to see where they part.",
   "practice.pose": "See the arm in the pose where your answer differs",
   "practice.count": "{right} right of {tried} tried",
   "practice.due": "{count} come again",
@@ -164,6 +174,107 @@ export const en = {
   "practice.set-help": "All who open this link practise the same problems in the same order:",
   "practice.make-set": "Make a set link",
   "practice.set-place": "Problem {number} of {count} of the set",
+  "lesson.all": "All lessons",
+  "lesson.number": "Lesson {number} of {count}",
+  "lesson.lead":
+    "Eight lessons, each of some five minutes: something to do with the arm, then questions about arms of their " +
+    "own until three in a row are right. A day later one more makes sure.",
+  "lesson.unknown": "There is no lesson “{name}”: here are all.",
+  "lesson.try": "Try it",
+  "lesson.reached": "reached",
+  "lesson.practise": "Now practise it",
+  "lesson.practise-already": "Practise already",
+  "lesson.next": "Next: {title}",
+  "lesson.back": "Back to the idea",
+  "lesson.row": "{count} of {needed} right in a row, each for another arm and without hints.",
+  "lesson.learned": "Learned. Answer one more tomorrow, and it is mastered.",
+  "lesson.mastered": "Mastered.",
+  "lesson.state-row": "{count} of {needed} right in a row",
+  "lesson.state-learned": "learned",
+  "lesson.state-mastered": "mastered",
+  "lesson.goals": "{count} of {all} tried out",
+  "lesson.due": "Due today: one question, and it is mastered.",
+  "lesson.rate-of": "Rate of joint angle {joint}",
+  "lesson.direction": "Direction in which P is to go, in degrees",
+  "lesson.velocity": "P goes at ({vx}, {vy}) m/s.",
+  "lesson.rates-due": "For that, the joints turn at {first} and {second} rad/s.",
+  "lesson.rates": "Rates make velocity",
+  "lesson.rates.idea-1":
+    "Turn the dials. Each joint that turns pushes P along an arrow of its own; P goes where the two arrows lead, " +
+    "one after the other.",
+  "lesson.rates.idea-2":
+    "Turn a joint twice as fast, and its arrow is twice as long; turn it the other way, and its arrow points the " +
+    "other way. Nothing else happens: that is all that a Jacobian says.",
+  "lesson.rates.goal-1": "Let only joint 2 turn. Before you look: which way does P go?",
+  "lesson.rates.goal-2": "Set the rates so that P goes straight up.",
+  "lesson.rates.goal-3": "Let P come straight towards joint 1.",
+  "lesson.columns": "A column is an arrow",
+  "lesson.columns.idea-1":
+    "Column i of J is the velocity of P when joint i turns at 1 rad/s and all others stand. It is drawn at P, in " +
+    "the colour of its joint; point at a column of J to see which.",
+  "lesson.columns.idea-2":
+    "For a revolute joint it is square to the line from the joint to P, and as long as that line.",
+  "lesson.columns.goal-1": "Make column 2 point straight up.",
+  "lesson.columns.goal-2": "Make column 1 as short as you can. Where is P then?",
+  "lesson.columns.goal-3": "Bring both columns onto one line.",
+  "lesson.differentiation": "By differentiation",
+  "lesson.differentiation.idea-1":
+    "P is at $x = a_1 c_1 + a_2 c_{1 2}$, $y = a_1 s_1 + a_2 s_{1 2}$. How fast $x$ changes while only $\\theta_1$" +
+    " does is $\\partial x/\\partial\\theta_1$: the entry of $J$ in the row of $v_x$ and the column of joint 1.",
+  "lesson.differentiation.idea-2":
+    "So J comes from the position alone: differentiate each coordinate by each joint variable. Watch: $\\partial " +
+    "x/\\partial\\theta_1$ is $-y$, and $\\partial y/\\partial\\theta_1$ is $x$.",
+  "lesson.differentiation.goal-1": "Make $\\partial x/\\partial\\theta_1$ zero. How high is $P$ then?",
+  "lesson.differentiation.goal-2":
+    "Make $\\partial y/\\partial\\theta_2$ zero, but not $\\partial y/\\partial\\theta_1$.",
+  "lesson.propagation": "By propagation",
+  "lesson.propagation.idea-1":
+    "The same J without differentiating: the column of a revolute joint is $z \\times p^*$, its axis crossed with " +
+    "the vector $p^*$ from the joint to $P$. These vectors are drawn dashed.",
+  "lesson.propagation.idea-2":
+    "For a prismatic joint the column is $z$ itself: the whole arm behind it is pushed along its axis.",
+  "lesson.propagation.goal-1": "Make the two vectors $p^*$ square to each other. What are the columns then?",
+  "lesson.propagation.goal-2": "Make both point the same way.",
+  "lesson.inverse": "Back again",
+  "lesson.inverse.idea-1":
+    "Now the other way: P is to go at 0.5 m/s in the direction of the dial. The rates are those with which the " +
+    "two arrows add up to that: $\\dot q = J^{- 1} v$.",
+  "lesson.inverse.idea-2":
+    "Where the columns close up, it takes long arrows to add up to a short one: the joints have to race.",
+  "lesson.inverse.goal-1": "Find a pose or a direction for which joint 1 may stand still.",
+  "lesson.inverse.goal-2": "Bring the columns together until a joint has to turn faster than 10 rad/s.",
+  "lesson.singular": "Where it fails",
+  "lesson.singular.idea-1":
+    "$\\det J$ is the area between the columns. It is $a_1 a_2 s_2$: the bar of $s_2$ shows how much of it is " +
+    "left. Where it is zero, the columns lie on one line, and P can't leave that line.",
+  "lesson.singular.idea-2":
+    "The map has det J for all values of two joints; its lines are where it is zero. Walk on it, and the arm " +
+    "follows.",
+  "lesson.singular.goal-1": "Stretch the arm out, until det J is zero.",
+  "lesson.singular.goal-2": "Find the other singular angle of joint 2, on the map or by hand.",
+  "lesson.singular.goal-3": "Go to where det J is as large as it gets.",
+  "lesson.kinds": "Edge or inside",
+  "lesson.kinds.idea-1":
+    "At the edge of what it reaches, an arm can't go on outwards: a boundary singularity, and it is no surprise. " +
+    "But there are others, inside of the reach, which nothing gives away.",
+  "lesson.kinds.idea-2":
+    "This arm has both, one for each factor of det J. On the map a solid line is the boundary, a dashed one is " +
+    "inside.",
+  "lesson.kinds.goal-1": "Bring the arm to a singularity at the boundary, and stay there for a moment.",
+  "lesson.kinds.goal-2": "Find an internal one. Where is P, seen from the axis of joint 1?",
+  "lesson.path": "The welding robot",
+  "lesson.path.idea-1":
+    "P is to go straight from A to B at a steady speed, as for a weld. Drag B, play the path, and watch the rates" +
+    " of the joints: J has to be inverted at every place of it.",
+  "lesson.path.idea-2":
+    "A path that comes near to a singularity needs rates that no motor has. One goes round it, or slows down.",
+  "lesson.path.goal-1": "Play a path to its end.",
+  "lesson.path.goal-2": "Set B so that a joint exceeds its limit on the way.",
+  "lesson.path.goal-3": "Set B, or the speed, so that all joints keep their limits.",
+  "practice.due-now": "{count} due, about {minutes} minutes",
+  "practice.due-start": "Answer them now",
+  "practice.due-left": "{count} of what is due is left.",
+  "practice.due-done": "Nothing is due any more.",
   "sheet.make": "Printable sheet",
   "sheet.count": "Questions",
   "sheet.with-key": "with a key on a page of its own",
@@ -185,15 +296,59 @@ export const en = {
     "Conditions, as in theta2 = 0, theta2 = pi; several lines or commas between them mean “or”.",
   "answer.symbols": "Symbols",
   "answer.option": "Option {letter}",
-  "answer.match": "Item {index}",
+  "answer.match": "Joint {index}",
+  "answer.choose-one": "Choose the one that is right.",
+  "answer.choose-all":
+    "Choose all that are right, at least one. The right ones together earn the points, the wrong ones together take them off.",
+  "answer.choose-each": "Choose a letter for each joint.",
   "answer.choose": "choose",
+  "home.title": "Velocity kinematics, on an arm you can move",
+  "home.try":
+    "Grab P and pull it straight out. See the ellipse flatten? There the arm can't move outward, however fast its joints turn.",
+  "home.start": "Start practising",
+  "home.learn": "Learn it in eight steps",
+  "home.door-learn": "Learn",
+  "home.learn-says":
+    "Eight lessons of five minutes: each begins with something to do with the arm, and goes on with practice until it is yours.",
+  "home.examples": "The chapter's examples, solved",
+  "home.door-practise": "Practise",
+  "home.practise-says":
+    "Type an answer as you would write it. It is judged at once; where it is wrong, the mistake is named, and the arm goes " +
+    "to a pose in which it differs.",
+  "home.students": "Your first answer",
+  "home.arms": "All arms",
+  "home.door-teach": "Teach",
+  "home.teach-says":
+    "From a table of joints to a graded class: every student has a problem of their own, as a notebook, a quiz of your " +
+    "learning platform, on paper, or as a site like this one.",
+  "home.instructors": "Your first class",
+  "home.outlets": "Where it goes",
+  "arms.title": "The arms",
+  "arms.lead":
+    "{count} families. Every arm that a family draws has lengths, offsets and a mounting of its own.",
+  "arms.says":
+    "R is a revolute and P a prismatic joint. The difficulty goes from 0 to 4: how much there is to work out for such an arm " +
+    "by hand. The name in letters of a typewriter is what instructors put into assignment.toml.",
+  "arms.questions": "{count} questions",
+  "examples.title": "The chapter's examples, as qdot solves them",
+  "examples.lead":
+    "Every step that an instructor would write on the board, derived by the program that grades: with an arm beside it that " +
+    "you can move.",
+  "examples.errata": "Errata",
+  "examples.own": "An arm of your own",
+  "examples.own-says": "The same, step by step, for any arm that has a Denavit–Hartenberg table:",
+  "missing.title": "There is no such page",
+  "missing.says": "The link is wrong, or the page has moved.",
+  "missing.home": "To the first page",
+  "page.learn": "Learn",
   "page.language": "Language",
   "page.practise": "Practise",
   "page.examples": "Examples",
   "page.arms": "Arms",
   "page.docs": "Documentation",
   "page.accessibility": "Accessibility",
-  "page.promise": "No tracking, nothing from other hosts; works offline after the first visit.",
+  "page.promise":
+    "No tracking, nothing from other hosts. The pages, and the problems that you have opened, work offline.",
   "page.main": "Main",
   "page.skip": "To the content",
   "arm.title": "The arm: {robot}",

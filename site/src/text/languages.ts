@@ -12,10 +12,16 @@ export const LANGUAGES: Readonly<Record<string, { name: string; load: () => Prom
 
 export function chosenLanguage(): string {
   try {
-    return window.localStorage.getItem(KEY) ?? "en";
+    return window.localStorage.getItem(KEY) ?? wished();
   } catch {
-    return "en"; // a browser that keeps nothing
+    return wished(); // a browser that keeps nothing
   }
+}
+
+/** The first language of the browser that the site speaks; English where it speaks none of them. */
+function wished(): string {
+  const asked = navigator.languages.map((tag) => tag.split("-")[0]!.toLowerCase());
+  return asked.find((code) => code in LANGUAGES) ?? "en";
 }
 
 export function chooseLanguage(code: string): void {

@@ -38,12 +38,12 @@ def assets(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Assets]:
     """Scripts and styles as `npm run build` would leave them, two small files here."""
     folder = tmp_path / "dist"
     (folder / "assets").mkdir(parents=True)
-    for name in ("practice.js", "pages.js", "shared.js", "site.css"):
+    for name in ("practice.js", "learn.js", "pages.js", "shared.js", "site.css"):
         (folder / "assets" / name).write_text(f"/* {name} */\n")
     made = Assets(
-        {"practice": "assets/practice.js", "pages": "assets/pages.js"},
-        {"practice": ["assets/shared.js"], "pages": []},
-        {"practice": ["assets/site.css"], "pages": ["assets/site.css"]},
+        {name: f"assets/{name}.js" for name in ("practice", "learn", "pages")},
+        {"practice": ["assets/shared.js"], "learn": ["assets/shared.js"], "pages": []},
+        {name: ["assets/site.css"] for name in ("practice", "learn", "pages")},
         sorted((folder / "assets").iterdir()),
         folder,
     )

@@ -121,7 +121,7 @@ def test_the_factors_of_a_record_make_up_its_determinant(family: str) -> None:
     assert factors
 
 
-def test_where_nothing_is_solved_no_factor_is_told() -> None:
+def test_factors_are_told_with_solutions_only() -> None:
     problem = generate(ProblemId("planar-2r", 7, ("position",)))
-    assert "factors" in site_record(problem) and "factors" not in site_record(problem, solved=False)
+    assert "factors" in solutions_record(problem) and "factors" not in site_record(problem)
     assert determinant_factors(generate(ProblemId("planar-3r", 7, ("position",))).chain) == []

@@ -1,0 +1,168 @@
+// The way through the chapter in the browser: a lesson from its idea to learned by keyboard alone, by touch, in German; a
+// wrong link; what is due on the practice page.
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { inChromium, opened, openedAnew, PHONE, WIDE } from "./opened.mjs";
+import { bankOf } from "./site.mjs";
+
+const there = inChromium();
+const typed = (kind) => bankOf(there.site.folder).typed(kind);
+
+/** Moves a slider that has the focus to a value, by keys. */
+async function slid(page, slider, value) {
+  await slider.focus();
+  await page.keyboard.press("Home");
+  for (let i = 0; i < 60 && Number(await slider.inputValue()) < value - 1e-6; i += 1)
+    await page.keyboard.press("ArrowRight");
+}
+
+test("a lesson is done by keyboard alone: goals are ticked, a row of right answers is learned and kept", async () => {
+  const { page, wrong } = await opened(there, "learn.html?lesson=rates");
+  await page.locator(".dial").first().waitFor();
+  assert.equal(await page.locator(".goals .reached").count(), 0);
+  await slid(page, page.locator(".dial input").first(), 0);
+  await page.locator(".goals li.reached").first().waitFor();
+  await page.getByRole("button", { name: "Practise already" }).focus();
+  await page.keyboard.press("Enter");
+  for (let i = 0; i < 8 && (await page.getByText("Learned.").count()) === 0; i += 1) {
+    await page.locator("form .answer").waitFor();
+    const title = await page.locator(".task h2").innerText();
+    const kind = { Velocity: "velocity", "Component of the velocity": "velocity-component" }[title];
+    if (await page.locator('input[type="radio"]').count()) {
+      await page.locator('input[type="radio"]').first().focus();
+      const { right } = bankOf(there.site.folder)
+        .bank("planar-2r/001")
+        .parts.find(({ name }) => name === "joint-effect").key;
+      for (let k = 0; k < right[0]; k += 1) await page.keyboard.press("ArrowDown");
+      await page.keyboard.press("Space");
+    } else {
+      const asText = page.getByRole("button", { name: "Type it as text" });
+      if (await asText.count()) {
+        await asText.focus();
+        await page.keyboard.press("Enter");
+      }
+      await page.getByLabel("Your answer").focus();
+      await page.keyboard.insertText(typed(kind ?? (await kindOf(page))));
+    }
+    await page.keyboard.press("Enter");
+    await page.locator(".verdict").waitFor();
+    assert.equal(await page.locator(".verdict h3").innerText(), "Right");
+    if (await page.getByText("Learned.").count()) break;
+    await page.getByRole("button", { name: "Next problem" }).focus();
+    await page.keyboard.press("Enter");
+  }
+  await page.getByText("Learned.").waitFor();
+  await page.getByRole("link", { name: /^Next: A column is an arrow/ }).waitFor();
+  await page.goto(`${there.server.root}/learn.html`);
+  await page.locator(".way li").first().getByText("learned").waitFor({ state: "attached" });
+  await page.locator(".way li.current").getByText("A column is an arrow").waitFor();
+  assert.deepEqual(wrong, []);
+});
+
+/** The kind of the question that is asked, by its title in the index. */
+async function kindOf(page) {
+  const title = await page.locator(".task h2").innerText();
+  return bankOf(there.site.folder)
+    .bank("index")
+    .questions.find((question) => question.title === title).name;
+}
+
+test("what is seen going is ticked by touch, too, and in German", async () => {
+  const { page, wrong } = await opened(there, "learn.html?lesson=singular", { ...PHONE, locale: "de-DE" });
+  await page.getByRole("heading", { name: "Wo es versagt" }).waitFor();
+  await page.getByRole("button", { name: "Gelenke", exact: true }).tap();
+  const angle = page.locator('.arm-joints input[type="number"]').nth(1);
+  await angle.fill("0");
+  await angle.press("Enter");
+  await page.locator(".goals li.reached").first().waitFor();
+  assert.deepEqual(wrong, []);
+});
+
+test("a link to no lesson says so", async () => {
+  const { page } = await opened(there, "learn.html?lesson=foo");
+  await page.getByText("There is no lesson “foo”").waitFor();
+  assert.equal(await page.locator(".way li").count(), 8);
+});
+
+test("what is due is on top of the practice page, and is answered in its order", async () => {
+  const { page, context } = await openedAnew(there, "practice.html", WIDE);
+  await page.evaluate(() =>
+    localStorage.setItem(
+      "qdot-progress",
+      JSON.stringify({
+        "planar-2r/001/position": { right: false, missed: true, box: 0, due: 2 },
+        "planar-2r/001/determinant": { right: false, missed: true, box: 0, due: 1 },
+        "planar-2r/001/jacobian": { right: true, missed: true, box: 1, due: 4e12 },
+      }),
+    ),
+  );
+  await page.reload();
+  await page.getByText("2 due, about 3 minutes").waitFor();
+  await page.getByRole("button", { name: "Answer them now" }).click();
+  await page.getByRole("heading", { name: /^Determinant/ }).waitFor();
+  await page.getByLabel("Your answer").fill(typed("determinant"));
+  await page.getByRole("button", { name: "Check" }).click();
+  await page.getByText("1 of what is due is left.").waitFor();
+  await page.getByRole("button", { name: "Next problem" }).click();
+  await page.getByRole("heading", { name: /^Position/ }).waitFor();
+  await context.close();
+});
+
+test("a wrong link says what is wrong with it, and a set has ten problems", async () => {
+  for (const [search, said] of [
+    ["arm=foo", /asks for the arm “foo”, which is not here: there are planar-2r/],
+    ["question=foo", /asks for the question “foo”/],
+    ["variation=foo", /there are chapter/],
+    ["difficulty=9", /there are 0 to 4/],
+  ]) {
+    const { page } = await opened(there, `practice.html?${search}`);
+    await page.getByText(said).waitFor();
+  }
+  const { page } = await opened(there, "practice.html?set=abc");
+  await page.getByText("Problem 1 of 10 of the set").waitFor();
+});
+
+test("a German browser is spoken to in German, and its decimal comma is read where the page prints it", async () => {
+  const { page, wrong } = await opened(there, "practice.html?arm=planar-2r&question=determinant", {
+    ...WIDE,
+    locale: "de-AT",
+  });
+  const field = page.getByLabel("Deine Antwort");
+  await field.waitFor();
+  await field.fill("a1*(0,06*s2 - 0,3)");
+  await page.locator(".preview math").waitFor();
+  await page.getByRole("button", { name: "Prüfen" }).click();
+  await page
+    .locator(".verdict")
+    .getByText(/θ2 = -?\d+/)
+    .waitFor();
+  assert.deepEqual(wrong, []);
+});
+
+test("the first page is an arm at once, which is pulled to its singularity by keys; nothing lies over anything", async () => {
+  for (const width of [360, 700, 800, 960, 1440]) {
+    const { page } = await opened(there, "index.html", { viewport: { width, height: 900 } });
+    await page.locator(".arm-box").waitFor();
+    const boxes = await Promise.all(
+      [".hero h1", ".hero .lead", ".hero .actions", ".arm-box", ".hero-side", ".cards"].map((part) =>
+        page.locator(part).first().boundingBox(),
+      ),
+    );
+    boxes.forEach((a, i) =>
+      boxes.slice(i + 1).forEach((b) => {
+        const across = Math.min(a.x + a.width, b.x + b.width) - Math.max(a.x, b.x);
+        const down = Math.min(a.y + a.height, b.y + b.height) - Math.max(a.y, b.y);
+        assert.ok(across <= 1 || down <= 1, `${width} px: ${JSON.stringify([a, b])}`);
+      }),
+    );
+    assert.ok(boxes[3].y < 600, `${width} px: the arm begins at ${boxes[3].y}`);
+  }
+  const { page } = await opened(there, "index.html");
+  await page.locator(".arm-box").focus();
+  await page.keyboard.press("2");
+  for (let i = 0; i < 11; i += 1) await page.keyboard.press("Shift+ArrowLeft");
+  for (let i = 0; i < 11 && !(await page.locator(".arm-vanishing").count()); i += 1)
+    await page.keyboard.press("ArrowRight");
+  await page.locator(".arm-vanishing").waitFor();
+});

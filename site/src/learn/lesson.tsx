@@ -1,0 +1,210 @@
+// A lesson: first an idea that is tried with the arm, its goals ticked as they are reached, then practice until it is
+// learned. Arm and words are side by side as on the practice page.
+
+import type { JSX } from "preact";
+import { useEffect, useRef, useState } from "preact/hooks";
+
+import { Arm } from "../arm/panel.js";
+import type { Stage } from "../arm/stage.js";
+import { ZERO } from "../arm/vector.js";
+import type { Index } from "../bank.js";
+import type { Told } from "../pages/live.js";
+import { type Item, nameOf } from "../practice/choice.js";
+import { Current } from "../practice/current.js";
+import { language, message, said } from "../text/text.js";
+import { Dots } from "./dots.js";
+import { type Lesson, LESSONS } from "./lessons.js";
+import { Rich } from "./rich.js";
+import { answered, armsIn, itemsOf, NEEDED, NEW, nextIn, type Skill } from "./skills.js";
+import { DialBoard, FIRST_DIALS, ratesOf, Shares, velocityOf } from "./tools.js";
+
+export interface LessonProps {
+  readonly lesson: Lesson;
+  readonly told: Told;
+  readonly index: Index;
+  readonly skill: Skill;
+  readonly practising: boolean;
+  readonly onSkill: (skill: Skill) => void;
+}
+
+export function LessonView(props: LessonProps): JSX.Element {
+  const { lesson, index } = props;
+  const [practising, setPractising] = useState(props.practising);
+  const items = itemsOf(index, lesson.questions, lesson.families);
+  return practising && items.length > 0 ? (
+    <Practice {...props} items={items} onIdea={() => setPractising(false)} />
+  ) : (
+    <Idea {...props} most={items.length} onPractise={() => setPractising(true)} />
+  );
+}
+
+/** Which lesson this is, and the way to the others. */
+function Head({ lesson, skill }: Pick<LessonProps, "lesson" | "skill">): JSX.Element {
+  const number = LESSONS.indexOf(lesson) + 1;
+  return (
+    <p class="kicker">
+      <a href="learn.html">{said(message("lesson.all"))}</a>
+      <span class="muted"> · {said(message("lesson.number", { number, count: LESSONS.length }))}</span>{" "}
+      <Dots skill={skill} />
+    </p>
+  );
+}
+
+function Idea({
+  lesson,
+  told,
+  skill,
+  most,
+  onSkill,
+  onPractise,
+}: LessonProps & { most: number; onPractise: () => void }): JSX.Element {
+  const [stage, setStage] = useState<Stage | null>(null);
+  const [dials, setDials] = useState(FIRST_DIALS);
+  const { tool, goals } = lesson;
+  const rates = stage ? ratesOf(tool, dials, stage.state) : [];
+  const velocity = stage ? velocityOf(stage.arm, stage.state, rates) : ZERO;
+  const reached = stage
+    ? goals.flatMap(({ reached }, i) => (reached({ stage, rates, velocity }) ? [i] : []))
+    : [];
+  const moved = useRef(false); // the arm as it stands first reaches nothing
+  const first = useRef("");
+  useEffect(() => {
+    if (!stage) return;
+    const now = JSON.stringify([stage.pose, dials, stage.welding?.place, stage.welding?.weld]);
+    if (!first.current) first.current = now;
+    if (now !== first.current) moved.current = true;
+    const fresh = reached.filter((i) => !skill.goals.includes(i));
+    if (moved.current && fresh.length > 0) onSkill({ ...skill, goals: [...skill.goals, ...fresh] });
+  });
+  const done = goals.every((_, i) => skill.goals.includes(i));
+  return (
+    <div class="workspace">
+      <article class="task lesson">
+        <Head lesson={lesson} skill={skill} />
+        <h2>{said(message(lesson.title))}</h2>
+        {lesson.idea.map((text) => (
+          <p key={text}>
+            <Rich text={said(message(text))} />
+          </p>
+        ))}
+        {tool && stage ? (
+          <DialBoard
+            tool={tool}
+            arm={stage.arm}
+            dials={dials}
+            rates={rates}
+            velocity={velocity}
+            onDials={setDials}
+          />
+        ) : null}
+        <h3>{said(message("lesson.try"))}</h3>
+        <ul class="goals" aria-live="polite">
+          {goals.map(({ text }, i) => (
+            <li key={text} class={skill.goals.includes(i) ? "reached" : ""}>
+              <span class="tick" aria-hidden="true">
+                {skill.goals.includes(i) ? "✓" : "○"}
+              </span>
+              <span>
+                <Rich text={said(message(text))} />
+                {skill.goals.includes(i) ? (
+                  <span class="visually-hidden"> {said(message("lesson.reached"))}</span>
+                ) : null}
+              </span>
+            </li>
+          ))}
+        </ul>
+        <p class="actions">
+          {most > 0 ? (
+            <button type="button" class={done ? "button" : "button quiet"} onClick={onPractise}>
+              {said(message(done ? "lesson.practise" : "lesson.practise-already"))}
+            </button>
+          ) : null}
+          <Onward lesson={lesson} quiet />
+        </p>
+      </article>
+      <section class="stage" aria-label={said(message("practice.move"))}>
+        <Arm
+          key={lesson.id}
+          robot={told.robot}
+          symbols={told.symbols}
+          first={told.pose}
+          factors={told.factors}
+          language={language()}
+          layers={lesson.layers}
+          pane={lesson.pane}
+          onStage={setStage}
+          over={
+            tool
+              ? (now, view) => <Shares stage={now} view={view} rates={ratesOf(tool, dials, now.state)} />
+              : undefined
+          }
+        />
+      </section>
+    </div>
+  );
+}
+
+/** The way to the next lesson. */
+function Onward({ lesson, quiet }: { lesson: Lesson; quiet: boolean }): JSX.Element | null {
+  const next = LESSONS[LESSONS.indexOf(lesson) + 1];
+  return next ? (
+    <a class={quiet ? "button quiet" : "button"} href={`learn.html?lesson=${next.id}`}>
+      {said(message("lesson.next", { title: said(message(next.title)) }))}
+    </a>
+  ) : null;
+}
+
+function Practice({
+  lesson,
+  index,
+  skill,
+  items,
+  onSkill,
+  onIdea,
+}: LessonProps & { items: readonly Item[]; onIdea: () => void }): JSX.Element {
+  const [item, setItem] = useState<Item | null>(() => nextIn(items, skill, "", Math.random));
+  const [count, setCount] = useState(0);
+  const most = armsIn(items);
+  return (
+    <div class="workspace">
+      <div class="choosing">
+        <Head lesson={lesson} skill={skill} />
+        <p class="lesson-title">
+          <strong>{said(message(lesson.title))}</strong>{" "}
+          <button type="button" class="quiet small" onClick={onIdea}>
+            {said(message("lesson.back"))}
+          </button>
+        </p>
+        <p class="muted" role="status">
+          {skill.mastered !== undefined
+            ? said(message("lesson.mastered"))
+            : skill.learned !== undefined
+              ? said(message("lesson.learned"))
+              : said(message("lesson.row", { count: skill.row.length, needed: Math.min(NEEDED, most) }))}
+        </p>
+        {skill.learned !== undefined ? (
+          <p class="actions">
+            <Onward lesson={lesson} quiet={false} />
+          </p>
+        ) : null}
+      </div>
+      {item ? (
+        <Current
+          key={`${nameOf(item)} ${count}`}
+          item={item}
+          level={index.feedback}
+          arrived={count > 0}
+          onVerdict={(right, helped) =>
+            onSkill(answered(skill, item, { right, helped, now: Date.now(), most }))
+          }
+          onNext={() => {
+            setItem(nextIn(items, skill, nameOf(item), Math.random));
+            setCount(count + 1);
+          }}
+        />
+      ) : null}
+    </div>
+  );
+}
+
+export { NEW };

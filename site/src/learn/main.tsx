@@ -1,0 +1,97 @@
+// The script of the page of lessons: all of them with how far one is, or one of them, by ?lesson= in the address.
+import "../site.css";
+
+import { type JSX, render } from "preact";
+import { useEffect, useState } from "preact/hooks";
+
+import type { Index } from "../bank.js";
+import { loadIndex } from "../load.js";
+import type { Told } from "../pages/live.js";
+import { startPage } from "../pages/page.js";
+import { storage } from "../practice/storage.js";
+import { chosenLanguage } from "../text/languages.js";
+import { message, said } from "../text/text.js";
+import { Dots } from "./dots.js";
+import { LessonView, NEW } from "./lesson.js";
+import { LESSONS } from "./lessons.js";
+import { Rich } from "./rich.js";
+import { isDue, keepSkills, keptSkills, type Skill, type Skills } from "./skills.js";
+
+/** The arms of the ideas, as Python wrote them. */
+type Arms = Readonly<Record<"plain" | "elbow", Told>>;
+
+function Learn({ arms }: { arms: Arms }): JSX.Element {
+  const [skills, setSkills] = useState<Skills>(() => keptSkills(storage));
+  const [index, setIndex] = useState<Index | null>(null);
+  const [failed, setFailed] = useState("");
+  useEffect(() => {
+    loadIndex().then(setIndex, (error: unknown) => setFailed(String(error)));
+  }, []);
+  const asked = new URLSearchParams(window.location.search);
+  const lesson = LESSONS.find(({ id }) => id === asked.get("lesson"));
+  const note = (id: string, skill: Skill): void => {
+    const next = { ...skills, [id]: skill };
+    setSkills(next);
+    keepSkills(storage, next);
+  };
+  if (failed) return <p role="alert">{said(message("practice.failed", { why: failed }))}</p>;
+  if (!index) return <p role="status">{said(message("practice.loading"))}</p>;
+  if (lesson)
+    return (
+      <LessonView
+        lesson={lesson}
+        told={arms[lesson.arm]}
+        index={index}
+        skill={skills[lesson.id] ?? NEW}
+        practising={asked.has("practise")}
+        onSkill={(skill) => note(lesson.id, skill)}
+      />
+    );
+  return <List skills={skills} wrong={asked.get("lesson")} />;
+}
+
+/** All lessons; the one that comes next stands out, and so does one that is due. */
+function List({ skills, wrong }: { skills: Skills; wrong: string | null }): JSX.Element {
+  const now = Date.now();
+  const next = LESSONS.find(({ id }) => skills[id]?.learned === undefined);
+  return (
+    <div class="way">
+      {wrong ? <p role="alert">{said(message("lesson.unknown", { name: wrong }))}</p> : null}
+      <p class="lead">{said(message("lesson.lead"))}</p>
+      <ol>
+        {LESSONS.map(({ id, title, idea, goals }) => {
+          const skill = skills[id] ?? NEW;
+          const due = isDue(skill, now);
+          return (
+            <li key={id} class={due || (next?.id === id && !due) ? "current" : ""}>
+              <h2>
+                <a class="cover" href={`learn.html?lesson=${id}${due ? "&practise=1" : ""}`}>
+                  {said(message(title))}
+                </a>
+              </h2>
+              <p>
+                <Rich text={said(message(idea[0]!))} />
+              </p>
+              <p class="muted">
+                <Dots skill={skill} />{" "}
+                {due
+                  ? said(message("lesson.due"))
+                  : said(message("lesson.goals", { count: skill.goals.length, all: goals.length }))}
+              </p>
+            </li>
+          );
+        })}
+      </ol>
+    </div>
+  );
+}
+
+await startPage();
+const place = document.getElementById("learn");
+if (place) {
+  const arms = JSON.parse(place.dataset["arms"]!) as Arms;
+  place.textContent = "";
+  place.lang = chosenLanguage();
+  document.title = document.title.replace("Learn", said(message("page.learn")));
+  render(<Learn arms={arms} />, place);
+}

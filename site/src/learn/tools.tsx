@@ -1,0 +1,148 @@
+// What a lesson puts into the reader's hand besides the arm: dials that set the rates of the joints, or the direction in
+// which P is to go; and the arrows that follow from them in the drawing.
+
+import type { JSX } from "preact";
+
+import { Arrow } from "../arm/flat.js";
+import { Letters, plainLetters } from "../arm/letters.js";
+import { speedScale } from "../arm/marks.js";
+import { type Arm, arrowsOf, type State } from "../arm/model.js";
+import { decimals } from "../arm/speech.js";
+import type { Stage } from "../arm/stage.js";
+import { leastSquares } from "../arm/svd.js";
+import { add, scaled, type Vec3, ZERO } from "../arm/vector.js";
+import type { View } from "../arm/view.js";
+import { inDigits, message, said } from "../text/text.js";
+
+export type Tool = "rates" | "wanted";
+
+/** What the dials say: rates of the joints (rad/s), and a direction on the page (degrees). */
+export interface Dials {
+  readonly rates: readonly number[];
+  readonly direction: number;
+}
+
+export const FIRST_DIALS: Dials = { rates: [0.5, 0.5], direction: 0 };
+
+/** How fast P is to go (m/s). */
+const WANTED = 0.5;
+
+/** The rates that a tool leads to in a pose: those of the dials, or those by which P goes as it is wanted. */
+export function ratesOf(tool: Tool | null, dials: Dials, { counted }: State): readonly number[] {
+  if (tool === "rates") return dials.rates;
+  if (tool !== "wanted") return [];
+  const angle = (dials.direction * Math.PI) / 180;
+  return leastSquares(counted, [WANTED * Math.cos(angle), WANTED * Math.sin(angle)], 1e-6);
+}
+
+/** The velocity of P with rates of the joints (m/s). */
+export function velocityOf(arm: Arm, state: State, rates: readonly number[]): Vec3 {
+  return arrowsOf(arm, state).columns.reduce(
+    (sum, column, i) => add(sum, scaled(column, rates[i] ?? 0)),
+    ZERO,
+  );
+}
+
+const MOST = 1e3;
+/** Arrows of velocities are drawn longer than columns of J: rates are small. */
+const SEEN = 2;
+
+/** The share of each joint in the velocity of P, one behind the other, and their sum. */
+export function Shares({
+  stage,
+  view,
+  rates,
+}: {
+  stage: Stage;
+  view: View;
+  rates: readonly number[];
+}): JSX.Element {
+  const { arm, state } = stage;
+  const by = SEEN * speedScale(arm);
+  const shares = arrowsOf(arm, state).columns.map((column, i) =>
+    scaled(column, by * Math.max(-MOST, Math.min(MOST, rates[i] ?? 0))),
+  );
+  let from = state.point;
+  return (
+    <g class="arm-shares">
+      {shares.map((share, i) => {
+        const start = from;
+        from = add(from, share);
+        return (
+          <Arrow key={i} view={view} from={start} vector={share} style={`arm-share arm-j${(i % 7) + 1}`} />
+        );
+      })}
+      <Arrow
+        view={view}
+        from={state.point}
+        vector={scaled(velocityOf(arm, state, rates), by)}
+        style="arm-sum"
+      />
+    </g>
+  );
+}
+
+/** Two decimals, with a true minus sign. */
+const signed = (value: number): string => inDigits(decimals(value, 2)).replace("-", "−");
+
+interface DialsProps {
+  readonly tool: Tool;
+  readonly arm: Arm;
+  readonly dials: Dials;
+  readonly rates: readonly number[];
+  readonly velocity: Vec3;
+  readonly onDials: (dials: Dials) => void;
+}
+
+/** The dials of a tool, and what comes of them in numbers. */
+export function DialBoard({ tool, arm, dials, rates, velocity, onDials }: DialsProps): JSX.Element {
+  const [vx, vy] = velocity.map((value) => signed(value)) as [string, string, string];
+  return (
+    <div class="dials">
+      {tool === "rates" ? (
+        arm.joints.map(({ name }, i) => (
+          <label key={name} class={`dial arm-j${(i % 7) + 1}`}>
+            <Letters name={name} dot />
+            <input
+              type="range"
+              min={-1}
+              max={1}
+              step={0.05}
+              value={dials.rates[i] ?? 0}
+              aria-label={said(message("lesson.rate-of", { joint: plainLetters(name) }))}
+              onInput={(event) => {
+                const value = Number(event.currentTarget.value);
+                onDials({ ...dials, rates: dials.rates.map((old, k) => (k === i ? value : old)) });
+              }}
+            />
+            <output>{signed(dials.rates[i] ?? 0)} rad/s</output>
+          </label>
+        ))
+      ) : (
+        <label class="dial">
+          <i>v</i>
+          <input
+            type="range"
+            min={-180}
+            max={180}
+            step={5}
+            value={dials.direction}
+            aria-label={said(message("lesson.direction"))}
+            onInput={(event) => onDials({ ...dials, direction: Number(event.currentTarget.value) })}
+          />
+          <output>{signed(dials.direction)}°</output>
+        </label>
+      )}
+      <p class="muted">
+        {tool === "rates"
+          ? said(message("lesson.velocity", { vx, vy }))
+          : said(
+              message("lesson.rates-due", {
+                first: signed(rates[0] ?? 0),
+                second: signed(rates[1] ?? 0),
+              }),
+            )}
+      </p>
+    </div>
+  );
+}

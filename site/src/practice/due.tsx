@@ -1,0 +1,33 @@
+// What is due again, on top of the practice page: how much there is, and the way to answer it.
+
+import type { JSX } from "preact";
+
+import { message, said } from "../text/text.js";
+
+/** Minutes that a question takes, as a rule. */
+const EACH = 1.5;
+
+interface DueProps {
+  readonly count: number;
+  /** Whether what is due is being answered. */
+  readonly going: boolean;
+  readonly onStart: () => void;
+}
+
+export function Due({ count, going, onStart }: DueProps): JSX.Element | null {
+  if (count === 0 && !going) return null;
+  return (
+    <p class="due" role="status">
+      {going ? (
+        said(count > 0 ? message("practice.due-left", { count }) : message("practice.due-done"))
+      ) : (
+        <>
+          <strong>{said(message("practice.due-now", { count, minutes: Math.ceil(EACH * count) }))}</strong>
+          <button type="button" class="quiet small" onClick={onStart}>
+            {said(message("practice.due-start"))}
+          </button>
+        </>
+      )}
+    </p>
+  );
+}

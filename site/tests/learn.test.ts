@@ -1,0 +1,191 @@
+// The way through the chapter: rows of right answers, what is due, which item comes next; and that every goal of every
+// lesson can be reached, and is not reached as the arm stands first.
+import { expect, test } from "vitest";
+
+import type { Robot } from "../src/bank.js";
+import { armOf, measuresOf, reachOf, stateAt } from "../src/arm/model.js";
+import type { Stage } from "../src/arm/stage.js";
+import { firstWeld, journeyOf, type Weld } from "../src/arm/weld.js";
+import { LESSONS, type Seen } from "../src/learn/lessons.js";
+import {
+  answered,
+  isDue,
+  itemsOf,
+  keepSkills,
+  keptSkills,
+  NEW,
+  nextIn,
+  type Skill,
+} from "../src/learn/skills.js";
+import { ratesOf, velocityOf } from "../src/learn/tools.js";
+import type { Item } from "../src/practice/choice.js";
+
+const item = (key: string, question = "jacobian"): Item => ({ family: "planar-2r", key, question });
+const right = (skill: Skill, key: string, now = 0, helped = false, most = 9) =>
+  answered(skill, item(key), { right: true, helped, now, most });
+const DAY = 24 * 3600 * 1000;
+
+test("three arms in a row without help are learned, one more after a day is mastered", () => {
+  let skill = right(right(NEW, "001"), "001");
+  expect(skill.row).toHaveLength(1);
+  skill = right(skill, "002", 0, true);
+  expect(skill.row).toHaveLength(1);
+  skill = right(right(skill, "002"), "003", 7);
+  expect(skill.learned).toBe(7);
+  expect(isDue(skill, 7 + DAY - 1)).toBe(false);
+  expect(right(skill, "004", 8).mastered).toBeUndefined();
+  expect(isDue(skill, 7 + DAY)).toBe(true);
+  skill = right(skill, "004", 7 + DAY);
+  expect(skill.mastered).toBe(7 + DAY);
+  expect(isDue(skill, 9 * DAY)).toBe(false);
+});
+
+test("a wrong answer begins the row anew, and a bank of two arms asks for no third", () => {
+  const row = right(right(NEW, "001"), "002");
+  expect(answered(row, item("003"), { right: false, helped: false, now: 0, most: 9 }).row).toEqual([]);
+  expect(right(right(NEW, "001", 0, false, 2), "002", 5, false, 2).learned).toBe(5);
+});
+
+test("what comes next is an arm that is not in the row, plain ones first", () => {
+  const all = ["001", "002", "003"].map((key) => item(key));
+  expect(nextIn(all, NEW, "", () => 0)?.key).toBe("001");
+  const row = right(NEW, "001");
+  expect(nextIn(all, row, "planar-2r/001/jacobian", () => 0.99)?.key).not.toBe("001");
+  expect(nextIn([item("001")], row, "planar-2r/001/jacobian", () => 0)?.key).toBe("001");
+  expect(nextIn([], NEW, "", () => 0)).toBeNull();
+});
+
+test("items of a lesson: its own families first, other ones where the bank has none of them", () => {
+  const listed = (variation: string) => ({
+    key: variation,
+    title: "",
+    difficulty: 1,
+    variation,
+    questions: ["rank", "twist"],
+  });
+  const family = (name: string) => ({
+    name,
+    title: name,
+    source: "",
+    problems: [listed("full"), listed("chapter")],
+  });
+  const index = {
+    format: 1,
+    feedback: "solutions",
+    questions: [],
+    families: [family("b"), family("a")],
+  } as const;
+  expect(itemsOf(index, ["rank"], ["a", "b"]).map((each) => each.family + each.key)).toEqual([
+    "achapter",
+    "afull",
+    "bchapter",
+    "bfull",
+  ]);
+  expect(itemsOf(index, ["rank"], ["c"])).toHaveLength(4);
+  expect(itemsOf(index, ["position"], ["a"])).toEqual([]);
+});
+
+test("what a browser keeps is read back, and nonsense is nothing", () => {
+  const kept = new Map<string, string>();
+  const storage = {
+    getItem: (key: string) => kept.get(key) ?? null,
+    setItem: (key: string, value: string) => void kept.set(key, value),
+  } as unknown as Storage;
+  const skills = { rates: { row: ["a/1"], goals: [0], learned: 3 } };
+  keepSkills(storage, skills);
+  expect(keptSkills(storage)).toEqual(skills);
+  kept.set([...kept.keys()][0]!, '{"rates": {"row": 3}, "path": 7}');
+  expect(keptSkills(storage)).toEqual({});
+  kept.set([...kept.keys()][0]!, "no JSON");
+  expect(keptSkills(storage)).toEqual({});
+});
+
+const row = (a: string, alpha: string, d: string, i: number) =>
+  ({ kind: "R", theta: `theta${i}`, d, a, alpha }) as const;
+const robot = (joints: Robot["joints"], task: Robot["task"], values: Robot["values"]): Robot => ({
+  name: "arm",
+  title: "arm",
+  joints,
+  base: { position: ["0", "0", "0"], yaw: "0", tilt: "0" },
+  point: { frame: joints.length, offset: ["0", "0", "0"] },
+  task,
+  values,
+});
+const PLAIN = armOf(
+  robot([row("a1", "0", "0", 1), row("a2", "0", "0", 2)], ["vx", "vy"], { a1: 0.4, a2: 0.34 }),
+);
+const ELBOW = armOf(
+  robot([row("a1", "pi/2", "d1", 1), row("a2", "0", "0", 2), row("a3", "0", "0", 3)], ["vx", "vy", "vz"], {
+    a1: 0.2,
+    a2: 0.34,
+    a3: 0.288,
+    d1: 0.4,
+  }),
+);
+const degrees = (...angles: number[]) => angles.map((angle) => (angle * Math.PI) / 180);
+
+/** What is seen of an arm in a pose. */
+function seen(
+  arm: typeof PLAIN,
+  pose: number[],
+  more: { rates?: number[]; weld?: Weld; place?: number } = {},
+): Seen {
+  const state = stateAt(arm, pose);
+  const rates = more.rates ?? [];
+  const welding = more.weld
+    ? { weld: more.weld, journey: journeyOf(arm, more.weld), place: more.place ?? 0 }
+    : null;
+  const stage = {
+    arm,
+    pose,
+    state,
+    rested: state,
+    reach: reachOf(arm),
+    measures: measuresOf(state),
+    welding,
+  };
+  return { stage: stage as unknown as Stage, rates, velocity: velocityOf(arm, state, rates) };
+}
+
+const wanted = (pose: number[], direction: number) =>
+  seen(PLAIN, pose, { rates: [...ratesOf("wanted", { rates: [], direction }, stateAt(PLAIN, pose))] });
+const FIRST = degrees(60, 100);
+const weld = { ...firstWeld(PLAIN, FIRST, reachOf(PLAIN)), turns: 20 };
+const short: Weld = { ...weld, target: stateAt(PLAIN, degrees(62, 98)).point, speed: 0.02 };
+/** Of each goal: a way to reach it. */
+const WAYS: Readonly<Record<string, readonly Seen[]>> = {
+  rates: [
+    seen(PLAIN, FIRST, { rates: [0, 0.5] }),
+    seen(PLAIN, degrees(0, 90), { rates: [0.5, -0.5] }),
+    wanted(FIRST, 180 + (Math.atan2(0.463, -0.119) * 180) / Math.PI),
+  ],
+  columns: [seen(PLAIN, degrees(-90, 90)), seen(PLAIN, degrees(0, 180)), seen(PLAIN, degrees(20, 0.2))],
+  differentiation: [seen(PLAIN, degrees(0, 0)), seen(PLAIN, degrees(30, 60))],
+  propagation: [seen(PLAIN, degrees(10, 148.2)), seen(PLAIN, degrees(10, 0))],
+  inverse: [wanted(degrees(0, 90), 180), wanted(degrees(0, 1), 0)],
+  singular: [seen(PLAIN, degrees(5, 1)), seen(PLAIN, degrees(5, -179.5)), seen(PLAIN, degrees(5, 90))],
+  kinds: [seen(ELBOW, degrees(20, 30, 0)), seen(ELBOW, [0.3, 2.2, innerAngle(2.2)])],
+  path: [
+    seen(PLAIN, FIRST, { weld, place: 10 }),
+    seen(PLAIN, FIRST, { weld: { ...weld, turns: 0.05 } }),
+    seen(PLAIN, FIRST, { weld: short }),
+  ],
+};
+
+/** theta3 for which P is above joint 1: a1 + a2 c2 + a3 c23 = 0. */
+function innerAngle(theta2: number): number {
+  return Math.acos((-0.2 - 0.34 * Math.cos(theta2)) / 0.288) - theta2;
+}
+
+for (const lesson of LESSONS)
+  test(`every goal of the lesson ${lesson.id} can be reached, and is not as the arm stands first`, () => {
+    const arm = lesson.arm === "plain" ? PLAIN : ELBOW;
+    const pose = lesson.arm === "plain" ? FIRST : degrees(40, 30, 60);
+    const rates = ratesOf(lesson.tool, { rates: [0.5, 0.5], direction: 0 }, stateAt(arm, pose));
+    const first = seen(arm, pose, { rates: [...rates], weld: { ...weld, turns: 0.6 } });
+    lesson.goals.forEach(({ reached, text }, i) => {
+      expect(reached(WAYS[lesson.id]![i]!), text).toBe(true);
+      if (lesson.id !== "path") expect(reached(first), text).toBe(false);
+    });
+    expect(WAYS[lesson.id]).toHaveLength(lesson.goals.length);
+  });

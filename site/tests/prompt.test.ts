@@ -1,0 +1,26 @@
+// What prompts say of typing letters is left out where letters are ticked; everything else stays.
+import { expect, test } from "vitest";
+
+import type { Part } from "../src/bank.js";
+import { promptOf, promptOnPaper } from "../src/practice/prompt.js";
+
+const part = (prompt: string, options: string[] | null): Part => ({ prompt, options }) as unknown as Part;
+const LIST = "<ul>\n<li><strong>A.</strong> one</li>\n<li><strong>B.</strong> two</li>\n</ul>\n";
+
+test.each([
+  ["<p><strong>Answer:</strong> the letter, typed in quotes, as in <code>&quot;A&quot;</code>.</p>"],
+  ["<p><strong>Antwort:</strong> <code>&quot;true&quot;</code> oder <code>&quot;false&quot;</code>.</p>"],
+  ['<p><strong>Answer:</strong> three letters in quotes, as in <code>"ABC"</code>.</p>'],
+])("%s is left out", (said) => {
+  const asked = `<p><em>Which</em> of <strong>these</strong>?</p>\n${LIST}${said}\n`;
+  expect(promptOf(part(asked, ["one", "two"])).trim()).toBe(
+    "<p><em>Which</em> of <strong>these</strong>?</p>",
+  );
+  expect(promptOnPaper(part(asked, ["one", "two"]))).toContain("<strong>B.</strong> two");
+  expect(promptOnPaper(part(asked, ["one", "two"]))).not.toContain("quot");
+});
+
+test("a prompt that is answered by a formula stays as it is", () => {
+  const asked = '<p><strong>Answer:</strong> as in <code>"A"</code>.</p>';
+  expect(promptOf(part(asked, null))).toBe(asked);
+});
