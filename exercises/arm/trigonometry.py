@@ -305,6 +305,10 @@ def _has_bracket(product: sp.Mul) -> bool:
     return any(map(_is_root, numbers)) and any(factor.is_Add and factor.free_symbols for factor in product.args)
 
 
+def _is_root_of_number(power: sp.Expr) -> bool:
+    return power.is_number and _is_root(power)
+
+
 def _is_root(number: sp.Expr) -> bool:
     return number.is_Pow and number.exp.is_Rational and not number.exp.is_Integer
 
@@ -323,9 +327,13 @@ def factored(expression: sp.Expr, most: int = 200) -> Factored:
 
     Sines and cosines of each angle sum are factored as independent symbols; then each factor takes the shorter of
     that form and its Fourier form, so that c2*s23 - s2*c23 becomes s3 and c^2 + s^2 becomes 1.
+
+    Raises ValueError for roots of numbers: over the rationals, there is no factor that holds them.
     """
     if expression == 0:
         return Factored(sp.S.Zero, ())
+    if any(map(_is_root_of_number, expression.atoms(sp.Pow))):
+        raise ValueError(f"{expression} has roots of numbers")
     names, back = _as_symbols(expression)
     coefficient, raw = _polynomial_factors(expression.xreplace(names), most)
     powers: dict[sp.Expr, int] = {}
