@@ -146,6 +146,7 @@ def test_texts_are_castext_with_inputs_pictures_and_mathematics_for_mathjax(quiz
         assert text.count("<details>") == 3
         shown = re.findall(r'src="@@PLUGINFILE@@/([\w.-]+)" alt="[^"]{20,}"', text)
         assert shown == [file.get("name") for file in question.findall("questiontext/file")] and shown
+        assert text.count('style="max-width: 100%; height: auto"') == len(shown)  # no wider than Moodle's column
         assert content(question, "generalfeedback/text")
 
 
