@@ -15,6 +15,8 @@ export default defineConfig({
   build: {
     outDir: "dist",
     manifest: true, // by which Python knows the names of the files
-    rollupOptions: { input: { practice: "src/practice/main.tsx", learn: "src/learn/main.tsx", pages: "src/pages/main.ts" } },
+    rollupOptions: {
+      input: { practice: "src/practice/main.tsx", learn: "src/learn/main.tsx", pages: "src/pages/main.ts" },
+    },
   },
 });

@@ -137,6 +137,7 @@ test("what was read works offline, the arm beside an example, too", async () => 
     await page.goto(`${there.server.root}/${path}`);
     await page.locator("h1").waitFor();
   }
+  await page.waitForFunction(() => document.querySelector(".card img").naturalWidth > 0); // of the gallery
   await page.goto(`${there.server.root}/examples/6-3.html`);
   await page.locator('.live input[type="range"]').first().waitFor();
   await context.close();

@@ -9,11 +9,11 @@ import { DrawnLetters } from "./letters.js";
 import { lostDirection } from "./lost.js";
 import { type Arm, arrowsOf, type Frame, pStar, type State } from "./model.js";
 import { extentOf, thicknessOf } from "./ranges.js";
-import { linkOf, placesOf } from "./shape.js";
+import { linkOf, placesOf, wayToPoint } from "./shape.js";
 import { useDigits } from "./speech.js";
 import { add, scaled, type Vec3 } from "./vector.js";
 import { drawn, outline, pixel, type Pixel, type View } from "./view.js";
-import { World, worldLabels } from "./world.js";
+import { wayToBase, World, worldLabels } from "./world.js";
 
 export interface Layers {
   readonly frames: boolean;
@@ -33,6 +33,8 @@ function axisOf({ width, height }: View): number {
 }
 
 const LOST = 0.03;
+/** A length that is drawn shorter (pixels) has no label. */
+const SHORT = 24;
 /** A drawing that is lower or narrower (pixels) has no room for the names of axes and origins: there joints have theirs. */
 const ROOMY = 300;
 
@@ -233,21 +235,33 @@ function wantedLabels({ arm, state, view, reach, layers, flat }: MarksProps, sig
 
 type Signed = (value: number) => string;
 
-/** What the table calls the parts of each link, beside their middles; lengths in numbers as the page writes them. */
+/** A length of the arm: what it is called, how long it is (m), and from where to where it is drawn. */
+type Length = readonly [called: string, value: number, from: Vec3, to: Vec3];
+
+/** The lengths of the table, of the way to the point, and of the base's place in the world. */
+function lengthsOf(arm: Arm, state: State): Length[] {
+  const carrier = state.frames[arm.point.frame]!;
+  const of = (called: readonly string[], values: Vec3, places: readonly Vec3[]): Length[] =>
+    values.map((value, k): Length => [called[k]!, value, places[k]!, places[k + 1]!]);
+  return [
+    ...arm.joints.flatMap(({ a, called, other }, i): Length[] => [
+      [called.a, a, state.corners[i]!, state.frames[i + 1]!.o],
+      ...(called.d ? [[called.d, other, state.frames[i]!.o, state.corners[i]!] as const] : []),
+    ]),
+    ...of(arm.called?.offset ?? [], arm.point.offset, [carrier.o, ...wayToPoint(carrier, arm.point.offset)]),
+    ...of(arm.called?.base ?? [], arm.base.o, wayToBase(arm)),
+  ].filter(([called]) => called);
+}
+
+/** Labels of lengths beside their middles; letters as they are, numbers as the page writes them. */
 function lengthLabels(arm: Arm, state: State, view: View, signed: Signed): Wanted[] {
-  return arm.joints.flatMap(({ a, called }, i) => {
-    const [from, corner, to] = [state.frames[i]!.o, state.corners[i]!, state.frames[i + 1]!.o];
-    const parts: [string, number, Vec3, Vec3][] = [[called.a, a, corner, to]];
-    if (called.d) parts.push([called.d, arm.joints[i]!.other, from, corner]);
-    return parts.flatMap(([text, value, start, end]): Wanted[] => {
-      const [p, q] = [pixel(view, start), pixel(view, end)];
-      const [x, y] = [q[0] - p[0], q[1] - p[1]];
-      if (Math.hypot(x, y) < 30) return [];
-      const name = /^-?[a-z]\d*$/i.test(text)
-        ? text.replace("-", "")
-        : signed(Math.abs(Number(value.toFixed(3))));
-      return [{ name, style: "arm-length", at: [(p[0] + q[0]) / 2, (p[1] + q[1]) / 2], toward: [y, -x] }];
-    });
+  return lengthsOf(arm, state).flatMap(([called, value, from, to]): Wanted[] => {
+    const [p, q] = [pixel(view, from), pixel(view, to)];
+    const [x, y] = [q[0] - p[0], q[1] - p[1]];
+    if (Math.hypot(x, y) < SHORT) return [];
+    const size = signed(Math.abs(Number(value.toFixed(3))));
+    const name = /^-?[a-z]\d*$/i.test(called) ? called.replace("-", "") : size;
+    return [{ name, style: "arm-length", at: [(p[0] + q[0]) / 2, (p[1] + q[1]) / 2], toward: [y, -x] }];
   });
 }
 

@@ -39,6 +39,8 @@ export interface Arm {
   readonly base: Frame;
   readonly point: { readonly frame: number; readonly offset: Vec3 };
   readonly task: readonly number[];
+  /** What the base's position and the point's offset are called, coordinate by coordinate, where that is told. */
+  readonly called?: Readonly<Record<"base" | "offset", readonly [string, string, string]>>;
 }
 
 /** The arm at a pose. `corners[i-1]` is O_{i-1} + d_i z_{i-1}; `jacobian` is 6 x n, `counted` the rows of the task. */
@@ -84,6 +86,7 @@ export function armOf(robot: Robot): Arm {
     base: { ...turned, o: vector(base.position) },
     point: { frame: point.frame, offset: vector(point.offset) },
     task: robot.task.map((row) => ROWS.indexOf(row)),
+    called: { base: base.position, offset: point.offset },
   };
 }
 

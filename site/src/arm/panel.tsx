@@ -133,7 +133,14 @@ function Panel(props: ArmProps): JSX.Element {
                   aria-expanded={!folded}
                   onClick={() => setFolded(!folded)}
                 >
-                  {say(folded ? "arm.unfold" : "arm.fold")}
+                  {folded ? (
+                    say("arm.unfold")
+                  ) : (
+                    <>
+                      <span aria-hidden="true">▴</span>
+                      <span class="arm-unseen">{say("arm.fold")}</span>
+                    </>
+                  )}
                 </button>
               )}
             </div>

@@ -10,7 +10,8 @@ export function linkOf(arm: Arm, state: State, i: number): readonly Vec3[] {
   return points.filter((point, k) => k === 0 || norm(subtract(point, points[k - 1]!)) > 1e-9);
 }
 
-function wayToPoint(frame: Frame, [u, v, w]: Vec3): Vec3[] {
+/** The corners of the way from a frame's origin to the point, along its axes one after the other. */
+export function wayToPoint(frame: Frame, [u, v, w]: Vec3): Vec3[] {
   const steps: Vec3[] = [
     [u, 0, 0],
     [u, v, 0],

@@ -22,6 +22,11 @@ function isApart({ base }: Arm): boolean {
   );
 }
 
+/** The corners of the way from the world's origin to the base, along its axes one after the other. */
+export function wayToBase({ base: { o } }: Arm): readonly Vec3[] {
+  return [ZERO, [o[0], 0, 0], [o[0], o[1], 0], o];
+}
+
 interface WorldProps {
   readonly arm: Arm;
   readonly view: View;
@@ -30,13 +35,7 @@ interface WorldProps {
 
 export function World({ arm, view, flat }: WorldProps): JSX.Element | null {
   if (!isApart(arm)) return null;
-  const corners = AXES.reduce<Vec3[]>(
-    (all, _, k) => [
-      ...all,
-      all.at(-1)!.map((value, j) => (j === k ? arm.base.o[k]! : value)) as unknown as Vec3,
-    ],
-    [ZERO],
-  );
+  const corners = wayToBase(arm);
   return (
     <g class="arm-world">
       <path class="arm-dashed" d={`M${corners.map((corner) => pixel(view, corner).join(" ")).join("L")}`} />
