@@ -28,7 +28,8 @@ its own in its `__init__`.
     figure/                         the drawing of an arm, as SVG and as TikZ, and its description in words
     self_check                      what a notebook checks of its own answers, without the right ones
     notebook, showing               notebooks; one problem in every format
-    redundant, special_lengths      your own arm: seven joints; what differs for special lengths
+    redundant, locus                your own arm: seven joints; a map of where it is singular
+    special_lengths                 what differs for special lengths
     solving                         all that is derived for it (`qdot solve`)
     solving_in_time                 the same as it is ready, until the time is over
     docs/                           the pages of docs/ that are made from the code (`make docs`)
@@ -51,7 +52,11 @@ Problem(planar-2r/7: jacobian)
 (2, 2)
 """
 
+import os
 from typing import TYPE_CHECKING, Any
+
+# What SymPy remembers of each function: a class asks the same of the same formulas, and a thousand are soon forgotten.
+os.environ.setdefault("SYMPY_CACHE_SIZE", "20000")
 
 if TYPE_CHECKING:
     from exercises.answers import Answer as Answer

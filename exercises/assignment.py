@@ -72,7 +72,7 @@ class AssignmentFile(pydantic.BaseModel):
     mistakes: dict[str, float] | None = None
     sandbox: Literal["best", "strict"] = "best"
     variation: str | list[str] = DEFAULT
-    convention: str = CONVENTIONS[0]
+    convention: str | None = None
     problem: list[ProblemEntry] = pydantic.Field(min_length=1)
 
 
@@ -294,7 +294,7 @@ def load_assignment(folder: Path) -> Assignment:
     with file.at("variation"):
         variation = _variation(content.variation)
     with file.at("convention"):
-        usual = _Usual(variation, convention_named(content.convention))
+        usual = _Usual(variation, _convention(content.convention))
     slots = tuple(_slot(file, index, entry, usual, notes) for index, entry in enumerate(content.problem))
     roster = folder / "roster.csv"
     students, export = read_roster(roster), read_export(roster)
@@ -326,20 +326,20 @@ def _checked(file: TomlFile) -> AssignmentFile:
 
 @dataclass(frozen=True)
 class _Usual:
-    """What the assignment says for all its problems."""
+    """What the assignment says for all its problems; no convention where it says nothing of one."""
 
     variation: str
-    convention: str
+    convention: str | None
 
 
 def _slot(file: TomlFile, index: int, entry: ProblemEntry, usual: _Usual, notes: list[str]) -> Slot:
     """Return a place in the assignment, with the assignment's variation and convention unless it has its own.
 
-    An instructor's robot is told as its file has it, unless its problem says otherwise. What is odd about the robot
-    goes into `notes`. Raises QdotError.
+    An instructor's robot is told as its file has it where neither says anything. What is odd about the robot goes into
+    `notes`. Raises QdotError.
     """
     place = ("problem", index)
-    variation, convention = usual.variation, usual.convention if entry.robot is None else ""
+    variation = usual.variation
     with file.at(*place):
         if (entry.family is None) == (entry.robot is None):
             raise QdotError('each [[problem]] has either family = "planar-2r" or robot = "my-arm.toml"')
@@ -352,10 +352,9 @@ def _slot(file: TomlFile, index: int, entry: ProblemEntry, usual: _Usual, notes:
     if entry.variation is not None:
         with file.at(*place, "variation"):
             variation = _variation(entry.variation)
-    if entry.convention is not None:
-        with file.at(*place, "convention"):
-            convention = convention_named(entry.convention)
-            convention = entry.convention if robot else convention
+    with file.at(*place, "convention"):
+        said = _convention(entry.convention) or usual.convention or ""
+    convention = said if robot or not said else convention_named(said)  # a robot's own may be another than the usual
     with file.at(*place, "difficulty"):
         band = _band(entry.difficulty)
         if band is not None:
@@ -388,6 +387,11 @@ def _slot(file: TomlFile, index: int, entry: ProblemEntry, usual: _Usual, notes:
 
 def _variation(said: str | list[str]) -> str:
     return named(said) if isinstance(said, str) else of_axes(said)
+
+
+def _convention(said: str | None) -> str | None:
+    """Return a convention as it is said. Raises QdotError for one that is none."""
+    return said if said is None else convention_named(said) or said
 
 
 def _asked(family: Family, said: list[str] | str | None, convention: str) -> tuple[str, ...]:

@@ -12,19 +12,22 @@ from exercises import generate as make_problem
 from exercises import show as show_problem
 from exercises.arm.chain import CONVENTIONS
 from exercises.arm.conventions import TABLES
-from exercises.arm.library import robot_path
+from exercises.arm.library import ENDINGS, is_in_library, robot_path
 from exercises.arm.library import robots as library
 from exercises.arm.robot_file import read_robot_file
 from exercises.arm.robot_text import robot_text
 from exercises.console import VariationOption, note, one_of, say, working
 from exercises.families import Family
+from exercises.families.own import own_family
 from exercises.generation import family_named, listed, short_quiz
+from exercises.locus import check_map, write_map
 from exercises.overview import detail, overview, refusals, robots_overview
+from exercises.problem import convention_named
 from exercises.quizzes import QUIZZES
 from exercises.release import init_assignment
 from exercises.sets import DEFAULT_SET, SETS, set_named
 from exercises.solving_in_time import DEFAULT as SECONDS
-from exercises.solving_in_time import write_solution
+from exercises.solving_in_time import LEAST, seconds_of, write_solution
 
 SHOW_FORMATS = ("text", "latex", "html", "json", "ipynb")
 SOLVE_FORMATS = ("text", "latex", "json")
@@ -74,7 +77,13 @@ def init(
 
 def families(
     name: Annotated[
-        str, typer.Argument(metavar="NAME", help="One of them: what it can be asked, and why not the rest.")
+        str,
+        typer.Argument(
+            metavar="NAME", help="One of them, a real robot or a file: what it can be asked, and why not the rest."
+        ),
+    ] = "",
+    convention: Annotated[
+        str, typer.Option(metavar="NAME", help=f"Of one of them: how its arms are told, {', '.join(CONVENTIONS)}.")
     ] = "",
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> None:
@@ -82,20 +91,36 @@ def families(
 
     The difficulty is a step from 0 to 4 of a scale: how much there is to work out for such an arm by hand. A
     family's name goes into assignment.toml (family = "planar-2r") and before a seed: `qdot show planar-2r/7`. With a
-    NAME it is told of this family what it can be asked, question by question, and in a few words why not the rest.
+    NAME it is told of this family what it can be asked, question by question, and in a few words why not the rest; so
+    it is of a real robot (ur5) and of your own ROBOT.toml, CSV or URDF, which may take a minute.
     """
+    if convention:
+        convention_named(convention)
+        if not name:
+            raise QdotError("--convention is for one family or robot; name it, as in 'qdot families ur5'")
     if name:
-        family = family_named(name)
-        row = {**_row(family), "refused": refusals(family)} if as_json else {}
-        say(json.dumps(row, ensure_ascii=False, indent=1) if as_json else detail(family))
+        family = _family(name)
+        row = {**_row(family, convention), "refused": refusals(family, convention)} if as_json else {}
+        say(json.dumps(row, ensure_ascii=False, indent=1) if as_json else detail(family, convention))
     elif as_json:
         say(json.dumps([_row(family) for family in FAMILIES.values()], ensure_ascii=False, indent=1))
     else:
         say(overview())
 
 
-def _row(family: Family) -> dict[str, Any]:
-    about = listed(family.name)
+def _family(name: str) -> Family:
+    """Return the family of a name, or that of a robot: of a file, or of the library. Raises QdotError."""
+    if name not in FAMILIES and (name.lower().endswith(ENDINGS) or Path(name).is_file() or is_in_library(name)):
+        path = robot_path(name)
+        robot = read_robot_file(path)
+        for said in robot.notes:
+            note(said)
+        return own_family(path, robot)
+    return family_named(name)
+
+
+def _row(family: Family, convention: str = "") -> dict[str, Any]:
+    about = listed(family, convention)
     return {
         "name": family.name,
         "title": family.title,
@@ -203,9 +228,13 @@ def solve(
         str,
         typer.Option(metavar="NAME", help=f"Write the arm as ROBOT.toml in a convention: {', '.join(CONVENTIONS)}."),
     ] = "",
-    seconds: Annotated[
-        float, typer.Option("--time", metavar="SECONDS", min=0.1, help="Processor time after which it ends.")
-    ] = SECONDS,
+    time: Annotated[
+        str, typer.Option(metavar="SECONDS", help=f"Processor time after which it ends, {LEAST:g} or more.")
+    ] = f"{SECONDS:g}",
+    map_file: Annotated[
+        Path | None,
+        typer.Option("--map", metavar="FILE.svg", help="Draw where it is singular, over pairs of its joints, too."),
+    ] = None,
 ) -> None:
     """Derive all the book would for your own arm or a real one.
 
@@ -217,14 +246,17 @@ def solve(
     In JSON, `jacobian` is that of the point, 3 x n, and `geometric_jacobian` 6 x n; of the latter, the rows that `task`
     names are those whose `determinant` and `singular` follow. `determinant` is null where these are not square.
     `singular` is null where they have less than full rank in every configuration, and empty where they have full rank
-    in every one; `note` says so in words.
+    in every one; `note` says so in words. Arms that are told by their axes have `space_jacobian` and `body_jacobian`.
 
     Results are written as they are ready. With --time, or by Ctrl-C, it ends earlier, and says what is missing; JSON
-    has `missing` then, a list of what was not worked out.
+    has `missing` then, a list of what was not worked out. --map draws the conditions that are in three joints or fewer.
     """
     one_of(format, SOLVE_FORMATS, "--format")
+    seconds = seconds_of(time)
     if convention:
         one_of(convention, TABLES, "--convention")
+    if map_file is not None:
+        check_map(map_file)
     read = read_robot_file(robot_path(robot), tip, convention)
     for said in read.notes:
         note(said)
@@ -234,4 +266,6 @@ def solve(
             raise QdotError("--convert writes a ROBOT.toml, and --format is for what is derived; give one of both")
         say(robot_text(read, convert).rstrip())
         return
-    write_solution(read, format, seconds, say, working)
+    singular = write_solution(read, format, seconds, say, working)
+    if map_file is not None:
+        note(write_map(map_file, read, singular))

@@ -22,11 +22,14 @@ def difficulty(chain: Chain) -> int:
     it counts one each: a joint's zero that is moved, a base that is moved, one that is turned, and a point of interest
     that is no origin. Example 6.3 has 15 + 8 + 8 = 31.
     """
-    entries = [sp.expand(entry) for entry in derive(chain).jacobian]
-    terms = sum(len(sp.Add.make_args(entry)) for entry in entries if entry != 0)
     factors = {condition for component in singular_set(chain) or () for condition in component.conditions}
     tying = sum(len(factor.free_symbols & set(chain.q)) > 1 for factor in factors)
-    return terms + 4 * len(factors) + 8 * tying + _leading_off(chain)
+    return _terms(chain) + 4 * len(factors) + 8 * tying + _leading_off(chain)
+
+
+def _terms(chain: Chain) -> int:
+    entries = [sp.expand(entry) for entry in derive(chain).jacobian]
+    return sum(len(sp.Add.make_args(entry)) for entry in entries if entry != 0)
 
 
 def _leading_off(chain: Chain) -> int:
@@ -42,6 +45,8 @@ def _leading_off(chain: Chain) -> int:
 
 def step(chain: Chain) -> int:
     """Return the band of the difficulty: 0 below 10, 1 below 16, 2 below 24, 3 below 34, 4 above."""
+    if _terms(chain) + _leading_off(chain) >= BANDS[-1]:  # its singular set may take a minute, and adds to that
+        return HARDEST
     return sum(difficulty(chain) >= least for least in BANDS)
 
 

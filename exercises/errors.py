@@ -14,8 +14,17 @@ def unknown(what: str, name: str, known: list[str] | tuple[str, ...]) -> QdotErr
     >>> print(unknown("family", "scra", ["planar-2r", "scara"]))
     unknown family 'scra' (did you mean 'scara'?); known: planar-2r, scara
     """
+    meant = likeliest(name, known)
+    hint = f" (did you mean {meant!r}?)" if meant else ""
+    return QdotError(f"unknown {what} {name!r}{hint}; known: {', '.join(known)}")
+
+
+def likeliest(name: str, known: list[str] | tuple[str, ...]) -> str:
+    """Return the known name that is most like one that isn't known; nothing where none is like it.
+
+    >>> likeliest("scra", ["planar-2r", "scara"]), likeliest("x", ["planar-2r", "scara"])
+    ('scara', '')
+    """
     import difflib
 
-    close = difflib.get_close_matches(name, known, n=1)
-    hint = f" (did you mean {close[0]!r}?)" if close else ""
-    return QdotError(f"unknown {what} {name!r}{hint}; known: {', '.join(known)}")
+    return next(iter(difflib.get_close_matches(name, known, n=1)), "")

@@ -7,6 +7,7 @@ from functools import cache, partial
 from itertools import count, islice
 
 from exercises.arm.chain import CONVENTIONS, Chain
+from exercises.arm.library import robots
 from exercises.difficulty import difficulty, in_words, step
 from exercises.errors import QdotError, unknown
 from exercises.families import FAMILIES, Family
@@ -38,9 +39,14 @@ LOOKED_AT, LOOKED_AT_VARIED = 8, 120
 
 def family_named(name: str) -> Family:
     """Return a registered family. Raises QdotError."""
-    if name not in FAMILIES:
-        raise unknown("family", name, list(FAMILIES))
-    return FAMILIES[name]
+    if name in FAMILIES:
+        return FAMILIES[name]
+    if name in robots():
+        raise QdotError(
+            f'{name} is no family but a real robot: robot = "{name}" in assignment.toml asks about it, and '
+            f"`qdot families {name}` lists what"
+        )
+    raise unknown("family", name, list(FAMILIES))
 
 
 def sample_chain(identity: ProblemId, family: Family | None = None, attempt: int = 0) -> Chain:
@@ -167,9 +173,11 @@ def _looked_at(family: Family) -> tuple[Chain, ...]:
     return tuple(arms)
 
 
-def listed(name: str) -> Listed:
-    """Return what is listed of a registered family; of one that is new since `make docs`, it is found out here."""
-    return listing().get(name) or find_out(family_named(name))
+def listed(family: str | Family, convention: str = "") -> Listed:
+    """Return what is listed of a registered family; of a robot, or of a new one, it is found out here."""
+    known = family_named(family) if isinstance(family, str) else family
+    own = (None if known.robot else listing().get(known.name)) or find_out(known)
+    return replace(own, questions=find_questions(known, convention)) if convention else own
 
 
 @cache
@@ -182,8 +190,11 @@ def find_out(family: Family) -> Listed:
 
 
 def _by_variation(family: Family) -> tuple[int, ...]:
-    """Return the difficulty of an arm at each step of variation; all arms of a family have that of a step's."""
-    if family.varied:
+    """Return the difficulty of an arm at each step of variation; all arms of a family have that of a step's.
+
+    A robot of a file has no such steps.
+    """
+    if family.varied or family.robot:
         return ()
     return tuple(difficulty(sample_chain(ProblemId(family.name, 0, variation=name), family)) for name in STEPS)
 
@@ -213,7 +224,7 @@ def check_questions(
                     f"`qdot families {known.name}` lists what can"
                 )
     identity = ProblemId(known.name, 0, tuple(questions), band=band, variation=variation, convention=convention)
-    _check_asked(sample_chain(identity, known), questions)
+    _check_asked(sample_chain(identity, known), questions, known, convention)
 
 
 def _check_names(questions: Sequence[str]) -> None:
@@ -230,10 +241,11 @@ def _check_names(questions: Sequence[str]) -> None:
             )
 
 
-def _check_asked(chain: Chain, questions: Sequence[str]) -> None:
+def _check_asked(chain: Chain, questions: Sequence[str], family: Family, convention: str) -> None:
     objection = _objection(chain, questions)
     if objection is not None:
-        raise QdotError(objection)
+        told = f" --convention {convention}" if convention else ""
+        raise QdotError(f"{objection}; `qdot families {family.robot or family.name}{told}` lists what can")
 
 
 def generate(
@@ -256,10 +268,11 @@ def generate(
     identity = ProblemId.parse(identity) if isinstance(identity, str) else identity
     identity = replace(identity, questions=tuple(questions)) if questions else identity
     _check_names(identity.questions)
-    again = (family or family_named(identity.family)).varied or any(name in QUIZZES for name in identity.questions)
+    known = family or family_named(identity.family)
+    again = known.varied or any(name in QUIZZES for name in identity.questions)
     for attempt in range(ATTEMPTS if again else 1):
         chain = sample_chain(identity, family, attempt)
-        _check_asked(chain, identity.questions)
+        _check_asked(chain, identity.questions, known, identity.convention)
         try:
             return Problem(identity, chain, _parts(identity, chain, points))
         except RuntimeError:

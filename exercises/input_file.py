@@ -7,7 +7,6 @@ is left out where it isn't known, the value where it is long.
 import codecs
 import csv
 import datetime
-import difflib
 import io
 import json
 import re
@@ -19,7 +18,7 @@ from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
-from exercises.errors import QdotError, unknown
+from exercises.errors import QdotError, likeliest, unknown
 
 Place = Sequence[str | int]
 """Keys and places in lists from the file down: ("joint", 0, "alpha") is alpha of the first [[joint]]."""
@@ -112,6 +111,10 @@ class TomlFile:
         text = shown(value) if simple else ""
         return f"{said} = {text}" if text and len(text) <= _SHORT else said
 
+    def place_of_key(self, *place: str | int) -> str:
+        """Return the place of a table as messages name it, with the line of its last key, which is the odd one."""
+        return self._named(place[:-1], place)
+
     def _named(self, place: Place, key: Place) -> str:
         """Return the file, the line of `key` and the place as in "joint 2: alpha"."""
         number = self.line(key)
@@ -138,7 +141,7 @@ class TomlFile:
             if key in above and key not in known:
                 raise QdotError(f"{where}: the key {key!r} stands at the top of the file, above every [[{place[0]}]]")
             if key not in known:
-                meant = _likeliest(key, (*known, *above))
+                meant = likeliest(key, (*known, *above))
                 if meant in above and meant not in known:
                     raise QdotError(
                         f"{where}: unknown key {key!r}; the key {meant!r} is meant, probably, and stands at the top of "
@@ -167,11 +170,6 @@ class TomlFile:
             if keys and re.match(rf"""\s*["']?{re.escape(keys[-1])}["']?\s*=""", lines[number]):
                 return number + 1
         return None if header is None else header + 1
-
-
-def _likeliest(key: str, known: Sequence[str]) -> str:
-    """Return the known key that is most like one that is not; nothing where none is like it."""
-    return next(iter(difflib.get_close_matches(key, known, n=1)), "")
 
 
 def _holds_tables(value: object) -> bool:
@@ -216,10 +214,16 @@ def shown(value: object) -> str:
 # --- tables ---
 
 
-def read_table(path: Path, first: str, example: str, missing: str = "") -> list[tuple[int, dict[str, str]]]:
+_QUOTED = 'a text with a comma or semicolon in it stands in double quotes, as in "Lovelace, Ada"'
+
+
+def read_table(
+    path: Path, first: str, example: str, missing: str = "", too_long: str = _QUOTED
+) -> list[tuple[int, dict[str, str]]]:
     """Return the lines of a CSV file with anything in them: the number of each, and its cells by column.
 
-    The columns' names are in small letters. The `first` column is always there; `example` is a header as it may be.
+    The columns' names are in small letters. The `first` column is always there; `example` is a header as it may be,
+    and `too_long` says what a row with more cells than the header probably has.
     It is in any encoding in which Excel writes one, and commas, semicolons or tabs separate. Raises QdotError.
     """
     rows = _rows(path, missing)
@@ -228,10 +232,7 @@ def read_table(path: Path, first: str, example: str, missing: str = "") -> list[
     header = _header(path, *rows[0], first, example)
     for number, row in rows[1:]:
         if any(cell.strip() for cell in row[len(header) :]):
-            raise QdotError(
-                f"{path}: line {number}: {len(row)} cells, and the header has {len(header)}; a text with a comma or "
-                'semicolon in it stands in double quotes, as in "Lovelace, Ada"'
-            )
+            raise QdotError(f"{path}: line {number}: {len(row)} cells, and the header has {len(header)}; {too_long}")
         if any("\n" in cell or "\r" in cell for cell in row):
             raise QdotError(
                 f"{path}: line {number}: a cell goes on over the end of the line; is a double quote not closed?"

@@ -7,16 +7,18 @@ A notebook holds no seed, so that a student can't regenerate the answers from it
 import base64
 import html
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import nbformat
 from nbformat import NotebookNode
 from nbformat.v4 import new_notebook
 
+from exercises.arm.told import is_by_axes
 from exercises.figure import alt_text, figure_svg, part_alt, part_svg, singular_svg
 from exercises.formula.order import natural
 from exercises.formula.printers.python import WIDTH
 from exercises.problem import ENGINE, Part, Problem, variable
+from exercises.questions.differentiation import power_of_metres
 from exercises.quizzes import ASKED
 from exercises.render import render
 from exercises.self_check import Problems, check_cell, function_cell
@@ -33,9 +35,15 @@ def student_notebook(title: str, key: str, student: str, problems: Problems, hin
     return _notebook("student", title, key, student, problems, hinted)
 
 
-def solution_notebook(title: str, key: str, student: str, problems: Problems, hinted: bool = False) -> NotebookNode:
-    """Return the same notebook with the references filled in, and a worked solution after each part."""
-    return _notebook("solution", title, key, student, problems, hinted)
+def solution_notebook(
+    title: str, key: str, student: str, problems: Problems, hinted: bool = False, handed_out: NotebookNode | None = None
+) -> NotebookNode:
+    """Return the same notebook with the references filled in, and a worked solution after each part.
+
+    Where the one `handed_out` is there already, statements and prompts with their figures are taken from it.
+    """
+    written = {cell.id: cell.source for cell in handed_out.cells} if handed_out is not None else {}
+    return _notebook("solution", title, key, student, problems, hinted, written)
 
 
 def notebook_text(notebook: NotebookNode) -> str:
@@ -67,34 +75,65 @@ def points_text(points: float) -> str:
     return f"{points:g} {'point' if points == 1 else 'points'}"
 
 
-def _notebook(kind: str, title: str, key: str, student: str, problems: Problems, hinted: bool) -> NotebookNode:
-    families = {slot: problem.id.family for slot, problem in problems}
-    own = {"assignment": key, "student": student, "engine": ENGINE, "kind": kind, "problems": families}
-    own["symbols"] = {slot: sorted(problem.symbols()) for slot, problem in problems}
-    own["names"] = {slot: _names_of_entries(problem) for slot, problem in problems}
+def _notebook(
+    kind: str, title: str, key: str, student: str, problems: Problems, hinted: bool, written: Mapping[str, str] = {}
+) -> NotebookNode:
+    own = claims(kind, key, student, problems)
     notebook = new_notebook(metadata={"kernelspec": KERNEL, "language_info": {"name": "python"}, "qdot": own})
-    opening = render("notebook-title.md.j2", title=title, key=key, student=student, kind=kind)
+    has_tables = not all(is_by_axes(problem.chain) for _, problem in problems)
+    opening = render("notebook-title.md.j2", title=title, key=key, student=student, kind=kind, has_tables=has_tables)
     notebook.cells = [_markdown("title", opening), _code("setup", setup_cell(problems))]
     if checks := function_cell(problems):
         notebook.cells.append(_code("self-check", checks, HIDDEN))
     for number, (slot, problem) in enumerate(problems, 1):
-        notebook.cells.extend(_problem_cells(kind, number, slot, problem, hinted))
+        notebook.cells.extend(_problem_cells(kind, number, slot, problem, hinted, written))
     nbformat.validate(notebook)
     return notebook
 
 
-def _names_of_entries(problem: Problem) -> dict[str, list[str]]:
-    """Return the names that entries of each answer may have, for `qdot check`: vy where v_y is asked."""
-    names = {part.name: list(ASKED[part.kind].typed_labels(problem.chain, part)) for part in problem.parts}
-    return {name: listed for name, listed in names.items() if listed}
+def claims(kind: str, key: str, student: str, problems: Problems) -> dict[str, object]:
+    """Return what a notebook says of itself, for `qdot check`, which has no assignment; the grader believes none of it.
+
+    Of each problem: the symbols that it has, the joints' variables, and the form in which each answer is due.
+    """
+    said: dict[str, object] = {"assignment": key, "student": student, "engine": ENGINE, "kind": kind}
+    said["symbols"] = {slot: sorted(problem.symbols()) for slot, problem in problems}
+    said["joints"] = {slot: [q.name for q in problem.chain.q] for slot, problem in problems}
+    said["answers"] = {slot: _forms(problem) for slot, problem in problems}
+    return said
 
 
-def _problem_cells(kind: str, number: int, slot: str, problem: Problem, hinted: bool) -> Iterator[NotebookNode]:
-    yield _markdown(f"{slot}-statement", statement(problem, f"{number} {problem.title}", figure_image(problem, slot)))
+def _forms(problem: Problem) -> dict[str, dict[str, object]]:
+    return {
+        part.name: {key: value for key, value in _form(problem, part).items() if value not in ([], None)}
+        for part in problem.parts
+    }
+
+
+def _form(problem: Problem, part: Part) -> dict[str, object]:
+    question = ASKED[part.kind]
+    return {
+        "type": part.type,
+        "shape": list(part.shape or ()),
+        "units": list(part.answer.units_due),
+        "labels": list(question.typed_labels(problem.chain, part)),
+        "columns": list(question.columns(problem.chain)),
+        "metres": power_of_metres(part),
+    }
+
+
+def _problem_cells(
+    kind: str, number: int, slot: str, problem: Problem, hinted: bool, written: Mapping[str, str]
+) -> Iterator[NotebookNode]:
+    """Yield the cells of a problem; `written` has texts by the names of their cells."""
+    first = f"{slot}-statement"
+    given = written.get(first) or statement(problem, f"{number} {problem.title}", figure_image(problem, slot))
+    yield _markdown(first, given)
     solved = worked_solutions(problem) if kind == "solution" else {}
     for index, part in enumerate(problem.parts, 1):
         label = f"{number}.{index}"
-        yield _markdown(f"{slot}-{part.name}-question", _prompt(label, slot, problem, part, hinted))
+        question = f"{slot}-{part.name}-question"
+        yield _markdown(question, written.get(question) or _prompt(label, slot, problem, part, hinted))
         start = f"{variable(slot, part.name)} = "
         taken = len(start)
         source = start + (part.answer.placeholder(taken) if kind == "student" else answer_code(problem, part, taken))

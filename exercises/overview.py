@@ -28,7 +28,10 @@ TOPICS: Mapping[str, tuple[str, ...]] = {
     "losses": ("lost-direction", "unreachable-velocity"),
     "measures": ("manipulability", "condition-number"),
     "redundancy": ("gram-determinant", "least-norm-rates", "self-motion"),
-    "screws": ("home-screws", "body-pose", "space-jacobian", "body-jacobian", "space-twist", "body-twist"),
+    "screws": (
+        "home-screws", "body-pose", "body-adjoint", "changed-twist", "space-jacobian", "body-jacobian", "space-twist",
+        "body-twist",
+    ),
     "blocks": ("arm-block", "wrist-block", "block-determinants"),
 }  # fmt: skip
 """Questions that mostly go together, each in one topic, so that a family's can be told in a line."""
@@ -108,28 +111,35 @@ def asked_in_topics(asked: Sequence[str]) -> str:
     return ", ".join(told)
 
 
-def detail(family: Family) -> str:
-    """Return one family: what it is, what its arms can be asked, and why not the rest."""
-    about = listed(family.name)
+def detail(family: Family, convention: str = "") -> str:
+    """Return one family, or a robot as one: what it is, what its arms can be asked, and why not the rest.
+
+    They are told in a convention, if one is named, else as the family or the robot's file tells them.
+    """
+    about = listed(family, convention)
     joints = f"joints {about.kinds}" if about.kinds else "joints of several kinds"
     lines = [f"{family.name}: {family.title}; {family.source}", f"{joints}, difficulty {about.difficulty}", ""]
     lines += _filled("can be asked     ", ", ".join(name for name in QUESTIONS if name in about.questions))
     by_reason: dict[str, list[str]] = {}
-    for name, why in refusals(family).items():
+    for name, why in refusals(family, convention).items():
         by_reason.setdefault(why, []).append(name)
     if by_reason:
         lines += ["", f"can't be asked{' of any, as of this one,' if family.varied else ''}"]
     for why, names in by_reason.items():
         lines += _filled("  ", f"{', '.join(names)}: {why}")
-    example = f"qdot show {family.name}/1 --solution"
-    lines += ["", f"Short questions for quizzes: qdot questions. One such arm: {example}"]
+    told = f"@{convention}" if convention else ""
+    if family.robot:
+        last = f"Ask about it by robot in assignment.toml. All that is derived of it: qdot solve {family.robot}"
+    else:
+        last = f"Short questions for quizzes: qdot questions. One such arm: qdot show {family.name}/1{told} --solution"
+    lines += ["", last]
     return "\n".join(lines)
 
 
-def refusals(family: Family) -> dict[str, str]:
-    """Return why each question that can't be asked of a family's arms is refused."""
-    missing = [name for name in QUESTIONS if name not in listed(family.name).questions]
-    chain = sample_chain(ProblemId(family.name, 0), family)
+def refusals(family: Family, convention: str = "") -> dict[str, str]:
+    """Return why each question that can't be asked of a family's arms, as they are told, is refused."""
+    missing = [name for name in QUESTIONS if name not in listed(family, convention).questions]
+    chain = sample_chain(ProblemId(family.name, 0, convention=convention), family)
     return {name: QUESTIONS[name].refusal(chain) or "other arms of the family can't be asked" for name in missing}
 
 

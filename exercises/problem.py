@@ -1,7 +1,7 @@
 """The nouns: what a problem is made of, and the identity that regenerates it."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
@@ -11,10 +11,11 @@ import sympy as sp
 
 from exercises.answers import Answer
 from exercises.arm.chain import CONVENTIONS, Chain
+from exercises.arm.told import is_by_axes
 from exercises.credit import Credit
-from exercises.errors import QdotError, unknown
+from exercises.errors import QdotError, likeliest
 from exercises.formula.identity import Domain, Rounding
-from exercises.variation import DEFAULT, named
+from exercises.variation import AXES, DEFAULT, STEPS, named
 
 Kind = TypeVar("Kind", bound=Answer)
 About = TypeVar("About", bound="Details")
@@ -65,26 +66,60 @@ class ProblemId:
 
         Raises QdotError, with `hint` for a text of another form.
         """
-        match = re.fullmatch(r"([a-z0-9-]+)/0*(\d+)((?:@[a-z+-]+){0,2})", text)
+        match = re.fullmatch(r"([a-z0-9-]+)/0*(\d+)((?:@[a-z0-9_+-]+)*)", text, re.IGNORECASE | re.ASCII)
         if match is None:
             raise QdotError(f"{text!r} is not a problem; write FAMILY/SEED, as in planar-2r/7{hint}")
         family, seed, marks = match.groups()
+        if text != text.lower():
+            meant = ProblemId.parse(text.lower(), hint)
+            raise QdotError(
+                f"{text!r} has capital letters, and names have none; {str(meant)!r} is meant, probably{hint}"
+            )
         if len(seed) > len(str(LARGEST_SEED)) or int(seed) > LARGEST_SEED:
             raise QdotError(f"{family}/{seed[:25]}{'…' * (len(seed) > 25)}: the largest seed is {LARGEST_SEED}")
-        identity = ProblemId(family, int(seed))
-        said = marks.split("@")[1:]
-        conventions = [mark for mark in said if mark in CONVENTIONS] or said[1:]
-        variations = [mark for mark in said if mark not in conventions]
-        if len(conventions) > 1 or len(variations) > 1:
-            raise QdotError(f"{text!r} names two {'conventions' if len(conventions) > 1 else 'variations'}")
-        return identity.varied("".join(variations)).told("".join(conventions))
+        conventions, variations = _sorted_marks(text, marks.split("@")[1:])
+        return ProblemId(family, int(seed)).varied("".join(variations)).told("".join(conventions))
+
+
+def _sorted_marks(text: str, marks: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Return the conventions and the variations that the marks of an identity name, of each one at most.
+
+    Raises QdotError, for a mark that is neither with all that there are.
+    """
+    conventions = [mark for mark in marks if mark in CONVENTIONS]
+    variations = [mark for mark in marks if mark not in CONVENTIONS]
+    for mark in variations:
+        if "+" not in mark and mark not in (*STEPS, *AXES):
+            known = dict.fromkeys(CONVENTIONS, "convention") | dict.fromkeys((*STEPS, *AXES), "variation")
+            meant = _CALLED.get(mark.replace("_", "-")) or likeliest(mark, list(known))
+            is_what = f" (did you mean the {known[meant]} {meant!r}?)" if meant else ""
+            raise QdotError(
+                f"{text!r}: {mark!r} is neither a variation nor a convention{is_what}; variations: {', '.join(STEPS)}, "
+                f"or axes, as in lengths+base, out of {', '.join(AXES)}; conventions: {', '.join(CONVENTIONS)}"
+            )
+    for name, named_marks in (("conventions", conventions), ("variations", variations)):
+        if len(named_marks) > 1:
+            raise QdotError(
+                f"{text!r} names two {name}, {named_marks[0]} and {named_marks[1]}; it may have one of each"
+            )
+    return conventions, variations
 
 
 def convention_named(name: str) -> str:
     """Return what an identity says of a convention: nothing of the usual one. Raises QdotError for one that is none."""
     if name not in CONVENTIONS:
-        raise unknown("convention", name, CONVENTIONS)
+        meant = _CALLED.get(name.lower().replace("_", "-")) or likeliest(name.lower(), CONVENTIONS)
+        hint = f" (did you mean {meant!r}?)" if meant else ""
+        raise QdotError(f"unknown convention {name!r}{hint}; known: {', '.join(CONVENTIONS)}")
     return "" if name == CONVENTIONS[0] else name
+
+
+_CALLED = {
+    **dict.fromkeys(("standard", "standard-dh", "distal", "denavit-hartenberg"), "dh"),
+    **dict.fromkeys(("craig", "mdh", "proximal"), "modified-dh"),
+    **dict.fromkeys(("axes", "twists", "poe", "lynch-park", "product-of-exponentials"), "screws"),
+}
+"""What conventions are called elsewhere, and here."""
 
 
 @dataclass(frozen=True)
@@ -226,7 +261,7 @@ class Problem:
         for symbol in self.chain.parameters:
             angle = symbol.name.startswith(("alpha", "beta"))
             known[symbol.name] = SymbolInfo("angle" if angle else "length", "rad" if angle else "m")
-        for number, joint in enumerate(self.chain.joints, 1):
+        for number, joint in enumerate(() if is_by_axes(self.chain) else self.chain.joints, 1):
             for letter, value in (("a", joint.a), ("d", joint.d if joint.kind == "R" else sp.S.Zero)):
                 if value.is_number and value != 0:
                     known.setdefault(f"{letter}{number}", SymbolInfo("length", "m", value))

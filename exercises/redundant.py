@@ -42,9 +42,9 @@ class Rest:
 class Redundant:
     """Where such an arm is singular, in its own numbers: how J is seen, what it comes down to, and what it was put to.
 
-    `never` are conditions of the derivation that no real configuration satisfies; `doubtful` are those that failed the
-    test in numbers, which are not told as singular. `ranks` has for each component the number of the matrix (of
-    `rests`) whose minors its conditions are, None for others.
+    Conditions that failed the test in numbers are `doubtful`, those for which it found no configuration `undecided`:
+    neither are told as singular. `ranks` has for each component the number of the matrix (of `rests`) whose minors its
+    conditions are, None for others.
     """
 
     found: Found
@@ -54,7 +54,13 @@ class Redundant:
     always: bool
     tried: Tried | None
     doubtful: tuple[tuple[sp.Expr, ...], ...]
+    undecided: tuple[tuple[sp.Expr, ...], ...] = ()
     ranks: tuple[int | None, ...] = ()
+
+    @property
+    def never(self) -> bool:
+        """Whether J was found to keep its rank everywhere, by what was derived."""
+        return not (self.always or self.components or self.doubtful or self.undecided)
 
     @property
     def searched(self) -> dict[str, int]:
@@ -81,14 +87,17 @@ def redundant_stages(chain: Chain) -> Iterator[str | Redundant]:
     yield "the test of these conditions in numbers"
     out = tried(chain, [component.conditions for _, component in solved])
     yield "what the configurations look like in which J loses rank"
-    components, doubtful, ranks = [], [], []
+    components, doubtful, undecided, ranks = [], [], [], []
     for k, (way, component) in enumerate(solved):
         if k in out.wrong:
             doubtful.append(way)
         elif out.samples[k] or not out.arms:
             ranks.append(_minors_of(rests, component.conditions))
             components.append(_described(chain, component, [Sample(out.arms[a], q) for a, q in out.samples[k]]))
-    yield Redundant(found, matrix, rests, tuple(components), False, out, tuple(doubtful), tuple(ranks))
+        else:
+            undecided.append(component.conditions)
+    of_test = tuple(doubtful), tuple(undecided), tuple(ranks)
+    yield Redundant(found, matrix, rests, tuple(components), False, out, *of_test)
 
 
 def _described(chain: Chain, component: Component, samples: list[Sample]) -> SingularComponent:

@@ -6,6 +6,7 @@ import secrets
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -55,10 +56,8 @@ def init_assignment(
 
 
 Maker = Callable[[str, str, str, Sequence[tuple[str, Problem]], bool], NotebookNode]
-MAKERS: tuple[Maker, ...] = (student_notebook, solution_notebook)
-"""What makes the notebooks of a student: the one to hand out, and the staff's."""
 KINDS = ("released", "solutions")
-"""The folders that they are in."""
+"""The folders that the notebooks of a student are in: the one to hand out, and the staff's."""
 
 
 @dataclass(frozen=True)
@@ -114,7 +113,7 @@ def release_one(work: tuple[Assignment, Certifier], student: str) -> Released:
         return Released(student, "redrawn", redrawn)
     problems = [(slot, drawn.problem) for slot, drawn in draws.drawn.items()]
     try:
-        notebooks = [_notebook(make, assignment, student, problems) for make in MAKERS]
+        notebooks = _notebooks(assignment, student, problems)
     except (QdotError, OSError, MemoryError):
         raise
     except Exception as error:
@@ -148,11 +147,18 @@ def _unwritable(
     """Return which problem it is whose notebook can't be made."""
     for slot, problem in problems:
         try:
-            for make in MAKERS:
-                _notebook(make, assignment, student, [(slot, problem)])
+            _notebooks(assignment, student, [(slot, problem)])
         except Exception as its_own:
             return GivenUp(student, slot, problem.id.family, own_failure(its_own))
     return GivenUp(student, problems[0][0], problems[0][1].id.family, own_failure(error))
+
+
+def _notebooks(
+    assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]]
+) -> tuple[NotebookNode, NotebookNode]:
+    """Return the notebook to hand out and the staff's, in which the same texts stand."""
+    handed_out = _notebook(student_notebook, assignment, student, problems)
+    return handed_out, _notebook(partial(solution_notebook, handed_out=handed_out), assignment, student, problems)
 
 
 def _notebook(

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from exercises.arm.chain import Chain
-from exercises.arm.told import told_point
+from exercises.arm.told import is_by_axes, told_point
 from exercises.formula.printers.python import python_text
 from exercises.problem import Part, Problem, variable
 from exercises.render import render
@@ -86,16 +86,17 @@ RELATIONS = (
     Relation(
         ("joint-axes", "position-vectors", "geometric-jacobian"),
         "Are the linear rows of your geometric Jacobian your axes times your vectors?",
-        "at({geometric_jacobian})[:3]", "np.cross(at({joint_axes}), at({position_vectors}), axis=0)", _turning_only,
+        "at({geometric_jacobian})[{linear_half}]", "np.cross(at({joint_axes}), at({position_vectors}), axis=0)",
+        _turning_only,
     ),
     Relation(
         ("joint-axes", "geometric-jacobian"),
         "Are the angular rows of your geometric Jacobian your axes, for joints that turn?",
-        "at({geometric_jacobian})[3:]", "at({joint_axes}) * {turning}",
+        "at({geometric_jacobian})[{angular_half}]", "at({joint_axes}) * {turning}",
     ),
     Relation(
         ("position", "geometric-jacobian"), "Are its linear rows the derivative of your position?",
-        "at({geometric_jacobian})[{rows}]", "at.slope({position})",
+        "at({geometric_jacobian})[{linear_half}][{rows}]", "at.slope({position})",
     ),
     Relation(
         ("transform", "geometric-jacobian"), "Is your geometric Jacobian how your transform moves?",
@@ -103,7 +104,7 @@ RELATIONS = (
     ),
     Relation(
         ("transform", "geometric-jacobian"), "Do its angular rows say how your transform turns?",
-        "at({geometric_jacobian})[3:]", "at.motion({transform})[3:]",
+        "at({geometric_jacobian})[{angular_half}]", "at.motion({transform})[3:]",
         lambda chain, asked: not _last_origin(chain, asked),
     ),
     Relation(
@@ -114,6 +115,47 @@ RELATIONS = (
         ("transform", "geometric-jacobian", "tool-jacobian"),
         "Is your Jacobian in the tool frame the geometric one, turned by your rotation?",
         "at({tool_jacobian})", "at.into_tool({transform}) @ at({geometric_jacobian})",
+    ),
+    Relation(
+        ("body-pose",), "Are the columns of the rotation in your pose unit vectors at right angles?",
+        "at({body_pose})[:3, :3].T @ at({body_pose})[:3, :3]", "np.eye(3)",
+    ),
+    Relation(
+        ("body-pose", "position"), "Is your position the last column of your pose?",
+        "at({position}).reshape(-1)", "at({body_pose})[{rows}, 3]",
+    ),
+    Relation(
+        ("body-pose", "body-adjoint"), "Are the first three columns of your adjoint made of your pose?",
+        "at({body_adjoint})[:, :3]",
+        "np.vstack([at({body_pose})[:3, :3], "
+        "np.cross(at({body_pose})[:3, 3:], at({body_pose})[:3, :3], axis=0)])",
+    ),
+    Relation(
+        ("home-screws", "space-jacobian"), "Is the first column of your space Jacobian your first screw?",
+        "at({space_jacobian})[:, 0]", "at({home_screws})[:, 0]",
+    ),
+    Relation(
+        ("body-pose", "space-jacobian"), "Is your space Jacobian how your pose moves?",
+        "at({space_jacobian})",
+        "np.vstack([at.motion({body_pose})[3:], at.motion({body_pose})[:3] "
+        "+ np.cross(at({body_pose})[:3, 3:], at.motion({body_pose})[3:], axis=0)])",
+    ),
+    Relation(
+        ("body-pose", "body-jacobian"), "Is your body Jacobian how your pose moves, in its own axes?",
+        "at({body_jacobian})", "at.into_tool({body_pose}) @ np.roll(at.motion({body_pose}), 3, axis=0)",
+    ),
+    Relation(
+        ("body-adjoint", "space-jacobian", "body-jacobian"),
+        "Does your adjoint change your body Jacobian into your space Jacobian?",
+        "at({body_adjoint}) @ at({body_jacobian})", "at({space_jacobian})",
+    ),
+    Relation(
+        ("space-jacobian", "space-twist"), "Is your space twist your space Jacobian times the joint rates?",
+        "at({space_twist})", "at({space_jacobian}) @ at.rates",
+    ),
+    Relation(
+        ("body-jacobian", "body-twist"), "Is your body twist your body Jacobian times the joint rates?",
+        "at({body_twist})", "at({body_jacobian}) @ at.rates",
     ),
     Relation(
         ("jacobian", "determinant"), "Is your determinant that of your Jacobian?",
@@ -175,6 +217,8 @@ def check_cell(slot: str, problem: Problem, part: str) -> str:
     asked = _by_kind(problem)
     words: dict[str, object] = {kind.replace("-", "_"): variable(slot, each.name) for kind, each in asked.items()}
     words |= {
+        "linear_half": "3:" if is_by_axes(problem.chain) else ":3",
+        "angular_half": ":3" if is_by_axes(problem.chain) else "3:",
         "n": problem.chain.n,
         "linear": len(problem.chain.linear_rows),
         "rows": _rows(asked) if "position" in asked else [],

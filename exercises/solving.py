@@ -15,14 +15,16 @@ from exercises.arm.derivation import TooLong, derive
 from exercises.arm.reciprocal import applies
 from exercises.arm.robot_file import Limits, Robot, read_robot
 from exercises.arm.searched import tried
-from exercises.arm.singularity import for_special_lengths, singular_set
+from exercises.arm.singularity import Component, for_special_lengths, singular_set
+from exercises.arm.told import is_by_axes, twist_rows
 from exercises.formula.text import matrix_json
 from exercises.problem import Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.questions.base import BY_HAND
+from exercises.questions.screws import body_jacobian, space_jacobian
 from exercises.redundant import Redundant, redundant_stages
 from exercises.render import render
-from exercises.special_lengths import Special, relations, special_lengths
+from exercises.special_lengths import Special, needs, relations, special_lengths
 from exercises.stream import Stream
 from exercises.writing.latex import tex, tex_angle, tex_length, tex_value
 from exercises.writing.markup import latex_escaped, to_latex, to_text
@@ -39,7 +41,7 @@ ALWAYS_SINGULAR = (
     "The Jacobian for this task has less than full rank in every configuration, so that no configuration stands out as "
     "singular. Count other rows (`task`), or look at another point (`point`)."
 )
-NEVER_IN_GENERAL = "For lengths that nothing is special about, no configuration is singular. "
+NEVER_IN_GENERAL = "For lengths that nothing is special about, no configuration is singular."
 NOT_WORKED_OUT = "The singular configurations are not worked out: {}. Position and Jacobian are right."
 IN_GENERAL = (
     "All of this is for lengths that nothing is special about: with lengths of a special relation to each other, more "
@@ -49,6 +51,10 @@ FOR_SPECIAL_LENGTHS = (
     "Only for lengths that are related to each other in a way of its own can these conditions hold together, and are "
     "more configurations singular:"
 )
+ROUNDED = (
+    "Some of its numbers have no short form and are rounded to ten decimals; what follows from them is no more exact."
+)
+CONDITIONS_ROUNDED = "Numbers in these conditions are rounded, as those of the arm are."
 NEVER_SINGULAR = (
     "The Jacobian for this task has full rank in every configuration: the arm has no singular configuration."
 )
@@ -78,16 +84,32 @@ class Solution:
         return f"Solution({self.chain.name}: J {len(self.chain.task)} x {self.chain.n}, det J = {self.determinant})"
 
 
+MEANING, TESTED, SPECIAL = "meaning", "tested", "special_lengths"
+"""What there is to find out of a singular set whose conditions are known, in that order."""
+WHERE = "singular"
+"""The set itself, where no more is known of it than of what it is the zeros."""
+
+
 @dataclass(frozen=True)
 class Singularities:
-    """Determinant and singular set, None as in a Solution, and what there is to say of them."""
+    """Determinant and singular set, None as in a Solution, and what there is to say of them.
+
+    `remarks` are on the set itself, `lengths` is what conditions hold together for special lengths only. `left` are
+    those of MEANING, TESTED and SPECIAL that have not been worked out yet.
+    """
 
     determinant: sp.Expr | None
     singular: tuple[SingularComponent, ...] | None
-    note: str | None
+    remarks: str = ""
     redundant: Redundant | None = None
     special: tuple[Special, ...] = ()
-    doubt: str = ""
+    lengths: str = ""
+    left: tuple[str, ...] = ()
+
+    @property
+    def note(self) -> str | None:
+        """All that there is to say, None if there is nothing."""
+        return " ".join(filter(None, (self.remarks, self.lengths))) or None
 
 
 def solve(chain: Chain) -> Solution:
@@ -117,48 +139,62 @@ def _singularities(chain: Chain) -> Singularities:
 
 @dataclass(frozen=True)
 class Kept:
-    """What is known of the singular set before all of it is: `block` writes it, in Markdown, where it ends there."""
+    """What is known of the singular set before all of it is, and what is `left`.
+
+    Where it ends there, `block` writes what is known in Markdown, `data` as plain data.
+    """
 
     block: Callable[[], str]
+    data: Callable[[], dict[str, Any]]
+    left: tuple[str, ...]
 
 
 def singular_stages(chain: Chain) -> Iterator[str | Kept | Singularities]:
-    """Yield in words what is worked out next, what is known so far, and the results.
+    """Yield in words what is worked out next, what is known so far, and the results, as far as they are there.
 
-    They come twice: at the end with what holds for special lengths only.
+    The last of these are all.
     """
     if applies(chain):
         yield from _redundant_singular(chain)
         return
     d = derive(chain)
     what = "the determinant of J" if d.is_square else "the minors of J"
+    later = (TESTED, SPECIAL) if chain.parameters else (TESTED,)
     yield what
     try:
         determinant = d.determinant if d.is_square else None
         if all(minor.is_zero for minor in d.generic_minors):
             yield Singularities(determinant, None, ALWAYS_SINGULAR)
             return
-        yield Kept(partial(_known_so_far, chain, True))
+        yield Kept(partial(_known_so_far, chain, True), dict, (WHERE,))
         yield f"where {what} {'is' if d.is_square else 'are all'} zero"
         singular_set(chain)
-        yield Kept(partial(_known_so_far, chain, False))
+        yield Kept(partial(_known_so_far, chain, False), partial(_conditions_json, chain), (MEANING, *later))
         yield "what the configurations look like in which J loses rank"
         singular = tuple(worked_steps(chain).found)
+        lengths = "" if singular else _only_for_special_lengths(chain)
     except TooLong as error:
         yield Singularities(None, None, NOT_WORKED_OUT.format(error))
         return
+    never = "" if singular else NEVER_IN_GENERAL if lengths else NEVER_SINGULAR
+    found = Singularities(determinant, singular, never, lengths=lengths, left=later)
+    yield found
     yield "the test of these conditions in numbers"
-    doubt = _doubt(chain, singular)
-    yield Singularities(determinant, singular, doubt or None, doubt=doubt)
+    remarks = " ".join(filter(None, (never, _doubt(chain, singular))))
+    found = replace(found, remarks=remarks, left=later[1:])
+    yield found
+    if SPECIAL not in later:
+        return
     yield "lengths of a special relation to each other"
-    note = " ".join(filter(None, (_said_of(chain, bool(singular)), doubt))) or None
+    wanted = " ".join(f"{need}." for need in needs(chain, singular))
+    found = replace(found, lengths=" ".join(filter(None, (wanted, _only_for_special_lengths(chain)))))
     special = []
     for stage in special_lengths(chain, singular):
         if isinstance(stage, Special):
             special.append(stage)
         else:
             yield stage
-    yield Singularities(determinant, singular, note, special=tuple(special), doubt=doubt)
+    yield replace(found, special=tuple(special), left=())
 
 
 def _doubt(chain: Chain, singular: tuple[SingularComponent, ...]) -> str:
@@ -167,22 +203,31 @@ def _doubt(chain: Chain, singular: tuple[SingularComponent, ...]) -> str:
     if not out.arms:
         return ""
     for k, one in enumerate(singular):
-        shown = " and ".join(f"`{condition} = 0`" for condition in one.conditions)
         if k in out.wrong:
             said.append(
-                f"In numbers, J was found to keep its rank somewhere where {shown}: don't rely on this condition."
+                f"In numbers, J was found to keep its rank somewhere where {_in_words(one.conditions)}: don't rely on "
+                "this condition."
             )
         elif not out.samples[k]:
-            said.append(
-                f"No configuration was found in which {shown}, in {out.searches} searches from random starts; whether "
-                "there is one was not decided."
-            )
+            said.append(_undecided(one.conditions, out.searches))
     if out.unexplained:
         said.append(
             f"Of {out.searches} searches for lost rank from random starts, {len(out.unexplained)} ended in "
             "configurations that none of these conditions accounts for: the list is not complete."
         )
     return " ".join(said)
+
+
+def _in_words(conditions: Iterable[sp.Expr]) -> str:
+    return " and ".join(f"`{condition} = 0`" for condition in conditions)
+
+
+def _undecided(conditions: Iterable[sp.Expr], searches: int) -> str:
+    """Return what is said of conditions for which no configuration was found."""
+    return (
+        f"No configuration was found in which {_in_words(conditions)}, in {searches} searches from random starts; "
+        "whether there is one was not decided."
+    )
 
 
 def _redundant_singular(chain: Chain) -> Iterator[str | Singularities]:
@@ -206,7 +251,7 @@ def _said_of_test(chain: Chain, stage: Redundant) -> str:
     count = sum(map(len, out.samples)) - sum(len(out.samples[k]) for k in out.wrong)
     if stage.components:
         said.append(f"In numbers, J was found to lose rank at each of {count} configurations in which they hold.")
-    else:
+    elif stage.never:
         said.append(NEVER_SINGULAR)
     drawn = f", with {len(out.arms)} choices of the open lengths" if chain.parameters else ""
     said.append(f"Of {out.searches} searches for lost rank from random starts{drawn}, {out.ended} came to an end")
@@ -220,24 +265,22 @@ def _said_of_test(chain: Chain, stage: Redundant) -> str:
     said.append("That is a test of what was derived, and no proof.")
     if stage.doubtful:
         said.append(f"{len(stage.doubtful)} more conditions were derived and left out, as they failed this test.")
+    said += [_undecided(conditions, out.searches) for conditions in stage.undecided]
     if chain.parameters:
         said.append(IN_GENERAL)
     return " ".join(said)
 
 
 def _known_so_far(chain: Chain, minors_only: bool) -> str:
-    steps, components = worked_steps(chain), () if minors_only else singular_set(chain) or ()
+    steps, components = worked_steps(chain), [] if minors_only else worked_steps(chain).components
     return render("solve-part.md.j2", chain=chain, steps=steps, components=components, minors_only=minors_only)
 
 
-def _said_of(chain: Chain, is_singular_somewhere: bool) -> str | None:
-    """Return what there is to say beside the singular set."""
-    special = for_special_lengths(chain)
-    if not special:
-        return None if is_singular_somewhere else NEVER_SINGULAR
-    cases = "; or ".join(" and ".join(f"`{condition} = 0`" for condition in one.conditions) for one in special)
-    begins = "" if is_singular_somewhere else NEVER_IN_GENERAL
-    return f"{begins}{FOR_SPECIAL_LENGTHS} {cases}."
+def _only_for_special_lengths(chain: Chain) -> str:
+    """Return which conditions hold together for lengths of a special relation only, in words."""
+    special = for_special_lengths(chain) if chain.parameters else ()
+    cases = "; or ".join(_in_words(one.conditions) for one in special)
+    return f"{FOR_SPECIAL_LENGTHS} {cases}." if cases else ""
 
 
 def solution_json(solution: Solution) -> str:
@@ -254,13 +297,17 @@ def solution_data(solution: Solution) -> dict[str, Any]:
     """Return the results as plain data."""
     content: dict[str, Any] = {
         "name": solution.chain.title,
+        **({"rounded": True} if solution.robot is not None and solution.robot.rounded else {}),
         "position": matrix_json(solution.position),
         "jacobian": _rows(solution.jacobian),
         "geometric_jacobian": _rows(solution.geometric),
+        **{key: value for part in _screw_parts(solution.chain) for key, value in part().items()},
         "task": list(solution.chain.task),
         **_singular_json(
             solution.chain,
-            Singularities(solution.determinant, solution.singular, solution.note, solution.redundant, solution.special),
+            Singularities(
+                solution.determinant, solution.singular, solution.note or "", solution.redundant, solution.special
+            ),
         ),
     }
     return content
@@ -282,21 +329,44 @@ def _singular_json(chain: Chain, found: Singularities) -> dict[str, Any]:
     return content | ({"note": found.note} if found.note else {})
 
 
+TWISTS = "space_jacobian", "body_jacobian"
+"""What an arm that is told by its axes has beside the others, 6 x n each, in the order of `twist_rows`."""
+
+
+def _screw_parts(chain: Chain) -> tuple[Callable[[], dict[str, Any]], ...]:
+    """Return what works out the Jacobians of TWISTS as plain data, nothing where an arm is told by a table.
+
+    There is no body frame where P is no point of the last link.
+    """
+    if not is_by_axes(chain):
+        return ()
+    has_body = QUESTIONS["body-jacobian"].objection(chain) is None
+    return (
+        lambda: {"twist_rows": list(twist_rows(chain)), TWISTS[0]: _rows(space_jacobian(chain))},
+        lambda: {TWISTS[1]: _rows(body_jacobian(chain)) if has_body else None},
+    )
+
+
 def _rows(matrix: sp.Matrix) -> list[list[str]]:
     return [[str(entry) for entry in row] for row in matrix.tolist()]
 
 
 def _found_json(found: SingularComponent, sure: bool) -> dict[str, Any]:
+    kind = {"type": found.kind.kind, "uniform": found.kind.uniform} if sure else {}
+    return _component_json(found) | kind | {"meaning": found.kind.meaning or None}
+
+
+def _component_json(found: SingularComponent | Component) -> dict[str, Any]:
+    """Return the conditions of a component, and nothing of what it is."""
     conditions = [str(condition) for condition in found.conditions]
     solved = found.solutions and {joint.name: [str(value) for value in values] for joint, values in found.solutions}
-    return {
-        "condition": " and ".join(conditions),
-        "conditions": conditions,
-        "solutions": solved or None,
-        "type": found.kind.kind if sure else None,
-        "uniform": found.kind.uniform if sure else None,
-        "meaning": found.kind.meaning or None,
-    }
+    said = {"condition": " and ".join(conditions), "conditions": conditions, "solutions": solved or None}
+    return said | dict.fromkeys(("type", "uniform", "meaning"))
+
+
+def _conditions_json(chain: Chain) -> dict[str, Any]:
+    """Return what is known of the singular set when nothing is of what it looks like."""
+    return {"singular": [_component_json(one) for one in worked_steps(chain).components]}
 
 
 # --- step by step ---
@@ -326,15 +396,21 @@ def article(chain: Chain, blocks: Iterable[str]) -> str:
 
 def _blocks(chain: Chain, robot: Robot | None) -> list[str]:
     """Return the derivation in Markdown."""
-    return [stage.content for stage in text_stages(chain, robot) if isinstance(stage, Ready)]
+    return [stage.content for stage in text_stages(chain, robot) if isinstance(stage, Ready) and stage.content]
 
 
 @dataclass(frozen=True)
 class Ready:
-    """A result that is ready: its name, and what is to be shown of it."""
+    """A result that is ready: its name, and what is to be shown of it, which is empty where there is nothing.
+
+    `left` is what is still to be found out of the singular set, None where this is no result on it; `singular` is the
+    set, as far as it is there.
+    """
 
     name: str
     content: Any
+    left: tuple[str, ...] | None = None
+    singular: tuple[SingularComponent, ...] | None = None
 
 
 Stages = Iterator[str | Kept | Ready]
@@ -348,53 +424,75 @@ def text_stages(chain: Chain, robot: Robot | None = None) -> Stages:
     given = _given(robot)
     if given is not None and (w.is_by_axes or (not given.base and given.rows == w.rows)):
         given = None  # it is told so below
-    yield Ready("arm", render("solve-arm.md.j2", chain=chain, w=w, steps=steps, tex=tex, given=given))
+    rounded = ROUNDED if robot is not None and robot.rounded else ""
+    yield Ready("arm", render("solve-arm.md.j2", chain=chain, w=w, steps=steps, tex=tex, given=given, rounded=rounded))
     parts: list[Part] = []
     explained: set[str] = set()
-    *before, last = SECTIONS
-    for name in before:
+    for name in SECTIONS[:-1]:
         yield QUESTIONS[name].title.lower()
-        yield from _section(chain, name, parts, explained)
-    found = None
+        yield Ready(name, _section(chain, name, parts, explained))
+    yield from _singular_text(chain, robot, parts, explained)
+
+
+def _singular_text(chain: Chain, robot: Robot | None, parts: list[Part], explained: set[str]) -> Stages:
+    """Yield the section on the singular set with what is said of it, what its test found, and special lengths."""
+    names, number, told = iter((SECTIONS[-1], "test", "special lengths")), len(parts) + 3, ""
     for stage in singular_stages(chain):
         if not isinstance(stage, Singularities):
             yield stage
             continue
-        if found is None:  # what comes later is told below the section
+        name, blocks, title = next(names), [], "Remarks"
+        if name == SECTIONS[-1]:
             yield "the singular configurations, step by step"
-            if stage.redundant is not None:
-                yield Ready(last, _redundant_block(chain, stage.redundant, len(parts) + 3))
-            else:
-                yield from _section(chain, last, parts, explained)
-        found = stage
-    assert found is not None
+            blocks.append(_singular_section(chain, robot, stage, parts, explained))
+            number += bool(blocks[0])
+            if not blocks[0]:
+                title = "Singular configurations"
+            elif stage.singular is not None:
+                title = "Test in numbers"  # of more than six joints: of others, it comes later
+        new, told = stage.remarks.removeprefix(told).strip(), stage.remarks
+        if new:
+            blocks.append(f"## {number}. {title}\n\n{new}\n")
+            number += 1
+        if not stage.left and (stage.lengths or stage.special):
+            blocks.append(_special_block(chain, stage, number))
+        yield Ready(name, "\n".join(filter(None, blocks)), stage.left, stage.singular)
+
+
+def _singular_section(
+    chain: Chain, robot: Robot | None, found: Singularities, parts: list[Part], explained: set[str]
+) -> str:
+    """Return the section on the singular set with what limits of joints rule out, nothing where there is none."""
+    if found.redundant is not None:
+        text = _redundant_block(chain, found.redundant, len(parts) + 3)
+    else:
+        text = _section(chain, SECTIONS[-1], parts, explained)
     beyond = _beyond(chain, robot, found.singular or ())
-    title = "Remarks" if found.doubt else "Special lengths" if found.singular else "Singular configurations"
-    if found.note or beyond or found.special:
-        number = len(parts) + 3 + (found.redundant is not None)
-        title = "Test in numbers" if found.redundant and not found.redundant.always else title
-        added = render(
-            "solve-note.md.j2",
-            number=number,
-            title=title,
-            note=found.note,
-            beyond=beyond,
-            special=[(one, Wording(one.chain)) for one in found.special],
-            looked_at=relations(chain) if found.special else [],
-        )
-        yield Ready("note", added)
+    said = [f"Limits of the joints rule out {'; '.join(beyond)}."] if beyond else []
+    said += [CONDITIONS_ROUNDED] if found.singular and robot is not None and robot.rounded else []
+    return "\n\n".join([text, *said]) + "\n" if said else text
 
 
-def _section(chain: Chain, name: str, parts: list[Part], explained: set[str]) -> Iterator[Ready]:
-    """Yield the section of a question, if it is asked of such an arm, and add it to the parts before it."""
+def _special_block(chain: Chain, found: Singularities, number: int) -> str:
+    return render(
+        "solve-lengths.md.j2",
+        number=number,
+        note=found.lengths,
+        special=[(one, Wording(one.chain)) for one in found.special],
+        looked_at=relations(chain, found.singular or ()) if found.special else [],
+    )
+
+
+def _section(chain: Chain, name: str, parts: list[Part], explained: set[str]) -> str:
+    """Return the section of a question, and add it to the parts before it; nothing if such an arm is not asked it."""
     question = QUESTIONS[name]
     unreadable = chain.n > BY_HAND and name in ("inverse-jacobian", "inverse-velocity")
     if unreadable or question.objects(chain) is not None:
-        return
+        return ""
     answer, details = question.ask(chain, Stream("solve"))
     parts.append(Part(name, name, answer, details=details))
     text = next_solution(Problem(ProblemId("own", 0), chain, tuple(parts)), explained)
-    yield Ready(name, f"## {len(parts) + 2}. {question.title}\n\n{text}")
+    return f"## {len(parts) + 2}. {question.title}\n\n{text}"
 
 
 def _redundant_block(chain: Chain, redundant: Redundant, number: int) -> str:
@@ -409,13 +507,18 @@ def data_stages(chain: Chain) -> Stages:
     yield Ready("position", {"position": matrix_json(d.position)})
     yield "the Jacobian"
     yield Ready("jacobian", {"jacobian": _rows(d.geometric[:3, :]), "geometric_jacobian": _rows(d.geometric)})
+    for name, part in zip(TWISTS, _screw_parts(chain), strict=False):
+        yield f"the {name.replace('_j', ' J')}"
+        yield Ready(name, part())
     if d.is_square:
         yield "the determinant"
         with suppress(TooLong):
             yield Ready("determinant", {"determinant": str(d.determinant)})
     for stage in singular_stages(chain):
-        yield Ready("singular", _singular_json(chain, stage)) if isinstance(stage, Singularities) else stage
-    yield Ready("special lengths", {})
+        if isinstance(stage, Singularities):
+            yield Ready("singular", _singular_json(chain, stage), stage.left, stage.singular)
+        else:
+            yield stage
 
 
 @dataclass(frozen=True)

@@ -1,16 +1,26 @@
 """`qdot solve`: results as they are ready; where time or Ctrl-C ends it, what is missing is said."""
 
+import itertools
+import re
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from typing import Any
 
 from exercises.arm.chain import CONVENTIONS, Chain
+from exercises.arm.classification import kind_is_sure
 from exercises.arm.robot_file import Robot
+from exercises.arm.told import is_by_axes, twist_rows
+from exercises.errors import QdotError
 from exercises.questions import QUESTIONS
 from exercises.questions.base import BY_HAND
 from exercises.solving import (
+    MEANING,
     SECTIONS,
+    SPECIAL,
+    TESTED,
+    TWISTS,
+    WHERE,
     Kept,
     Ready,
     Stages,
@@ -22,12 +32,25 @@ from exercises.solving import (
 )
 from exercises.time_limit import OutOfTime, time_limit
 from exercises.writing.markup import to_text
+from exercises.writing.worked import SingularComponent
 
-DEFAULT = 60.0
-"""Seconds of processor time after which a derivation ends if nothing else is said."""
+DEFAULT, LEAST, MOST = 60.0, 0.1, 1e8
+"""Seconds of processor time after which a derivation ends if nothing else is said; and between what they are said."""
 
 Shown = Callable[[str], AbstractContextManager[object]]
 """Shows while a block lasts what is worked out in it."""
+
+
+def seconds_of(text: str) -> float:
+    """Return the seconds that `--time` names. Raises QdotError.
+
+    >>> seconds_of("300")
+    300.0
+    """
+    number = re.fullmatch(r"\s*\+?(\d+\.?\d*|\.\d+)(e[+-]?\d{1,3})?\s*", text, re.ASCII | re.IGNORECASE)
+    if number and LEAST <= float(text) <= MOST:
+        return float(text)
+    raise QdotError(f"--time {text!r} is not from {LEAST:g} to {MOST:.0f} seconds; write a number, as in --time 300")
 
 
 @dataclass
@@ -38,22 +61,28 @@ class _Told:
     now: str = "the arm itself"
     kept: Kept | None = None
     """What is known of the singular set, as long as it is not ready."""
+    left: tuple[str, ...] | None = None
+    """What is still to be found out of that set, None where nothing is known of it."""
+    singular: tuple[SingularComponent, ...] | None = None
+    """The set, None where it is not ready, or is all there is."""
     ended: str = ""
     """Why not all is there: nothing, if all is."""
 
 
-def write_solution(robot: Robot, form: str, seconds: float, say: Callable[[str], None], shown: Shown) -> None:
+def write_solution(
+    robot: Robot, form: str, seconds: float, say: Callable[[str], None], shown: Shown
+) -> tuple[SingularComponent, ...] | None:
     """Say the derivation of an arm as text, latex or json; text section by section, as they are ready.
 
     It ends once it has taken `seconds` of processor time. Raises KeyboardInterrupt where that ended it, all that was
-    ready being said.
+    ready being said. Returns the singular set, None where it is not ready, or where the arm is singular throughout.
     """
     chain, told = robot.chain, _Told()
-    if form == "text":
-        say(text_heading(chain))
     stages = data_stages(chain) if form == "json" else text_stages(chain, robot)
     stop: KeyboardInterrupt | None = None
     try:
+        if form == "text":
+            say(text_heading(chain))
         with time_limit(seconds):
             _follow(stages, told, (lambda block: say(f"\n{to_text(block)}")) if form == "text" else None, shown)
     except OutOfTime:
@@ -61,14 +90,15 @@ def write_solution(robot: Robot, form: str, seconds: float, say: Callable[[str],
     except KeyboardInterrupt as error:
         told.ended, stop = "it was stopped", error
     if form == "json":
-        say(data_json(_data(chain, told)))
+        say(data_json(_data(robot, told)))
     elif form == "latex":
-        say(article(chain, [*told.ready.values(), *_missing_block(chain, told)]))
+        say(article(chain, [*filter(None, told.ready.values()), *_missing_block(chain, told)]))
     else:
         for block in _missing_block(chain, told):
             say(f"\n{to_text(block)}")
     if stop is not None:
         raise stop
+    return told.singular
 
 
 def _follow(stages: Stages, told: _Told, say: Callable[[str], None] | None, shown: Shown) -> None:
@@ -79,43 +109,67 @@ def _follow(stages: Stages, told: _Told, say: Callable[[str], None] | None, show
         if stage is None:
             return
         if isinstance(stage, Ready):
-            told.ready[stage.name] = stage.content
-            told.kept = None
-            if say is not None:
+            if say is not None and stage.content:
                 say(stage.content)
+            told.ready[stage.name] = stage.content  # only now: what was stopped while it was said is missing
+            if stage.left is not None:
+                told.kept, told.left, told.singular = None, stage.left, stage.singular
         elif isinstance(stage, Kept):
-            told.kept = stage
+            told.kept, told.left = stage, stage.left
         else:
             told.now = stage
 
 
-def _data(chain: Chain, told: _Told) -> dict[str, Any]:
+def _data(robot: Robot, told: _Told) -> dict[str, Any]:
     """Return what is ready as plain data; what is missing is null and named."""
-    content: dict[str, Any] = {"name": chain.title, "position": None, "jacobian": None, "geometric_jacobian": None}
+    chain = robot.chain
+    content: dict[str, Any] = {"name": chain.title} | ({"rounded": True} if robot.rounded else {})
+    content |= {"position": None, "jacobian": None, "geometric_jacobian": None}
+    twists = TWISTS if is_by_axes(chain) else ()
+    content |= {"twist_rows": list(twist_rows(chain)), **dict.fromkeys(twists)} if twists else {}
     content |= {"task": list(chain.task), "determinant": None, "singular": None}
     for part in told.ready.values():
         content |= part
-    if told.ended:
-        keys = [("position", "position"), ("jacobian", "jacobian"), ("jacobian", "geometric_jacobian")]
-        keys += [("determinant", "determinant")] if _is_square(chain) else []
-        missing = [key for name, key in keys if name not in told.ready]
-        content["missing"] = [*missing, "special_lengths" if "singular" in told.ready else "singular"]
+    if told.kept is not None:
+        content |= told.kept.data()
+    missing = _missing_keys(chain, told)
+    if missing:
+        content["missing"] = missing
         content["note"] = " ".join(filter(None, (content.get("note"), _said(told))))
     return content
+
+
+def _missing_keys(chain: Chain, told: _Told) -> list[str]:
+    if not told.ended or told.left == ():
+        return []
+    keys = [("position", "position"), ("jacobian", "jacobian"), ("jacobian", "geometric_jacobian")]
+    keys += [(name, name) for name in TWISTS] if is_by_axes(chain) else []
+    keys += [("determinant", "determinant")] if _is_square(chain) else []
+    left = told.left or (WHERE,)
+    of_each = [("type", "uniform", MEANING) if key == MEANING and kind_is_sure(chain) else (key,) for key in left]
+    return [*(key for name, key in keys if name not in told.ready), *itertools.chain(*of_each)]
 
 
 def _is_square(chain: Chain) -> bool:
     return len(chain.task) == chain.n
 
 
+_IN_WORDS = {
+    WHERE: "in which configurations that is so, and what they look like",
+    MEANING: "what these configurations look like",
+    TESTED: "the test of these conditions in numbers",
+    SPECIAL: "what holds for special lengths only",
+}
+
+
 def _missing_block(chain: Chain, told: _Told) -> list[str]:
     """Return what is said in the end where something is missing."""
-    if not told.ended:
+    if not told.ended or told.left == ():
         return []
-    titles = [QUESTIONS[name].title for name in _due(chain) if name not in told.ready]
-    missing = "; ".join(titles) or "what holds for special lengths only"
+    missing = [QUESTIONS[name].title for name in _due(chain) if name not in told.ready and name != SECTIONS[-1]]
+    missing += [QUESTIONS[SECTIONS[-1]].title] if told.left is None else [_IN_WORDS[name] for name in told.left]
     known = [told.kept.block()] if told.kept is not None else []
-    return [*known, f"## What is missing\n\nNot worked out: {missing}. {_said(told)}\n"]
+    return [*known, f"## What is missing\n\nNot worked out: {'; '.join(missing)}. {_said(told)}\n"]
 
 
 def _said(told: _Told) -> str:

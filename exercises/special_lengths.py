@@ -1,8 +1,9 @@
 """What is singular, or of another kind, only where open lengths of an arm are related in a way of its own.
 
 What is told of open lengths holds for lengths that nothing is special about: a planar arm of two links that is folded
-back is at the boundary of its reach, but not where the links are as long as each other. Looked at are lengths that are
-equal, to each other or to a given one, and one that is as long as two others together.
+back is at the boundary of its reach, but not where the links are as long as each other. Looked at are the lengths at
+which a condition begins to hold, lengths that are equal, to each other or to a given one, and one that is as long as
+two others together.
 """
 
 from collections.abc import Iterator
@@ -14,6 +15,7 @@ import sympy as sp
 from exercises.arm.chain import Chain, Joint, Point
 from exercises.arm.classification import kind_is_sure
 from exercises.arm.derivation import TooLong, derive
+from exercises.arm.trigonometry import fourier
 from exercises.writing.statement import worked_steps
 from exercises.writing.worked import SingularComponent
 
@@ -36,7 +38,86 @@ class Special:
         return f"{self.length} = {self.value}"
 
 
-def relations(chain: Chain) -> list[tuple[sp.Symbol, sp.Expr]]:
+@dataclass(frozen=True)
+class Need:
+    """For a condition to hold anywhere, `least` has to be at most `most`: formulas in open lengths, in metres."""
+
+    condition: sp.Expr
+    least: sp.Expr
+    most: sp.Expr
+
+    def __str__(self) -> str:
+        return f"`{self.condition} = 0` can hold only where `{self.least} <= {self.most}`"
+
+
+def need_of(condition: sp.Expr, chain: Chain) -> Need | None:
+    """Return what has to be true of open lengths for a condition to hold anywhere; None where nothing, or not known.
+
+    A condition is a constant K and a sum of A cos(phi) + B sin(phi). Where no phi is a sum of others, each takes every
+    value whatever the others are, and the sum everything from -S to S, S the sum of all sqrt(A^2 + B^2): it is -K
+    somewhere if, and only if, K is at most S. Where K has terms of both signs, that is not told.
+
+    >>> rows = [Joint("R", f"theta{i}", 0, f"a{i}", 0) for i in (1, 2)]
+    >>> a1, a2, t2 = sp.symbols("a1 a2 theta2")
+    >>> str(need_of(a1 + a2 * sp.cos(t2), Chain("two", tuple(rows), ("vx", "vy"))))
+    '`a1 + a2*cos(theta2) = 0` can hold only where `a1 <= a2`'
+    """
+    try:
+        (found,) = fourier(sp.expand(condition))
+    except ValueError:
+        return None
+    still = (0,) * len(found.angles)
+    constant = found.terms.get(still, (found.ring.zero, 0))[0].as_expr()
+    turning = [pair for key, pair in found.terms.items() if key != still]
+    keys = sp.Matrix([key for key in found.terms if key != still])
+    if constant == 0 or not turning or keys.rank() < len(turning) or condition.free_symbols & _slides(chain):
+        return None
+    sizes = [_size(c.as_expr(), s.as_expr()) for c, s in turning]
+    known = _positive(constant)
+    if known is None or None in sizes:
+        return None
+    room = sp.expand(sp.Add(*sizes) - known)
+    terms = sp.Add.make_args(room)
+    lacking = [-term for term in terms if term.as_coeff_Mul()[0].is_negative]
+    if not lacking or not room.free_symbols:
+        return None
+    return Need(condition, sp.Add(*lacking), sp.Add(*(term for term in terms if -term not in lacking)))
+
+
+def _slides(chain: Chain) -> set[sp.Symbol]:
+    return {q for q, joint in zip(chain.q, chain.joints, strict=True) if joint.kind == "P"}
+
+
+def _size(c: sp.Expr, s: sp.Expr) -> sp.Expr | None:
+    """Return sqrt(c^2 + s^2) of formulas in lengths; None where c or s alone has terms of both signs."""
+    if c == 0 or s == 0:
+        return _positive(c + s)
+    lengths = {symbol: sp.Symbol(symbol.name, positive=True) for symbol in (c + s).free_symbols}
+    root = sp.sqrt(sp.expand((c**2 + s**2).xreplace(lengths)))
+    return root.xreplace({length: symbol for symbol, length in lengths.items()})
+
+
+def _positive(formula: sp.Expr) -> sp.Expr | None:
+    """Return the absolute value of a formula in lengths whose terms have the same sign; None for others."""
+    signs = {bool(term.as_coeff_Mul()[0].is_negative) for term in sp.Add.make_args(sp.expand(formula))}
+    return None if len(signs) > 1 else sp.expand(-formula if signs == {True} else formula)
+
+
+def needs(chain: Chain, general: tuple[SingularComponent, ...]) -> list[Need]:
+    """Return what has to be true of open lengths for the conditions of a singular set to hold anywhere."""
+    found = (need_of(condition, chain) for one in general for condition in one.conditions)
+    return [need for need in found if need is not None]
+
+
+def _where_it_begins(need: Need) -> tuple[sp.Symbol, sp.Expr] | None:
+    """Return the relation at which a condition begins to hold, of a length; None where no length stands alone."""
+    for term in sp.Add.make_args(need.least):
+        if term.is_Symbol and term not in (need.most + need.least - term).free_symbols:
+            return term, need.most - (need.least - term)
+    return None
+
+
+def relations(chain: Chain, general: tuple[SingularComponent, ...] = ()) -> list[tuple[sp.Symbol, sp.Expr]]:
     """Return what is looked at: an open length that J of the task depends on, and what it is as long as.
 
     >>> rows = [Joint("R", f"theta{i}", 0, f"a{i}", 0) for i in (1, 2)]
@@ -56,12 +137,13 @@ def relations(chain: Chain) -> list[tuple[sp.Symbol, sp.Expr]]:
         for first, second in combinations([size for size in (*is_open, *given) if size != one], 2)
         if first.is_Symbol or second.is_Symbol
     ]
-    return [*equal, *sums][:MOST]
+    begins = [relation for need in needs(chain, general) if (relation := _where_it_begins(need)) is not None]
+    return list(dict.fromkeys([*begins, *equal, *sums]))[:MOST]
 
 
 def special_lengths(chain: Chain, general: tuple[SingularComponent, ...]) -> Iterator[str | Special]:
     """Yield in words what is looked at, and where something differs from what is told in general."""
-    for length, value in relations(chain):
+    for length, value in relations(chain, general):
         yield f"whether anything differs where {length} = {value}"
         there = _with(chain, {length: value})
         known = {_told(_put_in(one, {length: value}), chain) for one in general}
@@ -84,22 +166,30 @@ def _with(chain: Chain, values: dict[sp.Symbol, sp.Expr]) -> Chain:
 
 
 def _put_in(one: SingularComponent, values: dict[sp.Symbol, sp.Expr]) -> SingularComponent:
-    return replace(one, conditions=tuple(condition.xreplace(values) for condition in one.conditions))
+    cases = tuple((joint, value.xreplace(values), kind) for joint, value, kind in one.cases)
+    return replace(one, conditions=tuple(condition.xreplace(values) for condition in one.conditions), cases=cases)
 
 
 def _told(one: SingularComponent, chain: Chain) -> tuple[object, ...]:
     """Return what two components have in common that say the same: conditions up to a factor, and the kind."""
-    conditions = frozenset(map(_plain, one.conditions))
+    conditions = frozenset(_plain(condition, chain) for condition in one.conditions)
     if not kind_is_sure(chain):
         return (conditions,)
-    cases = tuple((str(value), kind.kind) for _, value, kind in one.cases)
+    turning = {q.name for q in chain.q} - {slide.name for slide in _slides(chain)}
+    cases = frozenset(
+        (str(_turned(value) if joint.name in turning else value), kind.kind) for joint, value, kind in one.cases
+    )
     return conditions, one.kind.kind, one.kind.uniform, cases
 
 
-def _plain(condition: sp.Expr) -> sp.Expr:
+def _turned(angle: sp.Expr) -> sp.Expr:
+    """Return a number of radians from 0 to below a whole turn: -135 degrees are 225."""
+    return angle % (2 * sp.pi) if angle.is_number else angle
+
+
+def _plain(condition: sp.Expr, chain: Chain) -> sp.Expr:
     """Return a condition without numbers, lengths and signs that all its terms share."""
-    _, primitive = sp.factor_terms(sp.expand(condition)).as_content_primitive()
-    moving = [f for f in sp.Mul.make_args(primitive) if f.is_Add or f.atoms(sp.sin, sp.cos) or f.is_Symbol]
-    product = sp.Mul(*(f for f in moving if not (f.is_Symbol and not f.name.startswith(("theta", "d")))))
-    plain = sp.expand(product)
+    factors = sp.Mul.make_args(sp.factor_terms(sp.expand(condition)))
+    plain = sp.expand(sp.Mul(*(factor for factor in factors if factor.free_symbols & set(chain.q))))
+    _, plain = plain.as_content_primitive()
     return min(plain, -plain, key=sp.default_sort_key)

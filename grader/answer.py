@@ -82,10 +82,10 @@ def read_matrix(
 ) -> Given:
     """Read a matrix or vector; a vector may be a row where a column is due, or have its entries named by `labels`.
 
-    Vectors may stand for the `columns` of a matrix by their names, and for the halves v and ω of a twist.
+    Vectors may stand for the `columns` of a matrix by their names, and for the halves of a twist, v and ω.
     """
     given = _in_order(_right_side(_read(text, domain), domain))
-    if given.tree is not None and (whole := _of_vectors(given.tree, labels, columns)) is not None:
+    if given.tree is not None and (whole := _of_vectors(given.tree, shape, labels, columns)) is not None:
         given = replace(given, tree=whole)
     given = _in_rows(given, labels, "a matrix", shape)
     given = _of_scalars(_in_shape(given, shape), "a matrix of expressions")
@@ -356,19 +356,20 @@ def _once(node: Node) -> Node:
     raise ReadError(f"{twice} stands there twice; write each entry once")
 
 
-def _of_vectors(node: Node, labels: Sequence[str], columns: Sequence[str]) -> Node | None:
+def _of_vectors(node: Node, shape: tuple[int, int], labels: Sequence[str], columns: Sequence[str]) -> Node | None:
     """Return the matrix of v = […], ω = […] or of z0 = […], z1 = […], which may come in any order; None for others."""
     if node.kind not in ("dict", "list", "set", "and") or not all(map(_is_named, node.args)):
         return None
-    is_twist = tuple(map(_label_of, labels)) == (*LINEAR, *ANGULAR)
-    due = ["v", "w"] if is_twist else [_label_of(column) for column in columns]
+    called = [_label_of(label) for label in labels]
+    is_twist = called in ([*LINEAR, *ANGULAR], [*ANGULAR, *LINEAR])
+    due = [called[0][0], called[3][0]] if is_twist else [_label_of(column) for column in columns]
     said = {_label_of(str(arg.args[0].value)): _vector(arg.args[1]) for arg in node.args}
     vectors = [said.get(name, ()) for name in due]
     if (
         not due
         or len(node.args) != len(due)
         or set(said) != set(due)
-        or any(len(one) != len(LINEAR) for one in vectors)
+        or any(len(one) * (2 if is_twist else 1) != shape[0] for one in vectors)
     ):
         return None
     if is_twist:

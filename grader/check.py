@@ -2,24 +2,26 @@
 
 import keyword
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeGuard
 
-from exercises.answers import TRUE_FALSE, Direction, Expression, Matrix
+import sympy as sp
+
+from exercises.answers import TRUE_FALSE, Answer, ConditionSet, Direction, Expression, Matrix, Number
 from exercises.errors import QdotError
-from exercises.families import FAMILIES
 from exercises.formula.identity import Domain
 from exercises.formula.trees import has_blank
-from exercises.generation import generate
 from exercises.notebook import setup_of
-from exercises.problem import Part, Problem, ProblemId, variable
+from exercises.problem import variable
 from exercises.quizzes import ASKED
-from grader.answer import LINEAR, Given, read_any
+from grader.answer import Given, read_any
 from grader.cells import Unreadable
 from grader.finding import asked_in, find_answers
 from grader.formulas import unknown_symbols
 from grader.function_values import is_table
-from grader.reading import read_answer
+from grader.reading import Due, read_as
 from grader.sandbox import Sandbox
 from grader.submission import Submission, read_submission
 from grader.verdict import Outcome
@@ -72,14 +74,13 @@ def check_notebook(path: Path) -> Checked:
         if answer is None:
             rows.append(CheckedAnswer(part, False, answers.reasons[variable(slot, kind)]))
         else:
-            family, symbols, names = (_claimed(submission, key, slot) for key in ("problems", "symbols", "names"))
-            rows.append(_row(part, answer, _due(family, symbols, names, kind)))
+            rows.append(_row(part, answer, due_claimed(submission.claims, slot, kind)))
     return Checked(tuple(rows), tuple(note for note in (*submission.notes, *answers.notes) if note))
 
 
-def _claimed(submission: Submission, key: str, slot: str) -> object:
+def _claimed(claims: Mapping[str, object], key: str, slot: str) -> object:
     """Return what a notebook says of its problem: anything, as whoever wrote it could."""
-    said = submission.claims.get(key)
+    said = claims.get(key)
     return said.get(slot) if isinstance(said, dict) else None
 
 
@@ -100,85 +101,73 @@ MOST_SYMBOLS = 100
 """Names that are taken from what a notebook says of itself."""
 
 
-@dataclass(frozen=True)
-class _Due:
-    """A part of any problem of the family, with what the notebook names of the student's own: symbols, entries.
+def due_claimed(claims: Mapping[str, object], slot: str, part: str) -> Due | None:
+    """Return the form in which an answer is due, as the notebook says; None where it does not, or of an older edition.
 
-    `labels` are the names that the entries may have: one choice where they are known, else all that there are.
+    Which options there are to choose from it does not say.
     """
-
-    problem: Problem
-    part: Part
-    symbols: Domain | None = None
-    labels: tuple[tuple[str, ...] | None, ...] = (None,)
-
-    def read(self, text: str) -> Given:
-        given = [read_answer(self.problem, self.part, text, domain=self.symbols, labels=each) for each in self.labels]
-        return next((one for one in given if one.refusal is None), given[-1])
-
-    def unknown(self, given: Given) -> str:
-        """Say which symbols the student's problem does not have; nothing where that is not known."""
-        if self.symbols is None or not isinstance(self.part.answer, Expression | Matrix | Direction):
-            return ""
-        return unknown_symbols(given, self.symbols)
-
-
-def _due(family: object, symbols: object, names: object, kind: str) -> _Due | None:
-    """Return what is due in the form in which it is, as in any problem of the family; None where that varies.
-
-    Of a notebook without its assignment is known which family an arm is of, and no more: which options there are, and
-    the shape of answers for arms that are drawn with their structure, are not.
-    """
-    known = FAMILIES.get(family) if isinstance(family, str) else None
-    if known is None or known.varied:
+    forms, symbols, joints = (_claimed(claims, key, slot) for key in ("answers", "symbols", "joints"))
+    form = forms.get(part) if isinstance(forms, dict) else None
+    if not isinstance(form, dict) or not _are_names(symbols) or not symbols or not _are_names(joints):
         return None
-    try:
-        problem = generate(ProblemId(known.name, 0, (kind,)))
-    except QdotError:
+    labels, columns, metres = form.get("labels", []), form.get("columns", []), form.get("metres")
+    answer = _like(form.get("type"), form.get("shape", []), form.get("units", []))
+    if answer is None or not _are_names(labels) or not _are_names(columns) or metres not in (None, *range(7)):
         return None
-    (part,) = problem.parts
-    if part.answer.offered:
+    return Due(answer, Domain(dict.fromkeys(symbols, "signed")), tuple(joints), tuple(labels), tuple(columns), metres)
+
+
+LARGEST_SHAPE = 100
+"""Rows or columns of an answer that a notebook may say is due; arms have fewer joints."""
+
+
+def _like(kind: object, shape: object, units: object) -> Answer | None:
+    """Return an answer of the form that a notebook tells; None of options, and where no form is told."""
+    if kind == Expression.type:
+        return Expression(sp.S.Zero)
+    if kind == ConditionSet.type:
+        return ConditionSet(())
+    if not isinstance(shape, list) or len(shape) != 2 or any(n not in range(1, LARGEST_SHAPE) for n in shape):
         return None
-    return _Due(problem, part, _domain(symbols, problem), _labels(names, problem, part))
+    zeros = sp.zeros(*map(int, shape))  # numbers of a notebook come as 3.0
+    if kind == Number.type and _are_names(units) and len(units) == len(zeros):
+        return Number(zeros, tuple(units), 0, 0)
+    return {Matrix.type: Matrix(zeros), Direction.type: Direction(zeros)}.get(str(kind))
 
 
-def _labels(names: object, like: Problem, part: Part) -> tuple[tuple[str, ...] | None, ...]:
-    """Return the names of the entries that the notebook tells; of one of an older edition, whatever is asked in any."""
-    own = ASKED[part.kind].typed_labels(like.chain, part)
-    told = names.get(part.name) if isinstance(names, dict) else None
-    if isinstance(told, list) and len(told) == len(own) and all(isinstance(name, str) for name in told):
-        return (tuple(told),)
-    return tuple((name,) for name in LINEAR) if len(own) == 1 and own[0] in LINEAR else (None,)
+def _are_names(said: object) -> TypeGuard[list[str]]:
+    return isinstance(said, list) and all(isinstance(name, str) for name in said)
 
 
-def _domain(symbols: object, like: Problem) -> Domain | None:
-    if not isinstance(symbols, list) or not symbols or not all(isinstance(name, str) for name in symbols):
-        return None
-    return Domain({name: like.domain().roles.get(name, "signed") for name in symbols})
-
-
-def readable(text: str, problem: Problem, part: Part) -> bool:
+def readable(text: str, due: Due) -> bool:
     """Tell whether a text is said to be readable as the answer that is due."""
-    return _row("", text, _Due(problem, part)).readable
+    return _row("", text, due).readable
 
 
-def _row(part: str, text: str, due: _Due | None) -> CheckedAnswer:
+def _row(part: str, text: str, due: Due | None) -> CheckedAnswer:
     if not text.strip():
         return CheckedAnswer(part, False, "left blank")
     if is_table(text):
         return CheckedAnswer(part, True, "a Python function; it is called when it is graded")
     if due is None and text.strip().casefold() in TRUE_FALSE:
         return CheckedAnswer(part, True, text.strip())
-    given = read_any(text) if due is None else due.read(text)
+    given = read_any(text) if due is None else read_as(due, text)
     if given.refusal is not None:
         left = given.refusal.outcome is Outcome.MISSING
         return CheckedAnswer(part, False, "left blank" if left else given.refusal.reason)
-    if due is not None and (unknown := due.unknown(given)):
+    if unknown := _unknown(given, due):
         return CheckedAnswer(part, False, unknown)
     shown = text if len(text) <= 300 else text[:300] + " …"
     if given.tree is not None and has_blank(given.tree):
         return CheckedAnswer(part, False, f"partly left blank: {shown}")
     return CheckedAnswer(part, True, ("" if ".singular" in part else _shape(given)) + shown)
+
+
+def _unknown(given: Given, due: Due | None) -> str:
+    """Say which symbols the student's problem does not have; nothing of conditions, which may bring their own."""
+    if due is None or not due.answer.takes_symbols or due.answer.is_a_set:
+        return ""
+    return unknown_symbols(given, due.domain)
 
 
 def _shape(given: Given) -> str:

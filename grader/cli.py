@@ -3,6 +3,7 @@
 Nothing slow is imported before `main` has seen to it that Ctrl-C and SIGTERM end the program in one line.
 """
 
+import ast
 import functools
 import io
 import os
@@ -10,6 +11,8 @@ import signal
 import sys
 from collections.abc import Callable
 from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 if TYPE_CHECKING:
@@ -42,10 +45,19 @@ COMMANDS = {
 SITE = {"build": "build_site", "serve": "serve"}
 
 
+LISTING = "--help"
+"""What the program is asked for where it only lists its commands."""
+
+
 @functools.cache
 def program(only: str = "") -> "typer.Typer":
-    """Return the program with all its commands, or with one of them: what the others need takes time to load."""
+    """Return the program with all its commands, or with one of them: what the others need takes time to load.
+
+    For the list of commands, `only` is LISTING: what stands in it is read from the text of the modules.
+    """
     import typer
+
+    named = _described if only == LISTING else _loaded
 
     app = typer.Typer(
         name="qdot", no_args_is_help=True, add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False,
@@ -64,13 +76,35 @@ def program(only: str = "") -> "typer.Typer":
 
     for name, module in COMMANDS.items():
         if only not in COMMANDS or name == only:
-            app.command()(_guarded(getattr(import_module(module), name)))
+            app.command(name)(named(module, name))
     if only not in COMMANDS:
         pages = typer.Typer(no_args_is_help=True, help="The web site: build it, or show it.")
         for name, function in SITE.items():
-            pages.command(name)(_guarded(getattr(import_module("grader.site"), function)))
+            pages.command(name)(named("grader.site", function))
         app.add_typer(pages, name="site")
     return app
+
+
+def _loaded(module: str, name: str) -> Callable[..., None]:
+    return _guarded(getattr(import_module(module), name))
+
+
+def _described(module: str, name: str) -> Callable[[], None]:
+    """Return something that does nothing, with the docstring of a module's function, whose module is not loaded."""
+
+    def described() -> None: ...
+
+    described.__doc__ = _docstrings(module)[name]
+    return described
+
+
+@functools.cache
+def _docstrings(module: str) -> dict[str, str | None]:
+    """Return what the functions of a module say of themselves."""
+    place = find_spec(module)
+    assert place is not None and place.origin is not None, module
+    functions = ast.parse(Path(place.origin).read_bytes()).body
+    return {one.name: ast.get_docstring(one) for one in functions if isinstance(one, ast.FunctionDef)}
 
 
 def __getattr__(name: str) -> Any:
@@ -88,6 +122,7 @@ def _guarded(command: Callable[..., None]) -> Callable[..., None]:
     @functools.wraps(command)
     def run(*args: object, **options: object) -> None:
         try:
+            _begin()
             command(*args, **options)
         except QdotError as error:
             _leave(str(error), 2)
@@ -122,6 +157,13 @@ def _stop_at_once(number: int, _: object) -> NoReturn:
     os._exit(128 + number)
 
 
+def _begin() -> None:
+    """Have Ctrl-C and SIGTERM end a command such that what it has begun is tidied up: it is about to begin."""
+    for number, handler in ((signal.SIGINT, signal.default_int_handler), (signal.SIGTERM, _stop)):
+        if signal.getsignal(number) is _stop_at_once:
+            signal.signal(number, handler)
+
+
 def _stop(number: int, _: object) -> NoReturn:
     """End as for Ctrl-C, so that processes are ended and what they have begun is tidied up."""
     signal.signal(number, signal.SIG_IGN)  # once is enough
@@ -130,8 +172,7 @@ def _stop(number: int, _: object) -> NoReturn:
 
 def main() -> None:
     """Run the command line: 0 done, 1 something is not as it should be, 2 bad input or our own failure."""
-    usual = signal.getsignal(signal.SIGINT)
-    if usual is not signal.SIG_IGN:  # who started this in the background wants no Ctrl-C to end it
+    if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:  # else it was started in the background, to go on
         signal.signal(signal.SIGINT, _stop_at_once)  # nothing has been begun yet
     signal.signal(signal.SIGTERM, _stop_at_once)
     for stream in (sys.stdout, sys.stderr):
@@ -141,10 +182,7 @@ def main() -> None:
         from exercises.parallel import load_ahead
 
         load_ahead(modules)
-    app = program(" ".join(sys.argv[1:2]))
-    signal.signal(signal.SIGINT, usual)
-    signal.signal(signal.SIGTERM, _stop)
-    app()
+    program(LISTING if sys.argv[1:] in ([], ["--help"], ["--version"]) else " ".join(sys.argv[1:2]))()
 
 
 if __name__ == "__main__":

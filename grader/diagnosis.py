@@ -51,7 +51,7 @@ from grader.pairs import (
 )
 from grader.parts import judge_given
 from grader.residuals import missing_links
-from grader.rounded import rounded
+from grader.rounded import is_right, rounded, rounded_values
 from grader.set_mistakes import behind_set
 from grader.verdict import Diagnosis, Outcome, known_by
 
@@ -116,7 +116,10 @@ def diagnose(
     if in_numbers is None:
         return None
     right = result(numbers(problem.chain, values), part)
-    return rounded(part, in_numbers, right, given.entries) or named(problem, part, values, in_numbers, causes, oftener)
+    said = rounded(part, in_numbers, right, given.entries)
+    if said or is_right(in_numbers, right):  # as are mistakes that make no difference on this arm
+        return said
+    return named(problem, part, values, in_numbers, causes, oftener)
 
 
 def _of_function(
@@ -129,7 +132,9 @@ def _of_function(
     returned = table.values[:POINTS].T.reshape(*rows, -1)
     room = (max(SAME, part.rounding.relative), part.rounding.absolute) if part.rounding else (SAME, 0.0)
     answer = InNumbers(returned, np.abs(returned), room, part.answer.counts_up_to_a_factor)
-    return named(problem, part, values, answer, causes, oftener)
+    right = result(numbers(problem.chain, values), part)
+    said = rounded_values(answer, right)
+    return said if said or is_right(answer, right) else named(problem, part, values, answer, causes, oftener)
 
 
 def _in_numbers(part: Part, given: Given, values: Values) -> InNumbers | None:

@@ -70,6 +70,15 @@ OF_JACOBIAN = {
     "zeros": "[[0, 0], [0, 0]]",
 }
 """Wrong answers for the planar 2R."""
+TURNED = "[[cos(theta1 + theta2), -sin(theta1 + theta2), 0, {}], [sin(theta1 + theta2), cos(theta1 + theta2), 0, {}], "
+OF_POSE = {
+    "M on the left": (
+        f"{TURNED}[0, 0, 1, 0], [0, 0, 0, 1]]".format(
+            "a1 + a2 + a1*cos(theta1) - a1*cos(theta1 + theta2)", "a1*sin(theta1) - a1*sin(theta1 + theta2)"
+        )
+    ),
+}
+"""The same for its pose by exponentials."""
 
 
 @dataclass(frozen=True)
@@ -89,6 +98,7 @@ def credit_page() -> str:
     examples = [
         ("Determinants", list(_of_determinants())),
         ("A Jacobian", of_jacobian),
+        ("A pose", [_example("body-pose", mistake, "planar-2r@screws", pose) for mistake, pose in OF_POSE.items()]),
         ("Singular configurations", list(_of_sets())),
     ]
     return render("docs/partial-credit.md.j2", examples=examples)
@@ -128,7 +138,8 @@ def _of_sets() -> Iterator[Example]:
 
 
 def _problem(arm: str, question: str) -> Problem:
-    return generate(ProblemId(arm, 1, (question,), variation="chapter"))
+    family, _, convention = arm.partition("@")
+    return generate(ProblemId(family, 1, (question,), variation="chapter", convention=convention))
 
 
 def _example(question: str, mistake: str, arm: str, answer: str) -> Example:

@@ -80,8 +80,8 @@ def fill_in(cells: Sequence[Cell], rows: Sequence[Row]) -> None:
         raise QdotError(f"{', '.join(waiting)}: nbgrader knows no such cells; {GENERATE}")
 
 
-WIDTH = 96
-"""Characters of a line that nbgrader's pages show without scrolling."""
+WIDTH = 76
+"""Characters of a line that nbgrader's pages show without scrolling, on a window of 860 pixels, too."""
 GENERATE = "export the assignment again and run nbgrader generate_assignment again"
 
 

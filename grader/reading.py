@@ -3,48 +3,71 @@
 import re
 from dataclasses import dataclass, replace
 
-from exercises.answers import Choice, ConditionSet, Direction, Expression, Forms, Matching, Matrix, Number, Selection
-from exercises.arm.told import frame_on_axis
+from exercises.answers import (
+    Answer,
+    Choice,
+    ConditionSet,
+    Direction,
+    Expression,
+    Forms,
+    Matching,
+    Matrix,
+    Number,
+    Selection,
+)
 from exercises.formula.identity import Domain
 from exercises.problem import Part, Problem
-from exercises.questions.differentiation import ForTask
+from exercises.questions.differentiation import power_of_metres
 from exercises.quizzes import ASKED
 from grader.answer import Given, read_conditions, read_formula, read_matrix, read_numbers
 from grader.choices import read_choice, read_matching, read_selection
 from grader.function_values import constant_text, is_table, read_table
 
 
-def read_answer(
-    problem: Problem,
-    part: Part,
-    text: str,
-    points_seed: str = "",
-    domain: Domain | None = None,
-    labels: tuple[str, ...] | None = None,
-) -> Given:
-    """Return what a text is as the answer to a part; `points_seed` drew the points at which a function was called.
+@dataclass(frozen=True)
+class Due:
+    """What the door knows of a part: the form of its answer, not the reference, and the names that may stand in it.
 
-    `domain` has the symbols, and `labels` the names of the entries, where they are not those of the problem, which is
-    then any of the same family.
+    The entries of a vector may be named by `labels`, those of a matrix stand below the names of its `columns`. A
+    determinant is in a power of metres.
+    """
+
+    answer: Answer
+    domain: Domain
+    joints: tuple[str, ...]
+    labels: tuple[str, ...] = ()
+    columns: tuple[str, ...] = ()
+    metres: int | None = None
+
+
+def due_of(problem: Problem, part: Part) -> Due:
+    """Return what is due as the answer to a part of a problem."""
+    question, joints = ASKED[part.kind], tuple(q.name for q in problem.chain.q)
+    labels, columns = question.typed_labels(problem.chain, part), question.columns(problem.chain)
+    return Due(part.answer, problem.domain(), joints, labels, columns, power_of_metres(part))
+
+
+def read_answer(problem: Problem, part: Part, text: str, points_seed: str = "") -> Given:
+    """Return what a text is as the answer to a part; `points_seed` drew the points at which a function was called.
 
     >>> from exercises import generate
     >>> problem = generate("planar-2r/7", ["position"])
     >>> read_answer(problem, problem["position"], "[a1, a2, a3]").refusal
     Judgement(wrong, 0: the answer is 3 x 1, and 2 x 1 is due; write it as in [a, b])
     """
-    domain = domain or problem.domain()
+    return read_as(due_of(problem, part), text, points_seed)
+
+
+def read_as(due: Due, text: str, points_seed: str = "") -> Given:
+    """Return what a text is as the answer that is due, as `read_answer` does."""
     if is_table(text):
         same = constant_text(text)
         if same is None:
-            return Given(text, table=read_table(text, domain, points_seed))
-        return replace(read_answer(problem, part, same, domain=domain, labels=labels), text=text)
-    if _CUBIC.search(text) and part.kind == "determinant" and (power := _lengths_in_determinant(part)) != CUBED:
-        return Given(text).refused(f"m^3 can't be right here, for m^{power} is due; write the formula alone")
-    joints = tuple(q.name for q in problem.chain.q)
-    labels = ASKED[part.kind].typed_labels(problem.chain, part) if labels is None else labels
-    on_axes = (frame_on_axis(problem.chain, joint) for joint in range(1, problem.chain.n + 1))
-    columns = tuple(f"z{frame}" for frame in on_axes) if part.kind == "joint-axes" else ()
-    return part.answer.told_to(_Reading(text, domain, labels, joints, columns))
+            return Given(text, table=read_table(text, due.domain, points_seed))
+        return replace(read_as(due, same), text=text)
+    if due.metres not in (None, CUBED) and _CUBIC.search(text):
+        return Given(text).refused(f"m^3 can't be right here, for m^{due.metres} is due; write the formula alone")
+    return due.answer.told_to(_Reading(text, due))
 
 
 _CUBIC = re.compile(r"(?<![\w])(?:m|\\mathrm\{m\}|\\text\{m\})(?:\^\(?3\)?|\^\{3\}|³|\*\*3)\]?[ .$]{0,9}$")
@@ -52,43 +75,32 @@ _CUBIC = re.compile(r"(?<![\w])(?:m|\\mathrm\{m\}|\\text\{m\})(?:\^\(?3\)?|\^\{3
 CUBED = 3
 
 
-def _lengths_in_determinant(part: Part) -> int:
-    """Return the power of metres that a determinant is in: one for each row of linear velocity."""
-    return sum(row.startswith("v") for row in part.about(ForTask).task)
-
-
 @dataclass(frozen=True)
 class _Reading(Forms[Given]):
-    """Reads a text by the form of the answer that is due.
-
-    The entries of a vector may be named by `labels`, those of a matrix stand below the names of its `columns`.
-    """
+    """Reads a text by the form of the answer that is due."""
 
     text: str
-    domain: Domain
-    labels: tuple[str, ...]
-    joints: tuple[str, ...]
-    columns: tuple[str, ...]
+    due: Due
 
     def formula(self, answer: Expression) -> Given:
         """Read a formula."""
-        return read_formula(self.text, self.domain, self.labels)
+        return read_formula(self.text, self.due.domain, self.due.labels)
 
     def matrix(self, answer: Matrix) -> Given:
         """Read rows of formulas."""
-        return read_matrix(self.text, answer.shape, self.domain, self.labels, self.columns)
+        return read_matrix(self.text, answer.shape, self.due.domain, self.due.labels, self.due.columns)
 
     def direction(self, answer: Direction) -> Given:
         """Read a vector."""
-        return read_matrix(self.text, answer.shape, self.domain, self.labels)
+        return read_matrix(self.text, answer.shape, self.due.domain, self.due.labels)
 
     def numbers(self, answer: Number) -> Given:
         """Read numbers."""
-        return read_numbers(self.text, len(answer.reference), self.labels, answer.units)
+        return read_numbers(self.text, len(answer.reference), self.due.labels, answer.units)
 
     def conditions(self, answer: ConditionSet) -> Given:
         """Read conditions."""
-        return read_conditions(self.text, self.domain, self.joints)
+        return read_conditions(self.text, self.due.domain, self.due.joints)
 
     def one_of(self, answer: Choice) -> Given:
         """Read an option."""

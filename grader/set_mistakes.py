@@ -17,7 +17,7 @@ from exercises.formula.claims import claimed_pieces
 from exercises.formula.identity import READABLE
 from exercises.formula.pieces import Piece
 from exercises.formula.program import Program, compile_program, evaluate
-from exercises.formula.trees import ReadError, names
+from exercises.formula.trees import ReadError, digits_of_decimals, names
 from exercises.mistakes.base import Mistake, Taken
 from exercises.mistakes.catalogue import ALIKE, CATALOGUE, NO_OFTENER, Oftener, taken, usual
 from exercises.mistakes.given import Values
@@ -25,6 +25,7 @@ from exercises.problem import Part, Problem
 from exercises.stream import Stream
 from grader.answer import Given, with_joint
 from grader.parts import judge_given
+from grader.rounded import EXACTLY, NEAR
 from grader.verdict import Diagnosis, Outcome, known_by
 
 POINTS = 3
@@ -59,6 +60,8 @@ def behind_set(
     if not all(map(look.is_plain, pieces)):
         return _as_configurations(problem, part, given, seed)
     mine = look.marks_of(pieces)
+    if look.is_rounded(mine, Taken(part.answer), digits_of_decimals(given.tree) > 0):
+        return Diagnosis((), EXACTLY)
     made = [(mistake, slip) for mistake, slip in taken(problem.chain, part) if isinstance(slip.answer, ConditionSet)]
     for mistake, slip in made:
         if look.is_same(mine, slip) or (
@@ -185,7 +188,32 @@ class _Look:
         """Tell whether a set is the same, piece by piece."""
         return isinstance(slip.answer, ConditionSet) and self.of(slip) == mine
 
+    def is_rounded(self, mine: Marks, due: Taken, has_decimals: bool) -> bool:
+        """Tell whether a set is the one that is due, or near to it where decimals stand for constants."""
+        if not has_decimals:
+            return self.is_same(mine, due)
+        other = self.of(due)
+        pairs = ((mine.values, other.values), (mine.ties, other.ties))
+        return all(len(own) == len(right) and _are_near(own, right) and _are_near(right, own) for own, right in pairs)
+
     def may_be_same(self, mine: Marks, slip: Taken) -> bool:
         """Tell whether a set may be the same with what ties joints in another form."""
         other = self.of(slip)
         return bool(mine.ties) and mine.values == other.values and len(mine.ties) == len(other.ties)
+
+
+def _are_near(some: frozenset[frozenset[Mark]], others: frozenset[frozenset[Mark]]) -> bool:
+    """Tell whether each of some pieces has one among others that decimals for its constants make of it."""
+    return all(any(_is_near(piece, other) for other in others) for piece in some)
+
+
+def _is_near(piece: frozenset[Mark], other: frozenset[Mark]) -> bool:
+    if len(piece) != len(other):
+        return False
+    return all(any(joint == name and _by_rounding(own, due) for name, due in other) for joint, own in piece)
+
+
+def _by_rounding(own: Sequence[complex], due: Sequence[complex]) -> bool:
+    return all(
+        abs(one - right) <= NEAR * max(1.0, abs(right)) / (2 * np.pi) for one, right in zip(own, due, strict=True)
+    )

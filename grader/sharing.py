@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from exercises.assignment import Assignment, Slot
 from exercises.docs.sharing import known_share
 from exercises.errors import QdotError
+from exercises.families.base import how_varied
 from exercises.release import certificate_path
 from exercises.variation import STEPS, axes_of
 from grader.certificates import read_certificate
@@ -50,7 +51,7 @@ def _told(slot: Slot, digests: list[dict[str, str]]) -> str:
     if not sharing:
         return ""
     counts = "; ".join(f"{students} in {', '.join(names)}" for students, names in sorted(sharing.items(), reverse=True))
-    where = f"{slot.name} ({slot.family.name}, variation {slot.variation})"
+    where = f"{slot.name} ({slot.family.name}, {how_varied(slot.family, slot.variation)})"
     return (
         f"{where}: of {len(digests)} students, so many share an answer with another: {counts}{_remedy(slot, sharing)}"
     )
@@ -58,6 +59,8 @@ def _told(slot: Slot, digests: list[dict[str, str]]) -> str:
 
 def _remedy(slot: Slot, sharing: Mapping[int, list[str]]) -> str:
     """Return the step that varies more and at which few were found to share most of these answers, or nothing."""
+    if slot.family.robot:  # the measured shares are those of registered families
+        return ""
     has = set(slot.family.axes)
     own = has & set(axes_of(slot.variation))
     asked = [name for names in sharing.values() for name in names]

@@ -12,6 +12,8 @@ from dataclasses import dataclass, replace
 import sympy as sp
 
 from exercises.arm.chain import Chain
+from exercises.arm.conventions import axes_of
+from exercises.arm.told import is_by_axes, told_base, told_point, told_rows
 from exercises.difficulty import step
 from grader.statistics import chance_of_groups, holm
 
@@ -46,20 +48,20 @@ def _offsets(chain: Chain) -> str:
 
 
 def _senses(chain: Chain) -> str:
-    twists = [joint.alpha for joint in chain.joints if joint.alpha.is_number]
+    twists = [row.alpha for row in told_rows(chain) if row.alpha.is_number]
     turned = sum(bool(twist < 0) or twist == sp.pi for twist in twists)
     return f"{turned} {'twist' if turned == 1 else 'twists'} of 180° or negative"
 
 
 def _base(chain: Chain) -> str:
-    base = chain.base
+    base = told_base(chain)
     if base.is_world:
         return "base at the world frame"
     return "base tilted" if base.tilt != 0 else "base turned" if base.yaw != 0 else "base moved"
 
 
 def _point(chain: Chain) -> str:
-    return "P at the last frame's origin" if chain.point.is_origin else "P beside the last frame's origin"
+    return "P at the last frame's origin" if told_point(chain).is_origin else "P beside the last frame's origin"
 
 
 def _lengths(chain: Chain) -> str:
@@ -70,11 +72,29 @@ def _difficulty(chain: Chain) -> str:
     return f"difficulty {step(chain)}"
 
 
-FEATURES: Mapping[str, Callable[[Chain], str]] = {
-    "kinds of joints": _kinds, "joint offsets": _offsets, "senses of the axes": _senses, "base": _base,
-    "point of interest": _point, "lengths": _lengths,
-}  # fmt: skip
+def _slopes(chain: Chain) -> str:
+    axes = axes_of(chain)[0]
+    oblique = sum(sum(entry != 0 for entry in axis.direction) > 1 for axis in axes)
+    return f"{oblique} of {chain.n} axes at home along no axis of the space frame"
+
+
+def _senses_at_home(chain: Chain) -> str:
+    axes = axes_of(chain)[0]
+    against = sum(any(bool(entry < 0) for entry in axis.direction if entry.is_number) for axis in axes)
+    return f"{against} of {chain.n} axes at home with a negative component"
+
+
+FEATURES: Mapping[str, Callable[[Chain], str]] = {"kinds of joints": _kinds, "lengths": _lengths}
 """What arms of any family may differ in."""
+OF_TABLES: Mapping[str, Callable[[Chain], str]] = {
+    "joint offsets": _offsets, "senses of the axes": _senses, "base": _base, "point of interest": _point,
+}  # fmt: skip
+"""The same of arms that are told by a table, in the frames of that table."""
+OF_AXES: Mapping[str, Callable[[Chain], str]] = {
+    "directions of the axes": _slopes,
+    "senses of the axes": _senses_at_home,
+}
+"""The same of arms that are told by their axes, and have no frames."""
 OF_STRUCTURES: Mapping[str, Callable[[Chain], str]] = {"difficulty": _difficulty}
 """What only families that draw the structure itself differ in; it takes time to work out."""
 
@@ -87,7 +107,7 @@ def compare(
     `shares` are per cent, one a student. Groups of fewer than three students are put together as "others".
     """
     comparisons = []
-    for feature, of in ({**FEATURES, **OF_STRUCTURES} if varied else FEATURES).items():
+    for feature, of in {**FEATURES, **_of_convention(chains), **(OF_STRUCTURES if varied else {})}.items():
         names = [of(chain) for chain in chains]
         count = Counter(names)
         small = {name for name, many in count.items() if many < LEAST_IN_GROUP}
@@ -100,6 +120,12 @@ def compare(
         assert chance is not None
         comparisons.append(Comparison(slot, feature, tuple(groups), own, chance))
     return comparisons
+
+
+def _of_convention(chains: Sequence[Chain]) -> Mapping[str, Callable[[Chain], str]]:
+    """Return what arms may differ in that are all told in one way; of several ways there is nothing to compare."""
+    by_axes = {is_by_axes(chain) for chain in chains}
+    return {} if len(by_axes) != 1 else OF_AXES if by_axes == {True} else OF_TABLES
 
 
 def corrected(comparisons: Sequence[Comparison]) -> list[Comparison]:

@@ -25,9 +25,14 @@ class Sample:
     q: np.ndarray
 
     @cached_property
+    def frames(self) -> np.ndarray:
+        """The poses of frames 0 ... n (n+1 x 4 x 4)."""
+        return self.arm.frames(self.q)
+
+    @cached_property
     def axes(self) -> np.ndarray:
         """The directions z of the joint axes (n x 3) in the world frame."""
-        return np.asarray(self.arm.frames(self.q)[: len(self.q), :3, 2])
+        return np.asarray(self.frames[: len(self.q), :3, 2])
 
     def off(self, measure: Off) -> float:
         """Return a measure at this configuration."""

@@ -75,8 +75,9 @@ class Chain:
 
     `joints` are the rows of the standard (distal) table, `task` some of TASK_ROWS; without a `tool`, the point of
     interest is the last frame's origin. `convention` is how the arm is told to people, one of CONVENTIONS: it says
-    which frames stand on the links (`link_frames`), and changes nothing of how the arm moves. Raises QdotError for a
-    table or a task that is none.
+    which frames stand on the links (`link_frames`), and changes nothing of how the arm moves. `axis_points` are points
+    on the joint axes at home that a file names (world frame, m; None for a slide), empty where none are named. Raises
+    QdotError for a table or a task that is none.
 
     >>> Chain("mine", (Joint("R", "theta1", 0, "a1", 0), Joint("P", 0, "d2", 0, 0)), ("vx", "vy"))
     Chain(mine: RP, vx vy of frame 2)
@@ -89,6 +90,7 @@ class Chain:
     tool: Point | None = None
     title: str = ""
     convention: str = CONVENTIONS[0]
+    axis_points: tuple[tuple[sp.Expr, sp.Expr, sp.Expr] | None, ...] = ()
 
     def __repr__(self) -> str:
         kinds = "".join(joint.kind for joint in self.joints)

@@ -18,7 +18,7 @@ from exercises.arm.axes import Sample
 from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.derivation import derive
 from exercises.arm.kinematics import NumericChain
-from exercises.arm.reach import reaches
+from exercises.arm.reach import reaches_beside
 from exercises.arm.singularity import Component
 from exercises.formula.conditions import Space
 from exercises.formula.expression import read
@@ -52,7 +52,10 @@ _BEYOND = 1e-4
 
 @dataclass(frozen=True)
 class Kind:
-    """What a set of singular configurations is: kind, whether all of it is of that kind, and what it looks like."""
+    """What a set of singular configurations is: kind, whether all of it is of that kind, and what it looks like.
+
+    The kind is empty where it can't be established (`kind_is_sure`), so that it is told nowhere.
+    """
 
     kind: str
     uniform: bool
@@ -124,9 +127,11 @@ def classify_pieces(chain: Chain, conditions: Sequence[str]) -> Kind:
     """Classify the union of conditions (text), as `classify` does for a component."""
     arms = _ARMS * max(1, len(chain.parameters))  # the kind may depend on how open lengths compare
     all_samples = [sample for condition in conditions for sample in samples_on(chain, condition, "classify", arms)]
+    words = meaning(chain, all_samples[:: max(1, len(all_samples) // _LOOKED_AT)])
+    if not kind_is_sure(chain):
+        return Kind("", False, words)
     kinds = {kind for sample in all_samples if (kind := kind_at(chain, sample)) is not None}
-    kind = "boundary" if "boundary" in kinds else "internal"
-    return Kind(kind, len(kinds) == 1, meaning(chain, all_samples[:: max(1, len(all_samples) // _LOOKED_AT)]))
+    return Kind("boundary" if "boundary" in kinds else "internal", len(kinds) == 1, words)
 
 
 def kind_is_sure(chain: Chain) -> bool:
@@ -215,34 +220,38 @@ def _kind_of_place(sample: Sample, task: list[int]) -> str | None:
 
 def _kind_seen(sample: Sample, task: list[int]) -> str | None:
     """Return the kind that a configuration shows by its own small motions and by the search for others."""
-    jacobian = sample.arm.jacobian(sample.q)[task]
+    jacobian = sample.arm.jacobian_of(sample.frames)[task]
     u, sigma, vt = np.linalg.svd(jacobian)
-    rank = _rank_by(sigma, _reach(sample.arm))
+    rank = _rank_by(sigma, 1.0 if sigma[0] >= 1.0 else _reach(sample.arm))
     if rank == min(jacobian.shape):
         return "regular"
     lost, still = u[:, rank:], vt[rank:]
     if jacobian.shape[0] > jacobian.shape[1] or lost.shape[1] > 1:
         return "internal" if lost.shape[1] == 1 else _kind_of_many(sample, task, lost, still)
-    return "boundary" if _is_edge(sample, task, lost[:, 0], still) else "internal"
+    return "boundary" if _is_edge(sample, task, lost[:, 0], _bending(sample, task, still)) else "internal"
 
 
 def _kind_of_many(sample: Sample, task: list[int], lost: np.ndarray, still: np.ndarray) -> str | None:
     """Several directions are lost at once: a boundary only if one of them folds."""
-    stream = Stream("directions")
+    stream, bending = Stream("directions"), _bending(sample, task, still)
     for _ in range(12):
         direction = lost @ np.array([stream.uniform(-1, 1) for _ in range(lost.shape[1])])
-        if _is_edge(sample, task, direction / np.linalg.norm(direction), still):
+        if _is_edge(sample, task, direction / np.linalg.norm(direction), bending):
             return "boundary"
     return "internal"
 
 
-def _is_edge(sample: Sample, task: list[int], lost: np.ndarray, still: np.ndarray) -> bool:
+_Bending = tuple[np.ndarray, np.ndarray]
+"""Still motions (rows), and for each how J changes along it (rows of the task x n)."""
+
+
+def _is_edge(sample: Sample, task: list[int], lost: np.ndarray, bending: _Bending) -> bool:
     """Tell whether no configuration reaches beyond the place, on a side to which small motions do not lead.
 
     A still motion of second order zero (a joint that moves nothing) takes no part; if all are, either side may be
     the far one.
     """
-    forward, backward = _folds(sample, task, lost, still)
+    forward, backward = _folds(lost, *bending)
     if forward or backward:
         sides = [] if forward and backward else [-lost] if forward else [lost]
     else:
@@ -251,11 +260,18 @@ def _is_edge(sample: Sample, task: list[int], lost: np.ndarray, still: np.ndarra
     return any(not _reached_beyond(sample, task, side) for side in sides)
 
 
-def _folds(sample: Sample, task: list[int], lost: np.ndarray, still: np.ndarray) -> tuple[bool, bool]:
+_STEP = 1e-4
+
+
+def _bending(sample: Sample, task: list[int], still: np.ndarray) -> _Bending:
+    """Return how J changes along still motions, by central differences, twice the step not yet divided out."""
+    ahead, behind = sample.arm.jacobian(sample.q + _STEP * np.array([still, -still]))[:, :, task]
+    return still, ahead - behind
+
+
+def _folds(lost: np.ndarray, still: np.ndarray, change: np.ndarray) -> tuple[bool, bool]:
     """Tell whether still motions lead, to second order, forward along `lost`, and whether they lead backward."""
-    step = 1e-4
-    ahead, behind = sample.arm.jacobian(sample.q + step * np.array([still, -still]))[:, :, task]
-    form = lost @ (ahead - behind) / (2 * step) @ still.T
+    form = lost @ change / (2 * _STEP) @ still.T
     eigenvalues = np.linalg.eigvalsh((form + form.T) / 2)
     return bool(np.any(eigenvalues > 1e-5)), bool(np.any(eigenvalues < -1e-5))
 
@@ -265,19 +281,16 @@ def _reached_beyond(sample: Sample, task: list[int], direction: np.ndarray) -> b
 
     A formula says it for simple arms, at once and for sure; for others, damped Newton from many starts.
     """
-    frames = sample.arm.frames(sample.q)
-    q = _starts(len(sample.q)).copy()
+    frames = sample.frames
     reach = _reach(sample.arm)
     linear = [row < 3 for row in task]
     shift = _BEYOND * reach * direction * np.array([1.0 if is_linear else 1.0 / reach for is_linear in linear])
+    known = reaches_beside(sample.arm, frames, task, shift)
+    if known is not None:
+        return known
     target_point = sample.arm.point_of(frames)
-    beyond = target_point.copy()
-    if all(linear):
-        beyond[task] += shift
-        known = reaches(sample.arm, task, beyond)
-        if known is not None:
-            return known
     rotation = frames[-1, :3, :3]
+    q = _starts(len(sample.q)).copy()
     for step in range(_STEPS):
         now = sample.arm.frames(q)
         error = np.concatenate([target_point - sample.arm.point_of(now), _turn(rotation, now[:, -1, :3, :3])], axis=1)

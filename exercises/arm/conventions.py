@@ -15,8 +15,8 @@ import numpy as np
 import sympy as sp
 
 from exercises.arm.chain import Base, Chain, Joint, Point
-from exercises.arm.kinematics import NumericChain, frames_and_point, rot_x
-from exercises.arm.placing import HOME, Axis, Pose, exactly, reached, stood_on, table_of_axes
+from exercises.arm.kinematics import NumericChain, frames_and_point, rot_x, rot_z
+from exercises.arm.placing import EXACT, HOME, NEAR, Axis, Pose, exactly, neat, reached, stood_on, table_of_axes
 from exercises.stream import Stream
 
 TABLES = ("dh", "modified-dh")
@@ -128,7 +128,10 @@ def _check(chain: Chain, axes: Sequence[Axis], point: sp.Matrix, link: int) -> N
 
 
 def axes_of(chain: Chain) -> tuple[list[Axis], sp.Matrix]:
-    """Return the axes of an arm at home, and where its point of interest is then (3 x 1, m); world frame."""
+    """Return the axes of an arm at home, and where its point of interest is then (3 x 1, m); world frame.
+
+    A revolute joint's axis is told by the point that the arm's file names on it, else by the origin of its frame.
+    """
     home = dict.fromkeys(chain.q, sp.S.Zero)
     frames, point = frames_and_point(chain)
 
@@ -139,13 +142,77 @@ def axes_of(chain: Chain) -> tuple[list[Axis], sp.Matrix]:
         Axis(joint.kind, at_home(frame.rotation[:, 2]), at_home(frame.origin))
         for joint, frame in zip(chain.joints, frames, strict=False)
     ]
+    for i, named in enumerate(chain.axis_points):
+        if named is not None and _is_on(axes[i], sp.Matrix(named)):
+            axes[i] = replace(axes[i], point=sp.Matrix(named))
     return axes, at_home(point)
 
 
+def _is_on(axis: Axis, point: sp.Matrix) -> bool:
+    """Whether a point lies on an axis, whatever its open lengths are, as far as descriptions are exact."""
+    aside = [neat(entry) for entry in axis.direction.cross(point - axis.point)]
+    return all(abs(number) < NEAR for entry in aside for number in _numbers(entry))
+
+
+def _numbers(total: sp.Expr) -> list[sp.Expr]:
+    """Return the numbers before the terms of a sum."""
+    return [term.as_coeff_Mul()[0] for term in sp.Add.make_args(total)]
+
+
 def _short(entry: sp.Expr) -> sp.Expr:
-    """Return an entry as it is where it is short, as 17 sqrt(2)/40 - 1/20, else its numbers as what they are nearly."""
+    """Return an entry as it is where it is short, as 17 sqrt(2)/40 - 1/20, else its numbers as what they are nearly.
+
+    A sum with the sine of a number is not short: 0.52 - 0.49 sin(0.3) is 0.3751998993.
+    """
     plain = sp.expand(entry)
-    return plain if sp.count_ops(plain) <= SHORT else exactly(entry)
+    is_short = sp.count_ops(plain) <= SHORT and not (plain.is_Add and any(_constant(plain)))
+    return plain if is_short else exactly(entry)
+
+
+def _constant(entry: sp.Expr) -> list[sp.Expr]:
+    return [wave for wave in entry.atoms(sp.sin, sp.cos) if not wave.free_symbols]
+
+
+# --- what is rounded ---
+
+
+def axes_of_rows(rows: Sequence[Row], base: Pose, is_modified: bool) -> list[Axis]:
+    """Return the axes of an arm at home as the rows of a table lead to them, world frame."""
+    axes, pose = [], base
+    for row in rows:
+        link, own = Pose(rot_x(row.alpha), sp.Matrix([row.a, 0, 0])), Pose(rot_z(row.theta), sp.Matrix([0, 0, row.d]))
+        pose = pose @ link if is_modified else pose
+        axes.append(Axis(row.kind, pose.rotation[:, 2], pose.origin))
+        pose = pose @ own if is_modified else pose @ own @ link
+    return axes
+
+
+def is_rounded(chain: Chain, told: Sequence[Axis], point: sp.Matrix | None = None) -> bool:
+    """Whether an arm has its axes, and its point, at home only nearly where they are told: numbers are rounded.
+
+    Lengths that are open have some values there.
+    """
+    draws = Stream("rounded")
+    values = {symbol: sp.Rational(3000 + draws.below(9000), 10007) for symbol in chain.parameters}
+    values |= dict.fromkeys(chain.q, sp.S.Zero)
+    base, offset = chain.base, chain.point.offset
+    pose = Pose(rot_z(base.yaw) * rot_x(base.tilt), sp.Matrix(base.position).xreplace(values)) @ HOME
+    frames = [pose]
+    for joint in chain.joints:
+        theta, d, a, alpha = (value.xreplace(values) for value in (joint.theta, joint.d, joint.a, joint.alpha))
+        pose = pose @ Pose(rot_z(theta), sp.Matrix([0, 0, d])) @ Pose(rot_x(alpha), sp.Matrix([a, 0, 0]))
+        frames.append(pose)
+    off: list[sp.Expr] = []
+    for axis, frame in zip(told, frames, strict=False):
+        z, through = frame.rotation[:, 2], axis.point.xreplace(values)
+        off += [
+            *z.cross(axis.direction.xreplace(values)),
+            *(z.cross(frame.origin - through) if axis.kind == "R" else ()),
+        ]
+    if point is not None:
+        there = frames[chain.point.frame] @ Pose(sp.eye(3), sp.Matrix(offset).xreplace(values))
+        off += list(there.origin - point.xreplace(values))
+    return any(abs(neat(entry)) > EXACT for entry in off)
 
 
 def in_one_turn(angle: sp.Expr) -> sp.Expr:

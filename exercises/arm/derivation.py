@@ -25,8 +25,8 @@ from exercises.arm.kinematics import (
     propagated_rotations,
     task_matrix,
 )
-from exercises.arm.told import frame_on_axis, is_modified, told_rows, up_to_frame
-from exercises.arm.trigonometry import Factored, factored, same, substitute, textbook
+from exercises.arm.told import frame_on_axis, is_by_axes, is_modified, told_rows, up_to_frame
+from exercises.arm.trigonometry import Factored, factored, same, substitute, textbook, without_brackets
 from exercises.errors import QdotError
 
 Values = dict[sp.Symbol, sp.Expr]
@@ -313,8 +313,12 @@ class Derivation:
         return substitute(expression, self._values)
 
     def fill_matrix(self, matrix: sp.Matrix) -> sp.Matrix:
-        """Return a matrix of the structure in this arm's numbers and symbols."""
-        return matrix.applyfunc(self.fill)
+        """Return a matrix of the structure in this arm's numbers and symbols.
+
+        Of an arm that is told by its axes, the table has lengths with roots that nobody has given.
+        """
+        filled = matrix.applyfunc(self.fill)
+        return filled.applyfunc(without_brackets) if is_by_axes(self.chain) else filled
 
     @property
     def linear(self) -> sp.Matrix:

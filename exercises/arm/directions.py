@@ -190,9 +190,9 @@ class Line:
         if self.kind == "axis":
             return f"along $z_{self.index}$, the axis of joint {self.index}"
         if self.kind == "omega":
-            return rf"along $\omega_{self.index}$, the axis of joint {self.index}"
+            return rf"along $\omega_{self.index}'$, the axis of joint {self.index}"
         if self.kind == "v":
-            return f"along $v_{self.index}$, the axis of joint {self.index}"
+            return f"along $v_{self.index}'$, the axis of joint {self.index}"
         if self.kind == "space":
             return f"along ${'xyz'[self.index]}_s$, an axis of the space frame"
         if self.kind == "world":

@@ -88,9 +88,7 @@ def _formula(text: str, is_angle: bool) -> sp.Expr:
         raise QdotError(f"it is {len(text)} characters long; at most {_LENGTH} are read")
     _check_units(text, is_angle)
     _check_products(text)
-    comma = re.fullmatch(r"\s*([-+]?\d+),(\d+)\s*", text)
-    if comma:
-        raise QdotError(f"decimals have a point; write {comma.group(1)}.{comma.group(2)}")
+    _check_commas(text)
     short = re.search(r"\b[csCS]_?\d{1,4}\b", text)
     if short:
         raise QdotError(
@@ -100,6 +98,28 @@ def _formula(text: str, is_angle: bool) -> sp.Expr:
         return to_sympy(read(text))
     except ReadError as error:
         raise QdotError(str(error) if "as in" in str(error) else f"{error}; {_RIGHT[is_angle]}") from None
+
+
+def _check_commas(text: str) -> None:
+    """Refuse a comma before decimals; one between the arguments of a function is no such comma."""
+    between = {match.start() for match in re.finditer(",", text) if _is_argument(text, match.start())}
+    decimals = [match.start(1) for match in re.finditer(r"(?<=\d)(,)\d", text) if match.start(1) not in between]
+    if decimals:
+        written = "".join("." if place in decimals else sign for place, sign in enumerate(text)).strip()
+        is_number = re.fullmatch(rf"[-+]?{_NUMBER}", written)
+        meant = f"write {written}" if is_number else f'is "{written}" meant?'
+        raise QdotError(f"decimals have a point; {meant}")
+
+
+def _is_argument(text: str, place: int) -> bool:
+    """Whether a place in a formula is inside of the brackets of atan2, the one function of two arguments."""
+    opened = []
+    for match in re.finditer(r"(\w*)\s*\(|\)", text[:place]):
+        if match.group() != ")":
+            opened.append(match.group(1))
+        elif opened:
+            opened.pop()
+    return opened[-1:] == ["atan2"]
 
 
 # --- units ---

@@ -192,6 +192,8 @@ class NumericChain:
 
     def __init__(self, chain: Chain, values: Mapping[str, float]) -> None:
         def number(expression: sp.Expr) -> float:
+            if expression.is_Symbol:
+                return float(values[expression.name])
             if not expression.free_symbols:
                 return _number(expression)
             known = {symbol: values[symbol.name] for symbol in expression.free_symbols}
@@ -202,12 +204,15 @@ class NumericChain:
         self.fixed = [(number(j.d if j.kind == "R" else j.theta), number(j.a), number(j.alpha)) for j in chain.joints]
         self._revolute = np.array([kind == "R" for kind in self.kinds])
         self._offsets = np.array(self.offsets)
-        self._other, self._a, self._alpha = np.array(self.fixed).T
-        self._modified, self._upright = is_modified(chain), told_base(chain).tilt == 0
+        self._slides = [i for i, kind in enumerate(self.kinds) if kind == "P"]
+        self._other, self._a, alpha = np.array(self.fixed).T
+        self._twist = np.cos(alpha), np.sin(alpha)
+        self._modified = is_modified(chain)
+        self._told_place = np.array([number(value) for value in told_base(chain).position])
         self.point_frame = chain.point.frame
         self.offset = np.array([*map(number, chain.point.offset), 1.0])
-        none = np.zeros(())
-        self.base = _pose(np.array(number(chain.base.yaw)), none, none, np.array(number(chain.base.tilt)))
+        none, tilt = np.zeros(()), np.array(number(chain.base.tilt))
+        self.base = _pose(np.array(number(chain.base.yaw)), none, none, (np.cos(tilt), np.sin(tilt)))
         self.base[:3, 3] = [number(value) for value in chain.base.position]
 
     def with_point(self, frame: int) -> "NumericChain":
@@ -221,7 +226,9 @@ class NumericChain:
         other = copy(self)
         other.kinds, other.offsets, other.fixed = self.kinds[:count], self.offsets[:count], self.fixed[:count]
         other._revolute, other._offsets = self._revolute[:count], self._offsets[:count]
-        other._other, other._a, other._alpha = self._other[:count], self._a[:count], self._alpha[:count]
+        other._slides = [i for i in self._slides if i < count]
+        other._other, other._a = self._other[:count], self._a[:count]
+        other._twist = self._twist[0][:count], self._twist[1][:count]
         other.point_frame, other.offset = count, np.array([*offset, 1.0])
         return other
 
@@ -230,29 +237,23 @@ class NumericChain:
         q = np.asarray(q, dtype=float)
         poses = np.empty((*q.shape[:-1], q.shape[-1] + 1, 4, 4))
         poses[..., 0, :, :] = self.base
-        steps = _pose(*self._entries(q), self._a, self._alpha)
+        steps = _pose(*self._entries(q), self._a, self._twist)
         for i in range(q.shape[-1]):
             np.matmul(poses[..., i, :, :], steps[..., i, :, :], out=poses[..., i + 1, :, :])
         return poses
 
     def told(self, frames: np.ndarray) -> np.ndarray:
-        """Return the frames of the arm's convention, for poses as `frames` returns them.
-
-        Frame i of a modified table has x_i of the standard one, and stands on the axis of joint i.
-        """
+        """Return the frames of the arm's convention, for poses as `frames` returns them."""
         if not self._modified:
             return frames
-        told = np.array(frames)
-        told[..., 1:, :3, 2] = frames[..., :-1, :3, 2]
-        told[..., 1:, :3, 3] -= self._a[:, None] * frames[..., 1:, :3, 0]
-        if self._upright:
-            told[..., 0, :3, 2] = (0.0, 0.0, 1.0)
-        told[..., :3, 1] = cross(told[..., :3, 2], told[..., :3, 0])
-        return told
+        corners = frames[..., 1:, :3, 3] - self._a[:, None] * frames[..., 1:, :3, 0]
+        return modified_frames(frames, corners, self._told_place)
 
     def _entries(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return theta and d of every row of the table, each of shape (…, n)."""
+        """Return theta and d of every row of the table, of shape (…, n), or (n) for those that are the same in all."""
         own = q + self._offsets
+        if not self._slides:
+            return own, self._other
         return np.where(self._revolute, own, self._other), np.where(self._revolute, self._other, own)
 
     def point(self, q: np.ndarray) -> np.ndarray:
@@ -270,10 +271,28 @@ class NumericChain:
     def jacobian_of(self, frames: np.ndarray) -> np.ndarray:
         """Return the 6 x n Jacobian for poses as `frames` returns them."""
         z, origins = frames[..., :-1, :3, 2], frames[..., :-1, :3, 3]
-        revolute = self._revolute[:, None]
-        carries = (np.arange(len(self.kinds)) < self.point_frame)[:, None]
-        linear = np.where(revolute, cross(z, self.point_of(frames)[..., None, :] - origins), z) * carries
-        return np.concatenate([linear, z * revolute], axis=-1).swapaxes(-1, -2)
+        rows = np.empty((*z.shape[:-1], 6))
+        rows[..., :3], rows[..., 3:] = cross(z, self.point_of(frames)[..., None, :] - origins), z
+        for slide in self._slides:
+            rows[..., slide, :3] = z[..., slide, :]
+            rows[..., slide, 3:] *= 0.0
+        rows[..., self.point_frame :, :3] *= 0.0  # joints that do not carry the point
+        return rows.swapaxes(-1, -2)
+
+
+def modified_frames(frames: np.ndarray, corners: np.ndarray, place: np.ndarray) -> np.ndarray:
+    """Return the frames of the modified table, (…, n + 1, 4, 4), for those of the standard one.
+
+    Frame i has x_i of the standard one, and z along the axis of joint i; it stands in corner i-1 (…, n, 3), where link
+    i turns from that axis into x_i. Frame 0 is upright, and stands at a `place` (3) of its own: what turns about x_0
+    before joint 1, and slides along it, belongs to the first row.
+    """
+    told = np.array(frames)
+    told[..., 1:, :3, 2] = frames[..., :-1, :3, 2]
+    told[..., 0, :3, 2] = (0.0, 0.0, 1.0)
+    told[..., 1:, :3, 3], told[..., 0, :3, 3] = corners, place
+    told[..., :3, 1] = cross(told[..., :3, 2], told[..., :3, 0])
+    return told
 
 
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -285,9 +304,9 @@ def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return out
 
 
-def _pose(theta: np.ndarray, d: np.ndarray, a: np.ndarray, alpha: np.ndarray) -> np.ndarray:
-    """Return Rz(theta) Tz(d) Tx(a) Rx(alpha) as 4 x 4 matrices, one for each theta and d."""
-    ct, st, ca, sa = np.cos(theta), np.sin(theta), np.cos(alpha), np.sin(alpha)
+def _pose(theta: np.ndarray, d: np.ndarray, a: np.ndarray, twist: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+    """Return Rz(theta) Tz(d) Tx(a) Rx(alpha) as 4 x 4 matrices, one for each theta; `twist`: cos and sin of alpha."""
+    (ct, st), (ca, sa) = (np.cos(theta), np.sin(theta)), twist
     pose = np.zeros((*theta.shape, 4, 4))
     pose[..., 0, 0], pose[..., 0, 1], pose[..., 0, 2], pose[..., 0, 3] = ct, -st * ca, st * sa, a * ct
     pose[..., 1, 0], pose[..., 1, 1], pose[..., 1, 2], pose[..., 1, 3] = st, ct * ca, -ct * sa, a * st

@@ -85,5 +85,10 @@ def robot_path(given: str, folder: Path = Path()) -> Path:
     raise QdotError(f"there is no file {path}, and the library has no robot {given!r}{hint}; 'qdot robots' lists them")
 
 
+def is_in_library(name: str) -> bool:
+    """Whether the library has a robot of that name."""
+    return _plain(name) in map(_plain, robots())
+
+
 def _plain(name: str) -> str:
     return re.sub(r"[-_\s]", "", name.casefold())

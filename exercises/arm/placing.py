@@ -16,7 +16,7 @@ from exercises.arm.kinematics import rot_x, rot_z
 
 NEAR = sp.Float("1e-9")
 """Below this a number is taken for zero, and an angle for a multiple of pi/12: descriptions are rounded."""
-_EXACT, _DUST, _PLACES = sp.Float("1e-45"), sp.Float("1e-50"), 60
+EXACT, _DUST, _PLACES = sp.Float("1e-45"), sp.Float("1e-50"), 60
 """How well a number has to be met that is told as such, what is left of one that is zero, and digits worked with."""
 _DIGITS = 10
 """Decimals of a number that has no simple form."""
@@ -199,7 +199,7 @@ def _told(number: sp.Float) -> sp.Expr:
 def _fraction(number: sp.Float, largest: int = _SMALL) -> sp.Rational | None:
     exact = sp.Rational(number)
     for found in (sp.Rational(str(round(number, _DIGITS))), exact.limit_denominator(largest)):
-        if abs(number - found.n(_PLACES)) < _EXACT:
+        if abs(number - found.n(_PLACES)) < EXACT:
             return found
     return None
 

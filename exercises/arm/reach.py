@@ -1,17 +1,25 @@
 """Which places a point can reach, by the triangle inequality: for a plane arm, by itself or carried round by joint 1.
 
+In one more dimension, a place may be a point and an angle: see `reaches_beside`.
+
 A plane arm of turning joints about parallel axes reaches the distances from its first axis that its links, as vectors
 of any direction, add up to: from |longest - all others| (or 0) to their sum. One that turns and then slides reaches
 all distances from that of the slide's line on. What joint 1 carries round, about an axis that lies in the arm's plane
 or parallel to it, reaches a place if the plane arm does on either side of the axis.
+
+A slide along the normal of the plane reaches every height, and changes nothing else. One that comes first in the plane
+reaches everything as near to its line as the links behind it are long together. Where an angle counts, too, a last
+joint that turns brings it about, and what is left to be reached is the place of its axis; a last slide has its
+direction told by the angle, and what is left is the distance of its line.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
-from exercises.arm.kinematics import NumericChain
+from exercises.arm.kinematics import NumericChain, cross
 
 _EXACT = 1e-9
 """Sine, or part of the length of all links, below which axes are parallel or square, and a length is zero."""
@@ -86,3 +94,113 @@ def _inside(distance: float, distances: np.ndarray) -> bool | None:
     if abs(distance - greatest) < near or (least > 0 and abs(distance - least) < near):
         return None
     return bool(least < distance < greatest)
+
+
+# --- point and angle, and slides along the normal ---
+
+
+def reaches_beside(arm: NumericChain, frames: np.ndarray, task: Sequence[int], shift: np.ndarray) -> bool | None:
+    """Tell whether the arm can be beside where it is in a pose, as far as `task` (rows) counts; None: this can't say.
+
+    `frames` is the pose as `NumericChain.frames` returns it, `shift` how far beside (m along an axis of the world, rad
+    about one), in the order of the rows.
+    """
+    point = arm.point_of(frames)
+    by = np.zeros(6)
+    by[list(task)] = shift
+    if max(task) < 3:
+        known = reaches(arm, task, point + by[:3])
+        if known is not None:
+            return known
+    flat = _flat(arm, tuple(task))
+    if flat is None:
+        return None
+    if not flat.turns:
+        return _reaches_flat(arm, flat, flat.joints, point + by[:3])
+    turn = _about(by[3:])
+    hand = flat.joints[-1]
+    if arm.kinds[hand] == "R":
+        axis = frames[hand, :3, 3]
+        return _reaches_flat(arm, flat, flat.joints[:-1], point + by[:3] - turn @ (point - axis))
+    if [arm.kinds[joint] for joint in flat.joints] != ["R", "R", "P"]:
+        return None
+    first, second = (frames[joint, :3, 3] for joint in flat.joints[:2])
+    beside = cross(flat.normal, frames[hand, :3, 2])
+    off = float((turn @ beside) @ (point + by[:3] - first) - beside @ (point - second))
+    return _below(abs(off), float(np.linalg.norm(flat.inside @ (second - first))))
+
+
+@dataclass(frozen=True)
+class _Flat:
+    """A plane arm with slides along its normal: the normal, the joints that move in the plane, whether an angle counts.
+
+    `inside` (3 x 3) takes from a vector what is along the normal.
+    """
+
+    normal: np.ndarray
+    inside: np.ndarray
+    joints: tuple[int, ...]
+    turns: bool
+
+
+@lru_cache(maxsize=256)
+def _flat(arm: NumericChain, task: tuple[int, ...]) -> _Flat | None:
+    """Return an arm as a plane one whose place in the plane, and height if it can be had, are what the task counts."""
+    home, turns = _home(arm), [row - 3 for row in task if row >= 3]
+    linear, moving = [row for row in task if row < 3], arm.point_frame
+    axes, kinds = home[:moving, :3, 2], arm.kinds[:moving]
+    if "R" not in kinds or (turns and moving != len(arm.kinds)):
+        return None
+    normal = axes[kinds.index("R")]
+    share = np.abs(axes @ normal)
+    along, square = share > 1 - _EXACT, share < _EXACT
+    if not all(along[i] if kind == "R" else along[i] or square[i] for i, kind in enumerate(kinds)):
+        return None
+    if linear == [0, 1, 2]:
+        if not any(kind == "P" and along[i] for i, kind in enumerate(kinds)):
+            return None
+    elif len(linear) != 2 or abs(normal[3 - sum(linear)]) < 1 - _EXACT:
+        return None
+    if turns and (len(turns) > 1 or abs(normal[turns[0]]) < 1 - _EXACT):
+        return None
+    joints = tuple(i for i, kind in enumerate(kinds) if kind == "R" or square[i])
+    return _Flat(normal, np.eye(3) - np.outer(normal, normal), joints, bool(turns))
+
+
+def _reaches_flat(arm: NumericChain, flat: _Flat, joints: tuple[int, ...], place: np.ndarray) -> bool | None:
+    """Tell whether some joints of a plane arm bring what they carry to a place (3), whatever its height.
+
+    That is the axis of the joint behind them in the plane, or the point where none is left.
+    """
+    home = _home(arm)
+    if not joints:
+        return None
+    behind = flat.joints[len(joints) :]
+    tip = home[behind[0], :3, 3] if behind else arm.point_of(home)
+    kinds, axes, origins = [arm.kinds[joint] for joint in joints], home[joints, :3, 2], home[joints, :3, 3]
+    if kinds[0] == "R":
+        distances = _distances(kinds, axes, origins, tip)
+        return None if distances is None else _inside(_length(flat.inside @ (place - origins[0])), distances)
+    if len(kinds) == 1 or "P" in kinds[1:]:
+        return None
+    off = float(cross(flat.normal, axes[0]) @ (place - origins[1]))
+    links = np.linalg.norm(np.diff([*origins[1:], tip], axis=0) @ flat.inside, axis=1)
+    return _below(abs(off), float(links.sum()))
+
+
+def _below(size: float, most: float) -> bool | None:
+    return None if abs(size - most) < _SURE * (size + most) else size < most
+
+
+def _length(vector: np.ndarray) -> float:
+    return float(np.linalg.norm(vector))
+
+
+def _about(turn: np.ndarray) -> np.ndarray:
+    """Return the rotation by an angle about one axis of the world; `turn` (3) has the angle at that axis."""
+    axis = int(np.argmax(np.abs(turn)))
+    first, second = (axis + 1) % 3, (axis + 2) % 3
+    rotation, angle = np.eye(3), float(turn[axis])
+    rotation[first, first] = rotation[second, second] = np.cos(angle)
+    rotation[second, first], rotation[first, second] = np.sin(angle), -np.sin(angle)
+    return rotation

@@ -37,13 +37,13 @@ import numpy as np
 import sympy as sp
 
 from exercises.arm.chain import CONVENTIONS, TASK_ROWS, Base, Chain, Joint, Point
-from exercises.arm.conventions import Row, by_axes, modified, standard, standard_point
+from exercises.arm.conventions import Row, axes_of_rows, by_axes, is_rounded, modified, standard, standard_point
 from exercises.arm.derivation import derive
 from exercises.arm.entry import check_role, doubt, value_of
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.placing import HOME, Axis, Pose, exactly, pose_of
 from exercises.arm.urdf import Described, read_urdf
-from exercises.errors import QdotError
+from exercises.errors import QdotError, unknown
 from exercises.input_file import Place, TomlFile, read_table, read_toml, shown
 from exercises.stream import Stream
 
@@ -80,7 +80,8 @@ class Robot:
 
     `given` is how it is told, None where that is the standard table; `limits` are those of each joint (rad or m), None
     where none are told. `notes` are messages about what may be right, but is probably a mistake. `source` is where the
-    numbers are from, empty where that is not told.
+    numbers are from, empty where that is not told. Where the standard table has numbers that are no short formulas, it
+    is `rounded`, to ten decimals.
     """
 
     chain: Chain
@@ -89,6 +90,7 @@ class Robot:
     limits: tuple[Limits | None, ...] = ()
     given: Given | None = None
     source: str = ""
+    rounded: bool = False
 
 
 def read_robot(path: Path) -> Chain:
@@ -141,7 +143,11 @@ def _of_urdf(path: Path, described: Described) -> Robot:
     base, joints, point = by_axes(described.axes, described.tip, count)
     chain = Chain(described.name, joints, ("vx",), base, point, described.name)
     return Robot(
-        chain.with_task(*default_task(chain)), (), described.notes, described.limits, _axes_given(described.axes)
+        chain.with_task(*default_task(chain)),
+        notes=described.notes,
+        limits=described.limits,
+        given=_axes_given(described.axes),
+        rounded=is_rounded(chain, described.axes, described.tip),
     )
 
 
@@ -159,12 +165,30 @@ class _TableFile(TomlFile):
 
 def read_csv_rows(path: Path, convention: str) -> TomlFile:
     """Return a table in CSV as the file that it stands for: a column for each entry of a row. Raises QdotError."""
-    rows = read_table(path, "kind", "kind,theta,d,a,alpha")
+    rows = read_table(path, ROW_KEYS[0], ",".join(ROW_KEYS), too_long=_TOO_LONG)
     if not rows:
         raise QdotError(f"{path}: it has a header and no rows; below it stands a line for each joint")
+    for index, (number, row) in enumerate(rows, 1):
+        _check_cells(f"{path}: line {number}: joint {index}", row)
     joints = [{key: _cell(key, text) for key, text in row.items() if text.strip()} for _, row in rows]
     content = {"name": path.stem, "convention": convention, "joint": joints}
     return _TableFile(path, "", content, tuple(number for number, _ in rows))
+
+
+_TOO_LONG = 'numbers have a decimal point, as in 0.4, or stand in double quotes, "0,4"; or it has a column too many'
+
+
+def _check_cells(place: str, row: dict[str, str]) -> None:
+    """Refuse cells of unknown columns, and a row in which one is missing or empty."""
+    for column, text in row.items():
+        if text.strip() and column not in ROW_KEYS:
+            raise QdotError(f"{place}: {unknown('column', column, ROW_KEYS)}")
+    for column in ROW_KEYS:
+        if not row.get(column, "").strip():
+            raise QdotError(
+                f"{place}: the cell of {column!r} is empty or missing; a row has {', '.join(ROW_KEYS)}, each in the "
+                "column that is called so, and 0 where there is nothing"
+            )
 
 
 def _cell(key: str, text: str) -> object:
@@ -180,7 +204,8 @@ def robot_of(file: TomlFile) -> Robot:
     reader = _Reader(file)
     chain = reader.chain()
     draws = _draws(file, chain)
-    return Robot(chain, draws, _notes(file, chain, draws), reader.limits(), reader.given, reader.source)
+    notes = _notes(file, chain, draws)
+    return Robot(chain, draws, notes, reader.limits(), reader.given, reader.source, is_rounded(chain, *reader.told))
 
 
 class _Reader:
@@ -203,11 +228,14 @@ class _Reader:
         kinds = [self._kind(index, row) for index, row in enumerate(rows)]
         self.variables = [sp.Symbol(f"{'theta' if kind == 'R' else 'd'}{i}") for i, kind in enumerate(kinds, 1)]
         self.given: Given | None = None
+        self.axis_points: tuple[Triple | None, ...] = ()
+        self.told: tuple[list[Axis], sp.Matrix | None] = ([], None)
+        """The axes at home and the point of interest, as far as the table may have them rounded."""
 
     def chain(self) -> Chain:
         """Return the arm, with the task that is told, else the usual one."""
         base, joints, point = self._by_axes() if self.convention == "screws" else self._by_table()
-        chain = Chain(self.title, joints, ("vx",), base, point, self.title, self.convention)
+        chain = Chain(self.title, joints, ("vx",), base, point, self.title, self.convention, self.axis_points)
         if "task" not in self.table:
             return chain.with_task(*default_task(chain))
         with self.file.at("task"):
@@ -229,13 +257,34 @@ class _Reader:
         return str(value)
 
     def _kind(self, index: int, row: dict[str, Any]) -> str:
-        keys = KEYS[self.convention]
-        slides = self.convention == "screws" and row.get("kind") == "P"
-        self.file.check_keys(("joint", index), (*keys, "limits"), keys[:2] if slides else keys, TOP_KEYS)
-        with self.file.at("joint", index, "kind"):
+        keys, place = KEYS[self.convention], ("joint", index)
+        self._check_convention(index, row)
+        self.file.check_keys(place, (*keys, "limits"), ("kind",), TOP_KEYS)
+        with self.file.at(*place, "kind"):  # what else is needed is up to it
             if row["kind"] not in ("R", "P"):
                 raise QdotError('it is "R" (revolute) or "P" (prismatic)')
+        slides = self.convention == "screws" and row["kind"] == "P"
+        self.file.check_keys(place, (*keys, "limits"), keys[:2] if slides else keys)
         return str(row["kind"])
+
+    def _check_convention(self, index: int, row: dict[str, Any]) -> None:
+        """Refuse a joint that is told in another way than the file's convention, which may have been forgotten."""
+        by_axes = self.convention == "screws"
+        key = next((key for key in row if key in (ROW_KEYS[1:] if by_axes else ("axis",))), None)
+        if key is None:
+            return
+        said = f"says convention = {shown(self.convention)}" if "convention" in self.table else "says no convention"
+        if by_axes:
+            hint = (
+                f"is of a DH table, and the file {said}, where a joint has {', '.join(KEYS['screws'])}; for a table, "
+                'that is convention = "dh" or "modified-dh"'
+            )
+        else:
+            hint = (
+                f'is of an arm told by its axes, and the file {said}; write convention = "screws" at its top, or tell '
+                f"a table, where a joint has {', '.join(ROW_KEYS)}"
+            )
+        raise QdotError(f"{self.file.place_of_key('joint', index, key)}: the key {key!r} {hint}")
 
     # --- tables ---
 
@@ -244,6 +293,8 @@ class _Reader:
         if self.convention == "modified-dh" and rows[0].alpha.free_symbols:
             raise QdotError(f"{self.file.place('joint', 0, 'alpha')}: the first one turns the base, and is a number")
         base = self._pose("base")
+        if base != HOME or self.convention == "modified-dh":
+            self.told = axes_of_rows(rows, base, self.convention == "modified-dh"), None
         placed, joints = (modified if self.convention == "modified-dh" else standard)(rows, base)
         if self.convention != "dh" or any(row.reversed for row in rows):
             written = zip(rows, self.variables, strict=True)
@@ -327,6 +378,8 @@ class _Reader:
             )
             for axis in axes
         ]
+        self.told = stood, point.origin
+        self.axis_points = tuple(_coordinates(axis.point) if axis.kind == "R" else None for axis in stood)
         return by_axes(stood, point.origin, told.frame)
 
     def _axis(self, index: int) -> Axis:
@@ -401,6 +454,11 @@ class _Reader:
             if low.free_symbols or high.free_symbols or not low < high:
                 raise QdotError(right)
         return low, high
+
+
+def _coordinates(place: sp.Matrix) -> Triple:
+    x, y, z = place.applyfunc(exactly)
+    return x, y, z
 
 
 def _axes_given(axes: Sequence[Axis]) -> Given:

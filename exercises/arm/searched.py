@@ -47,16 +47,17 @@ class Tried:
     unexplained: tuple[np.ndarray, ...]
 
 
-def tried(chain: Chain, ways: Sequence[Sequence[sp.Expr]], starts: int = STARTS) -> Tried:
+def tried(chain: Chain, ways: Sequence[Sequence[sp.Expr]], starts: int = STARTS, stream: str = "searched") -> Tried:
     """Return what becomes of ways in which J of the task is said to lose rank: conditions that hold together.
 
-    Lengths that are open are drawn three times; what makes no real arm is left out.
+    Lengths that are open are drawn three times; what makes no real arm is left out. Under another name, the `stream`
+    draws other lengths and starts.
     """
     arms: list[NumericChain] = []
     samples: list[list[tuple[int, np.ndarray]]] = [[] for _ in ways]
     wrong: set[int] = set()
     ended, unexplained = 0, []
-    draws = Stream("searched")
+    draws = Stream(stream)
     for _ in range(3 if chain.parameters else 1):
         values = {symbol: sp.Rational(3000 + draws.below(9000), 10007) for symbol in chain.parameters}
         try:

@@ -404,6 +404,17 @@ def _body_jacobian(w: Working) -> np.ndarray:
     return np.stack(columns, axis=1)
 
 
+def _body_adjoint(w: Working) -> np.ndarray:
+    """Return what turns a twist (omega, v) in that frame into the same in the world frame, (6, 6, …)."""
+    return adjoint(w["body rotation"], w["point"])
+
+
+def adjoint(turn: np.ndarray, place: np.ndarray) -> np.ndarray:
+    """Return [Ad T] for twists (omega, v), (6, 6, …), of a rotation (3, 3, …) and an origin (3, …)."""
+    moved = np.stack([cross(place, turn[:, k]) for k in range(3)], axis=1)
+    return np.concatenate([np.concatenate([turn, 0 * turn], axis=1), np.concatenate([moved, turn], axis=1)])
+
+
 STAGES: dict[str, tuple[Callable[[Working], Any], tuple[str, ...]]] = {
     "table": (_table, ()),
     "base rotation": (_base_rotation, ("table",)),
@@ -427,6 +438,7 @@ STAGES: dict[str, tuple[Callable[[Working], Any], tuple[str, ...]]] = {
     "home screws": (_home_screws, ()),
     "space jacobian": (_space_jacobian, ("axes", "origins", "kinds")),
     "body rotation": (_body_rotation, ("rotations",)),
+    "body adjoint": (_body_adjoint, ("body rotation", "point")),
     "body jacobian": (_body_jacobian, ("space jacobian", "body rotation", "point")),
     "arm block": (lambda w: w["geometric"][:3, :3], ("geometric",)),
     "wrist block": (_wrist_block, ("rotations", "axes")),

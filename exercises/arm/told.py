@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import sympy as sp
 
-from exercises.arm.chain import Base, Chain, Joint, Point
+from exercises.arm.chain import TASK_ROWS, Base, Chain, Joint, Point
 
 
 def is_modified(chain: Chain) -> bool:
@@ -82,26 +82,35 @@ def place_name(chain: Chain, frame: int) -> str | None:
         return f"O_{frame + 1}"
     if frame == chain.point.frame and chain.point.is_origin:
         return "P"
-    return f"O_{frame}" if frame == 0 or chain.joints[frame - 1].a == 0 else None
+    length = chain.joints[frame - 1].a if frame else told_rows(chain)[0].a
+    return f"O_{frame}" if length == 0 else None
 
 
-def axis_symbol(chain: Chain, joint: int | None = None) -> str:
-    """Return what the axis of a joint is called, as LaTeX; of joint i where none is named.
+OMEGA = r"\omega"
+
+
+def axis_symbol(chain: Chain, joint: int | None = None, at_home: bool = False) -> str:
+    r"""Return what the axis of a joint is called, as LaTeX; of joint i, a revolute one, where none is named.
+
+    Of an arm that is told by its axes, what is told has no prime, and what the joints before it have moved has one.
 
     >>> from exercises.arm.chain import Joint
     >>> arm = Chain("arm", (Joint("R", "theta1", 0, "a1", 0),), ("vx",), convention="modified-dh")
     >>> axis_symbol(arm), axis_symbol(arm, 1)
     ('z_{i}', 'z_{1}')
+    >>> by_axes = replace(arm, convention="screws")
+    >>> axis_symbol(by_axes, 1), axis_symbol(by_axes, 1, at_home=True)
+    ("\\omega_{1}'", '\\omega_{1}')
     """
     if is_by_axes(chain):
         slides = joint is not None and chain.joints[joint - 1].kind == "P"
-        return rf"{'v' if slides else chr(92) + 'omega'}_{{{joint or 'i'}}}"
+        return f"{'v' if slides else OMEGA}_{{{joint or 'i'}}}{'' if at_home else chr(39)}"
     return f"z_{{{_index(chain, joint)}}}"
 
 
 def slide_symbol(chain: Chain) -> str:
     """Return what the axis of joint i is called if it is prismatic."""
-    return "v_{i}" if is_by_axes(chain) else axis_symbol(chain)
+    return "v_{i}'" if is_by_axes(chain) else axis_symbol(chain)
 
 
 def vector_symbol(chain: Chain, joint: int | None = None) -> str:
@@ -109,6 +118,16 @@ def vector_symbol(chain: Chain, joint: int | None = None) -> str:
     if chain.convention == "screws":
         return f"p_{{{joint or 'i'}}}"
     return f"p^*_{{{_index(chain, joint)}}}"
+
+
+def twist_rows(chain: Chain) -> tuple[str, ...]:
+    """Return the components of a velocity in the order in which an arm is asked about: omega first by its axes."""
+    return (*TASK_ROWS[3:], *TASK_ROWS[:3]) if is_by_axes(chain) else TASK_ROWS
+
+
+def in_twist_order(chain: Chain, rows: sp.Matrix) -> sp.Matrix:
+    """Return six rows, linear first, in that order; and, as it is its own inverse, the other way."""
+    return rows[3:, :].col_join(rows[:3, :]) if is_by_axes(chain) else rows
 
 
 def _index(chain: Chain, joint: int | None) -> str:

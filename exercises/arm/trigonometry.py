@@ -277,6 +277,42 @@ def _has_numbers(terms: sp.Expr) -> bool:
     )
 
 
+_LONG = 400
+"""Operations of an expression that is left as it is."""
+
+
+def without_brackets(expression: sp.Expr) -> sp.Expr:
+    """Return a sum in which no number with a root stands before a bracket, gathered by its sines and cosines.
+
+    >>> d2, t1 = sp.symbols("d2 theta1")
+    >>> without_brackets(sp.sqrt(2) * (d2 + sp.sqrt(2) / 5) / 2 - sp.Rational(1, 10))
+    sqrt(2)*d2/2 + 1/10
+    >>> without_brackets(sp.sqrt(2) * (d2 + sp.sqrt(2) / 5) * sp.cos(t1) / 2 - d2 * sp.cos(t1))
+    (-d2 + sqrt(2)*d2/2 + 1/5)*cos(theta1)
+    """
+    if not any(map(_has_bracket, expression.atoms(sp.Mul))) or sp.count_ops(expression) > _LONG:
+        return expression
+    groups: dict[sp.Expr, list[sp.Expr]] = {}
+    for term in sp.Add.make_args(sp.expand(expression)):
+        rest, turning = term.as_independent(sp.sin, sp.cos, as_Add=False)
+        groups.setdefault(turning, []).append(rest)
+    return sp.Add(*(sp.Add(*rest) * turning for turning, rest in groups.items()))
+
+
+def _has_bracket(product: sp.Mul) -> bool:
+    """Whether a number with a root stands before a sum."""
+    numbers = [factor for factor in product.args if factor.is_number]
+    return any(map(_is_root, numbers)) and any(factor.is_Add and factor.free_symbols for factor in product.args)
+
+
+def _is_root_of_number(power: sp.Expr) -> bool:
+    return power.is_number and _is_root(power)
+
+
+def _is_root(number: sp.Expr) -> bool:
+    return number.is_Pow and number.exp.is_Rational and not number.exp.is_Integer
+
+
 def substitute(expression: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
     """Return `expression` with symbols replaced all at once; SymPy folds right angles: cos(t + pi/2) = -sin(t)."""
     return expression.xreplace(dict(values))
@@ -291,9 +327,13 @@ def factored(expression: sp.Expr, most: int = 200) -> Factored:
 
     Sines and cosines of each angle sum are factored as independent symbols; then each factor takes the shorter of
     that form and its Fourier form, so that c2*s23 - s2*c23 becomes s3 and c^2 + s^2 becomes 1.
+
+    Raises ValueError for roots of numbers: over the rationals, there is no factor that holds them.
     """
     if expression == 0:
         return Factored(sp.S.Zero, ())
+    if any(map(_is_root_of_number, expression.atoms(sp.Pow))):
+        raise ValueError(f"{expression} has roots of numbers")
     names, back = _as_symbols(expression)
     coefficient, raw = _polynomial_factors(expression.xreplace(names), most)
     powers: dict[sp.Expr, int] = {}

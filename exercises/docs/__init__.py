@@ -306,4 +306,10 @@ def examples_page() -> str:
 def _solved(chain: Chain, name: str) -> str:
     answer, details = QUESTIONS[name].ask(chain, Stream("docs"))
     part = Part(name, name, answer, details=details)
-    return worked_solution(Problem(ProblemId("docs", 0), chain, (part,)), part)
+    return worked_solution(Problem(ProblemId(chain.name, 0), _as_drawn(chain), (part,)), part)
+
+
+def _as_drawn(chain: Chain) -> Chain:
+    """Return an arm with the title that its family gives to it."""
+    plain = FAMILIES[chain.name].plain
+    return chain if plain is None else replace(chain, title=plain.title)

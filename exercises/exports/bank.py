@@ -9,6 +9,7 @@ from exercises.assignment import Assignment, Slot
 from exercises.drawing import Failures, GivenUp, attempt, instead, vouching
 from exercises.errors import QdotError
 from exercises.exports.outlet import Order
+from exercises.families.base import how_varied
 from exercises.parallel import ordered_map
 from exercises.problem import Problem
 from exercises.record import digests
@@ -50,7 +51,7 @@ def bank(order: Order) -> Generator[Variant, None, None]:
             order.note(f"{slot.name}: {len(failed)} draws did not pass, and others were taken; the first: {failed[0]}")
         if made < order.variants:
             number = "one such problem" if made == 1 else f"{made} such problems that differ"
-            order.note(f"{slot.name}: {slot.family.name} has only {number}, at variation {slot.variation}")
+            order.note(f"{slot.name}: {slot.family.name} has only {number} ({how_varied(slot.family, slot.variation)})")
         for _ in range(order.variants - made):
             order.each()
 

@@ -66,8 +66,13 @@ def _safe(shown: str) -> str:
     return shown.replace("](", "] (")
 
 
+def _as_large(shown: str) -> str:
+    """Return HTML whose tables are as large as its text: JupyterLab makes tables smaller, jupyterquiz text larger."""
+    return shown.replace("<table>", '<table style="font-size: inherit">')
+
+
 def _question(one: Item) -> QuizQuestion:
-    form, asked = one.form, _safe(body_html(one.body, _source, mathml))
+    form, asked = one.form, _safe(_as_large(body_html(one.body, _source, mathml)))
     if isinstance(form, Choose):
         answers = [
             {

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
+import numpy as np
 import sympy as sp
 
 from exercises.answers import LETTERS, Answer, Choice, ConditionSet, Direction, Forms, Number
@@ -26,6 +27,7 @@ from exercises.exports.stack_maxima import FORMULAS, NUMBERS, SETS, names, short
 from exercises.formula.expression import read
 from exercises.formula.identity import READABLE
 from exercises.formula.printers.maxima import maxima_matrix, maxima_text
+from exercises.formula.program import Program, compile_program, evaluate
 from exercises.formula.scale import Factor, constant_factor
 from exercises.formula.text import text_of
 from exercises.problem import Part, Problem
@@ -249,22 +251,24 @@ def _points(problem: Problem, reference: sp.Matrix, pivot: int) -> str | None:
     The first two have the same lengths: a factor that is the same at both is a constant.
     """
     domain = domain_of(problem)
+    program = compile_program([read(text_of(entry), domain.roles) for entry in reference])
     for attempt in range(TRIED):
         drawn = domain.sample(set(domain.roles), READABLE, Stream(f"stack/{problem.id}/{reference.shape}/{attempt}"))
         points = [{name: float(values[i]) for name, values in drawn.items()} for i in range(POINTS)]
         points[1].update({name: value for name, value in points[0].items() if name in problem.constants})
-        if all(_is_usable(reference, point, pivot) for point in points):
+        if _are_usable(program, points, None if reference[pivot - 1] == 0 else pivot - 1):
             shown = (", ".join(f"{name} = {value}" for name, value in point.items()) for point in points)
             return f"points: [{', '.join(f'[{point}]' for point in shown)}];"
     return None
 
 
-def _is_usable(reference: sp.Matrix, point: dict[str, float], pivot: int) -> bool:
-    """Tell whether the entries are numbers of middling size there, and the pivot is not nearly zero."""
-    values = [entry.evalf(subs=point) for entry in reference]
-    if not all(value.is_real and abs(value) < HUGE for value in values):
+def _are_usable(program: Program, points: Sequence[dict[str, float]], pivot: int | None) -> bool:
+    """Tell whether the entries are numbers of middling size at all points, and the pivot is nowhere nearly zero."""
+    at = {name: np.array([point[name] for point in points]) for name in points[0]}
+    values = evaluate(program, at, len(points))[0]
+    if not (np.isfinite(values).all() and (values.imag == 0).all() and (np.abs(values) < HUGE).all()):
         return False
-    return reference[pivot - 1] == 0 or abs(values[pivot - 1]) > CLEAR
+    return pivot is None or bool((np.abs(values[pivot]) > CLEAR).all())
 
 
 def _in_part(problem: Problem, part: Part, reference: sp.Matrix) -> tuple[list[str], str]:

@@ -87,7 +87,8 @@ def filled(chain: Chain, values: Mapping[sp.Symbol, sp.Expr]) -> Chain:
     )
     x, y, z = (sp.sympify(value).xreplace(values) for value in chain.point.offset)
     tool = None if chain.tool is None else Point(chain.point.frame, (x, y, z))
-    return replace(chain, joints=joints, tool=tool)
+    points = tuple(named and tuple(value.xreplace(values) for value in named) for named in chain.axis_points)
+    return replace(chain, joints=joints, tool=tool, axis_points=points)
 
 
 @dataclass(frozen=True)

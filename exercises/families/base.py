@@ -7,7 +7,7 @@ import sympy as sp
 
 from exercises.arm.chain import Chain, Joint
 from exercises.stream import Stream
-from exercises.variation import AXES
+from exercises.variation import AXES, axes_of
 
 Axis = Callable[[Chain, Stream], Chain]
 """What one axis of variation does to an arm; all that it draws is from the stream."""
@@ -21,7 +21,8 @@ class Family:
     is the world and the point of interest an origin. `axes` are the axes of variation that it has, by their names in
     `variation.AXES`. A family without a plain arm draws the structure, too, by `structures`: its arms differ in
     difficulty and in what they can be asked, so that it takes, beside the stream and the axes, `band` (least and
-    greatest step of difficulty) and `accepts` (a test of a chain).
+    greatest step of difficulty) and `accepts` (a test of a chain). `robot` is the file, or the name in the library, of
+    an arm that is no registered family's, as `qdot families` takes it.
     """
 
     name: str
@@ -30,6 +31,7 @@ class Family:
     plain: Chain | None
     axes: Mapping[str, Axis] = field(default_factory=dict, hash=False)
     structures: Callable[..., Chain] | None = None
+    robot: str = ""
 
     @property
     def varied(self) -> bool:
@@ -50,6 +52,17 @@ class Family:
             if name in axes:
                 chain = self.axes[name](chain, rng.part(name))
         return chain
+
+
+def how_varied(family: Family, variation: str) -> str:
+    """Return in words how far arms of a family differ; a robot of a file has no other variation than its [draw].
+
+    >>> how_varied(Family("mine", "my arm", "mine.toml", None, robot="mine.toml"), "zeros")
+    'one arm for all, as no length is drawn'
+    """
+    if not family.robot or set(family.axes) - set(axes_of(variation)):
+        return f"variation {variation}"
+    return "lengths as [draw] says" if family.axes else "one arm for all, as no length is drawn"
 
 
 def dh(*rows: str) -> tuple[Joint, ...]:

@@ -1,11 +1,13 @@
 """An instructor's own robot (ROBOT.toml) as a family: the lengths under [draw] differ from student to student."""
 
 import re
+import shlex
 from dataclasses import dataclass, replace
 from itertools import combinations
 from pathlib import Path
 
 from exercises.arm.chain import Chain
+from exercises.arm.library import FOLDER
 from exercises.arm.robot_file import Draws, Robot, read_robot_file
 from exercises.families.axes import APART, filled, metres
 from exercises.families.base import Family
@@ -20,7 +22,10 @@ def own_family(path: Path, robot: Robot | None = None) -> Family:
     robot = robot or read_robot_file(path)
     name = re.sub(r"[^a-z0-9]+", "-", path.stem.lower()).strip("-") or "robot"
     axes = {"lengths": _Drawn(robot.draws)} if robot.draws else {}
-    return Family(name, robot.chain.title, path.name, replace(robot.chain, name=name), axes)
+    given = path.stem if path.parent == FOLDER else shlex.quote(str(path))
+    return Family(
+        name, robot.chain.title, robot.source or path.name, replace(robot.chain, name=name), axes, robot=given
+    )
 
 
 @dataclass(frozen=True)

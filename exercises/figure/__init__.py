@@ -328,4 +328,4 @@ def _parts(chain: Chain, bones: Skeleton, sparse: bool, view: View) -> Drawn:
         part = before + body(stage) + behind
         for i in range(1, chain.n + 1):
             part += joint_angle(stage, i) + slide(stage, i)
-    return part + frames.axes(stage) + frames.page_normals(stage) + frames.origins(stage)
+    return part + frames.body_frame(stage) + frames.axes(stage) + frames.page_normals(stage) + frames.origins(stage)

@@ -11,10 +11,11 @@ import numpy as np
 import sympy as sp
 
 from exercises.arm.chain import Chain
+from exercises.arm.kinematics import modified_frames
 from exercises.arm.told import is_by_axes, is_modified, told_base
 from exercises.figure.labels import Request
 from exercises.figure.plane import is_flat
-from exercises.figure.pose import Skeleton
+from exercises.figure.pose import Skeleton, told_pose
 from exercises.figure.shapes import Circle, Glyph, Pair, Polyline, Shape, TextRun, magnitude, with_offset
 from exercises.figure.view import Drawn, View, across, box, cylinder, tip, turned
 
@@ -22,6 +23,8 @@ JOINT, HALF, SLEEVE = 9.0, 11.0, 19.0
 """Pixels: radius of a revolute joint, half its length in space, half the length of a sleeve."""
 APART, AWAY = 27.0, 82.0
 """Pixels: least distance of two glyphs, and their distance in an arm without links."""
+FEW = 3
+"""Joints of a wrist: the axes of so many frames can be told apart in one point."""
 ARC = {True: 31.0, False: 34.0}
 
 
@@ -31,7 +34,7 @@ class Scene:
 
     `frames` are those that the arm's convention puts on its links (n+1 x 4 x 4), `bare` those of them whose x axes are
     left out, because too many axes start at one point. A `sparse` drawing has the arm, its origins, its z axes and its
-    first and last frame only; a planar one is drawn flat.
+    first and last frame only; a planar one is drawn flat. At home, all joint variables are zero.
     """
 
     chain: Chain
@@ -43,6 +46,7 @@ class Scene:
     is_planar: bool
     frames: np.ndarray
     sparse: bool = False
+    is_home: bool = False
 
     def axis(self, i: int) -> np.ndarray:
         """Return z_{i-1}, the axis of joint i."""
@@ -69,31 +73,31 @@ def scene(chain: Chain, bones: Skeleton, view: View, sparse: bool = False) -> Sc
         places[i] = _free(bones, view, i, taken)
         taken.append(places[i])
     standing = tuple(places[i] for i in range(chain.n))
-    inner = frozenset(range(1, chain.n))
-    flat = is_flat(chain)
-    frames = told_frames(chain, bones)
-    bare = inner if sparse else frozenset() if flat else _bare(frames[:, :3, 3])
-    return Scene(chain, bones, view, standing, chain.offsets, bare, flat, frames, sparse)
+    flat, frames = is_flat(chain), told_frames(chain, bones)
+    bare = frozenset[int]() if flat or _has_room(chain) else _bare(frames[:, :3, 3])
+    if sparse:
+        bare = frozenset(range(1, chain.n))
+    home = told_pose(chain, {q.name: 0.0 for q in chain.q})
+    is_home = bool(np.allclose(bones.entries, home, atol=1e-9))
+    return Scene(chain, bones, view, standing, chain.offsets, bare, flat, frames, sparse, is_home)
 
 
 def told_frames(chain: Chain, bones: Skeleton) -> np.ndarray:
-    """Return the frames that an arm's convention puts on its links (n+1 x 4 x 4).
-
-    Frame i of a modified table has x_i of the standard one, and stands where link i turns into it, on joint i's axis.
-    """
-    frames = np.array(bones.frames)
-    if is_modified(chain):
-        frames[1:, :3, 2] = bones.frames[:-1, :3, 2]
-        frames[1:, :3, 3] = bones.corners
-        if told_base(chain).tilt != chain.base.tilt:
-            frames[0, :3, 2] = (0, 0, 1)
-        frames[:, :3, 1] = np.cross(frames[:, :3, 2], frames[:, :3, 0])
-    return frames
+    """Return the frames that an arm's convention puts on its links (n+1 x 4 x 4)."""
+    if not is_modified(chain):
+        return bones.frames
+    place = np.zeros(3) if told_base(chain).is_world else bones.origins[0]  # as far from the world as the arm is drawn
+    return modified_frames(bones.frames, bones.corners, place)
 
 
 def _movable(bones: Skeleton, i: int) -> bool:
     """Whether a link runs along the axis of joint i, on which its glyph may slide."""
     return bool(np.linalg.norm(bones.corners[i] - bones.origins[i]) > 1e-6)
+
+
+def _has_room(chain: Chain) -> bool:
+    """Whether all x axes are drawn, though too many start at one point: a wrist's, in frames on its joints' axes."""
+    return is_modified(chain) and chain.n <= FEW
 
 
 def _bare(origins: np.ndarray) -> frozenset[int]:

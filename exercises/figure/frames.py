@@ -8,11 +8,14 @@ import numpy as np
 from exercises.arm.told import is_by_axes, is_modified, told_base, told_rows
 from exercises.figure.arm import Scene, arc, beside, dimension, is_point
 from exercises.figure.labels import Request
+from exercises.figure.pose import told_pose
 from exercises.figure.shapes import Circle, Pair, Polyline, Shape, TextRun, magnitude, roman, signed, symbol
 from exercises.figure.view import Drawn, View, arrow
 
 AXIS = {True: 52.0, False: 54.0}
 """Pixels: length of a frame's axis in a flat drawing and in space."""
+BODY = 44.0
+"""The same of the body frame, whose axes are those of the space frame once more."""
 LONG = 96.0
 """The same in the drawing of an arm that has no links."""
 NAMES = "xyz"
@@ -44,10 +47,16 @@ def axes(scene: Scene) -> Drawn:
 
 
 def _joint_axes(scene: Scene) -> Drawn:
-    """Return the direction of every joint where its glyph stands: an arrow, or its name alone where it is end-on."""
+    """Return the direction of every joint where its glyph stands: an arrow, or its name alone where it is end-on.
+
+    The name has a prime where the arm does not stand at home.
+    """
     view, part = scene.view, Drawn()
+    home = told_pose(scene.chain, {q.name: 0.0 for q in scene.chain.q})
+    moved = () if np.allclose(scene.bones.entries, home) else roman("′")
     for i, joint in enumerate(scene.chain.joints, 1):
         name, axis, place = symbol("ω" if joint.kind == "R" else "v", str(i)), scene.axis(i), scene.places[i - 1]
+        name = (*name, *moved)
         if not view.is_end_on(axis):
             part += _axis(view, place, axis, "z", name, AXIS[scene.is_planar])
             continue
@@ -66,12 +75,36 @@ def _axis(
     return Drawn(arrow(view, origin, end, f"axis-{name}"), (request,))
 
 
+def body_frame(scene: Scene) -> Drawn:
+    """Return the body frame {b} in P of an arm that is told by its axes, at home, where it is parallel to {s}.
+
+    In another configuration, or where P is not on the last link, none is drawn. In the world's origin, it is named
+    beside the axes of {s}.
+    """
+    if not has_body_frame(scene) or _is_at_world(scene):
+        return Drawn()
+    view, point, part = scene.view, scene.bones.path[-1], Drawn()
+    for k in [k for k in range(3) if not scene.is_planar or view.lies_flat(np.eye(3)[k])]:
+        part += _axis(view, point, np.eye(3)[k], "w", symbol(NAMES[k], "b"), BODY)
+    return part
+
+
+def has_body_frame(scene: Scene) -> bool:
+    """Whether the body frame is drawn, or named: at home, if P is on the last link."""
+    return is_by_axes(scene.chain) and scene.is_home and scene.chain.point.frame == scene.chain.n
+
+
+def _is_at_world(scene: Scene) -> bool:
+    return float(np.linalg.norm(scene.bones.path[-1])) * scene.view.scale < 1.0
+
+
 def origins(scene: Scene) -> Drawn:
     """Return the names of the origins O_0 ... O_n and the point P, those that coincide in one label."""
     names: list[tuple[np.ndarray, tuple[TextRun, ...]]] = []
     point = scene.bones.path[-1]
     shown = [] if is_by_axes(scene.chain) else list(enumerate(scene.frames[:, :3, 3]))
-    marks = [(point, symbol("P"))] + [(o, symbol("O", str(i))) for i, o in shown]
+    body = roman(", {b}") if has_body_frame(scene) else ()
+    marks = [(point, (*symbol("P"), *body))] + [(o, symbol("O", str(i))) for i, o in shown]
     for place, pieces in marks:
         for k, (other, before) in enumerate(names):
             if np.linalg.norm(place - other) * scene.view.scale < 1.0:
@@ -145,14 +178,15 @@ def world(scene: Scene) -> Drawn:
     view, base = scene.view, told_base(scene.chain)
     by_axes = is_by_axes(scene.chain)
     if base.is_world and not by_axes:
-        return Drawn()
+        return _first_length(scene)
     name = "s" if by_axes else "w"
     place = scene.frames[0, :3, 3]
     apart = float(np.linalg.norm(place)) * view.scale > 1.0
     length = AXIS[scene.is_planar] + (0.0 if apart else 18.0)
     part, corner = Drawn(), np.zeros(3)
     for k in [k for k in range(3) if not scene.is_planar or view.lies_flat(np.eye(3)[k])]:
-        part += _axis(view, np.zeros(3), np.eye(3)[k], "w", symbol(NAMES[k], name), length)
+        also = (*roman(", "), *symbol(NAMES[k], "b")) if has_body_frame(scene) and _is_at_world(scene) else ()
+        part += _axis(view, np.zeros(3), np.eye(3)[k], "w", (*symbol(NAMES[k], name), *also), length)
         leg = np.eye(3)[k] * place[k]
         if scene.sparse:
             part += Drawn((Polyline(view.path([corner, corner + leg]), "leg"),) if base.position[k] != 0 else ())
@@ -168,6 +202,16 @@ def world(scene: Scene) -> Drawn:
         wishes = ((spot, (-0.7, 0.7)), (spot, (0.7, 0.7)))
         part += Drawn((), (Request(symbol("O", name), wishes, gap=6.0, rank=3, kind="origin"),))
     return part if by_axes else part + _yaw(scene, apart)
+
+
+def _first_length(scene: Scene) -> Drawn:
+    """Return a dashed leg from O_0 to the axis of joint 1, where the first row of a modified table has a length a_0."""
+    length = told_rows(scene.chain)[0].a
+    if not is_modified(scene.chain) or length == 0:
+        return Drawn()
+    ends = scene.view.path([scene.frames[0, :3, 3], scene.bones.origins[0]])
+    labels = () if scene.sparse else (Request(magnitude(length), beside(*ends), "text", gap=4.0, rank=1),)
+    return Drawn((Polyline(ends, "leg"),), labels)
 
 
 def _covered(scene: Scene, k: int) -> bool:

@@ -110,6 +110,13 @@ def symbol_values(chain: Chain, unit: float) -> dict[sp.Symbol, sp.Float]:
     return values
 
 
+def example_values(chain: Chain) -> dict[sp.Symbol, sp.Float]:
+    """Return numbers for the open lengths and angles of an arm, in metres and radians, beside those that are given."""
+    given = [value for joint in chain.joints for value in (joint.a, joint.d)] + list(chain.point.offset)
+    sizes = [abs(float(value)) for value in given if value.is_number and value != 0]
+    return symbol_values(chain, max(sizes, default=DEFAULT_LENGTH))
+
+
 def told_pose(chain: Chain, pose: Mapping[str, float]) -> np.ndarray:
     """Return the table's entries (n) for told joint values (rad, m), open symbols as drawn by default."""
     missing = [variable.name for variable in chain.q if variable.name not in pose]

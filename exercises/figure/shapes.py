@@ -10,6 +10,8 @@ Pair = tuple[float, float]
 Box = tuple[float, float, float, float]
 """Left, top, right, bottom."""
 FONT = 15.0
+LOW = {"ω": 1.25}
+"""How much larger than others a letter is set that is low in the fonts of PDFs, and names an axis by itself."""
 SUB = 0.72
 GREEK = {
     "theta": "θ", "alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ", "phi": "φ", "psi": "ψ",
@@ -174,7 +176,7 @@ def runs(pieces: tuple[TextRun, ...], font: float = FONT) -> tuple[Run, ...]:
     done, low = [], 0.0
     for text, italic, sub in pieces:
         level = 0.24 * font if sub else 0.0
-        done.append(Run(text, italic, font * SUB if sub else font, level - low))
+        done.append(Run(text, italic, font * SUB if sub else font * LOW.get(text, 1.0), level - low))
         low = level
     return tuple(done)
 
@@ -187,7 +189,7 @@ def extent(pieces: tuple[TextRun, ...], font: float = FONT) -> Pair:
     for text, _, sub in pieces:
         for letter in text:
             share = 0.34 if letter in narrow else 0.74 if letter in wide else 0.56
-            width += share * font * (SUB if sub else 1.0)
+            width += share * font * (SUB if sub else LOW.get(text, 1.0))
     return width + 2.0, font * 1.16
 
 

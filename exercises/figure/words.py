@@ -111,7 +111,10 @@ def _axes(chain: Chain) -> list[str]:
         told.append(
             f"Joint {i} {'turns about' if axis.kind == 'R' else 'slides along'} {_way(axis.direction)}{through}."
         )
-    return [*told, f"The point P is at {_place(point)}."]
+    if chain.point.frame != chain.n:
+        return [*told, f"The point P is at {_place(point)}."]
+    parallel = "there, its axes are parallel to those of s"
+    return [*told, f"The point P, the origin of the body frame b, is at {_place(point)}; {parallel}."]
 
 
 def _way(direction: sp.Matrix) -> str:

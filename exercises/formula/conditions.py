@@ -173,6 +173,9 @@ class Space:
         for _ in range(8):
             slope = self._complex_slopes(ready, values, count)
             flat = np.linalg.norm(slope, axis=1) < 1e-2 * typical
+            if not flat.any():  # nothing moves, now or later
+                last = np.full(count, np.inf)
+                break
             bend = np.empty((count, len(ready.free), len(ready.free)))
             for k, joint in enumerate(ready.free):
                 ahead, behind = ({**values, joint: values[joint] + side * 1e-5} for side in (1, -1))

@@ -7,6 +7,7 @@ import numpy as np
 
 from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.stages import RESULT, Change, Working
+from exercises.arm.told import twist_rows
 from exercises.mistakes.base import Mistake, Shape, Slip
 
 PLANAR_ROWS = ("vx", "vy", "wz")
@@ -96,18 +97,23 @@ def _rows(chosen: list[int], of_answer: bool) -> Change:
 
 def _other_rows(chain: Chain, shape: Shape) -> Iterator[Slip]:
     """All six rows, or all three of one kind, where others count; or some where all six are asked for."""
-    due = {(6, chain.n): TASK_ROWS, (len(chain.task), chain.n): chain.task}.get(shape)
+    six = twist_rows(chain)
+    due = {(6, chain.n): six, (len(chain.task), chain.n): chain.task}.get(shape)
     if due is None:
         return
+    of_answer = len(due) == 6
     kinds: list[tuple[str, Sequence[str]]] = [
-        ("all six", TASK_ROWS), ("the linear", TASK_ROWS[:3]), ("the angular", TASK_ROWS[3:]),
+        ("all six", six), ("the linear", TASK_ROWS[:3]), ("the angular", TASK_ROWS[3:]),
     ]  # fmt: skip
-    if len(due) == 6:
+    if of_answer:
         kinds += [("only some", chain.task), ("only some", PLANAR_ROWS)]
+    if of_answer and six != TASK_ROWS and len(chain.task) == 6:  # the task's six rows have the other order
+        kinds = []
+    order = six if of_answer else TASK_ROWS
     for words, rows in kinds:
         if tuple(rows) != tuple(due):
-            chosen = [TASK_ROWS.index(row) for row in rows]
-            yield Slip({RESULT: _rows(chosen, of_answer=len(due) == 6)}, {"rows": words})
+            chosen = [order.index(row) for row in rows]
+            yield Slip({RESULT: _rows(chosen, of_answer=of_answer)}, {"rows": words})
 
 
 MISTAKES = (

@@ -10,7 +10,7 @@ import sympy as sp
 from exercises.arm.arithmetic import applied, cross
 from exercises.arm.chain import Chain
 from exercises.arm.stages import RESULT, Change, Table, Working, carried, propagated, told_rotation, turned_rows
-from exercises.arm.told import frame_on_axis, is_modified
+from exercises.arm.told import frame_on_axis, is_by_axes, is_modified
 from exercises.mistakes.base import Mistake, Shape, Slip, of_frames
 from exercises.mistakes.position import run_start
 
@@ -237,6 +237,8 @@ def _not_turning(chain: Chain, _: Shape) -> Iterator[Slip]:
 
 
 def _blocks(chain: Chain, _: Shape) -> Iterator[Slip]:
+    if is_by_axes(chain):  # there the angular rows come first: `screws` says so
+        return
     yield Slip({"geometric": lambda w, both: np.concatenate([both[3:], both[:3]])})
 
 

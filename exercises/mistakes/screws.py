@@ -4,12 +4,13 @@ from collections.abc import Callable, Iterator
 from functools import reduce
 
 import numpy as np
+import sympy as sp
 
 from exercises.arm.arithmetic import applied, cross, product
 from exercises.arm.chain import Chain
 from exercises.arm.conventions import axes_of
 from exercises.arm.placing import Axis
-from exercises.arm.stages import Change, Working, constant
+from exercises.arm.stages import Change, Table, Working, adjoint, constant, propagated
 from exercises.arm.told import is_by_axes
 from exercises.mistakes.base import Mistake, Shape, Slip
 
@@ -55,7 +56,7 @@ def _no_moment(chain: Chain) -> Iterator[Slip]:
 
 def _rows_exchanged(chain: Chain) -> Iterator[Slip]:
     exchanged: Change = lambda _, columns: np.concatenate([columns[3:], columns[:3]])  # noqa: E731
-    yield from (Slip({stage: exchanged}) for stage in SCREWS)
+    yield from (Slip({stage: exchanged}) for stage in (*SCREWS, "geometric"))
 
 
 def _slide_above(chain: Chain) -> Iterator[Slip]:
@@ -119,6 +120,38 @@ def _about_the_origin(chain: Chain) -> Iterator[Slip]:
     yield Slip({"body jacobian": turned})
 
 
+# --- the adjoint ---
+
+
+def _of_adjoint(made: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> Slips:
+    """Return what becomes of [Ad T], made of the rotation (3, 3, …) and the origin (3, …)."""
+
+    def slips(chain: Chain) -> Iterator[Slip]:
+        yield Slip({"body adjoint": lambda w, _: made(w["body rotation"], w["point"])})
+
+    return _of_screws(slips)
+
+
+def _blocks(upper: np.ndarray, right: np.ndarray, left: np.ndarray, lower: np.ndarray) -> np.ndarray:
+    return np.concatenate([np.concatenate([upper, right], axis=1), np.concatenate([left, lower], axis=1)])
+
+
+def _hat(vector: np.ndarray) -> np.ndarray:
+    """Return the matrix [v], (3, 3, …)."""
+    x, y, z = vector
+    return np.stack([np.stack([0 * x, -z, y]), np.stack([z, 0 * x, -x]), np.stack([-y, x, 0 * x])])
+
+
+def _inverted(turn: np.ndarray, place: np.ndarray) -> np.ndarray:
+    back = turn.swapaxes(0, 1)
+    return adjoint(back, -applied(back, place))
+
+
+def _back_and_forth(turn: np.ndarray, place: np.ndarray) -> np.ndarray:
+    """Take the adjoint of the wrong pose but for its place: R transposed beside P."""
+    return adjoint(turn.swapaxes(0, 1), place)
+
+
 # --- exponentials ---
 
 
@@ -153,6 +186,17 @@ def _product(w: Working, in_order: bool) -> Moved:
     """Return the motion of the product of all exponentials, joint 1 on the left if they are in order."""
     each = _exponentials(w)
     return reduce(_behind, each if in_order else each[::-1])
+
+
+def _carried(w: Working, each: list[Moved]) -> np.ndarray:
+    """Return the screws at home, each carried along by the motions of the joints before it, (6, n, …)."""
+    home = w["home screws"]
+    out, moved = [home[:, 0]], each[0]
+    for i in range(1, w.n):
+        angular, linear = applied(moved[0], home[:3, i]), applied(moved[0], home[3:, i])
+        out.append(np.concatenate([angular, linear + cross(moved[1], angular)]))
+        moved = _behind(moved, each[i])
+    return np.stack(out, axis=1)
 
 
 def _at_home_place(w: Working) -> np.ndarray:
@@ -190,6 +234,57 @@ def _home_on_the_left(chain: Chain) -> Iterator[Slip]:
 def _no_home(chain: Chain) -> Iterator[Slip]:
     """Leave M out of the product."""
     yield Slip({"point": lambda w, _: _product(w, in_order=True)[1]})
+
+
+def _no_shift(chain: Chain) -> Iterator[Slip]:
+    """Leave (I - R) q out of the exponentials of all joints that have it, or of one: they turn about the origin."""
+    axes = axes_of(chain)[0]
+    shifting = [
+        i for i, axis in enumerate(axes) if axis.kind == "R" and any(axis.direction.cross(axis.point))
+    ]  # through the origin there is none
+    for some in [shifting, *([[i] for i in shifting] if len(shifting) > 1 else [])] if shifting else []:
+
+        def motions(w: Working, some: list[int] = some) -> list[Moved]:
+            return [(turn, 0 * shift if i in some else shift) for i, (turn, shift) in enumerate(_exponentials(w))]
+
+        def point(w: Working, _: np.ndarray, motions: Callable[[Working], list[Moved]] = motions) -> np.ndarray:
+            turn, shift = reduce(_behind, motions(w))
+            return applied(turn, _at_home_place(w)) + shift
+
+        def columns(w: Working, _: np.ndarray, motions: Callable[[Working], list[Moved]] = motions) -> np.ndarray:
+            return _carried(w, motions(w))
+
+        words = {"joint": " and ".join(str(i + 1) for i in some)}
+        yield Slip({"point": point}, words)
+        if some[0] < chain.n - 1:
+            yield Slip({"space jacobian": columns}, words)
+
+
+def _points_at_home(chain: Chain) -> Iterator[Slip]:
+    """Turn the axes, and leave the points on them where they are at home."""
+
+    def columns(w: Working, right: np.ndarray) -> np.ndarray:
+        out = np.array(right)
+        for i, axis in enumerate(axes_of(w.chain)[0]):
+            if axis.kind == "R":
+                out[3:, i] = -cross(right[:3, i], constant(w, axis.point))
+        return out
+
+    yield Slip({"space jacobian": columns})
+
+
+def _in_degrees(chain: Chain) -> Iterator[Slip]:
+    """Put degrees for radians under sine and cosine, or turn into radians what is in radians already."""
+    for factor in (180 / sp.pi, sp.pi / 180):
+
+        def scaled(w: Working, table: Table, factor: sp.Expr = factor) -> Table:
+            for i, (q, offset, row) in enumerate(zip(chain.q, chain.offsets, table.rows, strict=False)):
+                if row.kind == "R":
+                    table = table.with_row(i, theta=w.arithmetic.stepped(factor * q + offset))
+            return table
+
+        if any(joint.kind == "R" for joint in chain.joints):
+            yield Slip({"table": scaled, "linear": propagated})
 
 
 MISTAKES = (
@@ -244,6 +339,41 @@ MISTAKES = (
         "and are to be moved to P.", SOURCE, _of_screws(_about_the_origin), rare=True,
     ),
     Mistake(
+        "adjoint-of-inverse", "Adjoint of the inverse",
+        "The adjoint seems to be that of T_bs, which takes twists into the body frame: it is wanted for T_sb.", SOURCE,
+        _of_adjoint(_inverted),
+    ),
+    Mistake(
+        "adjoint-block-above", "[P] R in the upper right block",
+        "[P] R seems to stand in the upper right block: with omega above v, it stands in the lower left one.", SOURCE,
+        _of_adjoint(lambda turn, place: _blocks(turn, product(_hat(place), turn), 0 * turn, turn)),
+    ),
+    Mistake(
+        "adjoint-order", "R [P] for [P] R",
+        "The lower left block seems to be R [P]: R turns vectors into the space frame first, and [P] is on its left.",
+        SOURCE, _of_adjoint(lambda turn, place: _blocks(turn, 0 * turn, product(turn, _hat(place)), turn)),
+    ),
+    Mistake(
+        "adjoint-sign", "Lower left block of the adjoint with the wrong sign",
+        "The lower left block of the adjoint seems to have the wrong sign: the point at the origin moves at "
+        "v + P x omega.", SOURCE, _of_adjoint(lambda turn, place: adjoint(turn, -place)),
+    ),
+    Mistake(
+        "adjoint-without-p", "Twist turned, and not moved",
+        "Both halves of the twist seem to be turned only: in the space frame, its velocity is that of another point, "
+        "for which there is [P] R.", SOURCE, _of_adjoint(lambda turn, place: adjoint(turn, 0 * place)),
+    ),
+    Mistake(
+        "adjoint-not-turned", "[P] for [P] R",
+        "The lower left block seems to be [P]: it is multiplied by R, which turns the angular velocity first.",
+        SOURCE, _of_adjoint(lambda turn, place: _blocks(turn, 0 * turn, _hat(place), turn)),
+    ),
+    Mistake(
+        "rotation-transposed", "Rotation of the body frame transposed",
+        "R seems to be transposed: the columns of R_sb are the axes of the body frame as the space frame sees them.",
+        SOURCE, _of_adjoint(_back_and_forth), rare=True,
+    ),
+    Mistake(
         "exponentials-reversed", "Exponentials in the wrong order",
         "The exponentials seem to be multiplied in the wrong order: joint 1 stands on the left.", SOURCE,
         _of_screws(_order),
@@ -257,5 +387,21 @@ MISTAKES = (
         "home-pose-forgotten", "M left out",
         "The pose at home seems to be left out: the product of the exponentials is multiplied by it.", SOURCE,
         _of_screws(_no_home),
+    ),
+    Mistake(
+        "exponential-about-origin", "(I - R) q left out of an exponential",
+        "The exponential of joint {joint} seems to turn about the origin: the axis goes through q, so that beside R "
+        "there is the column (I - R) q.", SOURCE, _of_screws(_no_shift),
+    ),
+    Mistake(
+        "points-at-home", "Points of the axes as they are at home",
+        "The points on the axes seem to be those at home: the joints before an axis carry it along, its points, too.",
+        SOURCE, _of_screws(_points_at_home), rare=True,
+    ),
+    Mistake(
+        "joints-in-degrees", "Degrees for radians in exponentials",
+        "Degrees and radians seem to be mixed up: joint angles are in radians, and stand under sine and cosine as they "
+        "are.", SOURCE,
+        _of_screws(_in_degrees), rare=True,
     ),
 )  # fmt: skip

@@ -378,6 +378,27 @@ def _read_as_modified(chain: Chain, _: Shape) -> Iterator[Slip]:
         yield Slip({"rotations": rotations, "links": links})
 
 
+def _next_links(chain: Chain, _: Shape) -> Iterator[Slip]:
+    """Rx(alpha_i) Tx(a_i) Rz(theta_i) Tz(d_i): what a standard row has of link i, in the order of a modified one."""
+
+    def shifted(w: Working, table: Table) -> Table:
+        point, link = told_point(w.chain), w.chain.point.frame
+        told = np.stack([w.arithmetic.stepped(value) for value in point.offset])
+        for i in range(w.n):
+            behind = told_rows(chain)[i + 1] if i + 1 < chain.n else None
+            a, alpha = (w.arithmetic.stepped(value) for value in ((behind.a, behind.alpha) if behind else (zero, zero)))
+            table = _with_told(w, table, i, a=a, alpha=alpha)
+        if 0 < link < w.n:  # P stays where it is told, in the frame before its link
+            row = table.rows[link - 1]
+            away = told - np.stack([row.a, row.a * 0, row.a * 0])
+            table = replace(table, offset=applied(turn_x(w, -row.alpha), away))
+        return table
+
+    zero, rows = sp.S.Zero, told_rows(chain)
+    if is_modified(chain) and len({(row.a, row.alpha) for row in (*rows, replace(rows[0], a=zero, alpha=zero))}) > 1:
+        yield Slip({"table": shifted, "linear": propagated})
+
+
 def _read_as_standard(chain: Chain, _: Shape) -> Iterator[Slip]:
     """Rz(theta_i) Tz(d_i) Tx(a_{i-1}) Rx(alpha_{i-1}) by the rows of a modified table, as this book's standard one."""
 
@@ -494,6 +515,11 @@ _ALL = (
         "modified-dh", "Another Denavit-Hartenberg convention",
         "The table seems to be read in the other (modified) convention. Here a frame is reached by turning and moving "
         "along z first, and along x after that: Rz Tz Tx Rx.", "Example 6.1", _read_as_modified, rare=True,
+    ),
+    Mistake(
+        "link-behind", "Length and twist of the link behind a joint",
+        "Each transform seems to have the length and the twist of link i, as a row of the standard table has: in a "
+        "modified one, those of link i-1 stand before joint i.", "Example 6.1", _next_links, rare=True,
     ),
     Mistake(
         "standard-dh", "The standard Denavit-Hartenberg convention",

@@ -31,7 +31,7 @@ _ORDER = (
     "jacobian-size", "joint-effect",
     "joint-axes", "position-vectors", "geometric-jacobian", "twist", "link-velocity",
     "own-frame-velocity", "tool-jacobian",
-    "space-jacobian", "body-jacobian", "space-twist", "body-twist",
+    "body-adjoint", "changed-twist", "space-jacobian", "body-jacobian", "space-twist", "body-twist",
     "arm-block", "wrist-block", "block-determinants", "determinant", "gram-determinant",
     "inverse-jacobian", "inverse-velocity", "joint-rates", "path-rates", "path-limit",
     "least-norm-rates", "self-motion",

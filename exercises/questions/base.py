@@ -163,8 +163,8 @@ class Question:
 
     `result` tells how the answer comes out of a derivation, so that what goes wrong there shows in it: without one,
     mistakes and what follows from them are not known, but for those that are made with the answer itself. The entries
-    of an answer can be given under `labels`, and are called `entry_names` in LaTeX; columns may be typed below names of
-    theirs. Where it `is_made_of_jacobian`,
+    of an answer can be given under `labels`, and are called `entry_names` in LaTeX, the columns of a
+    matrix under `columns`. Where it `is_made_of_jacobian`,
     J is there already, and where it `is_made_of_minors`, it takes minutes to work out in formulas for many joints, and
     a single formula is a product whose factors count.
 

@@ -24,6 +24,7 @@ from exercises.questions.geometry import (
     Pose,
     distinct_lengths,
     jacobian_at,
+    nearest_integer,
     pose_of,
     precise,
     precise_lost,
@@ -160,7 +161,7 @@ def _rounded(vector: sp.Matrix) -> Numbers:
 
 
 def _decimals(value: sp.Expr, places: int) -> sp.Rational:
-    return sp.Rational(round(sp.Float(value, 30) * 10**places), 10**places)
+    return sp.Rational(nearest_integer(sp.Float(value, 30) * 10**places), 10**places)
 
 
 def _differ(a: Numbers, b: Numbers) -> bool:

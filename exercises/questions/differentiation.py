@@ -27,6 +27,11 @@ class ForTask(Details):
     task: tuple[str, ...]
 
 
+def power_of_metres(part: Part) -> int | None:
+    """Return the power of metres that a determinant is in, one for each row of linear velocity; None of others."""
+    return sum(row.startswith("v") for row in part.about(ForTask).task) if part.kind == "determinant" else None
+
+
 @dataclass(frozen=True, kw_only=True)
 class AlongAxes(Details):
     """About the coordinates of the point that the task counts, some of "x", "y", "z".

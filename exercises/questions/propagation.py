@@ -1,4 +1,7 @@
-"""Axes, position vectors, columns and twists by velocity propagation (6.9 to 6.13; Example 6.4)."""
+"""Axes, position vectors, columns and twists by velocity propagation (6.9 to 6.13; Example 6.4).
+
+Linear rows come first, as in (6.6), and angular ones where an arm is told by its axes, as in every twist of screws.
+"""
 
 from dataclasses import dataclass
 
@@ -8,17 +11,15 @@ from exercises.answers import Matrix
 from exercises.arm.arithmetic import applied
 from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.derivation import derive
-from exercises.arm.stages import Working, propagated
+from exercises.arm.stages import Change, Working, propagated
+from exercises.arm.told import frame_on_axis, in_twist_order, is_by_axes, twist_rows
 from exercises.problem import Details, OneOfSeveral, Part
 from exercises.questions.base import (
     BY_TABLE,
     Asked,
     Question,
     by_hand,
-    first_three,
-    put,
     put_columns,
-    stage,
     velocities,
 )
 from exercises.stream import Stream
@@ -44,11 +45,11 @@ def _point_on_last_link(chain: Chain) -> str | None:
 
 
 def _geometric(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(derive(chain).geometric), Details()
+    return Matrix(in_twist_order(chain, derive(chain).geometric)), Details()
 
 
 def _twist(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(derive(chain).twist()), Details()
+    return Matrix(in_twist_order(chain, derive(chain).twist())), Details()
 
 
 def _link_velocity(chain: Chain, rng: Stream) -> Asked:
@@ -62,7 +63,31 @@ def _has_inner_frame(chain: Chain) -> str | None:
     return None if chain.n > 1 else "it has one joint, so no frame between base and end"
 
 
+def _names_of_axes(chain: Chain) -> tuple[str, ...]:
+    """Return the axes' names as they are typed: of the frames they are axes of, or what an axis gives P."""
+    if is_by_axes(chain):
+        return tuple(f"{'omega' if joint.kind == 'R' else 'v'}{i}" for i, joint in enumerate(chain.joints, 1))
+    return tuple(f"z{frame_on_axis(chain, i)}" for i in range(1, chain.n + 1))
+
+
 # --- out of a derivation ---
+
+
+def _derived_geometric(w: Working, part: Part) -> np.ndarray:
+    return _in_order(w, w["geometric"])
+
+
+def _in_order(w: Working, rows: np.ndarray) -> np.ndarray:
+    """Return six rows, linear first, in the order in which they are asked for; or those in that order, linear first."""
+    return np.asarray(rows[[TASK_ROWS.index(row) for row in twist_rows(w.chain)]])
+
+
+def _put_geometric(rows: np.ndarray) -> dict[str, Change]:
+    return {"geometric": lambda w, _: _in_order(w, rows)}
+
+
+def _linear_rows(chain: Chain) -> list[tuple[int, int]]:
+    return [(row, axis) for row, name in enumerate(twist_rows(chain)) for axis in range(3) if name == TASK_ROWS[axis]]
 
 
 def _derived_link_velocity(w: Working, part: Part) -> np.ndarray:
@@ -76,6 +101,7 @@ QUESTIONS = (
         title="Joint axes",
         source="below 6.10",
         ask=_axes,
+        columns=_names_of_axes,
         too_long=by_hand("z"),
         result=lambda w, _: w["axes"][: w.n].swapaxes(0, 1),
         put=put_columns("axes", linear=propagated),
@@ -100,11 +126,11 @@ QUESTIONS = (
         needs=("joint-axes", "position-vectors"),
         points=2.0,
         too_long=by_hand("geometric"),
-        result=stage("geometric"),
-        put=put("geometric"),
+        result=_derived_geometric,
+        put=_put_geometric,
         follows=(("joint-axes", "position-vectors"),),
         adds_up="columns of links",
-        linear_rows=first_three,
+        linear_rows=_linear_rows,
     ),
     Question(
         name="twist",
@@ -113,8 +139,8 @@ QUESTIONS = (
         ask=_twist,
         needs=("geometric-jacobian",),
         too_long=by_hand("geometric"),
-        result=lambda w, _: applied(w["geometric"], w["joint rates"]),
-        entry_names=lambda chain, _: velocities(TASK_ROWS),
+        result=lambda w, part: applied(_derived_geometric(w, part), w["joint rates"]),
+        entry_names=lambda chain, _: velocities(twist_rows(chain)),
         follows=(("geometric-jacobian",),),
     ),
     Question(

@@ -6,28 +6,33 @@ with the last link, has its origin in P, and is parallel to {s} at home. Column 
 along by the joints before it; the body Jacobian is the same motion seen from {b}: J_b = [Ad_{T_bs}] J_s.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 import sympy as sp
 
-from exercises.answers import Matrix
+from exercises.answers import Matrix, Number
 from exercises.arm.arithmetic import applied
-from exercises.arm.chain import TASK_ROWS, Chain
+from exercises.arm.chain import Chain
 from exercises.arm.conventions import axes_of
 from exercises.arm.derivation import derive, structure
 from exercises.arm.kinematics import Frame, frames_and_point
+from exercises.arm.placing import Axis, exactly
+from exercises.arm.precise import numeric, ten_digits
 from exercises.arm.stages import Working
-from exercises.arm.trigonometry import textbook
+from exercises.arm.told import twist_rows
+from exercises.arm.trigonometry import textbook, without_brackets
 from exercises.problem import Details, Part
 from exercises.questions.base import BY_AXES, Asked, Question, count_terms, put, stage, too_many, velocities
+from exercises.questions.inversion import POSES, THREE_DIGITS, Configuration, draw_lengths, draw_pose
 from exercises.stream import Stream
 
-TWIST_ROWS = (*TASK_ROWS[3:], *TASK_ROWS[:3])
-"""The components of a twist in the order of screws."""
 SOURCE = "product of exponentials"
+TWIST_UNITS = (*["rad/s"] * 3, *["m/s"] * 3)
+DECIMALS = 3
+"""Of a twist that is told in numbers."""
 MOST_JOINTS = 4
 """Up to so many joints the pose is multiplied out by hand."""
 
@@ -63,6 +68,22 @@ class InSpace(Details):
 
 
 @dataclass(frozen=True, kw_only=True)
+class InNumbers(Details):
+    """About a twist in numbers: where the arm is, its rates, the twist (omega, v) in {b} that they give, 6 x 1.
+
+    The twist is rounded to three decimals, and what is asked follows from it as it is told.
+    """
+
+    place: Configuration
+    rates: Mapping[sp.Symbol, sp.Rational]
+    twist: sp.Matrix
+
+    def given_values(self, chain: Chain) -> dict[str, float]:
+        """Return the numbers of the configuration."""
+        return self.place.numbers
+
+
+@dataclass(frozen=True, kw_only=True)
 class OfBody(Details):
     """About the body frame: its rotation R_sb and origin P in {s}, and the space Jacobian where that is wanted."""
 
@@ -83,6 +104,29 @@ def home_screws(chain: Chain) -> tuple[Screw, ...]:
     return tuple(found)
 
 
+def hat(vector: sp.Matrix) -> sp.Matrix:
+    """Return the 3 x 3 matrix [v] with [v] u = v x u."""
+    x, y, z = vector
+    return sp.Matrix([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+
+
+def exponential(axis: Axis, value: sp.Expr) -> sp.Matrix:
+    """Return e^([S] value), 4 x 4, of a joint by its axis at home: Rodrigues' formula about a line, or a slide.
+
+    >>> theta = sp.Symbol("theta1")
+    >>> exponential(Axis("R", sp.Matrix([0, 0, 1]), sp.Matrix([2, 0, 0])), theta)[:2, 3]
+    Matrix([
+    [2 - 2*cos(theta1)],
+    [  -2*sin(theta1)]])
+    """
+    turn, shift = sp.eye(3), value * axis.direction
+    if axis.kind == "R":
+        cross = hat(axis.direction)
+        turn = (turn + sp.sin(value) * cross + (1 - sp.cos(value)) * cross**2).applyfunc(sp.expand)
+        shift = axis.point - turn * axis.point
+    return turn.row_join(shift.applyfunc(sp.expand)).col_join(sp.Matrix([[0, 0, 0, 1]]))
+
+
 @lru_cache(maxsize=1024)
 def _carried(generic: Chain) -> tuple[Screw, ...]:
     """Return the joints of a structure as the joints before them have moved them."""
@@ -98,10 +142,23 @@ def _tidied(matrix: sp.Matrix) -> sp.Matrix:
     return matrix.applyfunc(lambda entry: textbook(sp.expand(entry)))
 
 
+def carried_screws(chain: Chain) -> tuple[Screw, ...]:
+    """Return the screws of an arm as the joints before them have moved them, space frame."""
+    fill, home = derive(chain).fill_matrix, dict.fromkeys(chain.q, sp.S.Zero)
+    carried = []
+    for one, axis in zip(_carried(structure(chain).chain), axes_of(chain)[0], strict=True):
+        direction, point, screw = map(fill, (one.direction, one.point, one.screw))
+        if chain.axis_points:  # they lie so far along their axes from what the joints carry
+            along = exactly(axis.direction.dot(axis.point - point.xreplace(home)))
+            point = (point + along * direction).applyfunc(without_brackets)
+        carried.append(Screw(one.number, one.kind, direction, point, screw))
+    return tuple(carried)
+
+
 def space_jacobian(chain: Chain) -> sp.Matrix:
     """Return J_s, 6 x n: the twist (omega, v) of the last link in {s}, v that of its point at the origin of {s}."""
-    fill = derive(chain).fill
-    return sp.Matrix.hstack(*(one.screw.applyfunc(fill) for one in _carried(structure(chain).chain)))
+    fill = derive(chain).fill_matrix
+    return sp.Matrix.hstack(*(fill(one.screw) for one in _carried(structure(chain).chain)))
 
 
 # --- the body frame ---
@@ -117,8 +174,8 @@ def _home_offsets(chain: Chain) -> dict[sp.Symbol, sp.Expr]:
 
 
 @lru_cache(maxsize=1024)
-def _seen_from_body(generic: Chain, home: tuple[tuple[sp.Symbol, sp.Expr], ...]) -> tuple[sp.Matrix, sp.Matrix]:
-    """Return R_sb and the body Jacobian of a structure whose joints are at these values at home."""
+def _seen_from_body(generic: Chain, home: tuple[tuple[sp.Symbol, sp.Expr], ...]) -> tuple[sp.Matrix, ...]:
+    """Return R_sb, the body Jacobian and [P] R_sb of a structure whose joints are at these values at home."""
     frames, point = frames_and_point(generic)
     last, at_home = frames[-1].rotation, frames[-1].rotation.xreplace(dict(home))
     rotation = _tidied(last * at_home.T)
@@ -127,7 +184,7 @@ def _seen_from_body(generic: Chain, home: tuple[tuple[sp.Symbol, sp.Expr], ...])
         z, arm = at_home * seen.rotation[:, 2], at_home * seen.origin
         linear, angular = (z.cross(arm), z) if joint.kind == "R" else (z, sp.zeros(3, 1))
         columns.append(angular.col_join(linear))
-    return rotation, _tidied(sp.Matrix.hstack(*columns))
+    return rotation, _tidied(sp.Matrix.hstack(*columns)), _tidied(hat(point) * rotation)
 
 
 def _from_last_frame(generic: Chain, frames: list[Frame], point: sp.Matrix) -> list[Frame]:
@@ -138,15 +195,15 @@ def _from_last_frame(generic: Chain, frames: list[Frame], point: sp.Matrix) -> l
     ]
 
 
-def _of_body(chain: Chain) -> tuple[sp.Matrix, sp.Matrix]:
+def _of_body(chain: Chain) -> tuple[sp.Matrix, sp.Matrix, sp.Matrix]:
     generic, home = structure(chain).chain, _home_offsets(chain)
     known = {home[q]: offset for q, offset in zip(chain.q, chain.offsets, strict=True) if home[q].is_Symbol}
     fill = derive(chain).fill
-    rotation, jacobian = (
-        matrix.applyfunc(lambda entry: fill(entry).xreplace(known))
+    rotation, jacobian, moved = (
+        matrix.applyfunc(lambda entry: without_brackets(fill(entry).xreplace(known)))
         for matrix in _seen_from_body(generic, tuple(home.items()))
     )
-    return rotation, jacobian
+    return rotation, jacobian, moved
 
 
 def body_rotation(chain: Chain) -> sp.Matrix:
@@ -165,6 +222,12 @@ def body_pose(chain: Chain) -> sp.Matrix:
     return pose.col_join(sp.Matrix([[0, 0, 0, 1]]))
 
 
+def body_adjoint(chain: Chain) -> sp.Matrix:
+    """Return [Ad T_sb], 6 x 6: the twist (omega, v) in {s} is this times the one in {b}."""
+    rotation, _, moved = _of_body(chain)
+    return rotation.row_join(sp.zeros(3)).col_join(moved.row_join(rotation))
+
+
 # --- questions ---
 
 
@@ -178,12 +241,7 @@ def _pose(chain: Chain, rng: Stream) -> Asked:
 
 
 def _in_space(chain: Chain) -> InSpace:
-    fill = derive(chain).fill
-    carried = tuple(
-        Screw(one.number, one.kind, *(each.applyfunc(fill) for each in (one.direction, one.point, one.screw)))
-        for one in _carried(structure(chain).chain)
-    )
-    return InSpace(carried=carried)
+    return InSpace(carried=carried_screws(chain))
 
 
 def _space(chain: Chain, rng: Stream) -> Asked:
@@ -191,9 +249,34 @@ def _space(chain: Chain, rng: Stream) -> Asked:
 
 
 def _body(chain: Chain, rng: Stream) -> Asked:
-    rotation, jacobian = _of_body(chain)
+    rotation, jacobian, _ = _of_body(chain)
     details = OfBody(rotation=rotation, place=derive(chain).position, space=space_jacobian(chain))
     return Matrix(jacobian), details
+
+
+def _adjoint(chain: Chain, rng: Stream) -> Asked:
+    details = OfBody(rotation=body_rotation(chain), place=derive(chain).position)
+    return Matrix(body_adjoint(chain)), details
+
+
+def _draw_motion(chain: Chain, rng: Stream) -> InNumbers:
+    """Draw a configuration and rates at which some of the twist in {b} is other than zero."""
+    for _ in range(POSES):
+        place = Configuration(draw_lengths(chain, rng), draw_pose(chain, rng))
+        rates = {rate: sp.Rational(rng.choice([k for k in range(-8, 9) if k]), 10) for rate in chain.rates}
+        exact = body_jacobian(chain).xreplace(place.values) * sp.Matrix(list(rates.values()))
+        twist = exact.applyfunc(lambda value: sp.Rational(str(sp.N(value, 30).round(DECIMALS))))
+        if any(twist):
+            return InNumbers(place=place, rates=rates, twist=twist)
+    raise RuntimeError(f"no motion of the last link of {chain} was found; please report this")
+
+
+def _changed(chain: Chain, rng: Stream) -> Asked:
+    motion = _draw_motion(chain, rng)
+    exact = body_adjoint(chain).xreplace(motion.place.values) * motion.twist
+    numbers = exact.applyfunc(lambda value: ten_digits(numeric(value)))
+    floor = 0.001 * max(abs(float(value)) for value in numbers)
+    return Number(sp.Matrix(numbers), TWIST_UNITS, THREE_DIGITS, floor), motion
 
 
 def _space_twist(chain: Chain, rng: Stream) -> Asked:
@@ -201,7 +284,7 @@ def _space_twist(chain: Chain, rng: Stream) -> Asked:
 
 
 def _body_twist(chain: Chain, rng: Stream) -> Asked:
-    rotation, jacobian = _of_body(chain)
+    rotation, jacobian, _ = _of_body(chain)
     details = OfBody(rotation=rotation, place=derive(chain).position, space=space_jacobian(chain))
     return Matrix(derive(chain).twist(jacobian)), details
 
@@ -232,7 +315,18 @@ def _long_body(chain: Chain) -> str | None:
 
 
 def _twist_names(chain: Chain, _: Part) -> Sequence[str]:
-    return velocities(TWIST_ROWS)
+    return velocities(twist_rows(chain))
+
+
+def _long_adjoint(chain: Chain) -> str | None:
+    if chain.n > MOST_JOINTS:
+        return f"the adjoint of the pose of {chain.n} joints is too long to be worked out by hand"
+    return too_many(_terms(chain, body_adjoint))
+
+
+def _changed_result(w: Working, part: Part) -> np.ndarray:
+    told = np.stack([w.arithmetic.number(value) for value in part.about(InNumbers).twist])
+    return applied(w["body adjoint"], told)
 
 
 def _pose_result(w: Working, part: Part) -> np.ndarray:
@@ -263,6 +357,33 @@ QUESTIONS = (
         result=_pose_result,
         put=lambda rows: {"body rotation": lambda *_: rows[:3, :3], "point": lambda *_: rows[:3, 3]},
         last_row=("0", "0", "0", "1"),
+    ),
+    Question(
+        name="body-adjoint",
+        title="Adjoint of the body frame",
+        source=SOURCE,
+        conventions=BY_AXES,
+        ask=_adjoint,
+        needs=("body-pose",),
+        points=2.0,
+        objection=_with_body,
+        too_long=_long_adjoint,
+        result=stage("body adjoint"),
+        put=put("body adjoint"),
+        follows=(("body-pose",),),
+    ),
+    Question(
+        name="changed-twist",
+        title="Twist changed from the body to the space frame",
+        source=SOURCE,
+        conventions=BY_AXES,
+        ask=_changed,
+        needs=("body-adjoint",),
+        objection=_with_body,
+        too_long=_long_pose,
+        result=_changed_result,
+        entry_names=_twist_names,
+        follows=(("body-adjoint",), ("body-pose",)),
     ),
     Question(
         name="space-jacobian",

@@ -156,9 +156,9 @@ def _tried_lengths(chain: Chain) -> Iterator[dict[sp.Symbol, sp.Rational]]:
 
 def _kinds(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> set[str | None]:
     """Return the kinds that a pose has over the tried lengths, each open length taking each of them in turn."""
-    kinds = set()
+    kinds, known = set(), {q: sp.N(joints[q]) for q in chain.q if not joints[q].free_symbols}
     for lengths in _tried_lengths(chain):
-        places = [sp.N(joints[symbol].xreplace(lengths)) for symbol in chain.q]
+        places = [known[q] if q in known else sp.N(joints[q].xreplace(lengths)) for q in chain.q]
         if not all(place.is_real for place in places):  # no such pose with these lengths
             return {None}
         q = np.array([float(place) for place in places])

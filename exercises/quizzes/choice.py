@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import sympy as sp
 
@@ -9,6 +10,7 @@ from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive
 from exercises.questions import QUESTIONS
 from exercises.questions.base import Asked, Question
+from exercises.questions.screws import SOURCE
 from exercises.questions.statics import load
 from exercises.quizzes.asking import Ask, short_question
 from exercises.quizzes.options import Options, choice_of
@@ -69,6 +71,11 @@ def _asking(subjects: Subjects) -> Ask:
     return ask
 
 
+def _screws(base: str, first: int) -> Subjects:
+    """Return the columns of screws, from the one of joint `first` on; what is there nobody gets wrong in three ways."""
+    return lambda chain: [Subject(base, column) for column in range(first - 1, chain.n)]
+
+
 def _sets(chain: Chain, rng: Stream) -> Asked | None:
     options = four_sets(chain, rng)
     if options is None:
@@ -85,6 +92,20 @@ def _formulas(name: str, title: str, source: str, base: str, subjects: Subjects)
     return short_question(name, title, source, ask, "choice", base, NO_FOUR, (base,), template="formula-choice")
 
 
+def _of_screws(name: str, title: str, base: str, first: int) -> Question:
+    ask = _asking(_screws(base, first))
+
+    @lru_cache(maxsize=2048)
+    def none_found(chain: Chain) -> str | None:
+        """Look at the arm itself: what its structure is at home says nothing of it."""
+        by_axes = QUESTIONS[base].objects(chain) is None
+        return NO_FOUR if by_axes and ask(chain, Stream(f"quiz/{name}")) is None else None
+
+    return short_question(
+        name, title, SOURCE, ask, "choice", base, NO_FOUR, (base,), sense=none_found, template="screw-choice"
+    )
+
+
 CHOICES = (
     _formulas("position-choice", "Which position?", "6.1", "position", _coordinates),
     _formulas("jacobian-choice", "Which Jacobian?", "6.4", "jacobian", _whole("jacobian")),
@@ -94,6 +115,8 @@ CHOICES = (
     _formulas("determinant-choice", "Which determinant?", "6.8", "determinant", _whole("determinant")),
     _formulas("inverse-jacobian-choice", "Which inverse?", "appendix", "inverse-jacobian", _whole("inverse-jacobian")),
     _formulas("torque-choice", "Which joint torque?", "dual of 6.4", "joint-torques", _torques),
+    _of_screws("screw-choice", "Which screw?", "home-screws", 1),
+    _of_screws("space-column-choice", "Which column of the space Jacobian?", "space-jacobian", 2),
     short_question(
         "singular-angles-choice", "Where is it singular?", "6.8", _sets, "choice", "singular-angles", NO_FOUR,
         ("singular-angles",),

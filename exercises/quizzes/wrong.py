@@ -22,9 +22,11 @@ from exercises.arm.trigonometry import factored, textbook
 from exercises.formula.expression import read
 from exercises.formula.identity import READABLE, Domain
 from exercises.formula.program import compile_program, evaluate
+from exercises.mistakes import screws
 from exercises.mistakes.catalogue import Wrong, wrong_answers
 from exercises.problem import Part
 from exercises.questions import QUESTIONS
+from exercises.questions.base import BY_AXES
 from exercises.questions.results import result
 from exercises.quizzes.options import MOST_SPREAD, SHOWS_ITSELF, SPREAD, Blame, Offered, rank_of_key
 from exercises.stream import Stream
@@ -34,6 +36,8 @@ APART = 1e-6
 """Share of the size of two answers by which they differ somewhere, if they are not the same."""
 PAIRS, WRITTEN = 300, 12
 """Pairs of mistakes that are tried in numbers, and those of them that are written out as formulas."""
+OF_SCREWS = frozenset(mistake.name for mistake in screws.MISTAKES)
+"""What goes wrong in a screw; what is written down in another order, or with another sign, says nothing of screws."""
 NO_NUMBER = (sp.nan, sp.zoo, sp.oo)
 LONGEST, LEAST = 110, 260
 """Characters of an option for each entry, and for all together if that is less: others are no short question."""
@@ -48,6 +52,11 @@ class Subject:
     base: str
     column: int | None = None
     row: int | None = None
+
+    @property
+    def is_of_screws(self) -> bool:
+        """Whether it hangs on where the arm is at home, which its structure does not know."""
+        return QUESTIONS[self.base].conventions == BY_AXES
 
     @property
     def is_quotient(self) -> bool:
@@ -98,6 +107,7 @@ def _slips(generic: Chain, subject: Subject) -> tuple[_Slip, ...]:
         values = subject.of(wrong.answer)
         if (
             wrong.mistake.rare
+            or (subject.is_of_screws and wrong.mistake.name not in OF_SCREWS)
             or wrong.mistake.name in SHOWS_ITSELF
             or values.shape != right.shape
             or not np.isfinite(values).all()
@@ -148,14 +158,14 @@ def _written(generic: Chain, subject: Subject, slips: tuple[int, ...]) -> sp.Mat
     """Return an answer with some mistakes (by their number) made in it, None where it can't be written briefly."""
     if not _is_short(generic, subject):
         return None
-    w = in_formulas(generic)
+    w = formulas(generic) if subject.is_of_screws else in_formulas(generic)
     for index in slips:
         w = w.but(dict(_slips(generic, subject)[index].changes))
     entries = as_formulas(subject.of(result(w, _base_part(generic, subject.base))))
     if entries.has(*NO_NUMBER):
         return None
     try:
-        tidy = entries.applyfunc(tidied)
+        tidy = entries.applyfunc(_of_own_numbers if subject.is_of_screws else tidied)
     except (ValueError, BasePolynomialError):  # no trigonometric polynomial
         return None
     if not subject.is_quotient and any(sp.fraction(entry)[1].free_symbols for entry in tidy):
@@ -176,6 +186,18 @@ def _is_short(generic: Chain, subject: Subject) -> bool:
     return _fits(sp.Matrix(subject.of(np.array(whole.tolist(), dtype=object))))
 
 
+def _of_own_numbers(entry: sp.Expr) -> sp.Expr:
+    """Return an entry of an arm with its own numbers, as it is where no joint is in it.
+
+    Raises ValueError for a formula with roots, or with angles of the arm's own, as theta1 + 30 degrees.
+    """
+    if not entry.has(sp.sin, sp.cos):
+        return sp.expand(entry)
+    if any(power.is_number and not power.is_Rational for power in entry.atoms(sp.Pow)):
+        raise ValueError(f"{entry} has roots")
+    return tidied(entry)
+
+
 def tidied(entry: sp.Expr) -> sp.Expr:
     """Return an entry as a textbook has it, right or wrong; factors that a quotient shares are cancelled."""
     if any(power.exp.is_negative for power in entry.atoms(sp.Pow)):
@@ -192,7 +214,7 @@ def tidied(entry: sp.Expr) -> sp.Expr:
 
 def four_options(chain: Chain, subject: Subject, rng: Stream) -> list[Offered] | None:
     """Return the right option and three wrong ones, or None where the catalogue does not give three that go with it."""
-    generic = structure(chain).chain
+    generic = chain if subject.is_of_screws else structure(chain).chain
     if _written(generic, subject, ()) is None:
         return None
     wanted, ranked = rng.below(4), list[tuple[tuple[bool, int, float], tuple[tuple[int, ...], ...]]]()
@@ -204,7 +226,8 @@ def four_options(chain: Chain, subject: Subject, rng: Stream) -> list[Offered] |
         ranked.append(((spread > SPREAD, abs(rank_of_key(lengths) - wanted), spread), sets))
         if ranked[-1][0][:2] == (False, 0):
             break
-    fill, slips_of = derive(chain).fill_matrix, _slips(generic, subject)
+    fill = sp.Matrix if generic is chain else derive(chain).fill_matrix
+    slips_of = _slips(generic, subject)
     for _, sets in sorted(ranked):
         options = [fill(_written(generic, subject, slips)) for slips in ((), *sets)]
         if all_differ(chain, options):

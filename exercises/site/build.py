@@ -88,9 +88,9 @@ def _problems(order: Order, listed: Sequence[Json]) -> list[str]:
 
 
 def _drawings(docs: Path, folder: Path) -> list[str]:
-    """Copy the documentation's drawings, and return their paths in the site."""
+    """Copy the documentation's drawings and pictures, and return their paths in the site."""
     names = []
-    for drawing in sorted(docs.rglob("*.svg")):
+    for drawing in sorted(path for path in docs.rglob("*") if path.suffix in (".png", ".svg")):
         names.append(f"docs/{drawing.relative_to(docs).as_posix()}")
         _copy(drawing, folder / names[-1])
     return names

@@ -12,7 +12,7 @@ from exercises.arm.chain import Chain
 from exercises.arm.derivation import TooLong, derive
 from exercises.difficulty import step
 from exercises.figure import alt_text, figure_pose, figure_svg, part_alt, part_svg
-from exercises.figure.pose import DEFAULT_LENGTH, symbol_values
+from exercises.figure.pose import example_values
 from exercises.formula.printers.python import python_text
 from exercises.languages import ENGLISH, Catalogue, catalogue
 from exercises.mistakes.catalogue import CATALOGUE
@@ -32,8 +32,8 @@ def site_record(problem: Problem) -> Json:
     {"id", "family", "title", "difficulty": 0 to 4, "statement", "figure": svg, "alt", "robot": as in `qdot show`, with
     "values": {name: metres or radians} for the letters in its table, "symbols": {name: {"role", "unit", "latex"}},
     "pose": {joint: rad or m} in which the figure shows it,
-    "parts": [{"name", "kind", "title", "type", "shape", "points", "prompt", "names", "labels", "figure", "alt",
-    "pose": that of its figure or null, "hints", "options", "key": as in `keys`, its mistakes as
+    "parts": [{"name", "kind", "title", "type", "shape", "points", "prompt", "names", "labels", "columns", "figure",
+    "alt", "pose": that of its figure or null, "hints", "options", "key": as in `keys`, its mistakes as
     [index into "said", number, …]}],
     "said": [[name, title, sentence]]}
     """
@@ -165,10 +165,7 @@ def typed_names(problem: Problem, asked: str) -> list[str]:
 
 def _values(chain: Chain) -> Json:
     """Return numbers for the open lengths and angles of an arm, as it is drawn."""
-    given = [value for joint in chain.joints for value in (joint.a, joint.d)] + list(chain.point.offset)
-    sizes = [abs(float(value)) for value in given if value.is_number and value != 0]
-    chosen = symbol_values(chain, max(sizes, default=DEFAULT_LENGTH))
-    return {symbol.name: float(value) for symbol, value in chosen.items()}
+    return {symbol.name: float(value) for symbol, value in example_values(chain).items()}
 
 
 class _Said:
@@ -203,6 +200,7 @@ def _part(problem: Problem, part: Part, said: _Said) -> Json:
         "prompt": to_html(asked),
         "names": typed_names(problem, asked),
         "labels": list(ASKED[part.kind].typed_labels(problem.chain, part)),
+        "columns": list(ASKED[part.kind].columns(problem.chain)),
         "figure": svg,
         "alt": part_alt(problem.chain, part) if svg else "",
         "pose": None if part.pose is None or part.has_drawn_options else dict(part.pose),

@@ -20,7 +20,8 @@ import numpy as np
 import sympy as sp
 
 from exercises.arm.chain import TASK_ROWS, Chain
-from exercises.arm.told import is_modified, told_point
+from exercises.arm.conventions import axes_of
+from exercises.arm.told import is_by_axes, is_modified, told_point
 from exercises.formula.trees import Node, ReadError, names
 from exercises.problem import Part, Problem, ProblemId
 from exercises.record import digests
@@ -38,7 +39,7 @@ from exercises.verify import (
     transforms,
     wrist,
 )
-from exercises.verify.numeric_reference import POSES, Check, NumericReference
+from exercises.verify.numeric_reference import Check, NumericReference
 
 
 @dataclass(frozen=True)
@@ -100,7 +101,7 @@ def _one_meaning(chain: Chain) -> Check:
     """Look for a symbol that stands for two things, as a length named after another entry of the table does."""
     taken = {symbol.name for symbol in (*chain.q, *chain.rates)} | set(TASK_ROWS)
     twice = sorted(symbol.name for symbol in chain.parameters if symbol.name in taken)
-    for symbol in chain.parameters:
+    for symbol in () if is_by_axes(chain) else chain.parameters:  # who is told axes sees no table
         match = re.fullmatch(r"([ad])([1-9]\d*)", symbol.name)
         if match and int(match.group(2)) <= chain.n:
             joint = chain.joints[int(match.group(2)) - 1]
@@ -127,17 +128,38 @@ def _full_rank(numeric: NumericReference) -> Check:
 
 
 def _told(numeric: NumericReference) -> Iterator[Check]:
-    """Look whether a modified table leads to the axes and the point of the standard one, from which all is derived."""
+    """Look whether what the statement tells leads where the standard table does, from which all is derived."""
+    if is_modified(numeric.chain):
+        yield from _told_by_table(numeric)
+    elif is_by_axes(numeric.chain):
+        yield from _told_by_axes(numeric)
+
+
+def _told_by_table(numeric: NumericReference) -> Iterator[Check]:
+    """Multiply the rows of a modified table, and look for axes and point elsewhere."""
     chain = numeric.chain
-    if is_modified(chain):
-        ours, told = numeric.frames[:, : chain.n, :3, 2], numeric.told[:, 1:, :3, 2]
-        point = told_point(chain)
-        lengths = [{sp.Symbol(name): value for name, value in arm.items()} for arm in numeric.lengths]
-        offsets = [[float(entry.xreplace(known)) for entry in point.offset] for known in lengths]
-        pose, offset = numeric.told[:, point.frame], np.repeat(offsets, POSES, axis=0)
-        there = pose[:, :3, 3] + np.einsum("kij,kj->ki", pose[:, :3, :3], offset)
-        yield formulas.agree("modified table: axes", told, ours, formulas.EXACT)
-        yield formulas.agree("modified table: point", there[:, None], numeric.point[:, None], formulas.EXACT)
+    ours, told = numeric.frames[:, : chain.n, :3, 2], numeric.told[:, 1:, :3, 2]
+    point = told_point(chain)
+    pose, offset = numeric.told[:, point.frame], numeric.numbers(sp.Matrix(point.offset))
+    there = pose[:, :3, 3] + np.einsum("kij,kj->ki", pose[:, :3, :3], offset)
+    yield formulas.agree("modified table: axes", told, ours, formulas.EXACT)
+    yield formulas.agree("modified table: point", there[:, None], numeric.point[:, None], formulas.EXACT)
+
+
+def _told_by_axes(numeric: NumericReference) -> Iterator[Check]:
+    """Hold directions, points on axes and P at home against 4 x 4 products where all joint variables are zero."""
+    axes, point = axes_of(numeric.chain)
+    z, origins = numeric.home[:, :-1, :3, 2], numeric.home[:, :-1, :3, 3]
+    told = np.stack([numeric.numbers(axis.direction) for axis in axes], axis=1)
+    yield formulas.agree("axes at home: directions", told, z, formulas.EXACT)
+    turning = [i for i, axis in enumerate(axes) if axis.kind == "R"]
+    if turning:
+        away = np.stack([numeric.numbers(axes[i].point) for i in turning], axis=1) - origins[:, turning]
+        off = np.cross(away, z[:, turning])
+        yield formulas.agree("axes at home: points on them", off, 0 * off, formulas.EXACT)
+    yield formulas.agree(
+        "axes at home: P", numeric.numbers(point)[:, None], numeric.point_at_home[:, None], formulas.EXACT
+    )
 
 
 def _trees(numeric: NumericReference, part: Part) -> list[Node]:

@@ -6,8 +6,9 @@ import numpy as np
 import sympy as sp
 
 from exercises.answers import Number
+from exercises.arm.chain import TASK_ROWS
 from exercises.arm.kinematics import NumericChain
-from exercises.arm.told import frame_on_axis
+from exercises.arm.told import frame_on_axis, twist_rows
 from exercises.problem import Part
 from exercises.questions.differentiation import AlongAxis, moving_rows
 from exercises.questions.inversion import InSituation, well_conditioned
@@ -92,11 +93,13 @@ def _vectors(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, 
 
 
 def _geometric(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, float]]:
-    return each_way(numeric, lambda jacobian: jacobian)
+    order = [TASK_ROWS.index(row) for row in twist_rows(numeric.chain)]
+    return each_way(numeric, lambda jacobian: jacobian[:, order])
 
 
 def _twist(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, float]]:
-    return each_way(numeric, lambda jacobian: jacobian @ numeric.rates)
+    order = [TASK_ROWS.index(row) for row in twist_rows(numeric.chain)]
+    return each_way(numeric, lambda jacobian: jacobian[:, order] @ numeric.rates)
 
 
 def _link_velocity(numeric: NumericReference, part: Part) -> dict[str, tuple[np.ndarray, float]]:
@@ -148,10 +151,15 @@ def _joint_rates(numeric: NumericReference, part: Part) -> Iterator[Check]:
     detail = f"sigma_min/sigma_max = {sigma[-1] / sigma[0]:.3f}"
     enough = WELL_CONDITIONED * well_conditioned(numeric.chain)
     yield Check("well conditioned", bool(sigma[-1] / sigma[0] > enough), detail)
+    yield three_digits(part)
+
+
+def three_digits(part: Part) -> Check:
+    """Look whether numbers stay right when they are rounded to three digits."""
     answer = part.of(Number)
-    allowed = np.maximum(answer.tolerance * np.abs(expected), answer.floor)
-    rounded = np.array([float(f"{value:.2e}") for value in expected])
-    yield Check("three digits", bool(np.all(np.abs(rounded - expected) <= allowed)), "rounding keeps it right")
+    due = np.array([float(value) for value in answer.reference])
+    rounded = np.array([float(f"{value:.2e}") for value in due])
+    return Check("three digits", bool(np.all(np.abs(rounded - due) <= answer.room(None))), "rounding keeps it right")
 
 
 CHECKS: dict[str, Callable[[NumericReference, Part], Iterator[Check]]] = {

@@ -40,7 +40,7 @@ class NumericReference:
     `point` (…, 3), `jacobian` (…, 6, n) by z x p, and
     `exponential_jacobian` the same by the product of exponentials; `carried` (…, n, n + 1, 6) is the velocity of each
     frame's origin and link for each joint's unit rate, and `moved` (…, n, 3) that of the point, both by central
-    differences of the poses.
+    differences of the poses. `home` and `point_at_home` are frames and point where all joint variables are zero.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -59,6 +59,9 @@ class NumericReference:
         pairs = zip(self.arms, poses, strict=True)
         self.exponential_jacobian = np.concatenate([exponential_jacobian(arm, q) for arm, q in pairs])
         self.told = self._told(poses)
+        at_home = [np.zeros((POSES, self.chain.n)) for _ in self.arms]
+        self.home = np.concatenate([arm.frames(q) for arm, q in zip(self.arms, at_home, strict=True)])
+        self.point_at_home = np.concatenate([arm.point(q) for arm, q in zip(self.arms, at_home, strict=True)])
         differences = [_differences(arm, q) for arm, q in zip(self.arms, poses, strict=True)]
         self.carried, self.moved = (np.concatenate(arrays) for arrays in zip(*differences, strict=True))
         self._poses = poses
@@ -114,6 +117,14 @@ class NumericReference:
     def velocity(self) -> np.ndarray:
         """Task velocities, (…, m, 1)."""
         return np.stack([self.values[row] for row in self.chain.task], axis=1)[:, :, None]
+
+    def numbers(self, entries: sp.Matrix) -> np.ndarray:
+        """Return the values of entries without joint variables, (…, rows), by the open lengths alone."""
+        rows = []
+        for lengths in self.lengths:
+            known = {sp.Symbol(name): sp.Float(value) for name, value in lengths.items()}
+            rows += [[float(entry.xreplace(known)) for entry in entries]] * POSES
+        return np.array(rows)
 
     def tree(self, text: str) -> Node:
         """Return the tree of a text, read as an answer is. Raises ReadError."""

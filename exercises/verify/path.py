@@ -37,18 +37,25 @@ class Followed:
 
     def placed(self, q: np.ndarray, s: float) -> np.ndarray:
         """Return the joint values at s, by Newton's method from q."""
+        return self._placed(q, s)[0]
+
+    def _placed(self, q: np.ndarray, s: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the same, and the task Jacobian there."""
+        frames = self.arm.frames(q)
         for _ in range(20):
-            error = self.origin + s * self.unit - self.arm.point(q)[self.task]
+            error = self.origin + s * self.unit - self.arm.point_of(frames)[self.task]
             if np.abs(error).max() < 1e-14:
                 break
-            q = q + np.linalg.solve(self.jacobian(q), error)
-        return q
+            q = q + np.linalg.solve(self.arm.jacobian_of(frames)[self.task], error)
+            frames = self.arm.frames(q)
+        return q, np.asarray(self.arm.jacobian_of(frames)[self.task])
 
     def joints(self, places: np.ndarray) -> np.ndarray:
         """Return the joint values at places in order, the first of them near the start."""
         q, followed, last = self.first, [], 0.0
+        jacobian = self.jacobian(q)
         for s in places:
-            q = self.placed(q + (s - last) * np.linalg.solve(self.jacobian(q), self.unit), s)
+            q, jacobian = self._placed(q + (s - last) * np.linalg.solve(jacobian, self.unit), s)
             last = s
             followed.append(q)
         return np.array(followed)

@@ -28,10 +28,11 @@ from exercises.verify.formulas import CHECKS as FORMULAS
 from exercises.verify.formulas import EXACT, agree
 from exercises.verify.numeric_reference import POSES, Check, NumericReference
 from exercises.verify.rank import exponential_at, rank_of
+from exercises.verify.screws import CHECKS as SCREWS
 from exercises.verify.singular import CHECKS as SETS
 from exercises.verify.statics import CHECKS as TORQUES
 
-BASE_CHECKS: Mapping[str, Callable[[NumericReference, Part], Iterator[Check]]] = {**FORMULAS, **TORQUES}
+BASE_CHECKS: Mapping[str, Callable[[NumericReference, Part], Iterator[Check]]] = {**FORMULAS, **TORQUES, **SCREWS}
 """The tests of the questions that options answer."""
 
 STEP = 0.7
@@ -212,7 +213,11 @@ def _statement(numeric: NumericReference, part: Part) -> Iterator[Check]:
 
 
 CHECKS: dict[str, Callable[[NumericReference, Part], Iterator[Check]]] = {
-    **{question.name: _formula_choice for question in CHOICES if question.template == "formula-choice"},
+    **{
+        question.name: _formula_choice
+        for question in CHOICES
+        if question.template in ("formula-choice", "screw-choice")
+    },
     "singular-angles-choice": _set_choice,
     "singular-configurations": _configurations,
     "singular-drawing": _configurations,

@@ -1,18 +1,22 @@
-"""Tests of the questions of `questions.screws`: the axes as they are told, and exponentials of these in numbers.
+"""Tests of the questions of `questions.screws`: screws by frames at home, the rest by exponentials of the axes.
 
-Nothing here knows of the table: each joint is the axis that the statement tells, in the world frame at home, and the
-arm is the product of the joints' exponentials.
+The screws at home are worked out from 4 x 4 products of the table where all joint variables are zero, by z and o x z.
+All else comes from the axes as the statement tells them (which `certify` holds against those products, too): each
+joint is an axis in the space frame at home, the arm is the product of the joints' exponentials, and no frame on a link
+is used. Where frames on the links are a third way, it is tested as well.
 """
 
 from collections.abc import Callable, Iterator
 
 import numpy as np
-import sympy as sp
 
 from exercises.arm.conventions import axes_of
+from exercises.arm.kinematics import NumericChain
+from exercises.arm.placing import Axis
 from exercises.problem import Part
-from exercises.verify.formulas import DIFFERENCED, EXACT, formula
-from exercises.verify.numeric_reference import POSES, Check, NumericReference
+from exercises.questions.screws import DECIMALS, InNumbers
+from exercises.verify.formulas import DIFFERENCED, EXACT, agree, formula, three_digits
+from exercises.verify.numeric_reference import Check, NumericReference
 
 Values = dict[str, tuple[np.ndarray, float]]
 
@@ -46,42 +50,89 @@ def _exponential(screw: np.ndarray, value: np.ndarray) -> np.ndarray:
 
 
 class _Axes:
-    """The arm by its axes in numbers, at the places of a reference: home screws (…, n, 6), poses, space Jacobian."""
+    """The arm by its axes as they are told, in numbers, at the places of a reference.
+
+    Home screws (…, n, 6), pose (…, 4, 4), space and body Jacobian (…, 6, n).
+    """
 
     def __init__(self, numeric: NumericReference) -> None:
         axes, point = axes_of(numeric.chain)
         self.q = np.stack([numeric.values[q.name] for q in numeric.chain.q], axis=1)
-        self.home = np.stack([self._screw(numeric, axis.kind, axis.direction, axis.point) for axis in axes], axis=1)
-        place = self._numbers(numeric, point)
+        self.home = np.stack([self._screw(numeric, axis) for axis in axes], axis=1)
         before, carried = np.broadcast_to(np.eye(4), (len(self.q), 4, 4)), []
         for i in range(numeric.chain.n):
             carried.append((_adjoint(before) @ self.home[:, i, :, None])[..., 0])
             before = before @ _exponential(self.home[:, i], self.q[:, i])
         self.space = np.stack(carried, axis=2)
         home = np.broadcast_to(np.eye(4), before.shape).copy()
-        home[:, :3, 3] = place
+        home[:, :3, 3] = numeric.numbers(point)
         self.pose = before @ home
         self.body = _adjoint(np.linalg.inv(self.pose)) @ self.space
 
-    def _screw(self, numeric: NumericReference, kind: str, direction: sp.Matrix, point: sp.Matrix) -> np.ndarray:
-        u, o = self._numbers(numeric, direction), self._numbers(numeric, point)
-        return np.concatenate([u, np.cross(o, u)] if kind == "R" else [0 * u, u], axis=1)
-
     @staticmethod
-    def _numbers(numeric: NumericReference, vector: sp.Matrix) -> np.ndarray:
-        rows = []
-        for lengths in numeric.lengths:
-            known = {sp.Symbol(name): value for name, value in lengths.items()}
-            rows += [[float(entry.xreplace(known)) for entry in vector]] * POSES
-        return np.array(rows)
+    def _screw(numeric: NumericReference, axis: Axis) -> np.ndarray:
+        u, o = numeric.numbers(axis.direction), numeric.numbers(axis.point)
+        return np.concatenate([u, np.cross(o, u)] if axis.kind == "R" else [0 * u, u], axis=1)
 
 
 def _home(numeric: NumericReference, _: Part) -> Values:
-    return {"axes at home": (_Axes(numeric).home.swapaxes(1, 2), EXACT)}
+    """By the frames on the links at home: z, and o x z of the origin o of a frame on the axis."""
+    z, o = numeric.home[:, :-1, :3, 2], numeric.home[:, :-1, :3, 3]
+    turning = np.array([joint.kind == "R" for joint in numeric.chain.joints])[:, None]
+    screws = np.where(turning, np.concatenate([z, np.cross(o, z)], axis=2), np.concatenate([0 * z, z], axis=2))
+    return {"frames at home": (screws.swapaxes(1, 2), EXACT)}
 
 
 def _pose(numeric: NumericReference, _: Part) -> Values:
-    return {"product of exponentials": (_Axes(numeric).pose, EXACT)}
+    """By exponentials, and from the last frame."""
+    return {"product of exponentials": (_Axes(numeric).pose, EXACT), "frames": (_framed_pose(numeric), EXACT)}
+
+
+def _conjugated(pose: np.ndarray, twists: np.ndarray) -> np.ndarray:
+    """Return twists (…, 6, k) as another frame sees them, T [V] T^-1, by 4 x 4 matrices of twists."""
+    columns = []
+    for k in range(twists.shape[-1]):
+        omega, v = twists[..., :3, k], twists[..., 3:, k]
+        matrix = np.zeros((*omega.shape[:-1], 4, 4))
+        matrix[..., :3, :3], matrix[..., :3, 3] = _hat(omega), v
+        seen = pose @ matrix @ np.linalg.inv(pose)
+        columns.append(
+            np.stack([seen[..., 2, 1], seen[..., 0, 2], seen[..., 1, 0], *np.moveaxis(seen[..., :3, 3], -1, 0)], -1)
+        )
+    return np.stack(columns, axis=-1)
+
+
+def _body_adjoint(numeric: NumericReference, _: Part) -> Values:
+    """By the exponentials' pose, and by the matrix of each unit twist, between the poses of the last frame."""
+    unit = np.broadcast_to(np.eye(6), (numeric.points, 6, 6))
+    by_matrices = _conjugated(_framed_pose(numeric), unit)
+    return {"product of exponentials": (_adjoint(_Axes(numeric).pose), EXACT), "frames": (by_matrices, EXACT)}
+
+
+def _changed_twist(numeric: NumericReference, part: Part) -> Iterator[Check]:
+    """Change the matrix of the twist, T [V] T^-1, by the last frame there and at home; and look at what is given."""
+    told, chain = part.about(InNumbers), numeric.chain
+    arm = NumericChain(chain, {symbol.name: float(value) for symbol, value in told.place.lengths.items()})
+    q = np.array([float(told.place.joints[variable]) for variable in chain.q])
+    frames, home = arm.frames(q), arm.frames(0 * q)
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = frames[-1, :3, :3] @ home[-1, :3, :3].T, arm.point_of(frames)
+    twist = np.array(told.twist.tolist(), dtype=float)
+    claimed = np.array(part.answer.as_matrix().tolist(), dtype=float)
+    yield agree("matrix of the twist", claimed[None], _conjugated(pose, twist)[None], 1e-8)
+    geometric, rates = arm.jacobian(q), np.array([float(told.rates[rate]) for rate in chain.rates])
+    velocity, spin = (pose[:3, :3].T @ (half @ rates) for half in (geometric[:3], geometric[3:]))
+    off = np.abs(np.concatenate([spin, velocity]) - twist[:, 0]).max()
+    yield Check("the arm can", bool(off <= 0.51 * 10.0**-DECIMALS), f"its rates give the twist but for {off:.1e}")
+    yield three_digits(part)
+
+
+def _framed_pose(numeric: NumericReference) -> np.ndarray:
+    """Return the pose of the body frame by the last frame, turned back by what its rotation is at home, (…, 4, 4)."""
+    pose = np.broadcast_to(np.eye(4), (numeric.points, 4, 4)).copy()
+    pose[:, :3, :3] = numeric.frames[:, -1, :3, :3] @ numeric.home[:, -1, :3, :3].swapaxes(1, 2)
+    pose[:, :3, 3] = numeric.point
+    return pose
 
 
 def _space_jacobian(numeric: NumericReference) -> Values:
@@ -114,6 +165,8 @@ def _times_rates(due: Callable[[NumericReference], Values]) -> Callable[[Numeric
 CHECKS: dict[str, Callable[[NumericReference, Part], Iterator[Check]]] = {
     "home-screws": formula(_home),
     "body-pose": formula(_pose),
+    "body-adjoint": formula(_body_adjoint),
+    "changed-twist": _changed_twist,
     "space-jacobian": formula(lambda numeric, _: _space_jacobian(numeric)),
     "body-jacobian": formula(lambda numeric, _: _body_jacobian(numeric)),
     "space-twist": formula(_times_rates(_space_jacobian)),

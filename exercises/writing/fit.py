@@ -20,6 +20,8 @@ LETTERS = {**dict.fromkeys("mwMWOθωφψ", 0.8), **dict.fromkeys("ijlt.'|()[]",
 LETTER, SIGN, SCRIPT, COLUMN = 0.54, 0.4, 0.71, 0.85
 WIDER = 1.2
 """So many times the room is no reason to break inside of brackets: it can be smaller letters."""
+WHOLE = 0.6
+"""The most of a line that a piece without places to break may take."""
 _CROSS, _DOTS, _OPEN, _CLOSE = (Layout("sign", sign) for sign in "×⋯()")
 
 
@@ -47,6 +49,16 @@ def width(formula: Layout, size: float = 1.0) -> float:
     if kind in ("root", "fenced"):
         return width(inner[0], size) + (0.9 if kind == "root" else SIGN * len(text.replace(".", "")))
     return _leaf_width(kind, text)
+
+
+def breaks_lines(formula: Layout, room: float) -> bool:
+    """Whether a formula in a line of text has a piece, as a fraction, for which many lines of `room` (em) are short."""
+    return any(width(piece) > WHOLE * room for piece in formula.inner)
+
+
+def is_high(formula: Layout) -> bool:
+    """Whether a formula is higher than a line of text: a fraction, a root or tall brackets in it."""
+    return formula.kind in ("fraction", "fenced", "root") or any(map(is_high, formula.inner))
 
 
 def _wide(pieces: Sequence[Layout], size: float = 1.0) -> float:

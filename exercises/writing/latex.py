@@ -22,6 +22,8 @@ _FUNCTIONS = {
 }  # fmt: skip
 _TALL = frozenset(("frac", "root"))
 """What brackets grow around: a fraction that is small fits in brackets of a line."""
+_MOST_BELOW = 10**6
+"""The greatest denominator before a root; numbers with greater ones are decimals there, too."""
 _NAMED = re.compile(r"(theta|alpha|beta|qd|[a-zA-Z])(\d*)")
 
 
@@ -174,7 +176,7 @@ class _Setter:
         if not value.is_Rational:
             return self.number(value).body, ()
         direct, inverse = decimal(value), decimal(1 / value)
-        if not (rest.is_number or rest.atoms(sp.Pow) & _roots(rest)):
+        if value.q > _MOST_BELOW or not (rest.is_number or rest.atoms(sp.Pow) & _roots(rest)):
             shorter = direct is None or (is_fraction and value > 1 and len(str(inverse)) <= len(direct))
             if inverse is not None and shorter:
                 return (), number(inverse)

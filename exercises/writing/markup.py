@@ -8,6 +8,7 @@ import textwrap
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 from html import escape
+from itertools import zip_longest
 
 from markdown_it import MarkdownIt
 from markdown_it.token import Token
@@ -16,7 +17,7 @@ from exercises.formula.latex import parsed
 from exercises.formula.printers.latex import latex as latex_of
 from exercises.formula.printers.mathml import mathml
 from exercises.formula.printers.unicode import shown_width, unicode_math
-from exercises.writing.fit import fitted, width
+from exercises.writing.fit import LETTER, breaks_lines, fitted, is_high, width
 
 WIDTH = 100
 SCREEN, PAPER = 44.0, 38.0
@@ -103,8 +104,15 @@ _CLOSE = {
     "heading_close": "}\n", "strong_close": "}", "em_close": "}", "softbreak": "\n", "hardbreak": r"\\" + "\n",
     "table_close": "\\bottomrule\n\\end{tabular}\n\\end{center}\n",
 }  # fmt: skip
-_SIZES = (1.0, ""), (0.91, r"\small"), (0.82, r"\footnotesize")
+_SIZES = (1.0, ""), (0.91, r"\small"), (0.82, r"\footnotesize"), (0.73, r"\scriptsize")
 """From which part of its width on a formula fits in a size of LaTeX's."""
+_TABLE = re.compile(r"(\n\\begin\{tabular\}.*?\\end\{tabular\}\n)", re.DOTALL)
+_POINTED = re.compile(HOLDER.pattern + "([,.;:]?)")
+"""The holder of a formula with the point behind it, which stays with it on lines of its own."""
+_BETWEEN = 1.1
+"""The room between two columns of a table, in em."""
+_SHRUNK = r"\resizebox{\ifdim\width>\linewidth\linewidth\else\width\fi}{!}{%"
+"""What begins something that is made as wide as a line where it is wider."""
 _SECTIONS = {"h1": "section", "h2": "section", "h3": "subsection"}
 
 
@@ -114,23 +122,56 @@ def latex_escaped(text: str) -> str:
 
 
 def to_latex(text: str, share: float = 1.0) -> str:
-    """Return the body of a LaTeX document; needs amsmath and booktabs, leaves raw HTML out.
+    """Return the body of a LaTeX document; needs amsmath, booktabs and graphicx, leaves raw HTML out.
 
     It may take a `share` of a page's width.
     """
     tokens, formulas = parsed_markdown(text)
+    room = share * PAPER
 
     def formula(match: re.Match[str]) -> str:
         latex, block = formulas[int(match.group(1))]
-        if not block:
-            return f"${latex}$"
-        shown = fitted_latex(latex, share * PAPER)
-        fits = share * PAPER / width(parsed(shown))
-        size = next((name for least, name in _SIZES if fits >= least), r"\scriptsize")
-        display = f"\\[\n{shown}\n\\]"
-        return f"{{{size}\n{display}\n}}" if size else display
+        if block:
+            return _display(latex, room) + match.group(2)
+        if breaks_lines(parsed(latex), room):
+            return _display(latex, room, match.group(2))
+        return f"${latex}${match.group(2)}"
 
-    return HOLDER.sub(formula, _latex_of(tokens)).strip() + "\n"
+    def cell(match: re.Match[str]) -> str:
+        return f"${formulas[int(match.group(1))][0]}$"
+
+    def table(latex: str) -> str:
+        laid_out = [parsed(formulas[int(number)][0]) for number in HOLDER.findall(latex)]
+        shown = HOLDER.sub(cell, latex)
+        if any(map(is_high, laid_out)):
+            shown = f"\n\\renewcommand{{\\arraystretch}}{{1.5}}{shown}"
+        return f"\n{_SHRUNK}{shown.rstrip()}}}\n" if _table_width(latex, formulas) > room else shown
+
+    pieces = _TABLE.split(_latex_of(tokens))
+    shown = (table(piece) if k % 2 else _POINTED.sub(formula, piece) for k, piece in enumerate(pieces))
+    return "".join(shown).strip() + "\n"
+
+
+def _display(latex: str, room: float, point: str = "") -> str:
+    """Return a formula on lines of its own, so small that it fits into `room` (em), with a point behind it."""
+    shown = fitted_latex(latex, room)
+    fits = room / width(parsed(shown))
+    shown += point
+    size = next((name for least, name in _SIZES if fits >= least), r"\scriptsize")
+    if not size:
+        return f"\\[\n{shown}\n\\]"
+    return f"{{{size}\n\\[\n{_SHRUNK}\n$\\displaystyle {shown}$}}\n\\]\n}}"  # widths are estimates
+
+
+def _table_width(latex: str, formulas: Sequence[tuple[str, bool]]) -> float:
+    """Return about how wide a table is, in em."""
+    lines = (line.removesuffix(r" \\").split(" & ") for line in latex.splitlines() if " & " in line)
+
+    def wide(cell: str) -> float:
+        inner = sum(width(parsed(formulas[int(number)][0])) for number in HOLDER.findall(cell))
+        return inner + LETTER * len(HOLDER.sub("", cell)) + _BETWEEN
+
+    return sum(map(max, zip_longest(*([wide(cell) for cell in line] for line in lines), fillvalue=0.0)))
 
 
 def _latex_of(tokens: Sequence[Token]) -> str:

@@ -25,6 +25,14 @@ class AxisNames:
         return slide_symbol(self.chain)
 
     @property
+    def axes_i(self) -> list[str]:
+        """The same of all kinds of joints that the arm has."""
+        if not self.is_by_axes:
+            return [self.z_i]
+        kinds = {joint.kind for joint in self.chain.joints}
+        return [name for kind, name in (("R", self.z_i), ("P", self.slide_i)) if kind in kinds]
+
+    @property
     def p_i(self) -> str:
         """What the vector from the axis of joint i to P is called."""
         return vector_symbol(self.chain)
@@ -32,6 +40,10 @@ class AxisNames:
     def z(self, joint: int) -> str:
         """Return what the axis of a joint is called."""
         return axis_symbol(self.chain, joint)
+
+    def z_at_home(self, joint: int) -> str:
+        """Return what the axis of a joint is called where all joint variables are zero."""
+        return axis_symbol(self.chain, joint, at_home=True)
 
     def p(self, joint: int) -> str:
         """Return what the vector from the axis of a joint to P is called."""

@@ -10,6 +10,7 @@ from typing import Any
 from exercises.answers import LETTERS
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive
+from exercises.families import FAMILIES
 from exercises.languages import ENGLISH, catalogue
 from exercises.problem import Part, Problem
 from exercises.quizzes import ASKED
@@ -118,8 +119,14 @@ def next_solution(problem: Problem, explained: set[str], language: str = ENGLISH
 
 def _derivation(problem: Problem, part: Part, language: str, earlier: frozenset[str] = frozenset()) -> str:
     chain = problem.chain
-    words, steps = Wording(chain, catalogue(language), earlier), worked_steps(chain)
+    words, steps = Wording(chain, catalogue(language), earlier, _is_of_chapter(problem)), worked_steps(chain)
     return str(_macros(part, language).solution(part, chain, derive(chain), words, steps))
+
+
+def _is_of_chapter(problem: Problem) -> bool:
+    """Whether a family drew the arm: a file of somebody's own may have the name of one, but not its title."""
+    family = FAMILIES.get(problem.id.family)
+    return family is not None and family.plain is not None and problem.chain.title == family.plain.title
 
 
 def answer_code(problem: Problem, part: Part, taken: int = 0) -> str:

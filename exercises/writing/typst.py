@@ -7,18 +7,23 @@ become markup.
 
 import re
 from collections.abc import Sequence
+from itertools import takewhile
 
 from markdown_it.token import Token
 
 from exercises.formula.latex import parsed
 from exercises.formula.printers.speech import spoken
 from exercises.formula.printers.typst import typst_math, typst_string
-from exercises.writing.fit import fitted, width
+from exercises.writing.fit import breaks_lines, fitted, is_high, width
 from exercises.writing.markup import HOLDER, parsed_markdown
 
 ROOM = 40.0
 """How wide formulas may be on lines of their own, in em of the text: on A4 and on Letter, beside a rule at the left."""
 
+_POINTED = re.compile(HOLDER.pattern + r"(\\[,.;:])?")
+"""The holder of a formula with the point behind it, which stays with it on lines of its own."""
+Formulas = Sequence[tuple[str, bool]]
+"""LaTeX, and whether it stands on lines of its own."""
 _PUNCTUATION = re.compile(r"[!-/:-@\[-`{-~]")
 _OPEN = {
     "strong_open": "#strong[", "em_open": "#emph[", "bullet_list_open": "\n#list(", "list_item_open": "[",
@@ -52,16 +57,26 @@ def to_typst(text: str, share: float = 1.0) -> str:
         latex, block = formulas[int(match.group(1))]
         laid_out = parsed(latex)
         words = typst_string(spoken(laid_out))
-        if not block:
-            return f"#formula({words}, ${typst_math(laid_out)}$)"
+        if not block and not breaks_lines(laid_out, share * ROOM):
+            return f"#formula({words}, ${typst_math(laid_out)}$){match.group(2) or ''}"
         shown = fitted(laid_out, share * ROOM)
         size = min(100, int(100 * share * ROOM / width(shown)))
-        return f"#formulas({words}, $ {typst_math(shown)} $, {size}%)"
+        if block:
+            return f"#formulas({words}, $ {typst_math(shown)} $, {size}%){match.group(2) or ''}"
+        point = f' "{match.group(2)[1:]}"' if match.group(2) else ""
+        return f"#formulas({words}, $ {typst_math(shown)}{point} $, {size}%)"
 
-    return re.sub(r"\n{3,}", "\n\n", HOLDER.sub(formula, _markup(tokens))).strip() + "\n"
+    return re.sub(r"\n{3,}", "\n\n", _POINTED.sub(formula, _markup(tokens, formulas))).strip() + "\n"
 
 
-def _markup(tokens: Sequence[Token]) -> str:
+def _has_high_rows(tokens: Sequence[Token], formulas: Formulas) -> bool:
+    """Whether a table, whose tokens come first, has a formula in it that is higher than a line."""
+    inside = takewhile(lambda token: token.type != "table_close", tokens)
+    held = (number for token in inside for number in HOLDER.findall(token.content))
+    return any(is_high(parsed(formulas[int(number)][0])) for number in held)
+
+
+def _markup(tokens: Sequence[Token], formulas: Formulas) -> str:
     out: list[str] = []
     for index, token in enumerate(tokens):
         if token.type in _OPEN:
@@ -69,7 +84,7 @@ def _markup(tokens: Sequence[Token]) -> str:
         elif token.type in _CLOSE:
             out.append("" if token.hidden else _CLOSE[token.type])
         elif token.type == "inline":
-            out.append(_markup(token.children or []))
+            out.append(_markup(token.children or [], formulas))
         elif token.type == "text":
             out.append(typst_escaped(token.content))
         elif token.type == "code_inline":
@@ -80,5 +95,6 @@ def _markup(tokens: Sequence[Token]) -> str:
             out.append(f"\n#enum(start: {token.attrGet('start') or 1}, ")
         elif token.type == "table_open":
             columns = sum(t.type == "th_open" for t in tokens[index:])
-            out.append(f"\n#table(columns: {columns}, ")
+            inset = "inset: (x: 0.65em, y: 0.62em), " if _has_high_rows(tokens[index:], formulas) else ""
+            out.append(f"\n#table(columns: {columns}, {inset}")
     return "".join(out)

@@ -28,12 +28,14 @@ NUMBER_WORDS = ("no", "one", "two", "three", "four", "five", "six", "seven", "ei
 class Wording(AxisNames):
     """What templates say about a chain, in the words of a language; formulas are LaTeX without dollar signs.
 
-    `earlier` are the kinds of questions solved before in the same text; what they found is not shown again.
+    `earlier` are the kinds of questions solved before in the same text; what they found is not shown again. Where the
+    arm is one `of_chapter`, drawn by a family of ours, it is said where the chapter tells another result.
     """
 
     chain: Chain
     words: Catalogue = field(default_factory=lambda: catalogue(ENGLISH))
     earlier: frozenset[str] = frozenset()
+    of_chapter: bool = False
 
     @property
     def frame(self) -> str:
@@ -443,6 +445,26 @@ class Wording(AxisNames):
     def axis_names(self) -> str:
         """The joint axes, z_0 ... z_{n-1}, or z_1 ... z_n of a modified table."""
         return self.join([f"${self.z(i)}$" for i in range(1, self.chain.n + 1)])
+
+    @property
+    def column_of_axis(self) -> str:
+        """What column i of the joint axes is."""
+        say, names = self.words, [f"${name}$" for name in self.axes_i]
+        if len(names) == 1:
+            return names[0]
+        return say.gettext("%(omega)s of a revolute joint, %(v)s of a prismatic one", omega=names[0], v=names[1])
+
+    @property
+    def moved_names(self) -> str:
+        """What directions and points of the axes are called where the joints before them have taken them."""
+        kinds = {joint.kind for joint in self.chain.joints}
+        names = [*([r"\omega_i", "q_i"] if "R" in kinds else []), *(["v_i"] if "P" in kinds else [])]
+        return self.join([f"${name}'$" for name in names])
+
+    @property
+    def axes_called(self) -> str:
+        """What the joint axes are called, with an index i."""
+        return self.join([f"${name}$" for name in self.axes_i])
 
     @property
     def vector_names(self) -> str:

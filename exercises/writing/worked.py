@@ -14,22 +14,33 @@ import sympy as sp
 from exercises.arm.axes import slope
 from exercises.arm.chain import TASK_ROWS, Chain, Point
 from exercises.arm.classification import Kind, classify
+from exercises.arm.conventions import axes_of
 from exercises.arm.derivation import Derivation, derive, structure, task_velocity
 from exercises.arm.kinematics import NumericChain, frame_behind, joint_rotation, link_frames, link_vector
 from exercises.arm.precise import determinant, four_digits, inverse, shown
 from exercises.arm.singularity import Component, never_vanishes, singular_set
 from exercises.arm.told import (
+    in_twist_order,
     is_modified,
     told_point,
     told_rows,
     up_to_frame,
 )
-from exercises.arm.trigonometry import substitute, textbook
+from exercises.arm.trigonometry import substitute, textbook, without_brackets
 from exercises.formula.order import joint_sum
 from exercises.problem import Part
-from exercises.questions.inversion import Situation, jacobian_at
+from exercises.questions.inversion import Configuration, Situation, jacobian_at
 from exercises.questions.rank import LostAt, MeaningAsked, Where, lost_where
-from exercises.questions.screws import body_jacobian, space_jacobian
+from exercises.questions.screws import (
+    Screw,
+    body_jacobian,
+    body_rotation,
+    carried_screws,
+    exponential,
+    hat,
+    home_screws,
+    space_jacobian,
+)
 from exercises.questions.singular import Place
 from exercises.questions.wrist import block_determinants, not_partitioned, wrist_block
 from exercises.writing.angles import AngleNames, angle_names, arm_angles, link_angles
@@ -220,7 +231,32 @@ class Worked(AxisNames):
     @property
     def point_at_home(self) -> sp.Matrix:
         """Where P is at home (3 x 1, m)."""
-        return self.d.position.xreplace(self._home)
+        return axes_of(self.chain)[1]
+
+    @property
+    def exponentials(self) -> list[tuple[str, sp.Matrix]]:
+        """Of each joint what its exponential is called, and the 4 x 4 matrix."""
+        axes = axes_of(self.chain)[0]
+        pairs = enumerate(zip(self.chain.q, axes, strict=True), 1)
+        return [(f"e^{{[S_{{{i}}}]{tex(q)}}}", exponential(axis, q)) for i, (q, axis) in pairs]
+
+    @property
+    def body_rotation(self) -> sp.Matrix:
+        """R_sb, 3 x 3."""
+        return body_rotation(self.chain)
+
+    @staticmethod
+    def hat(vector: sp.Matrix) -> sp.Matrix:
+        """Return [v], 3 x 3."""
+        return hat(vector)
+
+    def screw_at_home(self, joint: int) -> Screw:
+        """Return a joint with its axis and its screw at home."""
+        return home_screws(self.chain)[joint - 1]
+
+    def screw_carried(self, joint: int) -> Screw:
+        """Return a joint with its axis and its screw as the joints before it have moved them."""
+        return carried_screws(self.chain)[joint - 1]
 
     def jacobian_of(self, frame: str) -> sp.Matrix:
         """Return the Jacobian of screws in the "space" frame or in that of the "body"."""
@@ -228,7 +264,7 @@ class Worked(AxisNames):
 
     def axis_at_home(self, joint: int) -> sp.Matrix:
         """Return the axis of a joint where all joint variables are zero (3 x 1)."""
-        return self.d.z[:, joint - 1].xreplace(self._home)
+        return self.d.z[:, joint - 1].xreplace(self._home).applyfunc(sp.expand)
 
     def turned_axis(self, joint: int) -> sp.Matrix | None:
         """Return the axis of a joint as the joints before it have turned it (3 x 1), None where they do not."""
@@ -247,7 +283,7 @@ class Worked(AxisNames):
             home = dict.fromkeys(self.chain.q[: joint - 1], sp.S.Zero)
             place = self.d.position.xreplace(home)
             if place != before:
-                places.append((joint, place))
+                places.append((joint, place.applyfunc(without_brackets)))
             before = place
         return places if len(places) < 2 or places[-1][0] != 1 else places[:-1]
 
@@ -271,6 +307,11 @@ class Worked(AxisNames):
         """p*_k of the point's own frame: R_k times its coordinates there (zero for an origin)."""
         k = self.chain.point.frame
         return self._fill(derive(self._structure).rotations[k] * sp.Matrix(told_point(self._structure).offset))
+
+    @property
+    def geometric(self) -> sp.Matrix:
+        """The geometric Jacobian, 6 x n, its rows in the order in which the arm is asked about."""
+        return in_twist_order(self.chain, self.d.geometric)
 
     @cached_property
     def columns(self) -> list[Column]:
@@ -469,9 +510,17 @@ class Worked(AxisNames):
 
     # --- singular configurations ---
 
+    @property
+    def components(self) -> list[Component]:
+        """The components of the singular set, their conditions as they are shown."""
+        return [
+            replace(component, conditions=tuple(map(self._as_shown, component.conditions)))
+            for component in singular_set(self.chain) or ()
+        ]
+
     @cached_property
     def found(self) -> list[SingularComponent]:
-        """The components of the singular set, classified."""
+        """The same, classified."""
         return [self._classified(component) for component in singular_set(self.chain) or ()]
 
     def _classified(self, component: Component) -> SingularComponent:
@@ -534,7 +583,7 @@ class Worked(AxisNames):
 
     # --- numbers ---
 
-    def numeric(self, situation: Situation, expression: sp.Matrix | sp.Expr) -> sp.Matrix | sp.Expr:
+    def numeric(self, situation: Configuration, expression: sp.Matrix | sp.Expr) -> sp.Matrix | sp.Expr:
         """Return the numbers that a formula takes in a situation, to four significant digits."""
         filled = expression.xreplace(situation.values)
         return filled.applyfunc(_four_digits) if isinstance(filled, sp.MatrixBase) else _four_digits(filled)

@@ -11,6 +11,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from exercises.arm.told import is_by_axes
 from exercises.assignment import Assignment, Student
 from exercises.lateness import in_words
 from exercises.problem import Part, Problem
@@ -130,14 +131,15 @@ def _problems(assignment: Assignment, student: Student, result: dict[str, Any]) 
             shown = _part(problem, part, told(judged, assignment.feedback), numbers)
             parts.append({**said, **shown, "solution": solution, "figure": figure})
         title = f"Problem {number}: {problem.title}"
-        drawn = {"figure": have.figure(name, problem), "given": _captioned(have.given(name, problem))}
+        drawn = {"figure": have.figure(name, problem), "given": _captioned(have.given(name, problem), problem)}
         made.append({"id": f"problem-{number}", "title": title, **drawn, "parts": parts, **_sum(entry)})
     return made
 
 
-def _captioned(given: str) -> str:
+def _captioned(given: str, problem: Problem) -> str:
     """Return what is given with a caption for its table, which a screen reader tells before it."""
-    caption = '<table><caption class="unseen">Denavit–Hartenberg parameters</caption>'
+    what = "Joint axes at home" if is_by_axes(problem.chain) else "Denavit–Hartenberg parameters"
+    caption = f'<table><caption class="unseen">{what}</caption>'
     return re.sub(r"<th\b(?!ead)", '<th scope="col"', given.replace("<table>", caption))
 
 

@@ -108,6 +108,8 @@ export interface Part {
   readonly names: readonly string[];
   /** Under which the entries of a vector may be given, as in {qd1: …, qd2: …}. */
   readonly labels: readonly string[];
+  /** Under which the columns of a matrix may be given, as in z0 = …, z1 = …. */
+  readonly columns: readonly string[];
   readonly figure: string;
   readonly alt: string;
   /** The pose of its figure, where that is not the arm's own. */

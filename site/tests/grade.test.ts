@@ -252,3 +252,13 @@ test("a matrix is marked by entry, zeros earn nothing, and the mistake behind it
   expect(judgeValues("[[a1, 0]]", key).outcome).toBe("wrong");
   expect(judgeValues("[[blank, blank], [blank, blank]]", key).outcome).toBe("missing");
 });
+
+test.each([["omega = [1, 2, 3], v = [4, 5, 6]"], ["v: [4, 5, 6]; ω: [1, 2, 3]"], ["[1, 2, 3, 4, 5, 6]"]])(
+  "a twist of angular velocity first, by its halves: %s",
+  (typed) => {
+    const right = [[1], [2], [3], [4], [5], [6]].map(([value]) => [value as number, value as number]);
+    const key: ValuesKey = { ...ALONG, type: "values", rows: 6, right };
+    const labels = ["omegax", "omegay", "omegaz", "vx", "vy", "vz"];
+    expect(judgeValues(typed, key, labels).outcome).toBe("correct");
+  },
+);

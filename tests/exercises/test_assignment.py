@@ -10,6 +10,9 @@ from pathlib import Path
 import pytest
 
 from exercises import files
+from exercises.arm.chain import CONVENTIONS, Chain, Joint
+from exercises.arm.robot_file import Robot
+from exercises.arm.robot_text import robot_text
 from exercises.assignment import load_assignment
 from exercises.errors import QdotError
 from exercises.release import Released, init_assignment, notebook_path, release
@@ -241,6 +244,23 @@ def test_bytes_that_are_no_text_are_told(folder: Path, content: bytes) -> None:
     (folder / "roster.csv").write_bytes(content)
     with pytest.raises(QdotError, match=r"roster\.csv: line [23]: this is no text in UTF-8, UTF-16 or Windows-1252"):
         load_assignment(folder)
+
+
+@pytest.mark.parametrize("own", CONVENTIONS)
+def test_a_robot_is_told_as_the_nearest_key_says_else_as_its_file_does(folder: Path, own: str) -> None:
+    arm = Chain("m", tuple(Joint("R", f"theta{i}", 0, f"a{i}", 0) for i in (1, 2)), ("vx", "vy"))
+    (folder / "arm.toml").write_text(robot_text(Robot(arm), own))
+    robot = PROBLEM.replace('family = "planar-2r"', 'robot = "arm.toml"')
+
+    def told(top: str, problem: str) -> list[str]:
+        (folder / "assignment.toml").write_text(f'title = "T"\nkey = "hw"\n{top}{robot}{problem}{PROBLEM}{problem}')
+        return [problem.chain.convention for _, problem in load_assignment(folder).problems("ada")]
+
+    assert told("", "") == [own, "dh"]
+    for one in CONVENTIONS:
+        assert told(f'convention = "{one}"\n', "") == [one, one]
+        for other in CONVENTIONS:
+            assert told(f'convention = "{one}"\n', f'convention = "{other}"\n') == [other, other]
 
 
 def test_a_mistake_in_a_robot_is_told_with_both_files_and_a_doubt_is_noted(folder: Path) -> None:

@@ -11,10 +11,11 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from exercises.answers import Choice
-from exercises.arm.chain import CONVENTIONS
+from exercises.arm.chain import CONVENTIONS, Chain
+from exercises.difficulty import BANDS, HARDEST, difficulty, step
 from exercises.errors import QdotError
 from exercises.families import FAMILIES
-from exercises.generation import check_questions, generate, questions_of, student_problem_id
+from exercises.generation import check_questions, generate, questions_of, sample_chain, student_problem_id
 from exercises.problem import ENGINE, LARGEST_SEED, Part, Problem, ProblemId
 from exercises.questions import QUESTIONS, recursion, screws
 from exercises.record import digests
@@ -160,10 +161,48 @@ def test_ids_are_read_and_written() -> None:
         "planar-2r/x",
         "/7",
         "planar-2r/7/8",
-        "Planar/7",
+        "planar-2r/7@",
+        "planar-2r/7@@zeros",
+        "Planär/7",
     ):
         with pytest.raises(QdotError, match="FAMILY/SEED"):
             ProblemId.parse(wrong)
+
+
+@pytest.mark.parametrize(
+    ("identity", "said"),
+    [
+        (
+            "planar-2r/7@modified",
+            "'modified' is neither a variation nor a convention (did you mean the convention 'modified-dh'?)",
+        ),
+        ("planar-2r/7@craig", "(did you mean the convention 'modified-dh'?)"),
+        ("planar-2r/7@zeros@modfied-dh", "(did you mean the convention 'modified-dh'?)"),
+        ("planar-2r/7@modified_dh", "(did you mean the convention 'modified-dh'?)"),
+        ("planar-2r/7@lenghts", "(did you mean the variation 'lengths'?)"),
+        (
+            "planar-2r/7@x",
+            "variations: chapter, lengths, zeros, frames, full, or axes, as in lengths+base, out of lengths,",
+        ),
+        ("planar-2r/7@x", "; conventions: dh, modified-dh, screws"),
+        ("planar-2r/7@lengths+bse", "unknown variation 'bse' (did you mean 'base'?)"),
+        ("planar-2r/7@lengths@frames", "'planar-2r/7@lengths@frames' names two variations, lengths and frames"),
+        ("planar-2r/7@dh@zeros@screws", "names two conventions, dh and screws; it may have one of each"),
+        ("planar-2r/7@Screws", "has capital letters, and names have none; 'planar-2r/7@screws' is meant"),
+        ("Planar-2R/7", "'planar-2r/7' is meant, probably"),
+        ("planar-2r/7@Scews", "(did you mean the convention 'screws'?)"),
+    ],
+)
+def test_what_is_wrong_in_an_id_is_told_with_what_is_meant(identity: str, said: str) -> None:
+    with pytest.raises(QdotError) as raised:
+        ProblemId.parse(identity)
+    assert said in str(raised.value)
+
+
+def test_a_convention_is_known_by_what_others_call_it() -> None:
+    for called, meant in (("Craig", "modified-dh"), ("Standard", "dh"), ("PoE", "screws"), ("screw", "screws")):
+        with pytest.raises(QdotError, match=f"^unknown convention '{called}' .did you mean '{meant}'"):
+            ProblemId("planar-2r", 1).told(called)
 
 
 @pytest.mark.parametrize(
@@ -251,3 +290,15 @@ def test_a_class_has_different_answers(family: str) -> None:
         assert not letters or len(letters) > (2 if STUDENTS >= 30 else 1), name
         assert not letters or STUDENTS < 30 or max(letters.values()) < 0.7 * STUDENTS, name
     assert not all_letters or (len(all_letters) > 2 and max(all_letters.values()) < 0.7 * all_letters.total())
+
+
+def test_the_step_of_an_arm_of_many_terms_needs_no_singular_set(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Which takes a minute for arms of seven joints with offsets, and could only raise the highest step."""
+    arm = sample_chain(ProblemId("puma-560", 3, variation="full"))
+    assert difficulty(arm) >= BANDS[-1]
+
+    def asked(_: Chain) -> None:
+        raise AnArmWasDrawnError
+
+    monkeypatch.setattr("exercises.difficulty.singular_set", asked)
+    assert step(arm) == HARDEST

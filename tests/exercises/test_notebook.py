@@ -15,10 +15,12 @@ import sympy as sp
 from markdown_it import MarkdownIt
 
 from exercises.answers import Choice, ConditionSet, Direction, Expression, Matrix, Number
+from exercises.arm.chain import CONVENTIONS
+from exercises.generation import generate
 from exercises.notebook import notebook_text, solution_notebook, student_notebook
 from exercises.problem import Part, Problem, variable
 from exercises.self_check import check_cell
-from exercises.writing.statement import answer_code
+from exercises.writing.statement import answer_code, statement
 from tests.support.problems import drawn, parts_in_turn
 from tests.support.suites import of_families
 
@@ -101,7 +103,7 @@ def test_same_problems_same_bytes(make: Any, family: str) -> None:
 
 def test_metadata_says_what_it_is_and_no_seed(student: Any, problems: Slotted) -> None:
     own = student.metadata["qdot"]
-    assert own["kind"] == "student" and own["problems"] == {slot: p.id.family for slot, p in problems}
+    assert own["kind"] == "student" and own["joints"] == {slot: [q.name for q in p.chain.q] for slot, p in problems}
     text = notebook_text(student)
     assert "seed" not in text and not any(str(problem.id) in text for _, problem in problems)
 
@@ -208,6 +210,27 @@ def test_staff_reads_a_solution_before_it_is_typed() -> None:
     cells = [cell["id"] for cell in _staff("planar-2r").cells]
     for solution in (name for name in cells if name.endswith("-solution")):
         assert cells[cells.index(solution) + 1] == solution.removesuffix("-solution")
+
+
+def test_an_arm_told_by_its_axes_has_no_names_of_a_table() -> None:
+    """Neither in the words, nor among what an answer may hold: a2 of the table that is worked with is told nowhere."""
+    told = {name: generate(f"planar-2r/1@{name}", ["position"]) for name in CONVENTIONS}
+    assert [name for name, problem in told.items() if "a2" in problem.symbols()] == ["dh", "modified-dh"]
+    for names in (("screws",), ("screws", "dh"), ("dh", "modified-dh")):
+        slotted = [(f"p{number}", told[name]) for number, name in enumerate(names, 1)]
+        opening = student_notebook("T", "hw", "s1", slotted).cells[0].source
+        assert ("usual name (`a1`, `d1`, …)" in opening) == (names != ("screws",))
+    assert "the table" not in statement(told["screws"], "").partition("**Joint variables:**")[2]
+
+
+@pytest.mark.parametrize("hinted", [False, True])
+def test_staff_reads_what_students_read_whether_it_is_written_anew_or_not(hinted: bool) -> None:
+    of = (TITLE, "hw1", "s001", _problems("planar-2r"), hinted)
+    handed_out = student_notebook(*of)
+    assert notebook_text(solution_notebook(*of, handed_out=handed_out)) == notebook_text(solution_notebook(*of))
+    asked = next(cell for cell in handed_out.cells if cell.id.endswith("-question"))
+    asked.source = "written once"
+    assert "written once" in [cell.source for cell in solution_notebook(*of, handed_out=handed_out).cells]
 
 
 @pytest.mark.parametrize("title", ["Arms & <signs>", "a_1 * [b] $c$ `d` \\e &amp; _f_ *g* 6.1"])

@@ -11,7 +11,7 @@ import sympy as sp
 
 from exercises.arm.chain import TASK_ROWS, Chain, Joint, Point
 from exercises.arm.kinematics import NumericChain
-from exercises.arm.reciprocal import applies, plain_chain, reciprocal_set
+from exercises.arm.reciprocal import Found, applies, plain_chain, reciprocal_set
 from exercises.arm.searched import _Rank, tried
 from exercises.arm.singularity import singular_set
 from exercises.solving import Solution, solution_json, solution_text, solve
@@ -121,11 +121,43 @@ def test_an_arm_is_solved_in_seconds_and_all_that_is_told_holds(name: str) -> No
     assert "a test of what was derived, and no proof" in text
     assert ("The rank of N₁ is below" in text) == (name in ("baxter", "sawyer", "sawyer-open"))
     assert ("lengths that nothing is special about" in text) == bool(solution.chain.parameters)
-    # Other starts than those that it was tested with.
-    out = tried(
-        replace(solution.chain, joints=solution.chain.joints), [c.conditions for c in solution.singular or ()], 90
-    )
+    # Other lengths and starts than those that it was tested with.
+    assert solution.redundant is not None and solution.redundant.tried is not None
+    out = tried(solution.chain, [c.conditions for c in solution.singular or ()], stream="other starts")
     assert out.wrong == () and out.unexplained == ()
+    first, other = solution.redundant.tried.samples[0], out.samples[0]
+    assert not any(np.allclose(q, p) for _, q in first for _, p in other)
+
+
+def test_conditions_without_a_configuration_are_told_as_undecided(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each of these can hold, but not both: sin(theta2) would be 7/5."""
+    usual = _solved("iiwa")
+    s2, s4 = sp.sin(sp.Symbol("theta2")), sp.sin(sp.Symbol("theta4"))
+    both = (s2 - s4 - sp.Rational(19, 10), s2 + s4 - sp.Rational(9, 10))
+
+    def with_one_more(plain: Chain, twists: tuple[tuple[sp.Symbol, sp.Expr], ...]) -> Found:
+        found = reciprocal_set(plain, twists)
+        return replace(found, ways=(*found.ways, both))
+
+    monkeypatch.setattr("exercises.redundant.reciprocal_set", with_one_more)
+    solution = solve(replace(_arm("iiwa"), name="undecided"))
+    assert solution.redundant is not None and solution.redundant.undecided == (both,)
+    assert _conditions(solution) == _conditions(usual) and solution.redundant.doubtful == ()
+    assert (
+        "No configuration was found in which `sin(theta2) - sin(theta4) - 19/10 = 0` and `sin(theta2) + sin(theta4) - "
+        "9/10 = 0`, in 60 searches from random starts; whether there is one was not decided."
+    ) in (solution.note or "")
+    assert "was not decided" in " ".join(solution_text(solution).split())
+    assert "was not decided" not in (usual.note or "")
+
+    def only_these(plain: Chain, twists: tuple[tuple[sp.Symbol, sp.Expr], ...]) -> Found:
+        return replace(reciprocal_set(plain, twists), ways=(both,))
+
+    monkeypatch.setattr("exercises.redundant.reciprocal_set", only_these)
+    solution = solve(replace(_arm("iiwa"), name="nothing else"))
+    assert solution.singular == () and "full rank in every configuration" not in (solution.note or "")
+    text = " ".join(solution_text(solution).split())
+    assert "It never does" not in text and "No configuration is known in which it does" in text
 
 
 @pytest.mark.parametrize("name", ["iiwa", "iiwa-open"])

@@ -11,6 +11,7 @@ import pytest
 import sympy as sp
 
 from exercises.answers import Expression, Matrix
+from exercises.arm.told import is_by_axes
 from exercises.families import FAMILIES
 from exercises.notebook import student_notebook
 from exercises.problem import Problem, variable
@@ -64,6 +65,7 @@ def _told(problem: Problem, answers: dict[str, Any]) -> dict[str, str]:
 
 def test_every_relation_is_checked_for_some_family() -> None:
     asked = [drawn(name, 0, step) for name in ("planar-2r", "planar-3r") for step in ("chapter", "full")]
+    asked += [drawn("planar-2r", 0, "chapter", convention="screws")]
     cells = "".join(check_cell("p1", problem, part.name) for problem in asked for part in problem.parts)
     assert [relation.question for relation in RELATIONS if relation.question not in cells] == []
 
@@ -78,19 +80,31 @@ def _sabotaged(problem: Problem) -> Iterator[tuple[str, str, Any]]:
         answer = next(part.answer for part in problem.parts if part.name == name)
         assert isinstance(answer, (Expression, Matrix))
         wrong = sp.Matrix([answer.reference])
-        row, column = next(at for at in np.ndindex(*wrong.shape) if wrong[at] != 0)
+        compared = [at for at in np.ndindex(*wrong.shape) if at[1] == 0 or "first column of" not in relation.question]
+        if "linear rows" in relation.question and is_by_axes(problem.chain):
+            compared = [at for at in compared if at[0] > 2]
+        row, column = next(at for at in compared if wrong[at] != 0)
         if "angular" in relation.question:
-            wrong[3, 0] += sp.Rational(1, 10)
+            wrong[0 if is_by_axes(problem.chain) else 3, 0] += sp.Rational(1, 10)
         else:
             wrong[row, column] *= sp.Rational(-9, 10)
         yield relation.question, name, wrong
 
 
+@pytest.mark.parametrize("convention", ["dh", "screws"])
 @of_families(list(FAMILIES))
-def test_an_entry_gone_wrong_does_not_fit(family: str) -> None:
-    problem = drawn(family, 0)
+def test_an_entry_gone_wrong_does_not_fit(family: str, convention: str) -> None:
+    problem = drawn(family, 0, convention=convention)
     for question, name, wrong in _sabotaged(problem):
         assert _told(problem, {name: wrong})[question].startswith("No."), question
+
+
+@of_families(list(FAMILIES))
+def test_right_answers_of_an_arm_told_by_axes_fit(family: str) -> None:
+    told = _told(drawn(family, 1, convention="screws"), {})
+    assert {said for question, said in told.items() if question != SINGULAR} <= {
+        "Yes; what both rest on may still be wrong."
+    }
 
 
 def test_where_it_does_not_fit_is_told() -> None:

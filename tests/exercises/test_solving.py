@@ -3,6 +3,7 @@
 import json
 import re
 from collections.abc import Iterator
+from contextlib import nullcontext
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -12,20 +13,39 @@ import pytest
 import sympy as sp
 
 from exercises.arm import derivation
-from exercises.arm.chain import TASK_ROWS, Chain
+from exercises.arm.chain import TASK_ROWS, Chain, Joint
 from exercises.arm.classification import Kind, domain_of
 from exercises.arm.derivation import derive
 from exercises.arm.entry import to_sympy
+from exercises.arm.placing import Axis, reached
 from exercises.arm.robot_file import read_robot_file
 from exercises.arm.singularity import Component
 from exercises.errors import QdotError
+from exercises.families.own import own_family
 from exercises.formula.conditions import Space, compare_sets
 from exercises.formula.expression import read
 from exercises.formula.pieces import pieces
+from exercises.generation import generate
 from exercises.input_file import shown
+from exercises.problem import ProblemId
 from exercises.questions import QUESTIONS
-from exercises.solving import Solution, read_robot, solution_data, solution_json, solution_latex, solution_text, solve
+from exercises.solving import (
+    Ready,
+    Solution,
+    read_robot,
+    solution_data,
+    solution_json,
+    solution_latex,
+    solution_text,
+    solve,
+    text_stages,
+)
+from exercises.solving_in_time import write_solution
+from exercises.special_lengths import _plain
+from exercises.writing.markup import to_text
+from exercises.writing.statement import worked_solution
 from exercises.writing.worked import SingularComponent, Worked
+from tests.repository.test_schemas import errors
 from tests.support import DATA
 from tests.support.command import fails, run
 from tests.support.suites import few_for
@@ -85,6 +105,25 @@ def _values(chain: Chain, seed: int) -> dict[sp.Symbol, float]:
 
 def _number(text: str, values: dict[sp.Symbol, float]) -> float:
     return float(to_sympy(read(text, [symbol.name for symbol in values])).xreplace(values))
+
+
+def test_the_pose_at_home_of_oblique_axes_is_what_the_file_says(tmp_path: Path) -> None:
+    """The table that is worked with has products of roots in brackets, which make the point that was given."""
+    path = tmp_path / "arm.toml"
+    path.write_text(
+        'name = "Oblique"\nconvention = "screws"\npoint = ["a1 + a2", 0, "1/4"]\n'
+        '[[joint]]\nkind = "R"\naxis = [0, 0, 1]\npoint = [0, 0, 0]\n'
+        '[[joint]]\nkind = "R"\naxis = [1, 1, 0]\npoint = ["a1", 0, 0.2]\n'
+        '[[joint]]\nkind = "P"\naxis = [0, 3, 4]\n'
+    )
+    chain = read_robot_file(path).chain
+    a1, a2 = sp.symbols("a1 a2")
+    steps = Worked(chain)
+    assert list(steps.point_at_home) == [a1 + a2, 0, sp.Rational(1, 4)]
+    assert list(steps.axis_at_home(3)) == [0, sp.Rational(3, 5), sp.Rational(4, 5)]
+    (_, place), *_ = steps.moved_points
+    d3 = sp.Symbol("d3")
+    assert list(place) == [a1 + a2, sp.Rational(3, 5) * d3, sp.Rational(4, 5) * d3 + sp.Rational(1, 4)]
 
 
 def test_rows_that_no_task_names_are_few() -> None:
@@ -152,7 +191,25 @@ def test_scorbot_arm_has_the_shoulder_that_the_book_leaves_out(folder: Path) -> 
     assert (elbow["condition"], elbow["solutions"]) == ("sin(theta3)", {"theta3": ["0", "pi"]})
     assert shoulder["condition"] == "a1 + a2*cos(theta2) + a3*cos(theta2 + theta3)"
     assert shoulder["solutions"] is None and (shoulder["type"], shoulder["uniform"]) == ("internal", True)
-    assert "Straightening joint 2 alone" in " ".join(solution_text(solution).split())
+    assert "Straightening joint 2 alone" not in solution_text(solution)  # that is said of the chapter's arm
+
+
+def test_what_the_chapter_has_otherwise_is_said_of_its_own_arm_only(tmp_path: Path) -> None:
+    """Not of a file's arm of the same shape, whatever it and its file are called."""
+    family = generate(ProblemId("elbow-3r", 0, ("singular-angles",), variation="chapter"))
+    assert "The chapter, as printed, names" in worked_solution(family, family.parts[0])
+    path = tmp_path / "elbow-3r.toml"
+    rows = [("d1", "a1", "pi/2"), (0, "a2", 0), (0, "a3", 0)]
+    joints = "".join(
+        f'[[joint]]\nkind = "R"\ntheta = "theta{i}"\nd = {shown(d)}\na = {shown(a)}\nalpha = {shown(alpha)}\n'
+        for i, (d, a, alpha) in enumerate(rows, 1)
+    )
+    path.write_text(f'name = "elbow-3r"\n{joints}')
+    assert Worked(family.chain).is_elbow and Worked(read_robot(path)).is_elbow
+    text = solution_text(solve(read_robot(path)))
+    assert "a boundary singularity" in text and "The chapter" not in text
+    own = generate(ProblemId("elbow-3r", 0, ("singular-angles",)), family=own_family(path))
+    assert "The chapter" not in worked_solution(own, own.parts[0])
 
 
 @pytest.mark.parametrize("name", WRITTEN)
@@ -555,6 +612,19 @@ def test_links_of_one_length_fold_back_onto_the_base_which_is_no_boundary(
     assert "special_lengths" not in solution_data(solve(read_robot(path)))
 
 
+def test_lengths_are_no_joints_whatever_they_are_called() -> None:
+    """Two conditions are the same up to a length, which d1 is, and not up to the variable of a slide, which d3 is."""
+    q1, q2, d1, d3, a2 = sp.symbols("theta1 theta2 d1 d3 a2")
+    joints = Joint("R", q1, d1, 0, sp.pi / 2), Joint("R", q2, 0, a2, sp.pi / 2), Joint("P", 0, d3, 0, 0)
+    chain = Chain("arm", joints, ("vx", "vy", "vz"))
+    condition = a2 * sp.cos(q2) + d3 * sp.sin(q2)
+    for same in (d1 * condition, -3 * d1**2 * a2 * condition):
+        assert _plain(same, chain) == _plain(condition, chain)
+    for other in (d3 * condition, sp.cos(q1) * condition, condition + d1):
+        assert _plain(other, chain) != _plain(condition, chain)
+    assert _plain(d1 * d3, chain) == _plain(-2 * a2 * d3, chain) == _plain(d3, chain)
+
+
 @pytest.mark.parametrize(
     ("told", "said"),
     [
@@ -579,3 +649,96 @@ def test_what_a_test_in_numbers_finds_amiss_is_told(
     monkeypatch.setattr(Worked, "found", [])
     note = solve(read_robot(path)).note
     assert note is not None and "60 ended in configurations that none of these conditions accounts for" in note
+
+
+BY_AXES = """name = "by its axes"
+convention = "screws"
+point = %s
+[[joint]]
+kind = "R"
+axis = [0, 0, 1]
+point = [0.1, 0.2, 0.5]
+[[joint]]
+kind = "P"
+axis = [0, 1, 1]
+[[joint]]
+kind = "R"
+axis = [1, 0, 0]
+point = [0, "a1", 0.3]
+"""
+
+
+def test_json_of_an_arm_told_by_axes_has_its_space_and_body_jacobian(tmp_path: Path) -> None:
+    """Held against exponentials of the told axes: where they take axes, and how the body frame then stands."""
+    path = tmp_path / "axes.toml"
+    path.write_text(BY_AXES % "[0.3, 0.4, 0.6]")
+    solution = solve(read_robot(path))
+    data = json.loads(solution_json(solution))
+    assert errors("solve", data) == [] and data["twist_rows"] == ["wx", "wy", "wz", "vx", "vy", "vz"]
+    values = {sp.Symbol(name): value for name, value in (("theta1", 0.4), ("d2", -0.3), ("theta3", 1.2), ("a1", 0.7))}
+    q, lengths = np.array([0.4, -0.3, 1.2]), {sp.Symbol("a1"): 0.7}
+    up = np.array([0.0, 1.0, 1.0]) / np.sqrt(2)
+    told = [
+        ("R", np.array([0.0, 0, 1]), [0.1, 0.2, 0.5]),
+        ("P", up, [0, 0, 0]),
+        ("R", np.array([1.0, 0, 0]), [0, 0.7, 0.3]),
+    ]
+    axes = [Axis(kind, sp.Matrix(along), sp.Matrix(through)) for kind, along, through in told]
+
+    def moved(count: int, point: Any) -> np.ndarray:
+        return reached(axes[:count], sp.Matrix(point), q[:count], lengths)
+
+    space = []
+    for i, (kind, along, through) in enumerate(told):
+        there = moved(i, through)
+        direction = moved(i, through + along) - there
+        space.append([*direction, *np.cross(there, direction)] if kind == "R" else [0, 0, 0, *direction])
+    P = np.array([0.3, 0.4, 0.6])
+    there = moved(3, P)
+    turned = np.array([moved(3, P + step) - there for step in np.eye(3)]).T
+    body = [[*turned.T @ column[:3], *turned.T @ (column[3:] + np.cross(column[:3], there))] for column in space]
+    for key, expected in (("space_jacobian", space), ("body_jacobian", body)):
+        ours = [[_number(entry, values) for entry in row] for row in data[key]]
+        np.testing.assert_allclose(ours, np.array(expected).T, atol=1e-12)
+    path.write_text(BY_AXES % "{frame = 2, offset = [0.3, 0.4, 0.6]}")
+    data = json.loads(solution_json(solve(read_robot(path))))
+    assert errors("solve", data) == []
+    assert data["body_jacobian"] is None and len(data["space_jacobian"]) == 6  # P is on link 2
+    assert "space_jacobian" not in solution_data(solve(read_robot(_table(path))))
+
+
+def _table(path: Path) -> Path:
+    """Write an arm that is told by a table, and return its file."""
+    path.write_text(TWO_R)
+    return path
+
+
+TWO_BY_AXES = """name = "two"
+convention = "screws"
+task = ["vx", "vz"]
+point = [0.4, 0, 0.2]
+[[joint]]
+kind = "R"
+axis = [0, 1, 0]
+point = [0, 0, 0]
+[[joint]]
+kind = "R"
+axis = [0, 1, 0]
+point = [0.3, 0, 0]
+"""
+
+
+@pytest.mark.parametrize("arm", [TWO_R.replace('"a1"', "0.4"), TWO_BY_AXES], ids=["table", "axes"])
+@pytest.mark.parametrize(("rpy", "rounded"), [("[0.3, 0.2, 0]", True), ('["pi/3", 0, 0]', False)])
+def test_numbers_that_are_rounded_are_told_to_be(arm: str, rpy: str, rounded: bool, tmp_path: Path) -> None:
+    path = tmp_path / "arm.toml"
+    path.write_text(arm.replace("[[joint]]", f"base = {{rpy = {rpy}}}\n[[joint]]", 1))
+    robot = read_robot_file(path)
+    stages = (stage for stage in text_stages(robot.chain, robot) if isinstance(stage, Ready))
+    texts = {stage.name: " ".join(to_text(stage.content).split()) for stage in stages}
+    assert ("Some of its numbers have no short form and are rounded to ten decimals" in texts["arm"]) == rounded
+    assert ("Numbers in these conditions are rounded" in texts["singular-angles"]) == rounded
+    said: list[str] = []
+    write_solution(robot, "json", 0.3, said.append, lambda _: nullcontext())
+    content = json.loads("".join(said))
+    assert errors("solve", content) == [] and content.get("rounded", False) == rounded

@@ -1,8 +1,11 @@
 """`qdot solve` ends in time, or by Ctrl-C, with all that is ready, and says what is missing."""
 
 import json
+import re
+import subprocess
+import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import nullcontext
 from functools import lru_cache
 from pathlib import Path
@@ -10,11 +13,11 @@ from pathlib import Path
 import pytest
 
 from exercises.arm.robot_file import Robot, read_robot_file
-from exercises.solving import solution_json, solution_latex, solution_text, solve
-from exercises.solving_in_time import write_solution
+from exercises.solving import data_stages, solution_json, solution_latex, solution_text, solve, text_stages
+from exercises.solving_in_time import seconds_of, write_solution
 from exercises.time_limit import OutOfTime, time_limit
 from tests.repository.test_schemas import errors
-from tests.support.command import run
+from tests.support.command import fails, run
 
 ROW = '[[joint]]\nkind = "R"\ntheta = "theta%d"\nd = %s\na = %s\nalpha = "%d*pi/180"\n'
 SKEW = [(0.3, 0.2, 40), (0.1, 0.3, -55), (0.2, 0.25, 70), (0.15, 0.2, 35), (0.1, 0.1, 50), (0.2, 0.1, 0)]
@@ -84,14 +87,8 @@ def test_an_arm_that_takes_minutes_ends_in_time_and_says_so(tmp_path: Path) -> N
     assert "What is missing" in _written(robot, "latex", 0.5)
 
 
-@pytest.mark.parametrize(
-    ("stop", "left"),
-    [
-        ("where the determinant of J is zero", r"$J$ loses rank where $\det J$ is zero"),
-        ("what the configurations look like in which J loses rank", "J loses rank where one of these holds"),
-    ],
-)
-def test_ctrl_c_keeps_what_is_there(tmp_path: Path, stop: str, left: str) -> None:
+def _stopped(robot: Robot, form: str, stop: str) -> str:
+    """Return what is said where Ctrl-C comes at work on something."""
     said: list[str] = []
 
     def shown(what: str) -> nullcontext[None]:
@@ -100,32 +97,131 @@ def test_ctrl_c_keeps_what_is_there(tmp_path: Path, stop: str, left: str) -> Non
         return nullcontext()
 
     with pytest.raises(KeyboardInterrupt):
-        write_solution(_robot(tmp_path, TWO_R), "text", 60, said.append, shown)
-    text = " ".join("".join(said).split())
-    assert "det J = a₁ a₂ s₂" in text and left.replace("$", "").replace(r"\det", "det") in text
-    assert f"This ended because it was stopped, at work on {stop}" in text
-    assert "Not worked out: Singular configurations. This ended" in text
+        write_solution(robot, form, 60, said.append, shown)
+    return " ".join("".join(said).split()) if form == "text" else "".join(said)
 
 
-def test_what_holds_for_special_lengths_only_comes_last(tmp_path: Path) -> None:
-    def shown(what: str) -> nullcontext[None]:
-        if what == "whether anything differs where a1 = a2":
+LOOKS, TEST, SPECIAL = (
+    "what these configurations look like", "the test of these conditions in numbers",
+    "what holds for special lengths only",
+)  # fmt: skip
+OPEN, GIVEN = TWO_R, [(0, 0.4, 0), (0, 0.3, 0)]
+STOPS = [
+    ("the determinant of J", OPEN, "det J = a₁ a₂ s₂", ["Singular configurations"], ["singular"]),
+    (
+        "where the determinant of J is zero",
+        OPEN,
+        "J loses rank where det J is zero, and only there.",
+        ["in which configurations that is so, and what they look like"],
+        ["singular"],
+    ),
+    (
+        "what the configurations look like in which J loses rank",
+        OPEN,
+        "J loses rank where one of these holds, and nowhere else; what they look like was not worked out: 1. s₂ = 0",
+        [LOOKS, TEST, SPECIAL],
+        ["type", "uniform", "meaning", "tested", "special_lengths"],
+    ),
+    (
+        "what the configurations look like in which J loses rank",
+        GIVEN,
+        "J loses rank where one of these holds",
+        [LOOKS, TEST],
+        ["type", "uniform", "meaning", "tested"],
+    ),
+    ("the test of these conditions in numbers", OPEN, "folded back", [TEST, SPECIAL], ["tested", "special_lengths"]),
+    ("the test of these conditions in numbers", GIVEN, "folded back", [TEST], ["tested"]),
+    ("lengths of a special relation to each other", OPEN, "folded back", [SPECIAL], ["special_lengths"]),
+    ("whether anything differs where a1 = a2", OPEN, "folded back", [SPECIAL], ["special_lengths"]),
+]
+
+
+@pytest.mark.parametrize(("stop", "rows", "there", "missing", "keys"), STOPS)
+def test_ctrl_c_keeps_what_is_there_and_names_what_is_not(
+    stop: str, rows: Sequence[tuple[object, object, int]], there: str, missing: list[str], keys: list[str],
+    tmp_path: Path,
+) -> None:  # fmt: skip
+    robot = _robot(tmp_path, rows)
+    text = _stopped(robot, "text", stop)
+    assert there in text
+    assert f"Not worked out: {'; '.join(missing)}. This ended because it was stopped, at work on {stop}." in text
+    assert "What is missing" in _stopped(robot, "latex", stop)
+    content = json.loads(_stopped(robot, "json", stop))
+    assert errors("solve", content) == []
+    assert content["missing"] == keys and stop in content["note"]
+    if "singular" in keys:
+        assert content["singular"] is None
+        return
+    (told,), (whole,) = content["singular"], json.loads(_written(robot, "json"))["singular"]
+    assert told == whole | dict.fromkeys(set(keys) & set(whole))
+    assert content["determinant"] == str(solve(robot.chain).determinant)
+
+
+def test_jacobians_of_screws_are_missing_by_their_names(tmp_path: Path) -> None:
+    path = tmp_path / "arm.toml"
+    row = '[[joint]]\nkind = "R"\naxis = [0, 0, 1]\npoint = [%s, 0, 0]\n'
+    path.write_text(f'name = "arm"\nconvention = "screws"\npoint = [0.7, 0, 0]\n{row % 0}{row % 0.4}')
+    robot = read_robot_file(path)
+    content = json.loads(_stopped(robot, "json", "the body Jacobian"))
+    assert errors("solve", content) == [] and content["missing"] == ["body_jacobian", "determinant", "singular"]
+    assert content["space_jacobian"][2] == ["1", "1"] and content["body_jacobian"] is None
+    content = json.loads(_stopped(robot, "json", "the position"))
+    assert errors("solve", content) == [] and content["space_jacobian"] is None
+    assert _written(robot, "json") == solution_json(solve(robot.chain))
+
+
+def test_what_the_test_found_amiss_is_told_before_special_lengths(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("exercises.solving._doubt", lambda *_: "The list is not complete.")
+    robot, stop = _robot(tmp_path, TWO_R), "whether anything differs where a1 = a2"
+    text = _stopped(robot, "text", stop)
+    assert re.search(r"\d+\. Remarks =+ The list is not complete\.", text)
+    assert f"Not worked out: {SPECIAL}. This ended" in text
+    assert "The list is not complete. This ended" in json.loads(_stopped(robot, "json", stop))["note"]
+    whole = _written(robot, "text")
+    assert whole.index("The list is not complete.") < whole.index("Looked at were these relations of lengths")
+    assert whole.count("The list is not complete.") == 1
+
+
+def test_a_section_that_was_stopped_while_it_was_written_is_missing(tmp_path: Path) -> None:
+    said: list[str] = []
+
+    def say(block: str) -> None:
+        if "Jacobian by differentiation" in block and "What is missing" not in block:
             raise KeyboardInterrupt
-        return nullcontext()
+        said.append(block)
 
-    for form in ("text", "json"):
+    with pytest.raises(KeyboardInterrupt):
+        write_solution(_robot(tmp_path, TWO_R), "text", 60, say, lambda _: nullcontext())
+    text = " ".join("".join(said).split())
+    assert "Not worked out: Jacobian by differentiation; Cartesian velocity" in text
+
+
+def test_limits_are_told_with_the_section_that_they_belong_to(tmp_path: Path) -> None:
+    _robot(tmp_path, TWO_R)
+    path = tmp_path / "arm.toml"
+    path.write_text(path.read_text() + 'limits = ["-pi/2", "pi/2"]\n')
+    text = _stopped(read_robot_file(path), "text", "lengths of a special relation to each other")
+    assert "Limits of the joints rule out θ₂ = 180° (from −90° to 90°)." in text
+
+
+def test_where_all_is_there_nothing_is_missing(tmp_path: Path) -> None:
+    """Ctrl-C between the last result and the end."""
+    robot = _robot(tmp_path, GIVEN)
+    for form in ("text", "latex", "json"):
+        times = iter(range(1000))
+        count = sum(1 for _ in (data_stages(robot.chain) if form == "json" else text_stages(robot.chain, robot)))
+
+        def shown(what: str, times: Iterator[int] = times, count: int = count) -> nullcontext[None]:
+            if next(times) == count:
+                raise KeyboardInterrupt
+            return nullcontext()
+
         said: list[str] = []
         with pytest.raises(KeyboardInterrupt):
-            write_solution(_robot(tmp_path, TWO_R), form, 60, said.append, shown)
-        if form == "text":
-            text = " ".join("".join(said).split())
-            assert "the arm is folded back, a boundary singularity" in text
-            assert "Not worked out: what holds for special lengths only. This ended" in text
-        else:
-            content = json.loads("".join(said))
-            assert errors("solve", content) == []
-            assert content["missing"] == ["special_lengths"] and content["singular"][0]["condition"] == "sin(theta2)"
-            assert "whether anything differs where a1 = a2" in content["note"]
+            write_solution(robot, form, 60, said.append, shown)
+        assert "".join(said) == _written(robot, form)
 
 
 def test_the_time_is_an_option_and_ending_by_it_is_no_failure(tmp_path: Path) -> None:
@@ -134,6 +230,71 @@ def test_the_time_is_an_option_and_ending_by_it_is_no_failure(tmp_path: Path) ->
     assert "--time" in run("solve", "--help")
     _robot(tmp_path, TWO_R)
     assert "What is missing" not in run("solve", tmp_path / "arm.toml")
+
+
+STOPPED_IN = """
+import os, signal, sys
+from importlib import import_module
+
+module, name = sys.argv[1:3]
+where = import_module(module)
+for part in name.split(".")[:-1]:
+    where = getattr(where, part)
+usual = getattr(where, name.split(".")[-1])
+
+def stopped(*args, **options):
+    os.kill(os.getpid(), signal.SIGINT)
+    return usual(*args, **options)
+
+setattr(where, name.split(".")[-1], stopped)
+signal.signal(signal.SIGINT, signal.default_int_handler)
+sys.argv[:3] = ["qdot"]
+from grader.cli import main
+main()
+"""
+
+
+@pytest.mark.parametrize(
+    ("where", "form", "is_begun"),
+    [
+        (("typer.core", "TyperCommand.parse_args"), "json", False),  # the program is there, its command is not
+        (("exercises.arm.robot_file", "read_toml"), "json", False),
+        (("exercises.solving", "derive"), "text", True),
+        (("exercises.solving", "derive"), "json", True),
+        (("exercises.solving", "singular_set"), "json", True),
+    ],
+)
+def test_ctrl_c_at_the_very_beginning_is_told_in_one_line(
+    where: tuple[str, str], form: str, is_begun: bool, tmp_path: Path
+) -> None:
+    """Results go to standard output, and before anything was worked out there are none; then there is one object."""
+    _robot(tmp_path, TWO_R)
+    ended = subprocess.run(
+        [sys.executable, "-c", STOPPED_IN, *where, "solve", str(tmp_path / "arm.toml"), "-f", form],
+        capture_output=True, text=True, check=False, timeout=120,
+    )  # fmt: skip
+    assert (ended.returncode, ended.stderr) == (130, "qdot: stopped\n")
+    if not is_begun:
+        assert ended.stdout == ""
+    elif form == "text":
+        assert "What is missing" in ended.stdout
+    else:
+        content = json.loads(ended.stdout)
+        assert errors("solve", content) == [] and content["missing"]
+        assert content["missing"][0] == ("position" if where[1] == "derive" else "singular")
+
+
+@pytest.mark.parametrize("text", ["x", "", "0", "0.09", "-3", "nan", "inf", "1e9", "1e400", "0,5", "5 min", "٣"])
+def test_a_time_that_is_none_is_told_in_one_line(text: str, tmp_path: Path) -> None:
+    _robot(tmp_path, TWO_R)
+    said = fails("solve", tmp_path / "arm.toml", f"--time={text}")
+    assert said == f"qdot: --time {text!r} is not from 0.1 to 100000000 seconds; write a number, as in --time 300"
+
+
+def test_times_are_read_as_numbers() -> None:
+    assert [seconds_of(text) for text in ("300", "0.1", ".5", "1e2", " 7 ", "+2.", "1e8")] == [
+        300, 0.1, 0.5, 100, 7, 2, 1e8,
+    ]  # fmt: skip
 
 
 def test_an_arm_of_skew_axes_is_read_at_once(tmp_path: Path) -> None:

@@ -20,7 +20,7 @@ from exercises.answers import Matrix
 from exercises.families import FAMILIES
 from exercises.parallel import _stop_put_off
 from exercises.quizzes import ASKED
-from grader.cli import COMMANDS, WORKERS, app, program
+from grader.cli import COMMANDS, LISTING, WORKERS, app, program
 from tests.support.command import fails, run, runner
 from tests.support.handing_in import TOML
 from tests.support.suites import several
@@ -507,3 +507,12 @@ def test_a_command_by_itself_is_the_one_that_the_program_has(name: str) -> None:
     """Only its own modules are loaded for it."""
     alone, whole = (runner.invoke(made, [name, "--help"]) for made in (program(name), program()))
     assert alone.exit_code == 0 and alone.output == whole.output
+
+
+def test_the_list_of_commands_is_that_of_the_program_and_loads_none_of_them() -> None:
+    assert runner.invoke(program(LISTING), ["--help"]).output == runner.invoke(program(), ["--help"]).output
+    listing = "import sys; from grader.cli import main; sys.argv = ['qdot', '--help']\ntry: main()\nexcept SystemExit: "
+    made = subprocess.run(
+        [sys.executable, "-c", f"{listing}print('sympy' in sys.modules)"], capture_output=True, text=True, check=True
+    )
+    assert made.stdout.startswith("Usage: qdot") and made.stdout.endswith("False\n")

@@ -54,6 +54,26 @@ def test_answers_that_students_share_are_told_with_what_would_help(folder: Path)
         assert [line for line in done.stderr.splitlines() if "share" in line] == [first, last]
 
 
+def test_a_robot_has_no_other_variation_than_its_lengths(folder: Path) -> None:
+    """What would help was measured of families; a file may be called like one."""
+    joint = '[[joint]]\nkind = "R"\ntheta = "q{0}"\nd = 0\na = "a{0}"\nalpha = 0\n'
+    arm = 'name = "My arm"\n' + joint.format(1) + joint.format(2)
+    (folder / "planar-2r.toml").write_text(arm, encoding="utf-8")
+    (folder / "drawn.toml").write_text(arm + "[draw]\na1 = [0.3, 0.31]\n", encoding="utf-8")
+    asked = '[[problem]]\nrobot = "{0}"\nvariation = "{1}"\nquestions = ["jacobian"]\n'
+    robots = asked.format("planar-2r.toml", "zeros") + "".join(
+        asked.format("drawn.toml", v) for v in ("zeros", "+base")
+    )
+    (folder / "assignment.toml").write_text(f'title = "T"\nkey = "hw"\n{robots}', encoding="utf-8")
+    told = runner.invoke(app, ["generate", str(folder), "--jobs", "1"]).stderr.splitlines()
+    counted = "of 6 students, so many share an answer with another: 6 in jacobian"
+    assert [line for line in told if "share" in line] == [
+        f"p1 (planar-2r, one arm for all, as no length is drawn): {counted}",
+        f"p2 (drawn, lengths as [draw] says): {counted}",
+        f"p3 (drawn, variation base): {counted}",
+    ]
+
+
 def test_nothing_is_told_of_few_students_and_of_a_certificate_that_cannot_be_read(folder: Path) -> None:
     (folder / "roster.csv").write_text("student\ns0\ns1\n", encoding="utf-8")
     assignment = load_assignment(folder)

@@ -9,6 +9,7 @@ table of docs/outlets.md is made from it. What a run teaches becomes a check of 
     notebooks   a class that hands in notebooks, and what qdot gives for them
     repositories    a class that pushes to GitHub and GitLab
     records     what a run showed, as it is kept
+    pictures/   the pictures of docs/, taken by a browser that clicks what the docs say
     __main__    the command
 
 A platform is a module with `run(software, work) -> Record`, its line in `PLATFORMS`, and its record in `NAME.json`:

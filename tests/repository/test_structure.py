@@ -30,7 +30,7 @@ LAYERS = {
         credit decimals lateness several difficulty answers problem families questions mistakes quizzes
         generation record verify writing.gathering writing.angles writing.latex phrases languages render writing
         messages figure
-        self_check notebook showing redundant special_lengths solving solving_in_time docs gradebook redrawn
+        self_check notebook showing redundant locus special_lengths solving solving_in_time docs gradebook redrawn
         assignment drawing store sets release exports.outlet exports.bank exports.handouts
         exports.known_wrong exports.stack_maxima exports.stack_parts exports exports.registry
         site.keys site.record site.bank

@@ -10,6 +10,7 @@ from typing import Any
 from unittest.mock import patch
 
 from exercises.assignment import Assignment, Student, load_assignment
+from exercises.notebook import claims
 from exercises.problem import Problem, variable
 from exercises.release import Certifier, init_assignment
 from grader.batch import grade_class
@@ -84,17 +85,8 @@ def right_cells(assignment: Assignment, student: str) -> Cells:
 
 def notebook(assignment: Assignment, student: str, cells: Cells, **others: Any) -> str:
     """Return a notebook's text, with the metadata that qdot writes."""
-    families = {slot.name: slot.family.name for slot in assignment.slots}
-    symbols = {slot: sorted(problem.symbols()) for slot, problem in assignment.problems(student)}
-    claims = {
-        "assignment": "hw",
-        "student": student,
-        "engine": 1,
-        "kind": "student",
-        "problems": families,
-        "symbols": symbols,
-    }
-    return json.dumps({"cells": cells, "metadata": {"qdot": claims}, "nbformat": 4, "nbformat_minor": 5, **others})
+    said = claims("student", "hw", student, assignment.problems(student))
+    return json.dumps({"cells": cells, "metadata": {"qdot": said}, "nbformat": 4, "nbformat_minor": 5, **others})
 
 
 def right(assignment: Assignment, student: str, change: Callable[[Cells], Any] = lambda cells: None) -> str:

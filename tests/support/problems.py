@@ -9,12 +9,12 @@ from functools import cache
 import sympy as sp
 
 from exercises.answers import Answer
-from exercises.arm.chain import Chain, Point
+from exercises.arm.chain import CONVENTIONS, Chain, Point
 from exercises.assignment import Assignment
 from exercises.families import FAMILIES
 from exercises.generation import questions_of
 from exercises.problem import Part, Problem, ProblemId
-from exercises.questions import QUESTIONS
+from exercises.questions import QUESTIONS, Question
 from exercises.stream import Stream
 from tests.support.kept import kept
 from tests.support.suites import SHAPES, WHOLE, several
@@ -30,6 +30,11 @@ def drawn(family: str, seed: int, variation: str = "full", convention: str = "")
     Where nothing else is said, everything varies that can: what holds for those holds for plainer ones.
     """
     return kept(ProblemId(family, seed, variation=variation, convention=convention))
+
+
+def told_in(question: Question) -> str:
+    """Return the convention in which a question is asked of an arm: none in particular, if it is asked of tables."""
+    return "" if CONVENTIONS[0] in question.conventions else question.conventions[0]
 
 
 @cache

@@ -93,8 +93,9 @@ def problems_json() -> list[dict[str, Any]]:
 
 def part_json(problem: Problem, part: Part) -> dict[str, Any]:
     """Return a part as the site's bank has it, as far as answers are judged by it."""
-    labels, key = list(ASKED[part.kind].typed_labels(problem.chain, part)), key_of(problem, part, with_mistakes=False)
-    return {"name": part.name, "kind": part.kind, "labels": labels, "key": key}
+    question, key = ASKED[part.kind], key_of(problem, part, with_mistakes=False)
+    labels, columns = list(question.typed_labels(problem.chain, part)), list(question.columns(problem.chain))
+    return {"name": part.name, "kind": part.kind, "labels": labels, "columns": columns, "key": key}
 
 
 # --- what Python says ---

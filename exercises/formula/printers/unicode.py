@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
+from exercises.formula.latex import PRIMES
 from exercises.formula.layout import Layout
 
 _SUBSCRIPTS = str.maketrans("0123456789+-−()aehijklmnoprstuv", "₀₁₂₃₄₅₆₇₈₉₊₋₋₍₎ₐₑₕᵢⱼₖₗₘₙₒₚᵣₛₜᵤᵥ")
@@ -126,6 +127,8 @@ def _scripts(base: Layout, below: Layout, above: Layout) -> _Box:
         text = _walk(part).lines[0].replace(" ", "")
         if text == "∘":
             text = "°"
+        elif text and text[0] in PRIMES:
+            pass
         elif set(text) <= able:
             text = text.translate(table)
         else:

@@ -25,10 +25,10 @@ export function judge(problem: Problem, part: Part, answer: string, isSingular: 
 const isUnread = ({ reasons }: Verdict): boolean => reasons[0]?.key.startsWith("read.") ?? false;
 
 function judged(problem: Problem, part: Part, answer: string, isSingular: IsSingular): Verdict {
-  const { key, labels } = part;
+  const { key, labels, columns } = part;
   switch (key.type) {
     case "values":
-      return judgeValues(answer, key, labels, columnsOf(part, key.columns, problem));
+      return judgeValues(answer, key, labels, columns);
     case "direction":
       return judgeDirection(answer, key, labels);
     case "numbers":
@@ -42,10 +42,4 @@ function judged(problem: Problem, part: Part, answer: string, isSingular: IsSing
     default:
       return judgeLetters(answer, key);
   }
-}
-
-/** The names that vectors may have which stand for the columns of a matrix. */
-function columnsOf({ kind }: Part, count: number, { robot }: Problem): string[] {
-  const first = robot.convention === "modified-dh" ? 1 : 0;
-  return kind === "joint-axes" ? Array.from({ length: count }, (_, i) => `z${first + i}`) : [];
 }

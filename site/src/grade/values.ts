@@ -123,8 +123,10 @@ export function matrixOf(
 /** The matrix of v = […], ω = […] or of z0 = […], z1 = […], which may come in any order; null for anything else. */
 function ofVectors({ kind, args }: Node, labels: readonly string[], columns: readonly string[]): Node | null {
   if (!["dict", "list", "set", "and"].includes(kind) || !args.every(isNamed)) return null;
-  const isTwist = labels.map(labelOf).join() === COMPONENTS.join();
-  const due = isTwist ? ["v", "w"] : columns;
+  const called = labels.map(labelOf);
+  const halves = [COMPONENTS, [...COMPONENTS.slice(3), ...COMPONENTS.slice(0, 3)]];
+  const isTwist = halves.some((each) => each.join() === called.join());
+  const due = isTwist ? [0, 3].map((i) => (called[i] as string)[0] as string) : columns.map(labelOf);
   const said = new Map(args.map((arg) => [labelOf(arg.args[0]?.text ?? ""), vectorOf(arg.args[1] as Node)]));
   const vectors = due.map((name) => said.get(name) ?? []);
   const isAll = due.length > 0 && args.length === due.length && said.size === due.length;

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,10 +10,13 @@ import pytest
 import sympy as sp
 
 from exercises.arm.chain import CONVENTIONS, Base, Chain, Joint, Point
+from exercises.arm.conventions import axes_of
 from exercises.arm.kinematics import NumericChain
+from exercises.arm.library import robot_path, robots
 from exercises.arm.robot_file import Robot, read_robot_file
 from exercises.arm.robot_text import robot_text
 from exercises.errors import QdotError
+from exercises.families.own import own_family
 from exercises.generation import sample_chain
 from exercises.problem import ProblemId
 from exercises.stream import Stream
@@ -92,7 +96,9 @@ def test_an_arm_is_written_in_every_convention_and_read_again(
 ) -> None:
     chain = sample_chain(ProblemId(family, 3, variation=step))
     text = robot_text(Robot(chain), convention)
-    again = read(tmp_path, text).chain
+    robot = read(tmp_path, text)
+    again = robot.chain
+    assert not robot.rounded  # all that families draw has short forms
     same_arm(chain, again, f"{family} {convention}")
     if convention != "screws":  # which place the frames anew
         assert robot_text(Robot(again), convention) == text
@@ -201,7 +207,118 @@ point = ["a1 + a2", 0, 0]
 """
     a = sp.symbols("a1:4")
     joints = tuple(Joint("R", f"theta{i}", 0, a[i - 1], 0) for i in (1, 2, 3))
-    assert read(tmp_path, text).chain == Chain("3R", joints, ("vx", "vy"), Base(), None, "3R", "screws")
+    points = tuple((x, sp.S.Zero, sp.S.Zero) for x in (sp.S.Zero, a[0], a[0] + a[1]))
+    assert read(tmp_path, text).chain == Chain("3R", joints, ("vx", "vy"), Base(), None, "3R", "screws", points)
+
+
+BY_AXES = """name = "oblique"
+convention = "screws"
+point = [0, "0.4 + a2", 0.1]
+base = {position = [0.3, 0, 0.2], rpy = [0, 0, "pi/2"]}
+[[joint]]
+kind = "R"
+axis = [0, 0, 1]
+point = [0.1, 0.2, 0.5]
+[[joint]]
+kind = "R"
+axis = [1, 1, 0]
+point = [0.1, "0.4", "0.1 + a2"]
+[[joint]]
+kind = "P"
+axis = [1, -1, 0]
+point = [1, 2, 3]
+[[joint]]
+kind = "R"
+axis = [0.3, 0.5, 1]
+point = ["a2", 0.4, 0.7]
+"""
+
+
+def test_points_on_axes_stay_those_of_the_file(tmp_path: Path) -> None:
+    """Turned and moved with the base; the table has other points of the same axes for origins."""
+    a2 = sp.Symbol("a2")
+    plain, moved = read(tmp_path, re.sub("base = .*\n", "", BY_AXES)).chain, read(tmp_path, BY_AXES).chain
+    named = [(R("0.1"), R("0.2"), R("0.5")), (R("0.1"), R("0.4"), R("0.1") + a2), None, (a2, R("0.4"), R("0.7"))]
+    assert list(plain.axis_points) == named
+    for chain, turn in ((plain, sp.eye(3)), (moved, sp.Matrix([[0, -1, 0], [1, 0, 0], [0, 0, 1]]))):
+        origin = sp.zeros(3, 1) if chain is plain else sp.Matrix([R("0.3"), 0, R("0.2")])
+        axes, without = axes_of(chain)[0], axes_of(replace(chain, axis_points=()))[0]
+        for axis, other, point in zip(axes, without, named, strict=True):
+            if point is None:
+                assert axis == other
+                continue
+            assert axis.point == origin + turn * sp.Matrix(point)
+            aside = axis.direction.cross(axis.point - other.point).xreplace({a2: R("0.7")})
+            assert max(abs(float(entry)) for entry in aside) < 1e-9  # the same axis
+        assert any(axis != other for axis, other in zip(axes, without, strict=True))
+    again = read(tmp_path, robot_text(Robot(plain), "screws")).chain
+    assert again.axis_points == plain.axis_points
+    same_arm(plain, again, "points on axes")
+    # Where lengths are put in, they are in the points, too; what lies on no axis any more is not told.
+    path = tmp_path / "drawn.toml"
+    path.write_text(BY_AXES + "[draw]\na2 = [0.3, 0.9]\n")
+    drawn = own_family(path).sample(Stream("drawn"), ("lengths",))
+    (length,) = (axes_of(drawn)[0][1].point - sp.Matrix([0, 0, R("0.3")]))[2:]
+    assert R("0.3") <= length <= R("0.9") and axes_of(drawn)[0][3].point[1] == length
+    elsewhere = replace(plain, base=Base((R(1), R(0), R(0)), sp.S.Zero, sp.S.Zero))
+    assert axes_of(elsewhere)[0][0] == axes_of(replace(elsewhere, axis_points=()))[0][0]
+
+
+SCREWS_ON_A_BASE = """name = "two"
+convention = "screws"
+base = {position = [0, "a1", 0.3], rpy = %s}
+point = [0.4, 0.1, 0.2]
+[[joint]]
+kind = "R"
+axis = [0, 0, 1]
+point = [0, 0, 0]
+[[joint]]
+kind = "%s"
+axis = %s
+point = [0.2, 0, 0.2]
+"""
+TABLE_ON_A_BASE = """name = "two"
+convention = "%s"
+base = {position = [0, "a1", 0.3], rpy = %s}
+[[joint]]
+kind = "R"
+theta = "theta1 + 0.2"
+d = 0.1
+a = 0.2
+alpha = "pi/2"
+[[joint]]
+kind = "R"
+theta = "-theta2"
+d = 0
+a = 0.2
+alpha = 0
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "rounded"),
+    [
+        (SCREWS_ON_A_BASE % ("[0.3, 0, 0]", "R", "[0, 1, 0]"), True),  # products with sin(0.3)
+        (SCREWS_ON_A_BASE % ('["pi/3", 0, 0]', "R", "[0, 1, 0]"), False),  # roots
+        (SCREWS_ON_A_BASE % ("[0, 0, 0]", "R", "[0.3, 0.5, 1]"), False),
+        (SCREWS_ON_A_BASE % ('["pi/3", "pi/4", 0.1]', "P", "[0.3, 0.5, 1]"), True),
+        (TABLE_ON_A_BASE % ("dh", "[0.3, 0, 0]"), False),  # that is the tilt
+        (TABLE_ON_A_BASE % ("dh", "[0.3, 0.2, 0]"), True),  # whose tilt is atan2(…)
+        (TABLE_ON_A_BASE % ("modified-dh", '["pi/2", 0, "pi/5"]'), True),  # no multiple of 15 degrees
+        (TABLE_ON_A_BASE % ("modified-dh", '["pi/2", 0, "pi/4"]'), False),
+    ],
+)
+def test_an_arm_whose_table_is_rounded_is_known(text: str, rounded: bool, tmp_path: Path) -> None:
+    robot = read(tmp_path, text)
+    assert robot.rounded == rounded
+    numbers = [number for joint in robot.chain.joints for number in (joint.theta, joint.d, joint.a, joint.alpha)]
+    numbers += [*robot.chain.base.position, robot.chain.base.yaw, robot.chain.base.tilt, *robot.chain.point.offset]
+    # A rounded number has ten decimals; those that are typed have few.
+    assert rounded == any(atom.q > 10**6 for number in numbers for atom in sp.sympify(number).atoms(sp.Rational))
+
+
+def test_no_real_robot_is_rounded() -> None:
+    assert [name for name in robots() if read_robot_file(robot_path(name)).rounded] == []
 
 
 URDF = """<?xml version="1.0"?>
@@ -322,7 +439,24 @@ SCREW = '[[joint]]\nkind = "R"\naxis = [0, 0, 1]\npoint = [0, 0, 0]\n'
         (HEAD + 'angles = "degrees"\n' + ROW.replace('"a1"', '"cos(60)"'), "is written as its number, as in sqrt(3)/2"),
         (HEAD + ROW + 'limits = ["pi", 0]\n', "they are two numbers, the lower first"),
         (HEAD + 'convention = "screws"\n' + SCREW, "the key 'point' is missing"),
-        (HEAD + 'convention = "screws"\npoint = [1, 0, 0]\n' + ROW, "unknown key 'theta'"),
+        (
+            HEAD + 'convention = "screws"\npoint = [1, 0, 0]\n' + ROW,
+            'is of a DH table, and the file says convention = "screws", where a joint has kind, axis, point',
+        ),
+        (
+            HEAD + "point = [1, 0, 0]\n" + SCREW,
+            "line 5: joint 1: the key 'axis' is of an arm told by its axes, and the file says no convention",
+        ),
+        (HEAD + 'convention = "modified-dh"\n' + SCREW, 'the file says convention = "modified-dh"; write convention'),
+        (
+            HEAD + 'convention = "screws"\npoint = [1, 0, 0]\n[[joint]]\nkind = "p"\naxis = [0, 0, 1]\n',
+            'line 5: joint 1: kind = "p": it is "R" (revolute) or "P" (prismatic)',
+        ),
+        (HEAD + 'convention = "screws"\npoint = [1, 0, 0]\n' + SCREW.replace("kind", "knd"), "unknown key 'knd'"),
+        (HEAD + ROW.replace('"a1"', '"-0,4"'), "decimals have a point; write -0.4"),
+        (HEAD + ROW.replace('"a1"', '"0,4*a1"'), 'decimals have a point; is "0.4*a1" meant?'),
+        (HEAD + ROW.replace('"a1"', '"sqrt(0,25)*a1"'), 'decimals have a point; is "sqrt(0.25)*a1" meant?'),
+        (HEAD + ROW.replace("alpha = 0", 'alpha = "atan2(3,4) + 0,1"'), 'is "atan2(3,4) + 0.1" meant?'),
         (
             HEAD + 'convention = "screws"\npoint = [1, 0, 0]\n' + SCREW.replace("1]", "0]"),
             "the direction of the axis at home",
@@ -409,6 +543,33 @@ def test_a_urdf_has_no_more_joints_than_can_be_worked_out(tmp_path: Path) -> Non
     path.write_text(f'<robot name="snake">{links}{joints}</robot>')
     with pytest.raises(QdotError, match=r"snake\.urdf: 12 joints are too many"):
         read_robot_file(path)
+
+
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        (
+            "kind;theta;d;a;alpha\nR;q1;0,4*a1;0;0\n",
+            'line 2: joint 1: d = "0,4*a1": decimals have a point; is "0.4*a1"',
+        ),
+        (
+            "kind,theta,d,a,alpha\nR,q1,0,4*a1,0,0\n",
+            "line 2: 6 cells, and the header has 5; numbers have a decimal",
+        ),
+        ("kind;theta;d;a;alpha\nR;q1;0;a1;0;7\n", "or it has a column too many"),
+        ("kind;theta;d;a;alpha\nR;q1;0;a1;0\nR;q2;0;a2\n", "line 3: joint 2: the cell of 'alpha' is empty or missing"),
+        ("kind;theta;d;a;alpha\nR;q1;;a1;0\n", "line 2: joint 1: the cell of 'd' is empty or missing; a row has kind"),
+        ("kind;theta;d;a;alhpa\nR;q1;0;a1;0\n", "unknown column 'alhpa' (did you mean 'alpha'?); known: kind, theta"),
+        ("kind;axis;point\nR;0;0\n", "unknown column 'axis'; known: kind, theta, d, a, alpha"),
+    ],
+)
+def test_what_is_wrong_in_a_table_in_csv_is_told_by_its_cell(rows: str, said: str, tmp_path: Path) -> None:
+    path = tmp_path / "arm.csv"
+    path.write_text(rows)
+    with pytest.raises(QdotError) as raised:
+        read_robot_file(path)
+    assert str(raised.value).startswith(f"{path}: ") and said in str(raised.value)
+    assert "key" not in str(raised.value)
 
 
 def test_csv_as_it_is_written_where_a_comma_stands_before_decimals(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""The formula for what simple arms reach grants every place where a pose has the point, and agrees with a search."""
+"""The formulas for what simple arms reach grant every place that a pose has, and agree with a search."""
 
 from collections.abc import Sequence
 
@@ -9,12 +9,16 @@ from exercises.arm import classification
 from exercises.arm.axes import Sample
 from exercises.arm.chain import TASK_ROWS
 from exercises.arm.kinematics import NumericChain
-from exercises.arm.reach import reaches
+from exercises.arm.reach import reaches, reaches_beside
 from exercises.generation import sample_chain
 from exercises.problem import ProblemId
 from tests.support.suites import of_families
 
 FAMILIES = ("planar-2r", "planar-3r", "polar-rp", "elbow-3r", "spherical", "spherical-offset")
+BESIDE = (
+    *FAMILIES, "planar-pr", "planar-rpr", "planar-rrp", "planar-prr", "planar-3r-pose", "cylindrical", "scara",
+    "scara-rrrp", "scara-prrr",
+)  # fmt: skip
 
 
 def arms(family: str) -> list[tuple[NumericChain, list[int]]]:
@@ -35,13 +39,36 @@ def test_where_a_pose_has_the_point_it_is_reached(family: str) -> None:
         assert found.count(True) > 45
 
 
-@of_families(FAMILIES)
+@of_families(BESIDE)
+def test_what_another_pose_has_is_reached_from_a_pose(family: str) -> None:
+    """The point and the angle, if it counts, of one pose as seen from another."""
+    random = np.random.default_rng(8)
+    for arm, task in arms(family):
+        q = random.uniform(-2, 2, (50, 2, len(arm.kinds)))
+        said = [_told(arm, task, here, there) for here, there in q]
+        assert False not in said
+        assert said.count(True) > 45
+
+
+def _told(arm: NumericChain, task: list[int], here: np.ndarray, there: np.ndarray) -> bool | None:
+    frames, others = arm.frames(here), arm.frames(there)
+    turn = others[-1, :3, :3] @ frames[-1, :3, :3].T
+    third = max(task) - 3 if max(task) > 2 else 2
+    first, second = (third + 1) % 3, (third + 2) % 3
+    angles = np.zeros(3)
+    angles[third] = np.arctan2(turn[second, first], turn[first, first])
+    shift = np.concatenate([arm.point_of(others) - arm.point_of(frames), angles])
+    return reaches_beside(arm, frames, task, shift[task])
+
+
+@of_families(BESIDE)
 def test_it_says_what_a_search_finds(family: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """At places well inside, well outside and in holes; the search takes a place beside the point of a pose."""
     random = np.random.default_rng(7)
     monkeypatch.setattr(classification, "_BEYOND", 0.2)
     said = [_search(arm, task, random, monkeypatch) for arm, task in arms(family) for _ in range(4)]
     assert all(formula is None or formula is search for formula, search in said)
+    assert sum(formula is not None for formula, _ in said) > len(said) / 2
 
 
 def _search(
@@ -49,7 +76,7 @@ def _search(
 ) -> tuple[bool | None, bool]:
     way = random.normal(size=len(task))
     given: list[bool | None] = []
-    monkeypatch.setattr(classification, "reaches", lambda *of: given.append(reaches(*of)))
+    monkeypatch.setattr(classification, "reaches_beside", lambda *of: given.append(reaches_beside(*of)))
     sample = Sample(arm, random.uniform(-2, 2, len(arm.kinds)))
     found = classification._reached_beyond(sample, list(task), way / np.linalg.norm(way))
     return given[0], found
@@ -60,3 +87,12 @@ def test_of_other_arms_and_tasks_nothing_is_said() -> None:
     assert reaches(arm, [0, 1, 2], np.zeros(3)) is None
     arm, _ = arms("planar-2r")[0]
     assert reaches(arm, [0, 1, 5], np.zeros(3)) is None
+
+
+def test_a_place_and_a_turn_about_some_other_axis_are_not_told() -> None:
+    arm, _ = arms("planar-3r-pose")[0]
+    frames = arm.frames(np.zeros(3))
+    assert reaches_beside(arm, frames, [0, 1, 5], np.zeros(3)) is not None
+    assert reaches_beside(arm, frames, [0, 1, 3], np.zeros(3)) is None
+    arm, _ = arms("orthogonal-3r")[0]
+    assert reaches_beside(arm, arm.frames(np.zeros(3)), [0, 1, 2], np.zeros(3)) is None

@@ -12,14 +12,14 @@ from exercises.arm import told
 from exercises.arm.chain import TASK_ROWS, Base, Chain, Joint, Point
 from exercises.arm.derivation import derive, structure
 from exercises.arm.kinematics import NumericChain, link_frames
-from exercises.arm.told import modified_rows, place_name, told_point, told_rows
+from exercises.arm.told import modified_rows, place_name, told_base, told_point, told_rows
 from exercises.assignment import load_assignment
 from exercises.errors import QdotError
 from exercises.families import FAMILIES
 from exercises.figure.arm import told_frames
 from exercises.figure.pose import drawn_chain, skeleton
 from exercises.generation import generate, questions_of, sample_chain
-from exercises.problem import ProblemId
+from exercises.problem import Problem, ProblemId
 from exercises.stream import Stream
 from exercises.verify import certify
 from exercises.verify.numeric_reference import modified_frames
@@ -147,14 +147,35 @@ def test_a_figure_shows_the_told_frames(family: str) -> None:
         assert np.allclose(told_frames(arm, skeleton(arm, q)), modified_frames(arm, {}, q[None])[0], atol=1e-9)
 
 
+@pytest.mark.parametrize(("alpha", "a"), [(0, "3/10"), ("pi/2", 0), ("pi/3", "a0"), ("pi", "-3/10")])
+def test_the_first_row_may_have_a_length_and_a_twist(alpha: object, a: object) -> None:
+    """Then O_0 is the world frame, where the standard table has its own farther on."""
+    base = Base((sp.S(a), sp.S.Zero, sp.S.Zero), sp.S.Zero, sp.S(alpha))
+    arm = replace(modified("elbow-3r", variation="chapter"), base=base)
+    first = told_rows(arm)[0]
+    assert (first.a, first.alpha, told_base(arm)) == (base.position[0], base.tilt, Base())
+    lengths, poses = at_random(arm)
+    expected, numeric = modified_frames(arm, lengths, poses), NumericChain(arm, lengths)
+    assert np.allclose(expected[:, 0], np.eye(4))
+    assert np.allclose(numeric.told(numeric.frames(poses)), expected, atol=1e-9)
+    assert certify(Problem(ProblemId("mine", 1), arm, ())).passed
+    drawn = drawn_chain(arm)
+    for q in poses:
+        assert np.allclose(told_frames(arm, skeleton(drawn, q)), modified_frames(drawn, {}, q[None])[0], atol=1e-9)
+    on_axis = "O_0" if first.a == 0 else None  # d_1 leads from the axis to O_1
+    assert place_name(arm, 0) == on_axis
+    flat = replace(modified("planar-3r", variation="chapter"), base=base)
+    assert [place_name(flat, k) for k in range(4)] == ["O_1", "O_2", "O_3", "P"]
+
+
 def test_ids_tell_the_convention() -> None:
     for text in ("planar-2r/7@modified-dh", "planar-2r/7@chapter@modified-dh"):
         assert str(ProblemId.parse(text)) == text
     assert ProblemId.parse("planar-2r/7@full") == ProblemId("planar-2r", 7, variation="full")
-    with pytest.raises(QdotError, match="unknown convention 'modified'"):
+    with pytest.raises(QdotError, match="'modified' is neither a variation nor a convention"):
         ProblemId.parse("planar-2r/7@full@modified")
-    with pytest.raises(QdotError, match="unknown variation"):
-        ProblemId.parse("planar-2r/7@craig")
+    with pytest.raises(QdotError, match="names two variations"):
+        ProblemId.parse("planar-2r/7@full@zeros")
 
 
 def test_places_have_the_names_of_the_convention() -> None:
@@ -194,13 +215,13 @@ alpha = 0
 
 
 def test_an_assignment_says_the_convention(tmp_path: Path) -> None:
-    """For all families, for one problem, and not for a robot of the instructor's own, which its file tells."""
+    """For all problems, or for one; a robot of the instructor's own is one of them."""
     (tmp_path / "assignment.toml").write_text(ASSIGNMENT)
     (tmp_path / "arm.toml").write_text(ROBOT)
     (tmp_path / "roster.csv").write_text("student\nada\n")
     (tmp_path / "secret.txt").write_text("0" * 64)
     heard = [problem.chain.convention for _, problem in load_assignment(tmp_path).problems("ada")]
-    assert heard == ["modified-dh", "dh", "dh"]
+    assert heard == ["modified-dh", "dh", "modified-dh"]
     (tmp_path / "assignment.toml").write_text(ASSIGNMENT.replace('convention = "dh"', 'convention = "craig"'))
     with pytest.raises(QdotError, match=r"problem 2.*convention|convention.*'craig'"):
         load_assignment(tmp_path)

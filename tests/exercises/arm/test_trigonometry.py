@@ -113,3 +113,14 @@ def test_factors_are_those_that_sympy_finds(product: str) -> None:
     assert sp.expand(coefficient * sp.Mul(*(factor**power for factor, power in factors)) - whole) == 0
     assert {(factor if sp.Poly(factor).LC() > 0 else -factor, power) for factor, power in factors} == set(expected)
     assert abs(coefficient) == abs(content)
+
+
+@pytest.mark.parametrize("root", [sp.sqrt(3) / 4, -sp.sqrt(2), (sp.sqrt(6) + sp.sqrt(2)) / 4])
+def test_roots_of_numbers_are_refused_and_not_dropped(root: sp.Expr) -> None:
+    """Of a product they were left out, where a sum was refused."""
+    t1, t3, a1 = sp.symbols("theta1 theta3 a1")
+    for terms in (a1 * sp.sin(t3), a1 * sp.sin(t3) * sp.cos(t1), a1 * sp.sin(t3) + a1 * sp.cos(t1)):
+        with pytest.raises(ValueError, match="roots of numbers"):
+            factored(root * terms)
+        with pytest.raises(ValueError, match="roots of numbers"):
+            textbook(sp.expand(root * terms))

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from exercises.assignment import Student
+from exercises.assignment import Student, load_assignment
 from exercises.errors import QdotError
 from exercises.exports.bank import bank
 from exercises.exports.outlet import Order
@@ -51,7 +51,18 @@ def test_a_family_with_few_problems_gives_all_it_has_and_says_so(order: Order, m
     told: list[None] = []
     assert len(list(bank(replace(order, note=notes.append, each=lambda: told.append(None))))) == 1
     assert len(told) == 4
-    assert notes == ["p1: planar-2r has only one such problem, at variation zeros"]
+    assert notes == ["p1: planar-2r has only one such problem (variation zeros)"]
+
+
+def test_a_robot_of_fixed_lengths_is_told_to_be_the_same_for_all(tmp_path: Path) -> None:
+    """And not that it is so at a variation, of which it has none."""
+    a_class(tmp_path, [Student("ada")])
+    asked = '[[problem]]\nrobot = "scorbot"\nquestions = ["jacobian"]\n'
+    (tmp_path / "assignment.toml").write_text(f'title = "T"\nkey = "hw"\n{asked}')
+    assignment = load_assignment(tmp_path)
+    notes: list[str] = []
+    assert len(list(bank(Order(assignment, failures_of, variants=3, note=notes.append)))) == 1
+    assert notes == ["p1: scorbot has only one such problem (one arm for all, as no length is drawn)"]
 
 
 def test_a_bank_is_of_the_variation_that_is_asked_for(order: Order, tmp_path: Path) -> None:

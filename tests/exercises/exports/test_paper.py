@@ -425,6 +425,22 @@ def test_latex_compiles(order: Order, tmp_path: Path) -> None:
         assert done.returncode == 0, done.stdout[-3000:]
 
 
+def test_a_table_of_oblique_axes_keeps_within_the_page(tmp_path: Path) -> None:
+    """It is too wide to stand beside the figure; that of a DH table isn't."""
+    program = needs("pdflatex", LATEX, in_ci=False)
+    order = Order(a_class(tmp_path / "hw", [Student("ada")]), failures_of)
+    asked = '[[problem]]\nfamily = "planar-3r"\nvariation = "full"\nquestions = ["position"]\nconvention = "{}"\n'
+    for convention in ("screws", "dh"):
+        text = f'title = "T"\nkey = "hw"\n{asked.format(convention)}'
+        (order.assignment.folder / "assignment.toml").write_text(text)
+        made = files(replace(order, assignment=load_assignment(order.assignment.folder)), "latex")
+        file = next(iter(made.values()))
+        (tmp_path / "sheet.tex").write_text(str(file.content), encoding="utf-8")
+        done = subprocess.run([program, "-interaction=nonstopmode", "sheet"], cwd=tmp_path, capture_output=True)
+        said = (tmp_path / "sheet.log").read_text(encoding="utf-8", errors="replace")
+        assert done.returncode == 0 and "Overfull \\hbox" not in said
+
+
 def test_latex_of_a_share_of_a_page() -> None:
     wide = "$$x = " + " + ".join(f"a_{{{k}}} s_{{12}}" for k in range(12)) + "$$"
     assert to_latex(wide).count(r"\\") < to_latex(wide, 0.5).count(r"\\")

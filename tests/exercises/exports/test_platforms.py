@@ -262,6 +262,14 @@ def test_tables_have_the_class_that_moodle_shows_them_by(order: Order, asked: li
     assert all("generaltable" in table for table in tables)
 
 
+def test_figures_are_no_wider_than_the_page(order: Order, asked: list[Item]) -> None:
+    """Moodle's column on a small window is narrower than our figures, which would cover what is beside it."""
+    file, _ = file_of(moodle.moodle_files, order, asked)
+    figures = re.findall(r"<img [^>]*>", file.content)
+    assert len(figures) >= len(asked)
+    assert [figure for figure in figures if 'style="max-width: 100%; height: auto"' not in figure] == []
+
+
 def first_changed(item: Item, **changes: Any) -> list[str]:
     """Return what Moodle is told of the boxes of a matrix, the first of them changed."""
     assert isinstance(item.form, Numeric)
@@ -697,6 +705,7 @@ def test_jupyterquiz_is_given_what_its_schemas_say(order: Order, asked: list[Ite
         for question in questions:
             assert set(question) == {"question", "type", "answers"}
             assert "](" not in question["question"]  # it would be taken for a link
+            assert "<table>" not in question["question"]  # JupyterLab would show it smaller than the text
             right = [answer for answer in question["answers"] if answer.get("correct")]
             assert len(right) == 1 or question["type"] == "many_choice"
             for answer in question["answers"]:

@@ -22,8 +22,10 @@ from exercises.exports.bank import bank
 from exercises.exports.known_wrong import known_wrong, same_entries
 from exercises.exports.outlet import Order
 from exercises.exports.registry import OUTLETS
-from exercises.exports.stack_parts import asked, share_of
+from exercises.exports.stack_parts import _are_usable, asked, share_of
+from exercises.formula.expression import read
 from exercises.formula.printers.maxima import maxima_text
+from exercises.formula.program import compile_program
 from exercises.formula.text import text_of
 from exercises.generation import generate
 from exercises.problem import Problem, ProblemId
@@ -146,7 +148,18 @@ def test_texts_are_castext_with_inputs_pictures_and_mathematics_for_mathjax(quiz
         assert text.count("<details>") == 3
         shown = re.findall(r'src="@@PLUGINFILE@@/([\w.-]+)" alt="[^"]{20,}"', text)
         assert shown == [file.get("name") for file in question.findall("questiontext/file")] and shown
+        assert text.count('style="max-width: 100%; height: auto"') == len(shown)  # no wider than Moodle's column
         assert content(question, "generalfeedback/text")
+
+
+@pytest.mark.parametrize(
+    ("entry", "is_usable"),
+    [("3*a1", True), ("sqrt(a1 - 1)", False), ("1/(a1 - 1/2)", False), ("100000*a1", False), ("(a1 - 1/2)/8", False)],
+)
+def test_formulas_are_compared_where_they_are_numbers_of_middling_size(entry: str, is_usable: bool) -> None:
+    """At a1 = 0.5 and 0.6: not where one is imaginary, undefined or huge, nor where the pivot is nearly zero."""
+    program = compile_program([read(entry, {"a1": "length"})])
+    assert _are_usable(program, [{"a1": 0.6}, {"a1": 0.5}], 0) == is_usable
 
 
 def test_tables_are_of_the_class_to_which_moodle_gives_lines(quiz: ET.Element) -> None:

@@ -2,6 +2,7 @@
 
 import re
 import xml.etree.ElementTree as ET
+from collections import Counter
 from functools import cache
 from itertools import combinations
 
@@ -26,7 +27,7 @@ from exercises.figure import (
 )
 from exercises.figure.plane import exact
 from exercises.figure.pose import LONG, best_poses, candidates, drawn_chain
-from exercises.figure.shapes import Circle, Figure, Glyph, Pair, Polyline, Text, extent, roman
+from exercises.figure.shapes import FONT, Circle, Figure, Glyph, Pair, Polyline, Text, extent, roman
 from exercises.figure.small import PANEL, Panel
 from exercises.generation import sample_chain
 from exercises.problem import ProblemId
@@ -143,6 +144,73 @@ def test_svg_is_self_contained_and_has_clean_numbers(chain: Chain) -> None:
     assert "nan" not in svg.lower() and "inf" not in svg.lower() and not re.search(r"-0\.0(?!\d)", svg)
     assert all(re.fullmatch(r"-?\d+\.\d", pair) for points in re.findall(r' points="([^"]*)"', svg)
                for pair in re.split(r"[ ,]", points))  # fmt: skip
+
+
+HOME = {"theta1": 0.0, "theta2": 0.0, "d3": 0.0}
+BY_AXES = [
+    (Base(), turning(1, 0, -PI / 2, D1), turning(2, A2), sliding(3, theta=PI / 2)),
+    (Base((0, 0, Q(1, 2))), turning(1, 0, -PI / 2, D1), turning(2, A2), sliding(3, offset=Q(1, 5))),
+]
+
+
+def names(figure: Figure) -> list[str]:
+    return ["".join(run.text for run in text.runs) for text in figure.texts]
+
+
+def by_axes(base: Base, *joints: Joint, tool: Point | None = None) -> Chain:
+    return Chain("axes", joints, ("vx", "vy", "vz"), base, tool, convention="screws")
+
+
+@pytest.mark.parametrize("told", BY_AXES, ids=["world", "moved"])
+def test_the_body_frame_stands_in_the_point_at_home_and_nowhere_else(told: tuple[Base, Joint, Joint, Joint]) -> None:
+    chain = by_axes(*told)
+    home = names(arm_figure(chain, HOME))
+    assert {"P, {b}", "xb", "yb", "zb", "xs", "ys", "zs"} <= {*home}
+    assert "".join(text for text in ET.fromstring(figure_svg(chain)).itertext()).count("{b}") == 1
+    assert "body frame b" in alt_text(chain)
+    inner = by_axes(*told, tool=Point(2))
+    for figure in (arm_figure(chain, {**HOME, "theta2": 0.3}), arm_figure(inner, HOME)):
+        assert "P" in names(figure) and not {"xb", "yb", "zb", "P, {b}"} & {*names(figure)}
+    assert "body frame" not in alt_text(inner)
+
+
+def test_the_axes_of_the_body_frame_are_parallel_to_those_of_the_space_frame_and_start_in_the_point() -> None:
+    figure = arm_figure(by_axes(*BY_AXES[1]), HOME)
+    ways = [line.points for line in figure.shapes if isinstance(line, Polyline) and line.style == "axis-w"]
+    (p,) = [shape.center for shape in figure.shapes if isinstance(shape, Circle) and shape.style == "point"]
+    starts = Counter(tuple(np.round(line[0], 6)) for line in ways if len(line) == 2)
+    assert starts[tuple(np.round(p, 6))] == 3 and sorted(starts.values()) == [3, 3]
+    turned = [np.subtract(line[-1], line[0]) for line in ways if len(line) == 2]
+    angles = sorted(round(float(np.arctan2(*way)), 4) for way in turned)
+    assert angles[::2] == angles[1::2] and len(set(angles)) == 3
+
+
+def test_the_names_of_joint_axes_are_as_large_as_other_names() -> None:
+    """The letter is low, and in the fonts of PDFs smaller than others of a size."""
+    texts = [text for text in arm_figure(by_axes(*BY_AXES[0]), HOME).texts if text.runs[0].text == "ω"]
+    assert len(texts) == 2
+    for text in texts:
+        assert text.runs[0].size > 1.2 * FONT and text.runs[1].size < FONT
+        wide, _ = extent(tuple((run.text, run.italic, run.size < FONT) for run in text.runs))
+        assert text.box[2] - text.box[0] == pytest.approx(wide) and wide > text.runs[0].size * 0.9
+
+
+def test_where_the_point_is_in_the_origin_the_axes_have_the_names_of_both_frames() -> None:
+    figure = arm_figure(
+        by_axes(Base(), turning(1, 0, -PI / 2), turning(2, 0, PI / 2), turning(3)),
+        dict.fromkeys(("theta1", "theta2", "theta3"), 0.0),
+    )
+    assert {"xs, xb", "ys, yb", "zs, zb", "P, {b}"} <= {*names(figure)}
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("variation", ["chapter", "full"])
+@pytest.mark.parametrize("family", ["wrist-zyz", "wrist-rpy"])
+def test_a_wrist_has_all_frames_on_its_joints_axes_named(family: str, variation: str, seed: int) -> None:
+    shown = {
+        name for told in names(drawn(sampled(f"{family}/{seed}@{variation}@modified-dh"))) for name in told.split(", ")
+    }
+    assert {f"{axis}{i}" for axis in "xz" for i in range(4)} <= shown
 
 
 @every_arm

@@ -84,5 +84,6 @@ def test_tables_are_read_where_every_row_has_what_is_due() -> None:
 def test_numbers_have_a_comma_or_stand_apart_by_one() -> None:
     assert numbers_text("0,5; -1,25", 2) == numbers_text("(0,5 | -1,25)", 2) == "[0.5, -1.25]"
     assert numbers_text("0.5 rad/s and -1.25 rad/s", 2) == "[0.5, -1.25]"
-    for unclear in ("0,5,-1,25", "0,5, -1,25, 3", "{0.5, -1.25}", "0.5 -1.25"):
+    assert {numbers_text(size, 2) for size in ("3 x 6", "3x6", "3 × 6", "3 by 6")} == {"[3, 6]"}
+    for unclear in ("0,5,-1,25", "3 x", "3 x a", "3by6", "0,5, -1,25, 3", "{0.5, -1.25}", "0.5 -1.25"):
         assert numbers_text(unclear, 2) is None

@@ -23,7 +23,7 @@ ASKED = {
     "pan-tilt": ("invertibility", "link-velocity", "tool-jacobian"), "orthogonal-3r": ("singular-angles",),
     "stanford-6r": ("joint-rates",), "elbow-3r@modified-dh": ("position", "geometric-jacobian"),
     "planar-2r@screws": ("home-screws", "body-pose", "space-jacobian", "body-jacobian"),
-    "planar-rpr@screws": ("home-screws",),
+    "planar-rpr@screws": ("home-screws",), "polar-rp@screws": ("body-adjoint",),
 }  # fmt: skip
 """Questions in which all mistakes can be made, those first whose answers are short."""
 IN_FORMULAS = {mistake.name for mistake in finished.MISTAKES}

@@ -14,7 +14,6 @@ from exercises.families import FAMILIES
 from exercises.generation import generate
 from exercises.mistakes.catalogue import taken
 from exercises.problem import Details, Part, Problem, ProblemId
-from exercises.questions import recursion, screws
 from exercises.questions.base import DUTIES
 from exercises.questions.results import is_derived
 from exercises.quizzes import ASKED
@@ -22,15 +21,13 @@ from exercises.quizzes.options import blames_of
 from exercises.site.keys import key_of
 from exercises.writing.statement import hints, prompt, worked_solution
 from grader.follow import earlier
-
-TOLD = {"modified-dh": recursion, "screws": screws}
-"""Questions that are asked in one convention only."""
+from tests.support.problems import told_in
 
 
 @cache
 def problem_with(name: str) -> Problem:
     """Return a problem of the first family that has an arm for a question, told in its own convention."""
-    convention = next((told for told, module in TOLD.items() if name in {one.name for one in module.QUESTIONS}), "")
+    convention = told_in(ASKED[name])
     for family in FAMILIES:
         try:
             return generate(ProblemId(family, 1, (name,), convention=convention))

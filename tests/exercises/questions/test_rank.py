@@ -17,7 +17,15 @@ from exercises.arm.singularity import singular_set
 from exercises.generation import generate, questions_of
 from exercises.problem import ProblemId
 from exercises.questions import QUESTIONS
-from exercises.questions.geometry import at_values, branches, jacobian_at, precise_lost, regular_pose, singular_pose
+from exercises.questions.geometry import (
+    at_values,
+    branches,
+    jacobian_at,
+    nearest_integer,
+    precise_lost,
+    regular_pose,
+    singular_pose,
+)
 from exercises.questions.rank import OfMotion, OfRank
 from exercises.stream import Stream
 from exercises.verify import certify
@@ -260,3 +268,14 @@ def test_a_rank_is_asked_at_a_pose_that_is_told_exactly(family: str) -> None:
         assert np.linalg.matrix_rank(jacobian_at(chain, replace(place, joints=told)), 1e-10) == rank
         ranks.add(rank)
     assert len(ranks) > 1
+
+
+@pytest.mark.parametrize("digits", [15, 20, 30, 40])
+def test_numbers_are_rounded_as_sympy_rounds_them(digits: int) -> None:
+    """By its decimal digits, halves to the even side: near halves, at them, and anywhere."""
+    stream = Stream(f"rounding/{digits}")
+    near = [sp.Float(10, digits) ** -stream.below(36) * side for side in (1, -1) for _ in range(60)]
+    halves = [sp.Float(f"{stream.below(8001) - 4000}.5", digits) + off for off in (*near, sp.S.Zero)]
+    others = [sp.Float(str(stream.below(10**9) - 5 * 10**8), digits) / 7 ** stream.below(9) for _ in range(60)]
+    for value in (*halves, *others, sp.S.Zero, sp.Integer(-3), sp.Rational(-7, 2), sp.pi):
+        assert nearest_integer(value) == round(value)

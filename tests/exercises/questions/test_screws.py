@@ -1,18 +1,33 @@
 """Arms told by their axes: published Jacobians, exponentials as another way, and texts without frames on the links."""
 
 import re
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
 
+import numpy as np
 import pytest
 import sympy as sp
 
-from exercises.arm.chain import Chain
+from exercises import verify
+from exercises.answers import Choice
+from exercises.arm.chain import Chain, Joint, Point
 from exercises.arm.conventions import axes_of
+from exercises.arm.placing import Axis, reached
+from exercises.arm.robot_file import read_robot
 from exercises.families import FAMILIES
+from exercises.families.base import Family
+from exercises.families.own import own_family
 from exercises.generation import applicable, generate, sample_chain
-from exercises.mistakes.catalogue import CATALOGUE, taken
+from exercises.mistakes.catalogue import CATALOGUE, SECTIONS, taken
 from exercises.problem import Problem, ProblemId
+from exercises.questions import QUESTIONS as EVERY
+from exercises.questions.base import velocities
 from exercises.questions.screws import (
     QUESTIONS,
+    InNumbers,
+    InSpace,
+    body_adjoint,
     body_jacobian,
     body_pose,
     body_rotation,
@@ -20,8 +35,12 @@ from exercises.questions.screws import (
     space_jacobian,
 )
 from exercises.quizzes import QUIZZES
+from exercises.quizzes.choice import AboutSubject
+from exercises.solving import Ready, text_stages
+from exercises.stream import Stream
 from exercises.verify import certify
-from exercises.writing.statement import hints, prompt, statement, worked_solution
+from exercises.writing.markup import to_text
+from exercises.writing.statement import hints, prompt, statement, worked_solution, worked_steps
 from tests.support.suites import few_families, of_families, several
 
 FIXED = [name for name, family in FAMILIES.items() if not family.varied]
@@ -55,12 +74,75 @@ def test_a_scara_has_its_published_space_jacobian() -> None:
     assert same(jacobian[:, 3], [[0]] * 5 + [[-1]])
 
 
+def test_the_planar_arm_has_its_adjoint() -> None:
+    """[P] R has one row and one column other than zero: the moment of a turn, and the axis of the plane."""
+    adjoint, c, s = body_adjoint(by_axes("planar-2r", "chapter")), sp.cos(Q1 + Q2), sp.sin(Q1 + Q2)
+    x, y = A1 * sp.cos(Q1) + A2 * c, A1 * sp.sin(Q1) + A2 * s
+    turn = [[c, -s, 0], [s, c, 0], [0, 0, 1]]
+    assert same(adjoint[:3, :3], turn)
+    assert same(adjoint[3:, 3:], turn)
+    assert same(adjoint[:3, 3:], sp.zeros(3).tolist())
+    assert same(adjoint[3:, :3], [[0, 0, y], [0, 0, -x], [A1 * sp.sin(Q2), A1 * sp.cos(Q2) + A2, 0]])
+
+
+@of_families(FIXED)
+def test_the_adjoint_changes_the_body_jacobian_into_the_space_jacobian(family: str) -> None:
+    arm = by_axes(family)
+    if "body-pose" not in applicable(arm):
+        pytest.skip("its pose is too long")
+    stream = Stream(f"adjoint/{family}")
+    known = {symbol: sp.Float(stream.uniform(0.3, 1.2), 30) for symbol in (*arm.q, *arm.parameters)}
+    apart = body_adjoint(arm) * body_jacobian(arm) - space_jacobian(arm)
+    assert max(abs(entry) for entry in apart.xreplace(known).evalf(20)) < 1e-15
+
+
+def test_a_twist_in_numbers_is_one_that_the_arm_has() -> None:
+    """Changed from one frame into the other as it is told; and the rates would give nearly the same in {s}."""
+    for seed in range(4):
+        problem = generate(ProblemId("elbow-3r", seed, ("changed-twist",), variation="full", convention="screws"))
+        (part,) = problem.parts
+        told, arm = part.about(InNumbers), problem.chain
+        due = space_jacobian(arm).xreplace(told.place.values) * sp.Matrix(list(told.rates.values()))
+        assert max(abs(entry) for entry in (part.answer.as_matrix() - due).evalf()) < 2e-3
+        assert all(value * 1000 == int(value * 1000) for value in told.twist)
+
+
 @of_families(FIXED)
 def test_what_is_asked_of_screws_is_certified(family: str) -> None:
-    """By exponentials of the axes as they are told, which know of no table, and by differences."""
-    asked = tuple(name for name in applicable(by_axes(family)) if name in NAMES)
+    """By exponentials of the axes as they are told, by frames at home, and by differences."""
+    arm = by_axes(family)
+    asked = tuple(name for name in applicable(arm) if name in NAMES)
     certificate = certify(generate(ProblemId(family, 1, asked, variation="full", convention="screws")))
     assert certificate.passed, certificate.failures
+    told = {check.name for check in certificate.checks if check.name.startswith("axes at home: ")}
+    assert told == {
+        f"axes at home: {what}"
+        for what in ("directions", "P", *(["points on them"] if "R" in {joint.kind for joint in arm.joints} else []))
+    }
+
+
+OTHERWISE: dict[str, Callable[[Axis, sp.Matrix], tuple[Axis, sp.Matrix]]] = {
+    "directions": lambda axis, point: (replace(axis, direction=-axis.direction), point),
+    "points on them": lambda axis, point: (
+        replace(axis, point=axis.point + sp.Matrix([0, sp.Rational(1, 9), 0])),
+        point,
+    ),
+    "P": lambda axis, point: (axis, point + sp.Matrix([0, 0, sp.Rational(1, 9)])),
+}
+
+
+@pytest.mark.parametrize("what", OTHERWISE)
+def test_a_certificate_sees_axes_that_are_told_otherwise(what: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also where all that is asked is the screws, which are the ones that the table leads to."""
+    problem = generate("elbow-3r/1@chapter@screws", ["home-screws"])
+
+    def told(chain: Chain) -> tuple[list[Axis], sp.Matrix]:
+        (first, *others), point = axes_of(chain)
+        first, point = OTHERWISE[what](first, point)
+        return [first, *others], point
+
+    monkeypatch.setattr(verify, "axes_of", told)
+    assert [check.name for check in certify(problem).failures] == [f"axes at home: {what}"]
 
 
 @of_families(FIXED)
@@ -79,6 +161,26 @@ def test_at_home_jacobians_are_the_screws(family: str) -> None:
 
 def _dust(value: sp.Expr) -> sp.Expr:
     return sp.nsimplify(value.round(20)) if value.is_number else value
+
+
+@pytest.mark.parametrize("variation", ["chapter", "zeros", "full"])
+def test_options_for_screws_are_those_of_the_arm_at_its_own_home(variation: str) -> None:
+    """Which may have roots: an arm of the same structure has another home, and formulas without roots."""
+    asked = set()
+    for family in ("planar-2r", "planar-rrp", "elbow-3r"):
+        arm = by_axes(family, variation)
+        for name in ("screw-choice", "space-column-choice"):
+            if QUIZZES[name].refusal(arm) is None:
+                problem = generate(ProblemId(family, 1, (name,), variation=variation, convention="screws"))
+                (part,) = problem.parts
+                assert certify(problem).passed
+                told, subject = part.about(AboutSubject).offered, part.about(AboutSubject).subject
+                whole = _reference(arm, subject.base)
+                assert (told[part.of(Choice).correct].shown - whole[:, subject.column]).expand().is_zero_matrix
+                behind = {blame.mistake for option in told for blame in option.behind}
+                assert behind <= {mistake.name for mistake in SECTIONS["Screws and exponentials"].MISTAKES}
+                asked.add(name)
+    assert "screw-choice" in asked
 
 
 OF_FRAMES = re.compile(
@@ -126,9 +228,120 @@ def _texts(problem: Problem) -> list[tuple[str, str]]:
     ]
 
 
+HOME_ONLY = {"home-screws", "body-pose", "position"}
+"""Questions whose texts speak of axes at home alone, beside those of which both are shown."""
+BOTH = {"joint-axes", "body-jacobian"}
+
+
+@of_families(FIXED)
+def test_an_axis_that_others_have_moved_has_a_prime(family: str) -> None:
+    arm = by_axes(family)
+    named = r"(?:\\omega|\bv|\bq)_(?:\{[0-9i]\}|[0-9i])"
+    moved, at_home = re.compile(f"{named}'"), re.compile(f"{named}(?!')")
+    wrong: dict[str, str] = {}
+    for name in applicable(arm):
+        problem = generate(ProblemId(family, 1, (name,), variation="full", convention="screws"))
+        for where, text in _texts(problem)[1:]:
+            unfit = None if name in BOTH else moved if name in HOME_ONLY else at_home
+            if unfit is not None and (found := unfit.search(text)):
+                wrong[f"{name}, {where}"] = text[max(found.start() - 40, 0) : found.end() + 40]
+    assert not wrong
+
+
+@of_families(FIXED)
+def test_angular_velocities_come_first_everywhere(family: str) -> None:
+    """In geometric Jacobian and twist, too, which have linear rows first where there is a table."""
+    arm = by_axes(family)
+    table = replace(arm, convention="dh")
+    for name in {"geometric-jacobian", "twist"} & set(applicable(arm)):
+        ours, theirs = (_reference(chain, name) for chain in (arm, table))
+        assert ours == theirs[3:, :].col_join(theirs[:3, :])
+        problem = generate(ProblemId(family, 1, (name,), variation="full", convention="screws"))
+        (part,) = problem.parts
+        assert r"\omega_x, \omega_y, \omega_z, v_x, v_y, v_z" in prompt(problem, part)
+        assert name == "geometric-jacobian" or EVERY[name].entry_names(arm, part) == velocities(TWIST)
+
+
+TWIST = ("wx", "wy", "wz", "vx", "vy", "vz")
+
+
+def _reference(chain: Chain, name: str) -> sp.Matrix:
+    answer, _ = EVERY[name].ask(chain, Stream("order"))
+    return answer.as_matrix()
+
+
 def test_an_arm_of_a_table_is_asked_nothing_of_screws() -> None:
     arm = sample_chain(ProblemId("planar-2r", 1))
     assert not set(applicable(arm)) & set(NAMES)
     by = by_axes("planar-2r")
     assert set(NAMES) <= set(applicable(by))
     assert not {"transform", "position-vectors", "link-velocity", "tool-jacobian"} & set(applicable(by))
+
+
+OBLIQUE = """name = "oblique"
+convention = "screws"
+point = [0, "0.4 + a2", 0.1]
+[[joint]]
+kind = "R"
+axis = [0, 0, 1]
+point = [0.1, 0.2, 0.5]
+[[joint]]
+kind = "P"
+axis = [0, 1, 1]
+[[joint]]
+kind = "R"
+axis = [1, 1, 0]
+point = [0.1, 0.4, 0.1]
+"""
+
+
+def test_an_own_arm_is_told_by_the_points_of_its_file_and_without_brackets(tmp_path: Path) -> None:
+    path = tmp_path / "oblique.toml"
+    path.write_text(OBLIQUE)
+    chain = read_robot(path)
+    texts = {}
+    for stage in text_stages(chain):
+        if isinstance(stage, Ready):
+            texts[stage.name] = to_text(stage.content)
+            if stage.name == "body-jacobian":  # what follows holds no points
+                break
+    assert "(0.1, 0.2, 0.5) m" in texts["arm"] and "(0.1, 0.4, 0.1) m" in texts["arm"]
+    assert "⎢0  1  0  a₂ + 0.4⎥" in texts["arm"]
+    for name in ("arm", "home-screws", "position", "jacobian", "geometric-jacobian", "space-jacobian", "body-jacobian"):
+        assert "(√2 (" not in texts[name], name
+    # By exponentials of the told axes: where P is, and each point, behind the joints that have moved it.
+    axes, home = axes_of(chain)
+    q, lengths = np.array([0.3, -0.4, 1.1]), {sp.Symbol("a2"): 0.7}
+    values = lengths | dict(zip(chain.q, q, strict=True))
+    for joint, place in worked_steps(chain).moved_points:
+        moved = np.where(np.arange(1, 4) < joint, 0, q)
+        assert np.allclose(_floats(place, values), reached(axes, home, moved, lengths))
+    _, details = next(question for question in QUESTIONS if question.name == "space-jacobian").ask(chain, Stream("x"))
+    assert isinstance(details, InSpace)
+    for number, one in enumerate(details.carried):
+        if one.kind == "R":
+            there = reached(axes[:number], sp.Matrix(chain.axis_points[number]), q[:number], lengths)
+            assert np.allclose(_floats(one.point, values), there)
+            assert np.allclose(_floats(one.moment + one.direction.cross(one.point), values), 0)
+
+
+def _floats(vector: sp.Matrix, values: dict[sp.Symbol, float]) -> np.ndarray:
+    return np.array([float(entry.xreplace(values)) for entry in vector])
+
+
+def test_a_point_on_an_inner_link_is_certified_by_the_axes_before_it() -> None:
+    joints = tuple(Joint("R", f"theta{i}", 0, f"a{i}", "pi/2" if i == 1 else 0) for i in (1, 2, 3))
+    arm = Chain("m", joints, ("vx", "vy"), tool=Point(2), convention="screws")
+    certificate = certify(generate(ProblemId("m", 1, ("position",)), family=Family("m", "m", "m", arm)))
+    assert certificate.passed, certificate.failures
+
+
+def test_a_length_of_an_arm_told_by_axes_may_be_called_as_one_of_the_table_that_is_not_told(tmp_path: Path) -> None:
+    """Joint 1 has the length 0.3 in that table, where a1 would be looked for."""
+    path = tmp_path / "arm.toml"
+    joint = '[[joint]]\nkind = "R"\naxis = [0, 0, 1]\npoint = [{}, 0, 0]\n'
+    head = 'name = "m"\nconvention = "screws"\npoint = ["a1 + 0.3", 0, 0]\n'
+    path.write_text(head + joint.format(0) + joint.format(0.3))
+    family = own_family(path)
+    certificate = certify(generate(ProblemId(family.name, 1, ("position", "determinant")), family=family))
+    assert certificate.passed, certificate.failures

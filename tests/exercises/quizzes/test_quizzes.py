@@ -39,7 +39,7 @@ from grader.verdict import Outcome
 from tests.exercises.writing.test_statement import _is_clean
 from tests.support import SNAPSHOTS
 from tests.support.judging import diagnose, judge_matching, judge_selection
-from tests.support.problems import with_answer
+from tests.support.problems import told_in, with_answer
 from tests.support.suites import of_families, several
 
 QUIZ_SNAPSHOTS = SNAPSHOTS / "quizzes"
@@ -55,9 +55,9 @@ small = pytest.mark.xdist_group("quizzes")  # the problems of these tests are ma
 
 
 def asked_in_turn(family: str) -> list[str]:
-    first, arm = 4 * FAMILY_NAMES.index(family), sample_chain(ProblemId(family, 0))
+    first = 4 * FAMILY_NAMES.index(family)
     names = (NAMES[(first + 7 * k) % len(NAMES)] for k in range(len(NAMES)))
-    can = (name for name in names if QUIZZES[name].refusal(arm) is None)
+    can = (name for name in names if QUIZZES[name].refusal(sample_chain(_id(family, 0, name))) is None)
     return list(islice(can, EACH if family not in LONG else 1))
 
 
@@ -71,14 +71,18 @@ def test_every_short_question_has_its_turn() -> None:
     assert not missing
 
 
+def _id(family: str, seed: int, name: str) -> ProblemId:
+    return ProblemId(family, seed, (name,), convention=told_in(QUIZZES[name]))
+
+
 @cache
 def problem_of(family: str, seed: int, name: str) -> Problem:
-    return generate(ProblemId(family, seed, (name,)))
+    return generate(_id(family, seed, name))
 
 
 def of_small(name: str) -> Problem:
     """Return a problem of one short question, of the first of SMALL that can be asked it."""
-    can = (family for family in SMALL if QUIZZES[name].refusal(sample_chain(ProblemId(family, 1))) is None)
+    can = (family for family in SMALL if QUIZZES[name].refusal(sample_chain(_id(family, 1, name))) is None)
     return problem_of(next(can), 1, name)
 
 
@@ -158,8 +162,11 @@ def test_options_are_told_apart_by_the_grader_too() -> None:
     """The grader's exact comparison says of every wrong option that it is another function than the right one."""
     compared = 0
     for family in several(("planar-2r", "polar-rp", "elbow"), ("planar-2r", "polar-rp", "elbow", "scara")):
-        for name in ("position-choice", "column-choice", "vector-choice", "determinant-choice", "torque-choice"):
-            if QUIZZES[name].refusal(sample_chain(ProblemId(family, 1))) is None:
+        for name in (
+            "position-choice", "column-choice", "vector-choice", "determinant-choice", "torque-choice", "screw-choice",
+            "space-column-choice",
+        ):  # fmt: skip
+            if QUIZZES[name].refusal(sample_chain(_id(family, 1, name))) is None:
                 problem = problem_of(family, 1, name)
                 part = problem.parts[0]
                 assert isinstance(part.answer, Choice)

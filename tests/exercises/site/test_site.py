@@ -121,7 +121,7 @@ def _links_lead_somewhere(site: Path) -> None:
             if not re.match(r"[a-z]+:", address):
                 target = (page.parent / address.partition("#")[0]).resolve()
                 assert target.is_file() or "/docs/" not in str(target) or target.suffix != ".html", (page, address)
-                assert target.suffix not in (".css", ".js") or target.is_file()
+                assert target.suffix not in (".css", ".js", ".png") or target.is_file(), (page, address)
 
 
 def test_a_rebuild_removes_what_an_earlier_build_wrote_and_nothing_else(assets: Assets, tmp_path: Path) -> None:

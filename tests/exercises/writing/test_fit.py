@@ -11,6 +11,7 @@ from exercises.problem import Problem, ProblemId
 from exercises.writing import fit
 from exercises.writing.markup import PAPER, SCREEN, fitted_latex, to_html, to_latex
 from exercises.writing.statement import prompt, worked_solution
+from exercises.writing.typst import to_typst
 from tests.support.problems import drawn, parts_in_turn
 
 SMALLEST = 0.8
@@ -77,6 +78,36 @@ def test_what_cannot_be_broken_is_smaller() -> None:
     assert re.search(r'<math style="font-size: \d\d%"', to_html(long))
     assert r"\scriptsize" in to_latex(long) or r"\footnotesize" in to_latex(long)
     assert "font-size" not in to_html("$$x = a$$") and "size" not in to_latex("$$x = a$$")
+
+
+def test_what_is_smaller_than_any_size_is_made_as_wide_as_a_line() -> None:
+    long = "$$x = " + r"\frac{" + "abcdefgh" * 30 + "}{2}$$"
+    shown = to_latex(long)
+    assert r"\resizebox{\ifdim\width>\linewidth\linewidth\else\width\fi}{!}{" in shown
+    assert shown.count("{") == shown.count("}") and shown.count(r"\[") == shown.count(r"\]") == 1
+    assert "resizebox" not in to_latex("$$x = a$$")
+
+
+def test_a_formula_in_a_line_that_can_not_be_broken_stands_alone_with_the_point_behind_it() -> None:
+    """As det J of oblique axes does; in a table, where nothing can stand alone, the table is made smaller."""
+    wide = r"\frac{" + " + ".join(f"a_{{{k}}} c_{{12}}" for k in range(12)) + "}{2}"
+    shown = to_latex(f"With $k = {wide}$, and $a$, more.")
+    assert shown.index(r"\[") < shown.index(r"\frac") < shown.index(r"\]") and ", and $a$, more." not in shown
+    assert re.search(r",\s*\}?\s*\\\]", shown) and shown.rstrip().endswith("and $a$, more.")
+    assert r"$b + c$, and" in to_latex("With $b + c$, and")
+    printed = to_typst(f"With $k = {wide}$, and")
+    assert "#formulas(" in printed and '" $, ' in printed and r"\," not in printed.split("#formulas")[1]
+    row = f"| a | b |\n|---|---|\n| ${wide}$ | ${wide}$ |\n"
+    assert r"\[" not in to_latex(row) and r"\resizebox" in to_latex(row)
+    assert r"\resizebox" not in to_latex(row.replace(wide, "a"))
+
+
+def test_rows_of_a_table_with_fractions_have_room() -> None:
+    row = "| a |\n|---|\n| $x$ |\n"
+    high = row.replace("$x$", r"$(\frac{\sqrt{3} a_{1}}{2}, 0, 0)$")
+    assert (r"\arraystretch" in to_latex(high), r"\arraystretch" in to_latex(row)) == (True, False)
+    assert ("inset" in to_typst(high), "inset" in to_typst(row)) == (True, False)
+    assert "inset" in to_typst(f"{row}\n\n{high}") and to_typst(f"{row}\n\n{high}").index("inset") > 30
 
 
 def test_a_product_that_is_too_wide_is_broken_inside_of_its_bracket() -> None:

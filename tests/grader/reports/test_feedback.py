@@ -15,6 +15,7 @@ from typing import Any
 import pytest
 
 from exercises.answers import Choice, Matrix
+from exercises.arm.chain import CONVENTIONS
 from exercises.assignment import Assignment, Student, load_assignment
 from exercises.problem import Problem
 from exercises.release import init_assignment
@@ -191,6 +192,17 @@ def test_entries_that_follow_are_marked_as_such_and_parts_called_by_their_number
     assert [said for about, said in page.all("td") if about.get("class") == "follows"] == ["↪follows"] * 4
     assert "Which entries are right, or follow from 1.1" in text and "'position'" not in text
     assert text.count("Cross: where your answer puts it") == 1
+
+
+def test_a_table_is_called_what_it_is(tmp_path: Path) -> None:
+    asked = '[[problem]]\nfamily = "planar-2r"\nquestions = ["position"]\nconvention = "{}"\n'
+    init_assignment(tmp_path / "hw", "T", "hw", [Student("s1")], "0123456789abcdef")
+    problems = "".join(map(asked.format, CONVENTIONS))
+    (tmp_path / "hw" / "assignment.toml").write_text(f'title = "T"\nkey = "hw"\n{problems}')
+    made = load_assignment(tmp_path / "hw")
+    _, page = page_of(made, result_of(made))
+    called = [text for about, text in page.all("caption") if about.get("class") == "unseen"]
+    assert called == ["Denavit–Hartenberg parameters"] * 2 + ["Joint axes at home"]
 
 
 def test_what_was_asked_and_given_stands_there(assignment: Assignment, mix: dict[str, Any]) -> None:

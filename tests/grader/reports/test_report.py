@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from exercises.arm.chain import CONVENTIONS
 from exercises.assignment import Assignment, Student, load_assignment
 from exercises.errors import QdotError
 from exercises.generation import sample_chain
@@ -25,7 +26,7 @@ from grader.reports.class_page import class_page
 from grader.reports.class_view import mistakes, parts, scores
 from grader.reports.formats import write_asked
 from grader.similar import Written, Wrong, alikeness, nearly_the_same, written
-from grader.variants import OTHERS, compare, corrected, in_words
+from grader.variants import FEATURES, OF_AXES, OTHERS, compare, corrected, in_words
 from tests.support.command import fails, run
 from tests.support.handing_in import a_class
 from tests.support.results import result
@@ -86,6 +87,20 @@ def test_the_draw_stays_the_same_for_good() -> None:
 
 
 # --- variants ---
+
+
+def test_arms_differ_in_what_their_convention_tells() -> None:
+    """Of a modified table the tilt of the base is the twist of the first row; told by axes, an arm has no frames."""
+    shares = [float(k % 4) for k in range(24)]
+    groups = {}
+    for convention in CONVENTIONS:
+        ids = [ProblemId("planar-2r", seed, variation="full", convention=convention) for seed in range(24)]
+        found = compare("p1", [sample_chain(each) for each in ids], shares, "x", varied=False)
+        groups[convention] = {each.feature: each.groups for each in found}
+    assert "base tilted" in groups["dh"]["base"]
+    assert groups["modified-dh"]["base"] == ("base moved", "base turned")
+    assert groups["screws"].keys() <= {*FEATURES, *OF_AXES}
+    assert groups["screws"].keys() & OF_AXES.keys()
 
 
 def test_groups_of_arms_and_what_is_too_small() -> None:

@@ -15,6 +15,7 @@ from exercises.writing.latex import laid_out
         (r"(d_{2} + 0.5) \cos \varphi_{1}\, \dot{d}_{2}", "(d₂ + 0.5) cos φ₁ d\u0307₂"),
         (r"-\frac{a_{1} + 1}{2 s_{2}} = -90^\circ", "−(a₁ + 1)/(2 s₂) = −90°"),
         (r"p^*_{1} J^T \sqrt{2}", "p*₁ Jᵀ √2"),
+        (r"\omega_{1}' \times q_i' = v''", "ω₁′ × qᵢ′ = v″"),
         (r"1.2 \cdot 10^{-6}", "1.2 ⋅ 10⁻⁶"),
         (r"x^{a b} + \left(y\right)", "x^(ab) + (y)"),
         (r"\begin{aligned} a &= 1 \\ b &= 2 \end{aligned}", "a = 1\nb = 2"),

@@ -1,0 +1,125 @@
+"""Special lengths: for which lengths a condition holds anywhere, and what differs where lengths are related."""
+
+import itertools
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from exercises.arm.chain import Chain, Joint
+from exercises.arm.classification import Kind
+from exercises.arm.singularity import singular_set
+from exercises.families import FAMILIES
+from exercises.generation import sample_chain
+from exercises.problem import ProblemId
+from exercises.solving import Singularities, singular_stages
+from exercises.special_lengths import need_of, relations
+from exercises.writing.worked import SingularComponent
+from tests.support.suites import of_families
+
+A1, A2, A3, D4 = sp.symbols("a1 a2 a3 d4")
+T2, T3, T4, D3 = sp.symbols("theta2 theta3 theta4 d3")
+TURNING = Chain("turning", tuple(Joint("R", f"theta{i}", 0, f"a{i}", 0) for i in range(1, 5)), ("vx", "vy"))
+SLIDING = Chain("sliding", (TURNING.joints[0], TURNING.joints[1], Joint("P", 0, "d3", 0, 0)), ("vx", "vy"))
+s, c = sp.sin, sp.cos
+
+NEEDS = (
+    (A1 + A2 * c(T2), "a1 <= a2"),
+    (-A1 - A2 * s(T2), "a1 <= a2"),
+    (A1 + A2 * c(T2) + A3 * c(T2 + T3), "a1 <= a2 + a3"),
+    (2 * A1 - A2 * c(T2) + A1 * c(T3), "a1 <= a2"),
+    (A1 + D4 - A2 * s(T2 - T3), "a1 + d4 <= a2"),
+    (A1 + A2 * c(T2) + A3 * s(T2), "a1 <= sqrt(a2**2 + a3**2)"),
+    (A1 * A2 + A2 * A3 * c(T2) * c(T3), "a1*a2 <= a2*a3"),  # the difference of both angles, and the sum
+    (A1 - sp.Rational(2, 5) + A2 * c(T2), None),
+    (A2 * c(T2) + A3 * c(T2 + T3), None),
+    (A1 + A2 * c(T2) + A1 * c(T3), None),
+    (A1 + A2 * c(T2) + A2 * c(T3) + A2 * c(T2 + T3), None),
+)  # fmt: skip
+
+
+def reach(condition: sp.Expr, lengths: dict[sp.Symbol, float]) -> tuple[float, float]:
+    """Return the least and the greatest value of a condition over all angles, by trying them."""
+    angles = sorted(condition.free_symbols - set(lengths), key=str)
+    grid = np.meshgrid(*(np.linspace(-np.pi, np.pi, 241) for _ in angles))
+    names: dict[str, object] = {symbol.name: float(value) for symbol, value in lengths.items()}
+    names |= {angle.name: values for angle, values in zip(angles, grid, strict=True)}
+    values = eval_tree(condition, names)
+    return float(np.min(values)), float(np.max(values))
+
+
+def eval_tree(expression: sp.Expr, names: dict[str, object]) -> np.ndarray:
+    """Return a formula's values, from its tree."""
+    if expression.is_Symbol:
+        return np.asarray(names[expression.name])
+    if not expression.args:
+        return np.asarray(float(expression))
+    args = [eval_tree(arg, names) for arg in expression.args]
+    if isinstance(expression, sp.Add):
+        return np.asarray(sum(args[1:], args[0]))
+    if isinstance(expression, sp.Mul):
+        return np.asarray(np.prod(np.broadcast_arrays(*args), axis=0))
+    if isinstance(expression, sp.Pow):
+        return np.asarray(args[0] ** args[1])
+    return np.asarray({sp.sin: np.sin, sp.cos: np.cos}[type(expression)](args[0]))
+
+
+@pytest.mark.parametrize(("condition", "wanted"), NEEDS, ids=str)
+def test_a_condition_holds_somewhere_for_the_lengths_that_are_told(condition: sp.Expr, wanted: str | None) -> None:
+    need = need_of(condition, TURNING)
+    if wanted is None or need is None:
+        assert need is None or wanted is not None
+        return
+    assert f"{need.least} <= {need.most}" == wanted
+    holds = {True: 0, False: 0}
+    symbols = sorted((need.least + need.most).free_symbols, key=str)
+    for values in itertools.product((0.3, 0.55, 0.8, 1.3), repeat=len(symbols)):
+        lengths = dict(zip(symbols, values, strict=True))
+        least, most = (float(sp.sympify(side).xreplace(lengths)) for side in (need.least, need.most))
+        others = condition.free_symbols & {A1, A2, A3, D4} - {*symbols}
+        low, high = reach(condition, lengths | dict.fromkeys(others, 0.5))
+        if abs(least - most) > 1e-3:
+            assert (low <= 1e-3 and high >= -1e-3) == (least < most), lengths
+            holds[least < most] += 1
+    assert all(holds.values())
+
+
+def test_where_a_slide_moves_in_a_condition_nothing_is_told() -> None:
+    assert need_of(A1 + D3 * c(T2), SLIDING) is None
+    assert need_of(A1 + A2 * c(T2), SLIDING) is not None
+
+
+@of_families([name for name, each in FAMILIES.items() if not each.varied])
+def test_what_is_told_of_a_family_is_so_in_numbers(family: str) -> None:
+    chain = sample_chain(ProblemId(family, 0, variation="chapter"), FAMILIES[family])
+    for component in singular_set(chain) or ():
+        for condition in component.conditions:
+            need = need_of(condition, chain)
+            if need is None or len(condition.free_symbols & set(chain.q)) > 3:
+                continue
+            symbols = sorted(condition.free_symbols - set(chain.q), key=str)
+            for lengths in (
+                dict(zip(symbols, v, strict=True)) for v in itertools.product((0.2, 1.1), repeat=len(symbols))
+            ):
+                least, most = (float(sp.sympify(side).xreplace(lengths)) for side in (need.least, need.most))
+                low, high = reach(condition, lengths)
+                if abs(least - most) > 1e-2:
+                    assert (low <= 0 <= high) == (least < most), (condition, lengths)
+
+
+def test_a_relation_at_which_a_condition_begins_to_hold_is_looked_at_first() -> None:
+    component = SingularComponent((A1 + A2 * c(T2) + A3 * c(T2 + T3),), None, Kind("internal", True, ""))
+    assert relations(TURNING, (component,))[0] == (A1, A2 + A3)
+    assert len({str(one) for one in relations(TURNING, (component,))}) == len(relations(TURNING, (component,)))
+
+
+def test_a_value_that_is_the_same_in_other_words_is_no_difference() -> None:
+    """PUMA's elbow: arctan(d4/a3) is 45 degrees where a3 = d4, and nothing else is otherwise there."""
+    half = sp.pi / 2
+    rows = (
+        Joint("R", "theta1", 0, 0, -half), Joint("R", "theta2", "d2", "a2", 0), Joint("R", "theta3", 0, "a3", half),
+        Joint("R", "theta4", "d4", 0, 0),
+    )  # fmt: skip
+    *_, found = singular_stages(Chain("puma", rows, ("vx", "vy", "vz")))
+    assert isinstance(found, Singularities) and found.singular
+    assert not [one.relation for one in found.special if one.relation == "a3 = d4"]

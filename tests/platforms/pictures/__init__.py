@@ -1,0 +1,12 @@
+"""The pictures of docs/: what an instructor and a student click in the real programs, done by a browser.
+
+`MOODLE=/path python -m tests.platforms.pictures moodle` exports an assignment, goes through the clicks that the docs
+tell, and puts small pictures of what is seen into docs/pictures/. Where a click leads elsewhere than the docs say, it
+stops there. It needs Chromium, and Playwright and Pillow in the environment of qdot.
+
+    album       a browser whose pictures are cut, made small and kept
+    given       the assignment that is exported, and its answers
+    moodle      a quiz restored, taken and marked; a question bank; STACK
+    jupyter     a student's notebook, jupyterquiz, and nbgrader's formgrader
+    __main__    the command
+"""

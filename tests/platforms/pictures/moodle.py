@@ -1,0 +1,268 @@
+"""Moodle, click by click: a quiz is restored, taken and marked, a bank is imported; STACK's questions are previewed.
+
+`MOODLE` is the folder of an installed copy whose database and web server run (`php -S` will do), with the question type
+STACK where its pictures are asked for. Formulas are set by the MathJax that its filter names: a copy in Moodle's own
+folder where there is no network. A course is made for each run, and stays.
+"""
+
+import json
+import re
+import subprocess
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from playwright.sync_api import Browser, Error, Locator, Page  # type: ignore[import-not-found, unused-ignore]
+
+from exercises.exports.items import Choose, Item, Numeric, items
+from exercises.exports.markup import decimal
+from tests.platforms.pictures.album import PATIENCE, Album, browser, opened
+from tests.platforms.pictures.given import ADA, HENRI, KEY, assignment, exported, order
+
+PHP = ("php", "-d", "max_input_vars=5000", str(Path(__file__).with_name("ready.php")))
+PASSWORD = "Seen-1-by-1"
+TEACHER = ("grace", "Grace Hopper", "grace@example.org", "editingteacher")
+MATHS_SET = """() => {
+    if (!document.querySelector('.filter_mathjaxloader_equation')) return true;
+    const formulas = document.querySelectorAll('script[type^="math/tex"]').length;
+    return Boolean(window.MathJax?.isReady) && formulas > 0 && MathJax.Hub.getAllJax().length >= formulas
+        && !document.querySelector('.MathJax_Processing, .MathJax_Processed');
+}"""
+
+
+@dataclass(frozen=True)
+class Course:
+    """A course that was made for the run."""
+
+    address: str
+    number: int
+    logins: dict[str, str]
+
+    def page(self, path: str) -> str:
+        """Return the address of one of Moodle's pages on the course."""
+        return f"{self.address}/{path}{self.number}"
+
+
+def run(software: Path, work: Path) -> None:
+    """Take the pictures of the quiz and the gradebook."""
+    made = assignment(work / KEY)
+    files, asked = exported(made, "moodle", work / "moodle"), list(items(order(made)))
+    course = ready(software)
+    with browser() as chromium:
+        teacher = logged_in(chromium, course, TEACHER[0])
+        album = Album("moodle")
+        restore(album, teacher, course, files / f"{KEY}.mbz")
+        quiz = slots(album, teacher, course)
+        for student, turn in ((ADA.id, True), (HENRI.id, False)):
+            attempt(album if turn else None, logged_in(chromium, course, student), quiz, asked)
+        teacher.goto(course.page("grade/report/grader/index.php?id="))
+        album.take("grades", teacher, teacher.locator("#user-grades"))
+
+
+def bank(software: Path, work: Path) -> None:
+    """Take the pictures of the bank."""
+    files = exported(assignment(work / KEY), "moodle", work / "moodle")
+    course = ready(software)
+    with browser() as chromium:
+        imported(Album("moodle"), logged_in(chromium, course, TEACHER[0]), course, files / f"{KEY}.xml")
+
+
+def ready(software: Path) -> Course:
+    """Make a course with a teacher and two students."""
+    people = [TEACHER, *((one.id, one.name, one.email, "student") for one in (ADA, HENRI))]
+    fields = ("login", "name", "email", "role")
+    given = {
+        "config": str(software / "config.php"),
+        "course": "Robot kinematics",
+        "people": [{**dict(zip(fields, person, strict=True)), "password": PASSWORD} for person in people],
+    }
+    done = subprocess.run(PHP, input=json.dumps(given), capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise RuntimeError(done.stderr + done.stdout[-3000:])
+    answer: dict[str, Any] = json.loads(done.stdout[done.stdout.index('{"') :])
+    print(answer["software"])
+    return Course(answer["address"], answer["course"], answer["logins"])
+
+
+def logged_in(chromium: Browser, course: Course, login: str) -> Page:
+    """Return a page on which somebody has logged in."""
+    page = opened(chromium)
+    page.goto(f"{course.address}/login/index.php")
+    page.fill("#username", course.logins[login])
+    page.fill("#password", PASSWORD)
+    page.click("#loginbtn")
+    page.goto(course.page("course/view.php?id="))
+    return page
+
+
+def more(page: Page, name: str) -> None:
+    """Open what is behind *More* on a course's or a quiz's page."""
+    page.locator(".secondary-navigation").get_by_text("More", exact=True).click()
+    page.locator(".secondary-navigation .dropdown-menu a:visible", has_text=name).click()
+
+
+def chosen(page: Page, name: str) -> None:
+    """Choose an entry of the menu on top of a page."""
+    page.wait_for_load_state("networkidle")
+    menu = page.locator(".tertiary-navigation select").first
+    menu.focus()
+    with page.expect_navigation():
+        menu.select_option(label=name)
+        menu.press("Enter")
+
+
+def uploaded(page: Page, file: Path) -> None:
+    """Choose a file of this machine where Moodle asks for one."""
+    page.get_by_role("button", name="Choose a file").click()
+    page.locator(".fp-repo-name", has_text="Upload a file").click()
+    page.set_input_files("input[name=repo_upload_file]", file)
+    page.get_by_role("button", name="Upload this file").click()
+    page.locator(".filepicker-filename a", has_text=file.name).wait_for()
+
+
+# --- the quiz ---
+
+
+def restore(album: Album, page: Page, course: Course, backup: Path) -> None:
+    """Restore a quiz into the course."""
+    more(page, "Course reuse")
+    chosen(page, "Restore")
+    uploaded(page, backup)
+    album.take("restore", page, page.locator(".tertiary-navigation"), page.get_by_role("button", name="Restore"))
+    page.get_by_role("button", name="Restore", exact=True).click()
+    page.get_by_role("button", name="Continue").click()
+    into = page.locator("form", has=page.get_by_text("Restore into an existing course"))
+    assert into.locator("input[type=radio]").first.is_checked()  # the course at hand
+    album.take("into", page, into)
+    into.get_by_role("button", name="Continue").click()
+    page.get_by_role("button", name="Next").click()
+    page.get_by_role("button", name="Next").click()
+    page.get_by_role("button", name="Perform restore").click()
+    page.get_by_text("The course was successfully restored").wait_for()
+    page.get_by_role("button", name="Continue").click()
+
+
+def slots(album: Album, page: Page, course: Course) -> str:
+    """Look at the questions of the quiz; return its address."""
+    page.goto(course.page("course/view.php?id="))
+    page.locator(".activity.quiz a.aalink").first.click()
+    address = page.url
+    page.locator(".secondary-navigation").get_by_text("Questions", exact=True).click()
+    album.take("slots", page, page.locator("#page-content"), tallest=560)
+    return address
+
+
+def attempt(album: Album | None, page: Page, quiz: str, asked: Sequence[Item]) -> None:
+    """Take the quiz: with a mistake in the first question and a wrong option; with all right where no album is."""
+    page.goto(quiz)
+    page.get_by_role("button", name="Attempt quiz").click()
+    for number, item in enumerate(asked):
+        if album and number == 0:
+            settled(page)
+        answered(page, item, wrong=album is not None and number != 1)
+        if album and number == 0:
+            album.take("asked", page, page.locator(".que"), tallest=1250)
+        page.locator("#mod_quiz-next-nav").click()
+    page.get_by_role("button", name="Submit all and finish").click()
+    page.locator(".modal-footer").get_by_role("button", name="Submit all and finish").click()
+    page.wait_for_url("**/review.php*")
+    if album:
+        page.goto(page.url + "&showall=1")
+        settled(page)
+        page.locator(".que .feedbacktrigger").first.focus()  # shows what is said of that box
+        page.locator(".popover").wait_for()
+        album.take("marked", page, page.locator(".que").first, tallest=430, lower=True)
+        album.take("feedback", page, page.locator(".que").last, tallest=480, lower=True)
+
+
+def answered(page: Page, item: Item, wrong: bool) -> None:
+    """Answer the question that a page shows."""
+    form = item.form
+    if isinstance(form, Numeric):
+        boxes = page.locator(".que input[type=text]")
+        mistaken = next(index for index, field in enumerate(form.fields) if field.wrong)
+        for index, field in enumerate(form.fields):
+            is_wrong = wrong and index == mistaken
+            boxes.nth(index).fill(decimal(field.wrong[0].value if is_wrong else field.value, 3))
+    else:
+        assert isinstance(form, Choose)
+        options = page.locator(".que .answer input[type=radio]")
+        wanted = (index for index, option in enumerate(form.options) if option.right != wrong)
+        options.nth(next(wanted)).check()
+
+
+def settled(page: Page) -> None:
+    """Wait until formulas are set; where their script did not come, which a busy machine can do, load the page anew."""
+    for patience in (20_000, 40_000, PATIENCE):
+        page.wait_for_load_state("networkidle")
+        try:
+            page.wait_for_function(MATHS_SET, polling=500, timeout=patience)
+            return
+        except Error:
+            page.reload()
+    raise RuntimeError(f"formulas are not set at {page.url}")
+
+
+# --- the bank ---
+
+
+def imported(album: Album | None, page: Page, course: Course, bank: Path) -> None:
+    """Import a question bank, and look at it."""
+    page.goto(course.page("course/view.php?id="))
+    more(page, "Question bank")
+    chosen(page, "Import")
+    page.get_by_role("radio", name="Moodle XML format").check()
+    uploaded(page, bank)
+    if album:
+        form = page.locator("form.mform")
+        album.take("import", page, form, tallest=1000)
+    page.locator("#id_submitbutton").click()
+    page.get_by_role("button", name="Continue").click()
+    page.wait_for_load_state("networkidle")
+    if album:
+        album.take("bank", page, page.locator("#page-content"), tallest=900)
+
+
+# --- STACK ---
+
+ANSWER = ".que input[type=text]"
+
+
+def stack(software: Path, work: Path) -> None:
+    """Take the pictures of STACK's question of a determinant: answered with another sign and right, and tested."""
+    made = assignment(work / KEY)
+    (bank,) = exported(made, "stack", work / "stack").glob("*.xml")
+    answers = re.findall(r"ta1: ([^\[;]+);", bank.read_text(encoding="utf-8"))
+    right = next(answer for answer in answers if "sin" in answer)  # the only formula that is no matrix
+    course = ready(software)
+    with browser() as chromium:
+        teacher, album = logged_in(chromium, course, TEACHER[0]), Album("stack")
+        imported(None, teacher, course, bank)
+        chosen(teacher, "Categories")
+        teacher.get_by_role("link", name="Determinant").click()
+        row = teacher.locator("#categoryquestions tbody tr")
+        row.wait_for()
+        album.take("bank", teacher, teacher.locator("#page-content"), tallest=900)
+        preview, dashboard = (menu_link(row.first, name) for name in ("Preview", "STACK question dashboard"))
+        teacher.goto(preview)
+        settled(teacher)
+        teacher.locator(ANSWER).fill(f"-({right})")
+        teacher.locator(".stackinputfeedback, .validation").first.locator("math, .MathJax").first.wait_for()
+        settled(teacher)
+        album.take("typed", teacher, teacher.locator(".que"), tallest=520, lower=True)
+        finish(teacher)
+        album.take("sign", teacher, teacher.locator(".que"), tallest=560, lower=True)
+        teacher.goto(dashboard)
+        album.take("tests", teacher, teacher.locator("#page-content"))
+
+
+def menu_link(row: Locator, name: str) -> str:
+    """Return where an entry of a question's menu *Edit* leads; Moodle opens some in a window of their own."""
+    return str(row.locator(".dropdown-menu a", has_text=name).first.evaluate("link => link.href"))
+
+
+def finish(page: Page) -> None:
+    """Have a previewed question marked."""
+    page.get_by_role("button", name="Submit and finish").click()
+    settled(page)
