@@ -4,6 +4,7 @@ Everybody behind the door (judgement, credit, diagnosis, what follows, the pages
 not look at the text again. What was typed stays beside it, for reports. `reading` opens the door to each part.
 """
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -222,13 +223,53 @@ def read_any(text: str) -> Given:
     return replace(_in_rows(given, (), "a matrix"), refusal=given.refusal)
 
 
+_GROUPS_AFTER = re.compile(r"(?:[-+*/^=·−]|\b(?:sin|cos|tan|sqrt|exp|abs|asin|acos|atan|arcsin|arccos|arctan))\s*$")
+"""What stands before a bracket that only groups: a sign of an operation, or a function of one argument."""
+NEAR = 40
+"""Characters beside a bracket that are looked at."""
+_CALLED, _GROUPS_BEFORE = re.compile(r"\w\s*$"), re.compile(r"\s*[-+*/^·−]")
+
+
 def with_points(text: str) -> str:
-    """Return a text with the commas of numbers as in 0,5 written as points, those inside brackets left alone."""
-    depth, out = 0, []
-    for before, char, after in zip(f" {text}", text, f"{text[1:]} ", strict=False):
-        depth += (char in "([{") - (char in ")]}")
-        out.append("." if char == "," and depth == 0 and before.isdecimal() and after.isdecimal() else char)
+    """Return a text with the commas of numbers as in 0,5 written as points.
+
+    Those between the entries of a list, and between the arguments of a function, are left alone.
+
+    >>> with_points("a1*(0,06*s2 - 1,5)"), with_points("[0,5]"), with_points("atan2(1,2)")
+    ('a1*(0.06*s2 - 1.5)', '[0,5]', 'atan2(1,2)')
+    """
+    if "," not in text:
+        return text
+    ends, groups, out = (
+        _ends_of_brackets(text),
+        list[bool](),
+        [],
+    )  # of each bracket that is open, whether it only groups
+    for at, (before, char, after) in enumerate(zip(f" {text}", text, f"{text[1:]} ", strict=False)):
+        if char in "([{":
+            groups.append(char == "(" and _only_groups(text, at, ends.get(at)))
+        elif char in ")]}" and groups:
+            groups.pop()
+        between = before.isdecimal() and after.isdecimal()
+        out.append("." if char == "," and between and (not groups or groups[-1]) else char)
     return "".join(out)
+
+
+def _ends_of_brackets(text: str) -> dict[int, int]:
+    """Return where each bracket is closed, of whatever kind; those that are not are left out."""
+    ends, opened = dict[int, int](), list[int]()
+    for at, char in enumerate(text):
+        if char in "([{":
+            opened.append(at)
+        elif char in ")]}" and opened:
+            ends[opened.pop()] = at
+    return ends
+
+
+def _only_groups(text: str, begin: int, end: int | None) -> bool:
+    """Tell whether a bracket belongs to a formula, and is no list: something is done with it, or a function taken."""
+    before, after = text[max(0, begin - NEAR) : begin], "" if end is None else text[end + 1 : end + NEAR]
+    return bool(_GROUPS_AFTER.search(before) or (not _CALLED.search(before) and _GROUPS_BEFORE.match(after)))
 
 
 # --- steps ---

@@ -19,7 +19,7 @@ from exercises.formula.identity import Domain
 from exercises.problem import Part, Problem
 from exercises.questions.differentiation import power_of_metres
 from exercises.quizzes import ASKED
-from grader.answer import Given, read_conditions, read_formula, read_matrix, read_numbers
+from grader.answer import Given, read_conditions, read_formula, read_matrix, read_numbers, with_points
 from grader.choices import read_choice, read_matching, read_selection
 from grader.function_values import constant_text, is_table, read_table
 
@@ -67,7 +67,15 @@ def read_as(due: Due, text: str, points_seed: str = "") -> Given:
         return replace(read_as(due, same), text=text)
     if due.metres not in (None, CUBED) and _CUBIC.search(text):
         return Given(text).refused(f"m^3 can't be right here, for m^{due.metres} is due; write the formula alone")
-    return due.answer.told_to(_Reading(text, due))
+    given = due.answer.told_to(_Reading(text, due))
+    if (
+        given.refusal is not None
+        and isinstance(due.answer, Expression | Matrix)
+        and (other := with_points(text)) != text
+    ):
+        pointed = due.answer.told_to(_Reading(other, due))  # as pages of many languages print decimals
+        return given if pointed.refusal is not None else replace(pointed, text=text)
+    return given
 
 
 _CUBIC = re.compile(r"(?<![\w])(?:m|\\mathrm\{m\}|\\text\{m\})(?:\^\(?3\)?|\^\{3\}|³|\*\*3)\]?[ .$]{0,9}$")
