@@ -80,7 +80,7 @@ def record_of(problem: Problem) -> Record:
         engine=problem.id.engine,
         qdot=version("qdot"),
         difficulty=difficulty(problem.chain),
-        **digests(problem),
+        **certificate.digests,
         checks=(*(check.name for check in certificate.checks), "full marks for the reference"),
     )
 

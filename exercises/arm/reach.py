@@ -30,39 +30,68 @@ _SURE = 1e-6
 
 def reaches(arm: NumericChain, task: Sequence[int], place: np.ndarray) -> bool | None:
     """Tell whether the point can be at `place` (3, m), as far as `task` (rows) counts; None where this can't say."""
-    home = _home(arm)
-    moving = min(arm.point_frame, len(arm.kinds))
-    carried = len(task) == 3
-    if moving <= carried or list(task) not in ([0, 1], [0, 2], [1, 2], [0, 1, 2]) or arm.kinds[0] != "R":
+    known = _carried(arm, tuple(task))
+    if known is None:
         return None
-    axes, origins, point = home[carried:moving, :3, 2], home[carried:moving, :3, 3], arm.point_of(home)
-    normal, start = axes[0], origins[0]
-    distances = _distances(arm.kinds[carried:moving], axes, origins, point)
-    if distances is None:
-        return None
-    if not carried:
-        (left,) = {0, 1, 2} - set(task)
-        if 1 - abs(normal[left]) > _EXACT:
-            return None
-        flat = place - start
-        return _inside(float(np.linalg.norm(np.delete(flat, left))), distances)
-    axis = home[0, :3, 2]
-    if abs(axis @ normal) > _EXACT:
-        return None
-    across, foot, beside = np.cross(normal, axis), start - home[0, :3, 3], float((point - home[0, :3, 3]) @ normal)
-    there = place - home[0, :3, 3]
-    height = float(there @ axis)
-    out = float(np.linalg.norm(there - height * axis))
-    size = float(np.sum(distances[np.isfinite(distances)])) + float(np.linalg.norm(foot)) + abs(beside)
+    if known.axis is None:
+        return _inside(_length(known.inside @ (place - known.start)), known.distances)
+    there = place - known.foot
+    height = float(there @ known.axis)
+    out = float(np.linalg.norm(there - height * known.axis))
+    beside, size = known.beside, known.size
     if abs(beside) > _EXACT * size and abs(out - abs(beside)) < _SURE * size:
         return None
     if abs(beside) > _EXACT * size and out < abs(beside):
         return False
     along = np.sqrt(max(out**2 - beside**2, 0.0))
-    sides = [
-        _inside(float(np.hypot(side * along - foot @ across, height - foot @ axis)), distances) for side in (1, -1)
-    ]
+    across, above = known.shoulder
+    sides = [_inside(float(np.hypot(side * along - across, height - above)), known.distances) for side in (1, -1)]
     return True if True in sides else None if None in sides else False
+
+
+@dataclass(frozen=True)
+class _Carried:
+    """A plane arm, by itself, or carried round about the line through `foot` along `axis`.
+
+    `start` is on its first axis, `distances` are those that it reaches from there, and `inside` takes from a vector
+    what is along its normal. Its plane is `beside` the line, its `shoulder` across from the foot and above it; `size`
+    is that of the whole arm.
+    """
+
+    start: np.ndarray
+    inside: np.ndarray
+    distances: np.ndarray
+    axis: np.ndarray | None
+    foot: np.ndarray
+    shoulder: tuple[float, float] = (0.0, 0.0)
+    beside: float = 0.0
+    size: float = 0.0
+
+
+@lru_cache(maxsize=256)
+def _carried(arm: NumericChain, task: tuple[int, ...]) -> _Carried | None:
+    """Return an arm as a plane one, by itself or carried round; None for others."""
+    home = _home(arm)
+    moving = min(arm.point_frame, len(arm.kinds))
+    carried = len(task) == 3
+    if moving <= carried or task not in ((0, 1), (0, 2), (1, 2), (0, 1, 2)) or arm.kinds[0] != "R":
+        return None
+    axes, origins, point = home[carried:moving, :3, 2], home[carried:moving, :3, 3], arm.point_of(home)
+    normal, start, foot = axes[0], origins[0], home[0, :3, 3]
+    distances = _distances(arm.kinds[carried:moving], axes, origins, point)
+    if distances is None:
+        return None
+    inside = np.eye(3) - np.outer(normal, normal)
+    if not carried:
+        (left,) = {0, 1, 2} - set(task)
+        return _Carried(start, inside, distances, None, foot) if 1 - abs(normal[left]) <= _EXACT else None
+    axis = home[0, :3, 2]
+    if abs(axis @ normal) > _EXACT:
+        return None
+    way, beside = start - foot, float((point - foot) @ normal)
+    size = float(np.sum(distances[np.isfinite(distances)])) + float(np.linalg.norm(way)) + abs(beside)
+    shoulder = float(way @ np.cross(normal, axis)), float(way @ axis)
+    return _Carried(start, inside, distances, axis, foot, shoulder, beside, size)
 
 
 @lru_cache(maxsize=256)
