@@ -345,7 +345,7 @@ MISTAKES = (
     ),
     Mistake(
         "adjoint-block-above", "[P] R in the upper right block",
-        "[P] R seems to stand in the upper right block: with omega above v, it stands in the lower left one.", SOURCE,
+        "The block [P] R seems to stand at the upper right: with omega above v, it stands at the lower left.", SOURCE,
         _of_adjoint(lambda turn, place: _blocks(turn, product(_hat(place), turn), 0 * turn, turn)),
     ),
     Mistake(
