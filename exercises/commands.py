@@ -262,8 +262,9 @@ def solve(
         note(said)
     if convert:
         one_of(convert, CONVENTIONS, "--convert")
-        if format != "text":
-            raise QdotError("--convert writes a ROBOT.toml, and --format is for what is derived; give one of both")
+        if format != "text" or map_file is not None:
+            other = "--map" if map_file is not None else "--format"
+            raise QdotError(f"--convert writes a ROBOT.toml, and {other} is for what is derived; give one of both")
         say(robot_text(read, convert).rstrip())
         return
     singular = write_solution(read, format, seconds, say, working)

@@ -586,7 +586,8 @@ def test_a_table_is_shown_as_it_is_written_and_its_rewriting_is_said(tmp_path: P
     assert "on a base at (0, 0, 1) m, turned by roll, pitch and yaw of 90°, 0, 0" in run("solve", path).replace(
         "\n", " "
     )
-    assert "give one of both" in fails("solve", path, "--convert", "dh", "--format", "json")
+    assert "--format is for what" in fails("solve", path, "--convert", "dh", "--format", "json")
+    assert "--map is for what" in fails("solve", path, "--convert", "dh", "--map", str(tmp_path / "map.svg"))
 
 
 EQUAL_LINKS = 'name = "arm"\n' + "".join(
