@@ -21,6 +21,7 @@ from exercises.arm.axes import (
     off_line,
     off_one_way,
     off_plane,
+    offs,
     parallel,
     slant,
     slope,
@@ -302,7 +303,8 @@ def _as_far_or_near(chain: Chain, axis: int, moving: int, signs: set[int]) -> st
 
 def _stretched(samples: Sequence[Sample], axis: int, movers: Sequence[int]) -> Statement:
     """Return how an arm with parallel axes lies: folded back where at least one of its joints is."""
-    every = [{_extreme(sample, axis, moving) for moving in movers} - {None} for sample in samples]
+    told = [_extremes(samples, axis, moving) for moving in movers]
+    every = [set(signs) - {None} for signs in zip(*told, strict=True)]
     how = frozenset(-1 if -1 in signs else 1 for signs in every if signs)
     said = _extreme_statement(_EXTENDED[how], axis, movers, {1, -1})
 
@@ -328,8 +330,8 @@ _EXTENDED = {
 
 def _if_only_there(samples: Sequence[Sample], words: str, off: Off) -> Iterator[Statement]:
     """Yield a statement where what is zero if it holds is zero in all samples, but not in the poses around them."""
-    held = bool(samples) and all(sample.off(off) < NEAR for sample in samples)
-    if held and any(sample.off_beside(off) > APART for sample in samples):
+    held = bool(samples) and offs(samples, off).max() < NEAR
+    if held and offs(around(samples), off).max() > APART:
         yield Statement(words, off)
 
 
@@ -338,12 +340,10 @@ def _signs(samples: Sequence[Sample], axis: int, moving: int) -> set[int]:
 
     Some may tell nothing, but not half of them.
     """
-    told = []
-    for sample in samples:
-        told.append(_extreme(sample, axis, moving))
-        if told[-1] == 0:
-            return {0}
-    return {sign for sign in told if sign is not None} if 2 * told.count(None) < len(told) else {0}
+    told = _extremes(samples, axis, moving)
+    if 0 in told or 2 * told.count(None) >= len(told):
+        return {0}
+    return {sign for sign in told if sign is not None}
 
 
 def _extreme(sample: Sample, axis: int, moving: int) -> int | None:
@@ -351,14 +351,20 @@ def _extreme(sample: Sample, axis: int, moving: int) -> int | None:
 
     None where it hardly changes the distance, or not at all, as where the point happens to lie on its own axis.
     """
+    return _extremes([sample], axis, moving)[0]
+
+
+def _extremes(samples: Sequence[Sample], axis: int, moving: int) -> list[int | None]:
+    """Return the same of each sample."""
+    if not samples:
+        return []
     step = 1e-3
-    away = np.zeros((5, len(sample.q)))
-    away[:, moving] = step * np.arange(-2, 3)
-    far_behind, behind, middle, ahead, far_ahead = distance(sample.arm, sample.q + away, axis)
+    q = np.tile(np.stack([sample.q for sample in samples])[:, None], (1, 5, 1))
+    q[..., moving] += step * np.arange(-2, 3)
+    arms = NumericChain.several([sample.arm for sample in samples])
+    far_behind, behind, middle, ahead, far_ahead = distance(arms, q, axis).T
     rising = (8 * (ahead - behind) - (far_ahead - far_behind)) / (12 * step)
     curvature = (ahead + behind - 2 * middle) / step**2
-    if abs(rising) > max(1e-9, 1e-6 * abs(curvature)):
-        return 0
-    if abs(curvature) < 1e-3:
-        return None
-    return 1 if curvature < 0 else -1
+    signs = np.where(np.abs(curvature) < 1e-3, 0, np.where(curvature < 0, 1, -1))
+    is_rising = np.abs(rising) > np.maximum(1e-9, 1e-6 * np.abs(curvature))
+    return [0 if rises else int(sign) if sign else None for rises, sign in zip(is_rising, signs, strict=True)]

@@ -14,7 +14,10 @@ import numpy as np
 from exercises.arm.kinematics import NumericChain, cross
 
 Off = Callable[["NumericChain", np.ndarray], np.ndarray]
-"""A measure of an arm in many poses (k x n): how far each is from where something is so, zero or more (k)."""
+"""A measure of an arm in many poses (… x n): how far each is from where something is so, zero or more (…).
+
+Of several arms at once (`NumericChain.several`), the poses are k x m x n.
+"""
 
 
 @dataclass(frozen=True)
@@ -43,6 +46,12 @@ class Sample:
         return float(measure(self.arm, beside(self)[None])[0])
 
 
+def offs(samples: Sequence[Sample], measure: Off) -> np.ndarray:
+    """Return a measure at many configurations (k) of arms of one structure."""
+    arms = NumericChain.several([sample.arm for sample in samples])
+    return np.asarray(measure(arms, np.stack([sample.q for sample in samples])[:, None])[:, 0])
+
+
 def beside(sample: Sample, but: int | None = None) -> np.ndarray:
     """Return a pose (n) near a sample, out of line in every joint; `but` moves one joint more."""
     moved = sample.q + 0.3 * np.arange(1, len(sample.q) + 1)
@@ -59,60 +68,60 @@ def around(samples: Sequence[Sample]) -> list[Sample]:
 def distance(arm: NumericChain, q: np.ndarray, joint: int) -> np.ndarray:
     """Return the distance of the point from a joint's axis, in metres."""
     frames = arm.frames(q)
-    away = arm.point_of(frames) - frames[:, joint, :3, 3]
-    return _size(cross(frames[:, joint, :3, 2], away))
+    away = arm.point_of(frames) - frames[..., joint, :3, 3]
+    return _size(cross(frames[..., joint, :3, 2], away))
 
 
 def slope(arm: NumericChain, q: np.ndarray, joint: int, movers: Sequence[int]) -> np.ndarray:
     """Return how fast the square of that distance changes with later joints; zero where none brings it farther."""
     frames = arm.frames(q)
-    axis = frames[:, joint, :3, 2]
-    away = arm.point_of(frames) - frames[:, joint, :3, 3]
-    away = away - np.sum(away * axis, axis=1)[:, None] * axis
-    moving = arm.jacobian_of(frames)[:, :3, list(movers)]
-    return _size(np.einsum("kj,kjm->km", away, moving))
+    axis = frames[..., joint, :3, 2]
+    away = arm.point_of(frames) - frames[..., joint, :3, 3]
+    away = away - np.sum(away * axis, axis=-1)[..., None] * axis
+    moving = arm.jacobian_of(frames)[..., :3, list(movers)]
+    return _size(np.einsum("...j,...jm->...m", away, moving))
 
 
 def spread(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
     """Return the area or volume that the directions of two or three axes span: 0 to 1."""
     frames = arm.frames(q)
-    first, second, *third = (frames[:, joint, :3, 2] for joint in joints)
+    first, second, *third = (frames[..., joint, :3, 2] for joint in joints)
     normal = cross(first, second)
-    return np.asarray(np.abs(np.sum(normal * third[0], axis=1))) if third else _size(normal)
+    return np.asarray(np.abs(np.sum(normal * third[0], axis=-1))) if third else _size(normal)
 
 
 def off_line(arm: NumericChain, q: np.ndarray, i: int, j: int) -> np.ndarray:
     """Return how far two axes are from lying on one line: sine of their angle plus distance of O_j from axis i."""
     frames = arm.frames(q)
-    axis, between = frames[:, i, :3, 2], frames[:, j, :3, 3] - frames[:, i, :3, 3]
-    return _size(cross(axis, frames[:, j, :3, 2])) + _size(cross(axis, between))
+    axis, between = frames[..., i, :3, 2], frames[..., j, :3, 3] - frames[..., i, :3, 3]
+    return _size(cross(axis, frames[..., j, :3, 2])) + _size(cross(axis, between))
 
 
 def off_plane(arm: NumericChain, q: np.ndarray, row: Sequence[int]) -> np.ndarray:
     """Return how far three or more parallel axes are from lying in one plane: areas between where they start."""
     frames = arm.frames(q)
-    axis, start = frames[:, row[0], :3, 2], frames[:, row[0], :3, 3]
-    return _off_one_plane(axis, [frames[:, i, :3, 3] - start for i in row[1:]])
+    axis, start = frames[..., row[0], :3, 2], frames[..., row[0], :3, 3]
+    return _off_one_plane(axis, [frames[..., i, :3, 3] - start for i in row[1:]])
 
 
 def off_level(arm: NumericChain, q: np.ndarray) -> np.ndarray:
     """Return how far parallel axes of all joints and the point are from lying in one plane."""
     frames = arm.frames(q)
     count = q.shape[-1]
-    axis, start = frames[:, 0, :3, 2], frames[:, 0, :3, 3]
-    ends = [frames[:, i, :3, 3] - start for i in range(1, count)] + [arm.point_of(frames) - start]
+    axis, start = frames[..., 0, :3, 2], frames[..., 0, :3, 3]
+    ends = [frames[..., i, :3, 3] - start for i in range(1, count)] + [arm.point_of(frames) - start]
     return _off_one_plane(axis, ends)
 
 
 def _off_one_plane(axis: np.ndarray, places: Sequence[np.ndarray]) -> np.ndarray:
     """Return the root of the sum of squares of the areas that pairs of places span, looked at along an axis."""
-    areas = [np.sum(axis * cross(a, b), axis=1) for k, a in enumerate(places) for b in places[k + 1 :]]
+    areas = [np.sum(axis * cross(a, b), axis=-1) for k, a in enumerate(places) for b in places[k + 1 :]]
     return np.asarray(np.sqrt(np.sum(np.square(areas), axis=0)))
 
 
 def off_one_way(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
     """Return the sine of the angle between the directions in which two joints move the point."""
-    first, second = (arm.jacobian(q)[:, :3, joint] for joint in joints)
+    first, second = (arm.jacobian(q)[..., :3, joint] for joint in joints)
     sizes = _size(first) * _size(second)
     return np.asarray(_size(cross(first, second)) / np.maximum(sizes, 1e-12))
 
@@ -128,20 +137,20 @@ def slant(arm: NumericChain, q: np.ndarray, slide: int, i: int, j: int, across: 
     The axes are parallel; the line is the shortest between them. Where they are one line, nothing runs along it: 1.
     """
     frames = arm.frames(q)
-    line, along = frames[:, j, :3, 3] - frames[:, i, :3, 3], frames[:, slide, :3, 2]
-    axis = frames[:, i, :3, 2]
-    line = line - np.sum(line * axis, axis=1)[:, None] * axis
+    line, along = frames[..., j, :3, 3] - frames[..., i, :3, 3], frames[..., slide, :3, 2]
+    axis = frames[..., i, :3, 2]
+    line = line - np.sum(line * axis, axis=-1)[..., None] * axis
     size = _size(line)
-    leaning = np.abs(np.sum(along * line, axis=1)) if across else _size(cross(along, line))
+    leaning = np.abs(np.sum(along * line, axis=-1)) if across else _size(cross(along, line))
     return np.where(size < 1e-6, 1.0, leaning / np.maximum(size, 1e-6))
 
 
 def bend(arm: NumericChain, q: np.ndarray, k: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the size of the cross product, and the scalar product, of O_{k-1} O_k and O_k O_{k+1}."""
-    origins = arm.frames(q)[:, k - 1 : k + 2, :3, 3]
-    first, second = origins[:, 1] - origins[:, 0], origins[:, 2] - origins[:, 1]
-    return _size(cross(first, second)), np.asarray(np.sum(first * second, axis=1))
+    origins = arm.frames(q)[..., k - 1 : k + 2, :3, 3]
+    first, second = origins[..., 1, :] - origins[..., 0, :], origins[..., 2, :] - origins[..., 1, :]
+    return _size(cross(first, second)), np.asarray(np.sum(first * second, axis=-1))
 
 
 def _size(vectors: np.ndarray) -> np.ndarray:
-    return np.asarray(np.linalg.norm(vectors, axis=1))
+    return np.asarray(np.linalg.norm(vectors, axis=-1))

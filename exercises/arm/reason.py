@@ -29,35 +29,38 @@ def is_reason(chain: Chain, samples: Sequence[Sample], off: Off, holds: Holds) -
     these, they are singular anyway, and no other is known to be regular.
     """
     rows = [TASK_ROWS.index(row) for row in chain.task]
-    arms = list({id(sample.arm): sample.arm for sample in samples}.values())
-    for arm in arms[:: max(1, len(arms) // _ARMS)][:_ARMS]:
-        found = _zeros(arm, off)
-        sigma = np.linalg.svd(arm.jacobian(found)[:, rows], compute_uv=False)
-        regular = sigma[:, -1] > _REGULAR * np.maximum(sigma[:, 0], _REGULAR)
-        if any(holds(Sample(arm, q)) for q in found[regular]):
-            return False
-    return True
+    every = list({id(sample.arm): sample.arm for sample in samples}.values())
+    tried = every[:: max(1, len(every) // _ARMS)][:_ARMS]
+    arms = NumericChain.several(tried)
+    q = _descended(arms, off, len(tried))
+    is_there = off(arms, q) < _CLOSE
+    sigma = np.linalg.svd(arms.jacobian(q)[..., rows, :], compute_uv=False)
+    regular = sigma[..., -1] > _REGULAR * np.maximum(sigma[..., 0], _REGULAR)
+    found = np.argwhere(is_there & regular).tolist()
+    return not any(holds(Sample(tried[arm], q[arm, start])) for arm, start in found)
 
 
-def _zeros(arm: NumericChain, off: Off) -> np.ndarray:
-    """Return configurations (k x n) at which a measure is zero, by Newton's steps along the steepest descent.
+def _descended(arms: NumericChain, off: Off, count: int) -> np.ndarray:
+    """Return configurations (arms x starts x n) where Newton's steps along the steepest descent of a measure lead.
 
     A measure has an edge where it is zero, and its square has none: slopes are taken of that.
     """
-    q = _starts(arm.kinds).copy()
-    going = np.arange(len(q))
-    to_sides = _STEP * np.concatenate([np.eye(q.shape[1]), -np.eye(q.shape[1])])
+    starts = _starts(arms.kinds)
+    n = starts.shape[1]
+    q = np.tile(starts, (count, 1, 1))
+    to_sides = _STEP * np.concatenate([np.eye(n), -np.eye(n)])
     for _ in range(_STEPS):
-        left = off(arm, q[going])
-        going, left = going[left > _CLOSE], left[left > _CLOSE]
-        if not len(going):
+        left = off(arms, q)
+        going = left > _CLOSE
+        if not going.any():
             break
-        places = (q[going, None] + to_sides).reshape(-1, q.shape[1])
-        squares = (off(arm, places) ** 2).reshape(len(going), 2, -1)
-        slopes = (squares[:, 0] - squares[:, 1]) / (2 * _STEP)
-        move = (2 * left**2 / np.maximum(np.sum(slopes**2, axis=1), 1e-30))[:, None] * slopes
-        q[going] -= move * np.minimum(1.0, _FARTHEST / np.maximum(np.abs(move).max(axis=1, keepdims=True), 1e-12))
-    return np.asarray(q[off(arm, q) < _CLOSE])
+        places = (q[:, :, None] + to_sides).reshape(count, -1, n)
+        squares = (off(arms, places) ** 2).reshape(*left.shape, 2, n)
+        slopes = (squares[..., 0, :] - squares[..., 1, :]) / (2 * _STEP)
+        move = (2 * left**2 / np.maximum(np.sum(slopes**2, axis=-1), 1e-30))[..., None] * slopes
+        move *= np.minimum(1.0, _FARTHEST / np.maximum(np.abs(move).max(axis=-1, keepdims=True), 1e-12))
+        q -= np.where(going[..., None], move, 0.0)
+    return q
 
 
 @lru_cache(maxsize=64)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from exercises.arm import reason
-from exercises.arm.appearance import NEAR, reason_of
+from exercises.arm.appearance import NEAR, Statement, reason_of
 from exercises.arm.axes import Sample, distance, off_level, off_line, off_one_way, off_plane, slope, spread
 from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.classification import samples_on
@@ -103,10 +103,16 @@ def test_the_reason_that_is_told_holds_at_no_regular_configuration(
         assert sum(map(said.true, others)) >= 0.9 * len(others), said.words  # here and there it can't be told
         with monkeypatch.context() as changed:
             changed.setattr(reason, "_starts", starts)
-            found = {id(sample.arm): reason._zeros(sample.arm, said.off) for sample in others}
+            found = {id(sample.arm): zeros(sample.arm, said) for sample in others}
         for sample in others:
             for q in found[id(sample.arm)]:
                 assert not said.true(Sample(sample.arm, q)) or _is_singular(sample.arm, chain, q), said.words
+
+
+def zeros(arm: NumericChain, said: Statement) -> np.ndarray:
+    """Return configurations at which it is so, of those to which the search leads."""
+    (q,) = reason._descended(arm, said.off, 1)
+    return np.asarray(q[said.off(arm, q) < reason._CLOSE])
 
 
 def starts(kinds: tuple[str, ...]) -> np.ndarray:

@@ -3,8 +3,9 @@
 import pytest
 import sympy as sp
 
+from exercises import figure
 from exercises.arm.chain import Base, Chain, Joint
-from exercises.figure import arm_figure, figure_pose
+from exercises.figure import arm_figure, figure_pose, small
 from exercises.figure.model import model_of
 from exercises.figure.pose import told_pose
 from exercises.figure.shapes import Figure, extent
@@ -18,8 +19,8 @@ def planar(*rows: tuple[sp.Expr, object], base: Base = Base()) -> Chain:  # noqa
     return Chain("arm", tuple(Joint("R", theta, 0, a, 0) for theta, a in rows), ("vx", "vy"), base)
 
 
-def texts(figure: Figure) -> list[str]:
-    return ["".join(run.text for run in text.runs) for text in figure.texts]
+def texts(drawing: Figure) -> list[str]:
+    return ["".join(run.text for run in text.runs) for text in drawing.texts]
 
 
 def test_arms_that_look_alike_have_one_model_and_their_own_labels() -> None:
@@ -73,3 +74,15 @@ def test_the_arms_labels_find_the_room_that_its_models_have(name: str) -> None:
     for text in arm_figure(chain).texts:
         width = sum(extent(((run.text, run.italic, run.size < 15.0),))[0] - 2.0 for run in text.runs) + 2.0
         assert width <= text.box[2] - text.box[0] + 1e-6
+
+
+@pytest.mark.parametrize("name", ["planar-2r", "polar-rp", "elbow-3r"])
+def test_a_figure_is_the_same_whichever_arm_of_its_model_was_drawn_first(name: str) -> None:
+    chains = [sample_chain(ProblemId.parse(f"{name}/{seed}")) for seed in range(6)]
+
+    def drawn(order: list[Chain]) -> dict[Chain, tuple[str, str]]:
+        for kept in (figure._shown, figure._drawn, figure._svg, small.singular_panel, small._kept_figure):
+            kept.cache_clear()
+        return {chain: (figure.figure_svg(chain), figure.singular_svg(chain)) for chain in order}
+
+    assert drawn(chains) == drawn(chains[::-1])
