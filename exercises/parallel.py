@@ -10,7 +10,7 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import closing, contextmanager, suppress
-from multiprocessing import connection, forkserver, resource_tracker
+from multiprocessing import connection, resource_tracker
 from multiprocessing.process import BaseProcess
 from multiprocessing.util import Finalize
 from typing import Any, NoReturn, TypeVar
@@ -20,6 +20,13 @@ from exercises.errors import QdotError
 State = TypeVar("State")
 Item = TypeVar("Item")
 Made = TypeVar("Made")
+
+HAS_SERVER = "forkserver" in multiprocessing.get_all_start_methods()
+"""Whether processes can be forked from one that has loaded what they need; on Windows, each loads it for itself."""
+MASKS = hasattr(signal, "pthread_sigmask")
+"""Whether a process can be born deaf to a signal; Windows has none that could reach it before it listens."""
+if HAS_SERVER:
+    from multiprocessing import forkserver
 
 MANY = 500
 """From so many items on they are sent to the processes in chunks."""
@@ -71,6 +78,8 @@ def ordered_map(
 
 def load_ahead(modules: Sequence[str]) -> None:
     """Start to load what the processes will need, beside what this process still has to load itself."""
+    if not HAS_SERVER:
+        return
     multiprocessing.get_context("forkserver").set_forkserver_preload(list(modules))
     resource_tracker.ensure_running()
     with _stop_put_off():
@@ -80,6 +89,8 @@ def load_ahead(modules: Sequence[str]) -> None:
 
 def stop_loading() -> None:
     """End what `load_ahead` started: left alone, it would find out only when everything is loaded."""
+    if not HAS_SERVER:
+        return
     process = getattr(getattr(forkserver, "_forkserver", None), "_forkserver_pid", None)
     if process is not None:
         with suppress(OSError):
@@ -114,13 +125,16 @@ def _pooled(
     """Yield `work(state, item)` for each item from `jobs` new processes. Raises BrokenProcessPool where one dies."""
     before = set(multiprocessing.active_children())
     # A fork of this process would copy the thread that draws the progress bar in whatever state it is.
-    context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload([work.__module__])
+    context = multiprocessing.get_context("forkserver" if HAS_SERVER else "spawn")
+    if HAS_SERVER:
+        context.set_forkserver_preload([work.__module__])
     with ProcessPoolExecutor(jobs, context, _begin, (setup, arguments)) as pool:
         try:
-            resource_tracker.ensure_running()  # it would undo what comes next
+            if HAS_SERVER:
+                resource_tracker.ensure_running()  # it would undo what comes next
             with _stop_put_off():  # whatever starts in here never sees a Ctrl-C, and starts whole
-                forkserver.ensure_running()  # it may be there already
+                if HAS_SERVER:
+                    forkserver.ensure_running()  # it may be there already
                 made = pool.map(functools.partial(_work_here, work), items, chunksize=chunk)
             yield from made
         except BrokenProcessPool:
@@ -142,11 +156,12 @@ def _stop_put_off() -> Iterator[None]:
         each: signal.signal(each, lambda number, _: came.append(signal.Signals(number)))
         for each in (signal.SIGINT, signal.SIGTERM)
     }
-    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if MASKS else set()
     try:
         yield
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+        if MASKS:
+            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
         for each, handler in previous.items():
             signal.signal(each, handler)
         for each in came:  # whatever failed in the block failed as everything was being ended
@@ -176,7 +191,8 @@ _busy = False
 def _begin(setup: Callable[..., object], arguments: tuple[Any, ...]) -> None:
     global _state  # noqa: PLW0603 - set once when a process starts
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that shows progress
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+    if MASKS:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     signal.signal(signal.SIGTERM, _terminated)
     threading.Thread(target=_follow_parent, daemon=True).start()
     _state = setup(*arguments)

@@ -177,6 +177,11 @@ def _stop(number: int, _: object) -> NoReturn:
     raise KeyboardInterrupt(number)
 
 
+def _encoding(stream: io.TextIOWrapper) -> str | None:
+    """Return UTF-8 for what goes into a file or another program, which Windows writes otherwise; None to leave it."""
+    return None if stream.isatty() or os.environ.get("PYTHONIOENCODING") else "utf-8"
+
+
 def main() -> None:
     """Run the command line: 0 done, 1 something is not as it should be, 2 bad input or our own failure."""
     if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:  # else it was started in the background, to go on
@@ -184,7 +189,7 @@ def main() -> None:
     signal.signal(signal.SIGTERM, _stop_at_once)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")  # a terminal that knows no "θ" shows "?"
+            stream.reconfigure(encoding=_encoding(stream), errors="replace")  # a terminal that knows no "θ" shows "?"
     if (modules := WORKERS.get(" ".join(sys.argv[1:2]))) and "--help" not in sys.argv:
         from exercises.parallel import load_ahead
 
