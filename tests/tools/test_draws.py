@@ -9,6 +9,7 @@ import pytest
 from exercises.families import FAMILIES
 from exercises.problem import ENGINE
 from grader.certificates import Failure, Kind
+from grader.certify import Task
 from tests.tools import draws
 
 FEW = {"planar-2r": {"chapter": 3, "lengths": 0}}
@@ -35,7 +36,7 @@ def test_a_run_goes_on_where_the_last_one_ended(record: Path) -> None:
 def test_what_fails_is_kept_and_told(
     record: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def fail(tasks: list[draws.Task], jobs: int) -> object:
+    def fail(tasks: list[Task], jobs: int) -> object:
         return ((task, [Failure(Kind.UNSOUND, "no")] if i == 1 else []) for i, task in enumerate(tasks))
 
     monkeypatch.setattr(draws, "certify_all", fail)
