@@ -107,22 +107,24 @@ def cache_of(assignment: Assignment) -> Path:
 
 
 @contextlib.contextmanager
-def alone(assignment: Assignment) -> Iterator[None]:
+def alone(assignment: Assignment, but_for_shares: bool = False) -> Iterator[None]:
     """Be the only one who grades in the assignment's folder. Raises QdotError where another grader is at work there.
 
-    The lock is one that the system lets go of when this process ends, however it ends.
+    Those who grade shares may be there together, as on a disk that machines have in common: each keeps what its own
+    students earn, and writes nothing else. The lock is one that the system lets go of when this process ends, however
+    it ends.
     """
     import fcntl
 
     lock = cache_of(assignment) / "lock"
     make_folder(lock.parent)
     try:
-        file = lock.open("a")
+        file = lock.open("a+")  # NFS gives no lock for several to who does not read
     except OSError as error:
         raise cannot_write(lock, error) from None
     with file:
         try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(file, (fcntl.LOCK_SH if but_for_shares else fcntl.LOCK_EX) | fcntl.LOCK_NB)
         except BlockingIOError:
             raise QdotError(
                 f"{lock.parent.parent} is being graded by another 'qdot grade'; wait until it is done"

@@ -374,7 +374,7 @@ def _grade_share(
     looked = find_submissions(assignment, submissions)
     if not executor:
         check_sandbox(assignment.sandbox == "strict")
-    with alone(assignment):
+    with alone(assignment, but_for_shares=True):
         results = _results(assignment, looked.found, students, jobs, limits, executor)
     kept = cache_of(assignment)
     say(f"share {share}: {len(results)} students graded, kept in {kept}; without --share, reports are written from it")
