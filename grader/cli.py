@@ -24,6 +24,7 @@ Start with `qdot demo`, which does all of it for a simulated class; then `qdot i
 
 STOPPED = {
     **dict.fromkeys(("generate", "grade", "demo"), "stopped; run the same command again to go on"),
+    "forget": "stopped; run the same command again to remove the rest",
     "verify": "stopped; the same command begins at the first problem again, and --from SEED begins a sweep later",
 }
 """What is said of a command that Ctrl-C or SIGTERM ended, where there is more to say than that it stopped."""
@@ -39,7 +40,7 @@ COMMANDS = {
     **dict.fromkeys(("init", "families", "questions", "show", "robots", "solve"), "exercises.commands"),
     **dict.fromkeys(("verify", "generate", "check", "compare", "grade", "doctor"), "grader.commands"),
     **dict.fromkeys(("export", "report"), "grader.outlets"),
-    "upgrade-check": "grader.keeping",
+    **dict.fromkeys(("upgrade-check", "forget"), "grader.keeping"),
     "demo": "grader.commands",
 }
 """Each command, and the module in which it is the function of that name, with _ for -."""

@@ -345,7 +345,7 @@ def _grade(
         note(f"{name}: no student of that name is on the roster; not graded")
     if not executor:  # each worker looks for itself
         check_sandbox(assignment.sandbox == "strict")
-    with alone(assignment):
+    with alone(assignment.folder):
         earlier = earlier_results(assignment)
         results = _results(assignment, looked.found, assignment.roster, jobs, limits, executor, write_page)
         with progress("writing feedback", len(results)) as counter:
@@ -392,7 +392,7 @@ def _grade_share(
     looked = find_submissions(assignment, submissions)
     if not executor:
         check_sandbox(assignment.sandbox == "strict")
-    with alone(assignment, but_for_shares=True):
+    with alone(assignment.folder, but_for_shares=True):
         results = _results(assignment, looked.found, students, jobs, limits, executor)
     kept = cache_of(assignment)
     say(f"share {share}: {len(results)} students graded, kept in {kept}; without --share, reports are written from it")

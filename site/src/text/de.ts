@@ -342,6 +342,7 @@ export const de: Catalogue = {
   "page.arms": "Arme",
   "page.docs": "Dokumentation",
   "page.accessibility": "Barrierefreiheit",
+  "page.licences": "Lizenzen",
   "page.promise": "Keine Nachverfolgung, nichts von anderen Servern. Die Seiten und die Aufgaben, die du geöffnet hast, gehen auch ohne Netz.",
   "page.main": "Hauptmenü",
   "page.skip": "Zum Inhalt",

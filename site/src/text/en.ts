@@ -408,6 +408,7 @@ export const en = {
   "page.arms": "Arms",
   "page.docs": "Documentation",
   "page.accessibility": "Accessibility",
+  "page.licences": "Licences",
   "page.promise":
     "No tracking, nothing from other hosts. The pages, and the problems that you have opened, work offline.",
   "page.main": "Main",
