@@ -112,20 +112,22 @@ def cache_in(folder: Path) -> Path:
 
 
 @contextlib.contextmanager
-def alone(folder: Path) -> Iterator[None]:
+def alone(folder: Path, but_for_shares: bool = False) -> Iterator[None]:
     """Be the only one who grades in an assignment's folder. Raises QdotError where another grader is at work there.
 
-    The lock is one that the system lets go of when this process ends, however it ends.
+    Those who grade shares may be there together, as on a disk that machines have in common: each keeps what its own
+    students earn, and writes nothing else. The lock is one that the system lets go of when this process ends, however
+    it ends.
     """
     path = cache_in(folder) / "lock"
     make_folder(path.parent)
     try:
-        file = path.open("a")
+        file = path.open("a+")  # NFS gives no lock for several to who does not read
     except OSError as error:
         raise cannot_write(path, error) from None
     with file:
         try:
-            lock(file.fileno(), wait=False)
+            lock(file.fileno(), wait=False, shared=but_for_shares)
         except BlockingIOError:
             raise QdotError(
                 f"{path.parent.parent} is being graded by another 'qdot grade'; wait until it is done"

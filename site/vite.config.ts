@@ -35,7 +35,13 @@ export default defineConfig({
     manifest: true, // by which Python knows the names of the files
     license: { fileName: ".vite/licences.md" }, // of everything that is bundled
     rollupOptions: {
-      input: { practice: "src/practice/main.tsx", learn: "src/learn/main.tsx", pages: "src/pages/main.ts" },
+      input: {
+        practice: "src/practice/main.tsx",
+        learn: "src/learn/main.tsx",
+        course: "src/course/main.tsx",
+        package: "src/course/package.tsx",
+        pages: "src/pages/main.ts",
+      },
     },
   },
 });

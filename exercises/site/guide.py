@@ -35,7 +35,8 @@ GROUPS = {
         "nbgrader": ("nbgrader", "A course whose autograde marks by qdot."),
         "otter": ("Otter-Grader", "An autograder that marks by qdot, by `otter assign`."),
         "ci": ("Grading in CI", "GitHub, GitLab, JUnit, pytest."),
-        "many-submissions": ("Grading 100,000 submissions", "A Dask cluster, or the jobs of a CI."),
+        "container": ("The grader in a container", "Built and run with Podman or Docker; what makes it strict."),
+        "many-submissions": ("Grading 100,000 submissions", "Dask, Slurm, Kubernetes, or the jobs of a CI."),
     },
     "How it works": {
         "judging": ("How an answer is judged", "Identity tested in numbers, and the bound on being wrong."),

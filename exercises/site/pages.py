@@ -19,7 +19,11 @@ from exercises.site.guide import COMMANDS, OWN_PAGES, Entry, arranged
 from exercises.site.page import Page
 from exercises.writing.markup import to_html
 
-ENTRIES = {"practice": "src/practice/main.tsx", "learn": "src/learn/main.tsx", "pages": "src/pages/main.ts"}
+ENTRIES = {
+    "practice": "src/practice/main.tsx", "learn": "src/learn/main.tsx", "course": "src/course/main.tsx",
+    "package": "src/course/package.tsx", "pages": "src/pages/main.ts",
+}  # fmt: skip
+"""The scripts that pages begin with; "package" is that of a package for learning platforms (`exports.scorm`)."""
 GREETING = {"theta1": math.radians(60), "theta2": math.radians(100)}
 """The pose in which the arm of the first page and of the lessons begins, and in which its picture stands."""
 LONG = 3
@@ -111,6 +115,8 @@ def pages(around: Around) -> Iterator[Page]:
     learn = render("site/learn.html.j2", arms=json.dumps(arms, ensure_ascii=False))
     yield Page("learn.html", "Learn", learn, "learn", "learn", "practice")
     yield Page("practice.html", "Practise", practice, "practice", "practice", "practice")
+    course = render("site/course.html.j2", has_docs=has_docs)
+    yield Page("course.html", "In a course", course, entry="course", kind="wide", frames=True)
     yield Page("404.html", "There is no such page", render("site/missing.html.j2", root=""))
     yield Page("accessibility.html", "Accessibility", to_html(render("site/accessibility.md.j2")))
     yield Page("licences.html", "Licences", to_html(around.licences))
