@@ -28,8 +28,8 @@ from grader.contained import confine
 from grader.own_folder import OwnFolder, own_folder
 
 REFUSED = (
-    "Windows can't contain students' code, and qdot runs none without: use the container or WSL, where the same "
-    "command works; all else of qdot works here"
+    "Windows can't contain students' code, and qdot runs none without: use the container "
+    "(docs/container.md) or WSL, where the same command works; all else of qdot works here"
 )
 
 

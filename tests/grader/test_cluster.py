@@ -25,6 +25,7 @@ from typer.testing import CliRunner, Result
 
 from exercises.assignment import load_assignment
 from exercises.errors import QdotError
+from exercises.extras import lacking
 from exercises.files import write_atomically
 from exercises.problem import Part
 from exercises.release import init_assignment, release
@@ -380,7 +381,7 @@ def test_without_dask_it_is_said_how_to_get_it(folder: Path, monkeypatch: pytest
     result = grade(folder, "tcp://127.0.0.1:8786")
     assert (result.exit_code, result.stderr) == (
         2,
-        "qdot: --executor needs Dask, which is not installed here; pip install 'qdot[cluster]'\n",
+        f"qdot: {lacking('cluster', '--executor')}\n",
     )
 
 
@@ -410,11 +411,11 @@ def test_shares_are_graded_in_one_folder_at_once_and_beside_nothing_else(folder:
         done = CliRunner().invoke(app, ["grade", str(folder), "--jobs", "1", *options])
         return done.exit_code, done.output
 
-    with alone(assignment, but_for_shares=True):
+    with alone(assignment.folder, but_for_shares=True):
         code, text = said("--share", "9/9")
         assert (code, text.split(",")[0]) == (0, "share 9/9: 1 students graded")
         assert refused in said()[1]
-    with alone(assignment):
+    with alone(assignment.folder):
         assert refused in said("--share", "9/9")[1]
 
 

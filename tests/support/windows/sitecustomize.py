@@ -87,7 +87,7 @@ def _opened(function: Any) -> Any:
             raise PermissionError(13, "Permission denied", str(path))
         if flags & os.O_CREAT:
             _check_name(path)
-        return function(path, flags, *rest, **options)  # type: ignore[no-any-return]
+        return function(path, flags, *rest, **options)
 
     return opening
 
@@ -131,6 +131,7 @@ def take_away() -> None:
     for name in ("fork", "forkserver"):
         context._concrete_contexts.pop(name, None)  # type: ignore[attr-defined]
     multiprocessing.get_all_start_methods = lambda: ["spawn"]
+    multiprocessing.set_start_method("spawn")
     shutil._use_fd_functions = False  # type: ignore[attr-defined]
     tempfile._bin_openflags = tempfile._text_openflags = os.O_RDWR | os.O_CREAT | os.O_EXCL  # type: ignore[attr-defined]
     os.uname = _not_for_qdot(os.uname, "uname")  # NumPy asks where it was built for Linux
