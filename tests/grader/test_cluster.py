@@ -410,11 +410,11 @@ def test_shares_are_graded_in_one_folder_at_once_and_beside_nothing_else(folder:
         done = CliRunner().invoke(app, ["grade", str(folder), "--jobs", "1", *options])
         return done.exit_code, done.output
 
-    with alone(assignment, but_for_shares=True):
+    with alone(assignment.folder, but_for_shares=True):
         code, text = said("--share", "9/9")
         assert (code, text.split(",")[0]) == (0, "share 9/9: 1 students graded")
         assert refused in said()[1]
-    with alone(assignment):
+    with alone(assignment.folder):
         assert refused in said("--share", "9/9")[1]
 
 
