@@ -16,7 +16,12 @@ export default defineConfig({
     outDir: "dist",
     manifest: true, // by which Python knows the names of the files
     rollupOptions: {
-      input: { practice: "src/practice/main.tsx", learn: "src/learn/main.tsx", pages: "src/pages/main.ts" },
+      input: {
+        practice: "src/practice/main.tsx",
+        learn: "src/learn/main.tsx",
+        own: "src/own/main.tsx",
+        pages: "src/pages/main.ts",
+      },
     },
   },
 });

@@ -13,7 +13,9 @@ from exercises.files import make_folder, write_atomically
 from exercises.languages import LANGUAGES
 from exercises.record import Json
 from exercises.site.bank import FOLDER, SOLVED, TOLD, Wanted, index_text, titles_text, write_bank
+from exercises.site.page import INDEX, ROBOTS
 from exercises.site.pages import Around, Assets, built_assets, favicon, manifest, page_text, pages, worker_text
+from exercises.site.robots import robots_text
 from exercises.site.stale_files import remove_stale_files
 
 NOT_BUILT = (
@@ -57,11 +59,12 @@ def build(order: Order, each: Callable[[], None], left_out: Callable[[GivenUp], 
     make_folder(order.folder)
     listed = write_bank(order.folder, order.wanted, order.failures, order.jobs, each, left_out, order.is_solved)
     index = index_text(listed, order.titles, order.feedback)
-    write_atomically(order.folder / FOLDER / "index.json", index)
+    write_atomically(order.folder / INDEX, index)
+    write_atomically(order.folder / ROBOTS, robots_text())
     titles = {f"{FOLDER}/index.{language}.json": titles_text(language, order.titles) for language in LANGUAGES}
     for name, text in titles.items():
         write_atomically(order.folder / name, text)
-    shell = _copied(assets, order.folder)
+    shell = [*_copied(assets, order.folder), ROBOTS]
     families = [name for name, _, _ in order.titles]
     for page in pages(Around(order.docs, order.commands, order.course, families)):
         write_atomically(order.folder / page.path, page_text(page, assets, order.course, order.docs is not None))
@@ -74,7 +77,7 @@ def build(order: Order, each: Callable[[], None], left_out: Callable[[GivenUp], 
         b"".join((order.folder / name).read_bytes() for name in shell + _problems(order, listed) + [*titles])
         + index.encode()
     ).hexdigest()
-    shell += ["icon.svg", "manifest.webmanifest", f"{FOLDER}/index.json", *titles]
+    shell += ["icon.svg", "manifest.webmanifest", INDEX, *titles]
     write_atomically(order.folder / "sw.js", worker_text(shell, version[:16]))
     remove_stale_files(order.folder, [*shell, *drawings, "sw.js"])
     questions = sum(len(entry["questions"]) for entry in listed)

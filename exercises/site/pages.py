@@ -19,7 +19,12 @@ from exercises.site.guide import COMMANDS, OWN_PAGES, Entry, arranged
 from exercises.site.page import Page
 from exercises.writing.markup import to_html
 
-ENTRIES = {"practice": "src/practice/main.tsx", "learn": "src/learn/main.tsx", "pages": "src/pages/main.ts"}
+ENTRIES = {
+    "practice": "src/practice/main.tsx",
+    "learn": "src/learn/main.tsx",
+    "own": "src/own/main.tsx",
+    "pages": "src/pages/main.ts",
+}
 GREETING = {"theta1": math.radians(60), "theta2": math.radians(100)}
 """The pose in which the arm of the first page and of the lessons begins, and in which its picture stands."""
 LONG = 3
@@ -101,6 +106,8 @@ def pages(around: Around) -> Iterator[Page]:
     learn = render("site/learn.html.j2", arms=json.dumps(arms, ensure_ascii=False))
     yield Page("learn.html", "Learn", learn, "learn", "learn", "practice")
     yield Page("practice.html", "Practise", practice, "practice", "practice", "practice")
+    own = render("site/own.html.j2", has_docs=has_docs)
+    yield Page("own.html", "Your own arm", own, "own", "own", "practice")
     yield Page("404.html", "There is no such page", render("site/missing.html.j2", root=""))
     yield Page("accessibility.html", "Accessibility", to_html(render("site/accessibility.md.j2")))
     yield from chapter_pages()

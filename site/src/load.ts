@@ -1,6 +1,7 @@
 // Files of the bank, loaded as they are needed and kept for as long as the page is open.
 
 import type { Index, Problem, Solutions, SolvedTexts, Texts, Titles } from "./bank.js";
+import type { KnownArms } from "./own/known.js";
 import { solvedIn, titledIn, toldIn } from "./text/problems.js";
 import { language } from "./text/text.js";
 
@@ -36,3 +37,5 @@ export const loadProblem = async (family: string, key: string): Promise<Problem>
 
 export const loadSolutions = async (family: string, key: string): Promise<Solutions> =>
   solvedIn(...(await withTranslation<Solutions, SolvedTexts>(`${family}/${key}.solutions`)));
+
+export const loadKnownArms = (): Promise<KnownArms> => loaded("robots.json");

@@ -19,7 +19,7 @@ from exercises.site import bank as making
 from exercises.site import build as building
 from exercises.site.chapter import chapter_pages
 from exercises.site.guide import COMMANDS, OTHERS, OWN_PAGES, arranged
-from exercises.site.pages import Assets, linked
+from exercises.site.pages import ENTRIES, Assets, linked
 from exercises.site.stale_files import LIST, remove_stale_files
 from exercises.verify import CHECKS
 from exercises.verify.numeric_reference import Check, NumericReference
@@ -38,12 +38,12 @@ def assets(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Assets]:
     """Scripts and styles as `npm run build` would leave them, two small files here."""
     folder = tmp_path / "dist"
     (folder / "assets").mkdir(parents=True)
-    for name in ("practice.js", "learn.js", "pages.js", "shared.js", "site.css"):
+    for name in (*(f"{name}.js" for name in ENTRIES), "shared.js", "site.css"):
         (folder / "assets" / name).write_text(f"/* {name} */\n")
     made = Assets(
-        {name: f"assets/{name}.js" for name in ("practice", "learn", "pages")},
-        {"practice": ["assets/shared.js"], "learn": ["assets/shared.js"], "pages": []},
-        {name: ["assets/site.css"] for name in ("practice", "learn", "pages")},
+        {name: f"assets/{name}.js" for name in ENTRIES},
+        {name: [] if name == "pages" else ["assets/shared.js"] for name in ENTRIES},
+        {name: ["assets/site.css"] for name in ENTRIES},
         sorted((folder / "assets").iterdir()),
         folder,
     )
