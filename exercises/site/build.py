@@ -1,6 +1,7 @@
 """The site put together in a folder: scripts and styles, pages, the bank, and what makes it work offline."""
 
 import hashlib
+import json
 import shutil
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -21,6 +22,7 @@ from exercises.site.stale_files import remove_stale_files
 NOT_BUILT = (
     "the site's scripts are not built: run `make site`, which needs Node and npm; an installed qdot has them already"
 )
+SIZES = f"{FOLDER}/sizes.json"
 GALLERY = "docs/families/"
 """Where the pictures of the gallery are, which works offline as the other pages do."""
 
@@ -64,7 +66,8 @@ def build(order: Order, each: Callable[[], None], left_out: Callable[[GivenUp], 
     titles = {f"{FOLDER}/index.{language}.json": titles_text(language, order.titles) for language in LANGUAGES}
     for name, text in titles.items():
         write_atomically(order.folder / name, text)
-    shell = [*_copied(assets, order.folder), ROBOTS]
+    write_atomically(order.folder / SIZES, _sizes_text(order, listed))
+    shell = [*_copied(assets, order.folder), ROBOTS, SIZES]
     families = [name for name, _, _ in order.titles]
     for page in pages(Around(order.docs, order.commands, order.course, families)):
         write_atomically(order.folder / page.path, page_text(page, assets, order.course, order.docs is not None))
@@ -82,6 +85,16 @@ def build(order: Order, each: Callable[[], None], left_out: Callable[[GivenUp], 
     remove_stale_files(order.folder, [*shell, *drawings, "sw.js"])
     questions = sum(len(entry["questions"]) for entry in listed)
     return {"problems": len(listed), "questions": questions, "files": len(shell)}
+
+
+def _sizes_text(order: Order, listed: Sequence[Json]) -> str:
+    """Return how large the files of each problem are: {"files": {"FAMILY/KEY": {ending: bytes}}}."""
+    files: dict[str, dict[str, int]] = {}
+    for entry in listed:
+        name = f"{entry['family']}/{entry['key']}"
+        paths = {ending: order.folder / FOLDER / f"{name}{ending}" for ending in TOLD + SOLVED * order.is_solved}
+        files[name] = {ending: path.stat().st_size for ending, path in paths.items()}
+    return json.dumps({"format": 1, "files": files}, separators=(",", ":"))
 
 
 def _problems(order: Order, listed: Sequence[Json]) -> list[str]:
