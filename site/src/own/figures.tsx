@@ -6,8 +6,8 @@ import { Letters } from "../arm/letters.js";
 import { ROWS } from "../arm/model.js";
 import type { Stage } from "../arm/stage.js";
 import { sizeName } from "../arm/words.js";
+import { Copied } from "../pages/copied.js";
 import { inDigits, message, said } from "../text/text.js";
-import { Copied } from "./copied.js";
 
 /** Six significant digits, a true minus sign, and no rounding errors beside what is in the matrix. */
 function shown(value: number, most: number): string {

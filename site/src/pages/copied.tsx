@@ -9,7 +9,7 @@ import { message, said } from "../text/text.js";
 const SHOWN = 3000;
 
 export function Copied({ text, label }: { text: string; label: string }): JSX.Element {
-  const [told, setTold] = useState<"" | "own.copied" | "own.not-copied">("");
+  const [told, setTold] = useState<"" | "page.copied" | "page.not-copied">("");
   useEffect(() => {
     if (!told) return;
     const timer = setTimeout(() => setTold(""), SHOWN);
@@ -18,8 +18,8 @@ export function Copied({ text, label }: { text: string; label: string }): JSX.El
   const copy = (): void => {
     const done = navigator.clipboard?.writeText(text) ?? Promise.reject(new Error("no clipboard"));
     done.then(
-      () => setTold("own.copied"),
-      () => setTold("own.not-copied"),
+      () => setTold("page.copied"),
+      () => setTold("page.not-copied"),
     );
   };
   return (
