@@ -10,7 +10,7 @@ import typer
 from exercises import ASKED, FAMILIES, ProblemId, QdotError
 from exercises import generate as make_problem
 from exercises import show as show_problem
-from exercises.arm.chain import CONVENTIONS
+from exercises.arm.chain import CONVENTIONS, TWIST_ORDERS
 from exercises.arm.conventions import TABLES
 from exercises.arm.library import ENDINGS, is_in_library, robot_path
 from exercises.arm.library import robots as library
@@ -39,6 +39,17 @@ ConventionOption = Annotated[
         "--convention",
         metavar="NAME",
         help=f"How arms are told: {', '.join(CONVENTIONS)}; default: what the id says, else {CONVENTIONS[0]}.",
+    ),
+]
+
+
+TwistOrderOption = Annotated[
+    str,
+    typer.Option(
+        "--twist-order",
+        metavar="ORDER",
+        help=f"Of arms told by their axes: {' or '.join(TWIST_ORDERS)}; default: what the id says, else "
+        f"{TWIST_ORDERS[0]}.",
     ),
 ]
 
@@ -169,16 +180,17 @@ def show(
     hints: Annotated[bool, typer.Option("--hints", help="Add three hints to every part.")] = False,
     variation: VariationOption = "",
     convention: ConventionOption = "",
+    twist_order: TwistOrderOption = "",
 ) -> None:
     """Show one problem, with or without its hints and its solution.
 
     It has statement, figure and parts; with --hints three hints a part, from gentle to nearly there, in HTML and
     notebooks to be opened one by one (JSON always has them); with --solution the answers and how they are derived.
-    The same FAMILY/SEED shows the same problem on every machine; FAMILY/SEED@VARIATION is short for --variation, and
-    FAMILY/SEED@CONVENTION for --convention.
+    The same FAMILY/SEED shows the same problem on every machine; FAMILY/SEED@VARIATION is short for --variation,
+    FAMILY/SEED@CONVENTION for --convention, and FAMILY/SEED@v-omega for --twist-order.
     """
     one_of(format, SHOW_FORMATS, "--format")
-    identity = ProblemId.parse(problem).varied(variation).told(convention)
+    identity = ProblemId.parse(problem).varied(variation).told(convention, twist_order)
     if ask is not None:
         identity = replace(
             identity, questions=short_quiz(identity.family, identity.convention) if ask == "quiz" else _names(ask)
