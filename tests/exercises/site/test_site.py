@@ -19,7 +19,7 @@ from exercises.site import bank as making
 from exercises.site import build as building
 from exercises.site.chapter import chapter_pages
 from exercises.site.guide import COMMANDS, OTHERS, OWN_PAGES, arranged
-from exercises.site.pages import Assets, linked
+from exercises.site.pages import ENTRIES, Assets, linked
 from exercises.site.stale_files import LIST, remove_stale_files
 from exercises.verify import CHECKS
 from exercises.verify.numeric_reference import Check, NumericReference
@@ -38,12 +38,12 @@ def assets(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Assets]:
     """Scripts and styles as `npm run build` would leave them, two small files here."""
     folder = tmp_path / "dist"
     (folder / "assets").mkdir(parents=True)
-    for name in ("practice.js", "learn.js", "pages.js", "shared.js", "site.css"):
+    for name in (*(f"{name}.js" for name in ENTRIES), "shared.js", "site.css"):
         (folder / "assets" / name).write_text(f"/* {name} */\n")
     made = Assets(
-        {name: f"assets/{name}.js" for name in ("practice", "learn", "pages")},
-        {"practice": ["assets/shared.js"], "learn": ["assets/shared.js"], "pages": []},
-        {name: ["assets/site.css"] for name in ("practice", "learn", "pages")},
+        {name: f"assets/{name}.js" for name in ENTRIES},
+        {name: [] if name == "pages" else ["assets/shared.js"] for name in ENTRIES},
+        {name: ["assets/site.css"] for name in ENTRIES},
         sorted((folder / "assets").iterdir()),
         folder,
     )
@@ -58,6 +58,7 @@ def test_a_site_is_built_and_a_rerun_keeps_the_bank(assets: Assets, tmp_path: Pa
     index = json.loads((site / "bank" / "index.json").read_text())
     assert [family["name"] for family in index["families"]] == ["polar-rp"]
     problems = index["families"][0]["problems"]
+    _sizes_are_told(site)
     assert [(problem["key"], problem["variation"]) for problem in problems] == [
         ("001", "chapter"), ("001-quiz", "chapter"),
     ]  # fmt: skip
@@ -111,6 +112,13 @@ def test_what_cannot_be_certified_is_drawn_anew_and_at_last_left_out(
     assert "not on the site, as no draw passed its certificate: 1 of polar-rp. All others are" in result.stderr
     index = json.loads((site / "bank" / "index.json").read_text())
     assert [problem["key"] for problem in index["families"][0]["problems"]] == ["001-quiz", "002"]
+
+
+def _sizes_are_told(site: Path) -> None:
+    told = json.loads((site / "bank" / "sizes.json").read_text())["files"]
+    files = {path: path.stat().st_size for path in (site / "bank" / "polar-rp").iterdir()}
+    sizes = {site / "bank" / f"{name}{ending}": size for name, each in told.items() for ending, size in each.items()}
+    assert sizes == files
 
 
 def _links_lead_somewhere(site: Path) -> None:
