@@ -21,6 +21,7 @@ from exercises.families import Family
 from exercises.families.own import own_family
 from exercises.generation import family_named, listed, short_quiz
 from exercises.locus import check_map, write_map
+from exercises.options import ConventionOption
 from exercises.overview import detail, overview, refusals, robots_overview
 from exercises.problem import convention_named
 from exercises.quizzes import QUIZZES
@@ -31,16 +32,6 @@ from exercises.solving_in_time import LEAST, seconds_of, write_solution
 
 SHOW_FORMATS = ("text", "latex", "html", "json", "ipynb")
 SOLVE_FORMATS = ("text", "latex", "json")
-
-
-ConventionOption = Annotated[
-    str,
-    typer.Option(
-        "--convention",
-        metavar="NAME",
-        help=f"How arms are told: {', '.join(CONVENTIONS)}; default: what the id says, else {CONVENTIONS[0]}.",
-    ),
-]
 
 
 def init(

@@ -7,6 +7,7 @@ submission, the assignment, and the versions of problems and grader; a rerun tak
 import contextlib
 import hashlib
 import json
+import os
 import re
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
@@ -120,7 +121,7 @@ def alone(assignment: Assignment) -> Iterator[None]:
         file = lock.open("a")
     except OSError as error:
         raise cannot_write(lock, error) from None
-    with file:
+    with file, _of_this_process(file.fileno()):
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
@@ -130,6 +131,27 @@ def alone(assignment: Assignment) -> Iterator[None]:
         except OSError:
             pass  # a disk that knows no locks: files are written whole all the same
         yield
+
+
+_own: set[int] = set()
+"""Open files that no process forked from this one is to have: its lock would outlive it there."""
+
+
+@contextlib.contextmanager
+def _of_this_process(descriptor: int) -> Iterator[None]:
+    _own.add(descriptor)
+    try:
+        yield
+    finally:
+        _own.discard(descriptor)
+
+
+def _let_go() -> None:
+    while _own:
+        os.close(_own.pop())
+
+
+os.register_at_fork(after_in_child=_let_go)
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,9 @@ from exercises.answers import TRUE_FALSE, Answer, ConditionSet, Direction, Expre
 from exercises.errors import QdotError
 from exercises.formula.identity import Domain
 from exercises.formula.trees import has_blank
-from exercises.notebook import setup_of
 from exercises.problem import variable
 from exercises.quizzes import ASKED
+from exercises.setup_cell import setup_of
 from grader.answer import Given, read_any
 from grader.cells import Unreadable
 from grader.finding import asked_in, find_answers
