@@ -21,7 +21,7 @@ from exercises.families import Family
 from exercises.families.own import own_family
 from exercises.generation import family_named, listed, short_quiz
 from exercises.locus import check_map, write_map
-from exercises.options import ConventionOption
+from exercises.options import ConventionOption, TwistOrderOption
 from exercises.overview import detail, overview, refusals, robots_overview
 from exercises.problem import convention_named
 from exercises.quizzes import QUIZZES
@@ -160,16 +160,17 @@ def show(
     hints: Annotated[bool, typer.Option("--hints", help="Add three hints to every part.")] = False,
     variation: VariationOption = "",
     convention: ConventionOption = "",
+    twist_order: TwistOrderOption = "",
 ) -> None:
     """Show one problem, with or without its hints and its solution.
 
     It has statement, figure and parts; with --hints three hints a part, from gentle to nearly there, in HTML and
     notebooks to be opened one by one (JSON always has them); with --solution the answers and how they are derived.
-    The same FAMILY/SEED shows the same problem on every machine; FAMILY/SEED@VARIATION is short for --variation, and
-    FAMILY/SEED@CONVENTION for --convention.
+    The same FAMILY/SEED shows the same problem on every machine; FAMILY/SEED@VARIATION is short for --variation,
+    FAMILY/SEED@CONVENTION for --convention, and FAMILY/SEED@v-omega for --twist-order.
     """
     one_of(format, SHOW_FORMATS, "--format")
-    identity = ProblemId.parse(problem).varied(variation).told(convention)
+    identity = ProblemId.parse(problem).varied(variation).told(convention, twist_order)
     if ask is not None:
         identity = replace(
             identity, questions=short_quiz(identity.family, identity.convention) if ask == "quiz" else _names(ask)

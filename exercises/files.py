@@ -139,11 +139,13 @@ def _prefix(path: Path) -> str:
     return f".{path.name[:40]}."
 
 
-def lock(handle: int, *, wait: bool = True) -> None:
-    """Lock an open file; the system lets go of it when the file is closed, or the process ends. Raises OSError."""
+def lock(handle: int, *, wait: bool = True, shared: bool = False) -> None:
+    """Lock an open file, alone or with others who share it; the system lets go of it when the file is closed, or the
+    process ends. Raises OSError.
+    """
     import fcntl
 
-    fcntl.flock(handle, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
+    fcntl.flock(handle, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | (0 if wait else fcntl.LOCK_NB))
 
 
 @contextlib.contextmanager

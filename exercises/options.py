@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from exercises.arm.chain import CONVENTIONS
+from exercises.arm.chain import CONVENTIONS, TWIST_ORDERS
 
 ConventionOption = Annotated[
     str,
@@ -12,5 +12,15 @@ ConventionOption = Annotated[
         "--convention",
         metavar="NAME",
         help=f"How arms are told: {', '.join(CONVENTIONS)}; default: what the id says, else {CONVENTIONS[0]}.",
+    ),
+]
+
+TwistOrderOption = Annotated[
+    str,
+    typer.Option(
+        "--twist-order",
+        metavar="ORDER",
+        help=f"Of arms told by their axes: {' or '.join(TWIST_ORDERS)}; default: what the id says, else "
+        f"{TWIST_ORDERS[0]}.",
     ),
 ]

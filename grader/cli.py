@@ -27,6 +27,7 @@ Start with `qdot demo`, which does all of it for a simulated class; then `qdot i
 
 STOPPED = {
     **dict.fromkeys(("generate", "grade", "demo"), "stopped; run the same command again to go on"),
+    "forget": "stopped; run the same command again to remove the rest",
     "verify": "stopped; the same command begins at the first problem again, and --from SEED begins a sweep later",
 }
 """What is said of a command that Ctrl-C or SIGTERM ended, where there is more to say than that it stopped."""
@@ -42,9 +43,10 @@ COMMANDS = {
     **dict.fromkeys(("init", "families", "questions", "show", "robots", "solve"), "exercises.commands"),
     **dict.fromkeys(("verify", "generate", "check", "compare", "grade", "doctor"), "grader.commands"),
     **dict.fromkeys(("export", "report"), "grader.outlets"),
+    **dict.fromkeys(("upgrade-check", "forget"), "grader.keeping"),
     "demo": "grader.commands",
 }
-"""Each command, and the module in which it is the function of that name."""
+"""Each command, and the module in which it is the function of that name, with _ for -."""
 SITE = {"build": "build_site", "serve": "serve"}
 
 
@@ -89,7 +91,12 @@ def program(only: str = "") -> "typer.Typer":
 
 
 def _loaded(module: str, name: str) -> Callable[..., None]:
-    return _guarded(getattr(import_module(module), name))
+    return _guarded(getattr(import_module(module), _function(name)))
+
+
+def _function(command: str) -> str:
+    """Return the name of the function that a command is."""
+    return command.replace("-", "_")
 
 
 def _described(module: str, name: str) -> Callable[[], None]:
@@ -97,7 +104,7 @@ def _described(module: str, name: str) -> Callable[[], None]:
 
     def described() -> None: ...
 
-    described.__doc__ = _docstrings(module)[name]
+    described.__doc__ = _docstrings(module)[_function(name)]
     return described
 
 

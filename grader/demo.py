@@ -165,7 +165,7 @@ def run_demo(folder: Path, jobs: int) -> None:
             counter.step()
     submissions = find_submissions(assignment, folder / "submitted").found
     jobs = min(jobs, len(students))
-    with alone(assignment):
+    with alone(assignment.folder):
         with progress("grading", len(students)) as counter:
             limits = Limits(cell_seconds=2)
             results = grade_class(

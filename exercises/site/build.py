@@ -13,7 +13,17 @@ from exercises.files import make_folder, write_atomically
 from exercises.languages import LANGUAGES
 from exercises.record import Json
 from exercises.site.bank import FOLDER, SOLVED, TOLD, Wanted, index_text, titles_text, write_bank
-from exercises.site.pages import Around, Assets, built_assets, favicon, manifest, page_text, pages, worker_text
+from exercises.site.pages import (
+    Around,
+    Assets,
+    built_assets,
+    favicon,
+    licences_text,
+    manifest,
+    page_text,
+    pages,
+    worker_text,
+)
 from exercises.site.stale_files import remove_stale_files
 
 NOT_BUILT = (
@@ -63,7 +73,8 @@ def build(order: Order, each: Callable[[], None], left_out: Callable[[GivenUp], 
         write_atomically(order.folder / name, text)
     shell = _copied(assets, order.folder)
     families = [name for name, _, _ in order.titles]
-    for page in pages(Around(order.docs, order.commands, order.course, families)):
+    around = Around(order.docs, order.commands, order.course, families, licences_text(assets.folder))
+    for page in pages(around):
         write_atomically(order.folder / page.path, page_text(page, assets, order.course, order.docs is not None))
         shell.append(page.path)
     drawings = [] if order.docs is None else _drawings(order.docs, order.folder)

@@ -35,14 +35,17 @@ GROUPS = {
         "nbgrader": ("nbgrader", "A course whose autograde marks by qdot."),
         "otter": ("Otter-Grader", "An autograder that marks by qdot, by `otter assign`."),
         "ci": ("Grading in CI", "GitHub, GitLab, JUnit, pytest."),
-        "many-submissions": ("Grading 100,000 submissions", "A Dask cluster, or the jobs of a CI."),
+        "container": ("The grader in a container", "Built and run with Podman or Docker; what makes it strict."),
+        "many-submissions": ("Grading 100,000 submissions", "Dask, Slurm, Kubernetes, or the jobs of a CI."),
     },
     "How it works": {
         "judging": ("How an answer is judged", "Identity tested in numbers, and the bound on being wrong."),
         "partial-credit": ("What is right in part", "One rule for each type of answer, with examples."),
         "sandbox": ("Students' code, contained", "What a notebook may do, and who sees to it."),
         "structures": ("How many arms there are", "What random-2 to random-4 draw from."),
+        "privacy": ("Data protection", "What is kept about students, where, how long; how it is removed."),
         "library": ("qdot as a library", "Problems and judgements in a program of your own."),
+        "promises": ("What stays as it is", "What you can build on, and what an upgrade changes."),
         COMMANDS: ("The command line", "Every command and option, from the program."),
     },
 }  # fmt: skip

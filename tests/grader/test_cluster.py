@@ -29,7 +29,7 @@ from exercises.files import write_atomically
 from exercises.problem import Part
 from exercises.release import init_assignment, release
 from grader import cluster, guarantees, remote
-from grader.batch import grade_class
+from grader.batch import alone, grade_class
 from grader.cli import app
 from grader.demo import answered
 from grader.reports.tables import grades_csv, results_jsonl
@@ -400,6 +400,56 @@ def test_shares_put_together_are_the_whole(folder: Path, undisturbed: dict[str, 
     assert len(kept) == len(STUDENTS)
     assert graded(folder) == undisturbed
     assert {path: path.stat().st_mtime_ns for path in kept} == kept
+
+
+def test_shares_are_graded_in_one_folder_at_once_and_beside_nothing_else(folder: Path) -> None:
+    """As on a disk that machines have in common."""
+    assignment, refused = load_assignment(folder), "another 'qdot grade'"
+
+    def said(*options: str) -> tuple[int, str]:
+        done = CliRunner().invoke(app, ["grade", str(folder), "--jobs", "1", *options])
+        return done.exit_code, done.output
+
+    with alone(assignment, but_for_shares=True):
+        code, text = said("--share", "9/9")
+        assert (code, text.split(",")[0]) == (0, "share 9/9: 1 students graded")
+        assert refused in said()[1]
+    with alone(assignment):
+        assert refused in said("--share", "9/9")[1]
+
+
+SBATCH = """#!/bin/bash
+# As Slurm's: the jobs of an array are started at once, each with its number; what depends on them begins afterwards.
+for word; do
+  case "$word" in
+    --array=1-*) last="${word##*-}";;
+    --dependency=*) test "$word" = "--dependency=afterany:7" || exit 1;;
+  esac
+done
+wrapped="${@: -1}"
+for ((task = 1; task <= ${last:-1}; task++)); do SLURM_ARRAY_TASK_ID="$task" sh -c "$wrapped" >>log 2>&1 & done
+wait
+case " $* " in *" --parsable "*) echo 7;; esac
+"""
+
+
+def test_slurms_lines_of_the_page_grade_the_class(folder: Path, undisturbed: dict[str, bytes], tmp_path: Path) -> None:
+    page = (ROOT / "docs" / "many-submissions.md").read_text(encoding="utf-8")
+    (lines,) = re.findall(r"(?ms)^```bash\n(job=.*?)^```", page)
+    place = tmp_path / "login"
+    (place / "bin").mkdir(parents=True)
+    (place / "homework").symlink_to(folder)
+    again = f'#!/bin/sh\nexec {sys.executable} -m grader.cli "$@" --seconds 60\n'
+    for name, text in (("sbatch", SBATCH), ("qdot", again)):
+        (place / "bin" / name).write_text(text)
+        (place / "bin" / name).chmod(0o755)
+    path = f"{place / 'bin'}{os.pathsep}{os.environ['PATH']}"
+    command = lines.replace("1-20", "1-2").replace("/20", "/2")
+    environment = {**os.environ, "PATH": path, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(["bash", "-e", "-c", command], cwd=place, env=environment, capture_output=True, text=True)
+    log = (place / "log").read_text()
+    assert done.returncode == 0 and "share 1/2: 5 students" in log and "share 2/2: 4 students" in log, log
+    assert {name: data for name, data in reports(folder).items() if name in undisturbed} == undisturbed
 
 
 def test_a_share_has_no_reports(folder: Path) -> None:

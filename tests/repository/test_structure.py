@@ -30,17 +30,19 @@ LAYERS = {
         credit decimals lateness several difficulty answers problem families questions mistakes quizzes
         generation record verify writing.gathering writing.angles writing.latex phrases languages render writing
         messages figure
-        self_check setup_cell notebook showing redundant locus special_lengths solving solving_in_time docs gradebook redrawn
-        assignment drawing store sets release exports.outlet exports.bank exports.handouts
-        exports.known_wrong exports.stack_maxima exports.stack_parts exports exports.registry
+        self_check setup_cell notebook showing redundant locus special_lengths solving solving_in_time docs gradebook
+        redrawn assignment drawing store sets release exports.outlet exports.bank exports.handouts
+        exports.known_wrong exports.stack_maxima exports.stack_parts exports
         site.keys site.record site.bank
         site.page site.chapter site.arms site.guide site.reference site.pages site.stale_files site.build site
+        exports.scorm exports.registry
         overview options commands""",
     "grader": """verdict counterexample levels clock contained function_values answer formulas choices direction
         functions reading parts compare credit residuals numbers finished rounded pairs set_mistakes diagnosis
         advice terms follow similar groups marking prairielearn own_folder sandbox guarantees cells archives
         layouts roster submission positions finding uncounted notebook copies overrides attempt settle remote cluster
-        batch single history certificates sharing certify check statistics variants reports nbgrader_cells demo commands
+        batch single history certificates sharing certify upgrade forgetting check statistics variants reports
+        nbgrader_cells demo commands keeping
         pytest_plugin nbgrader_plugin hosts pushed gradescope otter_marks otter_plugin outlets site docs cli""",
 }
 """From the bottom up: a module imports only from those before it; a folder stands for what is in it."""

@@ -185,6 +185,9 @@ BESIDE = {
     "docs/": ("exercises/docs", "repository/test_schemas.py"),
     "README.md": ("repository/test_readme.py",),
     "pyproject.toml": ("repository/test_wheel.py",),
+    "Containerfile": ("repository/test_container.py",),
+    ".dockerignore": ("repository/test_container.py",),
+    "docs/container.md": ("repository/test_container.py",),
 }  # fmt: skip
 """The tests of what is no module of Python, by how its path begins."""
 MOST_IMPORTERS = 6
