@@ -64,7 +64,7 @@ def check_notebook(path: Path) -> Checked:
     parts = asked_in(submission.cells, tuple(ASKED))
     if not parts:
         raise QdotError(f"{path} has no answer cells; is it a notebook that qdot made?")
-    with Sandbox() as sandbox:
+    with Sandbox(warm=False) as sandbox:
         setup = setup_of(_claimed_symbols(submission))
         answers = find_answers(submission.cells, parts, lambda cells, names: sandbox.run(cells, names, setup=setup))
     rows = []
