@@ -30,13 +30,13 @@ LAYERS = {
         credit decimals lateness several difficulty answers problem families questions mistakes quizzes
         generation record verify writing.gathering writing.angles writing.latex phrases languages render writing
         messages figure
-        self_check notebook showing redundant locus special_lengths solving solving_in_time docs gradebook redrawn
-        assignment drawing store sets release exports.outlet exports.bank exports.handouts
+        self_check setup_cell notebook showing redundant locus special_lengths solving solving_in_time docs gradebook
+        redrawn assignment drawing store sets release exports.outlet exports.bank exports.handouts
         exports.known_wrong exports.stack_maxima exports.stack_parts exports
         site.keys site.record site.bank
         site.page site.chapter site.arms site.robots site.guide site.reference site.pages site.stale_files site.build site
         exports.scorm exports.registry
-        overview commands""",
+        overview options commands""",
     "grader": """verdict counterexample levels clock contained function_values answer formulas choices direction
         functions reading parts compare credit residuals numbers finished rounded pairs set_mistakes diagnosis
         advice terms follow similar groups marking prairielearn own_folder sandbox guarantees cells archives
