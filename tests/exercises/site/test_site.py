@@ -27,6 +27,7 @@ from grader.cli import app
 from tests.support import ROOT
 from tests.support.command import fails, run, runner
 from tests.support.handing_in import TOML, a_class
+from tests.support.site_scripts import stand_in
 
 pytestmark = pytest.mark.xdist_group("site")
 
@@ -35,18 +36,7 @@ DOCS = ROOT / "docs"
 
 @pytest.fixture
 def assets(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Assets]:
-    """Scripts and styles as `npm run build` would leave them, two small files here."""
-    folder = tmp_path / "dist"
-    (folder / "assets").mkdir(parents=True)
-    for name in ("practice.js", "learn.js", "pages.js", "shared.js", "site.css"):
-        (folder / "assets" / name).write_text(f"/* {name} */\n")
-    made = Assets(
-        {name: f"assets/{name}.js" for name in ("practice", "learn", "pages")},
-        {"practice": ["assets/shared.js"], "learn": ["assets/shared.js"], "pages": []},
-        {name: ["assets/site.css"] for name in ("practice", "learn", "pages")},
-        sorted((folder / "assets").iterdir()),
-        folder,
-    )
+    made = stand_in(tmp_path / "dist")
     monkeypatch.setattr(building, "built_assets", lambda: made)
     yield made
 
