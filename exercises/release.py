@@ -102,8 +102,7 @@ def release_one(work: tuple[Assignment, Certifier], student: str) -> Released:
     Where another draw of a problem is needed than the assignment says, it is returned, and nothing is written.
     """
     assignment, certifier = work
-    paths = [*(notebook_path(assignment, student, kind) for kind in KINDS), certificate_path(assignment, student)]
-    if all(_edition(path) == assignment.edition_of(student) for path in paths):
+    if is_up_to_date(assignment, student):
         return Released(student, "kept")
     draws = draws_of(assignment, student, certifier.record)
     if draws.given_up:
@@ -169,6 +168,12 @@ def _notebook(
     return notebook
 
 
+def is_up_to_date(assignment: Assignment, student: str) -> bool:
+    """Return whether a student's notebooks and certificate are all there, from this very assignment."""
+    paths = [*(notebook_path(assignment, student, kind) for kind in KINDS), certificate_path(assignment, student)]
+    return all(_edition(path) == assignment.edition_of(student) for path in paths)
+
+
 def is_released(assignment: Assignment, student: str) -> bool:
     """Return whether a student's notebook is in released/, from this very assignment."""
     return _edition(notebook_path(assignment, student)) == assignment.edition_of(student)
@@ -181,7 +186,12 @@ def released_text(assignment: Assignment, student: str) -> str:
 
 def new_handout(assignment: Assignment, student: str) -> str:
     """Return the notebook to hand out, made of a student's problems, which have been certified (`drawing.settled`)."""
-    return notebook_text(_notebook(student_notebook, assignment, student, assignment.problems(student)))
+    return notebook_text(handout(assignment, student, assignment.problems(student)))
+
+
+def handout(assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]]) -> NotebookNode:
+    """Return the notebook that holds these problems of a student, as it would be handed out."""
+    return _notebook(student_notebook, assignment, student, problems)
 
 
 def _content(path: Path) -> str | None:

@@ -39,9 +39,10 @@ COMMANDS = {
     **dict.fromkeys(("init", "families", "questions", "show", "robots", "solve"), "exercises.commands"),
     **dict.fromkeys(("verify", "generate", "check", "compare", "grade", "doctor"), "grader.commands"),
     **dict.fromkeys(("export", "report"), "grader.outlets"),
+    "upgrade-check": "grader.keeping",
     "demo": "grader.commands",
 }
-"""Each command, and the module in which it is the function of that name."""
+"""Each command, and the module in which it is the function of that name, with _ for -."""
 SITE = {"build": "build_site", "serve": "serve"}
 
 
@@ -86,7 +87,12 @@ def program(only: str = "") -> "typer.Typer":
 
 
 def _loaded(module: str, name: str) -> Callable[..., None]:
-    return _guarded(getattr(import_module(module), name))
+    return _guarded(getattr(import_module(module), _function(name)))
+
+
+def _function(command: str) -> str:
+    """Return the name of the function that a command is."""
+    return command.replace("-", "_")
 
 
 def _described(module: str, name: str) -> Callable[[], None]:
@@ -94,7 +100,7 @@ def _described(module: str, name: str) -> Callable[[], None]:
 
     def described() -> None: ...
 
-    described.__doc__ = _docstrings(module)[name]
+    described.__doc__ = _docstrings(module)[_function(name)]
     return described
 
 

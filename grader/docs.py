@@ -1,4 +1,4 @@
-"""Pages of docs/ that are made from the registries of outlets and reports, and from what the packages offer.
+"""Pages of docs/ that are made from the registries of outlets and reports, the schemas, and what the packages offer.
 
 `python -m grader.docs` writes them; a test says when they are out of date.
 """
@@ -22,18 +22,22 @@ from exercises.console import say
 from exercises.exports.registry import OUTLETS
 from exercises.files import write_atomically
 from exercises.generation import generate
-from exercises.problem import Problem, ProblemId
+from exercises.problem import ENGINE, Problem, ProblemId
 from exercises.render import render
 from grader.marking import mark
 from grader.reports.formats import FORMATS
 
 ROOT = Path(__file__).parents[1]
 RUNS = ROOT / "tests" / "platforms"
+SCHEMAS = ROOT / "docs" / "schemas"
 
 
 def pages() -> dict[str, str]:
     """Return the pages by their names."""
-    return {"outlets.md": outlets_page(), "library.md": library_page(), "partial-credit.md": credit_page()}
+    return {
+        "outlets.md": outlets_page(), "library.md": library_page(), "partial-credit.md": credit_page(),
+        "promises.md": promises_page(),
+    }  # fmt: skip
 
 
 def outlets_page() -> str:
@@ -52,6 +56,16 @@ def _records() -> Iterator[dict[str, str]]:
             for what, count in run["counts"].items()
         )
         yield {**run, "told": "; ".join(counts)}
+
+
+# --- promises ---
+
+
+def promises_page() -> str:
+    """Return the page on what stays as it is, with the version of each schema."""
+    read = [(path.stem, json.loads(path.read_text(encoding="utf-8"))) for path in sorted(SCHEMAS.glob("*.json"))]
+    schemas = [{"name": name, "id": one["$id"], "version": one["version"], "title": one["title"]} for name, one in read]
+    return render("docs/promises.md.j2", schemas=schemas, engine=ENGINE)
 
 
 # --- partial credit ---

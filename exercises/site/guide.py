@@ -44,6 +44,7 @@ GROUPS = {
         "sandbox": ("Students' code, contained", "What a notebook may do, and who sees to it."),
         "structures": ("How many arms there are", "What random-2 to random-4 draw from."),
         "library": ("qdot as a library", "Problems and judgements in a program of your own."),
+        "promises": ("What stays as it is", "What you can build on, and what an upgrade changes."),
         COMMANDS: ("The command line", "Every command and option, from the program."),
     },
 }  # fmt: skip

@@ -119,6 +119,8 @@ def _send(asked: dict[str, Any]) -> str:
 
 
 def _signal(asked: dict[str, Any]) -> str:
+    if asked["pid"] == os.getpid():  # both are the first in their namespaces, as where the grader has a container's
+        raise ProcessLookupError
     os.kill(asked["pid"], 0)
     return "reached the grader with a signal"
 

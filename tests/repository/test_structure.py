@@ -41,7 +41,8 @@ LAYERS = {
         functions reading parts compare credit residuals numbers finished rounded pairs set_mistakes diagnosis
         advice terms follow similar groups marking prairielearn own_folder sandbox guarantees cells archives
         layouts roster submission positions finding uncounted notebook copies overrides attempt settle remote cluster
-        batch single history certificates sharing certify check statistics variants reports nbgrader_cells demo commands
+        batch single history certificates sharing certify upgrade check statistics variants reports nbgrader_cells demo
+        commands keeping
         pytest_plugin nbgrader_plugin hosts pushed gradescope otter_marks otter_plugin outlets site docs cli""",
 }
 """From the bottom up: a module imports only from those before it; a folder stands for what is in it."""

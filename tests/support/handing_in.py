@@ -113,6 +113,12 @@ def grade(
     return {result["student"]: result for result in results}, looked
 
 
+def contents(folder: Path) -> dict[str, bytes]:
+    """Return what is in a folder, by the names of its files."""
+    files = (path for path in folder.rglob("*") if path.is_file())
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in files}
+
+
 def outcomes(result: Result) -> list[str]:
     return [part["outcome"] for problem in result["problems"] for part in problem["parts"]]
 

@@ -72,6 +72,7 @@ export function RoundView({ index, round, recipient }: RoundViewProps): JSX.Elem
         level={index.feedback}
         arrived={visits > 0}
         closed={isDone(round, tried)}
+        factored={false} // another question may ask for them
         onVerdict={(_, __, judged) => {
           if (!isRead(judged)) return;
           const now = answered(round, latest.current, place, judged.verdict.share);
