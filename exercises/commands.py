@@ -178,7 +178,7 @@ def show(
     convention: ConventionOption = "",
     twist_order: TwistOrderOption = "",
 ) -> None:
-    """Show one problem, with or without its hints and its solution.
+    """Show one problem, with hints or solution if wanted.
 
     It has statement, figure and parts; with --hints three hints a part, from gentle to nearly there, in HTML and
     notebooks to be opened one by one (JSON always has them); with --solution the answers and how they are derived.

@@ -355,6 +355,10 @@ def _grade(
     if diff:
         tell(told(earlier, results))
     tell(_summary(results, assignment.folder, len(looked.unsure) + len(looked.strangers)))
+    if all(result["submission"] is None for result in results) and not (looked.unsure or looked.strangers):
+        note(
+            f"nobody has handed in anything: put what comes back into {submissions}, as STUDENT/{assignment.key}.ipynb"
+        )
     return results
 
 

@@ -38,16 +38,12 @@ from exercises.variation import DEFAULT, STEPS
 from exercises.writing.statement import worked_solution
 from exercises.writing.wording import Wording
 
-README_ARM = ProblemId("planar-2r", 7)
-"""The arm that README.md shows."""
-
 
 @cache
 def documents() -> Mapping[str, str]:
     """Return every generated file of docs/: path inside the folder -> text."""
     plain, scorbot = planar_2r(), scorbot_arm()
     drawings = {
-        "planar-2r.svg": figure_svg(sample_chain(README_ARM)),
         "examples/planar-2r.svg": figure_svg(plain, "planar-2r"),
         "examples/planar-2r-singular.svg": singular_svg(plain, "planar-2r-singular"),
         "examples/scorbot.svg": figure_svg(scorbot, "scorbot"),
