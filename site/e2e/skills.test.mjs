@@ -54,7 +54,9 @@ test("by keys and in words: how a lesson stands, what it builds on, and the way 
   await map.getByText("not begun, comes next").first().waitFor();
   assert.equal(await map.getByText("comes next").count(), 2);
   await map.getByText("It builds on: By differentiation, By propagation.").waitFor({ state: "attached" });
-  const question = map.getByRole("link", { name: /^Jacobian by differentiation: right for 1 of \d arms?$/ }).first();
+  const question = map
+    .getByRole("link", { name: /^Jacobian by differentiation: right for 1 of \d arms?$/ })
+    .first();
   await question.focus();
   await page.keyboard.press("Enter");
   await page.waitForURL(/practice\.html\?question=jacobian$/);
