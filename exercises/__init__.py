@@ -27,6 +27,7 @@ its own in its `__init__`.
     messages                        all messages collected, and merged into locale/CODE.po (`make messages`)
     figure/                         the drawing of an arm, as SVG and as TikZ, and its description in words
     self_check                      what a notebook checks of its own answers, without the right ones
+    setup_cell                      the first cell of a notebook
     notebook, showing               notebooks; one problem in every format
     redundant, locus                your own arm: seven joints; a map of where it is singular
     special_lengths                 what differs for special lengths
@@ -40,7 +41,7 @@ its own in its `__init__`.
     sets, release                   ready-made sets of problems; an assignment made, its notebooks written
     exports/                        every other form in which an assignment is handed out (`qdot export`)
     site/                           the web site: pages, and problems that a browser can grade
-    overview, commands              the families at a glance; the commands about what is asked
+    overview, options, commands     the families at a glance; what several commands take; those about what is asked
 
 What a library or a notebook needs stands in this package itself (`__all__`), and is loaded when it is asked for:
 

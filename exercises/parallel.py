@@ -1,16 +1,24 @@
-"""Many like things done on several processes, their results in order; a stop ends the processes at once."""
+"""Many like things done on several processes, their results in order; a stop ends the processes at once.
+
+Processes are forked from this one, with all that it has loaded, where that is safe: on Linux, while it has one thread.
+Else they come from a process that loads it once more.
+"""
 
 import atexit
 import functools
+import gc
 import multiprocessing
 import os
 import signal
+import sys
 import threading
+import warnings
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import closing, contextmanager, suppress
 from multiprocessing import connection, forkserver, resource_tracker
+from multiprocessing.context import BaseContext
 from multiprocessing.process import BaseProcess
 from multiprocessing.util import Finalize
 from typing import Any, NoReturn, TypeVar
@@ -20,6 +28,10 @@ from exercises.errors import QdotError
 State = TypeVar("State")
 Item = TypeVar("Item")
 Made = TypeVar("Made")
+
+CAN_FORK = sys.platform == "linux"
+"""Whether a process may be forked: on macOS, libraries of the system fail after it. A fork of a process with threads
+would copy whatever they were doing in whatever state it is, as the drawing of a progress bar."""
 
 MANY = 500
 """From so many items on they are sent to the processes in chunks."""
@@ -70,7 +82,12 @@ def ordered_map(
 
 
 def load_ahead(modules: Sequence[str]) -> None:
-    """Start to load what the processes will need, beside what this process still has to load itself."""
+    """Start to load what the processes will need, beside what this process still has to load itself.
+
+    Where they are forked from this one, there is nothing to do.
+    """
+    if CAN_FORK:
+        return
     multiprocessing.get_context("forkserver").set_forkserver_preload(list(modules))
     resource_tracker.ensure_running()
     with _stop_put_off():
@@ -113,15 +130,22 @@ def _pooled(
 ) -> Generator[Made, None, None]:
     """Yield `work(state, item)` for each item from `jobs` new processes. Raises BrokenProcessPool where one dies."""
     before = set(multiprocessing.active_children())
-    # A fork of this process would copy the thread that draws the progress bar in whatever state it is.
-    context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload([work.__module__])
+    is_forked = CAN_FORK and threading.active_count() == 1
+    context: BaseContext = multiprocessing.get_context("fork" if is_forked else "forkserver")
+    if not is_forked:
+        context.set_forkserver_preload([work.__module__])
     with ProcessPoolExecutor(jobs, context, _begin, (setup, arguments)) as pool:
         try:
-            resource_tracker.ensure_running()  # it would undo what comes next
+            if not is_forked:
+                resource_tracker.ensure_running()  # it would undo what comes next
             with _stop_put_off():  # whatever starts in here never sees a Ctrl-C, and starts whole
-                forkserver.ensure_running()  # it may be there already
-                made = pool.map(functools.partial(_work_here, work), items, chunksize=chunk)
+                if is_forked:
+                    gc.freeze()  # no collection in a process writes to what it shares with this one
+                else:
+                    forkserver.ensure_running()  # it may be there already
+                with warnings.catch_warnings():  # Python 3.12 counts the threads of libraries, which are of no harm
+                    warnings.simplefilter("ignore", DeprecationWarning)
+                    made = pool.map(functools.partial(_work_here, work), items, chunksize=chunk)
             yield from made
         except BrokenProcessPool:
             raise

@@ -144,12 +144,13 @@ class Sandbox:
 
     `lacking` says which measures this machine does not allow, and why; a strict one refuses to run without those that
     it takes for the system to contain a notebook. Those named in `without` are not taken, for tests. A probe needs no
-    libraries `loaded`, and little processor time in all. `unbegun` says why a notebook was not run, if that is known.
+    libraries `loaded`, and little processor time in all; for one notebook they need not be `warm`. `unbegun` says why a
+    notebook was not run, if that is known.
     """
 
     def __init__(
         self, limits: Limits | None = None, without: Iterable[str] = (), loaded: bool = True,
-        processor_seconds: int | None = None, strict: bool = False,
+        processor_seconds: int | None = None, strict: bool = False, warm: bool = True,
     ) -> None:  # fmt: skip
         self.limits = limits or Limits()
         self.lacking: dict[str, str] = {}
@@ -158,7 +159,7 @@ class Sandbox:
         self._strict = strict
         self._config = {
             "memory": self.limits.memory, "seconds": processor_seconds or int(self.limits.seconds) + 1,
-            "without": sorted(without), "loaded": loaded,
+            "without": sorted(without), "loaded": loaded, "warm": warm,
         }  # fmt: skip
         self._process: subprocess.Popen[bytes] | None = None
         self._control: socket.socket | None = None

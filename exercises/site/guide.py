@@ -28,6 +28,7 @@ GROUPS = {
     "Where you teach": {
         "outlets": ("Outlets", "One assignment for every platform, and what reads each."),
         "platforms": ("Quizzes on learning platforms", "Moodle, Canvas, QTI and notebooks."),
+        "scorm": ("SCORM packages", "The assignment as a page that reports its score to any platform."),
         "moodle": ("Moodle, click by click", "A quiz restored, taken and marked, in pictures."),
         "stack": ("STACK questions", "Answers as formulas in Moodle."),
         "prairielearn": ("PrairieLearn", "A course that draws and marks by qdot."),

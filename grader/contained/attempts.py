@@ -74,18 +74,20 @@ def _fill(asked: dict[str, Any]) -> str:
 
 def _fill_many(_: dict[str, Any]) -> str:
     """Write many files, none of which is too large by itself."""
-    for number in range(MOST_WRITTEN // 8_000_000):
-        Path(str(number)).write_bytes(bytes(8_000_000))
+    content = bytes(8_000_000)
+    for number in range(MOST_WRITTEN // len(content)):
+        Path(str(number)).write_bytes(content)
     return f"wrote {MOST_WRITTEN // 1_000_000} MB in all"
 
 
 def _fill_nameless(_: dict[str, Any]) -> str:
     """Write many files that have no names any more."""
     kept: list[Any] = []
-    while 8_000_000 * len(kept) < MOST_WRITTEN:
+    content = bytes(8_000_000)
+    while len(content) * len(kept) < MOST_WRITTEN:
         kept.append(open("nameless", "wb", buffering=0))  # noqa: SIM115 - it is to stay open
         os.unlink("nameless")
-        kept[-1].write(bytes(8_000_000))
+        kept[-1].write(content)
     return f"wrote {MOST_WRITTEN // 1_000_000} MB into files without names"
 
 

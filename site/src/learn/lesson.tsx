@@ -2,7 +2,7 @@
 // learned. Arm and words are side by side as on the practice page.
 
 import type { JSX } from "preact";
-import { useEffect, useRef, useState } from "preact/hooks";
+import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { Arm } from "../arm/panel.js";
 import type { Stage } from "../arm/stage.js";
@@ -11,6 +11,7 @@ import type { Index } from "../bank.js";
 import type { Told } from "../pages/live.js";
 import { type Item, nameOf } from "../practice/choice.js";
 import { Current } from "../practice/current.js";
+import { Offline } from "../offline/offline.js";
 import { language, message, said } from "../text/text.js";
 import { Dots } from "./dots.js";
 import { type Lesson, LESSONS } from "./lessons.js";
@@ -30,11 +31,11 @@ export interface LessonProps {
 export function LessonView(props: LessonProps): JSX.Element {
   const { lesson, index } = props;
   const [practising, setPractising] = useState(props.practising);
-  const items = itemsOf(index, lesson.questions, lesson.families);
+  const items = useMemo(() => itemsOf(index, lesson.questions, lesson.families), [index, lesson]);
   return practising && items.length > 0 ? (
     <Practice {...props} items={items} onIdea={() => setPractising(false)} />
   ) : (
-    <Idea {...props} most={items.length} onPractise={() => setPractising(true)} />
+    <Idea {...props} items={items} onPractise={() => setPractising(true)} />
   );
 }
 
@@ -54,11 +55,12 @@ function Idea({
   lesson,
   told,
   skill,
-  most,
+  items,
   onSkill,
   onPractise,
-}: LessonProps & { most: number; onPractise: () => void }): JSX.Element {
+}: LessonProps & { items: readonly Item[]; onPractise: () => void }): JSX.Element {
   const [stage, setStage] = useState<Stage | null>(null);
+  const problems = useMemo(() => items.map(({ family, key }) => `${family}/${key}`), [items]);
   const [dials, setDials] = useState(FIRST_DIALS);
   const { tool, goals } = lesson;
   const rates = stage ? ratesOf(tool, dials, stage.state) : [];
@@ -114,13 +116,14 @@ function Idea({
           ))}
         </ul>
         <p class="actions">
-          {most > 0 ? (
+          {items.length > 0 ? (
             <button type="button" class={done ? "button" : "button quiet"} onClick={onPractise}>
               {said(message(done ? "lesson.practise" : "lesson.practise-already"))}
             </button>
           ) : null}
           <Onward lesson={lesson} quiet />
         </p>
+        {items.length > 0 ? <Offline title={said(message("offline.lesson"))} problems={problems} /> : null}
       </article>
       <section class="stage" aria-label={said(message("practice.move"))}>
         <Arm
