@@ -34,8 +34,8 @@ LAYERS = {
         redrawn assignment drawing store sets release exports.outlet exports.bank exports.handouts
         exports.known_wrong exports.stack_maxima exports.stack_parts exports
         site.keys site.record site.bank
-        site.page site.chapter site.arms site.robots site.guide site.reference site.pages
-        site.stale_files site.build site
+        site.page site.chapter site.arms site.robots site.guide site.reference site.pages site.stale_files site.build
+        site
         exports.scorm exports.registry
         overview options commands""",
     "grader": """verdict counterexample levels clock contained function_values answer formulas choices direction
