@@ -16,7 +16,7 @@ from exercises.render import render, template_folder
 from exercises.site.arms import gallery
 from exercises.site.chapter import chapter_pages, told_arm
 from exercises.site.guide import COMMANDS, OWN_PAGES, Entry, arranged
-from exercises.site.page import Page
+from exercises.site.page import Page, in_languages
 from exercises.writing.markup import to_html
 
 ENTRIES = {
@@ -130,14 +130,16 @@ def pages(around: Around) -> Iterator[Page]:
 
 def _documentation(docs: Path, commands: str) -> Iterator[Page]:
     groups = arranged(docs)
-    lead = render("site/docs.html.j2", groups=groups)
+    lead = render("site/docs.html.j2", groups=groups, told=in_languages)
     yield Page("docs/index.html", "Documentation", lead, section="docs", kind="wide")
     for entries in groups.values():
         for entry in entries:
             body = commands if entry.name == COMMANDS else to_html(_text(docs, entry))
             body = linked(body)
             listed = headings(body) if len(headings(body)) >= LONG else []
-            around = render("site/doc.html.j2", body=body, groups=groups, entry=entry, headings=listed)
+            around = render(
+                "site/doc.html.j2", body=body, groups=groups, entry=entry, headings=listed, told=in_languages
+            )
             yield Page(f"docs/{entry.name}.html", entry.title, around, section="docs", kind="docs")
 
 

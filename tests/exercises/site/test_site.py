@@ -59,6 +59,7 @@ def test_a_site_is_built_and_a_rerun_keeps_the_bank(assets: Assets, tmp_path: Pa
     assert [family["name"] for family in index["families"]] == ["polar-rp"]
     problems = index["families"][0]["problems"]
     _sizes_are_told(site)
+    _examples_are_told_in_german(site)
     assert [(problem["key"], problem["variation"]) for problem in problems] == [
         ("001", "chapter"), ("001-quiz", "chapter"),
     ]  # fmt: skip
@@ -112,6 +113,27 @@ def test_what_cannot_be_certified_is_drawn_anew_and_at_last_left_out(
     assert "not on the site, as no draw passed its certificate: 1 of polar-rp. All others are" in result.stderr
     index = json.loads((site / "bank" / "index.json").read_text())
     assert [problem["key"] for problem in index["families"][0]["problems"]] == ["001-quiz", "002"]
+
+
+def _examples_are_told_in_german(site: Path) -> None:
+    for number in ("6-1", "6-2", "6-3", "6-4"):
+        told = json.loads((site / "examples" / f"{number}.de.json").read_text())
+        page = (site / "examples" / f"{number}.html").read_text()
+        assert told["title"] == f"Beispiel {number.replace('-', '.')}"
+        assert 'data-told-in="de"' in page
+        for mark in ("<section", "<table", "<figure", 'data-arm="', 'href="'):  # all that the English page has
+            main = page[page.index("<main") : page.index("</main>")]
+            assert told["body"].count(mark) == main.count(mark), (number, mark)
+        assert not re.search(r"\b(The|the|Example|and|where)\b", _without_english(told["body"])), number
+    assert "Deine erste Antwort" in (site / "docs" / "index.html").read_text()
+    assert "Ebener 2R-Arm" in (site / "arms.html").read_text()
+
+
+def _without_english(body: str) -> str:
+    """Return the words of a page that are not marked as English, nor replaced by the page's script."""
+    body = re.sub(r'<div lang="en">.*?</div>|<noscript>.*?</noscript>|<svg.*?</svg>', "", body, flags=re.DOTALL)
+    body = re.sub(r"<(\w+)[^>]* data-text=.*?</\1>", "", body, flags=re.DOTALL)
+    return re.sub(r"<[^>]*>", " ", body)
 
 
 def _sizes_are_told(site: Path) -> None:
