@@ -10,19 +10,21 @@ import typer
 from exercises import ASKED, FAMILIES, ProblemId, QdotError
 from exercises import generate as make_problem
 from exercises import show as show_problem
-from exercises.arm.chain import CONVENTIONS, TWIST_ORDERS
+from exercises.arm.chain import CONVENTIONS
 from exercises.arm.conventions import TABLES
 from exercises.arm.library import ENDINGS, is_in_library, robot_path
 from exercises.arm.library import robots as library
 from exercises.arm.robot_file import read_robot_file
 from exercises.arm.robot_text import robot_text
-from exercises.console import VariationOption, note, one_of, say, working
+from exercises.console import VariationOption, note, one_of, progress, say, working
 from exercises.families import Family
 from exercises.families.own import own_family
-from exercises.generation import family_named, listed, short_quiz
+from exercises.generation import family_named, listed, sample_chain, short_quiz
 from exercises.locus import check_map, write_map
+from exercises.options import ConventionOption, TwistOrderOption
 from exercises.overview import detail, overview, refusals, robots_overview
 from exercises.problem import convention_named
+from exercises.questions import QUESTIONS
 from exercises.quizzes import QUIZZES
 from exercises.release import init_assignment
 from exercises.sets import DEFAULT_SET, SETS, set_named
@@ -31,27 +33,6 @@ from exercises.solving_in_time import LEAST, seconds_of, write_solution
 
 SHOW_FORMATS = ("text", "latex", "html", "json", "ipynb")
 SOLVE_FORMATS = ("text", "latex", "json")
-
-
-ConventionOption = Annotated[
-    str,
-    typer.Option(
-        "--convention",
-        metavar="NAME",
-        help=f"How arms are told: {', '.join(CONVENTIONS)}; default: what the id says, else {CONVENTIONS[0]}.",
-    ),
-]
-
-
-TwistOrderOption = Annotated[
-    str,
-    typer.Option(
-        "--twist-order",
-        metavar="ORDER",
-        help=f"Of arms told by their axes: {' or '.join(TWIST_ORDERS)}; default: what the id says, else "
-        f"{TWIST_ORDERS[0]}.",
-    ),
-]
 
 
 def init(
@@ -111,6 +92,7 @@ def families(
             raise QdotError("--convention is for one family or robot; name it, as in 'qdot families ur5'")
     if name:
         family = _family(name)
+        _look_at(family, convention)
         row = {**_row(family, convention), "refused": refusals(family, convention)} if as_json else {}
         say(json.dumps(row, ensure_ascii=False, indent=1) if as_json else detail(family, convention))
     elif as_json:
@@ -128,6 +110,20 @@ def _family(name: str) -> Family:
             note(said)
         return own_family(path, robot)
     return family_named(name)
+
+
+def _look_at(family: Family, convention: str) -> None:
+    """Find out what an arm can be asked, and show how far that is: of long arms it takes a minute.
+
+    What is found out is kept, and told later; of registered families, it is listed as they tell their arms.
+    """
+    if family.varied or not (family.robot or convention):
+        return
+    chain = sample_chain(ProblemId(family.name, 0, convention=convention), family)
+    with progress(f"looking at what {family.name} can be asked", len(QUESTIONS)) as counter:
+        for question in QUESTIONS.values():
+            question.refusal(chain)
+            counter.step()
 
 
 def _row(family: Family, convention: str = "") -> dict[str, Any]:

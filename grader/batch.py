@@ -7,6 +7,7 @@ submission, the assignment, and the versions of problems and grader; a rerun tak
 import contextlib
 import hashlib
 import json
+import os
 import re
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
@@ -125,7 +126,7 @@ def alone(folder: Path, but_for_shares: bool = False) -> Iterator[None]:
         file = path.open("a+")  # NFS gives no lock for several to who does not read
     except OSError as error:
         raise cannot_write(path, error) from None
-    with file:
+    with file, _of_this_process(file.fileno()):
         try:
             lock(file.fileno(), wait=False, shared=but_for_shares)
         except BlockingIOError:
@@ -135,6 +136,27 @@ def alone(folder: Path, but_for_shares: bool = False) -> Iterator[None]:
         except OSError:
             pass  # a disk that knows no locks: files are written whole all the same
         yield
+
+
+_own: set[int] = set()
+"""Open files that no process forked from this one is to have: its lock would outlive it there."""
+
+
+@contextlib.contextmanager
+def _of_this_process(descriptor: int) -> Iterator[None]:
+    _own.add(descriptor)
+    try:
+        yield
+    finally:
+        _own.discard(descriptor)
+
+
+def _let_go() -> None:
+    while _own:
+        os.close(_own.pop())
+
+
+os.register_at_fork(after_in_child=_let_go)
 
 
 @dataclass(frozen=True)

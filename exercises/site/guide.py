@@ -21,6 +21,7 @@ GROUPS = {
         "mistakes": (_("Mistakes that are named"), _("What qdot recognises behind a wrong answer.")),
     },
     _("For instructors"): {
+        "install": (_("Install qdot"), _("Any machine, without installing, extras, completion, upgrades.")),
         "instructors": (_("Your first class"), _("From an empty folder to graded notebooks.")),
         "robots": (_("Your own arm"), _("DH tables, standard and modified, axes, CSV, URDF.")),
         "variation": (_("Variation"), _("How far arms may differ, and how many students share an answer.")),
@@ -34,6 +35,7 @@ GROUPS = {
     _("Where you teach"): {
         "outlets": (_("Outlets"), _("One assignment for every platform, and what reads each.")),
         "platforms": (_("Quizzes on learning platforms"), _("Moodle, Canvas, QTI and notebooks.")),
+        "scorm": (_("SCORM packages"), _("The assignment as a page that reports its score to any platform.")),
         "moodle": (_("Moodle, click by click"), _("A quiz restored, taken and marked, in pictures.")),
         "stack": (_("STACK questions"), _("Answers as formulas in Moodle.")),
         "prairielearn": (_("PrairieLearn"), _("A course that draws and marks by qdot.")),
@@ -51,6 +53,7 @@ GROUPS = {
         "structures": (_("How many arms there are"), _("What random-2 to random-4 draw from.")),
         "privacy": (_("Data protection"), _("What is kept about students, where, how long; how it is removed.")),
         "library": (_("qdot as a library"), _("Problems and judgements in a program of your own.")),
+        "dependencies": (_("What qdot needs"), _("Every library: what for, licence, size, last release.")),
         "promises": (_("What stays as it is"), _("What you can build on, and what an upgrade changes.")),
         COMMANDS: (_("The command line"), _("Every command and option, from the program.")),
     },

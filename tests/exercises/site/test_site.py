@@ -19,7 +19,7 @@ from exercises.site import bank as making
 from exercises.site import build as building
 from exercises.site.chapter import chapter_pages
 from exercises.site.guide import COMMANDS, OTHERS, OWN_PAGES, arranged
-from exercises.site.pages import ENTRIES, Assets, linked
+from exercises.site.pages import Assets, linked
 from exercises.site.stale_files import LIST, remove_stale_files
 from exercises.verify import CHECKS
 from exercises.verify.numeric_reference import Check, NumericReference
@@ -27,6 +27,7 @@ from grader.cli import app
 from tests.support import ROOT
 from tests.support.command import fails, run, runner
 from tests.support.handing_in import TOML, a_class
+from tests.support.site_scripts import stand_in
 
 pytestmark = pytest.mark.xdist_group("site")
 
@@ -35,18 +36,7 @@ DOCS = ROOT / "docs"
 
 @pytest.fixture
 def assets(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Assets]:
-    """Scripts and styles as `npm run build` would leave them, two small files here."""
-    folder = tmp_path / "dist"
-    (folder / "assets").mkdir(parents=True)
-    for name in (*(f"{name}.js" for name in ENTRIES), "shared.js", "site.css"):
-        (folder / "assets" / name).write_text(f"/* {name} */\n")
-    made = Assets(
-        {name: f"assets/{name}.js" for name in ENTRIES},
-        {name: [] if name == "pages" else ["assets/shared.js"] for name in ENTRIES},
-        {name: ["assets/site.css"] for name in ENTRIES},
-        sorted((folder / "assets").iterdir()),
-        folder,
-    )
+    made = stand_in(tmp_path / "dist")
     monkeypatch.setattr(building, "built_assets", lambda: made)
     yield made
 
