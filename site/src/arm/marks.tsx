@@ -124,10 +124,13 @@ export function Marks(props: MarksProps): JSX.Element {
           arm.joints.map((_, i) => linkOf(arm, state, i + 1).map((point) => pixel(view, point))),
           view.width,
           view.height,
-        ).map(({ name, style, x, y }, k) => (
-          <text key={k} class={style} x={x} y={y + 5}>
-            <DrawnLetters name={name} />
-          </text>
+        ).map(({ name, style, x, y, from }, k) => (
+          <g key={k} class={style}>
+            {from ? <path class="arm-leader" d={`M${from[0]} ${from[1]}L${x} ${y}`} /> : null}
+            <text x={x} y={y + 5}>
+              <DrawnLetters name={name} />
+            </text>
+          </g>
         ))}
       </g>
     </g>
