@@ -7,6 +7,9 @@ from exercises.languages import LANGUAGES, catalogue
 
 INDEX, ROBOTS = "bank/index.json", "bank/robots.json"
 
+DEEPEST = 7
+"""So many folders deep a page that is not there still finds the site."""
+
 
 @dataclass(frozen=True)
 class Page:
@@ -14,6 +17,8 @@ class Page:
 
     `section` is the item of the main menu that it belongs to; `kind` is how wide it is: "" for text to be read, "wide",
     "home", or "docs" with what there is to read beside it. One that shows pages of the site in `frames` may do so.
+    One that is_anywhere is shown in the place of pages that are not there, and asks for its script and styles in the
+    folders above, one of which is the site's.
     `told` is title and body in other languages, where they are not texts of the site's own catalogue.
     """
 
@@ -24,7 +29,13 @@ class Page:
     section: str = ""
     kind: str = ""
     frames: bool = False
+    is_anywhere: bool = False
     told: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+
+    @property
+    def ups(self) -> list[str]:
+        """The ways to where its script and styles may be."""
+        return ["../" * count for count in range(DEEPEST if self.is_anywhere else 1)]
 
     @property
     def data(self) -> str:

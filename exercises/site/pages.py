@@ -119,7 +119,7 @@ def pages(around: Around) -> Iterator[Page]:
     yield Page("own.html", "Your own arm", own, "own", "own", "practice")
     course = render("site/course.html.j2", has_docs=has_docs)
     yield Page("course.html", "In a course", course, entry="course", kind="wide", frames=True)
-    yield Page("404.html", "There is no such page", render("site/missing.html.j2", root=""))
+    yield Page("404.html", "There is no such page", render("site/missing.html.j2", root=""), is_anywhere=True)
     yield Page("accessibility.html", "Accessibility", to_html(render("site/accessibility.md.j2")))
     yield Page("licences.html", "Licences", to_html(around.licences))
     yield from chapter_pages()

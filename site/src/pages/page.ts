@@ -12,6 +12,7 @@ export async function startPage(): Promise<void> {
       () => void navigator.serviceWorker.register(`${ROOT}sw.js`).catch(() => undefined),
     );
   }
+  if (document.body.dataset["anywhere"] !== undefined) leadFromAnywhere();
   speak(await loadLanguage().catch(() => ENGLISH));
   await tellInLanguage().catch(() => undefined); // in English, then
   for (const element of document.querySelectorAll<HTMLElement>("[data-told]")) {
@@ -41,6 +42,13 @@ async function tellInLanguage(): Promise<void> {
   main.innerHTML = body;
   main.lang = code;
   document.title = document.title.replace(/^.*?(?= · |$)/, () => title);
+}
+
+/** Links of a page that is shown at any address lead where they would from the site's root. */
+function leadFromAnywhere(): void {
+  for (const link of document.querySelectorAll<HTMLAnchorElement>("a[href]:not([href^='#'])")) {
+    link.href = new URL(link.getAttribute("href")!, ROOT).href;
+  }
 }
 
 /** The choice of a language; the texts of problems and of the documentation are English. */

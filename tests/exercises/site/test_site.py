@@ -1,13 +1,16 @@
 """The site as Python builds it: pages that lead where they say, a bank that a rerun keeps, what is wrong told."""
 
+import functools
 import hashlib
 import html
 import json
 import re
 import shutil
 import threading
+import urllib.error
 import urllib.request
 from collections.abc import Iterator
+from http.server import ThreadingHTTPServer
 from pathlib import Path
 
 import pytest
@@ -24,6 +27,7 @@ from exercises.site.stale_files import LIST, remove_stale_files
 from exercises.verify import CHECKS
 from exercises.verify.numeric_reference import Check, NumericReference
 from grader.cli import app
+from grader.site import _Quiet
 from tests.support import ROOT
 from tests.support.command import fails, run, runner
 from tests.support.handing_in import TOML, a_class
@@ -138,10 +142,25 @@ def _links_lead_somewhere(site: Path) -> None:
         text = page.read_text(encoding="utf-8")
         assert "<script" not in text.replace('<script type="module" src=', "")  # none but files of the site
         for address in re.findall(r'(?:href|src)="([^"#][^"]*)"', text):
-            if not re.match(r"[a-z]+:", address):
+            is_tried = page.name == "404.html" and address.startswith("../")  # wherever it is shown
+            if not re.match(r"[a-z]+:", address) and not is_tried:
                 target = (page.parent / address.partition("#")[0]).resolve()
                 assert target.is_file() or "/docs/" not in str(target) or target.suffix != ".html", (page, address)
                 assert target.suffix not in (".css", ".js", ".png") or target.is_file(), (page, address)
+
+
+def test_what_is_not_there_is_answered_by_the_sites_own_page(tmp_path: Path) -> None:
+    (tmp_path / "404.html").write_text("no such page")
+    server = ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(_Quiet, directory=str(tmp_path)))
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    try:
+        with pytest.raises(urllib.error.HTTPError) as error:
+            urllib.request.urlopen(f"http://127.0.0.1:{server.server_port}/deep/er/page.html")
+        assert (error.value.code, error.value.read()) == (404, b"no such page")
+        assert error.value.headers["Content-Type"] == "text/html; charset=utf-8"
+    finally:
+        server.shutdown()
+        server.server_close()
 
 
 def test_a_rebuild_removes_what_an_earlier_build_wrote_and_nothing_else(assets: Assets, tmp_path: Path) -> None:
