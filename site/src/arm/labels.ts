@@ -31,8 +31,8 @@ interface Half {
 
 const HALF_HEIGHT = 9;
 const TURNS = [0, 35, -35, 70, -70, 110, -110, 150, -150, 180].map((angle) => (angle * Math.PI) / 180);
-/** How far away a label is tried, ring by ring. */
-const AWAY = [15, 23, 33, 45, 60, 78];
+/** How far away the edge of a label is tried, ring by ring. */
+const AWAY = [4, 12, 22, 34, 49, 67];
 /** From here on a line leads back. */
 const FAR = 30;
 /** What it costs to lie over another label (never done), over the arm, over the edge, and to be on a ring further out. */
@@ -57,7 +57,8 @@ export function placed(
       if (least < RING * ring) return; // nothing further out is better
       TURNS.forEach((turn, k) => {
         const angle = heading + turn;
-        const out = away + gap + (half.width - HALF_HEIGHT) * Math.abs(Math.cos(angle));
+        const edge = half.width * Math.abs(Math.cos(angle)) + 0.8 * HALF_HEIGHT * Math.abs(Math.sin(angle));
+        const out = away + gap + edge;
         const spot: Pixel = [at[0] + out * Math.cos(angle), at[1] + out * Math.sin(angle)];
         let cost = RING * ring + 0.4 * k + (isInside(spot, half, width, height) ? 0 : OVER_EDGE);
         if (cost >= least) return;
