@@ -83,6 +83,10 @@ def build(order: Order, each: Callable[[], None], left_out: Callable[[GivenUp], 
     for page in pages(around):
         write_atomically(order.folder / page.path, page_text(page, assets, order.course, order.docs is not None))
         shell.append(page.path)
+        for language, (title, body) in page.told.items():
+            told = json.dumps({"title": title, "body": body}, ensure_ascii=False)
+            write_atomically(order.folder / page.told_path(language), told)
+            shell.append(page.told_path(language))
     drawings = [] if order.docs is None else _drawings(order.docs, order.folder)
     shell += [name for name in drawings if name.startswith(GALLERY)]
     write_atomically(order.folder / "icon.svg", favicon())

@@ -16,7 +16,7 @@ from exercises.render import render, template_folder
 from exercises.site.arms import gallery
 from exercises.site.chapter import chapter_pages, told_arm
 from exercises.site.guide import COMMANDS, OWN_PAGES, Entry, arranged
-from exercises.site.page import Page
+from exercises.site.page import Page, in_languages
 from exercises.writing.markup import to_html
 
 ENTRIES = {
@@ -119,7 +119,7 @@ def pages(around: Around) -> Iterator[Page]:
     yield Page("own.html", "Your own arm", own, "own", "own", "practice")
     course = render("site/course.html.j2", has_docs=has_docs)
     yield Page("course.html", "In a course", course, entry="course", kind="wide", frames=True)
-    yield Page("404.html", "There is no such page", render("site/missing.html.j2", root=""))
+    yield Page("404.html", "There is no such page", render("site/missing.html.j2", root=""), is_anywhere=True)
     yield Page("accessibility.html", "Accessibility", to_html(render("site/accessibility.md.j2")))
     yield Page("licences.html", "Licences", to_html(around.licences))
     yield from chapter_pages()
@@ -130,14 +130,16 @@ def pages(around: Around) -> Iterator[Page]:
 
 def _documentation(docs: Path, commands: str) -> Iterator[Page]:
     groups = arranged(docs)
-    lead = render("site/docs.html.j2", groups=groups)
+    lead = render("site/docs.html.j2", groups=groups, told=in_languages)
     yield Page("docs/index.html", "Documentation", lead, section="docs", kind="wide")
     for entries in groups.values():
         for entry in entries:
             body = commands if entry.name == COMMANDS else to_html(_text(docs, entry))
             body = linked(body)
             listed = headings(body) if len(headings(body)) >= LONG else []
-            around = render("site/doc.html.j2", body=body, groups=groups, entry=entry, headings=listed)
+            around = render(
+                "site/doc.html.j2", body=body, groups=groups, entry=entry, headings=listed, told=in_languages
+            )
             yield Page(f"docs/{entry.name}.html", entry.title, around, section="docs", kind="docs")
 
 

@@ -6,8 +6,12 @@ import type { Sizes } from "./offline/keep.js";
 import { solvedIn, titledIn, toldIn } from "./text/problems.js";
 import { language } from "./text/text.js";
 
-/** Where the site's root is, as seen from the page. */
-export const ROOT = typeof document === "undefined" ? "" : (document.body.dataset["root"] ?? "");
+/** Where the site's root is, as seen from the page; one that is shown at any address asks where its script came from. */
+export const ROOT = typeof document === "undefined" ? "" : rootOf(document.body.dataset);
+
+function rootOf({ root, anywhere }: DOMStringMap): string {
+  return anywhere === undefined ? (root ?? "") : new URL("../", import.meta.url).href;
+}
 
 const known = new Map<string, Promise<unknown>>();
 

@@ -69,6 +69,9 @@ export function OwnArm({ known }: { known: KnownArms }): JSX.Element {
   const written = useRef("");
   useEffect(() => {
     if (own.fault) return; // until something is typed, the link that was wrong stays to be looked at
+    const { hash } = window.location;
+    const isOther = written.current !== "" && hash !== written.current && hash.includes("=");
+    if (isOther) return; // another link was followed, of which the page is told in a moment
     written.current = fragment;
     if (window.location.hash !== fragment) window.history.replaceState(null, "", fragment);
   }, [fragment, own.fault]);

@@ -425,6 +425,11 @@ export const en = {
     "R is a revolute and P a prismatic joint. The difficulty goes from 0 to 4: how much there is to work out for such an arm " +
     "by hand. The name in letters of a typewriter is what instructors put into assignment.toml.",
   "arms.questions": "{count} questions",
+  "arms.vary": "joints and task vary",
+  "arms.difficulty": "difficulty",
+  "arms.source": "Source:",
+  "docs.also": "Also here:",
+  "docs.on-this-page": "On this page",
   "examples.title": "The chapter's examples, as qdot solves them",
   "examples.lead":
     "Every step that an instructor would write on the board, derived by the program that grades: with an arm beside it that " +
