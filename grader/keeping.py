@@ -1,5 +1,6 @@
-"""The commands for a folder that is kept for years: upgrade-check."""
+"""The commands for a folder that is kept for years: upgrade-check, forget."""
 
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -7,8 +8,9 @@ import typer
 
 from exercises.assignment import Assignment, load_assignment
 from exercises.console import note, progress, say
+from exercises.errors import QdotError
 from exercises.release import CORES
-from grader import upgrade
+from grader import forgetting, upgrade
 from grader.commands import Jobs, check_sandbox
 from grader.history import Move
 from grader.sandbox import Limits
@@ -62,3 +64,46 @@ def _marks(assignment: Assignment, submissions: Path, jobs: int, limits: Limits)
     marks = "1 student's mark" if students == 1 else f"{students} students' marks"
     say(f"{marks} would move" if moved else "no mark would move")
     return moved
+
+
+def forget(
+    student: Annotated[
+        str,
+        typer.Argument(metavar="STUDENT", help="The roster's identifier, or a name or email that is one student's."),
+    ],
+    folder: Annotated[
+        Path,
+        typer.Argument(metavar="FOLDER", help="An assignment folder, or one with those of a course. Default: here."),
+    ] = Path(),
+    yes: Annotated[bool, typer.Option("--yes", help="Remove without asking.")] = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Tell what would be removed, and remove nothing.")] = False,
+) -> None:
+    """Remove all that a folder has of one student.
+
+    Submissions, notebooks, certificates, feedback, results with what earlier runs gave, what was kept of grading, and
+    the lines in roster.csv, overrides.csv, redrawn.csv, results.jsonl and grades.csv; of exports, the student's own
+    files. It is told first, with what names the student and stays, and asked about. Nobody else's problems or marks
+    change. What was stopped is ended by the same command. docs/privacy.md says what is kept, where and for how long.
+    """
+    plans = forgetting.plans(folder, student)
+    for plan in plans:
+        for line in forgetting.told(plan):
+            say(line)
+    say(forgetting.ELSEWHERE)
+    if dry_run:
+        say("nothing was removed: --dry-run")
+        return
+    if not yes and not _agreed():
+        say("nothing was removed")
+        raise typer.Exit(1)
+    for plan in plans:
+        forgetting.carry_out(plan)
+    removed, shorter = sum(len(plan.removed) for plan in plans), sum(len(plan.shorter) for plan in plans)
+    say(f"removed {removed} files and folders, and the lines in {shorter} tables")
+
+
+def _agreed() -> bool:
+    """Return whether the person at the terminal wants it. Raises QdotError where nobody is there to be asked."""
+    if not sys.stdin.isatty():
+        raise QdotError("nobody is there to be asked: --yes removes it, --dry-run tells and removes nothing")
+    return typer.confirm("Remove this for good?", err=True)
