@@ -83,8 +83,8 @@ const SCORM2004: Model = {
     const passed = isComplete(score) ? isPassed(round, score) : null;
     return [
       ["cmi.score.min", "0"],
-      ["cmi.score.max", decimal(score.max, 6)],
-      ["cmi.score.raw", decimal(score.points, 6)],
+      ["cmi.score.max", "100"], // percent here, too: platforms take raw for their grade
+      ["cmi.score.raw", decimal(score.share * 100, 2)],
       ["cmi.score.scaled", decimal(score.share, 6)],
       ["cmi.progress_measure", decimal(score.answered / Math.max(score.count, 1), 6)],
       ["cmi.completion_status", isComplete(score) ? "completed" : "incomplete"],
@@ -103,7 +103,7 @@ const SCORM2004: Model = {
     return [
       [`${at}.id`, `${item.key}.${item.question}`],
       [`${at}.type`, type],
-      [`${at}.timestamp`, new Date().toISOString().replace(/\.\d+Z$/, "Z")],
+      [`${at}.timestamp`, `${new Date().toISOString().slice(0, "2026-11-25T22:42:51.12".length)}Z`],
       [`${at}.weighting`, decimal(points, 6)],
       [`${at}.learner_response`, response],
       [`${at}.result`, verdict.outcome === "correct" ? "correct" : "incorrect"],
