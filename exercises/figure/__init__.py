@@ -7,6 +7,7 @@ are seen.
 
     shapes, view            plain shapes in pixels; from metres to pixels
     plane, aspect, pose     which way an arm is looked at, in general and in a told pose; the pose in which it is drawn
+    model                   the arm that is drawn in the place of others that look alike, but for their labels
     arm, frames, body       links and joints; axes, origins and the base's place; an arm without lettering
     ink, places, labels     the lines of a drawing as points; the places of one label; where all labels go
     small                   thumbnails, and singular configurations beside a regular one
@@ -29,6 +30,7 @@ from exercises.figure.arm import joint_angle, scene, slide
 from exercises.figure.aspect import sides
 from exercises.figure.body import body, fitted
 from exercises.figure.labels import Layout
+from exercises.figure.model import model_of
 from exercises.figure.plane import camera, exact, is_flat
 from exercises.figure.pose import HEIGHT, LONG, ROOM, WIDTH, Skeleton, best_poses, drawn_chain, skeleton, told_pose
 from exercises.figure.shapes import FONT, Figure, extent, fixed, path, roman
@@ -88,7 +90,7 @@ def arm_figure(chain: Chain, pose: Mapping[str, float] | None = None) -> Figure:
     `pose` tells the joint variables by name ("theta1" in rad, "d2" in m); without it the clearest of a fixed list of
     poses is taken. The figure is in pixels, y down; it is kept for those who show it again, under other names.
     """
-    return _drawn(chain, None if pose is None else tuple(pose.items()))[0]
+    return _shown(chain, None if pose is None else tuple(pose.items()))[0]
 
 
 def figure_pose(chain: Chain) -> dict[str, float]:
@@ -96,14 +98,21 @@ def figure_pose(chain: Chain) -> dict[str, float]:
     zero = {q.name: 0.0 for q in chain.q}
     if is_by_axes(chain):
         return zero
-    entries, offsets = _drawn(chain, None)[1], told_pose(chain, zero)
+    entries, offsets = _shown(chain, None)[1], told_pose(chain, zero)
     return {name: round(float(entry - offset), 9) for name, entry, offset in zip(zero, entries, offsets, strict=True)}
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=64)
+def _shown(chain: Chain, pose: tuple[tuple[str, float], ...] | None) -> tuple[Figure, tuple[float, ...]]:
+    """Return the drawing, and the entries of the table (n) in its pose: the model's, with the arm's own labels."""
+    model = model_of(exact(chain))
+    figure, entries = _drawn(model.chain, None if pose is None else model.pose(dict(pose)))
+    return model.lettered(figure), model.entries(entries)
+
+
+@lru_cache(maxsize=1024)
 def _drawn(chain: Chain, pose: tuple[tuple[str, float], ...] | None) -> tuple[Figure, tuple[float, ...]]:
-    """Return the drawing, and the entries of the table (n) in its pose."""
-    chain = exact(chain)
+    """Return the drawing of a model, and the entries of its table (n)."""
     if pose is None:
         (part, layout), entries = _own(chain)
     else:
@@ -163,7 +172,7 @@ def _svg(chain: Chain, name: str, pose: tuple[tuple[str, float], ...] | None) ->
     """Return the same, kept for those who show it again at once: the staff's notebook, the store."""
     return render(
         "figure.svg.j2",
-        figure=_drawn(chain, pose)[0],
+        figure=_shown(chain, pose)[0],
         name=name,
         title=title_text(chain),
         description=alt_text(chain, pose is not None and any(value for _, value in pose)),

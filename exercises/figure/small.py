@@ -13,6 +13,7 @@ from functools import lru_cache
 import numpy as np
 import sympy as sp
 
+from exercises.arm.bare import bare, bare_pieces
 from exercises.arm.chain import TASK_ROWS, Base, Chain, Joint
 from exercises.arm.classification import REGULAR, samples_on
 from exercises.arm.kinematics import NumericChain
@@ -58,8 +59,8 @@ def posed(chain: Chain, pose: Mapping[str, float], beside: np.ndarray | None = N
     `beside` (3, in m) leads from P to a point that is marked by a cross.
     """
     scaled = _scaled(exact(chain))
-    entries = np.array([pose[q.name] for q in chain.q]) + scaled.offsets
-    return _figure(scaled.drawn, entries, PANEL, beside=beside)
+    entries = scaled.entries(np.array([pose[q.name] for q in chain.q]) + scaled.offsets)
+    return _figure(scaled.drawn, entries, PANEL, beside=None if beside is None else beside / scaled.unit)
 
 
 def _figure(
@@ -69,6 +70,23 @@ def _figure(
     lost: tuple[np.ndarray, ...] = (),
     beside: np.ndarray | None = None,
 ) -> Figure:
+    """Return a small drawing; kept, as many arms of a class are the same ones to scale."""
+    places = (*lost, *(() if beside is None else (beside,)))
+    given = tuple(round(float(entry), 12) for entry in entries), tuple(tuple(map(float, place)) for place in places)
+    return _kept_figure(drawn, *given, size, beside is not None)
+
+
+@lru_cache(maxsize=1024)
+def _kept_figure(
+    drawn: Chain,
+    pose: tuple[float, ...],
+    places: tuple[tuple[float, ...], ...],
+    size: tuple[int, int],
+    with_cross: bool,
+) -> Figure:
+    entries, vectors = np.array(pose), [np.array(place) for place in places]
+    beside = vectors.pop() if with_cross else None
+    lost = tuple(vectors)
     bones, shown_hand = skeleton(drawn, entries), size == PANEL and _hides_hand(drawn)
 
     def draw(view: View) -> Drawn:
@@ -115,12 +133,21 @@ def _cannot_move(view: View, point: np.ndarray, direction: np.ndarray) -> tuple[
 
 @dataclass(frozen=True)
 class _Scaled:
-    """An arm in numbers: with its offsets, and (for drawing) without them; the offsets and open lengths chosen."""
+    """An arm in numbers: with its offsets, and (for drawing) without them; the offsets and open lengths chosen.
+
+    What is drawn is so small that its longest length is 1, in the place of `unit` (m).
+    """
 
     chain: Chain
     drawn: Chain
     offsets: np.ndarray
     values: dict[sp.Symbol, sp.Rational]
+    unit: float
+
+    def entries(self, given: np.ndarray) -> np.ndarray:
+        """Return entries of the table (… x n) as what is drawn has them."""
+        slides = np.array([joint.kind == "P" for joint in self.chain.joints])
+        return np.where(slides, given / self.unit, given)
 
 
 @dataclass(frozen=True)
@@ -207,7 +234,21 @@ def _scaled(chain: Chain) -> _Scaled:
     )
     filled = replace(chain, joints=joints, base=base, tool=tool)
     offsets = np.array([float(value) for value in filled.offsets])
-    return _Scaled(filled, replace(filled, joints=plain), offsets, values)
+    drawn, unit = _of_size_one(replace(filled, name="drawn", title="", joints=plain, axis_points=()))
+    return _Scaled(filled, drawn, offsets, values, unit)
+
+
+def _of_size_one(chain: Chain) -> tuple[Chain, float]:
+    """Return an arm in numbers made so small that its longest length is 1, and that length (m)."""
+    lengths = [value for joint in chain.joints for value in (joint.a, joint.d) if value.is_number]
+    unit = max((abs(value) for value in (*lengths, *chain.point.offset)), default=sp.S.Zero) or sp.S.One
+
+    def shrunk(value: sp.Expr) -> sp.Expr:
+        return value / unit if value.is_number else value
+
+    joints = tuple(replace(joint, a=shrunk(joint.a), d=shrunk(joint.d)) for joint in chain.joints)
+    u, v, w = map(shrunk, chain.point.offset)
+    return replace(chain, joints=joints, tool=replace(chain.point, offset=(u, v, w))), float(unit)
 
 
 def _configurations(
@@ -228,6 +269,7 @@ def _configurations(
         for joint, number in zip(joints, numbers, strict=True):
             i = chain.q.index(joint)
             entries[i] = number.real + scaled.offsets[i]
+            entries[i] /= scaled.unit if chain.joints[i].kind == "P" else 1.0
         kinds = [chain.joints[chain.q.index(joint)].kind for joint in joints]
         solved = zip(joints, values, kinds, strict=True)
         caption = ", ".join(f"{_text(q, chain)} = {_value(value, kind, chain)}" for q, value, kind in solved)
@@ -236,11 +278,12 @@ def _configurations(
 
 
 def _on_condition(chain: Chain, scaled: _Scaled, component: Component) -> np.ndarray | None:
-    text = " and ".join(f"{condition.xreplace(scaled.values)} = 0" for condition in component.conditions)
-    samples = samples_on(scaled.chain, text, "figure", arms=1, each=TRIED)
+    told = replace(component, conditions=tuple(condition.xreplace(scaled.values) for condition in component.conditions))
+    (text,) = bare_pieces(scaled.chain, told)
+    samples = samples_on(bare(scaled.chain), text, "figure", arms=1, each=TRIED)
     if not samples:
         return None
-    entries = np.array([sample.q for sample in samples]) + scaled.offsets
+    entries = scaled.entries(np.array([sample.q for sample in samples]))
     turning = np.array([joint.kind == "R" for joint in chain.joints])
     entries = np.where(turning, np.arctan2(np.sin(entries), np.cos(entries)), entries)
     return np.asarray(entries[int(np.argmax(np.round(scores(chain, scaled.drawn, entries), 3)))])

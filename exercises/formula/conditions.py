@@ -82,6 +82,13 @@ def _of_defined(function: Callable[..., Any], rows: np.ndarray) -> np.ndarray:
         return np.asarray(function(rows, axis=1, keepdims=True))
 
 
+def _least_steps(slopes: np.ndarray, residual: np.ndarray) -> np.ndarray:
+    """Return the shortest steps (points x joints) that take off residuals (conditions x points), by their slopes."""
+    if slopes.shape[1] == 1:
+        return np.asarray(slopes[:, 0] * (residual[0] / np.maximum(np.sum(slopes[:, 0] ** 2, axis=1), 1e-300))[:, None])
+    return np.asarray(np.einsum("pij,jp->pi", np.linalg.pinv(slopes, rcond=1e-12), residual))
+
+
 class Space:
     """The joints, their kinds and the domain in which sets of configurations live."""
 
@@ -144,7 +151,7 @@ class Space:
                 residual = residual**2
             good = np.isfinite(slopes).all(axis=(1, 2)) & np.isfinite(residual).all(axis=0)
             slopes[~good] = 0.0
-            move = np.einsum("pij,jp->pi", np.linalg.pinv(slopes, rcond=1e-12), np.where(good, residual, 0.0))
+            move = _least_steps(slopes, np.where(good, residual, 0.0))
             longest = np.maximum(np.abs(move).max(axis=1, keepdims=True), 1e-300)
             move *= np.minimum(1.0, 0.7 / longest)
             last = np.where(good, np.abs(move).max(axis=1), np.inf)

@@ -1,6 +1,7 @@
 """Tests of singular sets, both ways, and of the type of a singularity, found again for other lengths."""
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -8,7 +9,8 @@ import sympy as sp
 
 from exercises.answers import Choice, ConditionSet
 from exercises.arm.axes import Sample
-from exercises.arm.chain import Chain
+from exercises.arm.bare import bare
+from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.classification import REGULAR, domain_of, kinds_at
 from exercises.arm.kinematics import NumericChain
 from exercises.formula.conditions import Space
@@ -16,6 +18,7 @@ from exercises.formula.expression import read
 from exercises.formula.pieces import pieces
 from exercises.problem import Part
 from exercises.questions.singular import OPTIONS, OfKind, Place
+from exercises.stream import Stream
 from exercises.verify.numeric_reference import (
     ARMS,
     Check,
@@ -29,6 +32,9 @@ STARTS, STARTS_REDUNDANT, STEPS, SINGULAR = 30, 150, 40, 1e-9
 """Searches for singular configurations on each arm, Newton steps of each, and sigma_min/sigma_max of a find.
 
 A redundant arm has components of fewer dimensions, which fewer of the searches reach."""
+
+STILL_SINGULAR = 1e-8
+"""The same where its joints are counted from other zeros, by which sums are rounded anew."""
 
 STILL = 1e-12
 """A step by which nothing moves any more than that is the last one."""
@@ -83,21 +89,27 @@ def _ratios(jacobians: np.ndarray) -> np.ndarray:
 
 
 def _complete(numeric: NumericReference, claimed: list[Any], joints: list[str]) -> Check:
-    """Search for singular configurations from random poses, and look for each in the claimed set."""
-    count, redundant = 0, numeric.chain.n > len(numeric.task)
-    for lengths, arm in zip(numeric.lengths, numeric.arms, strict=True):
+    """Look for singular configurations that a search from random poses has found in the claimed set.
 
-        def outside(q: np.ndarray, lengths: dict[str, float] = lengths) -> np.ndarray:
+    They are searched for on the bare arm, once for all arms that have it; those of this very arm are tried whether they
+    are singular before they are looked for.
+    """
+    count, chain = 0, numeric.chain
+    for given, at_zero in _searched(bare(chain)):
+        lengths = random_lengths(chain, numeric.stream) | dict(given)
+        arm, space = NumericChain(chain, lengths), Space(joints, domain_of(chain, lengths))
+
+        def outside(q: np.ndarray, lengths: dict[str, float] = lengths, space: Space = space) -> np.ndarray:
             """Return the configurations that no condition covers."""
             values = dict(zip(joints, q.T, strict=True)) | {name: np.full(len(q), v) for name, v in lengths.items()}
-            space = Space(joints, domain_of(numeric.chain, lengths))
             return np.asarray(q[~space.contains(claimed, values, len(q), NEAR)])
 
-        starts = random_poses(numeric.chain, numeric.stream, STARTS_REDUNDANT if redundant else STARTS)
-        q = singular_configurations(arm, starts, numeric.task)
+        q = at_zero - np.array(arm.offsets)
+        if len(q) and _ratios(arm.jacobian(q)[:, numeric.task]).max() > STILL_SINGULAR:
+            return Check("complete", False, "J keeps its rank where that of the same arm with other zeros loses it")
         count += len(q)
         for left in outside(q):
-            around = left + AROUND * random_poses(numeric.chain, numeric.stream, STARTS)
+            around = left + AROUND * random_poses(chain, numeric.stream, STARTS)
             near = singular_configurations(arm, around, numeric.task)
             if 2 * len(outside(near)) >= len(near):
                 at = ", ".join(
@@ -105,6 +117,20 @@ def _complete(numeric: NumericReference, claimed: list[Any], joints: list[str]) 
                 )
                 return Check("complete", False, f"J loses rank at {at}, which no condition covers")
     return Check("complete", True, f"all of {count} singular configurations found by search are covered")
+
+
+@lru_cache(maxsize=1024)
+def _searched(chain: Chain) -> tuple[tuple[tuple[tuple[str, float], ...], np.ndarray], ...]:
+    """Return choices of the open lengths of a bare arm, with singular configurations that are found for each."""
+    task, stream = [TASK_ROWS.index(row) for row in chain.task], Stream("verify/singular")
+    found = []
+    for _ in range(ARMS):
+        lengths = random_lengths(chain, stream)
+        starts = random_poses(chain, stream, STARTS_REDUNDANT if chain.n > len(task) else STARTS)
+        q = singular_configurations(NumericChain(chain, lengths), starts, task)
+        q.setflags(write=False)
+        found.append((tuple(lengths.items()), q))
+    return tuple(found)
 
 
 def singular_configurations(arm: NumericChain, starts: np.ndarray, task: Sequence[int]) -> np.ndarray:

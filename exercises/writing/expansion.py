@@ -5,7 +5,7 @@ column times its cofactor, blocks beside zeros. What is left are determinants of
 out before they are gathered. All of it is for an arm's structure, whose results are short; numbers are put in later.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import combinations, pairwise, permutations
@@ -19,6 +19,7 @@ from exercises.arm.told import is_by_axes, is_modified, told_base
 from exercises.arm.trigonometry import same, textbook
 
 Fill = Callable[[sp.Expr], sp.Expr]
+Values = Mapping[sp.Symbol, sp.Expr]
 
 
 @dataclass(frozen=True)
@@ -59,8 +60,11 @@ class Expansion:
         """Tell whether a step of a kind comes first."""
         return bool(self.steps) and self.steps[0].kind == kind
 
-    def filled(self, fill: Fill, result: sp.Expr) -> "Expansion":
-        """Return the same with numbers put in, and the result behind the products; nothing is there twice."""
+    def filled(self, fill: Fill, result: sp.Expr, zeros: Values | None = None) -> "Expansion":
+        """Return the same with numbers put in, and the result behind the products; nothing is there twice.
+
+        That is looked for where joints are counted from their `zeros`, once for arms that differ in these.
+        """
         steps = tuple(
             replace(
                 step,
@@ -71,7 +75,8 @@ class Expansion:
             for step in self.steps
         )
         lines = [*map(fill, self.products), result]
-        told = [line for line, after in pairwise(lines) if not _same_product(line, after)]
+        plain = [line.xreplace(zeros) for line in lines] if zeros else lines
+        told = [line for line, pair in zip(lines, pairwise(plain), strict=False) if not _same_product(*pair)]
         return replace(self, steps=steps, products=(*told, result))
 
 
@@ -322,6 +327,7 @@ def _gathered(expression: sp.Expr) -> sp.Expr:
     return sp.factor_terms(sp.expand(expression)) if expression.has(sp.Add) else expression
 
 
+@lru_cache(maxsize=4096)
 def _same_product(one: sp.Expr, other: sp.Expr) -> bool:
     """Tell whether two products have the same factors, whichever of them have the minus signs."""
 

@@ -372,9 +372,14 @@ class Worked(AxisNames):
         return -self.d.determinant if self.determinant_sign else self.d.determinant
 
     @cached_property
+    def _zeros(self) -> dict[sp.Symbol, sp.Expr]:
+        """What joint variables are, counted from the zeros of the table."""
+        return {q: q - offset for q, offset in zip(self.chain.q, self.chain.offsets, strict=True) if offset != 0}
+
+    @cached_property
     def expansion(self) -> Expansion:
         """How det J is worked out."""
-        return expansion_of(self._structure).filled(self.d.fill, self.d.determinant)
+        return expansion_of(self._structure).filled(self.d.fill, self.d.determinant, self._zeros)
 
     @property
     def sparsest(self) -> str:
@@ -394,13 +399,13 @@ class Worked(AxisNames):
         behind = frame_behind(generic.joints[3 : generic.point.frame])
         centre = behind.origin + behind.rotation * sp.Matrix(generic.point.offset)
         arm = Chain("arm", generic.joints[:3], TASK_ROWS[:3], generic.base, Point(3, tuple(centre.applyfunc(textbook))))
-        return expansion_of(arm).filled(self.d.fill, block_determinants(self.chain)[0])
+        return expansion_of(arm).filled(self.d.fill, block_determinants(self.chain)[0], self._zeros)
 
     @cached_property
     def wrist_expansion(self) -> Expansion:
         """How det J22 is worked out, in frame 3."""
         matrix = sp.ImmutableMatrix(wrist_block(self._structure))
-        return expanded(matrix).filled(self.d.fill, block_determinants(self.chain)[1])
+        return expanded(matrix).filled(self.d.fill, block_determinants(self.chain)[1], self._zeros)
 
     @property
     def wrist(self) -> sp.Matrix:
@@ -473,7 +478,7 @@ class Worked(AxisNames):
             generic,
             matrix=generic.matrix.applyfunc(fill),
             values=values,
-            expansions=tuple(e.filled(fill, v) for e, v in zip(generic.expansions, values, strict=True)),
+            expansions=tuple(e.filled(fill, v, self._zeros) for e, v in zip(generic.expansions, values, strict=True)),
         )
 
     def minors_listed(self, worked: int | None) -> list[tuple[int, str, tuple[sp.Expr, ...]]]:
