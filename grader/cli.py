@@ -210,7 +210,7 @@ def run() -> NoReturn:
     except SystemExit as end:
         code = end.code
     if threading.active_count() > 1 or not (code is None or isinstance(code, int)):
-        sys.exit(code)  # type: ignore[arg-type]
+        sys.exit(code)
     atexit._run_exitfuncs()
     try:
         sys.stdout.flush()
