@@ -38,6 +38,7 @@ export default defineConfig({
       input: {
         practice: "src/practice/main.tsx",
         learn: "src/learn/main.tsx",
+        own: "src/own/main.tsx",
         course: "src/course/main.tsx",
         package: "src/course/package.tsx",
         pages: "src/pages/main.ts",

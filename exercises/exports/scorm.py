@@ -22,7 +22,7 @@ from exercises.record import Json
 from exercises.render import render
 from exercises.site.bank import FOLDER, index_text, of_variants, titles_text, write_bank
 from exercises.site.build import NOT_BUILT
-from exercises.site.pages import Assets, built_assets
+from exercises.site.pages import Assets, built_assets, favicon
 
 VERSIONS = {"1.2": "scorm12", "2004": "scorm2004"}
 """The versions of SCORM, each with what its package is called."""
@@ -44,9 +44,8 @@ def packages(order: Order) -> Generator[File, None, None]:
         raise QdotError(NOT_BUILT)
     for slot in assignment.slots:
         _note_what_is_judged_otherwise(order, slot)
-    files = _bank_files(order) | {
-        path.relative_to(assets.folder).as_posix(): path.read_bytes() for path in assets.files
-    }
+    scripts = {path.relative_to(assets.folder).as_posix(): path.read_bytes() for path in assets.files}
+    files = _bank_files(order) | scripts | {"icon.svg": favicon()}
     for version, name in VERSIONS.items():
         page = _page(order, version, assets)
         manifest = render(

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+INDEX, ROBOTS = "bank/index.json", "bank/robots.json"
+
 
 @dataclass(frozen=True)
 class Page:
@@ -18,3 +20,8 @@ class Page:
     section: str = ""
     kind: str = ""
     frames: bool = False
+
+    @property
+    def data(self) -> str:
+        """The file of the bank that its script asks for first, "" where it asks for none: both are loaded at once."""
+        return {"pages": "", "own": ROBOTS}.get(self.entry, INDEX)

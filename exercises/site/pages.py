@@ -20,8 +20,8 @@ from exercises.site.page import Page
 from exercises.writing.markup import to_html
 
 ENTRIES = {
-    "practice": "src/practice/main.tsx", "learn": "src/learn/main.tsx", "course": "src/course/main.tsx",
-    "package": "src/course/package.tsx", "pages": "src/pages/main.ts",
+    "practice": "src/practice/main.tsx", "learn": "src/learn/main.tsx", "own": "src/own/main.tsx",
+    "course": "src/course/main.tsx", "package": "src/course/package.tsx", "pages": "src/pages/main.ts",
 }  # fmt: skip
 """The scripts that pages begin with; "package" is that of a package for learning platforms (`exports.scorm`)."""
 GREETING = {"theta1": math.radians(60), "theta2": math.radians(100)}
@@ -115,6 +115,8 @@ def pages(around: Around) -> Iterator[Page]:
     learn = render("site/learn.html.j2", arms=json.dumps(arms, ensure_ascii=False))
     yield Page("learn.html", "Learn", learn, "learn", "learn", "practice")
     yield Page("practice.html", "Practise", practice, "practice", "practice", "practice")
+    own = render("site/own.html.j2", has_docs=has_docs)
+    yield Page("own.html", "Your own arm", own, "own", "own", "practice")
     course = render("site/course.html.j2", has_docs=has_docs)
     yield Page("course.html", "In a course", course, entry="course", kind="wide", frames=True)
     yield Page("404.html", "There is no such page", render("site/missing.html.j2", root=""))

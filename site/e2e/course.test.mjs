@@ -53,7 +53,7 @@ after(() => {
 /** A platform's page: its run-time, then the package in a frame; what it has kept comes back by its address. */
 function platformPage(version, name) {
   const [api, Class] = version === "1.2" ? ["API", "Scorm12API"] : ["API_1484_11", "Scorm2004API"];
-  return `<!DOCTYPE html><title>Platform</title><script src="${name}.js"></script><script>
+  return `<!DOCTYPE html><title>Platform</title><link rel="icon" href="data:,"><script src="${name}.js"></script><script>
     const kept = JSON.parse(decodeURIComponent(location.hash.slice(1)) || "{}");
     const api = (window.${api} = new ${Class}({ autocommit: false, logLevel: 5 }));
     api.loadFromJSON(kept, "cmi");
@@ -161,6 +161,7 @@ for (const version of Object.keys(VERSIONS)) {
 test("students have arms of their own, and what was tried in vain may be looked up then, and earns nothing more", async () => {
   const keys = new Set();
   for (const id of ["ada", "ben", "eve", "ida", "max"]) {
+    if (keys.size > 1) break;
     const { page, context } = await launched("2004", { learner_id: id });
     keys.add((await solutionsOf(page, "2004")).key);
     await context.close();
@@ -299,13 +300,13 @@ test("the same seed asks the same questions, in German where the link says so; w
 test("links are made by choosing, with a preview that shows what is sent", async () => {
   for (const options of [undefined, PHONE]) {
     const { page, wrong } = await opened(there, "course.html", options);
-    await page.getByLabel("Question", { exact: true }).selectOption("determinant");
+    await page.getByRole("combobox", { name: "Question", exact: true }).selectOption("determinant");
     await page.getByLabel("What students see it called").fill('Ada\'s "week"');
     await page.getByLabel("How many questions").fill("99");
     await page.getByLabel("How many questions").blur();
-    await page.getByLabel("The page around it").fill("moodle");
+    await page.getByLabel("Site of the page around it").fill("moodle");
     await page.getByText("“moodle” is no origin").waitFor();
-    await page.getByLabel("The page around it").fill("https://moodle.example.org");
+    await page.getByLabel("Site of the page around it").fill("https://moodle.example.org");
     const link = await page.getByLabel("A link", { exact: true }).inputValue();
     const code = await page.getByLabel("A frame for a page of your course").inputValue();
     assert.match(link, /^http:\/\/127.0.0.1:\d+\/practice\.html\?question=determinant&n=1&seed=\w+&name=Ada/);

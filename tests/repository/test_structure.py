@@ -15,14 +15,14 @@ from tests.support.programs import GIT, needs
 MODULES = sorted((*ROOT.glob("exercises/**/*.py"), *ROOT.glob("grader/**/*.py")))
 
 LAYERS = {
-    "exercises": """errors variation files input_file stream console parallel time_limit
+    "exercises": """errors extras variation files input_file stream console parallel time_limit
         formula.printing formula.text formula.order formula.layout formula.latex formula.printers formula.vocabulary
         formula.names formula.trees formula.algebra formula.notation formula.tables formula.products formula.expression
         formula.program formula.field formula.angles formula.exact formula.identity formula.scale formula.constants
         formula.pieces formula.conditions
         formula.claims
         arm.chain arm.told arm.kinematics arm.trigonometry arm.derivation arm.together arm.singularity arm.axes
-        arm.reason arm.reach
+        arm.reason arm.bare arm.reach arm.three_joints arm.beyond
         arm.reciprocal arm.searched
         arm.appearance arm.classification arm.directions arm.meanings arm.precise arm.path arm.entry arm.placing
         arm.conventions arm.urdf arm.robot_file arm.robot_text arm.library
@@ -34,7 +34,8 @@ LAYERS = {
         redrawn assignment drawing store sets release exports.outlet exports.bank exports.handouts
         exports.known_wrong exports.stack_maxima exports.stack_parts exports
         site.keys site.record site.bank
-        site.page site.chapter site.arms site.guide site.reference site.pages site.stale_files site.build site
+        site.page site.chapter site.arms site.robots site.guide site.reference site.pages site.stale_files site.build
+        site
         exports.scorm exports.registry
         overview options commands""",
     "grader": """verdict counterexample levels clock contained function_values answer formulas choices direction
@@ -43,7 +44,8 @@ LAYERS = {
         layouts roster submission positions finding uncounted notebook copies overrides attempt settle remote cluster
         batch single history certificates sharing certify upgrade forgetting check statistics variants reports
         nbgrader_cells demo commands keeping
-        pytest_plugin nbgrader_plugin hosts pushed gradescope otter_marks otter_plugin outlets site docs cli""",
+        pytest_plugin nbgrader_plugin hosts pushed gradescope otter_marks otter_plugin outlets site docs examples
+        cli""",
 }
 """From the bottom up: a module imports only from those before it; a folder stands for what is in it."""
 

@@ -85,7 +85,7 @@ def right_cells(assignment: Assignment, student: str) -> Cells:
 
 def notebook(assignment: Assignment, student: str, cells: Cells, **others: Any) -> str:
     """Return a notebook's text, with the metadata that qdot writes."""
-    said = claims("student", "hw", student, assignment.problems(student))
+    said = claims("student", assignment.key, student, assignment.problems(student))
     return json.dumps({"cells": cells, "metadata": {"qdot": said}, "nbformat": 4, "nbformat_minor": 5, **others})
 
 

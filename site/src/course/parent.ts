@@ -31,9 +31,9 @@ export interface Told {
 /** Answers longer than that are cut in messages. */
 const LONGEST = 4000;
 
-export function toldOf({ round, standing, score, given }: News): Told {
+export function toldOf({ round, standing, score, given }: News, isFirst: boolean): Told {
   const { points, max, share, answered, count } = score;
-  const event = !given ? "opened" : isComplete(score) ? "completed" : "answered";
+  const event = isFirst ? "opened" : isComplete(score) ? "completed" : "answered";
   return {
     qdot: "round",
     version: 1,
@@ -69,12 +69,14 @@ export function parentPage(
   storage: Storage | null,
   key: string,
 ): Recipient {
+  let isFirst = true;
   const kept = inBrowser(storage, key, saysOf(around.isFramed, origins.named));
   return {
     ...kept,
     takes: around.isFramed,
     tell(news) {
-      if (around.isFramed) around.post(toldOf(news), origins.named || origins.own); // delivered there, or not at all
+      if (around.isFramed) around.post(toldOf(news, isFirst), origins.named || origins.own); // there, or not at all
+      isFirst = false;
       return kept.tell(news);
     },
   };

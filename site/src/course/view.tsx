@@ -72,6 +72,7 @@ export function RoundView({ index, round, recipient }: RoundViewProps): JSX.Elem
         level={index.feedback}
         arrived={visits > 0}
         closed={isDone(round, tried)}
+        factored={false} // another question may ask for them
         onVerdict={(_, __, judged) => {
           if (!isRead(judged)) return;
           const now = answered(round, latest.current, place, judged.verdict.share);
@@ -129,15 +130,17 @@ function Head({ round, standing, place, sending, onPlace, onAgain }: HeadProps):
           </li>
         ))}
       </ol>
-      <p class="muted round-tries">{triesLeft(round, standing[place]!)}</p>
-      <p class="muted" role="status">
-        {isComplete(score) ? <strong>{said(over(round, score))} </strong> : null}
-        {said(sending)}{" "}
-        {onAgain ? (
-          <button type="button" class="quiet small" onClick={onAgain}>
-            {said(message("round.again"))}
-          </button>
-        ) : null}
+      <p class="muted">
+        <span class="round-tries">{triesLeft(round, standing[place]!)}</span>{" "}
+        <span role="status">
+          {isComplete(score) ? <strong>{said(over(round, score))} </strong> : null}
+          {said(sending)}{" "}
+          {onAgain ? (
+            <button type="button" class="quiet small" onClick={onAgain}>
+              {said(message("round.again"))}
+            </button>
+          ) : null}
+        </span>
       </p>
     </section>
   );

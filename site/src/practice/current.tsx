@@ -18,6 +18,7 @@ export function Current({
   level,
   arrived,
   closed = false,
+  factored = true,
   onVerdict,
   onSolution = () => undefined,
   onNext,
@@ -27,6 +28,8 @@ export function Current({
   arrived: boolean;
   /** Whether it is answered for good: the solution may be seen, and nothing more is checked. */
   closed?: boolean;
+  /** Whether the factors of det J may be shown, where they don't tell this very answer. */
+  factored?: boolean;
   /** Told whether an answer is right, whether hints or the solution were seen before, and how it was judged. */
   onVerdict: (right: boolean, helped: boolean, judged: Judged) => void;
   /** Told that the solution is seen before the answer is right. */
@@ -65,6 +68,7 @@ export function Current({
         level={level}
         arrived={arrived}
         closed={closed}
+        factored={factored}
         onVerdict={(judged, helped) => onVerdict(judged.verdict.outcome === "correct", helped, judged)}
         onSolution={onSolution}
         onNext={onNext}

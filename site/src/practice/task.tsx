@@ -48,6 +48,7 @@ interface TaskProps {
   readonly level: Level;
   readonly arrived: boolean;
   readonly closed: boolean;
+  readonly factored: boolean;
   /** Told of a verdict, and whether hints or the solution were seen before it. */
   readonly onVerdict: (judged: Judged, helped: boolean) => void;
   readonly onSolution: () => void;
@@ -55,7 +56,7 @@ interface TaskProps {
 }
 
 export function Task(props: TaskProps): JSX.Element {
-  const { item, problem, part, level, arrived, closed, onVerdict, onSolution, onNext } = props;
+  const { item, problem, part, level, arrived, closed, factored, onVerdict, onSolution, onNext } = props;
   const [answer, setAnswer] = useState("");
   const [verdict, setVerdict] = useState<Verdict | null>(null);
   const [failed, setFailed] = useState("");
@@ -74,7 +75,7 @@ export function Task(props: TaskProps): JSX.Element {
     [own],
   );
   const [factors, setFactors] = useState<readonly Factor[]>([]);
-  const isShown = step === 3 && !hidden && atLeast(level, "solutions");
+  const isShown = step === 3 && factored && !hidden && atLeast(level, "solutions");
   useEffect(() => {
     if (!isShown) return;
     loadSolutions(item.family, item.key).then(
