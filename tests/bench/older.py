@@ -24,7 +24,12 @@ questions = ["position", "jacobian", "determinant", "inverse-velocity", "singula
 """
 RECORDS = """
 import sys
-from exercises import ProblemId, certify, generate
+from exercises.problem import ProblemId
+from exercises.verify import certify
+try:
+    from exercises.generation import generate
+except ImportError:
+    from exercises.generate import generate
 from exercises.site.record import site_record, solutions_record, translated_record, translated_solutions
 families, first, last = sys.argv[1].split(","), int(sys.argv[2]), int(sys.argv[3])
 for seed in range(first, last):
