@@ -215,9 +215,9 @@ def main() -> None:
     if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:  # else it was started in the background, to go on
         signal.signal(signal.SIGINT, _stop_at_once)  # nothing has been begun yet
     signal.signal(signal.SIGTERM, _stop_at_once)
-    os.environ.setdefault(
-        "OPENBLAS_NUM_THREADS", "1"
-    )  # matrices are small, and a process without threads can be forked
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are small; without threads a process can be forked
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # else it reads what every installed package offers
+    gc.disable()  # until all is loaded, and stays
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(encoding=_encoding(stream), errors="replace")  # a terminal that knows no "θ" shows "?"
@@ -237,7 +237,7 @@ def run() -> NoReturn:
     except SystemExit as end:
         code = end.code
     if threading.active_count() > 1 or not (code is None or isinstance(code, int)):
-        sys.exit(code)  # type: ignore[arg-type]
+        sys.exit(code)
     atexit._run_exitfuncs()
     try:
         sys.stdout.flush()
