@@ -482,11 +482,9 @@ def read_roster(path: Path) -> tuple[Student, ...]:
 
     What Canvas or Moodle exports is a roster, too.
     """
-    export = read_export(path)
-    table = read_table(path, "student", "student,name,email", _MISSING) if export is None else export.table
     students: list[Student] = []
     lines: dict[str, int] = {}
-    for number, cells in table:
+    for number, cells in roster_table(path):
         where = f"{path}: line {number}"
         identifier = identifier_of(cells["student"])
         _check_identifier(where, identifier)
@@ -500,6 +498,12 @@ def read_roster(path: Path) -> tuple[Student, ...]:
     if not students:
         raise QdotError(f"{path}: no student is listed; write one a line below the header")
     return tuple(students)
+
+
+def roster_table(path: Path) -> list[tuple[int, dict[str, str]]]:
+    """Return the lines of a roster, or of an export that is one: the number of each, and its cells by column."""
+    export = read_export(path)
+    return read_table(path, "student", "student,name,email", _MISSING) if export is None else export.table
 
 
 def _due(where: str, said: str) -> datetime.datetime | None:

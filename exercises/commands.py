@@ -10,7 +10,7 @@ import typer
 from exercises import ASKED, FAMILIES, ProblemId, QdotError
 from exercises import generate as make_problem
 from exercises import show as show_problem
-from exercises.arm.chain import CONVENTIONS, TWIST_ORDERS
+from exercises.arm.chain import CONVENTIONS
 from exercises.arm.conventions import TABLES
 from exercises.arm.library import ENDINGS, is_in_library, robot_path
 from exercises.arm.library import robots as library
@@ -21,6 +21,7 @@ from exercises.families import Family
 from exercises.families.own import own_family
 from exercises.generation import family_named, listed, sample_chain, short_quiz
 from exercises.locus import check_map, write_map
+from exercises.options import ConventionOption, TwistOrderOption
 from exercises.overview import detail, overview, refusals, robots_overview
 from exercises.problem import convention_named
 from exercises.questions import QUESTIONS
@@ -32,27 +33,6 @@ from exercises.solving_in_time import LEAST, seconds_of, write_solution
 
 SHOW_FORMATS = ("text", "latex", "html", "json", "ipynb")
 SOLVE_FORMATS = ("text", "latex", "json")
-
-
-ConventionOption = Annotated[
-    str,
-    typer.Option(
-        "--convention",
-        metavar="NAME",
-        help=f"How arms are told: {', '.join(CONVENTIONS)}; default: what the id says, else {CONVENTIONS[0]}.",
-    ),
-]
-
-
-TwistOrderOption = Annotated[
-    str,
-    typer.Option(
-        "--twist-order",
-        metavar="ORDER",
-        help=f"Of arms told by their axes: {' or '.join(TWIST_ORDERS)}; default: what the id says, else "
-        f"{TWIST_ORDERS[0]}.",
-    ),
-]
 
 
 def init(

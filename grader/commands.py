@@ -9,19 +9,18 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
-from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from exercises.assignment import Assignment, Student, load_assignment
-from exercises.commands import ConventionOption, TwistOrderOption
 from exercises.console import VariationOption, note, progress, say
 from exercises.drawing import GivenUp, raise_left_out, redrawn_since
 from exercises.errors import QdotError
 from exercises.families import FAMILIES
 from exercises.generation import family_named
+from exercises.options import ConventionOption, TwistOrderOption
 from exercises.problem import ProblemId
 from exercises.release import CORES, Released, notebook_path, release
 from grader import guarantees
@@ -34,7 +33,7 @@ from grader.compare import compare as compare_texts
 from grader.marking import number
 from grader.overrides import OVERRIDES, read_overrides, without_answers
 from grader.reports.tables import count_set, staff_notes, status
-from grader.sandbox import Limits
+from grader.sandbox import Limits, check_system
 from grader.settle import Result
 from grader.sharing import shared_answers
 from grader.single import found_of_one, grade_one, limits_of, read_time, student_named
@@ -345,7 +344,7 @@ def _grade(
         note(f"{name}: no student of that name is on the roster; not graded")
     if not executor:  # each worker looks for itself
         check_sandbox(assignment.sandbox == "strict")
-    with alone(assignment):
+    with alone(assignment.folder):
         earlier = earlier_results(assignment)
         results = _results(assignment, looked.found, assignment.roster, jobs, limits, executor, write_page)
         with progress("writing feedback", len(results)) as counter:
@@ -392,7 +391,7 @@ def _grade_share(
     looked = find_submissions(assignment, submissions)
     if not executor:
         check_sandbox(assignment.sandbox == "strict")
-    with alone(assignment):
+    with alone(assignment.folder, but_for_shares=True):
         results = _results(assignment, looked.found, students, jobs, limits, executor)
     kept = cache_of(assignment)
     say(f"share {share}: {len(results)} students graded, kept in {kept}; without --share, reports are written from it")
@@ -428,6 +427,7 @@ def _check_graded(results: list[Result]) -> None:
 
 def check_sandbox(strict: bool) -> None:
     """Say what this machine does not enforce. Raises QdotError where the assignment demands that it does."""
+    check_system()
     findings = guarantees.probe(quick=not strict)
     if strict and not findings.is_strict:
         raise QdotError(guarantees.refusal(findings))
@@ -442,6 +442,8 @@ def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] 
     Each guarantee is tried: a probe runs where a notebook would and attempts to break out. With all of them enforced
     by the kernel, sandbox = "strict" in assignment.toml can be had here. The code is 0 whatever is found.
     """
+    from importlib.metadata import version
+
     findings = guarantees.probe()
     versions = {name: version(name) for name in ("qdot", "sympy", "numpy")}
     about = {"python": platform.python_version(), **versions, "system": platform.platform(), "cores": CORES}
@@ -500,4 +502,5 @@ def demo(
     """
     from grader.demo import run_demo
 
+    check_system()
     run_demo(folder, jobs)
