@@ -230,7 +230,7 @@ def _undecided(conditions: Iterable[sp.Expr], searches: int) -> str:
     )
 
 
-def _redundant_singular(chain: Chain) -> Iterator[str | Singularities]:
+def _redundant_singular(chain: Chain) -> Iterator[str | Kept | Singularities]:
     """Yield the same of an arm of more than six joints whose six rows all count."""
     try:
         for stage in redundant_stages(chain):
@@ -238,10 +238,22 @@ def _redundant_singular(chain: Chain) -> Iterator[str | Singularities]:
                 yield stage
             elif stage.always:
                 yield Singularities(None, None, ALWAYS_SINGULAR, stage)
+            elif not stage.described:
+                parts = partial(_redundant_so_far, chain, stage), partial(_redundant_json, chain, stage)
+                yield Kept(*parts, (MEANING,))
             else:
                 yield Singularities(None, stage.components, _said_of_test(chain, stage), stage)
     except TooLong as error:
         yield Singularities(None, None, NOT_WORKED_OUT.format(error))
+
+
+def _redundant_so_far(chain: Chain, stage: Redundant) -> str:
+    return f"{_redundant_block(chain, stage)}\n{_said_of_test(chain, stage)}\n"
+
+
+def _redundant_json(chain: Chain, stage: Redundant) -> dict[str, Any]:
+    singular = [_component_json(one) for one in stage.components]
+    return {"singular": singular, "tested": stage.searched, "note": _said_of_test(chain, stage)}
 
 
 def _said_of_test(chain: Chain, stage: Redundant) -> str:
@@ -495,7 +507,8 @@ def _section(chain: Chain, name: str, parts: list[Part], explained: set[str]) ->
     return f"## {len(parts) + 2}. {question.title}\n\n{text}"
 
 
-def _redundant_block(chain: Chain, redundant: Redundant, number: int) -> str:
+def _redundant_block(chain: Chain, redundant: Redundant, number: int | None = None) -> str:
+    """Return the section on the singular set of such an arm, without a number where it is not whole."""
     w, steps = Wording(chain), worked_steps(chain)
     return render("solve-redundant.md.j2", chain=chain, w=w, steps=steps, found=redundant, number=number)
 

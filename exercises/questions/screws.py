@@ -195,7 +195,65 @@ def _from_last_frame(generic: Chain, frames: list[Frame], point: sp.Matrix) -> l
     ]
 
 
-def _of_body(chain: Chain) -> tuple[sp.Matrix, sp.Matrix, sp.Matrix]:
+def _is_oblique(chain: Chain) -> bool:
+    """Whether axes stand at odd angles to each other, or lie so at home that the table turns by odd ones there.
+
+    As symbols in the place of these angles, they make thousands of terms of what is short in numbers.
+    """
+    odd_twist = any(joint.alpha.free_symbols for joint in structure(chain).chain.joints[:-1])
+    turning = [offset for offset, joint in zip(chain.offsets, chain.joints, strict=True) if joint.kind == "R"]
+    return odd_twist or any(not (offset / sp.pi).is_Rational for offset in turning)
+
+
+def turned_back(axis: Axis, angle: sp.Expr, vectors: sp.Matrix) -> sp.Matrix:
+    """Return vectors, 3 x k, turned about a direction by an angle the other way, multiplied out."""
+    cross = hat(axis.direction)
+    turn = sp.eye(3) - sp.sin(angle) * cross + (1 - sp.cos(angle)) * cross**2
+    return (turn.applyfunc(sp.expand) * vectors).applyfunc(sp.expand)
+
+
+def _column_seen_from_body(chain: Chain, number: int) -> sp.Matrix:
+    """Return a column of the body Jacobian, 6 x 1: its screw at home about P, moved back by the joints behind it.
+
+    About a point on the axis of a joint, omega and the velocity of that point are only turned by it, so that every
+    joint's sine and cosine occurs once in each product.
+    """
+    axes, place = axes_of(chain)
+    first = axes[number]
+    omega, v = first.direction, first.direction.cross(place - first.point)
+    if first.kind == "P":
+        omega, v = sp.zeros(3, 1), first.direction
+    for axis, q in zip(axes[number + 1 :], chain.q[number + 1 :], strict=True):
+        if axis.kind == "P":
+            v = (v + omega.cross(q * axis.direction)).applyfunc(sp.expand)
+            continue
+        away = axis.point - place
+        both = turned_back(axis, q, omega.row_join(v + omega.cross(away)))
+        omega = both[:, 0]
+        v = (both[:, 1] - omega.cross(away)).applyfunc(sp.expand)
+    return omega.col_join(v)
+
+
+@lru_cache(maxsize=256)
+def _oblique_body(chain: Chain) -> tuple[sp.Matrix, sp.Matrix]:
+    """Return R_sb and the body Jacobian by exponentials of the axes in the arm's own numbers."""
+    back = sp.eye(3)
+    for axis, q in zip(axes_of(chain)[0], chain.q, strict=True):
+        back = turned_back(axis, q, back) if axis.kind == "R" else back
+    jacobian = sp.Matrix.hstack(*(_column_seen_from_body(chain, number) for number in range(chain.n)))
+    return back.T.applyfunc(without_brackets), jacobian.applyfunc(without_brackets)
+
+
+def _of_body(chain: Chain) -> tuple[sp.Matrix, sp.Matrix]:
+    """Return R_sb and the body Jacobian."""
+    if _is_oblique(chain):
+        return _oblique_body(chain)
+    rotation, jacobian, _ = _filled_body(chain)
+    return rotation, jacobian
+
+
+def _filled_body(chain: Chain) -> tuple[sp.Matrix, sp.Matrix, sp.Matrix]:
+    """Return R_sb, the body Jacobian and [P] R_sb out of those of the arm's structure."""
     generic, home = structure(chain).chain, _home_offsets(chain)
     known = {home[q]: offset for q, offset in zip(chain.q, chain.offsets, strict=True) if home[q].is_Symbol}
     fill = derive(chain).fill
@@ -224,7 +282,11 @@ def body_pose(chain: Chain) -> sp.Matrix:
 
 def body_adjoint(chain: Chain) -> sp.Matrix:
     """Return [Ad T_sb], 6 x 6: the twist (omega, v) in {s} is this times the one in {b}."""
-    rotation, _, moved = _of_body(chain)
+    if _is_oblique(chain):
+        rotation = body_rotation(chain)
+        moved = (hat(derive(chain).position) * rotation).applyfunc(sp.expand)
+    else:
+        rotation, _, moved = _filled_body(chain)
     return rotation.row_join(sp.zeros(3)).col_join(moved.row_join(rotation))
 
 
@@ -249,7 +311,7 @@ def _space(chain: Chain, rng: Stream) -> Asked:
 
 
 def _body(chain: Chain, rng: Stream) -> Asked:
-    rotation, jacobian, _ = _of_body(chain)
+    rotation, jacobian = _of_body(chain)
     details = OfBody(rotation=rotation, place=derive(chain).position, space=space_jacobian(chain))
     return Matrix(twist_told(chain, jacobian)), details
 
@@ -285,7 +347,7 @@ def _space_twist(chain: Chain, rng: Stream) -> Asked:
 
 
 def _body_twist(chain: Chain, rng: Stream) -> Asked:
-    rotation, jacobian, _ = _of_body(chain)
+    rotation, jacobian = _of_body(chain)
     details = OfBody(rotation=rotation, place=derive(chain).position, space=space_jacobian(chain))
     return Matrix(derive(chain).twist(twist_told(chain, jacobian))), details
 

@@ -8,6 +8,9 @@ random-2 to -4 as `--seeds` says, and prints what is false, with the arm. What i
 - at configurations in which the conditions of a component hold, J has lost rank; joint values are such configurations;
 - searches for lost rank end where some component holds, and at no end where none is told;
 - a derivation ends by its `--seconds` with all that it has, or says what is missing.
+
+What came out is written into arms.json, arm by arm, so that a run that is stopped goes on; what was false is looked at
+again with `--again`, when it is mended.
 """
 
 import argparse
@@ -140,7 +143,7 @@ def _false(chain: Chain, content: Mapping[str, Any], missing: Sequence[str]) -> 
         if content["determinant"] is not None:
             yield from _differs("det J", content["determinant"], np.linalg.det(jacobian[rows]), known)
     if "singular" not in missing:
-        yield from _false_of_set(chain, content)
+        yield from _false_of_set(chain, content, "tested" in missing)
 
 
 def _differs(what: str, told: Any, right: Any, values: Mapping[str, float]) -> Iterator[str]:
@@ -158,7 +161,8 @@ def _read(text: str) -> sp.Expr:
     return to_sympy(read(text))
 
 
-def _false_of_set(chain: Chain, content: Mapping[str, Any]) -> Iterator[str]:
+def _false_of_set(chain: Chain, content: Mapping[str, Any], untested: bool) -> Iterator[str]:
+    """Yield what is false of a singular set; where its own test is missing, it can't tell what that would find."""
     note = content.get("note", "")
     if content["singular"] is None:
         if "every configuration" in note and not _is_low_everywhere(chain):
@@ -171,7 +175,8 @@ def _false_of_set(chain: Chain, content: Mapping[str, Any]) -> Iterator[str]:
         yield f"J keeps its rank where {parts[k]['condition']} = 0"
     for k, part in enumerate(parts):
         # For other lengths there may be some.
-        if not out.samples[k] and not chain.parameters and "No configuration was found" not in note:
+        is_told = untested or "No configuration was found" in note
+        if not out.samples[k] and not chain.parameters and not is_told:
             yield f"no configuration was found in which {part['condition']} = 0"
         yield from _false_solutions(chain, part, ways[k])
     if out.unexplained and "is not complete" not in note:
@@ -214,7 +219,10 @@ def main() -> int:
     parser.add_argument("--seed", default="a")
     parser.add_argument("--seconds", type=float, default=20)
     parser.add_argument("--record", type=Path, default=RECORD, help="a run of the same code that was stopped goes on")
+    parser.add_argument("--again", action="store_true", help="only what was false in the record, by the code of today")
     options = parser.parse_args()
+    if options.again:
+        return _again(options.record)
     record = _begun(options)
     for name, robot in every_arm(options.count, options.seed, options.seeds):
         if name not in record["arms"]:
@@ -224,7 +232,30 @@ def main() -> int:
             if result.false:
                 print(f"{name}:", *result.false, robot_text(robot, "dh"), sep="\n  ", flush=True)
     print(summary(record))
-    return 1 if any(row.get("false") for row in record["arms"].values()) else 0
+    return 1 if false_in(record) else 0
+
+
+def _again(path: Path) -> int:
+    """Look again at the arms of which something was false, and keep what came out beside what had."""
+    record: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    robots = dict(every_arm(record["count"], record["seed"], record["seeds"]))
+    rows = {
+        name: _row(outcome(robots[name], record["limit"])) for name, row in record["arms"].items() if "false" in row
+    }
+    record["again"] = {"date": _today(), "code": _digest(), "arms": rows}
+    write_atomically(path, _text(record))
+    print(summary(record), *false_in(record), sep="\n")
+    return 1 if false_in(record) else 0
+
+
+def false_in(record: Mapping[str, Any]) -> list[str]:
+    """Return the arms of a record of which something is false, also when they were looked at again."""
+    later = record.get("again", {"arms": {}})["arms"]
+    return [name for name, row in record["arms"].items() if "false" in later.get(name, row)]
+
+
+def _today() -> str:
+    return datetime.datetime.now(datetime.UTC).date().isoformat()
 
 
 def every_arm(count: int, seed: str, seeds: int) -> Iterator[tuple[str, Robot]]:
@@ -249,7 +280,7 @@ def _begun(options: argparse.Namespace) -> dict[str, Any]:
         record: dict[str, Any] = json.loads(options.record.read_text(encoding="utf-8"))
         if asked.items() <= record.items() and len(record["arms"]) < options.count + options.seeds * len(FAMILIES):
             return record
-    return {"date": datetime.datetime.now(datetime.UTC).date().isoformat(), **asked, "arms": {}}
+    return {"date": _today(), **asked, "arms": {}}
 
 
 def _digest() -> str:
@@ -271,8 +302,9 @@ def summary(record: Mapping[str, Any]) -> str:
     """Return a record in a sentence."""
     rows = record["arms"].values()
     bad, unfinished = (sum(key in row for row in rows) for key in ("false", "missing"))
+    still = f", {len(false_in(record))} when looked at again" if "again" in record else ""
     within = f"not finished in {record['limit']:g} s and said so"
-    return f"{len(rows)} arms, {unfinished} {within}, {bad} with what is false"
+    return f"{len(rows)} arms, {unfinished} {within}, {bad} with what is false{still}"
 
 
 def of_families(seeds: int) -> Iterator[tuple[str, Robot]]:
