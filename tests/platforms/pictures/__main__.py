@@ -11,6 +11,7 @@ from tests.platforms.pictures import jupyter, moodle
 PICTURES: dict[str, tuple[str, Callable[[Path, Path], None]]] = {
     "moodle": ("MOODLE", moodle.run),
     "moodle-bank": ("MOODLE", moodle.bank),
+    "moodle-marks": ("MOODLE", moodle.gradebook),
     "stack": ("MOODLE", moodle.stack),
     "jupyterlab": ("JUPYTERLAB", jupyter.notebook),
     "jupyterquiz": ("JUPYTERLAB", jupyter.quiz),
