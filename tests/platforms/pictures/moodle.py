@@ -339,7 +339,7 @@ def stack(software: Path, work: Path) -> None:
         teacher, album = logged_in(chromium, course, TEACHER[0]), Album("stack")
         imported(None, teacher, course, bank)
         chosen(teacher, "Categories")
-        teacher.get_by_role("link", name="Determinant").click()
+        teacher.locator("#region-main a", has_text="Determinant").locator("visible=true").first.click()
         row = teacher.locator("#categoryquestions tbody tr")
         row.wait_for()
         album.take("bank", teacher, teacher.locator("#page-content"), tallest=900)
