@@ -16,7 +16,7 @@ from exercises.arm.reciprocal import applies
 from exercises.arm.robot_file import Limits, Robot, read_robot
 from exercises.arm.searched import tried
 from exercises.arm.singularity import Component, for_special_lengths, singular_set
-from exercises.arm.told import is_by_axes, twist_rows
+from exercises.arm.told import is_by_axes, twist_rows, twist_told
 from exercises.formula.text import matrix_json
 from exercises.problem import Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
@@ -342,8 +342,8 @@ def _screw_parts(chain: Chain) -> tuple[Callable[[], dict[str, Any]], ...]:
         return ()
     has_body = QUESTIONS["body-jacobian"].objection(chain) is None
     return (
-        lambda: {"twist_rows": list(twist_rows(chain)), TWISTS[0]: _rows(space_jacobian(chain))},
-        lambda: {TWISTS[1]: _rows(body_jacobian(chain)) if has_body else None},
+        lambda: {"twist_rows": list(twist_rows(chain)), TWISTS[0]: _rows(twist_told(chain, space_jacobian(chain)))},
+        lambda: {TWISTS[1]: _rows(twist_told(chain, body_jacobian(chain))) if has_body else None},
     )
 
 

@@ -8,7 +8,9 @@ From the bottom up:
     derivation                  all results, by both routes, once per structure
     together, singularity       whether conditions ever hold together; where the Jacobian loses rank
     axes, reason                how axes lie at a configuration; whether that is why it is singular
-    reach                       which places can be reached
+    bare                        an arm without what its singularities do not hang on: arms of a class share it
+    reach, three_joints         which places can be reached: by plane arms and what carries them, by three joints
+    beyond                      whether an arm reaches beyond where it is, by these or by a search
     reciprocal, searched        more than six joints: where the Jacobian loses rank; a singular set tested in numbers
     appearance, classification  what a singular configuration looks like; whether it is boundary or internal
     directions, meanings        which motion is lost there; what configurations look like

@@ -7,7 +7,7 @@ besides, no other configuration leads to the far side; otherwise, and where the 
 motion vanishes, the singularity is internal. Unlimited joint travel is assumed, as in the chapter.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -15,10 +15,11 @@ import numpy as np
 
 from exercises.arm.appearance import meaning, wrist_centre
 from exercises.arm.axes import Sample
+from exercises.arm.bare import bare, bare_pieces
+from exercises.arm.beyond import reached_beyond, reaches_of
 from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.derivation import derive
 from exercises.arm.kinematics import NumericChain
-from exercises.arm.reach import reaches_beside
 from exercises.arm.singularity import Component
 from exercises.formula.conditions import Space
 from exercises.formula.expression import read
@@ -27,16 +28,12 @@ from exercises.formula.pieces import Piece, pieces
 from exercises.stream import Stream
 
 __all__ = [
-    "Kind", "classify", "classify_pieces", "domain_of", "kind_at", "kind_is_sure", "samples_on",
-    "wrist_centre",
+    "Kind", "classify", "classify_pieces", "domain_of", "kind_at", "kind_is_sure", "kinds_at",
+    "samples_on",    "wrist_centre",
 ]  # fmt: skip
 
 REGULAR = 1e-7
 """A singular value counts as zero below this part of the largest."""
-
-_STARTS, _STEPS = 80, 40
-_EARLY, _KEPT = 8, 20
-"""Searches for a configuration beyond a fold; after `_EARLY` steps only the `_KEPT` nearest go on."""
 
 _LOOKED_AT = 60
 """About how many samples are looked at to say what they have in common."""
@@ -45,9 +42,6 @@ _ARMS = 5
 
 _TURNS = 24
 """Turns of a joint that does not move the point, at which a corner of the reach is looked for."""
-
-_BEYOND = 1e-4
-"""How far beyond a fold that is, of the reach: less than the hole that a folded arm leaves."""
 
 
 @dataclass(frozen=True)
@@ -118,19 +112,25 @@ def _configurations(
 def classify(chain: Chain, component: Component) -> Kind:
     """Classify a component of the singular set over samples of its configurations and of the open lengths.
 
-    Where some configurations are boundary and some internal, `kind` is "boundary" and `uniform` is False.
+    Where some configurations are boundary and some internal, `kind` is "boundary" and `uniform` is False. It is
+    established for the bare arm, once for all arms that have the same.
     """
-    return classify_pieces(chain, component.pieces())
+    return _classified(bare(chain), tuple(bare_pieces(chain, component)))
 
 
 def classify_pieces(chain: Chain, conditions: Sequence[str]) -> Kind:
     """Classify the union of conditions (text), as `classify` does for a component."""
+    return _classified(chain, tuple(conditions))
+
+
+@lru_cache(maxsize=4096)
+def _classified(chain: Chain, conditions: tuple[str, ...]) -> Kind:
     arms = _ARMS * max(1, len(chain.parameters))  # the kind may depend on how open lengths compare
-    all_samples = [sample for condition in conditions for sample in samples_on(chain, condition, "classify", arms)]
-    words = meaning(chain, all_samples[:: max(1, len(all_samples) // _LOOKED_AT)])
+    samples = [sample for condition in conditions for sample in samples_on(chain, condition, "classify", arms)]
+    words = meaning(chain, samples[:: max(1, len(samples) // _LOOKED_AT)])
     if not kind_is_sure(chain):
         return Kind("", False, words)
-    kinds = {kind for sample in all_samples if (kind := kind_at(chain, sample)) is not None}
+    kinds = {kind for kind in kinds_at(chain, samples) if kind is not None}
     return Kind("boundary" if "boundary" in kinds else "internal", len(kinds) == 1, words)
 
 
@@ -163,21 +163,26 @@ def kind_at(chain: Chain, sample: Sample) -> str | None:
     A hand on a spherical wrist is at the boundary where the wrist's centre is at the boundary of what the arm reaches:
     the wrist itself reaches every orientation.
     """
-    return _kept_kind(chain, sample.arm, tuple(sample.q.tolist()))
+    return kinds_at(chain, [sample])[0]
 
 
-@lru_cache(maxsize=1024)
-def _kept_kind(chain: Chain, arm: NumericChain, q: tuple[float, ...]) -> str | None:
-    """Return the same; kept, as samples are (see `_samples`)."""
-    sample = Sample(arm, np.array(q))
-    task = [TASK_ROWS.index(row) for row in chain.task]
-    carrying = _without_wrist(chain, sample)
-    if carrying is not None:
-        if _rank(sample.arm.jacobian(sample.q), _reach(sample.arm)) == 6:
-            return "regular"
-        kind = _kind_of_place(carrying, [0, 1, 2])
-        return "internal" if kind == "regular" else kind
-    return _kind_of_place(sample, task)
+def kinds_at(chain: Chain, samples: Sequence[Sample]) -> list[str | None]:
+    """Return the same of many configurations of arms of one structure, in less time than one by one."""
+    if not samples:
+        return []
+    carrying = [_without_wrist(chain, sample) for sample in samples]
+    kinds: list[str | None] = ["regular"] * len(samples)
+    plain = [k for k, hand in enumerate(carrying) if hand is None]
+    _put(kinds, plain, _kinds_of_places([samples[k] for k in plain], [TASK_ROWS.index(row) for row in chain.task]))
+    on_wrist = [k for k, hand in enumerate(carrying) if hand is not None and _is_singular(samples[k])]
+    places = _kinds_of_places([hand for k in on_wrist if (hand := carrying[k]) is not None], [0, 1, 2])
+    _put(kinds, on_wrist, ["internal" if kind == "regular" else kind for kind in places])
+    return kinds
+
+
+def _put(kinds: list[str | None], at: Sequence[int], found: Sequence[str | None]) -> None:
+    for k, kind in zip(at, found, strict=True):
+        kinds[k] = kind
 
 
 def _without_wrist(chain: Chain, sample: Sample) -> Sample | None:
@@ -189,140 +194,137 @@ def _without_wrist(chain: Chain, sample: Sample) -> Sample | None:
     return Sample(sample.arm.first(3, (0.0, 0.0, sample.arm.fixed[3][0])), sample.q[:3])
 
 
-def _rank(jacobian: np.ndarray, reach: float) -> int:
-    """Return the rank; a Jacobian whose entries are all next to nothing, against the arm's reach, has rank zero."""
-    return _rank_by(np.linalg.svd(jacobian, compute_uv=False), reach)
+def _is_singular(sample: Sample) -> bool:
+    """Tell whether a Jacobian of six rows and columns loses rank."""
+    sigma = np.linalg.svd(sample.arm.jacobian(sample.q), compute_uv=False)
+    return bool(_ranks(sigma[None], [sample])[0] < len(sigma))
 
 
-def _rank_by(sigma: np.ndarray, reach: float) -> int:
-    """Return the rank of a Jacobian with these singular values."""
-    return int(np.sum(sigma > REGULAR * max(sigma[0], min(reach, 1.0))))
+def _ranks(sigma: np.ndarray, samples: Sequence[Sample]) -> np.ndarray:
+    """Return the ranks of Jacobians with these singular values (k x m).
+
+    One whose entries are all next to nothing, against the arm's reach, has rank zero.
+    """
+    scale = sigma[:, 0].copy()
+    short = np.flatnonzero(scale < 1.0).tolist()
+    if short:
+        scale[short] = np.maximum(scale[short], np.minimum(reaches_of([samples[k].arm for k in short]), 1.0))
+    return np.asarray(np.sum(sigma > REGULAR * scale[:, None], axis=1))
 
 
-def _kind_of_place(sample: Sample, task: list[int]) -> str | None:
-    """Return the kind of a configuration; where a joint can turn without moving the point, of the worst it turns to.
+def _kinds_of_places(samples: Sequence[Sample], task: list[int]) -> list[str | None]:
+    """Return the kinds of configurations; where a joint can turn without moving the point, of the worst it turns to.
 
     Boundary or not is a matter of where the point is. A corner of the reach is seen from some of its configurations, so
     that those that are looked at are the same for all configurations with the point there.
     """
-    kind = _kind_seen(sample, task)
-    if kind != "internal" or max(task) > 2:
-        return kind
-    for joint in range(1, min(len(sample.q), sample.arm.point_frame)):
-        turned = np.tile(sample.q, (_TURNS, 1))
-        turned[:, joint] = np.linspace(-np.pi, np.pi, _TURNS, endpoint=False)
-        places = sample.arm.point(turned)
-        if sample.arm.kinds[joint] == "R" and np.ptp(places, axis=0).max() < REGULAR:
-            kinds = (_kind_seen(Sample(sample.arm, q), task) for q in turned)
-            return "boundary" if any(each == "boundary" for each in kinds) else "internal"
-    return kind
+    kinds = _kinds_seen(samples, task)
+    if max(task) > 2:
+        return kinds
+    asked = [k for k, kind in enumerate(kinds) if kind == "internal"]
+    for joint in range(1, min(len(samples[0].q), samples[0].arm.point_frame) if asked else 0):
+        if samples[0].arm.kinds[joint] == "R":
+            turned = _turned([samples[k] for k in asked], joint)
+            still = [k for k, poses in zip(asked, turned, strict=True) if poses]
+            seen = iter(_kinds_seen([sample for poses in turned for sample in poses], task))
+            for k in still:
+                worst = [next(seen) for _ in range(_TURNS)]
+                kinds[k] = "boundary" if "boundary" in worst else "internal"
+            asked = [k for k in asked if k not in still]
+            if not asked:
+                break
+    return kinds
 
 
-def _kind_seen(sample: Sample, task: list[int]) -> str | None:
-    """Return the kind that a configuration shows by its own small motions and by the search for others."""
-    jacobian = sample.arm.jacobian_of(sample.frames)[task]
-    u, sigma, vt = np.linalg.svd(jacobian)
-    rank = _rank_by(sigma, 1.0 if sigma[0] >= 1.0 else _reach(sample.arm))
-    if rank == min(jacobian.shape):
-        return "regular"
-    lost, still = u[:, rank:], vt[rank:]
-    if jacobian.shape[0] > jacobian.shape[1] or lost.shape[1] > 1:
-        return "internal" if lost.shape[1] == 1 else _kind_of_many(sample, task, lost, still)
-    return "boundary" if _is_edge(sample, task, lost[:, 0], _bending(sample, task, still)) else "internal"
+def _turned(samples: Sequence[Sample], joint: int) -> list[list[Sample]]:
+    """Return of each sample what a joint turns it to, if that does not move the point."""
+    q = np.tile(np.stack([sample.q for sample in samples])[:, None], (1, _TURNS, 1))
+    q[..., joint] = np.linspace(-np.pi, np.pi, _TURNS, endpoint=False)
+    places = NumericChain.several([sample.arm for sample in samples]).point(q)
+    still = np.ptp(places, axis=1).max(axis=1) < REGULAR
+    return [
+        [Sample(sample.arm, pose) for pose in poses] if stays else []
+        for sample, poses, stays in zip(samples, q, still, strict=True)
+    ]
 
 
-def _kind_of_many(sample: Sample, task: list[int], lost: np.ndarray, still: np.ndarray) -> str | None:
-    """Several directions are lost at once: a boundary only if one of them folds."""
-    stream, bending = Stream("directions"), _bending(sample, task, still)
-    for _ in range(12):
-        direction = lost @ np.array([stream.uniform(-1, 1) for _ in range(lost.shape[1])])
-        if _is_edge(sample, task, direction / np.linalg.norm(direction), bending):
-            return "boundary"
-    return "internal"
+def _kinds_seen(samples: Sequence[Sample], task: list[int]) -> list[str | None]:
+    """Return the kinds that configurations show by their own small motions and by the search for others."""
+    if not samples:
+        return []
+    arms = NumericChain.several([sample.arm for sample in samples])
+    u, sigma, vt = np.linalg.svd(arms.jacobian(np.stack([sample.q for sample in samples])[:, None])[:, 0, task])
+    ranks = _ranks(sigma, samples)
+    kinds: list[str | None] = ["regular"] * len(samples)
+    for rank in sorted({int(rank) for rank in ranks if rank < sigma.shape[1]}):
+        at = np.flatnonzero(ranks == rank)
+        places = [samples[k] for k in at.tolist()]
+        bending = _bending(places, task, vt[at, rank:])
+        is_edge = np.zeros(len(at), dtype=bool)
+        for lost in _directions(u[at, :, rank:], is_square=len(task) <= vt.shape[1]):
+            rest = np.flatnonzero(~is_edge)
+            if len(rest):
+                own = _Bending(bending.still[rest], bending.change[rest])
+                is_edge[rest] = _are_edges([places[k] for k in rest.tolist()], task, lost[rest], own)
+        _put(kinds, at.tolist(), ["boundary" if edge else "internal" for edge in is_edge])
+    return kinds
 
 
-_Bending = tuple[np.ndarray, np.ndarray]
-"""Still motions (rows), and for each how J changes along it (rows of the task x n)."""
+def _directions(lost: np.ndarray, is_square: bool) -> Iterator[np.ndarray]:
+    """Yield directions of each sample that are lost (k x m): the only one, else some of them.
 
-
-def _is_edge(sample: Sample, task: list[int], lost: np.ndarray, bending: _Bending) -> bool:
-    """Tell whether no configuration reaches beyond the place, on a side to which small motions do not lead.
-
-    A still motion of second order zero (a joint that moves nothing) takes no part; if all are, either side may be
-    the far one.
+    Where several are lost at once, it is a boundary only if one of them folds.
     """
-    forward, backward = _folds(lost, *bending)
-    if forward or backward:
-        sides = [] if forward and backward else [-lost] if forward else [lost]
-    else:
-        # The search is sure for a point that can move in as many directions as are counted, and only for that.
-        sides = [lost, -lost] if max(task) < 3 and len(task) <= len(sample.q) else []
-    return any(not _reached_beyond(sample, task, side) for side in sides)
+    count = lost.shape[2]
+    if count == 1:
+        if is_square:
+            yield lost[:, :, 0]
+        return
+    stream = Stream("directions")
+    for _ in range(12):
+        direction = lost @ np.array([stream.uniform(-1, 1) for _ in range(count)])
+        yield direction / np.linalg.norm(direction, axis=1, keepdims=True)
+
+
+@dataclass(frozen=True)
+class _Bending:
+    """Still motions of samples (k x s x n), and for each how J changes along it (k x s x rows of the task x n)."""
+
+    still: np.ndarray
+    change: np.ndarray
 
 
 _STEP = 1e-4
 
 
-def _bending(sample: Sample, task: list[int], still: np.ndarray) -> _Bending:
+def _bending(samples: Sequence[Sample], task: list[int], still: np.ndarray) -> _Bending:
     """Return how J changes along still motions, by central differences, twice the step not yet divided out."""
-    ahead, behind = sample.arm.jacobian(sample.q + _STEP * np.array([still, -still]))[:, :, task]
-    return still, ahead - behind
+    arms, q = NumericChain.several([sample.arm for sample in samples]), np.stack([sample.q for sample in samples])
+    ways = np.concatenate([still, -still], axis=1)
+    ahead, behind = np.split(arms.jacobian(q[:, None] + _STEP * ways)[:, :, task], 2, axis=1)
+    return _Bending(still, ahead - behind)
 
 
-def _folds(lost: np.ndarray, still: np.ndarray, change: np.ndarray) -> tuple[bool, bool]:
-    """Tell whether still motions lead, to second order, forward along `lost`, and whether they lead backward."""
-    form = lost @ change / (2 * _STEP) @ still.T
-    eigenvalues = np.linalg.eigvalsh((form + form.T) / 2)
-    return bool(np.any(eigenvalues > 1e-5)), bool(np.any(eigenvalues < -1e-5))
+def _are_edges(samples: Sequence[Sample], task: list[int], lost: np.ndarray, bending: _Bending) -> np.ndarray:
+    """Tell whether no configuration reaches beyond each place, on a side to which small motions do not lead.
 
-
-def _reached_beyond(sample: Sample, task: list[int], direction: np.ndarray) -> bool:
-    """Tell whether some configuration reaches a place just beyond the fold.
-
-    A formula says it for simple arms, at once and for sure; for others, damped Newton from many starts.
+    A still motion of second order zero (a joint that moves nothing) takes no part; if all are, either side may be
+    the far one.
     """
-    frames = sample.frames
-    reach = _reach(sample.arm)
-    linear = [row < 3 for row in task]
-    shift = _BEYOND * reach * direction * np.array([1.0 if is_linear else 1.0 / reach for is_linear in linear])
-    known = reaches_beside(sample.arm, frames, task, shift)
-    if known is not None:
-        return known
-    target_point = sample.arm.point_of(frames)
-    rotation = frames[-1, :3, :3]
-    q = _starts(len(sample.q)).copy()
-    for step in range(_STEPS):
-        now = sample.arm.frames(q)
-        error = np.concatenate([target_point - sample.arm.point_of(now), _turn(rotation, now[:, -1, :3, :3])], axis=1)
-        residual = error[:, task] + shift
-        distance = np.linalg.norm(residual, axis=1)
-        if np.any(distance < 1e-6 * reach):
-            return True
-        if step == _EARLY:
-            kept = np.argsort(distance, kind="stable")[:_KEPT]
-            q, residual, now = q[kept], residual[kept], now[kept]
-        jacobian = sample.arm.jacobian_of(now)[:, task]
-        square = jacobian @ jacobian.transpose(0, 2, 1) + 1e-9 * np.eye(len(task))
-        move = (jacobian.transpose(0, 2, 1) @ np.linalg.solve(square, residual[:, :, None]))[:, :, 0]
-        q += move * np.minimum(1.0, 0.6 / np.maximum(np.abs(move).max(axis=1, keepdims=True), 1e-12))
-    return False
+    forward, backward = _folds(lost, bending)
+    # The search is sure for a point that can move in as many directions as are counted, and only for that.
+    either = max(task) < 3 and len(task) <= len(samples[0].q)
+    is_edge = np.zeros(len(samples), dtype=bool)
+    for side, asked in ((1, ~forward & (backward | either)), (-1, ~backward & (forward | either))):
+        at = np.flatnonzero(asked & ~is_edge)
+        if len(at):
+            is_edge[at] = ~reached_beyond([samples[k] for k in at.tolist()], task, side * lost[at])
+    return is_edge
 
 
-@lru_cache(maxsize=64)
-def _starts(n: int) -> np.ndarray:
-    stream = Stream("starts")
-    return np.array([[stream.uniform(-np.pi, np.pi) for _ in range(n)] for _ in range(_STARTS)])
-
-
-@lru_cache(maxsize=256)
-def _reach(arm: NumericChain) -> float:
-    """Return the usual length of all links one after another, against which distances are judged."""
-    links = np.diff(arm.frames(_starts(len(arm.kinds)))[:, :, :3, 3], axis=1)
-    return float(np.median(np.linalg.norm(links, axis=2).sum(axis=1))) + 1e-9
-
-
-def _turn(target: np.ndarray, now: np.ndarray) -> np.ndarray:
-    """Return the small rotation vectors that bring orientations `now` (… x 3 x 3) to `target`."""
-    between = target @ now.transpose(0, 2, 1)
-    antisymmetric = (between - between.transpose(0, 2, 1)) / 2
-    return np.stack([antisymmetric[:, 2, 1], antisymmetric[:, 0, 2], antisymmetric[:, 1, 0]], axis=1)
+def _folds(lost: np.ndarray, bending: _Bending) -> tuple[np.ndarray, np.ndarray]:
+    """Tell whether still motions lead, to second order, forward along `lost`, and whether they lead backward."""
+    along = np.einsum("km,ksmn->ksn", lost, bending.change) / (2 * _STEP)
+    form = along @ bending.still.swapaxes(1, 2)
+    eigenvalues = np.linalg.eigvalsh((form + form.swapaxes(1, 2)) / 2)
+    return np.any(eigenvalues > 1e-5, axis=1), np.any(eigenvalues < -1e-5, axis=1)

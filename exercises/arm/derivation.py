@@ -79,7 +79,7 @@ def structure(chain: Chain) -> Structure:
     )
     offset3 = tuple(length(f"point_{axis}", v) for axis, v in zip("xyz", chain.point.offset, strict=True))
     generic = Chain("structure", tuple(joints), chain.task, base, Point(chain.point.frame, offset3))
-    generic = replace(generic, convention=chain.convention)
+    generic = replace(generic, convention=chain.convention, twist_order=chain.twist_order)
     return Structure(generic, tuple(values.items()))
 
 

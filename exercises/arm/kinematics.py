@@ -9,7 +9,7 @@ route 1 works in runs of parallel joints with absolute angles, in the frames of 
 rotation matrices joint by joint, in the frames of the convention in which the arm is told.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
 from functools import lru_cache
@@ -215,6 +215,20 @@ class NumericChain:
         self.base = _pose(np.array(number(chain.base.yaw)), none, none, (np.cos(tilt), np.sin(tilt)))
         self.base[:3, 3] = [number(value) for value in chain.base.position]
 
+    @staticmethod
+    def several(arms: Sequence["NumericChain"]) -> "NumericChain":
+        """Return arms of one structure (k) as one, whose poses are k x m x n: each arm in m poses of its own."""
+        first = arms[0]
+        other = copy(first)
+        if all(arm is first for arm in arms):
+            return other
+        for name in ("_offsets", "_other", "_a", "offset"):
+            setattr(other, name, np.stack([getattr(arm, name) for arm in arms])[:, None])
+        cosines, sines = (np.stack([arm._twist[k] for arm in arms])[:, None] for k in (0, 1))
+        other._twist = cosines, sines
+        other.base = np.stack([arm.base for arm in arms])[:, None]
+        return other
+
     def with_point(self, frame: int) -> "NumericChain":
         """Return the same arm with the origin of another frame as its point of interest."""
         other = copy(self)
@@ -262,6 +276,8 @@ class NumericChain:
 
     def point_of(self, frames: np.ndarray) -> np.ndarray:
         """Return the point of interest for poses as `frames` returns them."""
+        if self.offset.ndim > 1:  # several arms
+            return np.asarray((frames[..., self.point_frame, :, :] @ self.offset[..., None])[..., :3, 0])
         return np.asarray((frames[..., self.point_frame, :, :] @ self.offset)[..., :3])
 
     def jacobian(self, q: np.ndarray) -> np.ndarray:

@@ -26,7 +26,7 @@ from exercises.arm.axes import (
     spread,
 )
 from exercises.arm.chain import Chain
-from exercises.arm.classification import kind_at
+from exercises.arm.classification import kinds_at
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.reason import is_reason
 from exercises.arm.told import place_name
@@ -69,12 +69,8 @@ def read_meanings(chain: Chain, samples: Sequence[Sample]) -> Reading | None:
 
 def one_kind(chain: Chain, samples: Sequence[Sample]) -> str | None:
     """Return "boundary" or "internal" where all configurations are of that kind, else None."""
-    kinds: set[str | None] = set()
-    for sample in samples:
-        kinds.add(kind_at(chain, sample))
-        if len(kinds) > 1:
-            return None
-    return kinds.pop() if kinds else None
+    kinds = set(kinds_at(chain, samples))
+    return kinds.pop() if len(kinds) == 1 else None
 
 
 def meanings_of(chain: Chain, samples: Sequence[Sample]) -> list[Meaning]:

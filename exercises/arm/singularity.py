@@ -206,7 +206,7 @@ def _solve_angle(condition: sp.Expr, joint: sp.Symbol) -> tuple[sp.Symbol, tuple
     if polynomial.total_degree() != 1 or polynomial.free_symbols & {joint}:
         return None
     a, b, c = (polynomial.coeff_monomial(monomial) for monomial in (1, cosine, sine))
-    values = (_principal(value - offset) for value in _roots_of_trig(a, b, c))
+    values = (principal(value - offset) for value in _roots_of_trig(a, b, c))
     return joint, tuple(dict.fromkeys(values))
 
 
@@ -232,7 +232,7 @@ def _exceeds(a: sp.Expr, b: sp.Expr) -> bool:
     return bool(sp.expand(a**2 - b**2).is_positive)
 
 
-def _principal(angle: sp.Expr) -> sp.Expr:
+def principal(angle: sp.Expr) -> sp.Expr:
     """Return the angle in (-pi, pi] where it is a number, by adding whole turns."""
     angle = sp.expand(angle)
     if not angle.is_number:
@@ -276,7 +276,7 @@ def _touched(condition: sp.Expr, chain: Chain) -> Component | None:
     turns, rest = sp.linear_eq_to_matrix(equations, joints)
     if not turns.is_square or abs(turns.det()) != 1:  # several joint values, or none, lead to the same angles
         return None
-    touched = [(q, _principal(value)) for q, value in zip(joints, turns.inv() * rest, strict=True)]
+    touched = [(q, principal(value)) for q, value in zip(joints, turns.inv() * rest, strict=True)]
     return Component(tuple(1 - sp.cos(q - value) for q, value in touched), tuple((q, (value,)) for q, value in touched))
 
 

@@ -38,7 +38,8 @@ class Order:
     so many `versions`; the size of a `page` (of PAGES).
     `failures` certifies a problem; none leaves without that. `each` is told of every variant or student that is done,
     `note` of what the staff should know, `left_out` of who gets nothing, as no problem could be drawn. A marking sheet
-    asks the grader what an answer `earns`.
+    asks the grader what an answer `earns`. A package that reports scores is passed from the share `passing` on, where
+    one is given.
     """
 
     assignment: Assignment
@@ -53,6 +54,7 @@ class Order:
     note: Callable[[str], None] = _nothing
     left_out: Callable[[GivenUp], None] = _refuse
     earns: Earns | None = None
+    passing: Fraction | None = None
 
     def tells(self, what: str) -> bool:
         """Whether students may be told so much of their answers, of the levels FEEDBACK."""

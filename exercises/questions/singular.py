@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import product
 
 import numpy as np
@@ -9,8 +10,9 @@ import sympy as sp
 
 from exercises.answers import Choice, ConditionSet
 from exercises.arm.axes import Sample
+from exercises.arm.bare import bare, bare_values, turns_all
 from exercises.arm.chain import Chain
-from exercises.arm.classification import classify_pieces, kind_at, kind_is_sure
+from exercises.arm.classification import classify, kind_is_sure, kinds_at
 from exercises.arm.derivation import derive
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.singularity import Component, singular_set
@@ -79,7 +81,7 @@ def _place(chain: Chain, components: tuple[Component, ...], kind: str, rng: Stre
         return _regular_place(chain, components, rng)
     for component in rng.shuffled(components):
         if component.solutions is None:
-            kinds = classify_pieces(chain, component.pieces())
+            kinds = classify(chain, component)
             words = kinds.meaning.split(",")[0]
             if len(component.conditions) == 1 and kinds.uniform and kinds.kind == kind and "axis" in words:
                 return Place({}, component.conditions[0], words)
@@ -154,19 +156,28 @@ def _tried_lengths(chain: Chain) -> Iterator[dict[sp.Symbol, sp.Rational]]:
         yield {s: sp.Rational(round(100 * 0.05 * 120 ** stream.uniform(0, 1)), 100) for s in chain.parameters}
 
 
-def _kinds(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> set[str | None]:
-    """Return the kinds that a pose has over the tried lengths, each open length taking each of them in turn."""
-    kinds, known = set(), {q: sp.N(joints[q]) for q in chain.q if not joints[q].free_symbols}
+def _kinds(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> frozenset[str | None]:
+    """Return the kinds that a pose has over the tried lengths, each open length taking each of them in turn.
+
+    It is the pose of the bare arm that counts, and of that not where joint 1 is, if it moves the arm as a whole.
+    """
+    values = bare_values(chain, joints)
+    if turns_all(chain):
+        values = (sp.S.Zero, *values[1:])
+    return _kinds_of_pose(bare(chain), values)
+
+
+@lru_cache(maxsize=4096)
+def _kinds_of_pose(chain: Chain, values: tuple[sp.Expr, ...]) -> frozenset[str | None]:
+    known = {k: sp.N(value) for k, value in enumerate(values) if not value.free_symbols}
+    samples = []
     for lengths in _tried_lengths(chain):
-        places = [known[q] if q in known else sp.N(joints[q].xreplace(lengths)) for q in chain.q]
+        places = [known[k] if k in known else sp.N(value.xreplace(lengths)) for k, value in enumerate(values)]
         if not all(place.is_real for place in places):  # no such pose with these lengths
-            return {None}
-        q = np.array([float(place) for place in places])
+            return frozenset({None})
         arm = NumericChain(chain, {symbol.name: float(value) for symbol, value in lengths.items()})
-        kinds.add(kind_at(chain, Sample(arm, q)))
-        if len(kinds) > 1:
-            break
-    return kinds
+        samples.append(Sample(arm, np.array([float(place) for place in places])))
+    return frozenset(kinds_at(chain, samples))
 
 
 QUESTIONS = (

@@ -15,6 +15,7 @@ GROUPS = {
         "mistakes": ("Mistakes that are named", "What qdot recognises behind a wrong answer."),
     },
     "For instructors": {
+        "install": ("Install qdot", "Any machine, without installing, extras, completion, upgrades."),
         "instructors": ("Your first class", "From an empty folder to graded notebooks."),
         "robots": ("Your own arm", "DH tables, standard and modified, axes, CSV, URDF."),
         "variation": ("Variation", "How far arms may differ, and how many students share an answer."),
@@ -28,6 +29,7 @@ GROUPS = {
     "Where you teach": {
         "outlets": ("Outlets", "One assignment for every platform, and what reads each."),
         "platforms": ("Quizzes on learning platforms", "Moodle, Canvas, QTI and notebooks."),
+        "scorm": ("SCORM packages", "The assignment as a page that reports its score to any platform."),
         "moodle": ("Moodle, click by click", "A quiz restored, taken and marked, in pictures."),
         "stack": ("STACK questions", "Answers as formulas in Moodle."),
         "prairielearn": ("PrairieLearn", "A course that draws and marks by qdot."),
@@ -35,14 +37,18 @@ GROUPS = {
         "nbgrader": ("nbgrader", "A course whose autograde marks by qdot."),
         "otter": ("Otter-Grader", "An autograder that marks by qdot, by `otter assign`."),
         "ci": ("Grading in CI", "GitHub, GitLab, JUnit, pytest."),
-        "many-submissions": ("Grading 100,000 submissions", "A Dask cluster, or the jobs of a CI."),
+        "container": ("The grader in a container", "Built and run with Podman or Docker; what makes it strict."),
+        "many-submissions": ("Grading 100,000 submissions", "Dask, Slurm, Kubernetes, or the jobs of a CI."),
     },
     "How it works": {
         "judging": ("How an answer is judged", "Identity tested in numbers, and the bound on being wrong."),
         "partial-credit": ("What is right in part", "One rule for each type of answer, with examples."),
         "sandbox": ("Students' code, contained", "What a notebook may do, and who sees to it."),
         "structures": ("How many arms there are", "What random-2 to random-4 draw from."),
+        "privacy": ("Data protection", "What is kept about students, where, how long; how it is removed."),
         "library": ("qdot as a library", "Problems and judgements in a program of your own."),
+        "dependencies": ("What qdot needs", "Every library: what for, licence, size, last release."),
+        "promises": ("What stays as it is", "What you can build on, and what an upgrade changes."),
         COMMANDS: ("The command line", "Every command and option, from the program."),
     },
 }  # fmt: skip

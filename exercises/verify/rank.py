@@ -7,7 +7,7 @@ import sympy as sp
 
 from exercises.answers import Choice, Direction, Number
 from exercises.arm.axes import Sample
-from exercises.arm.classification import kind_at
+from exercises.arm.classification import kinds_at
 from exercises.arm.directions import directions
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.meanings import Meaning
@@ -193,7 +193,7 @@ def _meaning(numeric: NumericReference, part: Part) -> Iterator[Check]:
     told = [all(text.startswith(m.words) for text, (m, _) in zip(answer.options, asked.offered, strict=True))]
     yield Check("options", all(told) and len(set(answer.options)) == len(answer.options), "as offered")
     true = [bool(samples) and all(_is_so(meaning, sample) for sample in samples) for meaning, _ in asked.offered]
-    kinds = {str(kind_at(numeric.chain, sample)) for sample in samples}
+    kinds = set(map(str, kinds_at(numeric.chain, samples)))
     holds = [t and (kind is None or kinds == {kind}) for t, (_, kind) in zip(true, asked.offered, strict=True)]
     expected = [index == right for index in range(len(holds))]
     detail = f"{', '.join(sorted(kinds))} at {len(samples)} configurations; options that hold: {holds}"

@@ -9,7 +9,7 @@ import sympy as sp
 from exercises.answers import Choice, ConditionSet
 from exercises.arm.axes import Sample
 from exercises.arm.chain import Chain
-from exercises.arm.classification import REGULAR, domain_of, kind_at
+from exercises.arm.classification import REGULAR, domain_of, kinds_at
 from exercises.arm.kinematics import NumericChain
 from exercises.formula.conditions import Space
 from exercises.formula.expression import read
@@ -145,7 +145,7 @@ def _type(numeric: NumericReference, part: Part) -> Iterator[Check]:
     right = len(set(options)) == len(options) and options[answer.correct] == OPTIONS[kind]
     yield Check("option", right, f"{answer.letter} is {options[answer.correct]}")
     samples = _samples(numeric, place)
-    kinds = {str(kind_at(numeric.chain, sample)) for sample in samples}
+    kinds = set(map(str, kinds_at(numeric.chain, samples)))
     detail = f"{', '.join(sorted(kinds))} at {len(samples)} configurations"
     yield Check("kind", bool(samples) and kinds == {kind}, detail)
     if kind == "regular" and place.condition is None and len(numeric.task) == numeric.chain.n:

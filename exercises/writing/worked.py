@@ -5,7 +5,7 @@ and then filled with the arm's own numbers. World frame; notation of the chapter
 """
 
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from itertools import combinations, pairwise, product
 
 import numpy as np
@@ -24,6 +24,7 @@ from exercises.arm.told import (
     is_modified,
     told_point,
     told_rows,
+    twist_told,
     up_to_frame,
 )
 from exercises.arm.trigonometry import substitute, textbook, without_brackets
@@ -259,8 +260,8 @@ class Worked(AxisNames):
         return carried_screws(self.chain)[joint - 1]
 
     def jacobian_of(self, frame: str) -> sp.Matrix:
-        """Return the Jacobian of screws in the "space" frame or in that of the "body"."""
-        return space_jacobian(self.chain) if frame == "space" else body_jacobian(self.chain)
+        """Return the Jacobian of screws in the "space" frame or in that of the "body", its rows as they are told."""
+        return twist_told(self.chain, (space_jacobian if frame == "space" else body_jacobian)(self.chain))
 
     def axis_at_home(self, joint: int) -> sp.Matrix:
         """Return the axis of a joint where all joint variables are zero (3 x 1)."""
@@ -525,7 +526,7 @@ class Worked(AxisNames):
 
     def _classified(self, component: Component) -> SingularComponent:
         conditions = tuple(map(self._as_shown, component.conditions))
-        kind = _kind(self.chain, component)
+        kind = classify(self.chain, component)
         return SingularComponent(conditions, component.solutions, kind, self._cases(component, kind))
 
     def _as_shown(self, condition: sp.Expr) -> sp.Expr:
@@ -541,7 +542,7 @@ class Worked(AxisNames):
             return ()
         ((joint, values),) = component.solutions
         at = [(value, replace(component, solutions=((joint, (value,)),))) for value in values]
-        return tuple((joint, value, _kind(self.chain, here)) for value, here in at)
+        return tuple((joint, value, classify(self.chain, here)) for value, here in at)
 
     @property
     def is_elbow(self) -> bool:
@@ -578,7 +579,7 @@ class Worked(AxisNames):
             ):
                 here = replace(component, solutions=tuple((q, (place.joints[q],)) for q, _ in component.solutions))
                 conditions = tuple(map(self._as_shown, component.conditions))
-                return SingularComponent(conditions, component.solutions, _kind(self.chain, here))
+                return SingularComponent(conditions, component.solutions, classify(self.chain, here))
         return None
 
     # --- numbers ---
@@ -609,12 +610,6 @@ class Worked(AxisNames):
     def three_digits(self, part: Part) -> list[str]:
         """Return the numbers of an answer to three significant digits."""
         return [three_digits(value) for value in part.answer.as_matrix()]
-
-
-@lru_cache(maxsize=256)
-def _kind(chain: Chain, component: Component) -> Kind:
-    """Return what a set of singular configurations is; kept, as it takes a quarter of a second to establish."""
-    return classify(chain, component)
 
 
 def _principal(angle: sp.Expr) -> sp.Expr:

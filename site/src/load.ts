@@ -1,6 +1,8 @@
 // Files of the bank, loaded as they are needed and kept for as long as the page is open.
 
 import type { Index, Problem, Solutions, SolvedTexts, Texts, Titles } from "./bank.js";
+import type { KnownArms } from "./own/known.js";
+import type { Sizes } from "./offline/keep.js";
 import { solvedIn, titledIn, toldIn } from "./text/problems.js";
 import { language } from "./text/text.js";
 
@@ -36,3 +38,7 @@ export const loadProblem = async (family: string, key: string): Promise<Problem>
 
 export const loadSolutions = async (family: string, key: string): Promise<Solutions> =>
   solvedIn(...(await withTranslation<Solutions, SolvedTexts>(`${family}/${key}.solutions`)));
+
+export const loadSizes = (): Promise<Sizes> => loaded("sizes.json");
+
+export const loadKnownArms = (): Promise<KnownArms> => loaded("robots.json");

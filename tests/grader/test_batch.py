@@ -231,9 +231,9 @@ def test_two_graders_do_not_work_in_one_folder(assignment: Assignment) -> None:
     grade(assignment)
     with (assignment.folder / "graded" / ".cache" / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        with pytest.raises(QdotError, match="another 'qdot grade'"), alone(assignment):
+        with pytest.raises(QdotError, match="another 'qdot grade'"), alone(assignment.folder):
             pass
-    with alone(assignment):
+    with alone(assignment.folder):
         pass
 
 

@@ -10,18 +10,18 @@ from exercises.arm.robot_file import Robot
 from exercises.arm.singularity import Component
 from tests.support.suites import ROTATION, several
 from tests.tools import arms as tool
-from tests.tools.arms import arms, of_families, outcome
+from tests.tools.arms import arms, every_arm, outcome
 
 SECONDS = 6.0
 
 
-def _taken() -> list[Robot]:
+def _taken() -> list[tuple[str, Robot]]:
     """Return some arms, others each day; in `make whole` all of them."""
-    every = [*arms(300, "a"), *of_families(60)]
+    every = [*every_arm(300, "a", 60)]
     return every if several(False, True) else [every[(37 * (ROTATION + k)) % len(every)] for k in range(8)]
 
 
-@pytest.mark.parametrize("robot", _taken(), ids=lambda robot: robot.chain.name)
+@pytest.mark.parametrize("robot", [pytest.param(robot, id=name) for name, robot in _taken()])
 def test_nothing_that_is_told_is_false(robot: Robot) -> None:
     assert outcome(robot, SECONDS).false == ()
 

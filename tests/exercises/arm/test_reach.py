@@ -5,11 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from exercises.arm import classification
+from exercises.arm import beyond
 from exercises.arm.axes import Sample
 from exercises.arm.chain import TASK_ROWS
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.reach import reaches, reaches_beside
+from exercises.arm.three_joints import UNSURE
 from exercises.generation import sample_chain
 from exercises.problem import ProblemId
 from tests.support.suites import of_families
@@ -65,7 +66,7 @@ def _told(arm: NumericChain, task: list[int], here: np.ndarray, there: np.ndarra
 def test_it_says_what_a_search_finds(family: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """At places well inside, well outside and in holes; the search takes a place beside the point of a pose."""
     random = np.random.default_rng(7)
-    monkeypatch.setattr(classification, "_BEYOND", 0.2)
+    monkeypatch.setattr(beyond, "_BEYOND", 0.2)
     said = [_search(arm, task, random, monkeypatch) for arm, task in arms(family) for _ in range(4)]
     assert all(formula is None or formula is search for formula, search in said)
     assert sum(formula is not None for formula, _ in said) > len(said) / 2
@@ -76,10 +77,11 @@ def _search(
 ) -> tuple[bool | None, bool]:
     way = random.normal(size=len(task))
     given: list[bool | None] = []
-    monkeypatch.setattr(classification, "reaches_beside", lambda *of: given.append(reaches_beside(*of)))
+    monkeypatch.setattr(beyond, "reaches_places", lambda arms, places: np.array([UNSURE]))
+    monkeypatch.setattr(beyond, "reaches_beside", lambda *of: given.append(reaches_beside(*of)))
     sample = Sample(arm, random.uniform(-2, 2, len(arm.kinds)))
-    found = classification._reached_beyond(sample, list(task), way / np.linalg.norm(way))
-    return given[0], found
+    (found,) = beyond.reached_beyond([sample], list(task), (way / np.linalg.norm(way))[None])
+    return given[0], bool(found)
 
 
 def test_of_other_arms_and_tasks_nothing_is_said() -> None:

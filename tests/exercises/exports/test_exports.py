@@ -10,6 +10,7 @@ import pytest
 
 from exercises.assignment import Slot, Student, load_assignment
 from exercises.errors import QdotError
+from exercises.exports import scorm
 from exercises.exports.bank import bank, worked_out
 from exercises.exports.outlet import Order
 from exercises.exports.registry import OUTLETS
@@ -23,6 +24,7 @@ from grader.reports.formats import FORMATS
 from tests.support import ROOT
 from tests.support.command import fails, run
 from tests.support.handing_in import a_class
+from tests.support.site_scripts import stand_in
 
 DOCS = ROOT / "docs"
 
@@ -101,7 +103,10 @@ def test_a_bank_is_of_the_variation_that_is_asked_for(order: Order, tmp_path: Pa
     assert [path.read_bytes() for path in plain] != [path.read_bytes() for path in own]
     for outlet in ("prairielearn", "html"):
         refused = fails("export", folder, "--to", outlet, "--variation", "chapter")
-        assert f"--variation is for banks (moodle, canvas, qti, jupyterquiz, stack); for {outlet}, assign" in refused
+        assert (
+            f"--variation is for banks (moodle, canvas, qti, scorm, jupyterquiz, stack); for {outlet}, assign"
+            in refused
+        )
     assert "unknown variation 'plain'" in fails("export", folder, "--to", "moodle", "--variation", "plain")
 
 
@@ -118,7 +123,11 @@ def test_a_problem_that_fails_its_certificate_is_not_exported(order: Order) -> N
         list(bank(replace(order, failures=lambda _: ["wrong"])))
 
 
-def test_every_outlet_writes_the_same_files_twice(order: Order) -> None:
+def test_every_outlet_writes_the_same_files_twice(
+    order: Order, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assets = stand_in(tmp_path / "dist")
+    monkeypatch.setattr(scorm, "built_assets", lambda: assets)
     certified: dict[str, Sequence[str]] = {}
 
     def once(problem: Problem) -> Sequence[str]:

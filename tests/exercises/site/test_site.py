@@ -27,6 +27,7 @@ from grader.cli import app
 from tests.support import ROOT
 from tests.support.command import fails, run, runner
 from tests.support.handing_in import TOML, a_class
+from tests.support.site_scripts import stand_in
 
 pytestmark = pytest.mark.xdist_group("site")
 
@@ -35,18 +36,7 @@ DOCS = ROOT / "docs"
 
 @pytest.fixture
 def assets(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Assets]:
-    """Scripts and styles as `npm run build` would leave them, two small files here."""
-    folder = tmp_path / "dist"
-    (folder / "assets").mkdir(parents=True)
-    for name in ("practice.js", "learn.js", "pages.js", "shared.js", "site.css"):
-        (folder / "assets" / name).write_text(f"/* {name} */\n")
-    made = Assets(
-        {name: f"assets/{name}.js" for name in ("practice", "learn", "pages")},
-        {"practice": ["assets/shared.js"], "learn": ["assets/shared.js"], "pages": []},
-        {name: ["assets/site.css"] for name in ("practice", "learn", "pages")},
-        sorted((folder / "assets").iterdir()),
-        folder,
-    )
+    made = stand_in(tmp_path / "dist")
     monkeypatch.setattr(building, "built_assets", lambda: made)
     yield made
 
@@ -58,6 +48,7 @@ def test_a_site_is_built_and_a_rerun_keeps_the_bank(assets: Assets, tmp_path: Pa
     index = json.loads((site / "bank" / "index.json").read_text())
     assert [family["name"] for family in index["families"]] == ["polar-rp"]
     problems = index["families"][0]["problems"]
+    _sizes_are_told(site)
     assert [(problem["key"], problem["variation"]) for problem in problems] == [
         ("001", "chapter"), ("001-quiz", "chapter"),
     ]  # fmt: skip
@@ -111,6 +102,13 @@ def test_what_cannot_be_certified_is_drawn_anew_and_at_last_left_out(
     assert "not on the site, as no draw passed its certificate: 1 of polar-rp. All others are" in result.stderr
     index = json.loads((site / "bank" / "index.json").read_text())
     assert [problem["key"] for problem in index["families"][0]["problems"]] == ["001-quiz", "002"]
+
+
+def _sizes_are_told(site: Path) -> None:
+    told = json.loads((site / "bank" / "sizes.json").read_text())["files"]
+    files = {path: path.stat().st_size for path in (site / "bank" / "polar-rp").iterdir()}
+    sizes = {site / "bank" / f"{name}{ending}": size for name, each in told.items() for ending, size in each.items()}
+    assert sizes == files
 
 
 def _links_lead_somewhere(site: Path) -> None:
