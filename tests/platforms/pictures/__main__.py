@@ -6,7 +6,7 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-from tests.platforms.pictures import jupyter, moodle
+from tests.platforms.pictures import jupyter, moodle, otter
 
 PICTURES: dict[str, tuple[str, Callable[[Path, Path], None]]] = {
     "moodle": ("MOODLE", moodle.run),
@@ -16,6 +16,7 @@ PICTURES: dict[str, tuple[str, Callable[[Path, Path], None]]] = {
     "jupyterlab": ("JUPYTERLAB", jupyter.notebook),
     "jupyterquiz": ("JUPYTERLAB", jupyter.quiz),
     "nbgrader": ("NBGRADER", jupyter.formgrader),
+    "otter": ("OTTER", otter.notebook),
 }
 """Platforms by name, each with the variable that holds the path of its software, and what takes its pictures."""
 
