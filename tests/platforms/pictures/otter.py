@@ -50,7 +50,7 @@ def notebook(software: Path, work: Path) -> None:
         run_all(page, f"{address}/doc/tree/marks.ipynb?reset&token={TOKEN}")
         page.get_by_text("right but for its sign").first.wait_for()
         cells = page.locator(".jp-Notebook .jp-Cell")
-        album.take("marked", page, cells.first, cells.last, tallest=700)
+        album.take("marked", page, cells.nth(1), tallest=570)
 
 
 def checked(path: Path) -> list[str]:
