@@ -72,7 +72,7 @@ class Album:
         top, bottom = (max(top, bottom - tallest), bottom) if lower else (top, min(bottom, top + tallest))
         cut = whole.crop((
             max(0, int(left - AROUND)), max(0, int(top - AROUND)),
-            min(whole.width, int(right + AROUND)), min(whole.height, int(bottom + AROUND)),
+            min(WINDOW["width"], whole.width, int(right + AROUND)), min(whole.height, int(bottom + AROUND)),
         ))  # fmt: skip
         FOLDER.mkdir(exist_ok=True)
         (FOLDER / f"{self.platform}-{name}.png").write_bytes(small(cut, name))
