@@ -9,5 +9,6 @@ stops there. It needs Chromium, and Playwright and Pillow in the environment of 
     given       the assignment that is exported, and its answers
     moodle      a quiz restored, taken and marked; a question bank; STACK
     jupyter     a student's notebook, jupyterquiz, and nbgrader's formgrader
+    otter       Otter's check in a student's notebook, and a run of its autograder
     __main__    the command
 """

@@ -6,16 +6,18 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-from tests.platforms.pictures import jupyter, moodle, own
+from tests.platforms.pictures import jupyter, moodle, otter, own
 
 PICTURES: dict[str, tuple[str, Callable[[Path, Path], None]]] = {
     "qdot": ("", own.run),
     "moodle": ("MOODLE", moodle.run),
     "moodle-bank": ("MOODLE", moodle.bank),
+    "moodle-marks": ("MOODLE", moodle.gradebook),
     "stack": ("MOODLE", moodle.stack),
     "jupyterlab": ("JUPYTERLAB", jupyter.notebook),
     "jupyterquiz": ("JUPYTERLAB", jupyter.quiz),
     "nbgrader": ("NBGRADER", jupyter.formgrader),
+    "otter": ("OTTER", otter.notebook),
 }
 """Platforms by name, each with the variable for the path of its software, if any, and what takes its pictures."""
 

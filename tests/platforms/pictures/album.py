@@ -76,7 +76,7 @@ class Album:
         top, bottom = (max(top, bottom - tallest), bottom) if lower else (top, min(bottom, top + tallest))
         cut = whole.crop((
             max(0, int(left - AROUND)), max(0, int(top - AROUND)),
-            min(whole.width, int(right + AROUND)), min(whole.height, int(bottom + AROUND)),
+            min(WINDOW["width"], whole.width, int(right + AROUND)), min(whole.height, int(bottom + AROUND)),
         ))  # fmt: skip
         cut = narrower(cut) if cut.width > WINDOW["width"] else cut
         FOLDER.mkdir(exist_ok=True)
