@@ -46,6 +46,7 @@ GROUPS = {
         "structures": ("How many arms there are", "What random-2 to random-4 draw from."),
         "privacy": ("Data protection", "What is kept about students, where, how long; how it is removed."),
         "library": ("qdot as a library", "Problems and judgements in a program of your own."),
+        "releasing": ("Releasing qdot", "The button, step by step; how a file is checked."),
         "promises": ("What stays as it is", "What you can build on, and what an upgrade changes."),
         COMMANDS: ("The command line", "Every command and option, from the program."),
     },
