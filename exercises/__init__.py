@@ -4,6 +4,7 @@ The map, from the bottom up: nothing here imports what stands below it, nor anyt
 its own in its `__init__`.
 
     errors                          the one exception that users are meant to read
+    extras                          how qdot is installed; libraries that come only if wanted
     variation                       how far arms lead away from the chapter's: axes, and steps of them
     files, input_file               files written whole or not at all; files that people wrote, and where they are wrong
     stream                          the random stream behind every problem (SHAKE-256)

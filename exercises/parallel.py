@@ -17,7 +17,7 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import closing, contextmanager, suppress
-from multiprocessing import connection, forkserver, resource_tracker
+from multiprocessing import connection, resource_tracker
 from multiprocessing.context import BaseContext
 from multiprocessing.process import BaseProcess
 from multiprocessing.util import Finalize
@@ -29,9 +29,16 @@ State = TypeVar("State")
 Item = TypeVar("Item")
 Made = TypeVar("Made")
 
-CAN_FORK = sys.platform == "linux"
+METHODS = multiprocessing.get_all_start_methods()
+HAS_SERVER = "forkserver" in METHODS
+"""Whether processes can be forked from one that has loaded what they need; on Windows, each loads it for itself."""
+CAN_FORK = sys.platform == "linux" and "fork" in METHODS
 """Whether a process may be forked: on macOS, libraries of the system fail after it. A fork of a process with threads
 would copy whatever they were doing in whatever state it is, as the drawing of a progress bar."""
+MASKS = hasattr(signal, "pthread_sigmask")
+"""Whether a process can be born deaf to a signal; Windows has none that could reach it before it listens."""
+if HAS_SERVER:
+    from multiprocessing import forkserver
 
 MANY = 500
 """From so many items on they are sent to the processes in chunks."""
@@ -84,9 +91,9 @@ def ordered_map(
 def load_ahead(modules: Sequence[str]) -> None:
     """Start to load what the processes will need, beside what this process still has to load itself.
 
-    Where they are forked from this one, there is nothing to do.
+    Where they are forked from this one, or each loads it for itself, there is nothing to do.
     """
-    if CAN_FORK:
+    if CAN_FORK or not HAS_SERVER:
         return
     multiprocessing.get_context("forkserver").set_forkserver_preload(list(modules))
     resource_tracker.ensure_running()
@@ -97,6 +104,8 @@ def load_ahead(modules: Sequence[str]) -> None:
 
 def stop_loading() -> None:
     """End what `load_ahead` started: left alone, it would find out only when everything is loaded."""
+    if not HAS_SERVER:
+        return
     process = getattr(getattr(forkserver, "_forkserver", None), "_forkserver_pid", None)
     if process is not None:
         with suppress(OSError):
@@ -131,17 +140,18 @@ def _pooled(
     """Yield `work(state, item)` for each item from `jobs` new processes. Raises BrokenProcessPool where one dies."""
     before = set(multiprocessing.active_children())
     is_forked = CAN_FORK and threading.active_count() == 1
-    context: BaseContext = multiprocessing.get_context("fork" if is_forked else "forkserver")
-    if not is_forked:
+    is_served = HAS_SERVER and not is_forked
+    context: BaseContext = multiprocessing.get_context("fork" if is_forked else "forkserver" if is_served else "spawn")
+    if is_served:
         context.set_forkserver_preload([work.__module__])
     with ProcessPoolExecutor(jobs, context, _begin, (setup, arguments)) as pool:
         try:
-            if not is_forked:
+            if is_served:
                 resource_tracker.ensure_running()  # it would undo what comes next
             with _stop_put_off():  # whatever starts in here never sees a Ctrl-C, and starts whole
                 if is_forked:
                     gc.freeze()  # no collection in a process writes to what it shares with this one
-                else:
+                elif is_served:
                     forkserver.ensure_running()  # it may be there already
                 with warnings.catch_warnings():  # Python 3.12 counts the threads of libraries, which are of no harm
                     warnings.simplefilter("ignore", DeprecationWarning)
@@ -166,11 +176,12 @@ def _stop_put_off() -> Iterator[None]:
         each: signal.signal(each, lambda number, _: came.append(signal.Signals(number)))
         for each in (signal.SIGINT, signal.SIGTERM)
     }
-    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if MASKS else set()
     try:
         yield
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+        if MASKS:
+            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
         for each, handler in previous.items():
             signal.signal(each, handler)
         for each in came:  # whatever failed in the block failed as everything was being ended
@@ -200,7 +211,8 @@ _busy = False
 def _begin(setup: Callable[..., object], arguments: tuple[Any, ...]) -> None:
     global _state  # noqa: PLW0603 - set once when a process starts
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that shows progress
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+    if MASKS:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     signal.signal(signal.SIGTERM, _terminated)
     threading.Thread(target=_follow_parent, daemon=True).start()
     _state = setup(*arguments)

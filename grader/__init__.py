@@ -42,7 +42,7 @@ The map, from the bottom up: nothing here imports what stands below it.
     gradescope                      Gradescope's autograder
     otter_marks, otter_plugin       marks as Otter's tests look them up; what Otter runs, the one module that needs it
     outlets, site                   `qdot export` and `qdot report`; `qdot site`
-    docs, cli                       docs/outlets.md; the program `qdot`
+    docs, examples, cli             docs/outlets.md; examples of each command; the program `qdot`
 
 What a library or a notebook needs stands in this package itself (`__all__`), and is loaded when it is asked for:
 

@@ -12,7 +12,7 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 
 HELP = """Velocity-kinematics problems for a class: drawn for each student, written out as notebooks, graded.
 
-Start with `qdot demo`, which does all of it for a simulated class; then `qdot init DIR`."""
+Start with `qdot demo`, which does all of it for a simulated class; then `qdot init DIR`. `qdot COMMAND --help` tells of
+each command, with examples."""
 
 STOPPED = {
     **dict.fromkeys(("generate", "grade", "demo"), "stopped; run the same command again to go on"),
@@ -62,10 +63,12 @@ def program(only: str = "") -> "typer.Typer":
     """
     import typer
 
+    from grader.examples import epilog
+
     named = _described if only == LISTING else _loaded
 
     app = typer.Typer(
-        name="qdot", no_args_is_help=True, add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False,
+        name="qdot", no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False,
         help=HELP,
     )  # fmt: skip
 
@@ -81,11 +84,11 @@ def program(only: str = "") -> "typer.Typer":
 
     for name, module in COMMANDS.items():
         if only not in COMMANDS or name == only:
-            app.command(name)(named(module, name))
+            app.command(name, epilog=epilog(name))(named(module, name))
     if only not in COMMANDS:
         pages = typer.Typer(no_args_is_help=True, help="The web site: build it, or show it.")
         for name, function in SITE.items():
-            pages.command(name)(named("grader.site", function))
+            pages.command(name, epilog=epilog(f"site {name}"))(named("grader.site", function))
         app.add_typer(pages, name="site")
     return app
 
@@ -183,6 +186,30 @@ def _stop(number: int, _: object) -> NoReturn:
     raise KeyboardInterrupt(number)
 
 
+def _encoding(stream: io.TextIOWrapper) -> str | None:
+    """Return UTF-8 for what goes into a file or another program, which Windows writes otherwise; None to leave it."""
+    return None if stream.isatty() or os.environ.get("PYTHONIOENCODING") else "utf-8"
+
+
+def _wanted(typed: Sequence[str], environment: Mapping[str, str]) -> str:
+    """Return which part of the program is needed: one command, LISTING, or nothing for all of it.
+
+    >>> _wanted(["grade", "homework"], {}), _wanted([], {}), _wanted(["site", "build"], {})
+    ('grade', '--help', 'site')
+    >>> begun = {"_QDOT_COMPLETE": "complete_bash", "COMP_WORDS": "qdot grade --di"}
+    >>> _wanted([], begun), _wanted([], {**begun, "COMP_WORDS": "qdot gr"})
+    ('grade', '--help')
+    """
+    if "_QDOT_COMPLETE" in environment:  # a shell asks what may come next
+        line = environment.get("COMP_WORDS") or environment.get("_TYPER_COMPLETE_ARGS") or ""
+        typed = f"{line}x".split()[1:]  # the last word is one that is begun
+        return typed[0] if len(typed) > 1 else LISTING
+    return " ".join(typed[:1]) if typed and typed[0] not in ("--help", "--version", *COMPLETION) else LISTING
+
+
+COMPLETION = ("--install-completion", "--show-completion")
+
+
 def main() -> None:
     """Run the command line: 0 done, 1 something is not as it should be, 2 bad input or our own failure."""
     if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:  # else it was started in the background, to go on
@@ -193,12 +220,12 @@ def main() -> None:
     )  # matrices are small, and a process without threads can be forked
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")  # a terminal that knows no "θ" shows "?"
+            stream.reconfigure(encoding=_encoding(stream), errors="replace")  # a terminal that knows no "θ" shows "?"
     if (modules := WORKERS.get(" ".join(sys.argv[1:2]))) and "--help" not in sys.argv:
         from exercises.parallel import load_ahead
 
         load_ahead(modules)
-    program(LISTING if sys.argv[1:] in ([], ["--help"], ["--version"]) else " ".join(sys.argv[1:2]))()
+    program(_wanted(sys.argv[1:], os.environ))()
 
 
 def run() -> NoReturn:

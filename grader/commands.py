@@ -33,7 +33,7 @@ from grader.compare import compare as compare_texts
 from grader.marking import number
 from grader.overrides import OVERRIDES, read_overrides, without_answers
 from grader.reports.tables import count_set, staff_notes, status
-from grader.sandbox import Limits
+from grader.sandbox import Limits, check_system
 from grader.settle import Result
 from grader.sharing import shared_answers
 from grader.single import found_of_one, grade_one, limits_of, read_time, student_named
@@ -427,6 +427,7 @@ def _check_graded(results: list[Result]) -> None:
 
 def check_sandbox(strict: bool) -> None:
     """Say what this machine does not enforce. Raises QdotError where the assignment demands that it does."""
+    check_system()
     findings = guarantees.probe(quick=not strict)
     if strict and not findings.is_strict:
         raise QdotError(guarantees.refusal(findings))
@@ -501,4 +502,5 @@ def demo(
     """
     from grader.demo import run_demo
 
+    check_system()
     run_demo(folder, jobs)

@@ -19,6 +19,7 @@ import exercises
 import grader
 from exercises.answers import ConditionSet
 from exercises.console import say
+from exercises.docs.dependencies import dependencies_page, with_install_words
 from exercises.exports.registry import OUTLETS
 from exercises.files import write_atomically
 from exercises.generation import generate
@@ -36,7 +37,7 @@ def pages() -> dict[str, str]:
     """Return the pages by their names."""
     return {
         "outlets.md": outlets_page(), "library.md": library_page(), "partial-credit.md": credit_page(),
-        "promises.md": promises_page(),
+        "promises.md": promises_page(), "dependencies.md": dependencies_page(),
     }  # fmt: skip
 
 
@@ -226,7 +227,15 @@ def _members(what: Any) -> Iterator[tuple[str, str]]:
             yield f"{name}(…)" if called else name, (inspect.getdoc(member) or "").split("\n\n")[0].replace("\n", " ")
 
 
+def worded() -> dict[Path, str]:
+    """Return the README and every page of docs/ with the words by which qdot is installed as they hold now."""
+    paths = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+    return {path: with_install_words(path.read_text(encoding="utf-8")) for path in paths}
+
+
 if __name__ == "__main__":
     for page, text in pages().items():
         write_atomically(ROOT / "docs" / page, text)
         say(f"wrote {page}")
+    for path, text in worded().items():
+        write_atomically(path, text)

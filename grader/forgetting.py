@@ -7,7 +7,6 @@ The roster's line goes last: what was stopped is there to be found again, and th
 import contextlib
 import hashlib
 import json
-import os
 import re
 import shutil
 import tempfile
@@ -17,7 +16,7 @@ from pathlib import Path
 
 from exercises.assignment import Student, read_roster, roster_table
 from exercises.errors import QdotError, unknown
-from exercises.files import write_atomically
+from exercises.files import IS_POSIX, write_atomically
 from exercises.gradebook import identifier_of
 from exercises.input_file import read_table, without_lines
 from exercises.redrawn import REDRAWN
@@ -315,7 +314,7 @@ def _write(path: Path, data: bytes) -> None:
 
 def remove(folder: Path) -> None:
     """Remove a folder with all that students have put into it, also where the system lets nobody in. Raises OSError."""
-    if hasattr(os, "O_DIRECTORY"):
+    if IS_POSIX:
         folders.remove(str(folder))
     else:
         shutil.rmtree(folder)

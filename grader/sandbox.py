@@ -27,6 +27,18 @@ from exercises.errors import QdotError
 from grader.contained import confine
 from grader.own_folder import OwnFolder, own_folder
 
+REFUSED = (
+    "Windows can't contain students' code, and qdot runs none without: use the container "
+    "(docs/container.md) or WSL, where the same command works; all else of qdot works here"
+)
+
+
+def check_system() -> None:
+    """Raise QdotError where no notebook can be run."""
+    if not hasattr(os, "fork"):
+        raise QdotError(REFUSED)
+
+
 CONTAINED = Path(__file__).with_name("contained")
 
 LONGEST_REPORT = 4_100_000
@@ -336,6 +348,7 @@ class Sandbox:
         if self._process is not None and self._process.poll() is None:
             return
         self.close()
+        check_system()
         self._folder = own_folder("qdot-sandbox-")
         keep = {name: os.environ[name] for name in ("PATH", "SYSTEMROOT", "LD_LIBRARY_PATH") if name in os.environ}
         environment = {

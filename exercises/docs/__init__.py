@@ -7,6 +7,7 @@ chapter's examples.
     structures          how many arms there are
     sharing             how many students would share an answer: measured, and kept
     robots              the table of real robots, and where they are singular
+    dependencies        every library with its reason; how qdot is installed, in words
 """
 
 import json

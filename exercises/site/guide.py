@@ -15,6 +15,7 @@ GROUPS = {
         "mistakes": ("Mistakes that are named", "What qdot recognises behind a wrong answer."),
     },
     "For instructors": {
+        "install": ("Install qdot", "Any machine, without installing, extras, completion, upgrades."),
         "instructors": ("Your first class", "From an empty folder to graded notebooks."),
         "robots": ("Your own arm", "DH tables, standard and modified, axes, CSV, URDF."),
         "variation": ("Variation", "How far arms may differ, and how many students share an answer."),
@@ -47,6 +48,7 @@ GROUPS = {
         "privacy": ("Data protection", "What is kept about students, where, how long; how it is removed."),
         "library": ("qdot as a library", "Problems and judgements in a program of your own."),
         "releasing": ("Releasing qdot", "The button, step by step; how a file is checked."),
+        "dependencies": ("What qdot needs", "Every library: what for, licence, size, last release."),
         "promises": ("What stays as it is", "What you can build on, and what an upgrade changes."),
         COMMANDS: ("The command line", "Every command and option, from the program."),
     },

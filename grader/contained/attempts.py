@@ -6,7 +6,6 @@ that are stopped by being killed are made `ALONE`, each in a notebook's place of
 
 import contextlib
 import ctypes
-import fcntl
 import mmap
 import os
 import signal
@@ -18,6 +17,11 @@ from pathlib import Path
 from typing import Any
 
 from . import kernel
+
+try:
+    import fcntl
+except ImportError:  # Windows, where this is imported, and never runs
+    fcntl = None  # type: ignore[assignment]
 
 MOST, MOST_WRITTEN = 200, 256_000_000
 """So many processes are no longer a limit, nor are so many bytes: four times the quota, where it has to be counted."""

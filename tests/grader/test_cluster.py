@@ -26,6 +26,7 @@ from typer.testing import CliRunner, Result
 
 from exercises.assignment import load_assignment
 from exercises.errors import QdotError
+from exercises.extras import lacking
 from exercises.files import write_atomically
 from exercises.problem import Part
 from exercises.release import init_assignment, release
@@ -381,7 +382,7 @@ def test_without_dask_it_is_said_how_to_get_it(folder: Path, monkeypatch: pytest
     result = grade(folder, "tcp://127.0.0.1:8786")
     assert (result.exit_code, result.stderr) == (
         2,
-        "qdot: --executor needs Dask, which is not installed here; pip install 'qdot[cluster]'\n",
+        f"qdot: {lacking('cluster', '--executor')}\n",
     )
 
 

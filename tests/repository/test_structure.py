@@ -15,7 +15,7 @@ from tests.support.programs import GIT, needs
 MODULES = sorted((*ROOT.glob("exercises/**/*.py"), *ROOT.glob("grader/**/*.py")))
 
 LAYERS = {
-    "exercises": """errors variation files input_file stream console parallel time_limit
+    "exercises": """errors extras variation files input_file stream console parallel time_limit
         formula.printing formula.text formula.order formula.layout formula.latex formula.printers formula.vocabulary
         formula.names formula.trees formula.algebra formula.notation formula.tables formula.products formula.expression
         formula.program formula.field formula.angles formula.exact formula.identity formula.scale formula.constants
@@ -34,8 +34,8 @@ LAYERS = {
         redrawn assignment drawing store sets release exports.outlet exports.bank exports.handouts
         exports.known_wrong exports.stack_maxima exports.stack_parts exports
         site.keys site.record site.bank
-        site.page site.chapter site.arms site.robots site.guide site.reference site.pages
-        site.stale_files site.build site
+        site.page site.chapter site.arms site.robots site.guide site.reference site.pages site.stale_files site.build
+        site
         exports.scorm exports.registry
         overview options commands""",
     "grader": """verdict counterexample levels clock contained function_values answer formulas choices direction
@@ -44,7 +44,8 @@ LAYERS = {
         layouts roster submission positions finding uncounted notebook copies overrides attempt settle remote cluster
         batch single history certificates sharing certify upgrade forgetting check statistics variants reports
         nbgrader_cells demo commands keeping
-        pytest_plugin nbgrader_plugin hosts pushed gradescope otter_marks otter_plugin outlets site docs cli""",
+        pytest_plugin nbgrader_plugin hosts pushed gradescope otter_marks otter_plugin outlets site docs examples
+        cli""",
 }
 """From the bottom up: a module imports only from those before it; a folder stands for what is in it."""
 

@@ -9,8 +9,10 @@ import type { Stage } from "../arm/stage.js";
 import { ZERO } from "../arm/vector.js";
 import type { Index } from "../bank.js";
 import type { Told } from "../pages/live.js";
-import { type Item, nameOf } from "../practice/choice.js";
+import { attempted, type Item, nameOf } from "../practice/choice.js";
 import { Current } from "../practice/current.js";
+import { keep, kept } from "../practice/progress.js";
+import { storage } from "../practice/storage.js";
 import { Offline } from "../offline/offline.js";
 import { language, message, said } from "../text/text.js";
 import { Dots } from "./dots.js";
@@ -197,9 +199,11 @@ function Practice({
           item={item}
           level={index.feedback}
           arrived={count > 0}
-          onVerdict={(right, helped) =>
-            onSkill(answered(skill, item, { right, helped, now: Date.now(), most }))
-          }
+          onVerdict={(right, helped) => {
+            const now = Date.now();
+            onSkill(answered(skill, item, { right, helped, now, most }));
+            keep(storage, attempted(kept(storage), item, right, now)); // what is wrong comes again where one practises
+          }}
           onNext={() => {
             setItem(nextIn(items, skill, nameOf(item), Math.random));
             setCount(count + 1);

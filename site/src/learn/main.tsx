@@ -8,11 +8,14 @@ import type { Index } from "../bank.js";
 import { loadIndex } from "../load.js";
 import type { Told } from "../pages/live.js";
 import { startPage } from "../pages/page.js";
+import { kept } from "../practice/progress.js";
 import { storage } from "../practice/storage.js";
 import { chosenLanguage } from "../text/languages.js";
 import { message, said } from "../text/text.js";
 import { Offline } from "../offline/offline.js";
 import { Dots } from "./dots.js";
+import { placesOf } from "./graph.js";
+import { SkillMap } from "./skill-map.js";
 import { LessonView, NEW } from "./lesson.js";
 import { LESSONS } from "./lessons.js";
 import { Rich } from "./rich.js";
@@ -71,6 +74,7 @@ function List({ skills, wrong, index }: { skills: Skills; wrong: string | null; 
     <div class="way">
       {wrong ? <p role="alert">{said(message("lesson.unknown", { name: wrong }))}</p> : null}
       <p class="lead">{said(message("lesson.lead"))}</p>
+      <SkillMap places={placesOf(index, skills, kept(storage), now)} />
       <ol>
         {LESSONS.map(({ id, title, idea, goals }) => {
           const skill = skills[id] ?? NEW;
