@@ -156,6 +156,13 @@ bench-peers: $(VENV)/.dev .venvs/peers/.installed  ## the same notebooks graded 
 	  || echo "the readers of exports can't be installed: their tests are skipped" >&2
 	@touch $@
 
+# What a release is checked and described with; a rehearsal of one is a test, which is skipped without a registry.
+.venvs/release/.installed:
+	$(PYTHON) -m venv .venvs/release
+	.venvs/release/bin/python -m pip --disable-pip-version-check --quiet install 'cyclonedx-bom>=7.3,<8' 'twine>=6.1,<7' \
+	  || { echo "the tools of a release can't be installed" >&2; test -z "$$GITHUB_ACTIONS"; }
+	@touch $@
+
 format: $(VENV)/.dev  ## rewrite the code as `make test` wants it
 	$(VENV)/bin/ruff check --fix-only $(CODE)
 	$(VENV)/bin/ruff format $(CODE)

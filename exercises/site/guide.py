@@ -53,6 +53,7 @@ GROUPS = {
         "structures": (_("How many arms there are"), _("What random-2 to random-4 draw from.")),
         "privacy": (_("Data protection"), _("What is kept about students, where, how long; how it is removed.")),
         "library": (_("qdot as a library"), _("Problems and judgements in a program of your own.")),
+        "releasing": (_("Releasing qdot"), _("The button, step by step; how a file is checked.")),
         "dependencies": (_("What qdot needs"), _("Every library: what for, licence, size, last release.")),
         "promises": (_("What stays as it is"), _("What you can build on, and what an upgrade changes.")),
         COMMANDS: (_("The command line"), _("Every command and option, from the program.")),

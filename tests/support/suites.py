@@ -188,6 +188,7 @@ BESIDE = {
     "action.yml": ("repository/test_action.py",), "templates/grade.yml": ("repository/test_action.py",),
     "templates/check.yml": ("repository/test_action.py",), "docs/examples/": ("repository/test_action.py",),
     "docs/ci.md": ("repository/test_action.py",),
+    ".github/workflows/release.yml": ("repository/test_release.py",),
     "Containerfile": ("repository/test_container.py",),
     ".dockerignore": ("repository/test_container.py",),
     "docs/container.md": ("repository/test_container.py",),
