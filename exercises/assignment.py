@@ -11,7 +11,7 @@ from typing import Any, Literal
 
 import pydantic
 
-from exercises.arm.chain import CONVENTIONS
+from exercises.arm.chain import CONVENTIONS, TWIST_ORDERS
 from exercises.arm.library import robot_path
 from exercises.arm.robot_file import read_robot_file
 from exercises.credit import CREDIT, Credit, read_credit
@@ -21,12 +21,19 @@ from exercises.errors import QdotError
 from exercises.families import Family
 from exercises.families.own import own_family
 from exercises.formula.identity import Rounding
-from exercises.generation import check_questions, family_named, generate, questions_of, short_quiz, student_problem_id
+from exercises.generation import (
+    check_questions,
+    family_named,
+    generate,
+    questions_of,
+    short_quiz,
+    student_problem_id,
+)
 from exercises.gradebook import Gradebook, identifier_of, read_export
 from exercises.input_file import TomlFile, read_table, read_text, read_toml
 from exercises.lateness import LATE, LateRule, aware, read_late
 from exercises.mistakes.catalogue import NO_OFTENER, OFTENER, Oftener, read_oftener
-from exercises.problem import ENGINE, Problem, ProblemId, convention_named
+from exercises.problem import BY_AXES, ENGINE, OF_ORDER, Problem, ProblemId, convention_named, twist_order_named
 from exercises.quizzes import ASKED
 from exercises.redrawn import Redraws, read_redrawn
 from exercises.several import LAST, Several, read_several
@@ -49,6 +56,7 @@ class ProblemEntry(pydantic.BaseModel):
     difficulty: int | list[int] | None = None
     variation: str | list[str] | None = None
     convention: str | None = None
+    twist_order: str | None = None
     decimals: int | str | dict[str, int | str] | None = None
     credit: str | float | dict[str, str | float] | None = None
 
@@ -73,6 +81,7 @@ class AssignmentFile(pydantic.BaseModel):
     sandbox: Literal["best", "strict"] = "best"
     variation: str | list[str] = DEFAULT
     convention: str | None = None
+    twist_order: str | None = None
     problem: list[ProblemEntry] = pydantic.Field(min_length=1)
 
 
@@ -98,6 +107,7 @@ RIGHT = {
     "variation": f'it is a step ({", ".join(STEPS)}), as in variation = "{DEFAULT}", or a list of axes, as in '
     f'["lengths", "base"], out of {", ".join(AXES)}',
     "convention": f"it is how arms are told, one of {', '.join(CONVENTIONS)}",
+    "twist_order": f"it is the order of twists of arms that are told by their axes, {' or '.join(TWIST_ORDERS)}",
     "difficulty": f"it is a step from 0 to {HARDEST}, or a range, as in difficulty = [1, 2]",
 }
 """What would be right for each key."""
@@ -119,9 +129,9 @@ class Slot:
     """A place in the assignment: every student has a problem of this family with these questions here.
 
     `band` bounds the difficulty; `robot` is a digest of the file of an instructor's own robot, empty for a family;
-    `variation` is how far arms lead away from the chapter's, `convention` how they are told; `decimals` are the
-    questions in which decimals may be rounded, and how far; `credit` those for which it is said how an answer that is
-    right in part is marked.
+    `variation` is how far arms lead away from the chapter's, `convention` how they are told, and `twist_order` the
+    order of their twists; `decimals` are the questions in which decimals may be rounded, and how far; `credit` those
+    for which it is said how an answer that is right in part is marked.
     """
 
     name: str
@@ -132,6 +142,7 @@ class Slot:
     robot: str = ""
     variation: str = DEFAULT
     convention: str = ""
+    twist_order: str = ""
     decimals: tuple[tuple[str, Rounding], ...] = ()
     credit: tuple[tuple[str, Credit], ...] = ()
 
@@ -144,8 +155,9 @@ class Slot:
         """Return the identity of a student's problem in this place; draws after the first have seeds of their own."""
         place = self.name if draw == 1 else f"{self.name}/{draw}"
         return student_problem_id(
-            secret, student, place, self.family.name, self.questions, self.band, self.variation, self.convention
-        )
+            secret, student, place, self.family.name, self.questions, self.band, self.variation, self.convention,
+            self.twist_order,
+        )  # fmt: skip
 
     def problem(self, secret: str, student: str, draw: int = 1) -> Problem:
         """Return a student's problem in this place."""
@@ -154,8 +166,9 @@ class Slot:
     def problem_with(self, seed: int) -> Problem:
         """Return the problem of this place that a seed gives."""
         identity = ProblemId(
-            self.family.name, seed, self.questions, band=self.band, variation=self.variation, convention=self.convention
-        )
+            self.family.name, seed, self.questions, band=self.band, variation=self.variation,
+            convention=self.convention, twist_order=self.twist_order,
+        )  # fmt: skip
         made = generate(identity, points=self.points, family=self.family)
         allowed, credit = dict(self.decimals), dict(self.credit)
         return replace(
@@ -238,6 +251,7 @@ class Assignment:
         slots = [
             (slot.name, slot.family.name, slot.questions, slot.band, slot.robot, slot.variation)
             + ((slot.convention,) if slot.convention else ())
+            + ((slot.twist_order,) if slot.twist_order else ())
             for slot in self.slots
         ]
         return _short_hash(repr((ENGINE, self.secret, self.key, slots)))
@@ -294,8 +308,13 @@ def load_assignment(folder: Path) -> Assignment:
     with file.at("variation"):
         variation = _variation(content.variation)
     with file.at("convention"):
-        usual = _Usual(variation, _convention(content.convention))
+        convention = _convention(content.convention)
+    with file.at("twist_order"):
+        usual = _Usual(variation, convention, _twist_order(content.twist_order))
     slots = tuple(_slot(file, index, entry, usual, notes) for index, entry in enumerate(content.problem))
+    with file.at("twist_order"):
+        if content.twist_order is not None and not any(map(_is_told_by_axes, slots)):
+            raise QdotError(f"no arm of this assignment is told by its axes; {OF_ORDER}")
     roster = folder / "roster.csv"
     students, export = read_roster(roster), read_export(roster)
     return Assignment(
@@ -326,10 +345,11 @@ def _checked(file: TomlFile) -> AssignmentFile:
 
 @dataclass(frozen=True)
 class _Usual:
-    """What the assignment says for all its problems; no convention where it says nothing of one."""
+    """What the assignment says for all its problems; no convention, and no order, where it says nothing of one."""
 
     variation: str
     convention: str | None
+    twist_order: str | None
 
 
 def _slot(file: TomlFile, index: int, entry: ProblemEntry, usual: _Usual, notes: list[str]) -> Slot:
@@ -355,6 +375,8 @@ def _slot(file: TomlFile, index: int, entry: ProblemEntry, usual: _Usual, notes:
     with file.at(*place, "convention"):
         said = _convention(entry.convention) or usual.convention or ""
     convention = said if robot or not said else convention_named(said)  # a robot's own may be another than the usual
+    with file.at(*place, "twist_order"):
+        twist_order = _order(entry, usual, family, convention)
     with file.at(*place, "difficulty"):
         band = _band(entry.difficulty)
         if band is not None:
@@ -382,7 +404,9 @@ def _slot(file: TomlFile, index: int, entry: ProblemEntry, usual: _Usual, notes:
         decimals = read_decimals(entry.decimals, questions)
     with file.at(*place, "credit"):
         credit = read_credit(entry.credit, questions)
-    return Slot(f"p{index + 1}", family, questions, points, band, robot, variation, convention, decimals, credit)
+    return Slot(
+        f"p{index + 1}", family, questions, points, band, robot, variation, convention, twist_order, decimals, credit
+    )
 
 
 def _variation(said: str | list[str]) -> str:
@@ -392,6 +416,34 @@ def _variation(said: str | list[str]) -> str:
 def _convention(said: str | None) -> str | None:
     """Return a convention as it is said. Raises QdotError for one that is none."""
     return said if said is None else convention_named(said) or said
+
+
+def _twist_order(said: str | None) -> str | None:
+    """Return an order of twists as it is said. Raises QdotError for one that is none."""
+    return said if said is None else twist_order_named(said) or said
+
+
+def _order(entry: ProblemEntry, usual: _Usual, family: Family, convention: str) -> str:
+    """Return the order of twists of a problem, none for arms that are told by tables.
+
+    Of a robot whose file has an order, that is the file's own unless the assignment says another. Raises QdotError.
+    """
+    said = _twist_order(entry.twist_order) or usual.twist_order or ""
+    if (convention or _convention_of(family)) == BY_AXES:
+        own = family.robot != ""  # its file may have another order than the usual one
+        return said if own or not said else twist_order_named(said)
+    if entry.twist_order is not None:
+        raise QdotError(f"its arms are told by tables; {OF_ORDER}")
+    return ""
+
+
+def _is_told_by_axes(slot: Slot) -> bool:
+    return (slot.convention or _convention_of(slot.family)) == BY_AXES
+
+
+def _convention_of(family: Family) -> str:
+    """Return how a family tells its arms: a table, unless the file of a robot says otherwise."""
+    return family.plain.convention if family.plain is not None else CONVENTIONS[0]
 
 
 def _asked(family: Family, said: list[str] | str | None, convention: str) -> tuple[str, ...]:
@@ -430,11 +482,9 @@ def read_roster(path: Path) -> tuple[Student, ...]:
 
     What Canvas or Moodle exports is a roster, too.
     """
-    export = read_export(path)
-    table = read_table(path, "student", "student,name,email", _MISSING) if export is None else export.table
     students: list[Student] = []
     lines: dict[str, int] = {}
-    for number, cells in table:
+    for number, cells in roster_table(path):
         where = f"{path}: line {number}"
         identifier = identifier_of(cells["student"])
         _check_identifier(where, identifier)
@@ -448,6 +498,12 @@ def read_roster(path: Path) -> tuple[Student, ...]:
     if not students:
         raise QdotError(f"{path}: no student is listed; write one a line below the header")
     return tuple(students)
+
+
+def roster_table(path: Path) -> list[tuple[int, dict[str, str]]]:
+    """Return the lines of a roster, or of an export that is one: the number of each, and its cells by column."""
+    export = read_export(path)
+    return read_table(path, "student", "student,name,email", _MISSING) if export is None else export.table
 
 
 def _due(where: str, said: str) -> datetime.datetime | None:

@@ -16,13 +16,15 @@ from exercises.arm.library import ENDINGS, is_in_library, robot_path
 from exercises.arm.library import robots as library
 from exercises.arm.robot_file import read_robot_file
 from exercises.arm.robot_text import robot_text
-from exercises.console import VariationOption, note, one_of, say, working
+from exercises.console import VariationOption, note, one_of, progress, say, working
 from exercises.families import Family
 from exercises.families.own import own_family
-from exercises.generation import family_named, listed, short_quiz
+from exercises.generation import family_named, listed, sample_chain, short_quiz
 from exercises.locus import check_map, write_map
+from exercises.options import ConventionOption, TwistOrderOption
 from exercises.overview import detail, overview, refusals, robots_overview
 from exercises.problem import convention_named
+from exercises.questions import QUESTIONS
 from exercises.quizzes import QUIZZES
 from exercises.release import init_assignment
 from exercises.sets import DEFAULT_SET, SETS, set_named
@@ -31,16 +33,6 @@ from exercises.solving_in_time import LEAST, seconds_of, write_solution
 
 SHOW_FORMATS = ("text", "latex", "html", "json", "ipynb")
 SOLVE_FORMATS = ("text", "latex", "json")
-
-
-ConventionOption = Annotated[
-    str,
-    typer.Option(
-        "--convention",
-        metavar="NAME",
-        help=f"How arms are told: {', '.join(CONVENTIONS)}; default: what the id says, else {CONVENTIONS[0]}.",
-    ),
-]
 
 
 def init(
@@ -100,6 +92,7 @@ def families(
             raise QdotError("--convention is for one family or robot; name it, as in 'qdot families ur5'")
     if name:
         family = _family(name)
+        _look_at(family, convention)
         row = {**_row(family, convention), "refused": refusals(family, convention)} if as_json else {}
         say(json.dumps(row, ensure_ascii=False, indent=1) if as_json else detail(family, convention))
     elif as_json:
@@ -117,6 +110,20 @@ def _family(name: str) -> Family:
             note(said)
         return own_family(path, robot)
     return family_named(name)
+
+
+def _look_at(family: Family, convention: str) -> None:
+    """Find out what an arm can be asked, and show how far that is: of long arms it takes a minute.
+
+    What is found out is kept, and told later; of registered families, it is listed as they tell their arms.
+    """
+    if family.varied or not (family.robot or convention):
+        return
+    chain = sample_chain(ProblemId(family.name, 0, convention=convention), family)
+    with progress(f"looking at what {family.name} can be asked", len(QUESTIONS)) as counter:
+        for question in QUESTIONS.values():
+            question.refusal(chain)
+            counter.step()
 
 
 def _row(family: Family, convention: str = "") -> dict[str, Any]:
@@ -169,16 +176,17 @@ def show(
     hints: Annotated[bool, typer.Option("--hints", help="Add three hints to every part.")] = False,
     variation: VariationOption = "",
     convention: ConventionOption = "",
+    twist_order: TwistOrderOption = "",
 ) -> None:
-    """Show one problem, with or without its hints and its solution.
+    """Show one problem, with hints or solution if wanted.
 
     It has statement, figure and parts; with --hints three hints a part, from gentle to nearly there, in HTML and
     notebooks to be opened one by one (JSON always has them); with --solution the answers and how they are derived.
-    The same FAMILY/SEED shows the same problem on every machine; FAMILY/SEED@VARIATION is short for --variation, and
-    FAMILY/SEED@CONVENTION for --convention.
+    The same FAMILY/SEED shows the same problem on every machine; FAMILY/SEED@VARIATION is short for --variation,
+    FAMILY/SEED@CONVENTION for --convention, and FAMILY/SEED@v-omega for --twist-order.
     """
     one_of(format, SHOW_FORMATS, "--format")
-    identity = ProblemId.parse(problem).varied(variation).told(convention)
+    identity = ProblemId.parse(problem).varied(variation).told(convention, twist_order)
     if ask is not None:
         identity = replace(
             identity, questions=short_quiz(identity.family, identity.convention) if ask == "quiz" else _names(ask)

@@ -2,25 +2,19 @@
 
 import re
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    SpinnerColumn,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
 
 from exercises.errors import QdotError
 from exercises.variation import DEFAULT, STEPS
+
+if TYPE_CHECKING:  # it is loaded where there is a terminal
+    from rich.progress import Progress
 
 
 def _variation(default: str) -> Any:
@@ -69,12 +63,26 @@ def progress(title: str, total: int) -> Iterator["Counter"]:
     if not sys.stderr.isatty():
         yield Counter(title, total)
         return
+    from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
     columns = (
         TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[rate]}"),
         TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn(),
     )  # fmt: skip
-    with Progress(*columns, console=Console(stderr=True)) as bar:
-        yield BarCounter(bar, title, total)
+    with Progress(*columns, console=Console(stderr=True), auto_refresh=False) as bar:
+        counter = BarCounter(bar, title, total)
+        try:
+            yield counter
+        finally:
+            counter.close()
 
 
 @contextmanager
@@ -83,6 +91,9 @@ def working(title: str) -> Iterator[None]:
     if not sys.stderr.isatty():
         yield
         return
+    from rich.console import Console
+    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
     columns = SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()
     console = Console(stderr=True)
     with Progress(*columns, console=console, transient=True, redirect_stdout=False) as bar:
@@ -106,14 +117,34 @@ class Counter:
 
 
 class BarCounter(Counter):
-    """Counts what is done on a progress bar."""
+    """Counts what is done on a progress bar.
 
-    def __init__(self, bar: Progress, title: str, total: int) -> None:
+    The thread that draws it begins with the first step: by then processes are forked, which is done without threads.
+    """
+
+    def __init__(self, bar: "Progress", title: str, total: int) -> None:
         super().__init__(title, total)
         self._bar, self._task = bar, bar.add_task(title, total=total, rate="")
+        self._closed = threading.Event()
+        self._thread: threading.Thread | None = None
+        bar.refresh()
+
+    def close(self) -> None:
+        """Draw it for the last time."""
+        self._closed.set()
+        if self._thread is not None:
+            self._thread.join()
+        self._bar.refresh()
+
+    def _draw(self) -> None:
+        while not self._closed.wait(0.1):
+            self._bar.refresh()
 
     def step(self) -> None:
         """Count one more."""
+        if self._thread is None:
+            self._thread = threading.Thread(target=self._draw, daemon=True)
+            self._thread.start()
         task = self._bar.tasks[0]
         rate = "" if not task.finished_speed and not task.speed else f"{task.finished_speed or task.speed:.1f}/s"
         self._bar.update(self._task, advance=1, rate=rate)

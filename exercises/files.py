@@ -12,6 +12,14 @@ from pathlib import Path
 
 from exercises.errors import QdotError
 
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
+
+IS_POSIX = fcntl is not None
+"""Whether a file that is open can be renamed and removed, as Windows does not let anybody."""
+
 
 def cannot_write(path: Path, error: OSError) -> QdotError:
     """Return the error for a file or folder that the system won't let us write."""
@@ -68,7 +76,10 @@ def _write_and_rename(path: Path, data: bytes, mode: int, lasting: bool) -> None
             if lasting:
                 os.fsync(file.fileno())
             Path(name).chmod(mode)
-            Path(name).replace(path)  # while it is locked: nobody takes it for one that was left behind
+            if IS_POSIX:
+                Path(name).replace(path)  # while it is locked: nobody takes it for one that was left behind
+        if not IS_POSIX:
+            Path(name).replace(path)
         if lasting:
             _flush_names(path.parent)
     except BaseException:
@@ -139,11 +150,34 @@ def _prefix(path: Path) -> str:
     return f".{path.name[:40]}."
 
 
-def lock(handle: int, *, wait: bool = True) -> None:
-    """Lock an open file; the system lets go of it when the file is closed, or the process ends. Raises OSError."""
-    import fcntl
+def lock(handle: int, *, wait: bool = True, shared: bool = False) -> None:
+    """Lock an open file, alone or with others who share it; the system lets go of it when the file is closed, or the
+    process ends. Raises OSError; without `wait`, it is a BlockingIOError where somebody else has it.
 
-    fcntl.flock(handle, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
+    On Windows nobody shares a lock.
+    """
+    if IS_POSIX:
+        fcntl.flock(handle, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | (0 if wait else fcntl.LOCK_NB))
+    else:
+        _lock_on_windows(handle, wait)
+
+
+FAR = 1 << 30
+"""The byte of a file that is locked on Windows, where nobody else can read what is locked."""
+
+
+def _lock_on_windows(handle: int, wait: bool) -> None:
+    import msvcrt
+
+    kind = msvcrt.LK_LOCK if wait else msvcrt.LK_NBLCK  # type: ignore[attr-defined]
+    place = os.lseek(handle, 0, os.SEEK_CUR)
+    os.lseek(handle, FAR, os.SEEK_SET)
+    try:
+        msvcrt.locking(handle, kind, 1)  # type: ignore[attr-defined]
+    except OSError as error:
+        raise BlockingIOError(error.errno, error.strerror) from None
+    finally:
+        os.lseek(handle, place, os.SEEK_SET)
 
 
 @contextlib.contextmanager
@@ -175,6 +209,9 @@ def _remove_unless_locked(path: Path) -> None:
         handle = os.open(path, os.O_RDWR)
         try:
             lock(handle, wait=False)
-            path.unlink()
+            if IS_POSIX:
+                path.unlink()
         finally:
             os.close(handle)
+        if not IS_POSIX:
+            path.unlink()

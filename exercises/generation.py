@@ -58,7 +58,7 @@ def sample_chain(identity: ProblemId, family: Family | None = None, attempt: int
     family = family or family_named(identity.family)
     if identity.engine != ENGINE:
         raise QdotError(f"{identity} was made by engine {identity.engine}; this version of qdot has engine {ENGINE}")
-    told = partial(_told, convention=identity.convention)
+    told = partial(_told, convention=identity.convention, twist_order=identity.twist_order)
     stream = Stream(f"qdot/{identity.engine}/{identity.seeded}/arm" + (f"/{attempt}" if attempt else ""))
     axes = axes_of(identity.variation)
     if family.structures is not None:
@@ -80,9 +80,10 @@ def sample_chain(identity: ProblemId, family: Family | None = None, attempt: int
     raise QdotError(f"{family.name} has no arm of difficulty {in_words(low, high)}; its arms are of difficulty {steps}")
 
 
-def _told(chain: Chain, convention: str) -> Chain:
-    """Return an arm as it is told in a convention; its own, if none is named."""
-    return replace(chain, convention=convention) if convention else chain
+def _told(chain: Chain, convention: str, twist_order: str = "") -> Chain:
+    """Return an arm as it is told in a convention, with its twists in an order; its own, if none is named."""
+    told = replace(chain, convention=convention) if convention else chain
+    return replace(told, twist_order=twist_order) if twist_order else told
 
 
 def _draws(family: Family, stream: Stream, axes: tuple[str, ...]) -> Iterator[Chain]:
@@ -303,10 +304,13 @@ def student_problem_id(
     band: tuple[int, int] | None = None,
     variation: str = DEFAULT,
     convention: str = "",
+    twist_order: str = "",
 ) -> ProblemId:
     """Return the problem of one student in one slot of an assignment; without the secret it can't be guessed.
 
     It depends on nobody else, so that a student who joins later changes no other problem.
     """
     seed = derived_seed(secret, student, slot, family)
-    return ProblemId(family, seed, tuple(questions), band=band, variation=variation, convention=convention)
+    return ProblemId(
+        family, seed, tuple(questions), band=band, variation=variation, convention=convention, twist_order=twist_order
+    )

@@ -8,7 +8,6 @@ import io
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +18,7 @@ from exercises.arm.chain import Chain
 from exercises.arm.robot_file import Limits, Robot
 from exercises.arm.singularity import Component
 from exercises.errors import QdotError
+from exercises.extras import need
 from exercises.figure.pose import example_values
 from exercises.files import write_atomically
 from exercises.formula.expression import read
@@ -30,7 +30,6 @@ from exercises.writing.worked import SingularComponent
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-MISSING = "the map is drawn by matplotlib, which is not installed: pip install 'qdot[report]'"
 GRID = 363
 """Points along each edge, one beyond either end."""
 SIDE, MARGIN, LINE, HEADING = 3.9, 0.9, 0.2, 0.45
@@ -83,8 +82,7 @@ class Map:
 
 def check_map(file: Path) -> None:
     """Raise QdotError where no map can be drawn, or not into this file."""
-    if find_spec("matplotlib") is None:
-        raise QdotError(MISSING)
+    need("report", "--map", "matplotlib")
     if file.suffix.lower() != ".svg":
         raise QdotError(f"--map {file}: the map is an SVG; name a file that ends in .svg")
     if not file.parent.is_dir():

@@ -7,27 +7,26 @@ A notebook holds no seed, so that a student can't regenerate the answers from it
 import base64
 import html
 import json
-from collections.abc import Iterator, Mapping, Sequence
-
-import nbformat
-from nbformat import NotebookNode
-from nbformat.v4 import new_notebook
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
 
 from exercises.arm.told import is_by_axes
 from exercises.figure import alt_text, figure_svg, part_alt, part_svg, singular_svg
-from exercises.formula.order import natural
-from exercises.formula.printers.python import WIDTH
 from exercises.problem import ENGINE, Part, Problem, variable
 from exercises.questions.differentiation import power_of_metres
 from exercises.quizzes import ASKED
 from exercises.render import render
 from exercises.self_check import Problems, check_cell, function_cell
+from exercises.setup_cell import setup_cell
 from exercises.writing.statement import answer_code, hints, prompt, statement, worked_solutions
+
+if TYPE_CHECKING:  # it takes as long to load as a problem to make, and whoever writes no notebook needs none of it
+    from nbformat import NotebookNode
 
 KERNEL = {"display_name": "Python 3", "language": "python", "name": "python3"}
 
 
-def student_notebook(title: str, key: str, student: str, problems: Problems, hinted: bool = False) -> NotebookNode:
+def student_notebook(title: str, key: str, student: str, problems: Problems, hinted: bool = False) -> "NotebookNode":
     """Return the notebook that a student fills in; `problems` are (slot, problem), the slots being p1, p2, …
 
     With `hinted`, three hints that can be opened are under every prompt.
@@ -36,8 +35,13 @@ def student_notebook(title: str, key: str, student: str, problems: Problems, hin
 
 
 def solution_notebook(
-    title: str, key: str, student: str, problems: Problems, hinted: bool = False, handed_out: NotebookNode | None = None
-) -> NotebookNode:
+    title: str,
+    key: str,
+    student: str,
+    problems: Problems,
+    hinted: bool = False,
+    handed_out: "NotebookNode | None" = None,
+) -> "NotebookNode":
     """Return the same notebook with the references filled in, and a worked solution after each part.
 
     Where the one `handed_out` is there already, statements and prompts with their figures are taken from it.
@@ -46,7 +50,7 @@ def solution_notebook(
     return _notebook("solution", title, key, student, problems, hinted, written)
 
 
-def notebook_text(notebook: NotebookNode) -> str:
+def notebook_text(notebook: "NotebookNode") -> str:
     """Return the file's text: sorted keys, one space of indent as Jupyter writes it, a newline at the end."""
     return json.dumps(notebook, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
 
@@ -77,7 +81,10 @@ def points_text(points: float) -> str:
 
 def _notebook(
     kind: str, title: str, key: str, student: str, problems: Problems, hinted: bool, written: Mapping[str, str] = {}
-) -> NotebookNode:
+) -> "NotebookNode":
+    import nbformat
+    from nbformat.v4 import new_notebook
+
     own = claims(kind, key, student, problems)
     notebook = new_notebook(metadata={"kernelspec": KERNEL, "language_info": {"name": "python"}, "qdot": own})
     has_tables = not all(is_by_axes(problem.chain) for _, problem in problems)
@@ -124,7 +131,7 @@ def _form(problem: Problem, part: Part) -> dict[str, object]:
 
 def _problem_cells(
     kind: str, number: int, slot: str, problem: Problem, hinted: bool, written: Mapping[str, str]
-) -> Iterator[NotebookNode]:
+) -> "Iterator[NotebookNode]":
     """Yield the cells of a problem; `written` has texts by the names of their cells."""
     first = f"{slot}-statement"
     given = written.get(first) or statement(problem, f"{number} {problem.title}", figure_image(problem, slot))
@@ -160,46 +167,19 @@ def _prompt(label: str, slot: str, problem: Problem, part: Part, hinted: bool) -
     )
 
 
-# --- set-up ---
-
-
-def setup_cell(problems: Problems) -> str:
-    """Return the first cell, which makes the symbols of all problems."""
-    names: dict[str, list[str]] = {}
-    for _, problem in problems:
-        for name, info in problem.symbols().items():
-            listed = names.setdefault(info.role, [])
-            if name not in listed:
-                listed.append(name)
-    return setup_of(*(sorted(listed, key=natural) for listed in names.values()))
-
-
-def setup_of(*names: Sequence[str]) -> str:
-    """Return a first cell that makes symbols of these names, on a line for each of several lists."""
-    return render("notebook-setup.py.j2", symbol_lines=[_symbols_line(listed) for listed in names if listed])
-
-
-def _symbols_line(names: Sequence[str]) -> str:
-    if len(names) == 1:
-        return f'{names[0]} = Symbol("{names[0]}")'
-    line = f'{", ".join(names)} = symbols("{" ".join(names)}")'
-    if len(line) <= WIDTH:
-        return line
-    half = (len(names) + 1) // 2
-    return "\n".join(map(_symbols_line, (names[:half], names[half:])))
-
-
 # --- cells ---
 
 
-def _markdown(name: str, text: str) -> NotebookNode:
+def _markdown(name: str, text: str) -> "NotebookNode":
     return _cell("markdown", name, text, {})
 
 
-def _code(name: str, text: str, metadata: dict[str, object] | None = None) -> NotebookNode:
+def _code(name: str, text: str, metadata: dict[str, object] | None = None) -> "NotebookNode":
     return _cell("code", name, text, metadata or {}, execution_count=None, outputs=[])
 
 
-def _cell(kind: str, name: str, text: str, metadata: dict[str, object], **others: object) -> NotebookNode:
+def _cell(kind: str, name: str, text: str, metadata: dict[str, object], **others: object) -> "NotebookNode":
     """Return a cell that is validated with its notebook; nbformat's own functions would do it here as well."""
+    from nbformat import NotebookNode
+
     return NotebookNode(id=name, cell_type=kind, source=text.strip(), metadata=NotebookNode(metadata), **others)

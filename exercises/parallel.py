@@ -1,16 +1,24 @@
-"""Many like things done on several processes, their results in order; a stop ends the processes at once."""
+"""Many like things done on several processes, their results in order; a stop ends the processes at once.
+
+Processes are forked from this one, with all that it has loaded, where that is safe: on Linux, while it has one thread.
+Else they come from a process that loads it once more.
+"""
 
 import atexit
 import functools
+import gc
 import multiprocessing
 import os
 import signal
+import sys
 import threading
+import warnings
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import closing, contextmanager, suppress
-from multiprocessing import connection, forkserver, resource_tracker
+from multiprocessing import connection, resource_tracker
+from multiprocessing.context import BaseContext
 from multiprocessing.process import BaseProcess
 from multiprocessing.util import Finalize
 from typing import Any, NoReturn, TypeVar
@@ -20,6 +28,17 @@ from exercises.errors import QdotError
 State = TypeVar("State")
 Item = TypeVar("Item")
 Made = TypeVar("Made")
+
+METHODS = multiprocessing.get_all_start_methods()
+HAS_SERVER = "forkserver" in METHODS
+"""Whether processes can be forked from one that has loaded what they need; on Windows, each loads it for itself."""
+CAN_FORK = sys.platform == "linux" and "fork" in METHODS
+"""Whether a process may be forked: on macOS, libraries of the system fail after it. A fork of a process with threads
+would copy whatever they were doing in whatever state it is, as the drawing of a progress bar."""
+MASKS = hasattr(signal, "pthread_sigmask")
+"""Whether a process can be born deaf to a signal; Windows has none that could reach it before it listens."""
+if HAS_SERVER:
+    from multiprocessing import forkserver
 
 MANY = 500
 """From so many items on they are sent to the processes in chunks."""
@@ -70,7 +89,12 @@ def ordered_map(
 
 
 def load_ahead(modules: Sequence[str]) -> None:
-    """Start to load what the processes will need, beside what this process still has to load itself."""
+    """Start to load what the processes will need, beside what this process still has to load itself.
+
+    Where they are forked from this one, or each loads it for itself, there is nothing to do.
+    """
+    if CAN_FORK or not HAS_SERVER:
+        return
     multiprocessing.get_context("forkserver").set_forkserver_preload(list(modules))
     resource_tracker.ensure_running()
     with _stop_put_off():
@@ -80,6 +104,8 @@ def load_ahead(modules: Sequence[str]) -> None:
 
 def stop_loading() -> None:
     """End what `load_ahead` started: left alone, it would find out only when everything is loaded."""
+    if not HAS_SERVER:
+        return
     process = getattr(getattr(forkserver, "_forkserver", None), "_forkserver_pid", None)
     if process is not None:
         with suppress(OSError):
@@ -113,15 +139,23 @@ def _pooled(
 ) -> Generator[Made, None, None]:
     """Yield `work(state, item)` for each item from `jobs` new processes. Raises BrokenProcessPool where one dies."""
     before = set(multiprocessing.active_children())
-    # A fork of this process would copy the thread that draws the progress bar in whatever state it is.
-    context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload([work.__module__])
+    is_forked = CAN_FORK and threading.active_count() == 1
+    is_served = HAS_SERVER and not is_forked
+    context: BaseContext = multiprocessing.get_context("fork" if is_forked else "forkserver" if is_served else "spawn")
+    if is_served:
+        context.set_forkserver_preload([work.__module__])
     with ProcessPoolExecutor(jobs, context, _begin, (setup, arguments)) as pool:
         try:
-            resource_tracker.ensure_running()  # it would undo what comes next
+            if is_served:
+                resource_tracker.ensure_running()  # it would undo what comes next
             with _stop_put_off():  # whatever starts in here never sees a Ctrl-C, and starts whole
-                forkserver.ensure_running()  # it may be there already
-                made = pool.map(functools.partial(_work_here, work), items, chunksize=chunk)
+                if is_forked:
+                    gc.freeze()  # no collection in a process writes to what it shares with this one
+                elif is_served:
+                    forkserver.ensure_running()  # it may be there already
+                with warnings.catch_warnings():  # Python 3.12 counts the threads of libraries, which are of no harm
+                    warnings.simplefilter("ignore", DeprecationWarning)
+                    made = pool.map(functools.partial(_work_here, work), items, chunksize=chunk)
             yield from made
         except BrokenProcessPool:
             raise
@@ -142,11 +176,12 @@ def _stop_put_off() -> Iterator[None]:
         each: signal.signal(each, lambda number, _: came.append(signal.Signals(number)))
         for each in (signal.SIGINT, signal.SIGTERM)
     }
-    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if MASKS else set()
     try:
         yield
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+        if MASKS:
+            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
         for each, handler in previous.items():
             signal.signal(each, handler)
         for each in came:  # whatever failed in the block failed as everything was being ended
@@ -176,7 +211,8 @@ _busy = False
 def _begin(setup: Callable[..., object], arguments: tuple[Any, ...]) -> None:
     global _state  # noqa: PLW0603 - set once when a process starts
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that shows progress
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+    if MASKS:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     signal.signal(signal.SIGTERM, _terminated)
     threading.Thread(target=_follow_parent, daemon=True).start()
     _state = setup(*arguments)

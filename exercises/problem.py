@@ -10,7 +10,7 @@ from typing import TypeVar
 import sympy as sp
 
 from exercises.answers import Answer
-from exercises.arm.chain import CONVENTIONS, Chain
+from exercises.arm.chain import CONVENTIONS, TWIST_ORDERS, Chain
 from exercises.arm.told import is_by_axes
 from exercises.credit import Credit
 from exercises.errors import QdotError, likeliest
@@ -31,8 +31,8 @@ class ProblemId:
     """Family, seed, questions and variation; with the engine's version it regenerates the same problem for good.
 
     `band` is the least and the greatest step of difficulty that the arm may have, None where any will do; `convention`
-    is how the arm is told, "" where that is as the family has it. As a text it is planar-2r/7, with variation and
-    convention where they are not the usual ones: planar-2r/7@chapter@modified-dh.
+    is how the arm is told, "" where that is as the family has it, and `twist_order` the order of its twists, likewise.
+    As a text it is planar-2r/7, with what is not usual of these: planar-2r/7@chapter@screws@v-omega.
     """
 
     family: str
@@ -42,9 +42,10 @@ class ProblemId:
     band: tuple[int, int] | None = None
     variation: str = DEFAULT
     convention: str = ""
+    twist_order: str = ""
 
     def __str__(self) -> str:
-        marks = ("" if self.variation == DEFAULT else self.variation, self.convention)
+        marks = ("" if self.variation == DEFAULT else self.variation, self.convention, self.twist_order)
         return "@".join((self.seeded, *filter(None, marks)))
 
     @property
@@ -56,13 +57,21 @@ class ProblemId:
         """Return the identity with another variation, unless none is named. Raises QdotError for one that is none."""
         return replace(self, variation=named(variation)) if variation else self
 
-    def told(self, convention: str) -> "ProblemId":
-        """Return the identity with another convention, unless none is named. Raises QdotError for one that is none."""
-        return replace(self, convention=convention_named(convention)) if convention else self
+    def told(self, convention: str, twist_order: str = "") -> "ProblemId":
+        """Return the identity with another convention, and with twists in another order, unless none is named.
+
+        An arm with an order is told by its axes. Raises QdotError for what is none, and for an order beside a table.
+        """
+        said = convention_named(convention) if convention else self.convention
+        order = twist_order_named(twist_order) if twist_order else self.twist_order
+        by_axes = said == BY_AXES or (not convention and said == "")
+        if (twist_order or order) and not by_axes:
+            raise QdotError(f"{self.seeded} is told by a table (convention = {convention or said!r}); {OF_ORDER}")
+        return replace(self, convention=BY_AXES if twist_order else said, twist_order=order)
 
     @staticmethod
     def parse(text: str, hint: str = "") -> "ProblemId":
-        """Read FAMILY/SEED, with @VARIATION, @CONVENTION or both behind it.
+        """Read FAMILY/SEED, with @VARIATION, @CONVENTION and @ORDER behind it, or some of these.
 
         Raises QdotError, with `hint` for a text of another form.
         """
@@ -77,32 +86,61 @@ class ProblemId:
             )
         if len(seed) > len(str(LARGEST_SEED)) or int(seed) > LARGEST_SEED:
             raise QdotError(f"{family}/{seed[:25]}{'…' * (len(seed) > 25)}: the largest seed is {LARGEST_SEED}")
-        conventions, variations = _sorted_marks(text, marks.split("@")[1:])
-        return ProblemId(family, int(seed)).varied("".join(variations)).told("".join(conventions))
+        conventions, orders, variations = _sorted_marks(text, marks.split("@")[1:])
+        return ProblemId(family, int(seed)).varied("".join(variations)).told("".join(conventions), "".join(orders))
 
 
-def _sorted_marks(text: str, marks: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Return the conventions and the variations that the marks of an identity name, of each one at most.
+def _sorted_marks(text: str, marks: Sequence[str]) -> tuple[list[str], list[str], list[str]]:
+    """Return the conventions, orders of twists and variations that the marks of an identity name, of each one at most.
 
-    Raises QdotError, for a mark that is neither with all that there are.
+    Raises QdotError, for a mark that is none of them with all that there are.
     """
     conventions = [mark for mark in marks if mark in CONVENTIONS]
-    variations = [mark for mark in marks if mark not in CONVENTIONS]
+    orders = [mark for mark in marks if mark in TWIST_ORDERS]
+    variations = [mark for mark in marks if mark not in (*CONVENTIONS, *TWIST_ORDERS)]
     for mark in variations:
         if "+" not in mark and mark not in (*STEPS, *AXES):
-            known = dict.fromkeys(CONVENTIONS, "convention") | dict.fromkeys((*STEPS, *AXES), "variation")
-            meant = _CALLED.get(mark.replace("_", "-")) or likeliest(mark, list(known))
+            known = {name: kind for kind, names in _MARKS.items() for name in names}
+            called = mark.replace("_", "-")
+            meant = _CALLED.get(called) or _ORDERS_CALLED.get(called) or likeliest(mark, list(known))
             is_what = f" (did you mean the {known[meant]} {meant!r}?)" if meant else ""
             raise QdotError(
-                f"{text!r}: {mark!r} is neither a variation nor a convention{is_what}; variations: {', '.join(STEPS)}, "
-                f"or axes, as in lengths+base, out of {', '.join(AXES)}; conventions: {', '.join(CONVENTIONS)}"
+                f"{text!r}: {mark!r} is neither a variation nor a convention nor an order of twists{is_what}; "
+                f"variations: {', '.join(STEPS)}, or axes, as in lengths+base, out of {', '.join(AXES)}; "
+                f"conventions: {', '.join(CONVENTIONS)}; orders of twists: {', '.join(TWIST_ORDERS)}"
             )
-    for name, named_marks in (("conventions", conventions), ("variations", variations)):
+    named_of = {"conventions": conventions, "orders of twists": orders, "variations": variations}
+    for name, named_marks in named_of.items():
         if len(named_marks) > 1:
             raise QdotError(
                 f"{text!r} names two {name}, {named_marks[0]} and {named_marks[1]}; it may have one of each"
             )
-    return conventions, variations
+    return conventions, orders, variations
+
+
+BY_AXES = "screws"
+OF_ORDER = f'the order of twists is for arms that are told by their axes (convention = "{BY_AXES}")'
+
+_MARKS = {"convention": CONVENTIONS, "order of twists": TWIST_ORDERS, "variation": (*STEPS, *AXES)}
+
+
+def twist_order_named(name: str) -> str:
+    """Return what an identity says of an order: nothing of the usual one. Raises QdotError for one that is none."""
+    if name not in TWIST_ORDERS:
+        called = name.lower().replace("_", "-").replace(" ", "")
+        meant = _ORDERS_CALLED.get(called) or likeliest(called, TWIST_ORDERS)
+        hint = f" (did you mean {meant!r}?)" if meant else ""
+        raise QdotError(f"unknown order of twists {name!r}{hint}; known: {', '.join(TWIST_ORDERS)}")
+    return "" if name == TWIST_ORDERS[0] else name
+
+
+_ORDERS_CALLED = {
+    **dict.fromkeys(("w-v", "omegav", "wv", "angular-first", "lynch-park", "(omega,v)"), TWIST_ORDERS[0]),
+    **dict.fromkeys(
+        ("v-w", "vomega", "vw", "linear-first", "murray", "murray-li-sastry", "(v,omega)"), TWIST_ORDERS[1]
+    ),
+}
+"""What orders are called elsewhere, and here."""
 
 
 def convention_named(name: str) -> str:

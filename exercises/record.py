@@ -13,6 +13,7 @@ from typing import Any
 import sympy as sp
 
 from exercises.arm.chain import CONVENTIONS, Chain
+from exercises.arm.told import is_by_axes, is_omega_first
 from exercises.formula.text import text_of
 from exercises.problem import Details, Part, Problem, SymbolInfo
 
@@ -22,10 +23,13 @@ Json = dict[str, Any]
 def robot_json(chain: Chain) -> Json:
     """Return a chain as plain data: standard DH rows, base, point, task; expressions as text.
 
-    `convention` is how it is told to people, where that is not by this table.
+    `convention` is how it is told to people, where that is not by this table, and `twist_order` the order of its
+    twists, where that is not the usual one.
     """
     base, point = chain.base, chain.point
     told = {} if chain.convention == CONVENTIONS[0] else {"convention": chain.convention}
+    if is_by_axes(chain) and not is_omega_first(chain):
+        told["twist_order"] = chain.twist_order
     return {
         "name": chain.name,
         "title": chain.title,

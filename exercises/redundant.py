@@ -1,7 +1,7 @@
 """What `qdot solve` tells of where an arm of more than six joints is singular: by elimination, and put to the test."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import sympy as sp
 
@@ -56,6 +56,8 @@ class Redundant:
     doubtful: tuple[tuple[sp.Expr, ...], ...]
     undecided: tuple[tuple[sp.Expr, ...], ...] = ()
     ranks: tuple[int | None, ...] = ()
+    described: bool = True
+    """Whether it is known what the configurations of its components look like."""
 
     @property
     def never(self) -> bool:
@@ -72,7 +74,10 @@ class Redundant:
 
 
 def redundant_stages(chain: Chain) -> Iterator[str | Redundant]:
-    """Yield in words what is worked out next, and in the end the result. Raises TooLong."""
+    """Yield in words what is worked out next, the result without what configurations look like, and all of it.
+
+    Raises TooLong.
+    """
     yield "where the rank of J is below 6, by elimination"
     plain, values = plain_chain(chain)
     twists = tuple((symbol, value) for symbol, value in values.items() if symbol not in plain.q)
@@ -86,23 +91,32 @@ def redundant_stages(chain: Chain) -> Iterator[str | Redundant]:
     solved = [(way, component) for way in ways if (component := solved_together(way, chain)) is not None]
     yield "the test of these conditions in numbers"
     out = tried(chain, [component.conditions for _, component in solved])
-    yield "what the configurations look like in which J loses rank"
-    components, doubtful, undecided, ranks = [], [], [], []
+    held, doubtful, undecided = [], [], []
     for k, (way, component) in enumerate(solved):
         if k in out.wrong:
             doubtful.append(way)
         elif out.samples[k] or not out.arms:
-            ranks.append(_minors_of(rests, component.conditions))
-            components.append(_described(chain, component, [Sample(out.arms[a], q) for a, q in out.samples[k]]))
+            held.append((component, [Sample(out.arms[a], q) for a, q in out.samples[k]]))
         else:
             undecided.append(component.conditions)
-    of_test = tuple(doubtful), tuple(undecided), tuple(ranks)
-    yield Redundant(found, matrix, rests, tuple(components), False, out, *of_test)
+    ranks = tuple(_minors_of(rests, component.conditions) for component, _ in held)
+    plain_ones = tuple(_described(component, "") for component, _ in held)
+    of_test = tuple(doubtful), tuple(undecided), ranks
+    known = Redundant(found, matrix, rests, plain_ones, False, out, *of_test, described=False)
+    yield known
+    yield "what the configurations look like in which J loses rank"
+    components = tuple(_described(component, _looks(chain, samples)) for component, samples in held)
+    yield replace(known, components=components, described=True)
 
 
-def _described(chain: Chain, component: Component, samples: list[Sample]) -> SingularComponent:
+def _described(component: Component, meaning: str) -> SingularComponent:
+    return SingularComponent(component.conditions, component.solutions, Kind("", False, meaning))
+
+
+def _looks(chain: Chain, samples: list[Sample]) -> str:
+    """Return what configurations look like, in words, empty where that is nothing."""
     said = reason_of(chain, samples[:: max(1, len(samples) // _LOOKED_AT)])
-    return SingularComponent(component.conditions, component.solutions, Kind("", False, said.words if said else ""))
+    return said.words if said else ""
 
 
 def _is_shown(left: Left) -> bool:

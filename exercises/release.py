@@ -8,9 +8,7 @@ from contextlib import closing
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Any
-
-from nbformat import NotebookNode
+from typing import TYPE_CHECKING, Any
 
 from exercises.assignment import SECRET_FILE, Assignment, Student, read_roster
 from exercises.drawing import GivenUp, Vouch, draws_of, own_failure, recorded
@@ -24,6 +22,9 @@ from exercises.render import render
 from exercises.sets import DEFAULT_SET, SETS, ProblemSet
 from exercises.store import keep, store_path
 from exercises.variation import DEFAULT
+
+if TYPE_CHECKING:
+    from nbformat import NotebookNode
 
 EXAMPLE_STUDENTS = (Student("s001", "Ada Example", "ada@example.org"), Student("s002", "Bo Example", "bo@example.org"))
 
@@ -55,7 +56,7 @@ def init_assignment(
     write_atomically(folder / "assignment.toml", render("init/assignment.toml.j2", **context))
 
 
-Maker = Callable[[str, str, str, Sequence[tuple[str, Problem]], bool], NotebookNode]
+Maker = Callable[[str, str, str, Sequence[tuple[str, Problem]], bool], "NotebookNode"]
 KINDS = ("released", "solutions")
 """The folders that the notebooks of a student are in: the one to hand out, and the staff's."""
 
@@ -83,7 +84,7 @@ class Certifier:
     """
 
     record: Vouch[Any]
-    text: Callable[[Assignment, str, Mapping[str, Any], NotebookNode], str]
+    text: Callable[[Assignment, str, Mapping[str, Any], "NotebookNode"], str]
 
 
 def certificate_path(assignment: Assignment, student: str) -> Path:
@@ -102,8 +103,7 @@ def release_one(work: tuple[Assignment, Certifier], student: str) -> Released:
     Where another draw of a problem is needed than the assignment says, it is returned, and nothing is written.
     """
     assignment, certifier = work
-    paths = [*(notebook_path(assignment, student, kind) for kind in KINDS), certificate_path(assignment, student)]
-    if all(_edition(path) == assignment.edition_of(student) for path in paths):
+    if is_up_to_date(assignment, student):
         return Released(student, "kept")
     draws = draws_of(assignment, student, certifier.record)
     if draws.given_up:
@@ -124,7 +124,7 @@ def release_one(work: tuple[Assignment, Certifier], student: str) -> Released:
     return Released(student, outcome)
 
 
-def _write(assignment: Assignment, student: str, notebooks: Sequence[NotebookNode], certified: str) -> str:
+def _write(assignment: Assignment, student: str, notebooks: "Sequence[NotebookNode]", certified: str) -> str:
     """Write certificate and notebooks, and return what becomes of them by that."""
     released, solved = (notebook_path(assignment, student, kind) for kind in KINDS)
     to_hand_out, solution = map(notebook_text, notebooks)
@@ -155,7 +155,7 @@ def _unwritable(
 
 def _notebooks(
     assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]]
-) -> tuple[NotebookNode, NotebookNode]:
+) -> "tuple[NotebookNode, NotebookNode]":
     """Return the notebook to hand out and the staff's, in which the same texts stand."""
     handed_out = _notebook(student_notebook, assignment, student, problems)
     return handed_out, _notebook(partial(solution_notebook, handed_out=handed_out), assignment, student, problems)
@@ -163,10 +163,16 @@ def _notebooks(
 
 def _notebook(
     make: Maker, assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]]
-) -> NotebookNode:
+) -> "NotebookNode":
     notebook = make(assignment.title, assignment.key, student, problems, assignment.hints)
     notebook.metadata["qdot"].update(digest=assignment.digest_of(student), edition=assignment.edition_of(student))
     return notebook
+
+
+def is_up_to_date(assignment: Assignment, student: str) -> bool:
+    """Return whether a student's notebooks and certificate are all there, from this very assignment."""
+    paths = [*(notebook_path(assignment, student, kind) for kind in KINDS), certificate_path(assignment, student)]
+    return all(_edition(path) == assignment.edition_of(student) for path in paths)
 
 
 def is_released(assignment: Assignment, student: str) -> bool:
@@ -181,7 +187,12 @@ def released_text(assignment: Assignment, student: str) -> str:
 
 def new_handout(assignment: Assignment, student: str) -> str:
     """Return the notebook to hand out, made of a student's problems, which have been certified (`drawing.settled`)."""
-    return notebook_text(_notebook(student_notebook, assignment, student, assignment.problems(student)))
+    return notebook_text(handout(assignment, student, assignment.problems(student)))
+
+
+def handout(assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]]) -> "NotebookNode":
+    """Return the notebook that holds these problems of a student, as it would be handed out."""
+    return _notebook(student_notebook, assignment, student, problems)
 
 
 def _content(path: Path) -> str | None:

@@ -1,7 +1,12 @@
 """Jinja2 templates: found, configured and rendered in one place; templates format and never compute."""
 
+import hashlib
+import io
 import json
+import os
 import re
+import sys
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -36,6 +41,40 @@ class MessageLines(Extension):
 EXTENSIONS = (MessageLines, "jinja2.ext.i18n")
 
 
+class CompiledBeside(jinja2.BytecodeCache):
+    """Templates' code, kept in __pycache__ beside them as Python keeps that of modules: compiling takes 10 ms each.
+
+    Where that folder can't be written, or Python is to write no bytecode, nothing is kept. The names of files tell what
+    the code depends on besides the template, whose digest is inside.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder / "__pycache__"
+        about = f"{jinja2.__version__}/{sys.implementation.cache_tag}/{Path(__file__).read_text(encoding='utf-8')}"
+        self._made_by = hashlib.sha256(about.encode()).hexdigest()[:16]
+
+    def _path(self, bucket: jinja2.bccache.Bucket) -> Path:
+        return self._folder / f"{bucket.key}.{self._made_by}.cache"
+
+    def load_bytecode(self, bucket: jinja2.bccache.Bucket) -> None:
+        """Fill the bucket, if the code is there and is that of the same template."""
+        try:
+            bucket.load_bytecode(io.BytesIO(self._path(bucket).read_bytes()))
+        except (OSError, ValueError, EOFError, TypeError):  # not there, or damaged
+            bucket.reset()
+
+    def dump_bytecode(self, bucket: jinja2.bccache.Bucket) -> None:
+        """Keep the bucket's code."""
+        if sys.dont_write_bytecode:
+            return
+        path = self._path(bucket)
+        with suppress(OSError):
+            path.parent.mkdir(exist_ok=True)
+            part = path.with_suffix(f".{os.getpid()}")
+            part.write_bytes(bucket.bytecode_to_string())
+            part.replace(path)
+
+
 @cache
 def environment(language: str = ENGLISH) -> jinja2.Environment:
     """Return the environment: undefined names are errors, markup is escaped, line ends are kept plain.
@@ -50,6 +89,7 @@ def environment(language: str = ENGLISH) -> jinja2.Environment:
         trim_blocks=True,
         lstrip_blocks=True,
         keep_trailing_newline=True,
+        bytecode_cache=CompiledBeside(template_folder()),
         optimized=False,  # the search for constants takes a fifth of the loading, and finds none worth it
     )
     made.filters.update(tex=tex, tex_lines=tex_lines, tex_length=tex_length, tex_angle=tex_angle)

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from exercises.arm.chain import Chain
-from exercises.arm.told import is_by_axes, told_point
+from exercises.arm.told import is_by_axes, is_omega_first, told_point
 from exercises.formula.printers.python import python_text
 from exercises.problem import Part, Problem, variable
 from exercises.render import render
@@ -125,10 +125,10 @@ RELATIONS = (
         "at({position}).reshape(-1)", "at({body_pose})[{rows}, 3]",
     ),
     Relation(
-        ("body-pose", "body-adjoint"), "Are the first three columns of your adjoint made of your pose?",
-        "at({body_adjoint})[:, :3]",
+        ("body-pose", "body-adjoint"), "Are the columns of your adjoint for the angular velocity made of your pose?",
+        "at({body_adjoint})[:, {angular_half}]",
         "np.vstack([at({body_pose})[:3, :3], "
-        "np.cross(at({body_pose})[:3, 3:], at({body_pose})[:3, :3], axis=0)])",
+        "np.cross(at({body_pose})[:3, 3:], at({body_pose})[:3, :3], axis=0)]){in_order}",
     ),
     Relation(
         ("home-screws", "space-jacobian"), "Is the first column of your space Jacobian your first screw?",
@@ -138,11 +138,11 @@ RELATIONS = (
         ("body-pose", "space-jacobian"), "Is your space Jacobian how your pose moves?",
         "at({space_jacobian})",
         "np.vstack([at.motion({body_pose})[3:], at.motion({body_pose})[:3] "
-        "+ np.cross(at({body_pose})[:3, 3:], at.motion({body_pose})[3:], axis=0)])",
+        "+ np.cross(at({body_pose})[:3, 3:], at.motion({body_pose})[3:], axis=0)]){in_order}",
     ),
     Relation(
         ("body-pose", "body-jacobian"), "Is your body Jacobian how your pose moves, in its own axes?",
-        "at({body_jacobian})", "at.into_tool({body_pose}) @ np.roll(at.motion({body_pose}), 3, axis=0)",
+        "at({body_jacobian})", "at.into_tool({body_pose}) @ np.roll(at.motion({body_pose}), 3, axis=0){in_order}",
     ),
     Relation(
         ("body-adjoint", "space-jacobian", "body-jacobian"),
@@ -214,11 +214,12 @@ def check_cell(slot: str, problem: Problem, part: str) -> str:
     due = [relation for name, relation in _due(problem) if name == part]
     if not due:
         return ""
-    asked = _by_kind(problem)
+    asked, omega_first = _by_kind(problem), is_omega_first(problem.chain)
     words: dict[str, object] = {kind.replace("-", "_"): variable(slot, each.name) for kind, each in asked.items()}
     words |= {
-        "linear_half": "3:" if is_by_axes(problem.chain) else ":3",
-        "angular_half": ":3" if is_by_axes(problem.chain) else "3:",
+        "linear_half": "3:" if omega_first else ":3",
+        "angular_half": ":3" if omega_first else "3:",
+        "in_order": "[np.r_[3:6, 0:3]]" if is_by_axes(problem.chain) and not omega_first else "",
         "n": problem.chain.n,
         "linear": len(problem.chain.linear_rows),
         "rows": _rows(asked) if "position" in asked else [],

@@ -16,7 +16,7 @@ from exercises.arm.reciprocal import applies
 from exercises.arm.robot_file import Limits, Robot, read_robot
 from exercises.arm.searched import tried
 from exercises.arm.singularity import Component, for_special_lengths, singular_set
-from exercises.arm.told import is_by_axes, twist_rows
+from exercises.arm.told import is_by_axes, twist_rows, twist_told
 from exercises.formula.text import matrix_json
 from exercises.problem import Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
@@ -230,7 +230,7 @@ def _undecided(conditions: Iterable[sp.Expr], searches: int) -> str:
     )
 
 
-def _redundant_singular(chain: Chain) -> Iterator[str | Singularities]:
+def _redundant_singular(chain: Chain) -> Iterator[str | Kept | Singularities]:
     """Yield the same of an arm of more than six joints whose six rows all count."""
     try:
         for stage in redundant_stages(chain):
@@ -238,10 +238,22 @@ def _redundant_singular(chain: Chain) -> Iterator[str | Singularities]:
                 yield stage
             elif stage.always:
                 yield Singularities(None, None, ALWAYS_SINGULAR, stage)
+            elif not stage.described:
+                parts = partial(_redundant_so_far, chain, stage), partial(_redundant_json, chain, stage)
+                yield Kept(*parts, (MEANING,))
             else:
                 yield Singularities(None, stage.components, _said_of_test(chain, stage), stage)
     except TooLong as error:
         yield Singularities(None, None, NOT_WORKED_OUT.format(error))
+
+
+def _redundant_so_far(chain: Chain, stage: Redundant) -> str:
+    return f"{_redundant_block(chain, stage)}\n{_said_of_test(chain, stage)}\n"
+
+
+def _redundant_json(chain: Chain, stage: Redundant) -> dict[str, Any]:
+    singular = [_component_json(one) for one in stage.components]
+    return {"singular": singular, "tested": stage.searched, "note": _said_of_test(chain, stage)}
 
 
 def _said_of_test(chain: Chain, stage: Redundant) -> str:
@@ -342,8 +354,8 @@ def _screw_parts(chain: Chain) -> tuple[Callable[[], dict[str, Any]], ...]:
         return ()
     has_body = QUESTIONS["body-jacobian"].objection(chain) is None
     return (
-        lambda: {"twist_rows": list(twist_rows(chain)), TWISTS[0]: _rows(space_jacobian(chain))},
-        lambda: {TWISTS[1]: _rows(body_jacobian(chain)) if has_body else None},
+        lambda: {"twist_rows": list(twist_rows(chain)), TWISTS[0]: _rows(twist_told(chain, space_jacobian(chain)))},
+        lambda: {TWISTS[1]: _rows(twist_told(chain, body_jacobian(chain))) if has_body else None},
     )
 
 
@@ -495,7 +507,8 @@ def _section(chain: Chain, name: str, parts: list[Part], explained: set[str]) ->
     return f"## {len(parts) + 2}. {question.title}\n\n{text}"
 
 
-def _redundant_block(chain: Chain, redundant: Redundant, number: int) -> str:
+def _redundant_block(chain: Chain, redundant: Redundant, number: int | None = None) -> str:
+    """Return the section on the singular set of such an arm, without a number where it is not whole."""
     w, steps = Wording(chain), worked_steps(chain)
     return render("solve-redundant.md.j2", chain=chain, w=w, steps=steps, found=redundant, number=number)
 

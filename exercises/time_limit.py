@@ -4,8 +4,10 @@ What is counted is what this process takes of the processor (user and system) in
 have the processor, or in which nothing is done, is not.
 """
 
+import ctypes
 import signal
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
@@ -14,6 +16,9 @@ from sympy.core.cache import clear_cache
 
 AGAIN = 0.2
 """Seconds after which a stop comes again that was lost, as one that came inside of a destructor is."""
+
+HAS_TIMER = hasattr(signal, "setitimer")
+"""Whether the system sends a signal when processor time is over, as Windows does not."""
 
 
 class OutOfTime(BaseException):
@@ -32,17 +37,59 @@ def time_limit(seconds: float) -> Iterator[None]:
         yield
         return
 
-    def stop(_: int, __: FrameType | None) -> None:
-        raise OutOfTime
-
-    usual = signal.signal(signal.SIGPROF, stop)
-    signal.setitimer(signal.ITIMER_PROF, seconds, AGAIN)
+    alarm = _Alarm(seconds) if HAS_TIMER else _Watch(seconds)
     try:
         yield
     except (OutOfTime, KeyboardInterrupt):
-        signal.setitimer(signal.ITIMER_PROF, 0)
+        alarm.end()
         clear_cache()
         raise
     finally:
+        alarm.end()
+
+
+class _Alarm:
+    """A stop by the system's timer, from now on."""
+
+    def __init__(self, seconds: float) -> None:
+        self._usual = signal.signal(signal.SIGPROF, self._stop)
+        self._ended = False
+        signal.setitimer(signal.ITIMER_PROF, seconds, AGAIN)
+
+    @staticmethod
+    def _stop(_: int, __: FrameType | None) -> None:
+        raise OutOfTime
+
+    def end(self) -> None:
+        """Let no stop come any more."""
         signal.setitimer(signal.ITIMER_PROF, 0)
-        signal.signal(signal.SIGPROF, usual)
+        if not self._ended:
+            self._ended = True
+            signal.signal(signal.SIGPROF, self._usual)
+
+
+class _Watch:
+    """A stop by a thread that looks at the clock, from now on: it comes between two steps of Python."""
+
+    def __init__(self, seconds: float) -> None:
+        self._due = time.process_time() + seconds
+        self._ended = threading.Event()
+        self._lock = threading.Lock()
+        self._thread = threading.get_ident()
+        threading.Thread(target=self._look, daemon=True).start()
+
+    def _look(self) -> None:
+        while not self._ended.wait(AGAIN):
+            with self._lock:
+                if time.process_time() >= self._due and not self._ended.is_set():
+                    self._raise(ctypes.py_object(OutOfTime))
+
+    def _raise(self, what: "ctypes.py_object[type[OutOfTime]] | None") -> None:
+        ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(self._thread), what)
+
+    def end(self) -> None:
+        """Let no stop come any more, not one either that is on its way."""
+        with self._lock:
+            if not self._ended.is_set():
+                self._ended.set()
+                self._raise(None)

@@ -29,17 +29,20 @@ The map, from the bottom up: nothing here imports what stands below it.
     remote, cluster                 notebooks graded by an executor on any machine; a Dask cluster as one
     batch, single, history          the class, resumable; one student; what earlier runs gave, and whose mark moved
     certificates, sharing           a student's certificate; how many of a class share an answer
-    certify, check                  `verify`; what a student can know before handing in
+    certify, upgrade                `verify`; what this version would make of a folder that another one wrote
+    forgetting                      all that a folder has of one student, removed
+    check                           what a student can know before handing in
     statistics, variants            what the class's page is worked out from
     reports/                        results for people and for other programs
     nbgrader_cells                  notebooks as nbgrader has them, made whole and filled with marks
     demo, commands                  the simulated class; the commands about what is handed in
+    keeping                         the commands for a folder that is kept: what an upgrade changes, `qdot forget`
     pytest_plugin, nbgrader_plugin  `pytest --qdot`; what nbgrader runs, the one module that needs nbgrader
     hosts, pushed                   GitHub and GitLab; repositories fetched as they were when work was due, feedback
     gradescope                      Gradescope's autograder
     otter_marks, otter_plugin       marks as Otter's tests look them up; what Otter runs, the one module that needs it
     outlets, site                   `qdot export` and `qdot report`; `qdot site`
-    docs, cli                       docs/outlets.md; the program `qdot`
+    docs, examples, cli             docs/outlets.md; examples of each command; the program `qdot`
 
 What a library or a notebook needs stands in this package itself (`__all__`), and is loaded when it is asked for:
 

@@ -11,8 +11,8 @@ from typing import Any
 
 from exercises.assignment import Assignment
 from exercises.errors import QdotError
-from exercises.notebook import setup_cell
 from exercises.problem import ENGINE, Problem
+from exercises.setup_cell import setup_cell
 from exercises.store import kept
 from grader.cells import Unreadable, plain
 from grader.clock import Allowance

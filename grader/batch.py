@@ -7,6 +7,7 @@ submission, the assignment, and the versions of problems and grader; a rerun tak
 import contextlib
 import hashlib
 import json
+import os
 import re
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
@@ -16,7 +17,7 @@ from pathlib import Path
 
 from exercises.assignment import Assignment, Student
 from exercises.errors import QdotError
-from exercises.files import cannot_write, made_lasting, make_folder, tidied, write_atomically
+from exercises.files import cannot_write, lock, made_lasting, make_folder, tidied, write_atomically
 from exercises.parallel import ordered_map
 from grader.attempt import Attempt, Marked, grade_safely, is_graded, made_from, read_attempts, told, ungraded
 from grader.cells import plain
@@ -103,33 +104,59 @@ def share_of(roster: Sequence[Student], share: str) -> Sequence[Student]:
 
 def cache_of(assignment: Assignment) -> Path:
     """Return the folder in which is kept what has been graded."""
-    return assignment.folder / "graded" / ".cache"
+    return cache_in(assignment.folder)
+
+
+def cache_in(folder: Path) -> Path:
+    """Return the same of an assignment's folder."""
+    return folder / "graded" / ".cache"
 
 
 @contextlib.contextmanager
-def alone(assignment: Assignment) -> Iterator[None]:
-    """Be the only one who grades in the assignment's folder. Raises QdotError where another grader is at work there.
+def alone(folder: Path, but_for_shares: bool = False) -> Iterator[None]:
+    """Be the only one who grades in an assignment's folder. Raises QdotError where another grader is at work there.
 
-    The lock is one that the system lets go of when this process ends, however it ends.
+    Those who grade shares may be there together, as on a disk that machines have in common: each keeps what its own
+    students earn, and writes nothing else. The lock is one that the system lets go of when this process ends, however
+    it ends.
     """
-    import fcntl
-
-    lock = cache_of(assignment) / "lock"
-    make_folder(lock.parent)
+    path = cache_in(folder) / "lock"
+    make_folder(path.parent)
     try:
-        file = lock.open("a")
+        file = path.open("a+")  # NFS gives no lock for several to who does not read
     except OSError as error:
-        raise cannot_write(lock, error) from None
-    with file:
+        raise cannot_write(path, error) from None
+    with file, _of_this_process(file.fileno()):
         try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            lock(file.fileno(), wait=False, shared=but_for_shares)
         except BlockingIOError:
             raise QdotError(
-                f"{lock.parent.parent} is being graded by another 'qdot grade'; wait until it is done"
+                f"{path.parent.parent} is being graded by another 'qdot grade'; wait until it is done"
             ) from None
         except OSError:
             pass  # a disk that knows no locks: files are written whole all the same
         yield
+
+
+_own: set[int] = set()
+"""Open files that no process forked from this one is to have: its lock would outlive it there."""
+
+
+@contextlib.contextmanager
+def _of_this_process(descriptor: int) -> Iterator[None]:
+    _own.add(descriptor)
+    try:
+        yield
+    finally:
+        _own.discard(descriptor)
+
+
+def _let_go() -> None:
+    while _own:
+        os.close(_own.pop())
+
+
+os.register_at_fork(after_in_child=_let_go)
 
 
 @dataclass(frozen=True)
@@ -158,7 +185,7 @@ class _Shelf:
             write_atomically(self._path(student, attempt), json.dumps(content), lasting=False)
 
     def _path(self, student: str, attempt: Attempt | None) -> Path:
-        return _kept(self.folder, student, None if attempt is None else attempt.file)
+        return kept_path(self.folder, student, None if attempt is None else attempt.file)
 
     def _key(self, student: str, attempt: Attempt | None) -> str:
         """Return a text that changes whenever what a notebook earns may change; also when it may take longer."""
@@ -305,11 +332,11 @@ def _failed(assignment: Assignment, task: Task, why: str = DIED) -> list[Graded]
     return [Graded(file, marked=ungraded(assignment, task.student, None, why))]
 
 
-def _kept(cache: Path, student: str, file: Path | None) -> Path:
+def kept_path(cache: Path, student: str, file: Path | None) -> Path:
     """Return where the result of a student's notebook is kept."""
     said = f"{student}/{'' if file is None else f'{file.name}/{file.parent.name == student}'}"
     return cache / f"{hashlib.sha256(said.encode('utf-8', 'surrogateescape')).hexdigest()[:24]}.json"
 
 
 def _all_kept(cache: Path, task: Task) -> list[Path]:
-    return [_kept(cache, task.student, file) for file in (task.found.files if task.found else (None,))]
+    return [kept_path(cache, task.student, file) for file in (task.found.files if task.found else (None,))]

@@ -159,14 +159,14 @@ def notebook_failures(path: Path, certificate: Certificate) -> list[Failure]:
         said = f"{path} can't be read as a notebook ({why}); restore it from a backup"
         return [Failure(Kind.ALTERED, f"{student}: {said}")]
     concerned: dict[str, list[str]] = {}
-    for cell, how in _alterations(certificate.notebook, cell_digests(notebook)):
+    for cell, how in alterations(certificate.notebook, cell_digests(notebook)):
         slot = cell.partition("-")[0]
         concerned.setdefault(slot if slot in certificate.problems else "", []).append(f"{cell} {how}")
     said = f"{student}: {path} is not as it was handed out, restore it from a backup: "
     return [Failure(Kind.ALTERED, said + ", ".join(altered), slot) for slot, altered in concerned.items()]
 
 
-def _alterations(kept: Mapping[str, str], found: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:
+def alterations(kept: Mapping[str, str], found: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:
     """Return the cells in which a notebook differs from its digests, each with what happened to it."""
     there = dict(found)
     digests = Counter(digest for _, digest in found)

@@ -112,7 +112,7 @@ def tasks_of(assignment: Assignment) -> list[Task]:
     """
     students = [student.id for student in assignment.roster]
     students += former_students(assignment)
-    return [task for student in students for task in _tasks_of_student(assignment, student)]
+    return [task for student in students for task in tasks_of_student(assignment, student)]
 
 
 def former_students(assignment: Assignment) -> list[str]:
@@ -136,7 +136,8 @@ def _of_anybody(pattern: Path) -> list[Path]:
     return [path for path in pattern.parent.parent.glob(f"*/{pattern.name}") if not path.parent.name.startswith(".")]
 
 
-def _tasks_of_student(assignment: Assignment, student: str) -> list[Task]:
+def tasks_of_student(assignment: Assignment, student: str) -> list[Task]:
+    """Return a student's problems, those of the assignment's places first, then those in places that it has no more."""
     certificate, failures = _kept(assignment, student)
     records = dict(certificate.problems) if certificate else {}
     tasks = []
@@ -175,7 +176,7 @@ def _kept(assignment: Assignment, student: str) -> tuple[Certificate | None, lis
     return certificate, notebook_failures(notebook, certificate)
 
 
-def _changes(task: Task, problem: Problem, record: Record) -> list[Failure]:
+def changes_of(task: Task, problem: Problem, record: Record) -> list[Failure]:
     """Return how a problem differs from the record that was kept of it."""
     now = digests(problem)
     if record.problem != str(problem.id):
@@ -205,7 +206,7 @@ def _failures(_: None, task: Task) -> list[Failure]:
         return [*_found(Kind.OTHER_ENGINE, task, [said]), *task.against]
     try:
         problem = generate(task.identity, family=task.family)
-        changes = _changes(task, problem, record) if record is not None else []
+        changes = changes_of(task, problem, record) if record is not None else []
         failures = [*changes, *_found(Kind.UNSOUND, task, failures_of(problem))]
     except (RuntimeError, QdotError) as error:
         failures = _found(Kind.UNSOUND, task, [str(error)])

@@ -13,9 +13,9 @@ from exercises.answers import TRUE_FALSE, Answer, ConditionSet, Direction, Expre
 from exercises.errors import QdotError
 from exercises.formula.identity import Domain
 from exercises.formula.trees import has_blank
-from exercises.notebook import setup_of
 from exercises.problem import variable
 from exercises.quizzes import ASKED
+from exercises.setup_cell import setup_of
 from grader.answer import Given, read_any
 from grader.cells import Unreadable
 from grader.finding import asked_in, find_answers
@@ -64,7 +64,7 @@ def check_notebook(path: Path) -> Checked:
     parts = asked_in(submission.cells, tuple(ASKED))
     if not parts:
         raise QdotError(f"{path} has no answer cells; is it a notebook that qdot made?")
-    with Sandbox() as sandbox:
+    with Sandbox(warm=False) as sandbox:
         setup = setup_of(_claimed_symbols(submission))
         answers = find_answers(submission.cells, parts, lambda cells, names: sandbox.run(cells, names, setup=setup))
     rows = []

@@ -4,12 +4,15 @@ Nothing slow is imported before `main` has seen to it that Ctrl-C and SIGTERM en
 """
 
 import ast
+import atexit
 import functools
+import gc
 import io
 import os
 import signal
 import sys
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -20,10 +23,12 @@ if TYPE_CHECKING:
 
 HELP = """Velocity-kinematics problems for a class: drawn for each student, written out as notebooks, graded.
 
-Start with `qdot demo`, which does all of it for a simulated class; then `qdot init DIR`."""
+Start with `qdot demo`, which does all of it for a simulated class; then `qdot init DIR`. `qdot COMMAND --help` tells of
+each command, with examples."""
 
 STOPPED = {
     **dict.fromkeys(("generate", "grade", "demo"), "stopped; run the same command again to go on"),
+    "forget": "stopped; run the same command again to remove the rest",
     "verify": "stopped; the same command begins at the first problem again, and --from SEED begins a sweep later",
 }
 """What is said of a command that Ctrl-C or SIGTERM ended, where there is more to say than that it stopped."""
@@ -39,9 +44,10 @@ COMMANDS = {
     **dict.fromkeys(("init", "families", "questions", "show", "robots", "solve"), "exercises.commands"),
     **dict.fromkeys(("verify", "generate", "check", "compare", "grade", "doctor"), "grader.commands"),
     **dict.fromkeys(("export", "report"), "grader.outlets"),
+    **dict.fromkeys(("upgrade-check", "forget"), "grader.keeping"),
     "demo": "grader.commands",
 }
-"""Each command, and the module in which it is the function of that name."""
+"""Each command, and the module in which it is the function of that name, with _ for -."""
 SITE = {"build": "build_site", "serve": "serve"}
 
 
@@ -57,10 +63,12 @@ def program(only: str = "") -> "typer.Typer":
     """
     import typer
 
+    from grader.examples import epilog
+
     named = _described if only == LISTING else _loaded
 
     app = typer.Typer(
-        name="qdot", no_args_is_help=True, add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False,
+        name="qdot", no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False,
         help=HELP,
     )  # fmt: skip
 
@@ -76,17 +84,22 @@ def program(only: str = "") -> "typer.Typer":
 
     for name, module in COMMANDS.items():
         if only not in COMMANDS or name == only:
-            app.command(name)(named(module, name))
+            app.command(name, epilog=epilog(name))(named(module, name))
     if only not in COMMANDS:
         pages = typer.Typer(no_args_is_help=True, help="The web site: build it, or show it.")
         for name, function in SITE.items():
-            pages.command(name)(named("grader.site", function))
+            pages.command(name, epilog=epilog(f"site {name}"))(named("grader.site", function))
         app.add_typer(pages, name="site")
     return app
 
 
 def _loaded(module: str, name: str) -> Callable[..., None]:
-    return _guarded(getattr(import_module(module), name))
+    return _guarded(getattr(import_module(module), _function(name)))
+
+
+def _function(command: str) -> str:
+    """Return the name of the function that a command is."""
+    return command.replace("-", "_")
 
 
 def _described(module: str, name: str) -> Callable[[], None]:
@@ -94,7 +107,7 @@ def _described(module: str, name: str) -> Callable[[], None]:
 
     def described() -> None: ...
 
-    described.__doc__ = _docstrings(module)[name]
+    described.__doc__ = _docstrings(module)[_function(name)]
     return described
 
 
@@ -159,6 +172,9 @@ def _stop_at_once(number: int, _: object) -> NoReturn:
 
 def _begin() -> None:
     """Have Ctrl-C and SIGTERM end a command such that what it has begun is tidied up: it is about to begin."""
+    if not gc.isenabled():
+        gc.freeze()
+        gc.enable()
     for number, handler in ((signal.SIGINT, signal.default_int_handler), (signal.SIGTERM, _stop)):
         if signal.getsignal(number) is _stop_at_once:
             signal.signal(number, handler)
@@ -170,20 +186,66 @@ def _stop(number: int, _: object) -> NoReturn:
     raise KeyboardInterrupt(number)
 
 
+def _encoding(stream: io.TextIOWrapper) -> str | None:
+    """Return UTF-8 for what goes into a file or another program, which Windows writes otherwise; None to leave it."""
+    return None if stream.isatty() or os.environ.get("PYTHONIOENCODING") else "utf-8"
+
+
+def _wanted(typed: Sequence[str], environment: Mapping[str, str]) -> str:
+    """Return which part of the program is needed: one command, LISTING, or nothing for all of it.
+
+    >>> _wanted(["grade", "homework"], {}), _wanted([], {}), _wanted(["site", "build"], {})
+    ('grade', '--help', 'site')
+    >>> begun = {"_QDOT_COMPLETE": "complete_bash", "COMP_WORDS": "qdot grade --di"}
+    >>> _wanted([], begun), _wanted([], {**begun, "COMP_WORDS": "qdot gr"})
+    ('grade', '--help')
+    """
+    if "_QDOT_COMPLETE" in environment:  # a shell asks what may come next
+        line = environment.get("COMP_WORDS") or environment.get("_TYPER_COMPLETE_ARGS") or ""
+        typed = f"{line}x".split()[1:]  # the last word is one that is begun
+        return typed[0] if len(typed) > 1 else LISTING
+    return " ".join(typed[:1]) if typed and typed[0] not in ("--help", "--version", *COMPLETION) else LISTING
+
+
+COMPLETION = ("--install-completion", "--show-completion")
+
+
 def main() -> None:
     """Run the command line: 0 done, 1 something is not as it should be, 2 bad input or our own failure."""
     if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:  # else it was started in the background, to go on
         signal.signal(signal.SIGINT, _stop_at_once)  # nothing has been begun yet
     signal.signal(signal.SIGTERM, _stop_at_once)
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are small; without threads a process can be forked
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # else it reads what every installed package offers
+    gc.disable()  # until all is loaded, and stays
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")  # a terminal that knows no "θ" shows "?"
+            stream.reconfigure(encoding=_encoding(stream), errors="replace")  # a terminal that knows no "θ" shows "?"
     if (modules := WORKERS.get(" ".join(sys.argv[1:2]))) and "--help" not in sys.argv:
         from exercises.parallel import load_ahead
 
         load_ahead(modules)
-    program(LISTING if sys.argv[1:] in ([], ["--help"], ["--version"]) else " ".join(sys.argv[1:2]))()
+    program(_wanted(sys.argv[1:], os.environ))()
+
+
+def run() -> NoReturn:
+    """Run the command line, and end at once: to take all apart that was loaded takes a third of a second."""
+    code: object = 1
+    try:
+        main()
+        code = 0
+    except SystemExit as end:
+        code = end.code
+    if threading.active_count() > 1 or not (code is None or isinstance(code, int)):
+        sys.exit(code)
+    atexit._run_exitfuncs()
+    try:
+        sys.stdout.flush()
+        sys.stderr.flush()
+    except (OSError, ValueError):  # whoever read it has gone
+        code = code or 120
+    os._exit(code or 0)
 
 
 if __name__ == "__main__":
-    main()
+    run()

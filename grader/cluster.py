@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from exercises.errors import QdotError
+from exercises.extras import need
 from grader.remote import GO_ON
 
 if TYPE_CHECKING:
@@ -38,7 +39,8 @@ def connected(address: str) -> Iterator[tuple[Executor, Callable[[], int]]]:
         from distributed import Client
         from distributed.versions import VersionMismatchWarning
     except ImportError:
-        raise QdotError("--executor needs Dask, which is not installed here; pip install 'qdot[cluster]'") from None
+        need("cluster", "--executor")
+        raise  # it is here, and does not work
     with (
         _quiet(),
         warnings.catch_warnings(),

@@ -8,20 +8,19 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import closing
-from dataclasses import replace
-from importlib.metadata import version
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from exercises.assignment import Assignment, Student, load_assignment
-from exercises.commands import ConventionOption
 from exercises.console import VariationOption, note, progress, say
 from exercises.drawing import GivenUp, raise_left_out, redrawn_since
 from exercises.errors import QdotError
 from exercises.families import FAMILIES
 from exercises.generation import family_named
+from exercises.options import ConventionOption, TwistOrderOption
 from exercises.problem import ProblemId
 from exercises.release import CORES, Released, notebook_path, release
 from grader import guarantees
@@ -34,7 +33,7 @@ from grader.compare import compare as compare_texts
 from grader.marking import number
 from grader.overrides import OVERRIDES, read_overrides, without_answers
 from grader.reports.tables import count_set, staff_notes, status
-from grader.sandbox import Limits
+from grader.sandbox import Limits, check_system
 from grader.settle import Result
 from grader.sharing import shared_answers
 from grader.single import found_of_one, grade_one, limits_of, read_time, student_named
@@ -94,6 +93,7 @@ def verify(
     ] = 0,
     variation: VariationOption = "",
     convention: ConventionOption = "",
+    twist_order: TwistOrderOption = "",
     jobs: Jobs = CORES,
 ) -> None:
     """Certify problems: their references hold in numbers.
@@ -105,7 +105,7 @@ def verify(
     """
     from grader.certify import certify_all
 
-    tasks = _tasks(what, family, count, first, variation, convention)
+    tasks = _tasks(what, family, range(first, first + count), _Told(variation, convention, twist_order))
     started = time.monotonic()
     failed, passed = Counter[Kind](), dict.fromkeys((task.identity.family for task in tasks), 0)
     told: set[str] = set()
@@ -132,25 +132,42 @@ def verify(
 NO_FOLDER = "; there is no folder of that name, either"
 
 
-def _tasks(what: list[str], family: str, count: int, first: int, variation: str, convention: str) -> list[Task]:
-    """Return what is to be verified. Raises QdotError."""
+@dataclass(frozen=True)
+class _Told:
+    """How arms vary, and how they are told, where the command says so."""
+
+    variation: str
+    convention: str
+    twist_order: str
+
+    def task(self, identity: ProblemId) -> Task:
+        """Return what is to be verified of a problem. Raises QdotError."""
+        return Task(identity.varied(self.variation).told(self.convention, self.twist_order))
+
+    def check_folder(self, name: str) -> None:
+        """Raise QdotError where the command says what is an assignment's to say."""
+        said = {"--variation": self.variation, "--convention": self.convention, "--twist-order": self.twist_order}
+        for option, value in said.items():
+            if value:
+                how = "vary" if option == "--variation" else "are told"
+                raise QdotError(f"{option} is for problems; {name}/assignment.toml says how its arms {how}")
+
+
+def _tasks(what: list[str], family: str, seeds: range, told: _Told) -> list[Task]:
+    """Return what is to be verified: of families, as many problems together as there are seeds. Raises QdotError."""
     if not family and not what:
         raise QdotError("name problems (planar-2r/7), an assignment folder, or --family (or --family all) with --count")
     if family and what:
         raise QdotError(f"--family sweeps over a family, and {what[0]!r} is verified without it: give one or the other")
     families = list(FAMILIES) if family == "all" else [family_named(family).name] if family else []
-    every = range(count if families else 0)
-    drawn = (ProblemId(families[i % len(families)], first + i // len(families)) for i in every)
-    tasks = [Task(identity.varied(variation).told(convention)) for identity in drawn]
+    every = range(len(seeds) if families else 0)
+    tasks = [told.task(ProblemId(families[i % len(families)], seeds.start + i // len(families))) for i in every]
     tasks.sort(key=lambda task: families.index(task.identity.family))  # a structure is derived once in each process
     for item in what:
         if not Path(item).is_dir():
-            tasks.append(Task(ProblemId.parse(item, NO_FOLDER).varied(variation).told(convention)))
-        elif variation:
-            raise QdotError(f"--variation is for problems; {item}/assignment.toml says how its arms vary")
-        elif convention:
-            raise QdotError(f"--convention is for problems; {item}/assignment.toml says how its arms are told")
+            tasks.append(told.task(ProblemId.parse(item, NO_FOLDER)))
         else:
+            told.check_folder(item)
             tasks += _tasks_of_folder(Path(item))
     return tasks
 
@@ -327,7 +344,7 @@ def _grade(
         note(f"{name}: no student of that name is on the roster; not graded")
     if not executor:  # each worker looks for itself
         check_sandbox(assignment.sandbox == "strict")
-    with alone(assignment):
+    with alone(assignment.folder):
         earlier = earlier_results(assignment)
         results = _results(assignment, looked.found, assignment.roster, jobs, limits, executor, write_page)
         with progress("writing feedback", len(results)) as counter:
@@ -338,6 +355,10 @@ def _grade(
     if diff:
         tell(told(earlier, results))
     tell(_summary(results, assignment.folder, len(looked.unsure) + len(looked.strangers)))
+    if all(result["submission"] is None for result in results) and not (looked.unsure or looked.strangers):
+        note(
+            f"nobody has handed in anything: put what comes back into {submissions}, as STUDENT/{assignment.key}.ipynb"
+        )
     return results
 
 
@@ -374,7 +395,7 @@ def _grade_share(
     looked = find_submissions(assignment, submissions)
     if not executor:
         check_sandbox(assignment.sandbox == "strict")
-    with alone(assignment):
+    with alone(assignment.folder, but_for_shares=True):
         results = _results(assignment, looked.found, students, jobs, limits, executor)
     kept = cache_of(assignment)
     say(f"share {share}: {len(results)} students graded, kept in {kept}; without --share, reports are written from it")
@@ -410,6 +431,7 @@ def _check_graded(results: list[Result]) -> None:
 
 def check_sandbox(strict: bool) -> None:
     """Say what this machine does not enforce. Raises QdotError where the assignment demands that it does."""
+    check_system()
     findings = guarantees.probe(quick=not strict)
     if strict and not findings.is_strict:
         raise QdotError(guarantees.refusal(findings))
@@ -424,6 +446,8 @@ def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] 
     Each guarantee is tried: a probe runs where a notebook would and attempts to break out. With all of them enforced
     by the kernel, sandbox = "strict" in assignment.toml can be had here. The code is 0 whatever is found.
     """
+    from importlib.metadata import version
+
     findings = guarantees.probe()
     versions = {name: version(name) for name in ("qdot", "sympy", "numpy")}
     about = {"python": platform.python_version(), **versions, "system": platform.platform(), "cores": CORES}
@@ -482,4 +506,5 @@ def demo(
     """
     from grader.demo import run_demo
 
+    check_system()
     run_demo(folder, jobs)

@@ -10,12 +10,12 @@ from exercises.assignment import Assignment, Student, load_assignment
 from exercises.console import note, progress, say
 from exercises.drawing import GivenUp, raise_left_out
 from exercises.errors import QdotError
+from exercises.extras import lacking
 from exercises.files import write_atomically
 from exercises.problem import Part, Problem
 from exercises.release import Released, init_assignment, release
 from grader.batch import alone, grade_class
 from grader.certify import CERTIFIER, record_of
-from grader.reports.charts import MISSING, can_draw
 from grader.reports.formats import write_asked
 from grader.reports.tables import status
 from grader.reports.write import write_page, write_reports
@@ -165,7 +165,7 @@ def run_demo(folder: Path, jobs: int) -> None:
             counter.step()
     submissions = find_submissions(assignment, folder / "submitted").found
     jobs = min(jobs, len(students))
-    with alone(assignment):
+    with alone(assignment.folder):
         with progress("grading", len(students)) as counter:
             limits = Limits(cell_seconds=2)
             results = grade_class(
@@ -187,8 +187,8 @@ def run_demo(folder: Path, jobs: int) -> None:
 
 
 def _report(assignment: Assignment, results: Sequence[Result]) -> None:
-    if not can_draw():
-        note(f"no report of the class: {MISSING}")
+    if said := lacking("report", "the report of the class", "matplotlib"):
+        note(said)
         return
     path = assignment.folder / "graded" / "report.html"
     write_asked(assignment, results, [("html", str(path))])

@@ -1,4 +1,4 @@
-"""Pages of docs/ that are made from the registries of outlets and reports, and from what the packages offer.
+"""Pages of docs/ that are made from the registries of outlets and reports, the schemas, and what the packages offer.
 
 `python -m grader.docs` writes them; a test says when they are out of date.
 """
@@ -19,21 +19,26 @@ import exercises
 import grader
 from exercises.answers import ConditionSet
 from exercises.console import say
+from exercises.docs.dependencies import dependencies_page, with_install_words
 from exercises.exports.registry import OUTLETS
 from exercises.files import write_atomically
 from exercises.generation import generate
-from exercises.problem import Problem, ProblemId
+from exercises.problem import ENGINE, Problem, ProblemId
 from exercises.render import render
 from grader.marking import mark
 from grader.reports.formats import FORMATS
 
 ROOT = Path(__file__).parents[1]
 RUNS = ROOT / "tests" / "platforms"
+SCHEMAS = ROOT / "docs" / "schemas"
 
 
 def pages() -> dict[str, str]:
     """Return the pages by their names."""
-    return {"outlets.md": outlets_page(), "library.md": library_page(), "partial-credit.md": credit_page()}
+    return {
+        "outlets.md": outlets_page(), "library.md": library_page(), "partial-credit.md": credit_page(),
+        "promises.md": promises_page(), "dependencies.md": dependencies_page(),
+    }  # fmt: skip
 
 
 def outlets_page() -> str:
@@ -52,6 +57,16 @@ def _records() -> Iterator[dict[str, str]]:
             for what, count in run["counts"].items()
         )
         yield {**run, "told": "; ".join(counts)}
+
+
+# --- promises ---
+
+
+def promises_page() -> str:
+    """Return the page on what stays as it is, with the version of each schema."""
+    read = [(path.stem, json.loads(path.read_text(encoding="utf-8"))) for path in sorted(SCHEMAS.glob("*.json"))]
+    schemas = [{"name": name, "id": one["$id"], "version": one["version"], "title": one["title"]} for name, one in read]
+    return render("docs/promises.md.j2", schemas=schemas, engine=ENGINE)
 
 
 # --- partial credit ---
@@ -212,7 +227,15 @@ def _members(what: Any) -> Iterator[tuple[str, str]]:
             yield f"{name}(…)" if called else name, (inspect.getdoc(member) or "").split("\n\n")[0].replace("\n", " ")
 
 
+def worded() -> dict[Path, str]:
+    """Return the README and every page of docs/ with the words by which qdot is installed as they hold now."""
+    paths = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+    return {path: with_install_words(path.read_text(encoding="utf-8")) for path in paths}
+
+
 if __name__ == "__main__":
     for page, text in pages().items():
         write_atomically(ROOT / "docs" / page, text)
         say(f"wrote {page}")
+    for path, text in worded().items():
+        write_atomically(path, text)

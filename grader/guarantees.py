@@ -14,7 +14,7 @@ from typing import Any
 
 from exercises.errors import QdotError
 from grader.contained.attempts import ALONE
-from grader.sandbox import Limits, Sandbox
+from grader.sandbox import REFUSED, Limits, Sandbox
 
 KERNEL, PYTHON, MISSING = "enforced by the kernel", "watched in Python only", "missing"
 
@@ -97,6 +97,9 @@ def probe(without: Iterable[str] = (), quick: bool = False) -> Findings:
 
     A quick probe does not wait until it is stopped for its processor time, which takes a second.
     """
+    if not hasattr(os, "fork"):
+        nothing = tuple(Guarantee(name, promise, MISSING, (), ()) for name, promise in PROMISES.items())
+        return Findings(nothing, {"system": REFUSED})
     achieved: dict[str, list[str]] = {name: [] for name in PROMISES}
     limits = Limits(seconds=10, memory=1 << 30)
     with _prey() as prey, Sandbox(limits, without, loaded=False, processor_seconds=1) as sandbox:

@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from exercises.errors import QdotError
-from exercises.notebook import setup_cell
 from exercises.problem import Problem
+from exercises.setup_cell import setup_cell
 from grader.cells import Unreadable
 from grader.finding import find_answers
 from grader.function_values import asked_of

@@ -3,6 +3,7 @@
 import contextlib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 from typing import Annotated
 
@@ -32,7 +33,7 @@ def export(
     ] = 20,
     variation: BankVariationOption = "",
     solutions: Annotated[
-        bool, typer.Option("--solutions", help="Paper, screen, Canvas, QTI: with the worked solutions.")
+        bool, typer.Option("--solutions", help="Paper, screen, Canvas, QTI, SCORM: with the worked solutions.")
     ] = False,
     sheet: Annotated[
         str, typer.Option(metavar="SHEET", help=f"Paper and screen: {', '.join(SHEETS)} (docs/paper.md).")
@@ -42,6 +43,16 @@ def export(
         typer.Option(min=0, max=len(VERSIONS), help="Paper: so many versions A, B, … without names, for an exam hall."),
     ] = 0,
     page: Annotated[str, typer.Option(metavar="SIZE", help=f"PDF and LaTeX: {' or '.join(PAGES)}.")] = PAGES[0],
+    passing: Annotated[
+        int | None,
+        typer.Option(
+            "--pass",
+            min=1,
+            max=100,
+            metavar="PERCENT",
+            help="SCORM: passed from so many percent of the points on; without it, nothing is said of passing.",
+        ),
+    ] = None,
     jobs: Jobs = CORES,
 ) -> None:
     """Write an assignment for other platforms, or for paper.
@@ -61,6 +72,7 @@ def export(
     order = Order(
         assignment, failures_of, variants, solutions, sheet, versions, page, jobs, note=note,
         left_out=given_up.append, earns=share_earned,
+        passing=None if passing is None else Fraction(passing, 100),
     )  # fmt: skip
     for name in names:
         OUTLETS[name].check(order)

@@ -27,6 +27,18 @@ from exercises.errors import QdotError
 from grader.contained import confine
 from grader.own_folder import OwnFolder, own_folder
 
+REFUSED = (
+    "Windows can't contain students' code, and qdot runs none without: use the container "
+    "(docs/container.md) or WSL, where the same command works; all else of qdot works here"
+)
+
+
+def check_system() -> None:
+    """Raise QdotError where no notebook can be run."""
+    if not hasattr(os, "fork"):
+        raise QdotError(REFUSED)
+
+
 CONTAINED = Path(__file__).with_name("contained")
 
 LONGEST_REPORT = 4_100_000
@@ -144,12 +156,13 @@ class Sandbox:
 
     `lacking` says which measures this machine does not allow, and why; a strict one refuses to run without those that
     it takes for the system to contain a notebook. Those named in `without` are not taken, for tests. A probe needs no
-    libraries `loaded`, and little processor time in all. `unbegun` says why a notebook was not run, if that is known.
+    libraries `loaded`, and little processor time in all; for one notebook they need not be `warm`. `unbegun` says why a
+    notebook was not run, if that is known.
     """
 
     def __init__(
         self, limits: Limits | None = None, without: Iterable[str] = (), loaded: bool = True,
-        processor_seconds: int | None = None, strict: bool = False,
+        processor_seconds: int | None = None, strict: bool = False, warm: bool = True,
     ) -> None:  # fmt: skip
         self.limits = limits or Limits()
         self.lacking: dict[str, str] = {}
@@ -158,7 +171,7 @@ class Sandbox:
         self._strict = strict
         self._config = {
             "memory": self.limits.memory, "seconds": processor_seconds or int(self.limits.seconds) + 1,
-            "without": sorted(without), "loaded": loaded,
+            "without": sorted(without), "loaded": loaded, "warm": warm,
         }  # fmt: skip
         self._process: subprocess.Popen[bytes] | None = None
         self._control: socket.socket | None = None
@@ -335,6 +348,7 @@ class Sandbox:
         if self._process is not None and self._process.poll() is None:
             return
         self.close()
+        check_system()
         self._folder = own_folder("qdot-sandbox-")
         keep = {name: os.environ[name] for name in ("PATH", "SYSTEMROOT", "LD_LIBRARY_PATH") if name in os.environ}
         environment = {

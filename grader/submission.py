@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from exercises.assignment import Assignment
+from exercises.assignment import Assignment, Student
 from exercises.console import note
 from exercises.errors import QdotError
 from grader.archives import is_archive, listed, read_packed, unpacked
@@ -83,19 +83,12 @@ def find_submissions(assignment: Assignment, root: Path) -> Looked:
         raise QdotError(f"{root} does not exist; put what was handed in there, as STUDENT/*.ipynb or STUDENT.ipynb")
     if not root.is_dir():
         raise QdotError(f"{root} is not a folder of submissions; it holds STUDENT/*.ipynb or STUDENT.ipynb")
-    roster, gathered, looked = Roster(assignment.roster), defaultdict[str, _Gathered](_Gathered), Looked({})
-
-    def owner_of(handed: Handed) -> Match:
-        path = handed.path
-        return roster.owner(replace(handed, ids=(*handed.ids, path.name if surely(path.is_dir) else path.stem)))
-
-    inner = export_inside(root)
-    if inner is not None and not any(handed.platform or owner_of(handed).students for handed in handed_in(root)):
-        root = inner  # else it is a student's, who could put anything into it
+    gathered, looked = defaultdict[str, _Gathered](_Gathered), Looked({})
+    root, owners = _owners(assignment.roster, root)
     for handed in handed_in(root):
         name = handed.path.name
         try:
-            owner = owner_of(handed)
+            owner = owners(handed)
         except Exception as error:  # one folder's trouble is nobody else's
             looked.unsure.append(f"{plain(name)}: whose it is can't be found out ({error}); not graded")
             continue
@@ -109,6 +102,32 @@ def find_submissions(assignment: Assignment, root: Path) -> Looked:
             looked.found[student] = files
     looked.found.update(_not_fetched(root / NOT_FETCHED))
     return looked
+
+
+def _owners(students: Sequence[Student], root: Path) -> tuple[Path, Callable[[Handed], Match]]:
+    """Return the folder in which submissions are, `root` or an export in it, and what says whose one is."""
+    roster = Roster(students)
+
+    def owner_of(handed: Handed) -> Match:
+        path = handed.path
+        return roster.owner(replace(handed, ids=(*handed.ids, path.name if surely(path.is_dir) else path.stem)))
+
+    inner = export_inside(root)
+    if inner is not None and not any(handed.platform or owner_of(handed).students for handed in handed_in(root)):
+        return inner, owner_of  # else it is a student's, who could put anything into it
+    return root, owner_of
+
+
+def handed_in_by(students: Sequence[Student], root: Path, student: str) -> tuple[list[Path], list[Path]]:
+    """Return the files and folders that one of these students has handed in, and those that may be theirs or not."""
+    inner, owners = _owners(students, root)
+    sure, unsure = list[Path](), list[Path]()
+    for handed in handed_in(inner):
+        with contextlib.suppress(Exception):  # as where a class is looked for: it is of nobody
+            owner = owners(handed)
+            if student in owner.students:
+                (sure if len(owner.students) == 1 and not owner.why else unsure).append(handed.path)
+    return sure, unsure
 
 
 def _doubt(path: Path, owner: Match, gathered: dict[str, "_Gathered"], looked: Looked) -> None:

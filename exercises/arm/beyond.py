@@ -92,10 +92,14 @@ def _starts(n: int) -> np.ndarray:
 
 
 def reaches_of(arms: Sequence[NumericChain]) -> np.ndarray:
-    """Return the usual length of all links of each arm one after another, against which distances are judged."""
+    """Return the usual length of all links of each arm and of its tool, against which distances are judged.
+
+    The tool may be the only length that there is, as of two axes through one point.
+    """
     own = list({id(arm): arm for arm in arms}.values())
     starts = _starts(len(own[0].kinds))
     origins = NumericChain.several(own).frames(np.broadcast_to(starts, (len(own), *starts.shape)))[..., :3, 3]
-    lengths = np.median(np.linalg.norm(np.diff(origins, axis=2), axis=3).sum(axis=2), axis=1) + 1e-9
+    links = np.median(np.linalg.norm(np.diff(origins, axis=2), axis=3).sum(axis=2), axis=1)
+    lengths = links + [float(np.linalg.norm(arm.offset[:3])) for arm in own] + 1e-9
     of = {id(arm): length for arm, length in zip(own, lengths, strict=True)}
     return np.array([of[id(arm)] for arm in arms])

@@ -18,6 +18,9 @@ TASK_ROWS = ("vx", "vy", "vz", "wx", "wy", "wz")
 CONVENTIONS = ("dh", "modified-dh", "screws")
 """The ways in which an arm is told: by a standard table, a modified one (Craig), or its axes at home."""
 
+TWIST_ORDERS = ("omega-v", "v-omega")
+"""The orders of a twist of an arm told by its axes: of Lynch and Park, and of Murray, Li and Sastry."""
+
 
 @dataclass(frozen=True)
 class Joint:
@@ -76,8 +79,9 @@ class Chain:
     `joints` are the rows of the standard (distal) table, `task` some of TASK_ROWS; without a `tool`, the point of
     interest is the last frame's origin. `convention` is how the arm is told to people, one of CONVENTIONS: it says
     which frames stand on the links (`link_frames`), and changes nothing of how the arm moves. `axis_points` are points
-    on the joint axes at home that a file names (world frame, m; None for a slide), empty where none are named. Raises
-    QdotError for a table or a task that is none.
+    on the joint axes at home that a file names (world frame, m; None for a slide), empty where none are named.
+    `twist_order`, one of TWIST_ORDERS, is that of its twists where it is told by its axes. Raises QdotError for a table
+    or a task that is none.
 
     >>> Chain("mine", (Joint("R", "theta1", 0, "a1", 0), Joint("P", 0, "d2", 0, 0)), ("vx", "vy"))
     Chain(mine: RP, vx vy of frame 2)
@@ -91,6 +95,7 @@ class Chain:
     title: str = ""
     convention: str = CONVENTIONS[0]
     axis_points: tuple[tuple[sp.Expr, sp.Expr, sp.Expr] | None, ...] = ()
+    twist_order: str = TWIST_ORDERS[0]
 
     def __repr__(self) -> str:
         kinds = "".join(joint.kind for joint in self.joints)
@@ -101,6 +106,8 @@ class Chain:
             raise QdotError(f"{self.name}: an arm has at least one joint")
         if self.convention not in CONVENTIONS:
             raise unknown("convention", self.convention, CONVENTIONS)
+        if self.twist_order not in TWIST_ORDERS:
+            raise unknown("order of a twist", self.twist_order, TWIST_ORDERS)
         wrong = [row for row in self.task if row not in TASK_ROWS]
         if wrong or len(set(self.task)) != len(self.task) or not self.task:
             raise QdotError(f"{self.name}: task {list(self.task)}; it names some of {', '.join(TASK_ROWS)}, each once")

@@ -79,7 +79,7 @@ def structure(chain: Chain) -> Structure:
     )
     offset3 = tuple(length(f"point_{axis}", v) for axis, v in zip("xyz", chain.point.offset, strict=True))
     generic = Chain("structure", tuple(joints), chain.task, base, Point(chain.point.frame, offset3))
-    generic = replace(generic, convention=chain.convention)
+    generic = replace(generic, convention=chain.convention, twist_order=chain.twist_order)
     return Structure(generic, tuple(values.items()))
 
 
@@ -101,9 +101,15 @@ class _Generic:
 
 
 @lru_cache(maxsize=4096)
+def _position(chain: Chain) -> sp.Matrix:
+    """Return the point of interest of a structure: of skew axes it is there long before the rest."""
+    return frames_and_point(chain)[1].applyfunc(textbook)
+
+
+@lru_cache(maxsize=4096)
 def _generic(chain: Chain) -> _Generic:
     frames, point = frames_and_point(chain)
-    position = point.applyfunc(textbook)
+    position = _position(chain)
     z = sp.Matrix.hstack(*(frame.rotation[:, 2].applyfunc(textbook) for frame in frames[: chain.n]))
     on_axes = link_frames(chain)[frame_on_axis(chain, 1) :][: chain.n]
     p_star = sp.Matrix.hstack(*((point - frame.origin).applyfunc(textbook) for frame in on_axes))
@@ -283,7 +289,7 @@ class Derivation:
     @cached_property
     def position(self) -> sp.Matrix:
         """The point of interest, 3 x 1 (m)."""
-        return self.fill_matrix(_generic(self._structure).position)
+        return self.fill_matrix(_position(self._structure))
 
     @cached_property
     def z(self) -> sp.Matrix:

@@ -20,8 +20,9 @@
 
 With convention = "screws", a [[joint]] has kind, axis = [0, 0, 1] and point = ["a1", 0, 0], a point on the axis, both
 in the base frame when all joint variables are zero, and the key `point` at the top is where the point of interest is
-then. Without `task`, the rows are: all six for six joints or more that can move in all of them; for four joints those
-of the four rows in which the arm moves, if they are four (SCARA); else the linear rows in which the point moves.
+then; twists are (omega, v), or (v, omega) with twist_order = "v-omega". Without `task`, the rows are: all six for six
+joints or more that can move in all of them; for four joints those of the four rows in which the arm moves, if they are
+four (SCARA); else the linear rows in which the point moves.
 """
 
 import difflib
@@ -36,7 +37,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from exercises.arm.chain import CONVENTIONS, TASK_ROWS, Base, Chain, Joint, Point
+from exercises.arm.chain import CONVENTIONS, TASK_ROWS, TWIST_ORDERS, Base, Chain, Joint, Point
 from exercises.arm.conventions import Row, axes_of_rows, by_axes, is_rounded, modified, standard, standard_point
 from exercises.arm.derivation import derive
 from exercises.arm.entry import check_role, doubt, value_of
@@ -53,7 +54,7 @@ KEYS = {"dh": ROW_KEYS, "modified-dh": ROW_KEYS, "screws": ("kind", "axis", "poi
 ANGLES = ("theta", "alpha")
 MOST_JOINTS = 10
 """The proof that both routes give the same Jacobian takes twice as long for each parallel joint more."""
-TOP_KEYS = ("name", "source", "convention", "angles", "task", "point", "base", "tool", "joint", "draw")
+TOP_KEYS = ("name", "source", "convention", "twist_order", "angles", "task", "point", "base", "tool", "joint", "draw")
 _RANGE = "a length has a range in metres, as in a1 = [0.3, 0.8]"
 _POSE = "it is {position = [x, y, z]}, with rpy = [roll, pitch, yaw] if it is turned"
 Limits = tuple[sp.Expr, sp.Expr]
@@ -217,6 +218,10 @@ class _Reader:
         self.title = self._text("name", "my arm")
         self.source = self._text("source", "its manual, p. 12") if "source" in self.table else ""
         self.convention = self._one_of("convention", CONVENTIONS)
+        self.twist_order = self._one_of("twist_order", TWIST_ORDERS)
+        if "twist_order" in self.table and self.convention != "screws":
+            with file.at("twist_order"):
+                raise QdotError('it is of arms that are told by their axes, with convention = "screws"')
         self.in_degrees = self._one_of("angles", ("radians", "degrees")) == "degrees"
         rows = self.table["joint"]
         with file.at("joint"):
@@ -235,7 +240,9 @@ class _Reader:
     def chain(self) -> Chain:
         """Return the arm, with the task that is told, else the usual one."""
         base, joints, point = self._by_axes() if self.convention == "screws" else self._by_table()
-        chain = Chain(self.title, joints, ("vx",), base, point, self.title, self.convention, self.axis_points)
+        chain = Chain(
+            self.title, joints, ("vx",), base, point, self.title, self.convention, self.axis_points, self.twist_order
+        )
         if "task" not in self.table:
             return chain.with_task(*default_task(chain))
         with self.file.at("task"):

@@ -5,7 +5,7 @@ from decimal import Decimal
 
 import sympy as sp
 
-from exercises.arm.chain import Chain, Point
+from exercises.arm.chain import TWIST_ORDERS, Chain, Point
 from exercises.arm.conventions import axes_of
 from exercises.arm.robot_file import Robot
 from exercises.arm.told import modified_point, modified_rows
@@ -25,6 +25,8 @@ def robot_text(robot: Robot, convention: str) -> str:
     head = [("name", shown(chain.title or chain.name))]
     head += [("source", shown(robot.source))] if robot.source else []
     head += [("convention", shown(convention))] if convention != "dh" else []
+    if convention == "screws" and chain.twist_order != TWIST_ORDERS[0]:
+        head.append(("twist_order", shown(chain.twist_order)))
     head += [("task", shown(list(chain.task))), *top]
     limits = [*robot.limits, *[None] * (chain.n - len(robot.limits))]
     rows = [[*joint, *([("limits", _list(ends))] if ends else [])] for joint, ends in zip(joints, limits, strict=True)]

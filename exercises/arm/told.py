@@ -2,7 +2,8 @@
 
     dh            frame i - 1 stands on the axis of joint i; a row is Rz(theta_i) Tz(d_i) Tx(a_i) Rx(alpha_i)
     modified-dh   frame i stands on it; a row is Rx(alpha_{i-1}) Tx(a_{i-1}) Rz(theta_i) Tz(d_i) (Craig)
-    screws        the axes are told where they are at home, in the world frame; no frames stand on the links
+    screws        the axes are told where they are at home, in the world frame; no frames stand on the links; twists
+                  are (omega, v), or (v, omega) if that is the arm's `twist_order`
 
 Rx and Tx of a modified row commute and join the row before it, so that both tables hold the same numbers: `alpha` and
 `a` of row i are those of row i + 1 of the other. What the last standard row has of them places P in the last frame.
@@ -12,7 +13,7 @@ from dataclasses import replace
 
 import sympy as sp
 
-from exercises.arm.chain import TASK_ROWS, Base, Chain, Joint, Point
+from exercises.arm.chain import TASK_ROWS, TWIST_ORDERS, Base, Chain, Joint, Point
 
 
 def is_modified(chain: Chain) -> bool:
@@ -120,14 +121,37 @@ def vector_symbol(chain: Chain, joint: int | None = None) -> str:
     return f"p^*_{{{_index(chain, joint)}}}"
 
 
+def is_omega_first(chain: Chain) -> bool:
+    """Whether the angular velocity comes first in what an arm is asked about: by its axes, in their usual order."""
+    return is_by_axes(chain) and chain.twist_order == TWIST_ORDERS[0]
+
+
 def twist_rows(chain: Chain) -> tuple[str, ...]:
-    """Return the components of a velocity in the order in which an arm is asked about: omega first by its axes."""
-    return (*TASK_ROWS[3:], *TASK_ROWS[:3]) if is_by_axes(chain) else TASK_ROWS
+    """Return the components of a velocity in the order in which an arm is asked about."""
+    return (*TASK_ROWS[3:], *TASK_ROWS[:3]) if is_omega_first(chain) else TASK_ROWS
 
 
 def in_twist_order(chain: Chain, rows: sp.Matrix) -> sp.Matrix:
     """Return six rows, linear first, in that order; and, as it is its own inverse, the other way."""
-    return rows[3:, :].col_join(rows[:3, :]) if is_by_axes(chain) else rows
+    return rows[3:, :].col_join(rows[:3, :]) if is_omega_first(chain) else rows
+
+
+def rows_of_twist(chain: Chain) -> list[int]:
+    """Return where the components that are told stand in a twist (omega, v), in which screws are worked out.
+
+    As it is its own inverse, it leads back, too.
+    """
+    return [0, 1, 2, 3, 4, 5] if is_omega_first(chain) else [3, 4, 5, 0, 1, 2]
+
+
+def twist_told(chain: Chain, twists: sp.Matrix) -> sp.Matrix:
+    """Return twists (omega, v), 6 x n, in the order in which they are told."""
+    return twists.extract(rows_of_twist(chain), list(range(twists.cols)))
+
+
+def adjoint_told(chain: Chain, adjoint: sp.Matrix) -> sp.Matrix:
+    """Return a 6 x 6 matrix for twists (omega, v) as one for twists in the order in which they are told."""
+    return adjoint.extract(rows_of_twist(chain), rows_of_twist(chain))
 
 
 def _index(chain: Chain, joint: int | None) -> str:

@@ -7,6 +7,7 @@ chapter's examples.
     structures          how many arms there are
     sharing             how many students would share an answer: measured, and kept
     robots              the table of real robots, and where they are singular
+    dependencies        every library with its reason; how qdot is installed, in words
 """
 
 import json
@@ -27,6 +28,7 @@ from exercises.families.listing import LISTING, Listed
 from exercises.figure import figure_svg, singular_svg, thumbnail_svg
 from exercises.files import write_atomically
 from exercises.generation import find_out, sample_chain
+from exercises.languages import ENGLISH, catalogue
 from exercises.mistakes.catalogue import SECTIONS
 from exercises.problem import Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
@@ -37,16 +39,12 @@ from exercises.variation import DEFAULT, STEPS
 from exercises.writing.statement import worked_solution
 from exercises.writing.wording import Wording
 
-README_ARM = ProblemId("planar-2r", 7)
-"""The arm that README.md shows."""
-
 
 @cache
 def documents() -> Mapping[str, str]:
     """Return every generated file of docs/: path inside the folder -> text."""
     plain, scorbot = planar_2r(), scorbot_arm()
     drawings = {
-        "planar-2r.svg": figure_svg(sample_chain(README_ARM)),
         "examples/planar-2r.svg": figure_svg(plain, "planar-2r"),
         "examples/planar-2r-singular.svg": singular_svg(plain, "planar-2r-singular"),
         "examples/scorbot.svg": figure_svg(scorbot, "scorbot"),
@@ -255,23 +253,28 @@ class Example:
         return Wording(self.arm).task
 
 
+def gettext(message: str) -> str:
+    """Mark a text as a message; it is translated where it is shown."""
+    return message
+
+
 EXAMPLES = (
-    ("6.1", "the planar 2R arm by direct differentiation", "planar-2r", ("position", "velocity", "jacobian")),
+    ("6.1", gettext("the planar 2R arm by direct differentiation"), "planar-2r", ("position", "velocity", "jacobian")),
     (
         "6.2",
-        "inverse velocity and singularities of the same arm",
+        gettext("inverse velocity and singularities of the same arm"),
         "planar-2r",
         ("determinant", "inverse-jacobian", "inverse-velocity", "singular-angles"),
     ),
     (
         "6.3",
-        "the arm of a Scorbot, down to its wrist point",
+        gettext("the arm of a Scorbot, down to its wrist point"),
         "scorbot",
         ("position", "jacobian", "determinant", "singular-angles"),
     ),
     (
         "6.4",
-        "the planar 2R arm by velocity propagation",
+        gettext("the planar 2R arm by velocity propagation"),
         "planar-2r",
         ("joint-axes", "position-vectors", "geometric-jacobian", "twist"),
     ),
@@ -280,14 +283,17 @@ EXAMPLES = (
 
 
 @cache
-def examples() -> tuple[Example, ...]:
+def examples(language: str = ENGLISH) -> tuple[Example, ...]:
     """Return the chapter's examples, solved."""
+    words = catalogue(language)
     arms = {"planar-2r": planar_2r(), "scorbot": scorbot_arm()}
     worked_out: list[Example] = []
     for number, title, key, questions in EXAMPLES:
-        steps = tuple((QUESTIONS[name].title, _solved(arms[key], name)) for name in questions)
+        steps = tuple((words.question(QUESTIONS[name].title), _solved(arms[key], name, language)) for name in questions)
         drawn = all(before.key != key for before in worked_out)
-        worked_out.append(Example(number, title, key, arms[key], steps, drawn, "singular-angles" in questions))
+        worked_out.append(
+            Example(number, words.gettext(title), key, arms[key], steps, drawn, "singular-angles" in questions)
+        )
     return tuple(worked_out)
 
 
@@ -303,10 +309,10 @@ def examples_page() -> str:
 
 
 @cache
-def _solved(chain: Chain, name: str) -> str:
+def _solved(chain: Chain, name: str, language: str) -> str:
     answer, details = QUESTIONS[name].ask(chain, Stream("docs"))
     part = Part(name, name, answer, details=details)
-    return worked_solution(Problem(ProblemId(chain.name, 0), _as_drawn(chain), (part,)), part)
+    return worked_solution(Problem(ProblemId(chain.name, 0), _as_drawn(chain), (part,)), part, language)
 
 
 def _as_drawn(chain: Chain) -> Chain:

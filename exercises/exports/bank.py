@@ -1,12 +1,13 @@
 """A bank of problems: so many different variants of each of an assignment's, certified, the same at every export."""
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
+from typing import Generic, TypeVar
 
-from exercises.assignment import Assignment, Slot
-from exercises.drawing import Failures, GivenUp, attempt, instead, vouching
+from exercises.assignment import Slot
+from exercises.drawing import GivenUp, attempt, instead, vouching
 from exercises.errors import QdotError
 from exercises.exports.outlet import Order
 from exercises.families.base import how_varied
@@ -14,6 +15,8 @@ from exercises.parallel import ordered_map
 from exercises.problem import Problem
 from exercises.record import digests
 from exercises.redrawn import DRAWS
+
+Made = TypeVar("Made")
 
 PATIENCE = 10
 """So many times as many problems as are wanted are drawn where a family has few that differ."""
@@ -33,44 +36,63 @@ class Variant:
         return f"{self.slot.name}-{self.number:03d}"
 
 
+Work = Callable[[Order, Slot, Problem], Made]
+"""What is made of a problem, whatever its number will be; it is handed to other processes: a function of a module."""
+
+
 def bank(order: Order) -> Generator[Variant, None, None]:
     """Yield the variants of every place in turn. A bank of 20 is how a bank of 50 begins.
 
     They are drawn with the assignment's secret, so that who has qdot can't draw them again; no student has the same
     ones but by chance. What does not pass its certificate is passed over. Raises QdotError where nothing passes.
     """
+    for variant, _ in worked_out(order, _nothing_else):
+        yield variant
+
+
+def worked_out(order: Order, work: Work[Made]) -> Generator[tuple[Variant, Made], None, None]:
+    """Yield the variants of a bank with what `work` makes of each, in the process that has drawn and certified it.
+
+    So the many processes of an order share all of the work, and what was derived of an arm is derived once.
+    """
     for slot in order.assignment.slots:
-        made, failed = 0, list[str]()
-        for problem in _different(order, slot, failed):
-            made += 1
+        count, failed = 0, list[str]()
+        for problem, made in _different(order, slot, work, failed):
+            count += 1
             order.each()
-            yield Variant(slot, made, problem)
-        if not made:
+            yield Variant(slot, count, problem), made
+        if not count:
             raise _nothing_passes(order, slot, failed[0])
         if failed:
             order.note(f"{slot.name}: {len(failed)} draws did not pass, and others were taken; the first: {failed[0]}")
-        if made < order.variants:
-            number = "one such problem" if made == 1 else f"{made} such problems that differ"
+        if count < order.variants:
+            number = "one such problem" if count == 1 else f"{count} such problems that differ"
             order.note(f"{slot.name}: {slot.family.name} has only {number} ({how_varied(slot.family, slot.variation)})")
-        for _ in range(order.variants - made):
+        for _ in range(order.variants - count):
             order.each()
 
 
-def _different(order: Order, slot: Slot, failed: list[str]) -> Generator[Problem, None, None]:
+def _nothing_else(order: Order, slot: Slot, problem: Problem) -> None:
+    """Make nothing of a problem but itself."""
+
+
+def _different(
+    order: Order, slot: Slot, work: Work[Made], failed: list[str]
+) -> Generator[tuple[Problem, Made], None, None]:
     """Yield problems that pass, no two of them the same; what is wrong with others goes into `failed`."""
     seen: set[str] = set()
     drawn = 0
     while len(seen) < order.variants and drawn < PATIENCE * order.variants and (seen or len(failed) < DRAWS):
         numbers = range(drawn, drawn + order.variants - len(seen))
         drawn = numbers.stop
-        state = (order.assignment, slot, order.failures)
-        with closing(ordered_map(_draw, numbers, order.jobs, _all, state)) as every:
-            for problem in every:
-                if isinstance(problem, str):
-                    failed.append(problem)
-                elif (known_by := repr(digests(problem))) not in seen:
-                    seen.add(known_by)
-                    yield problem
+        drawing = (order.untold, slot, work, frozenset(seen))
+        with closing(ordered_map(_draw, numbers, order.jobs, _Drawing, drawing)) as every:
+            for found in every:
+                if isinstance(found, str):
+                    failed.append(found)
+                elif found is not None and found.known_by not in seen:
+                    seen.add(found.known_by)
+                    yield found.problem, found.made
 
 
 def _nothing_passes(order: Order, slot: Slot, why: str) -> QdotError:
@@ -79,13 +101,34 @@ def _nothing_passes(order: Order, slot: Slot, why: str) -> QdotError:
     return QdotError(f"{given_up}. Nothing is exported. {ways}")
 
 
-def _all(assignment: Assignment, slot: Slot, failures: Failures) -> tuple[Assignment, Slot, Failures]:
-    return assignment, slot, failures
+@dataclass(frozen=True)
+class _Found(Generic[Made]):
+    problem: Problem
+    known_by: str
+    made: Made
 
 
-def _draw(state: tuple[Assignment, Slot, Failures], number: int) -> Problem | str:
-    """Return a problem that passes, or what is wrong with it."""
-    assignment, slot, failures = state
-    make = partial(slot.problem, assignment.secret, f"bank/{number}")  # no student's identifier has a slash
-    made = attempt(make, vouching(failures))
-    return made if isinstance(made, str) else made[0]
+class _Drawing(Generic[Made]):
+    """What a process knows: what it is to make, and which problems there are already, those of its own included."""
+
+    def __init__(self, order: Order, slot: Slot, work: Work[Made], seen: frozenset[str]) -> None:
+        self.order, self.slot, self.work, self.seen = order, slot, work, set(seen)
+
+
+def _draw(drawing: _Drawing[Made], number: int) -> _Found[Made] | str | None:
+    """Return a problem that passes, with what is made of it, or what is wrong with it; None of one that was there.
+
+    A process draws the numbers that it gets in their order, so that whoever puts them in order sees the one first of
+    which something was made.
+    """
+    order, slot = drawing.order, drawing.slot
+    make = partial(slot.problem, order.assignment.secret, f"bank/{number}")  # no student's identifier has a slash
+    tried = attempt(make, vouching(order.failures))
+    if isinstance(tried, str):
+        return tried
+    problem = tried[0]
+    known_by = repr(digests(problem))
+    if known_by in drawing.seen:
+        return None
+    drawing.seen.add(known_by)
+    return _Found(problem, known_by, drawing.work(order, slot, problem))

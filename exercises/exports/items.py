@@ -12,8 +12,9 @@ import numpy as np
 import sympy as sp
 
 from exercises.answers import LETTERS, TRUE_FALSE, Choice, Forms, Letters, Matching, Number, Selection
+from exercises.assignment import Slot
 from exercises.errors import QdotError
-from exercises.exports.bank import Variant, bank
+from exercises.exports.bank import Variant, worked_out
 from exercises.exports.numbers import InNumbers, in_numbers
 from exercises.exports.outlet import Order
 from exercises.figure import alt_text, figure_svg, part_alt, part_svg
@@ -143,16 +144,26 @@ class Item:
 def items(order: Order) -> Generator[Item, None, None]:
     """Yield every variant's parts as items, by place and variant. What can't be asked is noted once for a place."""
     told: set[str] = set()
-    for variant in bank(order):
-        for part in variant.problem.parts:
-            asked_item = item(order, variant, part)
-            if asked_item is not None:
-                yield asked_item
+    for variant, made in worked_out(order, _items_of):
+        for part, one in zip(variant.problem.parts, made, strict=True):
+            if one is not None:
+                yield _numbered(one, variant)
                 continue
             said = f"{variant.slot.name}: {part.name} can't be asked on a platform that compares no formulas"
             if said not in told:
                 told.add(said)
                 order.note(said)
+
+
+def _items_of(order: Order, slot: Slot, problem: Problem) -> list[Item | None]:
+    """Return the parts of a problem as items whose keys and titles lack the variant's."""
+    return [_item(order, slot, problem, part) for part in problem.parts]
+
+
+def _numbered(one: Item, variant: Variant) -> Item:
+    """Return an item with the key and the title by which its variant is told from others."""
+    number = one.number and _numbered(one.number, variant)
+    return replace(one, key=f"{variant.key}-{one.key}", title=f"{one.title} ({variant.key})", number=number)
 
 
 def as_told(order: Order) -> Generator[Item, None, None]:
@@ -162,16 +173,15 @@ def as_told(order: Order) -> Generator[Item, None, None]:
         yield one if order.solutions or order.tells("solutions") else replace(one, solution=(), number=number)
 
 
-def item(order: Order, variant: Variant, part: Part) -> Item | None:
-    """Return a part of a variant as an item, None where it can't be asked."""
-    problem = variant.problem
+def _item(order: Order, slot: Slot, problem: Problem, part: Part) -> Item | None:
+    """Return a part of a problem as an item without its variant's number, None where it can't be asked."""
     if part.answer.is_a_set:
         short = _in_short(problem, part, order)
         if short is None:
             return None
         problem, (part,) = short, short.parts
     told = order.tells("mistake")
-    return _Maker(variant, problem, part, order.assignment.title, order.assignment.hints, told).item()
+    return _Maker(slot, problem, part, order.assignment.title, order.assignment.hints, told).item()
 
 
 def _in_short(problem: Problem, part: Part, order: Order) -> Problem | None:
@@ -256,7 +266,7 @@ class _Options(Forms[Choose | Match]):
 class _Maker:
     """Makes the item of one part."""
 
-    variant: Variant
+    slot: Slot
     problem: Problem
     part: Part
     title: str
@@ -280,15 +290,14 @@ class _Maker:
         return replace(whole, number=single)
 
     def _made(self, asked: str, form: Choose | Match | Numeric, found: InNumbers | None = None) -> Item:
-        problem, part, slot = self.problem, self.part, self.variant.slot
+        problem, part, slot = self.problem, self.part, self.slot
         arm = Picture("arm", figure_svg(problem.chain), alt_text(problem.chain))
         svg = part_svg(problem.chain, part, part.name)
         own = (Picture(part.name, svg, part_alt(problem.chain, part)),) if svg else ()
         title = ASKED[part.kind].title
-        key = f"{self.variant.key}-{self.part.name}"
         return Item(
-            key=key,
-            title=f"{title} ({self.variant.key})",
+            key=part.name,
+            title=title,
             category=(self.title, f"{slot.name} {slot.family.name}", title),
             body=(arm, statement(problem, "", typed=False), *own, asked),
             form=form,

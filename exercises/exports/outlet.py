@@ -2,7 +2,7 @@
 
 import tomllib
 from collections.abc import Callable, Generator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import PurePath
 from typing import Literal
@@ -26,6 +26,10 @@ def _refuse(given: GivenUp) -> None:
     raise QdotError(str(given))
 
 
+def _nothing(*_: object) -> None:
+    """Stand for whoever is told something: a function of a module, so that another process can be handed it."""
+
+
 @dataclass(frozen=True)
 class Order:
     """What is to be exported: `variants` of each problem where a platform draws from a bank.
@@ -34,7 +38,8 @@ class Order:
     so many `versions`; the size of a `page` (of PAGES).
     `failures` certifies a problem; none leaves without that. `each` is told of every variant or student that is done,
     `note` of what the staff should know, `left_out` of who gets nothing, as no problem could be drawn. A marking sheet
-    asks the grader what an answer `earns`.
+    asks the grader what an answer `earns`. A package that reports scores is passed from the share `passing` on, where
+    one is given.
     """
 
     assignment: Assignment
@@ -45,14 +50,20 @@ class Order:
     versions: int = 0
     page: str = "a4"
     jobs: int = 1
-    each: Callable[[], None] = lambda: None
-    note: Callable[[str], None] = lambda _: None
+    each: Callable[[], None] = _nothing
+    note: Callable[[str], None] = _nothing
     left_out: Callable[[GivenUp], None] = _refuse
     earns: Earns | None = None
+    passing: Fraction | None = None
 
     def tells(self, what: str) -> bool:
         """Whether students may be told so much of their answers, of the levels FEEDBACK."""
         return FEEDBACK.index(what) <= FEEDBACK.index(self.assignment.feedback)
+
+    @property
+    def untold(self) -> "Order":
+        """The same order, of which nobody is told anything: other processes can't tell those who are at this one."""
+        return replace(self, each=_nothing, note=_nothing, left_out=_refuse, earns=None)
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from exercises.errors import QdotError
 from exercises.exports.outlet import File, Order
 from exercises.exports.sheet import Sheet, sheets
+from exercises.extras import lacking, need
 from exercises.figure.tikz import tikz
 from exercises.formula.printers.typst import typst_string
 from exercises.render import render
@@ -20,7 +21,6 @@ VERSION_TICKS = 8
 """Students whose answers are ticked on the marking sheet of a version; a student's own has one column."""
 LAST = 60
 """What the end of a sheet takes of its last page, where a part takes as much as it has millimetres for working."""
-NO_TYPST = "PDF needs the library typst, which is not installed; get it with: pip install 'qdot[pdf]'"
 
 
 @dataclass(frozen=True)
@@ -45,18 +45,13 @@ def latex(order: Order) -> Generator[File, None, None]:
 
 def pdf(order: Order) -> Generator[File, None, None]:
     """Yield a PDF for every student or version, and one of all of them to print. Raises QdotError without typst."""
-    if lacking := missing_for_pdf():
-        raise QdotError(lacking)
+    need("pdf", "PDF")
     return _files(order, "pdf", lambda *given: compile_pdf(typst_source(*given)), whole=True)
 
 
 def missing_for_pdf() -> str:
     """Return that the library that sets PDF is not here, and how to get it, or ""."""
-    try:
-        import typst  # noqa: F401
-    except ImportError:
-        return NO_TYPST
-    return ""
+    return lacking("pdf", "PDF")
 
 
 def check_sheet(order: Order) -> None:

@@ -11,6 +11,7 @@ from exercises.exports.paper import check_sheet, html, latex, missing_for_pdf, p
 from exercises.exports.prairielearn import course
 from exercises.exports.qti import qti_zip
 from exercises.exports.repositories import github, gitlab
+from exercises.exports.scorm import check_size, missing_scripts, packages
 from exercises.exports.stack import stack_questions
 
 OUTLETS = {
@@ -34,6 +35,9 @@ OUTLETS = {
         Outlet("canvas", "A quiz as QTI 1.2", "Canvas", "text2qti (as the model), our checks", "variant", canvas_zip),
         Outlet("qti", "A test as a QTI 2.1 package", "what reads QTI 2.1 (TAO, OpenOlat)",
                "citolab-qti-convert; its XML Schema, by hand", "variant", qti_zip),
+        Outlet("scorm", "Packages that report scores, with the answers in them", "what reads SCORM 1.2 or 2004",
+               "scorm-again, in Chromium; the rules of its XML Schemas", "variant", packages,
+               check=check_size, missing=missing_scripts),
         Outlet(
             "jupyterquiz", "Quizzes for notebooks, with the answers in the page", "jupyterquiz, in Jupyter Book, too",
             "jupyterquiz", "variant", jupyterquiz_files,

@@ -8,10 +8,11 @@ other mistakes give the same answer.
 
 import base64
 from collections.abc import Generator, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from exercises.assignment import Slot
 from exercises.errors import QdotError
-from exercises.exports.bank import Variant, bank
+from exercises.exports.bank import Variant, worked_out
 from exercises.exports.moodle import LONGEST_ID, category_path, moodle_name
 from exercises.exports.outlet import File, Order
 from exercises.exports.stack_cost import LIMIT, costs
@@ -62,13 +63,25 @@ class StackQuestion:
     tests: tuple[Case, ...]
 
 
+@dataclass(frozen=True)
+class _Made:
+    """A problem's questions, each with the seconds that marking it takes, and what is to be told of their place."""
+
+    questions: list[tuple[StackQuestion, float]]
+    notes: dict[str, None]
+
+
 def stack_questions(order: Order) -> Generator[File, None, None]:
     """Yield the file; what STACK can't ask or judges otherwise is told once for each place."""
     notes: dict[str, None] = {}
     questions: dict[str, list[StackQuestion]] = {}
-    for variant in bank(order):
-        for question in _questions(order, variant, notes):
-            questions.setdefault(question.category, []).append(question)
+    for variant, made in worked_out(order, _questions):
+        notes |= made.notes
+        for question, seconds in made.questions:
+            if seconds > LIMIT:
+                notes[_too_dear(variant, question.asked.part, seconds)] = None
+            else:
+                questions.setdefault(question.category, []).append(_numbered(order, variant, question))
     for said in notes:
         order.note(said)
     if not questions:
@@ -77,51 +90,51 @@ def stack_questions(order: Order) -> Generator[File, None, None]:
     yield File(f"{order.assignment.key}-stack.xml", text, private=True)
 
 
-def _questions(order: Order, variant: Variant, notes: dict[str, None]) -> Iterator[StackQuestion]:
-    """Yield the questions of a variant, but for those that STACK can't ask or would not mark in time."""
-    parts = list(_asked(variant, notes))
+def _too_dear(variant: Variant, part: Part, seconds: float) -> str:
+    return (
+        f"{variant.key}: {part.name!r} is left out: its marking takes {seconds:.0f} s of processor time in "
+        f"Maxima, and with more than {LIMIT:g} s STACK may give up on it"
+    )
+
+
+def _questions(order: Order, slot: Slot, problem: Problem) -> _Made:
+    """Return the questions of a problem but for those that STACK can't ask, without the names of their variant."""
+    notes: dict[str, None] = {}
+    parts = list(_asked(slot, problem, notes))
     seconds = costs(parts)
     if seconds is None:
         notes[NOT_MEASURED] = None
         seconds = [0.0] * len(parts)
-    for part, cost in zip(parts, seconds, strict=True):
-        if cost > LIMIT:
-            notes[
-                f"{variant.key}: {part.part.name!r} is left out: its marking takes {cost:.0f} s of processor time in "
-                f"Maxima, and with more than {LIMIT:g} s STACK may give up on it"
-            ] = None
-        else:
-            yield _question(order, variant, part)
+    questions = [_question(order, slot, problem, part) for part in parts]
+    return _Made(list(zip(questions, seconds, strict=True)), notes)
 
 
-def _asked(variant: Variant, notes: dict[str, None]) -> Iterator[StackPart]:
-    slot = variant.slot.name
-    for part in variant.problem.parts:
-        one = asked(variant.problem, without_rounding(part))
+def _asked(slot: Slot, problem: Problem, notes: dict[str, None]) -> Iterator[StackPart]:
+    for part in problem.parts:
+        one = asked(problem, without_rounding(part))
         if isinstance(one, str):
-            notes[f"{slot}: STACK does not ask {part.name!r}: {one}"] = None
+            notes[f"{slot.name}: STACK does not ask {part.name!r}: {one}"] = None
             continue
         if part.rounding is not None and without_rounding(part) is not part:
-            notes[f"{slot}: STACK takes no rounded decimals in {part.name!r}; qdot would, {part.rounding.words}"] = None
+            words = part.rounding.words
+            notes[f"{slot.name}: STACK takes no rounded decimals in {part.name!r}; qdot would, {words}"] = None
         if is_product(part):
-            notes[f"{slot}: in STACK {part.name!r} is right or wrong; factors that are right earn nothing"] = None
+            notes[f"{slot.name}: in STACK {part.name!r} is right or wrong; factors that are right earn nothing"] = None
         yield one
 
 
-def _question(order: Order, variant: Variant, one: StackPart) -> StackQuestion:
-    assignment, problem, part = order.assignment, variant.problem, one.part
+def _question(order: Order, slot: Slot, problem: Problem, one: StackPart) -> StackQuestion:
+    assignment, part = order.assignment, one.part
     number = [other.name for other in problem.parts].index(part.name) + 1
     title = ASKED[part.kind].title
     drawn = part_svg(problem.chain, part, part.name)
     solved = solution_figure(problem, part, f"{part.name}-solution")
     return StackQuestion(
         asked=one,
-        name=moodle_name(f"{variant.key}, {part.name}: {assignment.title}"),
-        id=f"{assignment.key}-{variant.key}-{part.name}"[-LONGEST_ID:],
-        category=category_path(
-            [moodle_name(name) for name in (assignment.title, variant.slot.name, f"{number}. {title}")]
-        ),
-        note=_note(variant),
+        name=part.name,
+        id=part.name,
+        category=category_path([moodle_name(name) for name in (assignment.title, slot.name, f"{number}. {title}")]),
+        note=_note(problem),
         title=title,
         statement=_html(statement(problem, "")),
         prompt=_html(_prompt(problem, part)),
@@ -131,6 +144,16 @@ def _question(order: Order, variant: Variant, one: StackPart) -> StackQuestion:
         part_picture=_picture(part.name, drawn, part_alt(problem.chain, part)) if drawn else None,
         solution_picture=_picture(f"{part.name}-solution", solved, SOLVED) if solved else None,
         tests=(*one.cases, *([NOT_READ] if one.is_typed else [])),
+    )
+
+
+def _numbered(order: Order, variant: Variant, question: StackQuestion) -> StackQuestion:
+    """Return a question with the names by which its variant is told from others."""
+    return replace(
+        question,
+        name=moodle_name(f"{variant.key}, {question.name}: {order.assignment.title}"),
+        id=f"{order.assignment.key}-{variant.key}-{question.id}"[-LONGEST_ID:],
+        note=f"{variant.key}: {question.note}",
     )
 
 
@@ -149,9 +172,7 @@ def _prompt(problem: Problem, part: Part) -> str:
     return text.split("**Answer:**")[0] if (part.answer.offered or part.answer.is_a_set) else text
 
 
-def _note(variant: Variant) -> str:
-    """Return what tells a variant from others, in one line."""
-    given = ", ".join(
-        f"{name} = {info.value}" for name, info in variant.problem.symbols().items() if info.value is not None
-    )
-    return f"{variant.key}: {variant.problem.chain.title or 'arm'}{'; ' if given else ''}{given}"
+def _note(problem: Problem) -> str:
+    """Return what tells an arm from others, in one line."""
+    given = ", ".join(f"{name} = {info.value}" for name, info in problem.symbols().items() if info.value is not None)
+    return f"{problem.chain.title or 'arm'}{'; ' if given else ''}{given}"

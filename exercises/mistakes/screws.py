@@ -290,23 +290,23 @@ def _in_degrees(chain: Chain) -> Iterator[Slip]:
 MISTAKES = (
     Mistake(
         "screw-sign", "Screw with the wrong sign of its velocity",
-        "The lower halves of the screws seem to have the wrong sign: the point at the origin moves at -omega x q.",
+        "The halves v of the screws seem to have the wrong sign: the point at the origin moves at -omega x q.",
         SOURCE, _of_screws(_moment_sign),
     ),
     Mistake(
         "screw-point", "Point on the axis for the velocity of a screw",
-        "The lower halves of the screws seem to hold points on the axes: they hold velocities, -omega x q.",
+        "The halves v of the screws seem to hold points on the axes: they hold velocities, -omega x q.",
         SOURCE, _of_screws(_no_moment),
     ),
     Mistake(
-        "twist-rows-exchanged", "Velocity above angular velocity",
-        "The upper and the lower half seem to be exchanged: of a twist, omega comes first here.", SOURCE,
+        "twist-rows-exchanged", "Halves of a twist exchanged",
+        "The upper and the lower half seem to be exchanged: the question says in which order the rows stand.", SOURCE,
         _of_screws(_rows_exchanged),
     ),
     Mistake(
-        "slide-above", "Direction of a slide in the upper half",
-        "The direction of a slide seems to stand in the upper half of its screw: a slide turns nothing, and has "
-        "(0, v).", SOURCE, _of_screws(_slide_above),
+        "slide-above", "Direction of a slide for its angular velocity",
+        "The direction of a slide seems to stand in the half omega of its screw: a slide turns nothing, and its "
+        "direction is v.", SOURCE, _of_screws(_slide_above),
     ),
     Mistake(
         "screws-at-home", "Screws as they are at home",
@@ -320,7 +320,7 @@ MISTAKES = (
     ),
     Mistake(
         "velocity-of-p", "Velocity of P in the space frame",
-        "The lower half seems to be the velocity of P: in the space frame it is that of the point of the last link "
+        "The half v seems to be the velocity of P: in the space frame it is that of the point of the last link "
         "that is at the origin.", SOURCE, _of_screws(_of_the_point),
     ),
     Mistake(
@@ -344,19 +344,21 @@ MISTAKES = (
         _of_adjoint(_inverted),
     ),
     Mistake(
-        "adjoint-block-above", "[P] R in the upper right block",
-        "The block [P] R seems to stand at the upper right: with omega above v, it stands at the lower left.", SOURCE,
+        "adjoint-block-above", "[P] R in the wrong block",
+        "The block [P] R seems to stand in the wrong corner: it takes omega to v, and stands in the rows of v and the "
+        "columns of omega.", SOURCE,
         _of_adjoint(lambda turn, place: _blocks(turn, product(_hat(place), turn), 0 * turn, turn)),
     ),
     Mistake(
         "adjoint-order", "R [P] for [P] R",
-        "The lower left block seems to be R [P]: R turns vectors into the space frame first, and [P] is on its left.",
-        SOURCE, _of_adjoint(lambda turn, place: _blocks(turn, 0 * turn, product(turn, _hat(place)), turn)),
+        "The block beside the two rotations seems to be R [P]: R turns vectors into the space frame first, and [P] is "
+        "on its left.", SOURCE,
+        _of_adjoint(lambda turn, place: _blocks(turn, 0 * turn, product(turn, _hat(place)), turn)),
     ),
     Mistake(
-        "adjoint-sign", "Lower left block of the adjoint with the wrong sign",
-        "The lower left block of the adjoint seems to have the wrong sign: the point at the origin moves at "
-        "v + P x omega.", SOURCE, _of_adjoint(lambda turn, place: adjoint(turn, -place)),
+        "adjoint-sign", "[P] R with the wrong sign",
+        "The block [P] R of the adjoint seems to have the wrong sign: the point at the origin moves at v + P x omega.",
+        SOURCE, _of_adjoint(lambda turn, place: adjoint(turn, -place)),
     ),
     Mistake(
         "adjoint-without-p", "Twist turned, and not moved",
@@ -365,7 +367,7 @@ MISTAKES = (
     ),
     Mistake(
         "adjoint-not-turned", "[P] for [P] R",
-        "The lower left block seems to be [P]: it is multiplied by R, which turns the angular velocity first.",
+        "The block [P] R seems to be [P]: it is multiplied by R, which turns the angular velocity first.",
         SOURCE, _of_adjoint(lambda turn, place: _blocks(turn, 0 * turn, _hat(place), turn)),
     ),
     Mistake(

@@ -1,6 +1,6 @@
 """Axes, position vectors, columns and twists by velocity propagation (6.9 to 6.13; Example 6.4).
 
-Linear rows come first, as in (6.6), and angular ones where an arm is told by its axes, as in every twist of screws.
+Linear rows come first, as in (6.6); where an arm is told by its axes, they have the order of its twists.
 """
 
 from dataclasses import dataclass

@@ -1,9 +1,10 @@
 """Arms told by their axes at home: screws, the pose by exponentials, Jacobian and twist in the space and body frame.
 
-Notation and order of Lynch and Park: a twist is (omega, v); the screw of joint i at home is S_i = (omega_i, -omega_i x
-q_i) of a revolute joint, (0, v_i) of a prismatic one. The space frame {s} is the world frame; the body frame {b} moves
-with the last link, has its origin in P, and is parallel to {s} at home. Column i of the space Jacobian is S_i, carried
-along by the joints before it; the body Jacobian is the same motion seen from {b}: J_b = [Ad_{T_bs}] J_s.
+Notation of Lynch and Park: twists are worked out as (omega, v), and asked for in the order of the arm. The screw of
+joint i at home is S_i = (omega_i, -omega_i x q_i) of a revolute joint, (0, v_i) of a prismatic one. The space frame {s}
+is the world frame; the body frame {b} moves with the last link, has its origin in P, and is parallel to {s} at home.
+Column i of the space Jacobian is S_i, carried along by the joints before it; the body Jacobian is the same motion seen
+from {b}: J_b = [Ad_{T_bs}] J_s.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -21,16 +22,15 @@ from exercises.arm.derivation import derive, structure
 from exercises.arm.kinematics import Frame, frames_and_point
 from exercises.arm.placing import Axis, exactly
 from exercises.arm.precise import numeric, ten_digits
-from exercises.arm.stages import Working
-from exercises.arm.told import twist_rows
+from exercises.arm.stages import Change, Working
+from exercises.arm.told import adjoint_told, rows_of_twist, twist_rows, twist_told
 from exercises.arm.trigonometry import textbook, without_brackets
 from exercises.problem import Details, Part
-from exercises.questions.base import BY_AXES, Asked, Question, count_terms, put, stage, too_many, velocities
+from exercises.questions.base import BY_AXES, Asked, Put, Question, Result, count_terms, too_many, velocities
 from exercises.questions.inversion import POSES, THREE_DIGITS, Configuration, draw_lengths, draw_pose
 from exercises.stream import Stream
 
 SOURCE = "product of exponentials"
-TWIST_UNITS = (*["rad/s"] * 3, *["m/s"] * 3)
 DECIMALS = 3
 """Of a twist that is told in numbers."""
 MOST_JOINTS = 4
@@ -195,7 +195,65 @@ def _from_last_frame(generic: Chain, frames: list[Frame], point: sp.Matrix) -> l
     ]
 
 
-def _of_body(chain: Chain) -> tuple[sp.Matrix, sp.Matrix, sp.Matrix]:
+def _is_oblique(chain: Chain) -> bool:
+    """Whether axes stand at odd angles to each other, or lie so at home that the table turns by odd ones there.
+
+    As symbols in the place of these angles, they make thousands of terms of what is short in numbers.
+    """
+    odd_twist = any(joint.alpha.free_symbols for joint in structure(chain).chain.joints[:-1])
+    turning = [offset for offset, joint in zip(chain.offsets, chain.joints, strict=True) if joint.kind == "R"]
+    return odd_twist or any(not (offset / sp.pi).is_Rational for offset in turning)
+
+
+def turned_back(axis: Axis, angle: sp.Expr, vectors: sp.Matrix) -> sp.Matrix:
+    """Return vectors, 3 x k, turned about a direction by an angle the other way, multiplied out."""
+    cross = hat(axis.direction)
+    turn = sp.eye(3) - sp.sin(angle) * cross + (1 - sp.cos(angle)) * cross**2
+    return (turn.applyfunc(sp.expand) * vectors).applyfunc(sp.expand)
+
+
+def _column_seen_from_body(chain: Chain, number: int) -> sp.Matrix:
+    """Return a column of the body Jacobian, 6 x 1: its screw at home about P, moved back by the joints behind it.
+
+    About a point on the axis of a joint, omega and the velocity of that point are only turned by it, so that every
+    joint's sine and cosine occurs once in each product.
+    """
+    axes, place = axes_of(chain)
+    first = axes[number]
+    omega, v = first.direction, first.direction.cross(place - first.point)
+    if first.kind == "P":
+        omega, v = sp.zeros(3, 1), first.direction
+    for axis, q in zip(axes[number + 1 :], chain.q[number + 1 :], strict=True):
+        if axis.kind == "P":
+            v = (v + omega.cross(q * axis.direction)).applyfunc(sp.expand)
+            continue
+        away = axis.point - place
+        both = turned_back(axis, q, omega.row_join(v + omega.cross(away)))
+        omega = both[:, 0]
+        v = (both[:, 1] - omega.cross(away)).applyfunc(sp.expand)
+    return omega.col_join(v)
+
+
+@lru_cache(maxsize=256)
+def _oblique_body(chain: Chain) -> tuple[sp.Matrix, sp.Matrix]:
+    """Return R_sb and the body Jacobian by exponentials of the axes in the arm's own numbers."""
+    back = sp.eye(3)
+    for axis, q in zip(axes_of(chain)[0], chain.q, strict=True):
+        back = turned_back(axis, q, back) if axis.kind == "R" else back
+    jacobian = sp.Matrix.hstack(*(_column_seen_from_body(chain, number) for number in range(chain.n)))
+    return back.T.applyfunc(without_brackets), jacobian.applyfunc(without_brackets)
+
+
+def _of_body(chain: Chain) -> tuple[sp.Matrix, sp.Matrix]:
+    """Return R_sb and the body Jacobian."""
+    if _is_oblique(chain):
+        return _oblique_body(chain)
+    rotation, jacobian, _ = _filled_body(chain)
+    return rotation, jacobian
+
+
+def _filled_body(chain: Chain) -> tuple[sp.Matrix, sp.Matrix, sp.Matrix]:
+    """Return R_sb, the body Jacobian and [P] R_sb out of those of the arm's structure."""
     generic, home = structure(chain).chain, _home_offsets(chain)
     known = {home[q]: offset for q, offset in zip(chain.q, chain.offsets, strict=True) if home[q].is_Symbol}
     fill = derive(chain).fill
@@ -224,7 +282,11 @@ def body_pose(chain: Chain) -> sp.Matrix:
 
 def body_adjoint(chain: Chain) -> sp.Matrix:
     """Return [Ad T_sb], 6 x 6: the twist (omega, v) in {s} is this times the one in {b}."""
-    rotation, _, moved = _of_body(chain)
+    if _is_oblique(chain):
+        rotation = body_rotation(chain)
+        moved = (hat(derive(chain).position) * rotation).applyfunc(sp.expand)
+    else:
+        rotation, _, moved = _filled_body(chain)
     return rotation.row_join(sp.zeros(3)).col_join(moved.row_join(rotation))
 
 
@@ -233,7 +295,7 @@ def body_adjoint(chain: Chain) -> sp.Matrix:
 
 def _home(chain: Chain, rng: Stream) -> Asked:
     screws = home_screws(chain)
-    return Matrix(sp.Matrix.hstack(*(one.screw for one in screws))), OfScrews(screws=screws)
+    return Matrix(twist_told(chain, sp.Matrix.hstack(*(one.screw for one in screws)))), OfScrews(screws=screws)
 
 
 def _pose(chain: Chain, rng: Stream) -> Asked:
@@ -245,18 +307,18 @@ def _in_space(chain: Chain) -> InSpace:
 
 
 def _space(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(space_jacobian(chain)), _in_space(chain)
+    return Matrix(twist_told(chain, space_jacobian(chain))), _in_space(chain)
 
 
 def _body(chain: Chain, rng: Stream) -> Asked:
-    rotation, jacobian, _ = _of_body(chain)
+    rotation, jacobian = _of_body(chain)
     details = OfBody(rotation=rotation, place=derive(chain).position, space=space_jacobian(chain))
-    return Matrix(jacobian), details
+    return Matrix(twist_told(chain, jacobian)), details
 
 
 def _adjoint(chain: Chain, rng: Stream) -> Asked:
     details = OfBody(rotation=body_rotation(chain), place=derive(chain).position)
-    return Matrix(body_adjoint(chain)), details
+    return Matrix(adjoint_told(chain, body_adjoint(chain))), details
 
 
 def _draw_motion(chain: Chain, rng: Stream) -> InNumbers:
@@ -273,20 +335,21 @@ def _draw_motion(chain: Chain, rng: Stream) -> InNumbers:
 
 def _changed(chain: Chain, rng: Stream) -> Asked:
     motion = _draw_motion(chain, rng)
-    exact = body_adjoint(chain).xreplace(motion.place.values) * motion.twist
+    exact = twist_told(chain, body_adjoint(chain).xreplace(motion.place.values) * motion.twist)
     numbers = exact.applyfunc(lambda value: ten_digits(numeric(value)))
     floor = 0.001 * max(abs(float(value)) for value in numbers)
-    return Number(sp.Matrix(numbers), TWIST_UNITS, THREE_DIGITS, floor), motion
+    units = tuple("m/s" if row[0] == "v" else "rad/s" for row in twist_rows(chain))
+    return Number(sp.Matrix(numbers), units, THREE_DIGITS, floor), motion
 
 
 def _space_twist(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(derive(chain).twist(space_jacobian(chain))), _in_space(chain)
+    return Matrix(derive(chain).twist(twist_told(chain, space_jacobian(chain)))), _in_space(chain)
 
 
 def _body_twist(chain: Chain, rng: Stream) -> Asked:
-    rotation, jacobian, _ = _of_body(chain)
+    rotation, jacobian = _of_body(chain)
     details = OfBody(rotation=rotation, place=derive(chain).position, space=space_jacobian(chain))
-    return Matrix(derive(chain).twist(jacobian)), details
+    return Matrix(derive(chain).twist(twist_told(chain, jacobian))), details
 
 
 def _with_body(chain: Chain) -> str | None:
@@ -326,7 +389,35 @@ def _long_adjoint(chain: Chain) -> str | None:
 
 def _changed_result(w: Working, part: Part) -> np.ndarray:
     told = np.stack([w.arithmetic.number(value) for value in part.about(InNumbers).twist])
-    return applied(w["body adjoint"], told)
+    return _told(w, applied(w["body adjoint"], told))
+
+
+def _told(w: Working, twists: np.ndarray) -> np.ndarray:
+    """Return twists (omega, v), (6, …), in the order in which they are told, or the other way."""
+    return np.asarray(twists[rows_of_twist(w.chain)])
+
+
+def _adjoint_told(w: Working, adjoint: np.ndarray) -> np.ndarray:
+    """Return an adjoint, (6, 6, …), for twists in the order in which they are told, or the other way."""
+    return _told(w, adjoint)[:, rows_of_twist(w.chain)]
+
+
+def _stage(name: str) -> Result:
+    """Return that an answer is a stage of twists, in the order in which they are told."""
+    return lambda w, _: _told(w, w[name])
+
+
+def _put(name: str) -> Put:
+    """Return that an answer, in the order in which twists are told, is put in the place of a stage."""
+    return lambda rows: {name: lambda w, _: _told(w, rows)}
+
+
+def _times_rates(name: str) -> Result:
+    return lambda w, _: _told(w, applied(w[name], w["joint rates"]))
+
+
+def _put_adjoint(rows: np.ndarray) -> Mapping[str, Change]:
+    return {"body adjoint": lambda w, _: _adjoint_told(w, rows)}
 
 
 def _pose_result(w: Working, part: Part) -> np.ndarray:
@@ -342,8 +433,8 @@ QUESTIONS = (
         source=SOURCE,
         conventions=BY_AXES,
         ask=_home,
-        result=stage("home screws"),
-        put=put("home screws"),
+        result=_stage("home screws"),
+        put=_put("home screws"),
     ),
     Question(
         name="body-pose",
@@ -368,8 +459,8 @@ QUESTIONS = (
         points=2.0,
         objection=_with_body,
         too_long=_long_adjoint,
-        result=stage("body adjoint"),
-        put=put("body adjoint"),
+        result=lambda w, _: _adjoint_told(w, w["body adjoint"]),
+        put=_put_adjoint,
         follows=(("body-pose",),),
     ),
     Question(
@@ -393,8 +484,8 @@ QUESTIONS = (
         ask=_space,
         points=2.0,
         too_long=_long_space,
-        result=stage("space jacobian"),
-        put=put("space jacobian"),
+        result=_stage("space jacobian"),
+        put=_put("space jacobian"),
     ),
     Question(
         name="body-jacobian",
@@ -406,8 +497,8 @@ QUESTIONS = (
         points=2.0,
         objection=_with_body,
         too_long=_long_body,
-        result=stage("body jacobian"),
-        put=put("body jacobian"),
+        result=_stage("body jacobian"),
+        put=_put("body jacobian"),
         follows=(("body-pose", "space-jacobian"),),
     ),
     Question(
@@ -418,7 +509,7 @@ QUESTIONS = (
         ask=_space_twist,
         needs=("space-jacobian",),
         too_long=_long_space,
-        result=lambda w, _: applied(w["space jacobian"], w["joint rates"]),
+        result=_times_rates("space jacobian"),
         entry_names=_twist_names,
         follows=(("space-jacobian",),),
     ),
@@ -431,7 +522,7 @@ QUESTIONS = (
         needs=("body-jacobian",),
         objection=_with_body,
         too_long=_long_body,
-        result=lambda w, _: applied(w["body jacobian"], w["joint rates"]),
+        result=_times_rates("body jacobian"),
         entry_names=_twist_names,
         follows=(("body-jacobian",),),
     ),

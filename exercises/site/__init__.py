@@ -4,6 +4,7 @@ From the bottom up:
 
     keys, record, bank          the numbers by which a browser grades; a problem as JSON; many of them
     page, chapter, arms         what a page is; the book's examples; the gallery of arms
+    robots                      tables that the page of one's own arm begins with
     guide, reference            how the documentation is arranged; the command line as a page
     pages                       all pages
     stale_files, build          what an earlier build wrote and is no more; all of it in a folder

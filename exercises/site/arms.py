@@ -8,6 +8,7 @@ from exercises.families.listing import listing
 from exercises.formula.latex import parsed
 from exercises.formula.printers.mathml import mathml
 from exercises.generation import sample_chain
+from exercises.languages import LANGUAGES, catalogue
 from exercises.problem import ProblemId
 from exercises.questions import QUESTIONS
 from exercises.render import render
@@ -19,13 +20,16 @@ PATH = "arms.html"
 
 @dataclass(frozen=True)
 class Card:
-    """A family as the gallery shows it; `task` is MathML, `kinds` as in RRP, both empty where they vary.
+    """A family as the gallery shows it, `titles` in other languages.
+
+    `task` is MathML, `kinds` as in RRP, both empty where they vary.
 
     `practised`: whether the bank has it.
     """
 
     name: str
     title: str
+    titles: dict[str, str]
     source: str
     kinds: str
     task: str
@@ -38,7 +42,8 @@ def gallery(practised: Collection[str]) -> Page:
     """Return the gallery; `practised` are the families that the site's bank has."""
     cards = [_card(name, name in practised) for name in FAMILIES]
     titles = {name: question.title for name, question in QUESTIONS.items()}
-    body = render("site/arms.html.j2", cards=cards, questions=titles)
+    told = {name: {code: catalogue(code).question(title) for code in LANGUAGES} for name, title in titles.items()}
+    body = render("site/arms.html.j2", cards=cards, questions=titles, told_questions=told)
     return Page(PATH, "The arms", body, section="arms", kind="wide")
 
 
@@ -48,6 +53,7 @@ def _card(name: str, practised: bool) -> Card:
     return Card(
         name=name,
         title=family.title,
+        titles={code: catalogue(code).family(family.title) for code in LANGUAGES},
         source=family.source,
         kinds="" if family.varied else listed.kinds,
         task="" if family.varied else mathml(parsed(", ".join(task))),

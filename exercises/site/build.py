@@ -1,6 +1,7 @@
 """The site put together in a folder: scripts and styles, pages, the bank, and what makes it work offline."""
 
 import hashlib
+import json
 import shutil
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -13,12 +14,25 @@ from exercises.files import make_folder, write_atomically
 from exercises.languages import LANGUAGES
 from exercises.record import Json
 from exercises.site.bank import FOLDER, SOLVED, TOLD, Wanted, index_text, titles_text, write_bank
-from exercises.site.pages import Around, Assets, built_assets, favicon, manifest, page_text, pages, worker_text
+from exercises.site.page import INDEX, ROBOTS
+from exercises.site.pages import (
+    Around,
+    Assets,
+    built_assets,
+    favicon,
+    licences_text,
+    manifest,
+    page_text,
+    pages,
+    worker_text,
+)
+from exercises.site.robots import robots_text
 from exercises.site.stale_files import remove_stale_files
 
 NOT_BUILT = (
     "the site's scripts are not built: run `make site`, which needs Node and npm; an installed qdot has them already"
 )
+SIZES = f"{FOLDER}/sizes.json"
 GALLERY = "docs/families/"
 """Where the pictures of the gallery are, which works offline as the other pages do."""
 
@@ -57,15 +71,22 @@ def build(order: Order, each: Callable[[], None], left_out: Callable[[GivenUp], 
     make_folder(order.folder)
     listed = write_bank(order.folder, order.wanted, order.failures, order.jobs, each, left_out, order.is_solved)
     index = index_text(listed, order.titles, order.feedback)
-    write_atomically(order.folder / FOLDER / "index.json", index)
+    write_atomically(order.folder / INDEX, index)
+    write_atomically(order.folder / ROBOTS, robots_text())
     titles = {f"{FOLDER}/index.{language}.json": titles_text(language, order.titles) for language in LANGUAGES}
     for name, text in titles.items():
         write_atomically(order.folder / name, text)
-    shell = _copied(assets, order.folder)
+    write_atomically(order.folder / SIZES, _sizes_text(order, listed))
+    shell = [*_copied(assets, order.folder), ROBOTS, SIZES]
     families = [name for name, _, _ in order.titles]
-    for page in pages(Around(order.docs, order.commands, order.course, families)):
+    around = Around(order.docs, order.commands, order.course, families, licences_text(assets.folder))
+    for page in pages(around):
         write_atomically(order.folder / page.path, page_text(page, assets, order.course, order.docs is not None))
         shell.append(page.path)
+        for language, (title, body) in page.told.items():
+            told = json.dumps({"title": title, "body": body}, ensure_ascii=False)
+            write_atomically(order.folder / page.told_path(language), told)
+            shell.append(page.told_path(language))
     drawings = [] if order.docs is None else _drawings(order.docs, order.folder)
     shell += [name for name in drawings if name.startswith(GALLERY)]
     write_atomically(order.folder / "icon.svg", favicon())
@@ -74,11 +95,21 @@ def build(order: Order, each: Callable[[], None], left_out: Callable[[GivenUp], 
         b"".join((order.folder / name).read_bytes() for name in shell + _problems(order, listed) + [*titles])
         + index.encode()
     ).hexdigest()
-    shell += ["icon.svg", "manifest.webmanifest", f"{FOLDER}/index.json", *titles]
+    shell += ["icon.svg", "manifest.webmanifest", INDEX, *titles]
     write_atomically(order.folder / "sw.js", worker_text(shell, version[:16]))
     remove_stale_files(order.folder, [*shell, *drawings, "sw.js"])
     questions = sum(len(entry["questions"]) for entry in listed)
     return {"problems": len(listed), "questions": questions, "files": len(shell)}
+
+
+def _sizes_text(order: Order, listed: Sequence[Json]) -> str:
+    """Return how large the files of each problem are: {"files": {"FAMILY/KEY": {ending: bytes}}}."""
+    files: dict[str, dict[str, int]] = {}
+    for entry in listed:
+        name = f"{entry['family']}/{entry['key']}"
+        paths = {ending: order.folder / FOLDER / f"{name}{ending}" for ending in TOLD + SOLVED * order.is_solved}
+        files[name] = {ending: path.stat().st_size for ending, path in paths.items()}
+    return json.dumps({"format": 1, "files": files}, separators=(",", ":"))
 
 
 def _problems(order: Order, listed: Sequence[Json]) -> list[str]:

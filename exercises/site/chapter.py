@@ -1,15 +1,17 @@
 """The book's side of the site: a page for each of Examples 6.1 to 6.4 with the live arm beside it, and the errata."""
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 from exercises.arm.chain import Chain
 from exercises.docs import Example, corrections, examples
 from exercises.docs.errata import Erratum
 from exercises.figure import figure_svg, singular_svg
+from exercises.languages import ENGLISH, LANGUAGES, catalogue
 from exercises.problem import Problem, ProblemId
 from exercises.record import Json
-from exercises.render import render
+from exercises.render import environment, render
 from exercises.site.page import Page
 from exercises.site.record import arm_record, determinant_factors
 from exercises.writing.markup import to_html
@@ -32,23 +34,33 @@ def address(number: str) -> str:
 
 def chapter_pages() -> Iterator[Page]:
     """Yield the pages of the chapter's examples, what leads to them, and the errata."""
-    every = examples()
-    pages = [
-        {"number": e.number, "title": e.title, "address": address(e.number), "figure": _card_figure(e)} for e in every
-    ]
     errata = list(enumerate(corrections(), 1))
-    lead = render("site/examples.html.j2", examples=pages, errata=len(errata), errata_at=ERRATA)
-    yield Page(START, "Examples 6.1 to 6.4", lead, section=SECTION, kind="wide")
-    for place, example in enumerate(every):
-        yield Page(
-            address(example.number),
-            f"Example {example.number}",
-            _example(example, pages, place, errata),
-            section=SECTION,
-            kind="wide",
-        )
+    start = {language: _start(language, errata) for language in (ENGLISH, *LANGUAGES)}
+    yield _told(Page(START, *start.pop(ENGLISH), section=SECTION, kind="wide"), start)
+    for place, example in enumerate(examples()):
+        pages = {language: _example(place, language, errata) for language in (ENGLISH, *LANGUAGES)}
+        yield _told(Page(address(example.number), *pages.pop(ENGLISH), section=SECTION, kind="wide"), pages)
     text = render("site/errata.md.j2", errata=errata, places=_places(errata), level="##")
     yield Page(ERRATA, "Errata of the chapter", to_html(text), section=SECTION)
+
+
+def _told(page: Page, told: Mapping[str, tuple[str, str]]) -> Page:
+    return replace(page, told=told)
+
+
+def _listed(language: str) -> list[dict[str, str]]:
+    """Return the examples as they are listed."""
+    return [
+        {"number": e.number, "title": e.title, "address": address(e.number), "figure": _card_figure(e)}
+        for e in examples(language)
+    ]
+
+
+def _start(language: str, errata: Corrections) -> tuple[str, str]:
+    """Return title and body of the page that leads to the examples."""
+    template = environment(language).get_template("site/examples.html.j2")
+    title = catalogue(language).gettext("Examples 6.1 to 6.4")
+    return title, template.render(examples=_listed(language), errata=len(errata), errata_at=ERRATA)
 
 
 def _card_figure(example: Example) -> str:
@@ -57,14 +69,18 @@ def _card_figure(example: Example) -> str:
     return singular_svg(example.arm, name) if seen and example.singular else figure_svg(example.arm, name)
 
 
-def _example(example: Example, every: list[dict[str, str]], place: int, errata: Corrections) -> str:
+def _example(place: int, language: str, errata: Corrections) -> tuple[str, str]:
+    """Return title and body of an example's page; what is said of the errata is in English."""
+    templates, every = environment(language), _listed(language)
+    example = examples(language)[place]
     arm = example.arm
     own = [(number, e) for number, e in errata if e.where.startswith(f"Example {example.number}")]
     differs = render("site/errata-list.md.j2", errata=own, places={}, level="###")
-    return render(
-        "site/example.html.j2",
+    given = templates.get_template("site/example-given.md.j2").render(example=example)
+    title = catalogue(language).gettext("Example %(number)s", number=example.number)
+    return title, templates.get_template("site/example.html.j2").render(
         example=example,
-        given=to_html(render("site/example-given.md.j2", example=example)),
+        given=to_html(given),
         figure=figure_svg(arm, f"{example.key}-arm"),
         steps=[(title, to_html(text, share=ASIDE)) for title, text in example.steps],
         singular=singular_svg(arm, f"{example.key}-singular") if example.singular else "",

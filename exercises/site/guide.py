@@ -4,50 +4,63 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
+
+def _(message: str) -> str:
+    """Mark a text as a message; it is translated where it is shown."""
+    return message
+
+
 OWN_PAGES = {"examples": "examples/index.html", "families": "arms.html"}
 """Pages of docs/ that the site has in another form, and where."""
 COMMANDS = "commands"
 GROUPS = {
-    "For students": {
-        "students": ("Your first answer", "Typing an answer, reading a verdict, handing in a notebook."),
-        "hints": ("Hints", "Three for every question, from gentle to nearly there."),
-        "questions": ("The questions", "What can be asked, with the chapter's equations."),
-        "mistakes": ("Mistakes that are named", "What qdot recognises behind a wrong answer."),
+    _("For students"): {
+        "students": (_("Your first answer"), _("Typing an answer, reading a verdict, handing in a notebook.")),
+        "hints": (_("Hints"), _("Three for every question, from gentle to nearly there.")),
+        "questions": (_("The questions"), _("What can be asked, with the chapter's equations.")),
+        "mistakes": (_("Mistakes that are named"), _("What qdot recognises behind a wrong answer.")),
     },
-    "For instructors": {
-        "instructors": ("Your first class", "From an empty folder to graded notebooks."),
-        "robots": ("Your own arm", "DH tables, standard and modified, axes, CSV, URDF."),
-        "variation": ("Variation", "How far arms may differ, and how many students share an answer."),
-        "grading": ("Grading a class", "Late work, attempts, overrides, whose mark moved and why."),
-        "submissions": ("What students hand in", "Files and folders that are read, and how answers are found."),
-        "report": ("The class at a glance", "Hard parts, mistakes, whether some variants were harder."),
-        "gradebooks": ("Gradebooks", "Canvas, Moodle and Excel: marks back, rosters in."),
-        "paper": ("Paper and screen", "Handouts, exams with a key, accessible PDF."),
-        "site": ("The web site", "A site of your own to practise on."),
+    _("For instructors"): {
+        "install": (_("Install qdot"), _("Any machine, without installing, extras, completion, upgrades.")),
+        "instructors": (_("Your first class"), _("From an empty folder to graded notebooks.")),
+        "robots": (_("Your own arm"), _("DH tables, standard and modified, axes, CSV, URDF.")),
+        "variation": (_("Variation"), _("How far arms may differ, and how many students share an answer.")),
+        "grading": (_("Grading a class"), _("Late work, attempts, overrides, whose mark moved and why.")),
+        "submissions": (_("What students hand in"), _("Files and folders that are read, and how answers are found.")),
+        "report": (_("The class at a glance"), _("Hard parts, mistakes, whether some variants were harder.")),
+        "gradebooks": (_("Gradebooks"), _("Canvas, Moodle and Excel: marks back, rosters in.")),
+        "paper": (_("Paper and screen"), _("Handouts, exams with a key, accessible PDF.")),
+        "site": (_("The web site"), _("A site of your own to practise on.")),
     },
-    "Where you teach": {
-        "outlets": ("Outlets", "One assignment for every platform, and what reads each."),
-        "platforms": ("Quizzes on learning platforms", "Moodle, Canvas, QTI and notebooks."),
-        "moodle": ("Moodle, click by click", "A quiz restored, taken and marked, in pictures."),
-        "stack": ("STACK questions", "Answers as formulas in Moodle."),
-        "prairielearn": ("PrairieLearn", "A course that draws and marks by qdot."),
-        "gradescope": ("Gradescope", "The autograder's zip."),
-        "nbgrader": ("nbgrader", "A course whose autograde marks by qdot."),
-        "otter": ("Otter-Grader", "An autograder that marks by qdot, by `otter assign`."),
-        "ci": ("Grading in CI", "GitHub, GitLab, JUnit, pytest."),
-        "many-submissions": ("Grading 100,000 submissions", "A Dask cluster, or the jobs of a CI."),
+    _("Where you teach"): {
+        "outlets": (_("Outlets"), _("One assignment for every platform, and what reads each.")),
+        "platforms": (_("Quizzes on learning platforms"), _("Moodle, Canvas, QTI and notebooks.")),
+        "scorm": (_("SCORM packages"), _("The assignment as a page that reports its score to any platform.")),
+        "moodle": (_("Moodle, click by click"), _("A quiz restored, taken and marked, in pictures.")),
+        "stack": (_("STACK questions"), _("Answers as formulas in Moodle.")),
+        "prairielearn": (_("PrairieLearn"), _("A course that draws and marks by qdot.")),
+        "gradescope": (_("Gradescope"), _("The autograder's zip.")),
+        "nbgrader": (_("nbgrader"), _("A course whose autograde marks by qdot.")),
+        "otter": (_("Otter-Grader"), _("An autograder that marks by qdot, by otter assign.")),
+        "ci": (_("Grading in CI"), _("GitHub, GitLab, JUnit, pytest.")),
+        "container": (_("The grader in a container"), _("Built and run with Podman or Docker; what makes it strict.")),
+        "many-submissions": (_("Grading 100,000 submissions"), _("Dask, Slurm, Kubernetes, or the jobs of a CI.")),
     },
-    "How it works": {
-        "judging": ("How an answer is judged", "Identity tested in numbers, and the bound on being wrong."),
-        "partial-credit": ("What is right in part", "One rule for each type of answer, with examples."),
-        "sandbox": ("Students' code, contained", "What a notebook may do, and who sees to it."),
-        "structures": ("How many arms there are", "What random-2 to random-4 draw from."),
-        "library": ("qdot as a library", "Problems and judgements in a program of your own."),
-        COMMANDS: ("The command line", "Every command and option, from the program."),
+    _("How it works"): {
+        "judging": (_("How an answer is judged"), _("Identity tested in numbers, and the bound on being wrong.")),
+        "partial-credit": (_("What is right in part"), _("One rule for each type of answer, with examples.")),
+        "sandbox": (_("Students' code, contained"), _("What a notebook may do, and who sees to it.")),
+        "structures": (_("How many arms there are"), _("What random-2 to random-4 draw from.")),
+        "privacy": (_("Data protection"), _("What is kept about students, where, how long; how it is removed.")),
+        "library": (_("qdot as a library"), _("Problems and judgements in a program of your own.")),
+        "releasing": (_("Releasing qdot"), _("The button, step by step; how a file is checked.")),
+        "dependencies": (_("What qdot needs"), _("Every library: what for, licence, size, last release.")),
+        "promises": (_("What stays as it is"), _("What you can build on, and what an upgrade changes.")),
+        COMMANDS: (_("The command line"), _("Every command and option, from the program.")),
     },
 }  # fmt: skip
 """Groups of pages, their names with a title and a line each."""
-OTHERS = "More"
+OTHERS = _("More")
 
 
 @dataclass(frozen=True)

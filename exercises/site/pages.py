@@ -16,10 +16,14 @@ from exercises.render import render, template_folder
 from exercises.site.arms import gallery
 from exercises.site.chapter import chapter_pages, told_arm
 from exercises.site.guide import COMMANDS, OWN_PAGES, Entry, arranged
-from exercises.site.page import Page
+from exercises.site.page import Page, in_languages
 from exercises.writing.markup import to_html
 
-ENTRIES = {"practice": "src/practice/main.tsx", "learn": "src/learn/main.tsx", "pages": "src/pages/main.ts"}
+ENTRIES = {
+    "practice": "src/practice/main.tsx", "learn": "src/learn/main.tsx", "own": "src/own/main.tsx",
+    "course": "src/course/main.tsx", "package": "src/course/package.tsx", "pages": "src/pages/main.ts",
+}  # fmt: skip
+"""The scripts that pages begin with; "package" is that of a package for learning platforms (`exports.scorm`)."""
 GREETING = {"theta1": math.radians(60), "theta2": math.radians(100)}
 """The pose in which the arm of the first page and of the lessons begins, and in which its picture stands."""
 LONG = 3
@@ -45,13 +49,23 @@ class Around:
     """What the pages around the bank are made from.
 
     `docs` is the folder of the documentation, None where there is none; `commands` the body of the page on the command
-    line; `course` the title of an instructor's own site; `families` are those in the bank.
+    line; `course` the title of an instructor's own site; `families` are those in the bank; `licences` those of what is
+    in the scripts.
     """
 
     docs: Path | None
     commands: str
     course: str
     families: Collection[str]
+    licences: str
+
+
+def licences_text(folder: Path) -> str:
+    """Return the page on licences, of what Vite wrote of the libraries that are in the scripts of a folder."""
+    written = {name: folder / ".vite" / f"{name}.md" for name in ("licences", "notices")}
+    texts = {name: path.read_text(encoding="utf-8") if path.exists() else "" for name, path in written.items()}
+    _, _, libraries = texts["licences"].partition("\n## ")
+    return render("site/licences.md.j2", licences=f"## {libraries}".strip(), notices=texts["notices"].strip())
 
 
 def built_assets() -> Assets | None:
@@ -101,8 +115,13 @@ def pages(around: Around) -> Iterator[Page]:
     learn = render("site/learn.html.j2", arms=json.dumps(arms, ensure_ascii=False))
     yield Page("learn.html", "Learn", learn, "learn", "learn", "practice")
     yield Page("practice.html", "Practise", practice, "practice", "practice", "practice")
-    yield Page("404.html", "There is no such page", render("site/missing.html.j2", root=""))
+    own = render("site/own.html.j2", has_docs=has_docs)
+    yield Page("own.html", "Your own arm", own, "own", "own", "practice")
+    course = render("site/course.html.j2", has_docs=has_docs)
+    yield Page("course.html", "In a course", course, entry="course", kind="wide", frames=True)
+    yield Page("404.html", "There is no such page", render("site/missing.html.j2", root=""), is_anywhere=True)
     yield Page("accessibility.html", "Accessibility", to_html(render("site/accessibility.md.j2")))
+    yield Page("licences.html", "Licences", to_html(around.licences))
     yield from chapter_pages()
     if around.docs is not None:
         yield gallery(around.families)
@@ -111,14 +130,16 @@ def pages(around: Around) -> Iterator[Page]:
 
 def _documentation(docs: Path, commands: str) -> Iterator[Page]:
     groups = arranged(docs)
-    lead = render("site/docs.html.j2", groups=groups)
+    lead = render("site/docs.html.j2", groups=groups, told=in_languages)
     yield Page("docs/index.html", "Documentation", lead, section="docs", kind="wide")
     for entries in groups.values():
         for entry in entries:
             body = commands if entry.name == COMMANDS else to_html(_text(docs, entry))
             body = linked(body)
             listed = headings(body) if len(headings(body)) >= LONG else []
-            around = render("site/doc.html.j2", body=body, groups=groups, entry=entry, headings=listed)
+            around = render(
+                "site/doc.html.j2", body=body, groups=groups, entry=entry, headings=listed, told=in_languages
+            )
             yield Page(f"docs/{entry.name}.html", entry.title, around, section="docs", kind="docs")
 
 

@@ -16,6 +16,7 @@ class Command:
     usage: str
     says: str
     parameters: tuple[tuple[str, str], ...]
+    examples: str = ""
 
 
 def commands_of(program: Any, name: str) -> Iterator[Command]:
@@ -34,6 +35,7 @@ def commands_of(program: Any, name: str) -> Iterator[Command]:
         f"{name} {usage}",
         to_html(_plain(program.help or "")),
         tuple((record[0], " ".join(_plain(record[1]).split())) for record in records if record),
+        _plain(program.epilog or "").strip(),
     )
 
 

@@ -3,7 +3,8 @@
 The screws at home are worked out from 4 x 4 products of the table where all joint variables are zero, by z and o x z.
 All else comes from the axes as the statement tells them (which `certify` holds against those products, too): each
 joint is an axis in the space frame at home, the arm is the product of the joints' exponentials, and no frame on a link
-is used. Where frames on the links are a third way, it is tested as well.
+is used. Where frames on the links are a third way, it is tested as well. Twists and adjoints are put together in the
+order that the arm has, (omega, v) of Lynch and Park or (v, omega) of Murray, Li and Sastry, each with its own adjoint.
 """
 
 from collections.abc import Callable, Iterator
@@ -28,16 +29,26 @@ def _hat(vector: np.ndarray) -> np.ndarray:
     return np.stack([np.stack([zero, -z, y], -1), np.stack([z, zero, -x], -1), np.stack([-y, x, zero], -1)], -2)
 
 
-def _adjoint(pose: np.ndarray) -> np.ndarray:
-    """Return [Ad T] of poses (…, 4, 4) for twists (omega, v), (…, 6, 6)."""
+def _is_linear_first(numeric: NumericReference) -> bool:
+    """Whether twists of an arm are (v, omega)."""
+    return numeric.chain.twist_order == "v-omega"
+
+
+def _twist(numeric: NumericReference, omega: np.ndarray, v: np.ndarray, axis: int = -1) -> np.ndarray:
+    """Return the twist of an angular velocity and a velocity, in the order of an arm."""
+    return np.concatenate([v, omega] if _is_linear_first(numeric) else [omega, v], axis=axis)
+
+
+def _adjoint(numeric: NumericReference, pose: np.ndarray) -> np.ndarray:
+    """Return [Ad T] of poses (…, 4, 4) for twists in the order of an arm, (…, 6, 6)."""
     turn, zero = pose[..., :3, :3], np.zeros_like(pose[..., :3, :3])
     moved = _hat(pose[..., :3, 3]) @ turn
-    return np.concatenate([np.concatenate([turn, zero], -1), np.concatenate([moved, turn], -1)], -2)
+    blocks = [[turn, moved], [zero, turn]] if _is_linear_first(numeric) else [[turn, zero], [moved, turn]]
+    return np.concatenate([np.concatenate(row, -1) for row in blocks], -2)
 
 
-def _exponential(screw: np.ndarray, value: np.ndarray) -> np.ndarray:
-    """Return e^([S] theta) as 4 x 4 matrices, by the series' closed form, for screws (…, 6) and values (…)."""
-    spin, slide = screw[..., :3], screw[..., 3:]
+def _exponential(spin: np.ndarray, slide: np.ndarray, value: np.ndarray) -> np.ndarray:
+    """Return e^([S] theta) as 4 x 4 matrices, by the series' closed form, of screws' omega and v (…, 3), values (…)."""
     hat, by = _hat(spin), value[..., None, None]
     turning = (np.linalg.norm(spin, axis=-1) > 0.5)[..., None, None]
     one = np.broadcast_to(np.eye(3), hat.shape)
@@ -52,34 +63,35 @@ def _exponential(screw: np.ndarray, value: np.ndarray) -> np.ndarray:
 class _Axes:
     """The arm by its axes as they are told, in numbers, at the places of a reference.
 
-    Home screws (…, n, 6), pose (…, 4, 4), space and body Jacobian (…, 6, n).
+    Pose (…, 4, 4), space and body Jacobian (…, 6, n).
     """
 
     def __init__(self, numeric: NumericReference) -> None:
         axes, point = axes_of(numeric.chain)
         self.q = np.stack([numeric.values[q.name] for q in numeric.chain.q], axis=1)
-        self.home = np.stack([self._screw(numeric, axis) for axis in axes], axis=1)
         before, carried = np.broadcast_to(np.eye(4), (len(self.q), 4, 4)), []
-        for i in range(numeric.chain.n):
-            carried.append((_adjoint(before) @ self.home[:, i, :, None])[..., 0])
-            before = before @ _exponential(self.home[:, i], self.q[:, i])
+        for i, axis in enumerate(axes):
+            omega, v = self._screw(numeric, axis)
+            carried.append((_adjoint(numeric, before) @ _twist(numeric, omega, v)[..., None])[..., 0])
+            before = before @ _exponential(omega, v, self.q[:, i])
         self.space = np.stack(carried, axis=2)
         home = np.broadcast_to(np.eye(4), before.shape).copy()
         home[:, :3, 3] = numeric.numbers(point)
         self.pose = before @ home
-        self.body = _adjoint(np.linalg.inv(self.pose)) @ self.space
+        self.body = _adjoint(numeric, np.linalg.inv(self.pose)) @ self.space
 
     @staticmethod
-    def _screw(numeric: NumericReference, axis: Axis) -> np.ndarray:
+    def _screw(numeric: NumericReference, axis: Axis) -> tuple[np.ndarray, np.ndarray]:
+        """Return omega and v of a joint at home, (…, 3) each."""
         u, o = numeric.numbers(axis.direction), numeric.numbers(axis.point)
-        return np.concatenate([u, np.cross(o, u)] if axis.kind == "R" else [0 * u, u], axis=1)
+        return (u, np.cross(o, u)) if axis.kind == "R" else (0 * u, u)
 
 
 def _home(numeric: NumericReference, _: Part) -> Values:
     """By the frames on the links at home: z, and o x z of the origin o of a frame on the axis."""
     z, o = numeric.home[:, :-1, :3, 2], numeric.home[:, :-1, :3, 3]
     turning = np.array([joint.kind == "R" for joint in numeric.chain.joints])[:, None]
-    screws = np.where(turning, np.concatenate([z, np.cross(o, z)], axis=2), np.concatenate([0 * z, z], axis=2))
+    screws = np.where(turning, _twist(numeric, z, np.cross(o, z)), _twist(numeric, 0 * z, z))
     return {"frames at home": (screws.swapaxes(1, 2), EXACT)}
 
 
@@ -88,25 +100,25 @@ def _pose(numeric: NumericReference, _: Part) -> Values:
     return {"product of exponentials": (_Axes(numeric).pose, EXACT), "frames": (_framed_pose(numeric), EXACT)}
 
 
-def _conjugated(pose: np.ndarray, twists: np.ndarray) -> np.ndarray:
+def _conjugated(numeric: NumericReference, pose: np.ndarray, twists: np.ndarray) -> np.ndarray:
     """Return twists (…, 6, k) as another frame sees them, T [V] T^-1, by 4 x 4 matrices of twists."""
     columns = []
     for k in range(twists.shape[-1]):
-        omega, v = twists[..., :3, k], twists[..., 3:, k]
+        upper, lower = twists[..., :3, k], twists[..., 3:, k]
+        omega, v = (lower, upper) if _is_linear_first(numeric) else (upper, lower)
         matrix = np.zeros((*omega.shape[:-1], 4, 4))
         matrix[..., :3, :3], matrix[..., :3, 3] = _hat(omega), v
         seen = pose @ matrix @ np.linalg.inv(pose)
-        columns.append(
-            np.stack([seen[..., 2, 1], seen[..., 0, 2], seen[..., 1, 0], *np.moveaxis(seen[..., :3, 3], -1, 0)], -1)
-        )
+        turning = np.stack([seen[..., 2, 1], seen[..., 0, 2], seen[..., 1, 0]], -1)
+        columns.append(_twist(numeric, turning, seen[..., :3, 3]))
     return np.stack(columns, axis=-1)
 
 
 def _body_adjoint(numeric: NumericReference, _: Part) -> Values:
     """By the exponentials' pose, and by the matrix of each unit twist, between the poses of the last frame."""
     unit = np.broadcast_to(np.eye(6), (numeric.points, 6, 6))
-    by_matrices = _conjugated(_framed_pose(numeric), unit)
-    return {"product of exponentials": (_adjoint(_Axes(numeric).pose), EXACT), "frames": (by_matrices, EXACT)}
+    by_matrices = _conjugated(numeric, _framed_pose(numeric), unit)
+    return {"product of exponentials": (_adjoint(numeric, _Axes(numeric).pose), EXACT), "frames": (by_matrices, EXACT)}
 
 
 def _changed_twist(numeric: NumericReference, part: Part) -> Iterator[Check]:
@@ -117,12 +129,13 @@ def _changed_twist(numeric: NumericReference, part: Part) -> Iterator[Check]:
     frames, home = arm.frames(q), arm.frames(0 * q)
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = frames[-1, :3, :3] @ home[-1, :3, :3].T, arm.point_of(frames)
-    twist = np.array(told.twist.tolist(), dtype=float)
+    omega, v = np.split(np.array(told.twist.tolist(), dtype=float), 2)
+    twist = _twist(numeric, omega, v, axis=0)
     claimed = np.array(part.answer.as_matrix().tolist(), dtype=float)
-    yield agree("matrix of the twist", claimed[None], _conjugated(pose, twist)[None], 1e-8)
+    yield agree("matrix of the twist", claimed[None], _conjugated(numeric, pose, twist)[None], 1e-8)
     geometric, rates = arm.jacobian(q), np.array([float(told.rates[rate]) for rate in chain.rates])
     velocity, spin = (pose[:3, :3].T @ (half @ rates) for half in (geometric[:3], geometric[3:]))
-    off = np.abs(np.concatenate([spin, velocity]) - twist[:, 0]).max()
+    off = np.abs(_twist(numeric, spin, velocity) - twist[:, 0]).max()
     yield Check("the arm can", bool(off <= 0.51 * 10.0**-DECIMALS), f"its rates give the twist but for {off:.1e}")
     yield three_digits(part)
 
@@ -140,7 +153,7 @@ def _space_jacobian(numeric: NumericReference) -> Values:
     last = numeric.carried[:, :, numeric.chain.n]
     spin, velocity = last[..., 3:], last[..., :3]
     at_origin = velocity - np.cross(spin, numeric.frames[:, None, -1, :3, 3])
-    differenced = np.concatenate([spin, at_origin], axis=2).swapaxes(1, 2)
+    differenced = _twist(numeric, spin, at_origin).swapaxes(1, 2)
     return {
         "product of exponentials": (_Axes(numeric).space, EXACT),
         "finite differences": (differenced, DIFFERENCED),
@@ -149,10 +162,10 @@ def _space_jacobian(numeric: NumericReference) -> Values:
 
 def _body_jacobian(numeric: NumericReference) -> Values:
     """By exponentials, and from the geometric Jacobian, turned into the frame that is the world's at home."""
-    by_frames = np.concatenate([numeric.jacobian[:, 3:], numeric.jacobian[:, :3]], axis=1)
-    turn = _Axes(numeric).pose[:, :3, :3].swapaxes(1, 2)
-    turned = np.concatenate([turn @ by_frames[:, :3], turn @ by_frames[:, 3:]], axis=1)
-    return {"product of exponentials": (_Axes(numeric).body, EXACT), "frames": (turned, EXACT)}
+    axes = _Axes(numeric)
+    back = axes.pose[:, :3, :3].swapaxes(1, 2)
+    turned = _twist(numeric, back @ numeric.jacobian[:, 3:], back @ numeric.jacobian[:, :3], axis=1)
+    return {"product of exponentials": (axes.body, EXACT), "frames": (turned, EXACT)}
 
 
 def _times_rates(due: Callable[[NumericReference], Values]) -> Callable[[NumericReference, Part], Values]:

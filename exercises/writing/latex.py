@@ -1,5 +1,6 @@
 """Formulas as the textbook prints them: c_1, s_{12}, decimals for lengths, dotted joint rates."""
 
+import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -271,10 +272,36 @@ def tex_length(value: sp.Expr) -> str:
 
     >>> tex_length(sp.Symbol("d2") + sp.Rational(33, 100))
     'd_{2} + 0.33\\,\\text{m}'
+    >>> tex_length(sp.sqrt(2) * (10 * sp.Symbol("a2") + 1) / 20)
+    '\\frac{\\sqrt{2} (a_{2} + 0.1)}{2}'
+    >>> tex_length(sp.sqrt(2) * (3 * sp.Symbol("a2") + 1))
+    '\\sqrt{2} (3 a_{2} + 1)'
     """
-    value = sp.sympify(value)
+    value = _with_numbers_of_the_table(sp.sympify(value))
     constant = sp.Add(*(term for term in sp.Add.make_args(value) if term.is_number))
     return _with_unit(value, "m" if constant != 0 and decimal(constant) is not None else "")
+
+
+def _with_numbers_of_the_table(value: sp.Expr) -> sp.Expr:
+    """Return a length whose brackets have the open lengths as a table has them, and its numbers as they stand there.
+
+    To solve for it cleared decimals: of 10 a2 + 1 over 20, the table has a2 + 0.1.
+    """
+    brackets = [factor for factor in sp.Mul.make_args(value) if factor.is_Add and factor.free_symbols]
+    if len(brackets) != 1 or value.is_Add:
+        return value
+    (bracket,) = brackets
+    numbers, terms = [], []
+    for term in bracket.args:
+        number, rest = term.as_coeff_Mul()
+        terms.append((number, rest))
+        numbers += [] if rest == 1 else [number]
+    if len(numbers) == len(terms) or not all(number.is_Integer for number, _ in terms):
+        return value
+    shared = sp.Integer(math.gcd(*map(int, numbers)))
+    if any(decimal(number / shared) is None for number, _ in terms):
+        return value
+    return value / bracket * shared * sp.Add(*(number / shared * rest for number, rest in terms))
 
 
 def tex_angle(value: sp.Expr) -> str:

@@ -9,15 +9,16 @@ from collections.abc import Callable, Sequence
 from functools import lru_cache
 from html import escape
 from itertools import zip_longest
-
-from markdown_it import MarkdownIt
-from markdown_it.token import Token
+from typing import TYPE_CHECKING
 
 from exercises.formula.latex import parsed
 from exercises.formula.printers.latex import latex as latex_of
 from exercises.formula.printers.mathml import mathml
 from exercises.formula.printers.unicode import shown_width, unicode_math
 from exercises.writing.fit import LETTER, breaks_lines, fitted, is_high, width
+
+if TYPE_CHECKING:  # loaded where a text is taken apart: who grades a class has all of them as HTML already
+    from markdown_it.token import Token
 
 WIDTH = 100
 SCREEN, PAPER = 44.0, 38.0
@@ -28,8 +29,10 @@ HOLDER = re.compile("\ue000(\\d+)\ue001")
 """What stands for a formula while the text around it is taken apart: its number among the formulas."""
 
 
-def parsed_markdown(text: str) -> tuple[list[Token], list[tuple[str, bool]]]:
+def parsed_markdown(text: str) -> "tuple[list[Token], list[tuple[str, bool]]]":
     """Return the tokens of a text, with holders for its formulas, and these: LaTeX, and whether on lines of its own."""
+    from markdown_it import MarkdownIt
+
     formulas: list[tuple[str, bool]] = []
 
     def hold(match: re.Match[str]) -> str:
@@ -48,6 +51,8 @@ def to_html(text: str, formula: Callable[[str, bool], str] | None = None, share:
 
     With `formula`, that says what becomes of LaTeX, and of whether it stands on lines of its own.
     """
+    from markdown_it import MarkdownIt
+
     tokens, formulas = parsed_markdown(text)
     parser = MarkdownIt("commonmark").enable("table")
     page = parser.renderer.render(tokens, parser.options, {})
@@ -174,7 +179,7 @@ def _table_width(latex: str, formulas: Sequence[tuple[str, bool]]) -> float:
     return sum(map(max, zip_longest(*([wide(cell) for cell in line] for line in lines), fillvalue=0.0)))
 
 
-def _latex_of(tokens: Sequence[Token]) -> str:
+def _latex_of(tokens: "Sequence[Token]") -> str:
     out: list[str] = []
     for index, token in enumerate(tokens):
         if token.type in _OPEN:
@@ -215,7 +220,7 @@ def to_text(text: str) -> str:
     return re.sub(r"\n{3,}", "\n\n", "\n\n".join(lines.blocks)).strip() + "\n"
 
 
-def _plain(inline: Token) -> str:
+def _plain(inline: "Token") -> str:
     shown = {"softbreak": " ", "hardbreak": "\n"}
     return "".join(shown.get(child.type, child.content) for child in inline.children or [])
 
@@ -223,14 +228,14 @@ def _plain(inline: Token) -> str:
 class _Lines:
     """Blocks of text as they are found: paragraphs, list items, tables."""
 
-    def __init__(self, show: Callable[[Token], str]) -> None:
+    def __init__(self, show: "Callable[[Token], str]") -> None:
         self.show = show
         self.blocks: list[str] = []
         self.markers: list[str] = []
         self.item, self.follows_item = "", False
         self.table: list[list[str]] = []
 
-    def take(self, token: Token, opener: Token) -> None:
+    def take(self, token: "Token", opener: "Token") -> None:
         """Take a token into account; `opener` is the token before it."""
         if token.type in ("bullet_list_open", "ordered_list_open"):
             self.markers.append("•")
@@ -248,7 +253,7 @@ class _Lines:
         elif token.type == "inline":
             self._inline(token, opener)
 
-    def _inline(self, token: Token, opener: Token) -> None:
+    def _inline(self, token: "Token", opener: "Token") -> None:
         text = self.show(token)
         if opener.type in ("th_open", "td_open"):
             self.table[-1].append(text)

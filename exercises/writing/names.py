@@ -1,7 +1,22 @@
 """What axes and vectors are called in the convention of an arm; formulas are LaTeX without dollar signs."""
 
+from collections.abc import Sequence
+
+import sympy as sp
+
 from exercises.arm.chain import Chain
-from exercises.arm.told import axis_symbol, frame_on_axis, is_by_axes, slide_symbol, vector_symbol
+from exercises.arm.told import (
+    axis_symbol,
+    frame_on_axis,
+    is_by_axes,
+    is_omega_first,
+    rows_of_twist,
+    slide_symbol,
+    twist_rows,
+    twist_told,
+    vector_symbol,
+)
+from exercises.questions.base import velocities
 
 
 class AxisNames:
@@ -13,6 +28,59 @@ class AxisNames:
     def is_by_axes(self) -> bool:
         """Whether the arm is told by its axes at home, so that no frames stand on its links."""
         return is_by_axes(self.chain)
+
+    @property
+    def is_omega_first(self) -> bool:
+        """Whether the angular velocity comes first in what is asked."""
+        return is_omega_first(self.chain)
+
+    @property
+    def six_rows(self) -> str:
+        """The components of a velocity in the order in which they are asked for."""
+        return ", ".join(name.replace("{", "").replace("}", "") for name in velocities(twist_rows(self.chain)))
+
+    def twist(self, omega: str, v: str) -> str:
+        """Return a twist with these halves, in the order in which it is told."""
+        return f"({omega}, {v})" if self.is_omega_first else f"({v}, {omega})"
+
+    @property
+    def upper(self) -> str:
+        """The half of a twist that stands above the other."""
+        return "\\omega" if self.is_omega_first else "v"
+
+    @property
+    def lower(self) -> str:
+        """The other half."""
+        return "v" if self.is_omega_first else "\\omega"
+
+    @property
+    def turning_screw(self) -> str:
+        """The screw of a revolute joint at home."""
+        return self.twist("\\omega_i", "-\\omega_i \\times q_i")
+
+    @property
+    def sliding_screw(self) -> str:
+        """The screw of a prismatic joint at home."""
+        return self.twist("0", "v_i")
+
+    @property
+    def turned_screw(self) -> str:
+        """The screw of a revolute joint as the joints before it have moved it."""
+        return self.twist("\\omega_i'", "-\\omega_i' \\times q_i'")
+
+    @property
+    def slid_screw(self) -> str:
+        """The screw of a prismatic joint as the joints before it have turned it."""
+        return self.twist("0", "v_i'")
+
+    def twist_told(self, twist: sp.Matrix) -> sp.Matrix:
+        """Return a twist (omega, v) in the order in which it is told."""
+        return twist_told(self.chain, twist)
+
+    def halves(self, six: Sequence[str]) -> tuple[Sequence[str], Sequence[str]]:
+        """Return omega and v of what is told in that order."""
+        both = [six[row] for row in rows_of_twist(self.chain)]
+        return both[:3], both[3:]
 
     @property
     def z_i(self) -> str:

@@ -24,6 +24,7 @@ from exercises.arm.told import (
     is_modified,
     told_point,
     told_rows,
+    twist_told,
     up_to_frame,
 )
 from exercises.arm.trigonometry import substitute, textbook, without_brackets
@@ -259,8 +260,8 @@ class Worked(AxisNames):
         return carried_screws(self.chain)[joint - 1]
 
     def jacobian_of(self, frame: str) -> sp.Matrix:
-        """Return the Jacobian of screws in the "space" frame or in that of the "body"."""
-        return space_jacobian(self.chain) if frame == "space" else body_jacobian(self.chain)
+        """Return the Jacobian of screws in the "space" frame or in that of the "body", its rows as they are told."""
+        return twist_told(self.chain, (space_jacobian if frame == "space" else body_jacobian)(self.chain))
 
     def axis_at_home(self, joint: int) -> sp.Matrix:
         """Return the axis of a joint where all joint variables are zero (3 x 1)."""

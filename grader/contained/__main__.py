@@ -3,6 +3,7 @@
 import importlib
 import importlib.util
 import json
+import os
 import sys
 from pathlib import Path
 
@@ -19,6 +20,7 @@ def main() -> None:
     sys.modules["contained"] = package = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(package)
     importlib.import_module("contained.zygote").main(json.loads(sys.argv[1]))
+    os._exit(0)  # there is nothing to tidy up, and SymPy takes long to take apart
 
 
 if __name__ == "__main__":

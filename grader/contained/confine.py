@@ -8,7 +8,6 @@ worth.
 import contextlib
 import os
 import re
-import resource
 import signal
 import stat
 import sys
@@ -18,6 +17,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from . import calls, guard, kernel
+
+try:
+    import resource
+except ImportError:  # Windows, where this is imported, and never runs
+    resource = None  # type: ignore[assignment]
 
 MEASURES = ("namespaces", "landlock", "seccomp", "user", "privileges", "limits", "quota", "watch")
 """Namespaces with a root of their own; rules on files; a filter of system calls; another user than root; no rights and

@@ -48,7 +48,7 @@ def main(config: dict[str, Any]) -> None:
             _adopt_orphans()
         measures.processes = _processes(measures)
         if config["loaded"]:
-            _load()
+            _load(config["warm"])
         if measures.holds("namespaces"):
             confine.private_root(config["folder"])
         if measures.user is not None and measures.holds("user"):
@@ -68,12 +68,15 @@ def _answer(control: socket.socket, line: dict[str, Any]) -> None:
     control.sendall((json.dumps(line) + "\n").encode())
 
 
-def _load() -> None:
+def _load(is_warm: bool) -> None:
+    """Load what notebooks need; there is little garbage to look for, and all that is loaded stays."""
+    gc.disable()
     from . import runner
 
-    runner.warm_up()
-    gc.collect()
+    if is_warm:
+        runner.warm_up()
     gc.freeze()  # no collection in a child writes to what it shares with this process
+    gc.enable()
 
 
 # --- what is done once ---

@@ -9,10 +9,9 @@ import io
 import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import contextmanager
-from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
-from exercises.errors import QdotError
+from exercises.extras import need
 from grader.statistics import Interval
 
 if TYPE_CHECKING:
@@ -28,18 +27,11 @@ COLOURS = {
 
 WIDE = 4.7
 """Inches: as wide as a phone shows it without making its letters small."""
-MISSING = "the report's charts are drawn by matplotlib, which is not installed: pip install matplotlib (or matplotlib)"
-
-
-def can_draw() -> bool:
-    """Tell whether what draws is installed."""
-    return find_spec("matplotlib") is not None
 
 
 def check() -> None:
     """Raise QdotError where nothing can be drawn."""
-    if not can_draw():
-        raise QdotError(MISSING)
+    need("report", "the report", "matplotlib")
 
 
 _STYLE: dict[str, Any] = {

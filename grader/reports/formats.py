@@ -9,8 +9,9 @@ from pathlib import Path
 from exercises.assignment import Assignment
 from exercises.console import note, one_of, say
 from exercises.errors import QdotError
+from exercises.extras import need
 from exercises.files import write_atomically
-from grader.reports import classroom50, github, gradescope, junit
+from grader.reports import charts, classroom50, github, gradescope, junit
 from grader.reports.class_page import class_page
 from grader.reports.excel import workbook
 from grader.reports.gradebooks import canvas, moodle, unmarked
@@ -24,7 +25,8 @@ class Format:
 
     `make` takes the assignment and the results in the roster's order, and returns what the file holds; what `told`
     returns goes to standard output besides, and `notes` is what the staff should know of it. Some forms are of `one`
-    student only. What is `private` is for the staff's eyes, and its file for its owner's.
+    student only. `check` raises QdotError where a library is missing, before anything is graded. What is
+    `private` is for the staff's eyes, and its file for its owner's.
     """
 
     name: str
@@ -36,6 +38,7 @@ class Format:
     told: Callable[[Assignment, Sequence[Result]], str] = lambda *_: ""
     notes: Callable[[Assignment, Sequence[Result]], list[str]] = lambda *_: []
     private: bool = False
+    check: Callable[[], None] = lambda: None
 
 
 def _csv(assignment: Assignment, results: Sequence[Result]) -> str:
@@ -63,9 +66,11 @@ FORMATS = {
                "the rules of its collector", classroom50.result_json, one=True),
         Format("canvas", "Canvas's gradebook, to be imported", "Canvas", IMPORTER, canvas, notes=unmarked),
         Format("moodle", "Moodle's gradebook, to be imported", "Moodle", IMPORTER, moodle, notes=unmarked),
-        Format("xlsx", "A workbook: grades, and what became of each part", "Excel, LibreOffice", "openpyxl", workbook),
+        Format("xlsx", "A workbook: grades, and what became of each part", "Excel, LibreOffice", "openpyxl", workbook,
+               check=lambda: need("report", "--report xlsx", "xlsxwriter")),
         Format(
-            "html", "The class at a glance, a page for the staff", "any browser", "Chromium", class_page, private=True
+            "html", "The class at a glance, a page for the staff", "any browser", "Chromium", class_page, private=True,
+            check=charts.check,
         ),
     )
 }  # fmt: skip
@@ -85,6 +90,7 @@ def read_reports(asked: Sequence[str], of_one: bool) -> list[tuple[str, str]]:
         one_of(name, tuple(FORMATS), "--report")
         if FORMATS[name].one and not of_one:
             raise QdotError(f"--report {name} is of one student: name them with --student ID")
+        FORMATS[name].check()
         reports.append((name, path))
     return reports
 

@@ -36,8 +36,6 @@ def write_reports(
     final = {student.id: result for student, result in pages}
     # Its figures take longer than all the rest of a page: they are drawn on several processes, and only once.
     old = [(student, result) for student, result in pages if not _is_up_to_date(assignment, student, result)]
-    for _ in range(len(pages) - len(old)):
-        each()
     unwritten = []
     lost = _lost if jobs > 1 else None
     ours = [*(_page(folder, student) for student, _ in pages), results_path(assignment), folder / "grades.csv"]
@@ -51,6 +49,8 @@ def write_reports(
                     final[student.id] = result
                 now_and_then()
                 each()
+        for _ in range(len(pages) - len(old)):
+            each()
         keep_earlier(assignment, list(final.values()))
         write_atomically(folder / "grades.csv", grades_csv(list(final.values()), assignment.roster))
         write_atomically(results_path(assignment), results_jsonl(list(final.values())))

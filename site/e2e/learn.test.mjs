@@ -123,6 +123,24 @@ test("a wrong link says what is wrong with it, and a set has ten problems", asyn
   await page.getByText("Problem 1 of 10 of the set").waitFor();
 });
 
+test("in a German browser examples, their list, the gallery and the documentation's titles are German", async () => {
+  for (const [path, said] of [
+    ["examples/6-2.html", /Beispiel 6\.2: inverse Geschwindigkeit/],
+    ["examples/index.html", /Gedruckt hat das Kapitel/],
+    ["arms.html", /Ebener 2R-Arm/],
+    ["docs/index.html", /Wie eine Antwort beurteilt wird/],
+  ]) {
+    const { page, wrong } = await opened(there, path, { ...WIDE, locale: "de-DE" });
+    await page.locator("main").getByText(said).first().waitFor();
+    if (path.endsWith("6-2.html")) {
+      await page.waitForFunction(() => document.title.startsWith("Beispiel 6.2"));
+      await page.locator(".live .arm-box").waitFor(); // it is alive there, too
+      assert.equal(await page.locator("main").getAttribute("lang"), "de");
+    }
+    assert.deepEqual(wrong, []);
+  }
+});
+
 test("a German browser is spoken to in German, and its decimal comma is read where the page prints it", async () => {
   const { page, wrong } = await opened(there, "practice.html?arm=planar-2r&question=determinant", {
     ...WIDE,

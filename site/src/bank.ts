@@ -83,6 +83,8 @@ export interface Robot {
   readonly values: Readonly<Record<string, number>>;
   /** How the arm is told to people, where that is not by this standard table. */
   readonly convention?: "modified-dh" | "screws";
+  /** The order of its twists, where it is told by its axes and that is not (omega, v). */
+  readonly twist_order?: "v-omega";
 }
 
 export interface Row {

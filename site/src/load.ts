@@ -1,11 +1,17 @@
 // Files of the bank, loaded as they are needed and kept for as long as the page is open.
 
 import type { Index, Problem, Solutions, SolvedTexts, Texts, Titles } from "./bank.js";
+import type { KnownArms } from "./own/known.js";
+import type { Sizes } from "./offline/keep.js";
 import { solvedIn, titledIn, toldIn } from "./text/problems.js";
 import { language } from "./text/text.js";
 
-/** Where the site's root is, as seen from the page. */
-export const ROOT = typeof document === "undefined" ? "" : (document.body.dataset["root"] ?? "");
+/** Where the site's root is, as seen from the page; one that is shown at any address asks where its script came from. */
+export const ROOT = typeof document === "undefined" ? "" : rootOf(document.body.dataset);
+
+function rootOf({ root, anywhere }: DOMStringMap): string {
+  return anywhere === undefined ? (root ?? "") : new URL("../", import.meta.url).href;
+}
 
 const known = new Map<string, Promise<unknown>>();
 
@@ -36,3 +42,7 @@ export const loadProblem = async (family: string, key: string): Promise<Problem>
 
 export const loadSolutions = async (family: string, key: string): Promise<Solutions> =>
   solvedIn(...(await withTranslation<Solutions, SolvedTexts>(`${family}/${key}.solutions`)));
+
+export const loadSizes = (): Promise<Sizes> => loaded("sizes.json");
+
+export const loadKnownArms = (): Promise<KnownArms> => loaded("robots.json");

@@ -53,7 +53,9 @@ export async function served(folder) {
     const path = normalize(decodeURIComponent(new URL(request.url, "http://x").pathname));
     const file = join(folder, path.endsWith("/") ? `${path}index.html` : path);
     if (!file.startsWith(folder) || !existsSync(file) || statSync(file).isDirectory())
-      return void answer.writeHead(404).end();
+      return void answer
+        .writeHead(404, { "content-type": "text/html; charset=utf-8" })
+        .end(existsSync(join(folder, "404.html")) ? readFileSync(join(folder, "404.html")) : "");
     const body = bodies.get(file) ?? gzipSync(readFileSync(file));
     bodies.set(file, body);
     sent.set(path, body.length);

@@ -1,115 +1,142 @@
-"""`make bench`: what generating a notebook costs, beside a floor measured in the same run; and one comparison.
+"""`make bench`: every figure that has a goal, as a ratio with what it is measured beside, in under ten minutes.
 
-Floor of generating: writing the files. Times are medians in milliseconds; what counts are the ratios. What a comparison
-costs is processor time, beside SymPy's `simplify(a - b) == 0` on the same pairs. Grading: tests/bench/grading.
+Everything is processor time of all processes together, which other work on the machine changes by a quarter, and
+ratios of one run less. The table in tests/README.md is written from it. Longer: tests/bench/growth and the others.
 """
 
-import json
-import signal
-import statistics
+import datetime
+import os
+import platform
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
-import sympy as sp
+from exercises.assignment import Assignment
+from tests.support import ROOT
 
-from exercises.assignment import Student, load_assignment
-from exercises.release import init_assignment, release_one
-from grader.certify import CERTIFIER
-from grader.compare import compare_line
+from . import older, peers
+from .clock import processor_time
+from .deriving import first_problems
+from .figures import Figure, write
+from .grading import MIX, a_class, floor, hand_in
+from .starting import LOADED, QDOT, loading, starting
 
-STUDENTS = 12
-
-
-def milliseconds(work: Callable[[], object]) -> float:
-    """Return how long a call takes."""
-    start = time.perf_counter()
-    work()
-    return 1000 * (time.perf_counter() - start)
+STUDENTS, SHARED = 25, 2
+"""Students of the class that is graded; machines that share it."""
+PYTHON_OF_PEERS = (".venvs/peers/bin/python", ".venvs/readers/bin/python")
+"""Where nbgrader may be installed."""
 
 
-def row(name: str, times: list[float], floor: float) -> None:
-    """Print one line of the table."""
-    middle = statistics.median(times)
-    sys.stdout.write(f"{name:<46} {middle:9.1f} ms {middle / floor:8.1f} x floor\n")
-
-
-def bench(folder: Path) -> None:
-    """Make a class, and time what is made for each student."""
-    students = [Student(f"s{i:03d}") for i in range(STUDENTS)]
-    init_assignment(folder, "Bench", "bench", students, "a secret that is long enough")
-    assignment = load_assignment(folder)
-    generating = [milliseconds(lambda s=s: release_one((assignment, CERTIFIER), s.id)) for s in students]  # type: ignore[misc]
-    files = [folder / kind / s.id / "bench.ipynb" for s in students for kind in ("released", "solutions")]
-    writing = [milliseconds(lambda p=p: (folder / "floor").write_bytes(p.read_bytes())) for p in files]  # type: ignore[misc]
-    row("generate: first student, structures derived", generating[:1], 2 * statistics.median(writing))
-    row("generate: every other student", generating[1:], 2 * statistics.median(writing))
-
-
-# --- comparing ---
-
-CORPUS = Path(__file__).parents[1] / "data" / "corpus.jsonl"
-LONGEST = 20
-"""Seconds of processor time after which SymPy is stopped."""
-
-
-def bench_comparing() -> None:
-    """Print medians and 99th percentiles of processor time over the checked pairs, and the ratio of the medians."""
-    cases = [json.loads(line) for line in CORPUS.read_text(encoding="utf-8").splitlines()]
-    for case in cases[:5]:
-        ours(case)
-    times = [cpu(ours, case) for case in cases]
-    show(f"compare: all {len(times)} pairs of the corpus", times)
-    pairs = [case for case in cases if case["type"] == "expression" and case["group"] in ("core", "domain")]
-    own = [cpu(ours, case) for case in pairs]
-    theirs = [cpu(simplify, case) for case in pairs]
-    show(f"compare: {len(pairs)} formulas", own)
-    show("SymPy: simplify(a - b) == 0, the same", theirs)
-    ratio = statistics.median(theirs) / statistics.median(own)
-    sys.stdout.write(f"{'SymPy over ours, at the median':<46} {ratio:9.1f} x\n")
-
-
-def ours(case: dict[str, Any]) -> None:
-    """Compare a pair as `qdot compare --batch` does, reading both texts."""
-    compare_line(json.dumps(case), 1)
-
-
-def simplify(case: dict[str, Any]) -> None:
-    """Compare a pair as a plain checker would; the text is from our own corpus, so that SymPy may read it."""
-    signal.signal(signal.SIGVTALRM, stop)
-    signal.setitimer(signal.ITIMER_VIRTUAL, LONGEST)
-    try:
-        _ = sp.simplify(sp.sympify(case["student"].replace("^", "**")) - sp.sympify(case["reference"])) == 0
-    except TimeoutError:
-        pass
-    finally:
-        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
-
-
-def stop(_signal: int, _frame: object) -> None:
-    """End what takes too long."""
-    raise TimeoutError
-
-
-def cpu(work: Callable[[dict[str, Any]], None], case: dict[str, Any]) -> float:
-    """Return the processor time of a call in milliseconds."""
-    start = time.process_time()
-    work(case)
-    return 1000 * (time.process_time() - start)
-
-
-def show(name: str, times: list[float]) -> None:
-    """Print one line of the table."""
-    ordered = sorted(times)
-    sys.stdout.write(
-        f"{name:<46} {statistics.median(times):9.2f} ms, 99 % below {ordered[int(0.99 * (len(ordered) - 1))]:.1f} ms\n"
+def main() -> int:
+    """Measure everything, print each figure as it is there, and write the table."""
+    begun = time.monotonic()
+    figures = []
+    with tempfile.TemporaryDirectory() as name:
+        for figure in measured(Path(name)):
+            figures.append(figure)
+            sys.stdout.write(f"{' | '.join(figure.cells)}\n")
+            sys.stdout.flush()
+    where = f"{os.cpu_count()} cores of {_processor()}, {platform.system()} {platform.release()}"
+    write(
+        figures,
+        {
+            "when": datetime.datetime.now(datetime.UTC).strftime("%-d %B %Y"),
+            "minutes": round((time.monotonic() - begun) / 60, 1),
+            "where": f"{where}, Python {platform.python_version()}, with {os.getloadavg()[2]:.0f} processes at work",
+        },
     )
+    return 0
+
+
+def _processor() -> str:
+    lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    return next((line.partition(": ")[2] for line in lines if line.startswith("model name")), platform.machine())
+
+
+def measured(folder: Path) -> Iterator[Figure]:
+    """Yield the figures, in the order of the table."""
+    single, assignment = a_class(folder / "single", 1), a_class(folder / "class", STUDENTS)
+    hand_in(single, folder / "one", ("right",))
+    hand_in(assignment, folder / "many", [kind for kind in MIX for _ in range(SHARED)])  # shares have like notebooks
+    yield from starting(folder / "one" / "s00000.ipynb", folder)
+    yield from grading(single, assignment, folder)
+    yield from generating(folder)
+
+
+# --- grading ---
+
+
+def graded(assignment: Assignment, submissions: Path, *more: str, anew: bool = True) -> float:
+    """Return the seconds of `qdot grade`, of everything or of what has changed."""
+    cache = assignment.folder / "graded"
+    if anew and cache.exists():
+        cache.rename(assignment.folder / f"graded before {time.monotonic_ns()}")
+    command = [*QDOT, "grade", str(assignment.folder), str(submissions), "--jobs", "1", *more]
+    return processor_time(command, assignment.folder)
+
+
+def grading(single: Assignment, assignment: Assignment, folder: Path) -> Iterator[Figure]:
+    """Yield what grading a class takes: start-up, each notebook more, a notebook that changed, a machine's share."""
+    one, many = folder / "one", folder / "many"
+    graded(single, one)
+    start = min(graded(single, one) for _ in range(2))
+    yield Figure("`qdot grade`, a class of one", start, LOADED, loading(), 1.5, of_seconds=True)
+    floors = floor(assignment, many)
+    whole = graded(assignment, many)
+    each = (whole - start) / (STUDENTS - 1)
+    cells = sum(processor for _, processor in floors) / len(floors)
+    yield Figure("each notebook more, mixed answers", each, "its cells, in a fork of a warm process", cells, 1.5)
+    run = sum(processor for _, processor in floor(assignment, many, checked=False)) / len(floors)
+    yield Figure("the same", each, "those of its cells that are run, without its checks of itself", run, 1.5)
+    hand_in(replace(assignment, roster=assignment.roster[:1]), folder / "changed", ("a sign wrong throughout",))
+    (many / "s00000.ipynb").write_bytes((folder / "changed" / "s00000.ipynb").read_bytes())
+    again = graded(assignment, many, anew=False)
+    yield Figure(f"{STUDENTS} notebooks graded again, one of them changed", again, "a class of one", start, 1.3)
+    share = max(graded(assignment, many, "--share", f"{k}/{SHARED}") for k in range(1, SHARED + 1))
+    yield Figure("the larger share of two machines", share - start, "the class", whole - start, 0.6)
+    hand_in(assignment, folder / "right", ("right",))
+    yield from beside_nbgrader((graded(assignment, folder / "right") - start) / (STUDENTS - 1), folder)
+
+
+def beside_nbgrader(each: float, folder: Path) -> Iterator[Figure]:
+    """Yield how often qdot grades a notebook while nbgrader grades one."""
+    what, beside, goal = "each notebook more, right answers", "nbgrader, each notebook more", 50
+    python = next((ROOT / path for path in PYTHON_OF_PEERS if (ROOT / path).exists()), None)
+    if python is None:
+        yield Figure(what, each, beside, 1, goal, is_least=True, why="nbgrader is not installed: `make bench-peers`")
+        return
+    taken = []
+    for size in (1, 4):
+        assignment = peers.a_class(folder / f"peer{size}", size)
+        place = folder / f"nbgrader{size}"
+        taken.append(peers.nbgrader(assignment, place, python.absolute(), processor_time))
+    yield Figure(what, each, beside, (taken[1] - taken[0]) / 3, goal, is_least=True)
+
+
+# --- generating ---
+
+
+def generating(folder: Path) -> Iterator[Figure]:
+    """Yield what problems take, beside what they took of the older code."""
+    code = older.unpacked(folder)
+    each = older.generating(ROOT, folder / "now", 8)
+    problem = "a problem of five questions, of a class's mixed families"
+    yield Figure(problem, each / len(older.MIXED), LOADED, loading(), 0.05, of_seconds=True)
+    slowest, seconds = first_problems()
+    yield Figure(f"first problem of a family never seen ({slowest})", seconds, LOADED, loading(), 1, of_seconds=True)
+    record = older.records(ROOT, 1)
+    half = record * 1000 / 2
+    yield Figure("a site of 1,000 arms, on two cores", half, "one record", record, 600, of_seconds=True)
+    beside, what = f"the same at {older.COMMIT}", "a student's five problems"
+    if code is None:
+        yield Figure(what, each, beside, 1, 6, is_least=True, why="that commit is not here")
+        return
+    yield Figure(what, each, beside, older.generating(code, folder / "before", 2), 6, is_least=True)
+    yield Figure("a record of the site, every question", record, beside, older.records(code, 1), 6, is_least=True)
 
 
 if __name__ == "__main__":
-    with tempfile.TemporaryDirectory() as made:
-        bench(Path(made) / "made")
-    bench_comparing()
+    sys.exit(main())

@@ -10,6 +10,8 @@ import os
 import sys
 import time
 
+import sympy
+
 from grader.contained import runner
 
 
@@ -17,7 +19,9 @@ def main() -> None:
     """Run every notebook once to no account, and once for the record."""
     notebooks = json.load(sys.stdin)
     runner.warm_up()
+    sympy.lambdify([], 1)()  # for notebooks' checks of themselves, which grading leaves out
     gc.collect()
+    gc.freeze()
     for cells in notebooks[:3]:
         seconds(cells)
     json.dump([seconds(cells) for cells in notebooks], sys.stdout)

@@ -27,6 +27,7 @@ from grader.demo import EDITS, answered
 from grader.reports.write import write_reports
 from grader.sandbox import Limits
 from grader.submission import find_submissions, read_submission
+from grader.uncounted import without_self_checks
 
 SLOT = """
 [[problem]]
@@ -91,10 +92,16 @@ def hand_in(assignment: Assignment, target: Path, kinds: Sequence[str]) -> None:
         (target / f"{student.id}.ipynb").write_text(text, encoding="utf-8")
 
 
-def floor(assignment: Assignment, submissions: Path) -> list[tuple[float, float]]:
-    """Return wall and processor time of the bare cells of every notebook."""
-    files = [found.files[0] for found in find_submissions(assignment, submissions).found.values()]
-    notebooks = [[cell.source for cell in read_submission(file).cells if cell.is_code] for file in files]
+def floor(assignment: Assignment, submissions: Path, checked: bool = True) -> list[tuple[float, float]]:
+    """Return wall and processor time of the bare cells of every notebook, its checks of itself among them or not.
+
+    Grading leaves these out.
+    """
+    notebooks = []
+    for name, found in find_submissions(assignment, submissions).found.items():
+        cells = read_submission(found.files[0]).cells
+        kept_cells = cells if checked else without_self_checks(cells, kept(assignment, name).problems)
+        notebooks.append([cell.source for cell in kept_cells if cell.is_code])
     command = [sys.executable, "-m", "tests.bench.floor"]
     done = subprocess.run(command, input=json.dumps(notebooks), capture_output=True, text=True, check=True)
     times: list[tuple[float, float]] = json.loads(done.stdout)

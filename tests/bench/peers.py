@@ -16,6 +16,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -138,8 +139,10 @@ def one_notebook(assignment: Assignment, kind: str) -> Any:
 # --- nbgrader ---
 
 
-def nbgrader(assignment: Assignment, folder: Path, python: Path) -> float:
-    """Make a course with one assignment, and return the time of `nbgrader autograde` on the class."""
+def nbgrader(
+    assignment: Assignment, folder: Path, python: Path, clock: Callable[[list[str], Path], float] | None = None
+) -> float:
+    """Make a course with one assignment, and return the time of `nbgrader autograde` on the class, by a clock."""
     source = one_notebook(assignment, "released")
     tests = checks(assignment)
     cells = []
@@ -166,7 +169,7 @@ def nbgrader(assignment: Assignment, folder: Path, python: Path) -> float:
         path = folder / "submitted" / student.id / "bench" / "bench.ipynb"
         path.parent.mkdir(parents=True)
         nbformat.write(handed_out, path)
-    return timed([*run, "autograde", "bench"], folder)
+    return (clock or timed)([*run, "autograde", "bench"], folder)
 
 
 def mark(name: str, points: int, solution: bool = False, grade: bool = False) -> dict[str, Any]:

@@ -174,7 +174,7 @@ def test_ids_are_read_and_written() -> None:
     [
         (
             "planar-2r/7@modified",
-            "'modified' is neither a variation nor a convention (did you mean the convention 'modified-dh'?)",
+            "nor an order of twists (did you mean the convention 'modified-dh'?)",
         ),
         ("planar-2r/7@craig", "(did you mean the convention 'modified-dh'?)"),
         ("planar-2r/7@zeros@modfied-dh", "(did you mean the convention 'modified-dh'?)"),
@@ -184,7 +184,7 @@ def test_ids_are_read_and_written() -> None:
             "planar-2r/7@x",
             "variations: chapter, lengths, zeros, frames, full, or axes, as in lengths+base, out of lengths,",
         ),
-        ("planar-2r/7@x", "; conventions: dh, modified-dh, screws"),
+        ("planar-2r/7@x", "; conventions: dh, modified-dh, screws; orders of twists: omega-v, v-omega"),
         ("planar-2r/7@lengths+bse", "unknown variation 'bse' (did you mean 'base'?)"),
         ("planar-2r/7@lengths@frames", "'planar-2r/7@lengths@frames' names two variations, lengths and frames"),
         ("planar-2r/7@dh@zeros@screws", "names two conventions, dh and screws; it may have one of each"),

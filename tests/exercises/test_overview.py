@@ -107,3 +107,13 @@ def test_what_can_be_asked_is_told_of_a_convention() -> None:
 
 def test_a_family_that_is_none_is_told() -> None:
     assert "unknown family 'planer-2r' (did you mean 'planar-2r'?)" in fails("families", "planer-2r")
+
+
+def test_how_far_it_is_is_told_of_a_robot(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of one whose questions take long; where standard error is no terminal, by a line a minute."""
+    monkeypatch.setattr("exercises.console.EVERY", 0.0)
+    told = runner.invoke(app, ["families", "scorbot"])
+    count = len(QUESTIONS)
+    assert f"looking at what scorbot can be asked: {count} of {count}\n" in told.stderr
+    assert "looking" not in told.stdout
+    assert "looking" not in runner.invoke(app, ["families", "planar-2r"]).stderr

@@ -92,3 +92,30 @@ def test_an_idle_process_ends_with_the_one_that_was_killed(tmp_path: Path) -> No
             time.sleep(0.05)
         pytest.fail("it is still there")
     assert (tmp_path / f"closed by {idle}").exists()
+
+
+MARK = 0
+"""What a process has in its memory, and one that is forked from it, too."""
+
+MARKED = """
+import sys, threading
+from pathlib import Path
+from exercises.parallel import ordered_map
+from tests.exercises import test_parallel
+test_parallel.MARK = 1
+if sys.argv[2] == "beside a thread":
+    threading.Thread(target=threading.Event().wait, daemon=True).start()
+print(*ordered_map(test_parallel.mark, [0, 0], 2, test_parallel.Place, (Path(sys.argv[1]),)))
+"""
+
+
+def mark(_: Place, _item: int) -> int:
+    return MARK
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="processes are forked on Linux only")
+@pytest.mark.parametrize(("how", "seen"), [("alone", "1 1"), ("beside a thread", "0 0")])
+def test_processes_are_forked_with_what_is_loaded_unless_there_are_threads(tmp_path: Path, how: str, seen: str) -> None:
+    command = [sys.executable, "-c", MARKED, str(tmp_path), how]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT)
+    assert done.stdout.strip() == seen

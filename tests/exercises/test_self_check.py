@@ -11,6 +11,7 @@ import pytest
 import sympy as sp
 
 from exercises.answers import Expression, Matrix
+from exercises.arm.chain import TWIST_ORDERS
 from exercises.arm.told import is_by_axes
 from exercises.families import FAMILIES
 from exercises.notebook import student_notebook
@@ -99,9 +100,10 @@ def test_an_entry_gone_wrong_does_not_fit(family: str, convention: str) -> None:
         assert _told(problem, {name: wrong})[question].startswith("No."), question
 
 
+@pytest.mark.parametrize("twist_order", TWIST_ORDERS)
 @of_families(list(FAMILIES))
-def test_right_answers_of_an_arm_told_by_axes_fit(family: str) -> None:
-    told = _told(drawn(family, 1, convention="screws"), {})
+def test_right_answers_of_an_arm_told_by_axes_fit(family: str, twist_order: str) -> None:
+    told = _told(drawn(family, 1, convention="screws", twist_order=twist_order), {})
     assert {said for question, said in told.items() if question != SINGULAR} <= {
         "Yes; what both rest on may still be wrong."
     }

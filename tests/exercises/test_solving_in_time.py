@@ -6,12 +6,13 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from functools import lru_cache
 from pathlib import Path
 
 import pytest
 
+from exercises.arm.library import robot_path
 from exercises.arm.robot_file import Robot, read_robot_file
 from exercises.solving import data_stages, solution_json, solution_latex, solution_text, solve, text_stages
 from exercises.solving_in_time import seconds_of, write_solution
@@ -304,3 +305,30 @@ def test_an_arm_of_skew_axes_is_read_at_once(tmp_path: Path) -> None:
     assert time.process_time() - before < 3
     planar = [(0, 0.3, 0)] * 6
     assert _robot(tmp_path, planar).chain.task == ("vx", "vy")
+
+
+def test_conditions_that_were_tested_are_kept_where_what_they_look_like_is_not(tmp_path: Path) -> None:
+    """Of seven joints: the time ends behind the test in numbers."""
+    robot = read_robot_file(robot_path("iiwa7"))
+
+    def ended(title: str) -> AbstractContextManager[object]:
+        if title == "what the configurations look like in which J loses rank":
+            raise OutOfTime
+        return nullcontext()
+
+    whole = json.loads(_written(robot, "json"))
+    said: list[str] = []
+    write_solution(robot, "json", 60, said.append, ended)
+    data = json.loads("".join(said))
+    assert errors("solve", data) == [] and data["missing"] == ["meaning"]
+    assert len(whole["singular"]) > 1
+    assert [one["conditions"] for one in data["singular"]] == [one["conditions"] for one in whole["singular"]]
+    assert {one["meaning"] for one in data["singular"]} == {None} != {one["meaning"] for one in whole["singular"]}
+    assert data["tested"] == whole["tested"] and data["note"].startswith(whole["note"])
+    text: list[str] = []
+    write_solution(robot, "text", 60, text.append, ended)
+    shown = "".join(text)
+    assert shown.count("These are the singular configurations:") == 1
+    assert "Singular configurations, as far as they were worked out" in shown
+    assert f"Of {whole['tested']['searches']} searches for lost rank" in " ".join(shown.split())
+    assert "Not worked out: what these configurations look like." in " ".join(shown.split())

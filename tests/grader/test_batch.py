@@ -231,9 +231,9 @@ def test_two_graders_do_not_work_in_one_folder(assignment: Assignment) -> None:
     grade(assignment)
     with (assignment.folder / "graded" / ".cache" / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        with pytest.raises(QdotError, match="another 'qdot grade'"), alone(assignment):
+        with pytest.raises(QdotError, match="another 'qdot grade'"), alone(assignment.folder):
             pass
-    with alone(assignment):
+    with alone(assignment.folder):
         pass
 
 
@@ -431,3 +431,13 @@ def test_text_that_no_file_can_hold_costs_only_its_own_part(assignment: Assignme
     assert parts(graded["s01"])["p1.determinant"]["outcome"] == "wrong"
     assert graded["s02"]["score"] == graded["s02"]["max_score"]
     assert len((assignment.folder / "graded" / "results.jsonl").read_text().splitlines()) == len(STUDENTS)
+
+
+def test_a_process_that_is_forked_does_not_hold_the_lock(tmp_path: Path) -> None:
+    """Else the next run would be refused while one of a killed run's processes still works."""
+    with alone(tmp_path):
+        pid = os.fork()
+        if pid == 0:
+            opened = [os.path.realpath(link) for link in Path("/proc/self/fd").iterdir()]
+            os._exit(any(path.endswith("/graded/.cache/lock") for path in opened))
+        assert os.waitpid(pid, 0)[1] == 0

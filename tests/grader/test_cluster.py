@@ -6,6 +6,7 @@ The scheduler gives a task up at the first worker that dies over it, so that thi
 import json
 import os
 import re
+import shlex
 import shutil
 import signal
 import socket
@@ -25,11 +26,12 @@ from typer.testing import CliRunner, Result
 
 from exercises.assignment import load_assignment
 from exercises.errors import QdotError
+from exercises.extras import lacking
 from exercises.files import write_atomically
 from exercises.problem import Part
 from exercises.release import init_assignment, release
 from grader import cluster, guarantees, remote
-from grader.batch import grade_class
+from grader.batch import alone, grade_class
 from grader.cli import app
 from grader.demo import answered
 from grader.reports.tables import grades_csv, results_jsonl
@@ -380,7 +382,7 @@ def test_without_dask_it_is_said_how_to_get_it(folder: Path, monkeypatch: pytest
     result = grade(folder, "tcp://127.0.0.1:8786")
     assert (result.exit_code, result.stderr) == (
         2,
-        "qdot: --executor needs Dask, which is not installed here; pip install 'qdot[cluster]'\n",
+        f"qdot: {lacking('cluster', '--executor')}\n",
     )
 
 
@@ -402,6 +404,56 @@ def test_shares_put_together_are_the_whole(folder: Path, undisturbed: dict[str, 
     assert {path: path.stat().st_mtime_ns for path in kept} == kept
 
 
+def test_shares_are_graded_in_one_folder_at_once_and_beside_nothing_else(folder: Path) -> None:
+    """As on a disk that machines have in common."""
+    refused = "another 'qdot grade'"
+
+    def said(*options: str) -> tuple[int, str]:
+        done = CliRunner().invoke(app, ["grade", str(folder), "--jobs", "1", *options])
+        return done.exit_code, done.output
+
+    with alone(folder, but_for_shares=True):
+        code, text = said("--share", "9/9")
+        assert (code, text.split(",")[0]) == (0, "share 9/9: 1 students graded")
+        assert refused in said()[1]
+    with alone(folder):
+        assert refused in said("--share", "9/9")[1]
+
+
+SBATCH = """#!/bin/bash
+# As Slurm's: the jobs of an array are started at once, each with its number; what depends on them begins afterwards.
+for word; do
+  case "$word" in
+    --array=1-*) last="${word##*-}";;
+    --dependency=*) test "$word" = "--dependency=afterany:7" || exit 1;;
+  esac
+done
+wrapped="${@: -1}"
+for ((task = 1; task <= ${last:-1}; task++)); do SLURM_ARRAY_TASK_ID="$task" sh -c "$wrapped" >>log 2>&1 & done
+wait
+case " $* " in *" --parsable "*) echo 7;; esac
+"""
+
+
+def test_slurms_lines_of_the_page_grade_the_class(folder: Path, undisturbed: dict[str, bytes], tmp_path: Path) -> None:
+    page = (ROOT / "docs" / "many-submissions.md").read_text(encoding="utf-8")
+    (lines,) = re.findall(r"(?ms)^```bash\n(job=.*?)^```", page)
+    place = tmp_path / "login"
+    (place / "bin").mkdir(parents=True)
+    (place / "homework").symlink_to(folder)
+    again = f'#!/bin/sh\nexec {sys.executable} -m grader.cli "$@" --seconds 60\n'
+    for name, text in (("sbatch", SBATCH), ("qdot", again)):
+        (place / "bin" / name).write_text(text)
+        (place / "bin" / name).chmod(0o755)
+    path = f"{place / 'bin'}{os.pathsep}{os.environ['PATH']}"
+    command = lines.replace("1-20", "1-2").replace("/20", "/2")
+    environment = {**os.environ, "PATH": path, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(["bash", "-e", "-c", command], cwd=place, env=environment, capture_output=True, text=True)
+    log = (place / "log").read_text()
+    assert done.returncode == 0 and "share 1/2: 5 students" in log and "share 2/2: 4 students" in log, log
+    assert {name: data for name, data in reports(folder).items() if name in undisturbed} == undisturbed
+
+
 def test_a_share_has_no_reports(folder: Path) -> None:
     for option in ("--diff", "--fail-under=50", "--report=csv=-"):
         result = CliRunner().invoke(app, ["grade", str(folder), "--share", "1/2", option])
@@ -419,11 +471,11 @@ def test_what_is_no_share_is_told(folder: Path, share: str) -> None:
 
 def test_the_commands_of_the_page_are_understood() -> None:
     page = (ROOT / "docs" / "many-submissions.md").read_text(encoding="utf-8")
-    lines = re.findall(r"(?m)^    qdot grade (.*)$|run: qdot grade (.*)$", page)
-    assert len(lines) == 6
+    lines = re.findall(r"(?m)^    qdot grade (.*)$|^qdot grade (.*)$", page)
+    assert len(lines) == 5
     grading = typer.main.get_group(app).commands["grade"]
     for line in lines:
-        words = "".join(line).replace("${{ matrix.share }}", "7").split()
+        words = shlex.split("".join(line).replace("$(hostname)", "login1"))
         parameters = grading.make_context("grade", words).params
         assert parameters["folder"] == Path("homework")
         assert re.fullmatch(cluster.ADDRESS, parameters["executor"] or "tcp://h:1")

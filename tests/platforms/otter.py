@@ -35,7 +35,7 @@ def run(software: Path, work: Path) -> Record:
     folder = exported(assignment, "otter", work / "exported")
     (wheel,) = folder.glob("*.whl")
     install(software, wheel)
-    _otter(software, folder, "assign", f"{KEY}.ipynb", "dist")
+    call(software, folder, "assign", f"{KEY}.ipynb", "dist")
     (autograder,) = (folder / "dist" / "autograder").glob("*.zip")
     made = _tests_of(autograder)
     for _, name, _, _ in parts_of(assignment):
@@ -45,14 +45,15 @@ def run(software: Path, work: Path) -> Record:
         out.mkdir(parents=True)
         handed_out = folder / "students" / student / f"{KEY}.ipynb"
         notebook.write_text(answered(assignment, student, handed_out.read_text(encoding="utf-8")), encoding="utf-8")
-        _otter(software, work / student, "run", "-a", autograder, "-o", out, notebook)
+        call(software, work / student, "run", "-a", autograder, "-o", out, notebook)
         results = json.loads((out / "results.json").read_text(encoding="utf-8"))
         _hold(Ours(assignment, student, notebook), results, counts)
     version = subprocess.run([software / "bin" / "otter", "--version"], capture_output=True, text=True).stdout
     return Record("otter", _named(version), today(), counts.told())
 
 
-def _otter(software: Path, cwd: Path, *words: str | Path) -> None:
+def call(software: Path, cwd: Path, *words: str | Path) -> None:
+    """Give a command of Otter's in a folder."""
     environment = {**os.environ, "PATH": f"{software / 'bin'}{os.pathsep}{os.environ['PATH']}"}
     command = [software / "bin" / "otter", *words]
     done = subprocess.run(command, cwd=cwd, env=environment, capture_output=True, text=True)

@@ -2,12 +2,19 @@
 // What Moodle with STACK makes of our questions: `php stack.php < request.json`, which answers in lines of JSON; asked by
 // stack.py.
 //
-// The request: `config` (Moodle's config.php) and `xml`, the file to import. The answer: a line on the software and the
+// The request: `config` (Moodle's config.php), `xml`, the file to import, and `patience`, the seconds that a call of
+// Maxima may take by the clock of this run. The answer: a line on the software and the
 // import, then a line for each question: what is stored of it, what its page shows, what a blank attempt earns, and of
 // each question test whether STACK passes it, the score that was expected, the seconds that it took, and those of
 // the processor, and why it did not.
 
 require(__DIR__ . '/import.php');
+$config = get_config('qtype_stack');
+$patient = ['castimeout' => $request['patience']];
+foreach (['maximacommand', 'maximacommandopt'] as $name) {
+    $patient[$name] = preg_replace('/^timeout --kill-after=\d+s \d+s/', "timeout {$request['patience']}s", $config->$name ?? '');
+}
+$CFG->forced_plugin_settings['qtype_stack'] = array_filter($patient);
 require_once($CFG->dirroot . '/question/type/stack/locallib.php');
 require_once($CFG->dirroot . '/question/type/stack/stack/questiontest.php');
 
@@ -75,9 +82,8 @@ $context = context_course::instance($course->id);
 $PAGE->set_context($context);
 $PAGE->set_course($course);
 $PAGE->set_url('/');
-$limit = get_config('qtype_stack', 'castimeout');
 $plugin = core_plugin_manager::instance()->get_plugin_info('qtype_stack')->release;
-$about = ['moodle' => $CFG->release, 'stack' => $plugin, 'database' => $DB->get_name(), 'limit' => $limit];
+$about = ['moodle' => $CFG->release, 'stack' => $plugin, 'database' => $DB->get_name(), 'platform' => $config->platform];
 told($about + ['import' => import($request['xml'], $course)]);
 foreach (questions_of($context) as $question) {
     $tests = question_bank::get_qtype('stack')->load_question_tests($question->id);

@@ -1,7 +1,7 @@
 """STACK: what we export is imported by Moodle's importer, shown and marked by STACK, which runs all question tests.
 
 `STACK` is the folder of an installed copy of Moodle with the question type STACK, whose database runs and whose Maxima
-answers (STACK's health check says so), with the time limit that STACK comes with. On PostgreSQL, a text that is longer
+answers (STACK's health check says so). On PostgreSQL, a text that is longer
 than its column ends an import. A course is made in it for each run, and stays. What PHP does of it is in stack.php.
 """
 
@@ -21,6 +21,10 @@ from tests.platforms.records import Counts, Record, today
 Json = dict[str, Any]
 
 PHP = ("php", "-d", "max_input_vars=5000", str(Path(__file__).with_suffix(".php")))
+LIMIT, PATIENCE = 30, 300
+"""Seconds that STACK comes with as its time limit, of processor time here: STACK's clock counts what others do on the
+machine, too, so that it is given so many seconds for the run.
+"""
 DUE = {1.0: "right = full", None: "not read = not marked"}
 """What a question test is counted as, by the score that it expects; any other is of a wrong answer."""
 
@@ -38,20 +42,21 @@ def run(software: Path, work: Path) -> Record:
     for path, (about, *questions) in zip(paths, answers, strict=True):
         if not about["import"]["done"] or about["import"]["said"]:
             raise RuntimeError(about["import"]["said"])
-        in_time = f"within {about['limit']} s"
+        in_time = f"within {LIMIT} s"
         _see(counts, ET.parse(path).getroot(), {one["name"]: one for one in questions})
         spent = [float(test["used"]) for one in questions for test in one["tests"]]
         for seconds in spent:
-            counts.add(in_time, seconds < float(about["limit"]), f"{seconds} s")
+            counts.add(in_time, seconds < LIMIT, f"{seconds} s")
         used += spent
-    counts.but[in_time] = f"of processor time; the dearest took {max(used):.1f} s"
+    started = "from an image" if "optimised" in about["platform"] else "anew each time"
+    counts.but[in_time] = f"of processor time, Maxima started {started}; the dearest took {max(used):.1f} s"
     name = f"Moodle {about['moodle']}, STACK {about['stack']}, {about['database']}"
     return Record("stack", name, today(), counts.told())
 
 
 def ask(software: Path, xml: Path) -> list[Json]:
     """Return what was said of the import, and of each question."""
-    given = json.dumps({"config": str(software / "config.php"), "xml": str(xml)})
+    given = json.dumps({"config": str(software / "config.php"), "xml": str(xml), "patience": PATIENCE})
     done = subprocess.run(PHP, input=given, capture_output=True, text=True, check=False)
     if done.returncode:
         raise RuntimeError(done.stderr + done.stdout[-3000:])

@@ -15,7 +15,7 @@ from tests.support.programs import GIT, needs
 MODULES = sorted((*ROOT.glob("exercises/**/*.py"), *ROOT.glob("grader/**/*.py")))
 
 LAYERS = {
-    "exercises": """errors variation files input_file stream console parallel time_limit
+    "exercises": """errors extras variation files input_file stream console parallel time_limit
         formula.printing formula.text formula.order formula.layout formula.latex formula.printers formula.vocabulary
         formula.names formula.trees formula.algebra formula.notation formula.tables formula.products formula.expression
         formula.program formula.field formula.angles formula.exact formula.identity formula.scale formula.constants
@@ -30,18 +30,22 @@ LAYERS = {
         credit decimals lateness several difficulty answers problem families questions mistakes quizzes
         generation record verify writing.gathering writing.angles writing.latex phrases languages render writing
         messages figure
-        self_check notebook showing redundant locus special_lengths solving solving_in_time docs gradebook redrawn
-        assignment drawing store sets release exports.outlet exports.bank exports.handouts
-        exports.known_wrong exports.stack_maxima exports.stack_parts exports exports.registry
+        self_check setup_cell notebook showing redundant locus special_lengths solving solving_in_time docs gradebook
+        redrawn assignment drawing store sets release exports.outlet exports.bank exports.handouts
+        exports.known_wrong exports.stack_maxima exports.stack_parts exports
         site.keys site.record site.bank
-        site.page site.chapter site.arms site.guide site.reference site.pages site.stale_files site.build site
-        overview commands""",
+        site.page site.chapter site.arms site.robots site.guide site.reference site.pages site.stale_files site.build
+        site
+        exports.scorm exports.registry
+        overview options commands""",
     "grader": """verdict counterexample levels clock contained function_values answer formulas choices direction
         functions reading parts compare credit residuals numbers finished rounded pairs set_mistakes diagnosis
         advice terms follow similar groups marking prairielearn own_folder sandbox guarantees cells archives
         layouts roster submission positions finding uncounted notebook copies overrides attempt settle remote cluster
-        batch single history certificates sharing certify check statistics variants reports nbgrader_cells demo commands
-        pytest_plugin nbgrader_plugin hosts pushed gradescope otter_marks otter_plugin outlets site docs cli""",
+        batch single history certificates sharing certify upgrade forgetting check statistics variants reports
+        nbgrader_cells demo commands keeping
+        pytest_plugin nbgrader_plugin hosts pushed gradescope otter_marks otter_plugin outlets site docs examples
+        cli""",
 }
 """From the bottom up: a module imports only from those before it; a folder stands for what is in it."""
 

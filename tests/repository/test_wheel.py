@@ -97,7 +97,8 @@ def test_the_wheel_carries_packages_and_templates_and_nothing_else(wheel: Path) 
     assert {"exercises", "grader"} == {name for name in folders if not name.endswith(".dist-info")}
     assert [name for name in names if name.endswith("licenses/LICENSE")]
 
-    templates = {path.relative_to(ROOT / "templates") for path in (ROOT / "templates").rglob("*")}
+    there = (path for path in (ROOT / "templates").rglob("*") if "__pycache__" not in path.parts)
+    templates = {path.relative_to(ROOT / "templates") for path in there}
     expected = {f"exercises/templates/{path}" for path in templates if (ROOT / "templates" / path).is_file()}
     assert expected
     assert expected == {name for name in names if name.startswith("exercises/templates/")}

@@ -85,7 +85,7 @@ def right_cells(assignment: Assignment, student: str) -> Cells:
 
 def notebook(assignment: Assignment, student: str, cells: Cells, **others: Any) -> str:
     """Return a notebook's text, with the metadata that qdot writes."""
-    said = claims("student", "hw", student, assignment.problems(student))
+    said = claims("student", assignment.key, student, assignment.problems(student))
     return json.dumps({"cells": cells, "metadata": {"qdot": said}, "nbformat": 4, "nbformat_minor": 5, **others})
 
 
@@ -111,6 +111,12 @@ def grade(
         looked = find_submissions(assignment, root)
         results = grade_class(assignment, looked.found, 0, Limits(seconds=seconds, cell_seconds=4), lambda _: None)
     return {result["student"]: result for result in results}, looked
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """Return what is in a folder, by the names of its files."""
+    files = (path for path in folder.rglob("*") if path.is_file())
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in files}
 
 
 def outcomes(result: Result) -> list[str]:

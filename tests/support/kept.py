@@ -55,7 +55,8 @@ def _path(identity: ProblemId) -> Path | None:
     return (
         None
         if here is None
-        else here / f"{identity.family}-{identity.seed}-{identity.variation}{identity.convention}.pickle"
+        else here
+        / f"{identity.family}-{identity.seed}-{identity.variation}{identity.convention}{identity.twist_order}.pickle"
     )
 
 

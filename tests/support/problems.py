@@ -24,12 +24,12 @@ LONG_ARMS = tuple(name for name in FAMILIES if name.endswith(("-6r", "-7r", "-56
 
 
 @cache
-def drawn(family: str, seed: int, variation: str = "full", convention: str = "") -> Problem:
+def drawn(family: str, seed: int, variation: str = "full", convention: str = "", twist_order: str = "") -> Problem:
     """Return the problem of a family and a seed with all its questions, generated once for the same code.
 
     Where nothing else is said, everything varies that can: what holds for those holds for plainer ones.
     """
-    return kept(ProblemId(family, seed, variation=variation, convention=convention))
+    return kept(ProblemId(family, seed, variation=variation, convention=convention, twist_order=twist_order))
 
 
 def told_in(question: Question) -> str:

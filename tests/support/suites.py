@@ -185,6 +185,13 @@ BESIDE = {
     "docs/": ("exercises/docs", "repository/test_schemas.py"),
     "README.md": ("repository/test_readme.py",),
     "pyproject.toml": ("repository/test_wheel.py",),
+    "action.yml": ("repository/test_action.py",), "templates/grade.yml": ("repository/test_action.py",),
+    "templates/check.yml": ("repository/test_action.py",), "docs/examples/": ("repository/test_action.py",),
+    "docs/ci.md": ("repository/test_action.py",),
+    ".github/workflows/release.yml": ("repository/test_release.py",),
+    "Containerfile": ("repository/test_container.py",),
+    ".dockerignore": ("repository/test_container.py",),
+    "docs/container.md": ("repository/test_container.py",),
 }  # fmt: skip
 """The tests of what is no module of Python, by how its path begins."""
 MOST_IMPORTERS = 6

@@ -8,9 +8,14 @@ random-2 to -4 as `--seeds` says, and prints what is false, with the arm. What i
 - at configurations in which the conditions of a component hold, J has lost rank; joint values are such configurations;
 - searches for lost rank end where some component holds, and at no end where none is told;
 - a derivation ends by its `--seconds` with all that it has, or says what is missing.
+
+What came out is written into arms.json, arm by arm, so that a run that is stopped goes on; what was false is looked at
+again with `--again`, when it is mended.
 """
 
 import argparse
+import datetime
+import hashlib
 import json
 import sys
 import time
@@ -18,6 +23,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 from itertools import product
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -29,12 +35,16 @@ from exercises.arm.kinematics import NumericChain
 from exercises.arm.robot_file import Robot, default_task
 from exercises.arm.robot_text import robot_text
 from exercises.arm.searched import tried
+from exercises.files import write_atomically
 from exercises.formula.expression import read
 from exercises.generation import sample_chain
-from exercises.problem import ProblemId
+from exercises.problem import ENGINE, ProblemId
 from exercises.solving_in_time import write_solution
 from exercises.stream import Stream
+from tests.support.imports import reached
 
+RECORD = Path(__file__).with_suffix(".json")
+"""What came out of the last whole run."""
 FAMILIES = ("random-2", "random-3", "random-4")
 LENGTHS = ("1/5", "1/5", "3/10", "1/2", "7/10")
 """Few, so that many are equal or add up to another."""
@@ -133,7 +143,7 @@ def _false(chain: Chain, content: Mapping[str, Any], missing: Sequence[str]) -> 
         if content["determinant"] is not None:
             yield from _differs("det J", content["determinant"], np.linalg.det(jacobian[rows]), known)
     if "singular" not in missing:
-        yield from _false_of_set(chain, content)
+        yield from _false_of_set(chain, content, "tested" in missing)
 
 
 def _differs(what: str, told: Any, right: Any, values: Mapping[str, float]) -> Iterator[str]:
@@ -151,7 +161,8 @@ def _read(text: str) -> sp.Expr:
     return to_sympy(read(text))
 
 
-def _false_of_set(chain: Chain, content: Mapping[str, Any]) -> Iterator[str]:
+def _false_of_set(chain: Chain, content: Mapping[str, Any], untested: bool) -> Iterator[str]:
+    """Yield what is false of a singular set; where its own test is missing, it can't tell what that would find."""
     note = content.get("note", "")
     if content["singular"] is None:
         if "every configuration" in note and not _is_low_everywhere(chain):
@@ -164,7 +175,8 @@ def _false_of_set(chain: Chain, content: Mapping[str, Any]) -> Iterator[str]:
         yield f"J keeps its rank where {parts[k]['condition']} = 0"
     for k, part in enumerate(parts):
         # For other lengths there may be some.
-        if not out.samples[k] and not chain.parameters and "No configuration was found" not in note:
+        is_told = untested or "No configuration was found" in note
+        if not out.samples[k] and not chain.parameters and not is_told:
             yield f"no configuration was found in which {part['condition']} = 0"
         yield from _false_solutions(chain, part, ways[k])
     if out.unexplained and "is not complete" not in note:
@@ -200,33 +212,105 @@ def _false_solutions(chain: Chain, part: Mapping[str, Any], conditions: Sequence
 
 
 def main() -> int:
-    """Look at arms, and print what is false."""
+    """Look at arms, keep what came out in the record, and print what is false."""
     parser = argparse.ArgumentParser(description="Arms that nobody has thought of through `qdot solve`.")
     parser.add_argument("--count", type=int, default=300)
     parser.add_argument("--seeds", type=int, default=60, help="of each family random-2 to -4")
     parser.add_argument("--seed", default="a")
     parser.add_argument("--seconds", type=float, default=20)
-    parser.add_argument("--first", type=int, default=0, help="the first arm to look at")
+    parser.add_argument("--record", type=Path, default=RECORD, help="a run of the same code that was stopped goes on")
+    parser.add_argument("--again", action="store_true", help="only what was false in the record, by the code of today")
     options = parser.parse_args()
-    drawn_arms = [*arms(options.count, options.seed)][options.first :]
-    robots = [*drawn_arms, *of_families(options.seeds)]
-    bad = unfinished = 0
-    for robot in robots:
-        result = outcome(robot, options.seconds)
-        unfinished += bool(result.missing)
-        bad += bool(result.false)
-        if result.false:
-            print(f"{robot.chain.name}:", *result.false, robot_text(robot, "dh"), sep="\n  ", flush=True)
-    print(
-        f"{len(robots)} arms, {unfinished} not finished in {options.seconds:g} s and said so, {bad} with what is false"
-    )
-    return 1 if bad else 0
+    if options.again:
+        return _again(options.record)
+    record = _begun(options)
+    for name, robot in every_arm(options.count, options.seed, options.seeds):
+        if name not in record["arms"]:
+            result = outcome(robot, options.seconds)
+            record["arms"][name] = _row(result)
+            write_atomically(options.record, _text(record))
+            if result.false:
+                print(f"{name}:", *result.false, robot_text(robot, "dh"), sep="\n  ", flush=True)
+    print(summary(record))
+    return 1 if false_in(record) else 0
 
 
-def of_families(seeds: int) -> Iterator[Robot]:
-    """Yield the arms of problems of random families."""
+def _again(path: Path) -> int:
+    """Look again at the arms of which something was false, and keep what came out beside what had."""
+    record: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    robots = dict(every_arm(record["count"], record["seed"], record["seeds"]))
+    rows = {
+        name: _row(outcome(robots[name], record["limit"])) for name, row in record["arms"].items() if "false" in row
+    }
+    record["again"] = {"date": _today(), "code": _digest(), "arms": rows}
+    write_atomically(path, _text(record))
+    print(summary(record), *false_in(record), sep="\n")
+    return 1 if false_in(record) else 0
+
+
+def false_in(record: Mapping[str, Any]) -> list[str]:
+    """Return the arms of a record of which something is false, also when they were looked at again."""
+    later = record.get("again", {"arms": {}})["arms"]
+    return [name for name, row in record["arms"].items() if "false" in later.get(name, row)]
+
+
+def _today() -> str:
+    return datetime.datetime.now(datetime.UTC).date().isoformat()
+
+
+def every_arm(count: int, seed: str, seeds: int) -> Iterator[tuple[str, Robot]]:
+    """Yield what is looked at, with a name for each."""
+    yield from ((robot.chain.name, robot) for robot in arms(count, seed))
+    yield from of_families(seeds)
+
+
+def _row(result: Outcome) -> dict[str, Any]:
+    """Return what the record has of an arm."""
+    row: dict[str, Any] = {"seconds": round(result.seconds, 1)}
+    return row | {key: list(said) for key, said in (("missing", result.missing), ("false", result.false)) if said}
+
+
+def _begun(options: argparse.Namespace) -> dict[str, Any]:
+    """Return the record of a run like this that was stopped, else a new one."""
+    asked = {
+        "code": _digest(), "engine": ENGINE, "seed": options.seed, "count": options.count, "seeds": options.seeds,
+        "limit": options.seconds,
+    }  # fmt: skip
+    if options.record.exists():
+        record: dict[str, Any] = json.loads(options.record.read_text(encoding="utf-8"))
+        if asked.items() <= record.items() and len(record["arms"]) < options.count + options.seeds * len(FAMILIES):
+            return record
+    return {"date": _today(), **asked, "arms": {}}
+
+
+def _digest() -> str:
+    """Return a digest of the code that solves arms, draws them, and looks at what is told."""
+    digest = hashlib.sha256()
+    for path in sorted(reached(["exercises.solving_in_time", "exercises.generation", "tests.tools.arms"])):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:12]
+
+
+def _text(record: Mapping[str, Any]) -> str:
+    """Return the record as JSON, an arm a line."""
+    head = {key: value for key, value in record.items() if key != "arms"}
+    rows = ",\n".join(f"  {json.dumps(name)}: {json.dumps(row)}" for name, row in record["arms"].items())
+    return f'{json.dumps(head, indent=1)[:-2]},\n "arms": {{\n{rows}\n }}\n}}\n'
+
+
+def summary(record: Mapping[str, Any]) -> str:
+    """Return a record in a sentence."""
+    rows = record["arms"].values()
+    bad, unfinished = (sum(key in row for row in rows) for key in ("false", "missing"))
+    still = f", {len(false_in(record))} when looked at again" if "again" in record else ""
+    within = f"not finished in {record['limit']:g} s and said so"
+    return f"{len(rows)} arms, {unfinished} {within}, {bad} with what is false{still}"
+
+
+def of_families(seeds: int) -> Iterator[tuple[str, Robot]]:
+    """Yield the arms of problems of random families, by the names of the problems."""
     for family, seed in product(FAMILIES, range(seeds)):
-        yield Robot(sample_chain(ProblemId(family, seed, variation="full")))
+        yield f"{family}/{seed}", Robot(sample_chain(ProblemId(family, seed, variation="full")))
 
 
 if __name__ == "__main__":

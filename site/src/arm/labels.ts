@@ -1,6 +1,7 @@
-// Where the letters of a drawing stand: beside what they name, clear of each other and of the arm as far as can be.
+// Where the letters of a drawing stand: beside what they name, clear of each other, and of the arm as far as can be. One
+// that has to go far away is led back by a line; one for which there is no room at all is left out.
 
-import { plainLetters } from "./letters.js";
+import { partsOf } from "./letters.js";
 import type { Pixel } from "./view.js";
 
 /** A label wanted at `at`, on the side `toward` (a direction on the page) if it is free; `width` in pixels. */
@@ -18,49 +19,96 @@ export interface Placed {
   readonly style: string;
   readonly x: number;
   readonly y: number;
+  /** What it names, where that is too far away to be seen by itself. */
+  readonly from: Pixel | null;
 }
 
-const [HALF_WIDTH, HALF_HEIGHT] = [11, 9];
-const TURNS = [0, 35, -35, 70, -70, 110, -110, 150, -150, 180].map((angle) => (angle * Math.PI) / 180);
-const AWAY = [15, 23];
+/** The half of a label, in pixels. */
+interface Half {
+  readonly width: number;
+  readonly height: number;
+}
 
-/** Places for labels in their order; `lines` are what they should not cover, corner by corner. */
+const HALF_HEIGHT = 9;
+const TURNS = [0, 35, -35, 70, -70, 110, -110, 150, -150, 180].map((angle) => (angle * Math.PI) / 180);
+/** How far away the edge of a label is tried, ring by ring. */
+const AWAY = [4, 12, 22, 34, 49, 67];
+/** From here on a line leads back. */
+const FAR = 30;
+/** What it costs to lie over another label (never done), over the arm, over the edge, and to be on a ring further out. */
+const [OVER_LABEL, OVER_ARM, OVER_EDGE, RING] = [1000, 6, 400, 5];
+
+/** Places for labels in the order of their rank; `lines` are what they should not cover, corner by corner. */
 export function placed(
   wanted: readonly Wanted[],
   lines: readonly (readonly Pixel[])[],
   width: number,
   height: number,
 ): Placed[] {
-  const taken: Pixel[] = [];
+  const taken: { at: Pixel; half: Half }[] = [];
   const covered = lines.flatMap(sampled);
-  return wanted.map(({ name, style, at, toward, gap = 0 }) => {
-    const half = Math.max(HALF_WIDTH, 4 * plainLetters(name).length);
+  const found: Placed[] = [];
+  for (const { name, style, at, toward, gap = 0 } of [...wanted].sort((a, b) => rankOf(a) - rankOf(b))) {
+    const half = halfOf(name);
     const heading = Math.hypot(...toward) > 1e-6 ? Math.atan2(toward[1], toward[0]) : -Math.PI / 4;
     let best: Pixel = at;
     let least = Infinity;
-    for (const away of AWAY) {
+    AWAY.forEach((away, ring) => {
+      if (least < RING * ring) return; // nothing further out is better
       TURNS.forEach((turn, k) => {
-        const out = away + gap + (half - HALF_WIDTH) * Math.abs(Math.cos(heading + turn));
-        const spot: Pixel = [at[0] + out * Math.cos(heading + turn), at[1] + out * Math.sin(heading + turn)];
-        const cost =
-          40 * taken.filter((other) => near(spot, other, 2)).length +
-          6 * covered.filter((other) => near(spot, other, 1)).length +
-          (spot[0] < half + 1 || spot[0] > width - half - 1 || spot[1] < 10 || spot[1] > height - 10
-            ? 200
-            : 0) +
-          k +
-          (away - AWAY[0]!) / 4;
+        const angle = heading + turn;
+        const edge = half.width * Math.abs(Math.cos(angle)) + 0.8 * HALF_HEIGHT * Math.abs(Math.sin(angle));
+        const out = away + gap + edge;
+        const spot: Pixel = [at[0] + out * Math.cos(angle), at[1] + out * Math.sin(angle)];
+        let cost = RING * ring + 0.4 * k + (isInside(spot, half, width, height) ? 0 : OVER_EDGE);
+        if (cost >= least) return;
+        for (const other of taken) if (areOver(spot, half, other.at, other.half)) cost += OVER_LABEL;
+        for (const other of covered) {
+          if (cost >= least) return;
+          if (areOver(spot, half, other, POINT)) cost += OVER_ARM;
+        }
         if (cost < least) [best, least] = [spot, cost];
       });
-    }
-    for (let x = -half + HALF_WIDTH; x <= half - HALF_WIDTH; x += HALF_WIDTH)
-      taken.push([best[0] + x, best[1]]);
-    return { name, style, x: best[0], y: best[1] };
-  });
+    });
+    if (least >= OVER_EDGE) continue;
+    taken.push({ at: best, half });
+    const isFar = Math.hypot(best[0] - at[0], best[1] - at[1]) > FAR + gap + half.width;
+    found.push({ name, style, x: best[0], y: best[1], from: isFar ? at : null });
+  }
+  return found;
 }
 
-function near(a: Pixel, b: Pixel, boxes: number): boolean {
-  return Math.abs(a[0] - b[0]) < boxes * HALF_WIDTH && Math.abs(a[1] - b[1]) < boxes * HALF_HEIGHT;
+const POINT: Half = { width: 2, height: 2 };
+
+/** What is placed first, and is the last to be left out: the point, the joints, columns of J, lengths, then frames. */
+function rankOf({ name, style }: Wanted): number {
+  if (/^P/.test(name)) return 0;
+  if (/^(theta|d)\d/.test(name) && style !== "arm-length") return 1;
+  if (/^J\d/.test(name)) return 2;
+  if (style === "arm-length") return 3;
+  return name.startsWith("O") ? 4 : 5;
+}
+
+/** Half the room of a label, as its letters are set: an index is small, a sign of equality stands free. */
+function halfOf(name: string): Half {
+  const width = name.split("=").reduce((sum, one, k) => {
+    const [letter, star, index] = partsOf(one);
+    const plain = /^[\d.,−]+$/.test(letter) ? 7.6 : 11;
+    return sum + (k > 0 ? 19 : 0) + plain * [...letter].length + 7 * (star.length + index.length);
+  }, 3);
+  return { width: width / 2, height: HALF_HEIGHT };
+}
+
+function isInside([x, y]: Pixel, half: Half, width: number, height: number): boolean {
+  return (
+    x > half.width + 1 && x < width - half.width - 1 && y > HALF_HEIGHT + 1 && y < height - HALF_HEIGHT - 1
+  );
+}
+
+function areOver(a: Pixel, halfA: Half, b: Pixel, halfB: Half): boolean {
+  return (
+    Math.abs(a[0] - b[0]) < halfA.width + halfB.width && Math.abs(a[1] - b[1]) < halfA.height + halfB.height
+  );
 }
 
 function sampled(line: readonly Pixel[]): Pixel[] {

@@ -33,6 +33,8 @@ function axisOf({ width, height }: View): number {
 }
 
 const LOST = 0.03;
+/** Half of a joint's sign in a flat drawing (pixels), which letters are to leave free. */
+const FACE = 8;
 /** A length that is drawn shorter (pixels) has no label. */
 const SHORT = 24;
 /** A drawing that is lower or narrower (pixels) has no room for the names of axes and origins: there joints have theirs. */
@@ -121,17 +123,33 @@ export function Marks(props: MarksProps): JSX.Element {
       <g class="arm-letter-layer">
         {placed(
           wantedLabels(props, signed),
-          arm.joints.map((_, i) => linkOf(arm, state, i + 1).map((point) => pixel(view, point))),
+          [
+            ...arm.joints.map((_, i) => linkOf(arm, state, i + 1).map((point) => pixel(view, point))),
+            ...(flat ? [groundAt(pixel(view, state.frames[0]!.o))] : []),
+          ],
           view.width,
           view.height,
-        ).map(({ name, style, x, y }, k) => (
-          <text key={k} class={style} x={x} y={y + 5}>
-            <DrawnLetters name={name} />
-          </text>
+        ).map(({ name, style, x, y, from }, k) => (
+          <g key={k} class={style}>
+            {from ? <path class="arm-leader" d={`M${from[0]} ${from[1]}L${x} ${y}`} /> : null}
+            <text x={x} y={y + 5}>
+              <DrawnLetters name={name} />
+            </text>
+          </g>
         ))}
       </g>
     </g>
   );
+}
+
+/** The ground below a base in a flat drawing, as a line that letters leave free. */
+function groundAt([x, y]: Pixel): Pixel[] {
+  return [
+    [x, y],
+    [x, y + 26],
+    [x - 30, y + 26],
+    [x + 30, y + 26],
+  ];
 }
 
 function jointStyle(arm: Arm, i: number): string {
@@ -173,7 +191,13 @@ function wantedLabels({ arm, state, view, reach, layers, flat }: MarksProps, sig
       else origins.push([`O${i}`, at]);
     });
   origins.forEach(([name, at], k) =>
-    wanted.push({ name, style: "arm-label-p", at, toward: [0.7, k === 0 ? -0.7 : 0.7] }),
+    wanted.push({
+      name,
+      style: "arm-label-p",
+      at,
+      toward: [0.7, k === 0 ? -0.7 : 0.7],
+      gap: flat ? FACE : 4,
+    }),
   );
   wanted.push(...worldLabels(arm, view, flat));
   if (layers.lengths) wanted.push(...lengthLabels(arm, state, view, signed));
@@ -218,7 +242,7 @@ function wantedLabels({ arm, state, view, reach, layers, flat }: MarksProps, sig
       style: `arm-j${(i % 7) + 1}`,
       at: pixel(view, place),
       toward: flat ? sideOf(arm, state, view, i) : besideAxis(state, view, i),
-      gap: flat ? 0 : thicknessOf(arm) * view.scale,
+      gap: flat ? FACE : thicknessOf(arm) * view.scale,
     });
   });
   if (layers.vectors) {

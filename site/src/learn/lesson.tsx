@@ -2,15 +2,18 @@
 // learned. Arm and words are side by side as on the practice page.
 
 import type { JSX } from "preact";
-import { useEffect, useRef, useState } from "preact/hooks";
+import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { Arm } from "../arm/panel.js";
 import type { Stage } from "../arm/stage.js";
 import { ZERO } from "../arm/vector.js";
 import type { Index } from "../bank.js";
 import type { Told } from "../pages/live.js";
-import { type Item, nameOf } from "../practice/choice.js";
+import { attempted, type Item, nameOf } from "../practice/choice.js";
 import { Current } from "../practice/current.js";
+import { keep, kept } from "../practice/progress.js";
+import { storage } from "../practice/storage.js";
+import { Offline } from "../offline/offline.js";
 import { language, message, said } from "../text/text.js";
 import { Dots } from "./dots.js";
 import { type Lesson, LESSONS } from "./lessons.js";
@@ -30,11 +33,11 @@ export interface LessonProps {
 export function LessonView(props: LessonProps): JSX.Element {
   const { lesson, index } = props;
   const [practising, setPractising] = useState(props.practising);
-  const items = itemsOf(index, lesson.questions, lesson.families);
+  const items = useMemo(() => itemsOf(index, lesson.questions, lesson.families), [index, lesson]);
   return practising && items.length > 0 ? (
     <Practice {...props} items={items} onIdea={() => setPractising(false)} />
   ) : (
-    <Idea {...props} most={items.length} onPractise={() => setPractising(true)} />
+    <Idea {...props} items={items} onPractise={() => setPractising(true)} />
   );
 }
 
@@ -54,11 +57,12 @@ function Idea({
   lesson,
   told,
   skill,
-  most,
+  items,
   onSkill,
   onPractise,
-}: LessonProps & { most: number; onPractise: () => void }): JSX.Element {
+}: LessonProps & { items: readonly Item[]; onPractise: () => void }): JSX.Element {
   const [stage, setStage] = useState<Stage | null>(null);
+  const problems = useMemo(() => items.map(({ family, key }) => `${family}/${key}`), [items]);
   const [dials, setDials] = useState(FIRST_DIALS);
   const { tool, goals } = lesson;
   const rates = stage ? ratesOf(tool, dials, stage.state) : [];
@@ -114,13 +118,14 @@ function Idea({
           ))}
         </ul>
         <p class="actions">
-          {most > 0 ? (
+          {items.length > 0 ? (
             <button type="button" class={done ? "button" : "button quiet"} onClick={onPractise}>
               {said(message(done ? "lesson.practise" : "lesson.practise-already"))}
             </button>
           ) : null}
           <Onward lesson={lesson} quiet />
         </p>
+        {items.length > 0 ? <Offline title={said(message("offline.lesson"))} problems={problems} /> : null}
       </article>
       <section class="stage" aria-label={said(message("practice.move"))}>
         <Arm
@@ -194,9 +199,11 @@ function Practice({
           item={item}
           level={index.feedback}
           arrived={count > 0}
-          onVerdict={(right, helped) =>
-            onSkill(answered(skill, item, { right, helped, now: Date.now(), most }))
-          }
+          onVerdict={(right, helped) => {
+            const now = Date.now();
+            onSkill(answered(skill, item, { right, helped, now, most }));
+            keep(storage, attempted(kept(storage), item, right, now)); // what is wrong comes again where one practises
+          }}
           onNext={() => {
             setItem(nextIn(items, skill, nameOf(item), Math.random));
             setCount(count + 1);

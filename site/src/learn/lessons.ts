@@ -25,6 +25,8 @@ export interface Goal {
 export interface Lesson {
   readonly id: string;
   readonly title: TextKey;
+  /** The lessons that it builds on, all of which come before it. */
+  readonly needs: readonly string[];
   readonly idea: readonly TextKey[];
   readonly arm: "plain" | "elbow";
   readonly tool: Tool | null;
@@ -53,6 +55,7 @@ export const LESSONS: readonly Lesson[] = [
   {
     id: "rates",
     title: "lesson.rates",
+    needs: [],
     idea: ["lesson.rates.idea-1", "lesson.rates.idea-2"],
     arm: "plain",
     tool: "rates",
@@ -79,6 +82,7 @@ export const LESSONS: readonly Lesson[] = [
   {
     id: "columns",
     title: "lesson.columns",
+    needs: ["rates"],
     idea: ["lesson.columns.idea-1", "lesson.columns.idea-2"],
     arm: "plain",
     tool: null,
@@ -98,6 +102,7 @@ export const LESSONS: readonly Lesson[] = [
   {
     id: "differentiation",
     title: "lesson.differentiation",
+    needs: ["columns"],
     idea: ["lesson.differentiation.idea-1", "lesson.differentiation.idea-2"],
     arm: "plain",
     tool: null,
@@ -121,6 +126,7 @@ export const LESSONS: readonly Lesson[] = [
   {
     id: "propagation",
     title: "lesson.propagation",
+    needs: ["columns"],
     idea: ["lesson.propagation.idea-1", "lesson.propagation.idea-2"],
     arm: "plain",
     tool: null,
@@ -139,6 +145,7 @@ export const LESSONS: readonly Lesson[] = [
   {
     id: "inverse",
     title: "lesson.inverse",
+    needs: ["differentiation", "propagation"],
     idea: ["lesson.inverse.idea-1", "lesson.inverse.idea-2"],
     arm: "plain",
     tool: "wanted",
@@ -157,6 +164,7 @@ export const LESSONS: readonly Lesson[] = [
   {
     id: "singular",
     title: "lesson.singular",
+    needs: ["differentiation"],
     idea: ["lesson.singular.idea-1", "lesson.singular.idea-2"],
     arm: "plain",
     tool: null,
@@ -173,6 +181,7 @@ export const LESSONS: readonly Lesson[] = [
   {
     id: "kinds",
     title: "lesson.kinds",
+    needs: ["singular"],
     idea: ["lesson.kinds.idea-1", "lesson.kinds.idea-2"],
     arm: "elbow",
     tool: null,
@@ -194,6 +203,7 @@ export const LESSONS: readonly Lesson[] = [
   {
     id: "path",
     title: "lesson.path",
+    needs: ["inverse", "singular"],
     idea: ["lesson.path.idea-1", "lesson.path.idea-2"],
     arm: "plain",
     tool: null,

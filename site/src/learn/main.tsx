@@ -2,16 +2,20 @@
 import "../site.css";
 
 import { type JSX, render } from "preact";
-import { useEffect, useState } from "preact/hooks";
+import { useEffect, useMemo, useState } from "preact/hooks";
 
 import type { Index } from "../bank.js";
 import { loadIndex } from "../load.js";
 import type { Told } from "../pages/live.js";
 import { startPage } from "../pages/page.js";
+import { kept } from "../practice/progress.js";
 import { storage } from "../practice/storage.js";
 import { chosenLanguage } from "../text/languages.js";
 import { message, said } from "../text/text.js";
+import { Offline } from "../offline/offline.js";
 import { Dots } from "./dots.js";
+import { placesOf } from "./graph.js";
+import { SkillMap } from "./skill-map.js";
 import { LessonView, NEW } from "./lesson.js";
 import { LESSONS } from "./lessons.js";
 import { Rich } from "./rich.js";
@@ -55,17 +59,22 @@ function Learn({ arms }: { arms: Arms }): JSX.Element {
         onSkill={(skill) => note(lesson.id, skill)}
       />
     );
-  return <List skills={skills} wrong={asked.get("lesson")} />;
+  return <List skills={skills} wrong={asked.get("lesson")} index={index} />;
 }
 
 /** All lessons; the one that comes next stands out, and so does one that is due. */
-function List({ skills, wrong }: { skills: Skills; wrong: string | null }): JSX.Element {
+function List({ skills, wrong, index }: { skills: Skills; wrong: string | null; index: Index }): JSX.Element {
+  const problems = useMemo(
+    () => index.families.flatMap(({ name, problems }) => problems.map(({ key }) => `${name}/${key}`)),
+    [index],
+  );
   const now = Date.now();
   const next = LESSONS.find(({ id }) => skills[id]?.learned === undefined);
   return (
     <div class="way">
       {wrong ? <p role="alert">{said(message("lesson.unknown", { name: wrong }))}</p> : null}
       <p class="lead">{said(message("lesson.lead"))}</p>
+      <SkillMap places={placesOf(index, skills, kept(storage), now)} />
       <ol>
         {LESSONS.map(({ id, title, idea, goals }) => {
           const skill = skills[id] ?? NEW;
@@ -90,6 +99,7 @@ function List({ skills, wrong }: { skills: Skills; wrong: string | null }): JSX.
           );
         })}
       </ol>
+      <Offline title={said(message("offline.course"))} problems={problems} />
     </div>
   );
 }

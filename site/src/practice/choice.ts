@@ -113,13 +113,18 @@ export function placeIn(order: readonly Item[], progress: Progress): number {
 
 /** The items of a set in its order. */
 export function inOrder(index: Index, wish: Wish): Item[] {
-  const random = numbers(wish.set);
-  const all = items(index, wish);
+  return shuffled(items(index, wish), wish.set).slice(0, wish.count);
+}
+
+/** Items in the order that a seed decides. */
+export function shuffled(items: readonly Item[], seed: string): Item[] {
+  const random = numbers(seed);
+  const all = [...items];
   for (let i = all.length - 1; i > 0; i -= 1) {
     const j = Math.floor(random() * (i + 1));
     [all[i], all[j]] = [all[j] as Item, all[i] as Item];
   }
-  return all.slice(0, wish.count);
+  return all;
 }
 
 /** Progress after an attempt: a right one goes a box up, a wrong one back to the first. */

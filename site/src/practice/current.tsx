@@ -8,21 +8,32 @@ import type { Level } from "../grade/levels.js";
 import { loadProblem } from "../load.js";
 import { message, said } from "../text/text.js";
 import type { Item } from "./choice.js";
-import { Task } from "./task.js";
+import { type Judged, Task } from "./task.js";
+
+export type { Judged };
 
 /** One problem; `arrived` at from the one before, it is gone to at once, for keyboards and screen readers, too. */
 export function Current({
   item,
   level,
   arrived,
+  closed = false,
+  factored = true,
   onVerdict,
+  onSolution = () => undefined,
   onNext,
 }: {
   item: Item;
   level: Level;
   arrived: boolean;
-  /** Told whether an answer is right, and whether hints or the solution were seen before. */
-  onVerdict: (right: boolean, helped: boolean) => void;
+  /** Whether it is answered for good: the solution may be seen, and nothing more is checked. */
+  closed?: boolean;
+  /** Whether the factors of det J may be shown, where they don't tell this very answer. */
+  factored?: boolean;
+  /** Told whether an answer is right, whether hints or the solution were seen before, and how it was judged. */
+  onVerdict: (right: boolean, helped: boolean, judged: Judged) => void;
+  /** Told that the solution is seen before the answer is right. */
+  onSolution?: () => void;
   onNext: () => void;
 }) {
   const [problem, setProblem] = useState<Problem | null>(null);
@@ -56,7 +67,10 @@ export function Current({
         part={part}
         level={level}
         arrived={arrived}
-        onVerdict={(verdict, helped) => onVerdict(verdict.outcome === "correct", helped)}
+        closed={closed}
+        factored={factored}
+        onVerdict={(judged, helped) => onVerdict(judged.verdict.outcome === "correct", helped, judged)}
+        onSolution={onSolution}
         onNext={onNext}
       />
     </>

@@ -1,20 +1,24 @@
 // The practice page's script.
 import "../site.css";
 
-import { render } from "preact";
+import { h, render } from "preact";
 
 import { breath } from "../later.js";
 import { startPage } from "../pages/page.js";
 import { chosenLanguage } from "../text/languages.js";
 import { message, said } from "../text/text.js";
+import { asksForRound } from "../course/link.js";
 import { Practice } from "./practice.js";
 
+const { search } = window.location;
+if (new URLSearchParams(search).has("embed")) document.body.classList.add("embedded");
 await startPage();
 await breath();
 const place = document.getElementById("practice");
 if (place) {
+  const shown = asksForRound(search) ? (await import("../course/embedded.js")).Embedded : Practice;
   place.textContent = "";
   place.lang = chosenLanguage();
   document.title = document.title.replace("Practise", said(message("page.practise")));
-  render(<Practice />, place);
+  render(h(shown, {}), place);
 }

@@ -27,6 +27,7 @@ import { Current, Failed } from "./current.js";
 import { Settings } from "./settings.js";
 import { Sheet, sheetFrom } from "./sheet.js";
 import { storage } from "./storage.js";
+import { isToday, TodayDoor, TodaysArm } from "./todays-arm.js";
 
 export function Practice(): JSX.Element {
   const [index, setIndex] = useState<Index | null>(null);
@@ -39,6 +40,7 @@ export function Practice(): JSX.Element {
   if (failed) return <Failed why={failed} onAgain={load} />;
   const sheet = sheetFrom(window.location.search);
   if (index && sheet) return <Sheet index={index} wish={fromLink(window.location.search)} first={sheet} />;
+  if (index && isToday(window.location.search)) return <TodaysArm index={index} />;
   return index ? (
     <Session index={index} />
   ) : (
@@ -91,6 +93,7 @@ function Session({ index }: { index: Index }) {
             fromQueue(true);
           }}
         />
+        {wish.set ? null : <TodayDoor index={index} />}
         <Settings index={index} wish={wish} progress={progress} onWish={wished} onProgress={noted} />
         {order && order.length > 0 ? (
           <p class="muted set-place">

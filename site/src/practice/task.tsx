@@ -34,18 +34,29 @@ const NoArm = () => (
 );
 const grading = () => import("../grade/judge.js");
 
+/** An answer as it was judged. */
+export interface Judged {
+  readonly part: Part;
+  readonly answer: string;
+  readonly verdict: Verdict;
+}
+
 interface TaskProps {
   readonly item: Item;
   readonly problem: Problem;
   readonly part: Part;
   readonly level: Level;
   readonly arrived: boolean;
+  readonly closed: boolean;
+  readonly factored: boolean;
   /** Told of a verdict, and whether hints or the solution were seen before it. */
-  readonly onVerdict: (verdict: Verdict, helped: boolean) => void;
+  readonly onVerdict: (judged: Judged, helped: boolean) => void;
+  readonly onSolution: () => void;
   readonly onNext: () => void;
 }
 
-export function Task({ item, problem, part, level, arrived, onVerdict, onNext }: TaskProps): JSX.Element {
+export function Task(props: TaskProps): JSX.Element {
+  const { item, problem, part, level, arrived, closed, factored, onVerdict, onSolution, onNext } = props;
   const [answer, setAnswer] = useState("");
   const [verdict, setVerdict] = useState<Verdict | null>(null);
   const [failed, setFailed] = useState("");
@@ -64,7 +75,7 @@ export function Task({ item, problem, part, level, arrived, onVerdict, onNext }:
     [own],
   );
   const [factors, setFactors] = useState<readonly Factor[]>([]);
-  const isShown = step === 3 && !hidden && atLeast(level, "solutions");
+  const isShown = step === 3 && factored && !hidden && atLeast(level, "solutions");
   useEffect(() => {
     if (!isShown) return;
     loadSolutions(item.family, item.key).then(
@@ -81,6 +92,7 @@ export function Task({ item, problem, part, level, arrived, onVerdict, onNext }:
     void tried.catch(() => undefined); // Check says so, where it can't be loaded
   };
   const check = async () => {
+    if (closed) return;
     setFailed("");
     const loaded = await grading().catch((error: unknown) => setFailed(String(error)));
     if (!loaded) return;
@@ -93,7 +105,8 @@ export function Task({ item, problem, part, level, arrived, onVerdict, onNext }:
     setOwn(() => columns);
     const isNew = answer !== judged.current && !(helped && found.outcome === "correct");
     judged.current = answer;
-    if (found.outcome !== "missing" && isNew) onVerdict(found, hinted.current || helped);
+    if (found.outcome !== "missing" && isNew)
+      onVerdict({ part, answer, verdict: found }, hinted.current || helped);
     afterPaint(() => setPose(poseOf(problem, shown))); // what is said of the answer is there before the arm goes
   };
   useEffect(() => {
@@ -112,11 +125,11 @@ export function Task({ item, problem, part, level, arrived, onVerdict, onNext }:
       >
         <Answer problem={problem} part={part} onAnswer={setAnswer} onCheck={() => void check()} />
         <p class="actions">
-          <button type="submit" class="button">
+          <button type="submit" class="button" aria-disabled={closed}>
             {said(message("practice.check"))}
           </button>
           <button type="button" class="quiet" onClick={onNext}>
-            {said(message(verdict?.outcome === "correct" ? "practice.next" : "practice.skip"))}
+            {said(message(closed || verdict?.outcome === "correct" ? "practice.next" : "practice.skip"))}
           </button>
         </p>
       </form>
@@ -129,9 +142,12 @@ export function Task({ item, problem, part, level, arrived, onVerdict, onNext }:
         part={part}
         lang={problem.lang}
         solvable={atLeast(level, "solutions")}
-        solved={verdict?.outcome === "correct"}
+        solved={closed || verdict?.outcome === "correct"}
         onHint={() => (hinted.current = true)}
-        onSolution={() => setHelped(verdict?.outcome !== "correct")}
+        onSolution={() => {
+          setHelped(verdict?.outcome !== "correct");
+          if (verdict?.outcome !== "correct") onSolution();
+        }}
       />
     </>
   );

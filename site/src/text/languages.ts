@@ -1,8 +1,9 @@
-// The languages of the site, and which one the student chose in this browser.
+// The languages of the site, and which one a link names, or the student chose in this browser.
 
 import { ENGLISH, type Language } from "./text.js";
 
 const KEY = "qdot-language";
+const PARAMETER = "lang";
 
 /** Each language by its code: what it calls itself, and how its texts are loaded. */
 export const LANGUAGES: Readonly<Record<string, { name: string; load: () => Promise<Language> }>> = {
@@ -11,6 +12,8 @@ export const LANGUAGES: Readonly<Record<string, { name: string; load: () => Prom
 };
 
 export function chosenLanguage(): string {
+  const named = new URLSearchParams(window.location.search).get(PARAMETER);
+  if (named && named in LANGUAGES) return named;
   try {
     return window.localStorage.getItem(KEY) ?? wished();
   } catch {
@@ -30,6 +33,9 @@ export function chooseLanguage(code: string): void {
   } catch {
     return;
   }
+  const address = new URL(window.location.href);
+  address.searchParams.delete(PARAMETER); // what is chosen counts, and not what a link once said
+  window.history.replaceState(null, "", address);
   window.location.reload();
 }
 

@@ -183,3 +183,11 @@ def test_one_joint_is_at_the_boundary_where_it_goes_no_farther() -> None:
     chain = Chain("one", (Joint("R", sp.Symbol("theta1"), 0, sp.Symbol("a1"), 0),), ("vx",))
     kind = classify(chain, (singular_set(chain) or ())[0])
     assert (kind.kind, kind.uniform) == ("boundary", True)
+
+
+def test_the_tool_may_be_the_only_length_of_an_arm() -> None:
+    """Two axes through one point: P is on a sphere, and seen along its first axis in the middle of what it reaches."""
+    chain = sample_chain(ProblemId("random-2", 10033).varied("full"))
+    assert all(joint.a == 0 and not joint.d.free_symbols for joint in chain.joints)
+    kinds = [classify(chain, component) for component in singular_set(chain) or ()]
+    assert sorted((kind.kind, kind.uniform) for kind in kinds) == [("boundary", True), ("internal", True)]

@@ -6,7 +6,7 @@
                     six rows vx ... wz if none are named; of frame `link`, where that is not the point of interest
     determinant, inverse, manipulability, rates, torques, forces (by torques), isotropic, at (figures, rounded)
     singular        alternatives that the book prints, some with their `kinds`; `derived` are those that it leaves out
-    space           the space Jacobian, rows (omega, v), or its axes and points on them
+    space           the space Jacobian, rows as the book has them (twist_order), or its axes and points on them
     home_space      screws at home, a row each, of which exponentials make the space Jacobian; home_body, too
 """
 
@@ -32,6 +32,7 @@ from exercises.formula.expression import read
 from exercises.formula.pieces import Piece, pieces
 from exercises.formula.program import evaluate_each
 from exercises.formula.trees import names
+from exercises.questions import QUESTIONS
 from exercises.solving import Solution, solve
 from exercises.stream import Stream
 from exercises.verify.singular import NEAR, singular_configurations
@@ -309,8 +310,12 @@ def _by_exponentials(screws: np.ndarray, q: np.ndarray, body: bool) -> np.ndarra
 
 @_with("space")
 def test_the_space_jacobian_is_the_books(arm: Arm) -> None:
-    values = _values(arm)
-    assert _is_near(_space_jacobian(arm, values), _book_matrix(arm.told["space"], values))
+    values, chain = _values(arm), _chain(arm)
+    asked, _ = QUESTIONS["space-jacobian"].ask(chain, Stream(arm.name))
+    book = _book_matrix(arm.told["space"], values)
+    assert _is_near(_ours(asked.as_matrix(), values), book)
+    linear_first = chain.twist_order == "v-omega"
+    assert _is_near(_space_jacobian(arm, values), np.roll(book, 3, axis=1) if linear_first else book)
 
 
 @_with("space_axes")

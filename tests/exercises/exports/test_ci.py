@@ -246,6 +246,8 @@ def test_every_action_is_named_by_its_commit_everywhere(assignment: Assignment) 
     assert len(used) > 10
     known = {pinned.partition("@")[0]: pinned for pinned in ACTIONS.values()}
     for line in used:
+        if line.split()[0] in ("ORGANISATION/qdot@COMMIT", "./"):  # qdot's own, which lies where a course has put it
+            continue
         assert re.fullmatch(r"[\w-]+/[\w-]+@[0-9a-f]{40}  # v\d+\.\d+\.\d+", line)
         assert known.get(line.partition("@")[0], line) == line
 

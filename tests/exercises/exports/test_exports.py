@@ -1,5 +1,6 @@
 """Outlets: what every one of them has in common, and the bank of variants behind those that draw from one."""
 
+import os
 import stat
 from collections.abc import Sequence
 from dataclasses import replace
@@ -7,9 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from exercises.assignment import Student, load_assignment
+from exercises.assignment import Slot, Student, load_assignment
 from exercises.errors import QdotError
-from exercises.exports.bank import bank
+from exercises.exports import scorm
+from exercises.exports.bank import bank, worked_out
 from exercises.exports.outlet import Order
 from exercises.exports.registry import OUTLETS
 from exercises.families import FAMILIES
@@ -22,6 +24,7 @@ from grader.reports.formats import FORMATS
 from tests.support import ROOT
 from tests.support.command import fails, run
 from tests.support.handing_in import a_class
+from tests.support.site_scripts import stand_in
 
 DOCS = ROOT / "docs"
 
@@ -46,10 +49,13 @@ def test_a_bank_is_of_certified_problems_that_differ_and_begins_like_a_longer_on
 
 def test_a_family_with_few_problems_gives_all_it_has_and_says_so(order: Order, monkeypatch: pytest.MonkeyPatch) -> None:
     same = order.assignment.slots[0].problem("secret", "ada")
-    monkeypatch.setattr("exercises.exports.bank._draw", lambda state, number: same)
+    monkeypatch.setattr("exercises.exports.bank.attempt", lambda make, vouch: (same, None))
     notes: list[str] = []
     told: list[None] = []
-    assert len(list(bank(replace(order, note=notes.append, each=lambda: told.append(None))))) == 1
+    worked: list[Problem] = []  # nothing is made of what was there
+    asked = replace(order, note=notes.append, each=lambda: told.append(None))
+    assert len(list(worked_out(asked, lambda _order, _slot, problem: worked.append(problem)))) == 1
+    assert worked == [same]
     assert len(told) == 4
     assert notes == ["p1: planar-2r has only one such problem (variation zeros)"]
 
@@ -65,6 +71,25 @@ def test_a_robot_of_fixed_lengths_is_told_to_be_the_same_for_all(tmp_path: Path)
     assert notes == ["p1: scorbot has only one such problem (one arm for all, as no length is drawn)"]
 
 
+def test_what_is_made_of_a_bank_is_made_by_many_processes_and_is_the_same(order: Order) -> None:
+    """Nobody but this process is told how far it is, and of what can't be asked."""
+    steps, notes = list[int](), list[str]()
+    alone = replace(order, variants=2, solutions=True, each=lambda: steps.append(1), note=notes.append)
+    many = replace(alone, jobs=2)
+    elsewhere = {process for _, process in worked_out(many, _process)}
+    assert elsewhere and os.getpid() not in elsewhere
+    for outlet in ("moodle", "stack"):
+        counted, told = len(steps), len(notes)
+        one = list(OUTLETS[outlet].files(alone))
+        assert (len(steps) - counted, notes[told:]) == (2, notes[: len(notes) - told])
+        two = list(OUTLETS[outlet].files(many))
+        assert two == one
+
+
+def _process(_order: Order, _slot: Slot, _problem: Problem) -> int:
+    return os.getpid()
+
+
 def test_a_bank_is_of_the_variation_that_is_asked_for(order: Order, tmp_path: Path) -> None:
     """Where problems are drawn by assignment.toml again, that says how arms vary."""
     asked = replace(order, assignment=order.assignment.varied("base+lengths"), variants=2)
@@ -78,7 +103,10 @@ def test_a_bank_is_of_the_variation_that_is_asked_for(order: Order, tmp_path: Pa
     assert [path.read_bytes() for path in plain] != [path.read_bytes() for path in own]
     for outlet in ("prairielearn", "html"):
         refused = fails("export", folder, "--to", outlet, "--variation", "chapter")
-        assert f"--variation is for banks (moodle, canvas, qti, jupyterquiz, stack); for {outlet}, assign" in refused
+        assert (
+            f"--variation is for banks (moodle, canvas, qti, scorm, jupyterquiz, stack); for {outlet}, assign"
+            in refused
+        )
     assert "unknown variation 'plain'" in fails("export", folder, "--to", "moodle", "--variation", "plain")
 
 
@@ -95,7 +123,11 @@ def test_a_problem_that_fails_its_certificate_is_not_exported(order: Order) -> N
         list(bank(replace(order, failures=lambda _: ["wrong"])))
 
 
-def test_every_outlet_writes_the_same_files_twice(order: Order) -> None:
+def test_every_outlet_writes_the_same_files_twice(
+    order: Order, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assets = stand_in(tmp_path / "dist")
+    monkeypatch.setattr(scorm, "built_assets", lambda: assets)
     certified: dict[str, Sequence[str]] = {}
 
     def once(problem: Problem) -> Sequence[str]:

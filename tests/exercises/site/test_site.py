@@ -1,13 +1,16 @@
 """The site as Python builds it: pages that lead where they say, a bank that a rerun keeps, what is wrong told."""
 
+import functools
 import hashlib
 import html
 import json
 import re
 import shutil
 import threading
+import urllib.error
 import urllib.request
 from collections.abc import Iterator
+from http.server import ThreadingHTTPServer
 from pathlib import Path
 
 import pytest
@@ -24,9 +27,11 @@ from exercises.site.stale_files import LIST, remove_stale_files
 from exercises.verify import CHECKS
 from exercises.verify.numeric_reference import Check, NumericReference
 from grader.cli import app
+from grader.site import _Quiet
 from tests.support import ROOT
 from tests.support.command import fails, run, runner
 from tests.support.handing_in import TOML, a_class
+from tests.support.site_scripts import stand_in
 
 pytestmark = pytest.mark.xdist_group("site")
 
@@ -35,18 +40,7 @@ DOCS = ROOT / "docs"
 
 @pytest.fixture
 def assets(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Assets]:
-    """Scripts and styles as `npm run build` would leave them, two small files here."""
-    folder = tmp_path / "dist"
-    (folder / "assets").mkdir(parents=True)
-    for name in ("practice.js", "learn.js", "pages.js", "shared.js", "site.css"):
-        (folder / "assets" / name).write_text(f"/* {name} */\n")
-    made = Assets(
-        {name: f"assets/{name}.js" for name in ("practice", "learn", "pages")},
-        {"practice": ["assets/shared.js"], "learn": ["assets/shared.js"], "pages": []},
-        {name: ["assets/site.css"] for name in ("practice", "learn", "pages")},
-        sorted((folder / "assets").iterdir()),
-        folder,
-    )
+    made = stand_in(tmp_path / "dist")
     monkeypatch.setattr(building, "built_assets", lambda: made)
     yield made
 
@@ -58,6 +52,8 @@ def test_a_site_is_built_and_a_rerun_keeps_the_bank(assets: Assets, tmp_path: Pa
     index = json.loads((site / "bank" / "index.json").read_text())
     assert [family["name"] for family in index["families"]] == ["polar-rp"]
     problems = index["families"][0]["problems"]
+    _sizes_are_told(site)
+    _examples_are_told_in_german(site)
     assert [(problem["key"], problem["variation"]) for problem in problems] == [
         ("001", "chapter"), ("001-quiz", "chapter"),
     ]  # fmt: skip
@@ -113,15 +109,58 @@ def test_what_cannot_be_certified_is_drawn_anew_and_at_last_left_out(
     assert [problem["key"] for problem in index["families"][0]["problems"]] == ["001-quiz", "002"]
 
 
+def _examples_are_told_in_german(site: Path) -> None:
+    for number in ("6-1", "6-2", "6-3", "6-4"):
+        told = json.loads((site / "examples" / f"{number}.de.json").read_text())
+        page = (site / "examples" / f"{number}.html").read_text()
+        assert told["title"] == f"Beispiel {number.replace('-', '.')}"
+        assert 'data-told-in="de"' in page
+        for mark in ("<section", "<table", "<figure", 'data-arm="', 'href="'):  # all that the English page has
+            main = page[page.index("<main") : page.index("</main>")]
+            assert told["body"].count(mark) == main.count(mark), (number, mark)
+        assert not re.search(r"\b(The|the|Example|and|where)\b", _without_english(told["body"])), number
+    assert "Deine erste Antwort" in (site / "docs" / "index.html").read_text()
+    assert "Ebener 2R-Arm" in (site / "arms.html").read_text()
+
+
+def _without_english(body: str) -> str:
+    """Return the words of a page that are not marked as English, nor replaced by the page's script."""
+    body = re.sub(r'<div lang="en">.*?</div>|<noscript>.*?</noscript>|<svg.*?</svg>', "", body, flags=re.DOTALL)
+    body = re.sub(r"<(\w+)[^>]* data-text=.*?</\1>", "", body, flags=re.DOTALL)
+    return re.sub(r"<[^>]*>", " ", body)
+
+
+def _sizes_are_told(site: Path) -> None:
+    told = json.loads((site / "bank" / "sizes.json").read_text())["files"]
+    files = {path: path.stat().st_size for path in (site / "bank" / "polar-rp").iterdir()}
+    sizes = {site / "bank" / f"{name}{ending}": size for name, each in told.items() for ending, size in each.items()}
+    assert sizes == files
+
+
 def _links_lead_somewhere(site: Path) -> None:
     for page in site.rglob("*.html"):
         text = page.read_text(encoding="utf-8")
         assert "<script" not in text.replace('<script type="module" src=', "")  # none but files of the site
         for address in re.findall(r'(?:href|src)="([^"#][^"]*)"', text):
-            if not re.match(r"[a-z]+:", address):
+            is_tried = page.name == "404.html" and address.startswith("../")  # wherever it is shown
+            if not re.match(r"[a-z]+:", address) and not is_tried:
                 target = (page.parent / address.partition("#")[0]).resolve()
                 assert target.is_file() or "/docs/" not in str(target) or target.suffix != ".html", (page, address)
                 assert target.suffix not in (".css", ".js", ".png") or target.is_file(), (page, address)
+
+
+def test_what_is_not_there_is_answered_by_the_sites_own_page(tmp_path: Path) -> None:
+    (tmp_path / "404.html").write_text("no such page")
+    server = ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(_Quiet, directory=str(tmp_path)))
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    try:
+        with pytest.raises(urllib.error.HTTPError) as error:
+            urllib.request.urlopen(f"http://127.0.0.1:{server.server_port}/deep/er/page.html")
+        assert (error.value.code, error.value.read()) == (404, b"no such page")
+        assert error.value.headers["Content-Type"] == "text/html; charset=utf-8"
+    finally:
+        server.shutdown()
+        server.server_close()
 
 
 def test_a_rebuild_removes_what_an_earlier_build_wrote_and_nothing_else(assets: Assets, tmp_path: Path) -> None:

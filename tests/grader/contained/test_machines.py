@@ -63,6 +63,15 @@ print(json.dumps(dict(left=os.listdir(tempfile.gettempdir()))))
 """
 
 
+SEEN = """
+import json, os
+from grader.guarantees import probe
+found = probe(quick=True)
+(processes,) = (each.achieved for each in found.guarantees if each.name == "processes")
+print(json.dumps(dict(first=os.getpid() == 1, strict=found.is_strict, processes=processes)))
+"""
+
+
 def home(folder: Path) -> Path:
     """Return a folder for temporary files that any user may have."""
     folder.chmod(0o755)
@@ -98,6 +107,24 @@ def test_what_is_promised_on_a_machine_is_kept_there(name: str, user: int | None
         # Folders in folders are made in no time in a file system in memory, before they are counted; they are removed.
         assert [run["end"] for run in runs][:2] == ["killed"] * 2 and runs[2]["end"] in ("killed", "done")
     assert last["left"] == []
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root may make a namespace of processes alone")
+def test_a_grader_that_is_the_first_process_of_a_container_is_told_the_same() -> None:
+    """A notebook is the first of its own namespace, too: its own number is not taken for the grader's."""
+    first = f"""
+import os, sys
+from grader.contained import kernel
+kernel.unshare(kernel.NEWPID)
+pid = os.fork()
+if pid == 0:
+    assert os.getpid() == 1
+    os.execv(sys.executable, [sys.executable, "-c", {SEEN!r}])
+sys.exit(os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]))
+"""
+    done = run_on([], ["-c", first])
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout) == {"first": True, "strict": True, "processes": []}
 
 
 # --- what the probe tries ---

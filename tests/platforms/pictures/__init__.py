@@ -5,8 +5,10 @@ tell, and puts small pictures of what is seen into docs/pictures/. Where a click
 stops there. It needs Chromium, and Playwright and Pillow in the environment of qdot.
 
     album       a browser whose pictures are cut, made small and kept
+    own         what a student is told, and the site: for the README
     given       the assignment that is exported, and its answers
     moodle      a quiz restored, taken and marked; a question bank; STACK
     jupyter     a student's notebook, jupyterquiz, and nbgrader's formgrader
+    otter       Otter's check in a student's notebook, and a run of its autograder
     __main__    the command
 """

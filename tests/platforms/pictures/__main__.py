@@ -6,28 +6,31 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-from tests.platforms.pictures import jupyter, moodle
+from tests.platforms.pictures import jupyter, moodle, otter, own
 
 PICTURES: dict[str, tuple[str, Callable[[Path, Path], None]]] = {
+    "qdot": ("", own.run),
     "moodle": ("MOODLE", moodle.run),
     "moodle-bank": ("MOODLE", moodle.bank),
+    "moodle-marks": ("MOODLE", moodle.gradebook),
     "stack": ("MOODLE", moodle.stack),
     "jupyterlab": ("JUPYTERLAB", jupyter.notebook),
     "jupyterquiz": ("JUPYTERLAB", jupyter.quiz),
     "nbgrader": ("NBGRADER", jupyter.formgrader),
+    "otter": ("OTTER", otter.notebook),
 }
-"""Platforms by name, each with the variable that holds the path of its software, and what takes its pictures."""
+"""Platforms by name, each with the variable for the path of its software, if any, and what takes its pictures."""
 
 
 def main(names: list[str]) -> int:
     """Take the pictures of the platforms named, else of all whose software is named."""
     for name in names or PICTURES:
         variable, take = PICTURES[name]
-        if not os.environ.get(variable):
+        if variable and not os.environ.get(variable):
             print(f"{name}: left out; {variable}=/path/of/its/software has its pictures taken")
             continue
         with tempfile.TemporaryDirectory(prefix=f"qdot-{name}-") as work:
-            take(Path(os.environ[variable]), Path(work))
+            take(Path(os.environ.get(variable, "")), Path(work))
     return 0
 
 

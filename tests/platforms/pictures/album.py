@@ -52,6 +52,10 @@ class Album:
 
     platform: str
 
+    def path(self, name: str) -> Path:
+        """Return where a picture is kept."""
+        return FOLDER / f"{self.platform}-{name}.png"
+
     def take(self, name: str, page: Page, *parts: Locator, tallest: int = 620, lower: bool = False) -> None:
         """Keep a picture of what is between the first and the last of some parts of a page; of all, without parts.
 
@@ -72,11 +76,18 @@ class Album:
         top, bottom = (max(top, bottom - tallest), bottom) if lower else (top, min(bottom, top + tallest))
         cut = whole.crop((
             max(0, int(left - AROUND)), max(0, int(top - AROUND)),
-            min(whole.width, int(right + AROUND)), min(whole.height, int(bottom + AROUND)),
+            min(WINDOW["width"], whole.width, int(right + AROUND)), min(whole.height, int(bottom + AROUND)),
         ))  # fmt: skip
+        cut = narrower(cut) if cut.width > WINDOW["width"] else cut
         FOLDER.mkdir(exist_ok=True)
-        (FOLDER / f"{self.platform}-{name}.png").write_bytes(small(cut, name))
+        self.path(name).write_bytes(small(cut, name))
         print(f"{self.platform}-{name}.png", cut.size, flush=True)
+
+
+def narrower(picture: Image.Image) -> Image.Image:
+    """Return a picture of a wide page no wider than one of a usual window."""
+    width = WINDOW["width"]
+    return picture.resize((width, picture.height * width // picture.width), Image.Resampling.LANCZOS)
 
 
 def small(picture: Image.Image, name: str) -> bytes:

@@ -109,6 +109,11 @@ def formgrader(software: Path, work: Path) -> None:
     course = exported(made, "nbgrader", work / "course")
     (wheel,) = course.glob("*.whl")
     install(software, wheel)
+    settings, exchange = course / "nbgrader_config.py", work / "exchange"
+    exchange.mkdir(mode=0o777)
+    exchange.chmod(0o777)
+    own = f'\nc.Exchange.root = "{exchange}"\nc.CourseDirectory.course_id = "{COURSE}"\n'
+    settings.write_text(settings.read_text(encoding="utf-8") + own, encoding="utf-8")
     nbgrader(software, work, course, "generate_assignment", KEY)
     nbgrader(software, work, course, "db", "student", "import", "students.csv")
     for student, wrong in ((ADA.id, ""), (HENRI.id, DETERMINANT)):
@@ -125,10 +130,7 @@ def formgrader(software: Path, work: Path) -> None:
         row.locator(".num-submissions a").click()
         students = page.locator("table")
         for student in (ADA.id, HENRI.id):
-            page.locator("tr", has_text=student).locator(".autograde a").click()
-            page.get_by_text("Success").first.wait_for()
-            page.locator(".modal-footer button:visible").last.click()
-            page.locator(".modal").first.wait_for(state="hidden")
+            done_by(page, student, "autograde")
         page.reload()
         page.locator("tr", has_text=HENRI.id).wait_for()
         album.take("submissions", page, students)
@@ -141,6 +143,22 @@ def formgrader(software: Path, work: Path) -> None:
         page.wait_for_timeout(5000)
         answer = page.locator(".cell", has_text="p1_determinant =").last
         album.take("marked", page, answer, marked.last, tallest=600)
+        page.goto(f"{address}/formgrader/manage_submissions/{KEY}")
+        for step in ("generate-feedback", "release-feedback"):
+            done_by(page, HENRI.id, step)
+        assert list((exchange / COURSE / "feedback").glob("*.html")), "no feedback in the exchange"
+        page.goto((course / "feedback" / HENRI.id / KEY / f"{KEY}.html").as_uri())
+        said = page.get_by_text("right but for its sign").first
+        said.wait_for()
+        album.take("feedback", page, page.get_by_text(f"{KEY} (Score").first, tallest=420)
+
+
+def done_by(page: Page, student: str, step: str) -> None:
+    """Click a step of the formgrader's in a student's row of the submissions, and close what it says."""
+    page.locator("tr", has_text=student).locator(f".{step} a").click()
+    page.get_by_text("Success").locator("visible=true").first.wait_for()
+    page.locator(".modal-footer button:visible").last.click()
+    page.locator(".modal").first.wait_for(state="hidden")
 
 
 def nbgrader(software: Path, work: Path, course: Path, *words: str) -> None:

@@ -1,4 +1,4 @@
-"""Moodle, click by click: a quiz is restored, taken and marked, a bank is imported; STACK's questions are previewed.
+"""Moodle, click by click: a quiz is restored and taken, a bank and marks are imported; STACK's questions are previewed.
 
 `MOODLE` is the folder of an installed copy whose database and web server run (`php -S` will do), with the question type
 STACK where its pictures are asked for. Formulas are set by the MathJax that its filter names: a copy in Moodle's own
@@ -19,10 +19,14 @@ from exercises.exports.items import Choose, Item, Numeric, items
 from exercises.exports.markup import decimal
 from tests.platforms.pictures.album import PATIENCE, Album, browser, opened
 from tests.platforms.pictures.given import ADA, HENRI, KEY, assignment, exported, order
+from tests.platforms.pictures.jupyter import DETERMINANT
+from tests.platforms.pictures.jupyter import answered as answered_notebook
+from tests.support.command import run as qdot
 
 PHP = ("php", "-d", "max_input_vars=5000", str(Path(__file__).with_name("ready.php")))
 PASSWORD = "Seen-1-by-1"
 TEACHER = ("grace", "Grace Hopper", "grace@example.org", "editingteacher")
+ADMIN = ("emmy", "Emmy Noether", "emmy@example.org", "admin")
 MATHS_SET = """() => {
     if (!document.querySelector('.filter_mathjaxloader_equation')) return true;
     const formulas = document.querySelectorAll('script[type^="math/tex"]').length;
@@ -37,6 +41,7 @@ class Course:
 
     address: str
     number: int
+    context: int
     logins: dict[str, str]
 
     def page(self, path: str) -> str:
@@ -60,17 +65,36 @@ def run(software: Path, work: Path) -> None:
         album.take("grades", teacher, teacher.locator("#user-grades"))
 
 
+def gradebook(software: Path, work: Path) -> None:
+    """Take the picture of marks of notebooks that come into the gradebook by a file."""
+    made = assignment(work / KEY)
+    qdot("generate", made.folder)
+    for student, wrong in ((ADA.id, ""), (HENRI.id, DETERMINANT)):
+        file = f"{student}/{KEY}.ipynb"
+        handed_out = (made.folder / "released" / file).read_text(encoding="utf-8")
+        (made.folder / "submitted" / student).mkdir(parents=True)
+        (made.folder / "submitted" / file).write_text(answered_notebook(made, student, handed_out, wrong))
+    marks = work / "moodle.csv"
+    qdot("grade", made.folder, "--report", f"moodle={marks}")
+    course = ready(software)
+    with browser() as chromium:
+        teacher = logged_in(chromium, course, TEACHER[0])
+        uploaded_marks(Album("moodle"), teacher, course, marks)
+
+
 def bank(software: Path, work: Path) -> None:
     """Take the pictures of the bank."""
     files = exported(assignment(work / KEY), "moodle", work / "moodle")
     course = ready(software)
     with browser() as chromium:
-        imported(Album("moodle"), logged_in(chromium, course, TEACHER[0]), course, files / f"{KEY}.xml")
+        teacher, album = logged_in(chromium, course, TEACHER[0]), Album("moodle")
+        imported(album, teacher, course, files / f"{KEY}.xml")
+        drawn(album, teacher, course)
 
 
 def ready(software: Path) -> Course:
     """Make a course with a teacher and two students."""
-    people = [TEACHER, *((one.id, one.name, one.email, "student") for one in (ADA, HENRI))]
+    people = [TEACHER, ADMIN, *((one.id, one.name, one.email, "student") for one in (ADA, HENRI))]
     fields = ("login", "name", "email", "role")
     given = {
         "config": str(software / "config.php"),
@@ -82,16 +106,19 @@ def ready(software: Path) -> Course:
         raise RuntimeError(done.stderr + done.stdout[-3000:])
     answer: dict[str, Any] = json.loads(done.stdout[done.stdout.index('{"') :])
     print(answer["software"])
-    return Course(answer["address"], answer["course"], answer["logins"])
+    return Course(answer["address"], answer["course"], answer["context"], answer["logins"])
 
 
 def logged_in(chromium: Browser, course: Course, login: str) -> Page:
     """Return a page on which somebody has logged in."""
     page = opened(chromium)
     page.goto(f"{course.address}/login/index.php")
+    page.wait_for_load_state("networkidle")  # its script empties the box of the password
     page.fill("#username", course.logins[login])
     page.fill("#password", PASSWORD)
-    page.click("#loginbtn")
+    with page.expect_navigation():
+        page.click("#loginbtn")
+    assert "/login/" not in page.url, f"{login} is not let in"
     page.goto(course.page("course/view.php?id="))
     return page
 
@@ -103,13 +130,21 @@ def more(page: Page, name: str) -> None:
 
 
 def chosen(page: Page, name: str) -> None:
-    """Choose an entry of the menu on top of a page."""
+    """Choose an entry of the menu on top of a page; Moodle has it as a list of links on some pages."""
     page.wait_for_load_state("networkidle")
-    menu = page.locator(".tertiary-navigation select").first
-    menu.focus()
+    link = page.locator("#region-main").get_by_role("link", name=name, exact=True)
     with page.expect_navigation():
-        menu.select_option(label=name)
-        menu.press("Enter")
+        if link.count():
+            link.first.click()
+            return
+        menu = page.locator(".tertiary-navigation [role=combobox]:visible, .tertiary-navigation select:visible").first
+        if menu.evaluate("menu => menu.tagName") == "SELECT":
+            menu.focus()
+            menu.select_option(label=name)
+            menu.press("Enter")
+        else:
+            menu.click()
+            page.get_by_role("option", name=name, exact=True).click()
 
 
 def uploaded(page: Page, file: Path) -> None:
@@ -150,6 +185,9 @@ def slots(album: Album, page: Page, course: Course) -> str:
     address = page.url
     page.locator(".secondary-navigation").get_by_text("Questions", exact=True).click()
     album.take("slots", page, page.locator("#page-content"), tallest=560)
+    with page.expect_navigation():
+        page.get_by_role("link", name="See questions").first.click()
+    page.locator("#categoryquestions tbody tr", has_text="Jacobian by differentiation (p1-001)").first.wait_for()
     return address
 
 
@@ -163,7 +201,8 @@ def attempt(album: Album | None, page: Page, quiz: str, asked: Sequence[Item]) -
         answered(page, item, wrong=album is not None and number != 1)
         if album and number == 0:
             album.take("asked", page, page.locator(".que"), tallest=1250)
-        page.locator("#mod_quiz-next-nav").click()
+        with page.expect_navigation():
+            page.locator("#mod_quiz-next-nav").click()
     page.get_by_role("button", name="Submit all and finish").click()
     page.locator(".modal-footer").get_by_role("button", name="Submit all and finish").click()
     page.wait_for_url("**/review.php*")
@@ -224,6 +263,66 @@ def imported(album: Album | None, page: Page, course: Course, bank: Path) -> Non
         album.take("bank", page, page.locator("#page-content"), tallest=900)
 
 
+def drawn(album: Album, page: Page, course: Course) -> None:
+    """Make a quiz, and add a random question to it."""
+    page.goto(course.page("course/modedit.php?add=quiz&section=1&course="))
+    page.fill("#id_name", "A quiz of my own")
+    with page.expect_navigation():
+        page.get_by_role("button", name="Save and display").click()
+    with page.expect_navigation():
+        page.locator(".secondary-navigation").get_by_text("Questions", exact=True).click()
+    page.wait_for_load_state("networkidle")
+    page.locator(".last-add-menu").get_by_role("button", name="Add").or_(page.locator(".last-add-menu a")).first.click()
+    page.get_by_text("a random question", exact=True).locator("visible=true").first.click()
+    box = page.locator(".modal.show .modal-content")
+    chosen_category = box.get_by_placeholder("Type or select...").first
+    chosen_category.click()
+    chosen_category.fill("Determinant")
+    box.get_by_role("option", name="Determinant").locator("visible=true").first.click()
+    box.get_by_role("button", name="Apply filters").click()
+    box.get_by_text("Determinant of the Jacobian (p1-001)").first.wait_for()
+    album.take("random", page, box, tallest=700)
+    with page.expect_navigation():
+        box.locator("input[name=addrandom]").first.click()
+    slot = page.locator("li.slot", has_text="Random")
+    assert slot.count() == 1 and "Determinant" in slot.inner_text(), slot.all_inner_texts()
+
+
+# --- marks ---
+
+
+def uploaded_marks(album: Album, page: Page, course: Course, marks: Path) -> None:
+    """Import a file of marks into a grade item that is made for them."""
+    page.goto(course.page("grade/report/grader/index.php?id="))
+    chosen(page, "Gradebook setup")
+    page.wait_for_load_state("networkidle")
+    page.get_by_role("button", name="Add", exact=True).click()
+    page.get_by_text("Add grade item", exact=True).click()
+    item = page.locator(".modal.show")
+    item.locator("[name=itemname]").fill("Homework 6")
+    item.locator("[name=grademax]").fill("4")
+    with page.expect_navigation():
+        item.locator("[data-action=save]").click()
+    chosen(page, "Import")
+    if "import/csv" not in page.url:
+        chosen(page, "CSV file")
+    uploaded(page, marks)
+    with page.expect_navigation():
+        page.get_by_role("button", name="Upload grades").click()
+    page.select_option("#id_mapfrom", label="Email address")
+    page.select_option("#id_mapto", label="Email address")
+    column = page.locator(".fitem", has_text="Homework 6").filter(has_not_text="percent").locator("select").last
+    column.select_option(label="Homework 6")
+    page.locator("#sticky-footer").evaluate_all("bars => bars.forEach(bar => { bar.style.position = 'static' })")
+    album.take("marks", page, page.locator("form.mform"), tallest=1100)
+    with page.expect_navigation():
+        page.get_by_role("button", name="Upload grades").click()
+    page.get_by_text("Grade import success").wait_for()
+    page.goto(course.page("grade/report/grader/index.php?id="))
+    rows = {one.id: page.locator("#user-grades tr", has_text=one.name).inner_text() for one in (ADA, HENRI)}
+    assert "4.00" in rows[ADA.id] and "3.80" in rows[HENRI.id], rows
+
+
 # --- STACK ---
 
 ANSWER = ".que input[type=text]"
@@ -240,7 +339,7 @@ def stack(software: Path, work: Path) -> None:
         teacher, album = logged_in(chromium, course, TEACHER[0]), Album("stack")
         imported(None, teacher, course, bank)
         chosen(teacher, "Categories")
-        teacher.get_by_role("link", name="Determinant").click()
+        teacher.locator("#region-main a", has_text="Determinant").locator("visible=true").first.click()
         row = teacher.locator("#categoryquestions tbody tr")
         row.wait_for()
         album.take("bank", teacher, teacher.locator("#page-content"), tallest=900)
@@ -255,6 +354,19 @@ def stack(software: Path, work: Path) -> None:
         album.take("sign", teacher, teacher.locator(".que"), tallest=560, lower=True)
         teacher.goto(dashboard)
         album.take("tests", teacher, teacher.locator("#page-content"))
+        in_bulk(album, logged_in(chromium, course, ADMIN[0]), course)
+
+
+def in_bulk(album: Album, page: Page, course: Course) -> None:
+    """Have all question tests of the course run, which STACK lets administrators do."""
+    page.goto(f"{course.address}/admin/settings.php?section=qtypesettingstack")
+    with page.expect_navigation():
+        page.get_by_role("link", name="bulk test script").first.click()
+    newest = page.locator(f"summary a[href*='bulktest.php?contextid={course.context}']")
+    with page.expect_navigation(wait_until="load"):
+        newest.click()
+    page.get_by_text("All tests passed!").first.wait_for()
+    album.take("bulk", page, page.locator("#page-content"), tallest=500, lower=True)
 
 
 def menu_link(row: Locator, name: str) -> str:

@@ -1,0 +1,88 @@
+"""Tables that the page of one's own arm begins with: the chapter's arms in numbers, and the library's real robots.
+
+A table is as the page keeps it (site/src/own/table.ts): {"name", "convention", "angles", "rows": [{"kind", "theta",
+"d", "a", "alpha"}], "tool", "place", "turn", "task"}; entries are text as it may be typed.
+"""
+
+import json
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import sympy as sp
+
+from exercises.arm.chain import Chain
+from exercises.arm.library import robots
+from exercises.arm.robot_file import ROW_KEYS
+from exercises.families import FAMILIES
+from exercises.figure.pose import example_values
+from exercises.generation import sample_chain
+from exercises.input_file import read_toml
+from exercises.languages import LANGUAGES, catalogue
+from exercises.problem import ProblemId
+from exercises.record import Json
+
+PLAIN = ("planar-2r", "scara", "elbow-3r", "spherical", "anthropomorphic-6r")
+"""Families whose plain arms stand on top of the list."""
+NOTHING = ["0", "0", "0"]
+
+
+def robots_text() -> str:
+    """Return the file's text: {"plain": [table], "robots": [table with its source]}, names in every language."""
+    content = {"format": 1, "plain": [*_plain_arms()], "robots": [*_library()]}
+    return json.dumps(content, ensure_ascii=False, separators=(",", ":"))
+
+
+def _plain_arms() -> Iterator[Json]:
+    for name in PLAIN:
+        chain = sample_chain(ProblemId(name, 0, variation="chapter"))
+        title = FAMILIES[name].title
+        told = {code: catalogue(code).family(title) for code in LANGUAGES}
+        yield {"key": name, "titles": told, **_table_of(chain, title)}
+
+
+def _table_of(chain: Chain, title: str) -> Json:
+    """Return a chain's standard table in the numbers with which it is drawn, angles in radians."""
+    values: dict[sp.Basic, sp.Expr] = {symbol: sp.Float(value) for symbol, value in example_values(chain).items()}
+    rows = []
+    for i, joint in enumerate(chain.joints, 1):
+        row = {key: _entry(getattr(joint, key).xreplace(values), i) for key in ROW_KEYS[1:]}
+        rows.append({"kind": joint.kind, **row})
+    point = [_entry(value.xreplace(values), 0) for value in chain.point.offset]
+    return _table(title, {"rows": rows, "tool": point, "task": list(chain.task)})
+
+
+def _entry(value: sp.Expr, i: int) -> str:
+    """Return an entry as it is typed; a joint's variable is q with its number, a number as short as it is drawn."""
+    own = {sp.Symbol(f"theta{i}"): sp.Symbol(f"q{i}"), sp.Symbol(f"d{i}"): sp.Symbol(f"q{i}")}
+    short = value.xreplace(own).xreplace({n: sp.Float(f"{float(n):.6g}") for n in value.atoms(sp.Float)})
+    return f"{float(short):.6g}" if short.is_Float else str(short)
+
+
+def _table(name: str, told: Mapping[str, Any]) -> Json:
+    still = {"convention": "dh", "angles": "radians", "tool": NOTHING, "place": NOTHING, "turn": NOTHING, "task": None}
+    return {"name": name, **still, **told}
+
+
+def _library() -> Iterator[Json]:
+    """Yield the library's robots, each as its file tells it."""
+    for name, listed in robots().items():
+        content = read_toml(listed.path).content
+        rows = [{key: _typed(row[key]) for key in ROW_KEYS} for row in content["joint"]]
+        base = content.get("base", {})
+        told = {
+            "rows": rows,
+            **{key: content[key] for key in ("convention", "angles", "task") if key in content},
+            **({"tool": _typed_list(content["tool"]["position"])} if "tool" in content else {}),
+            **({"place": _typed_list(base["position"])} if "position" in base else {}),
+            **({"turn": _typed_list(base["rpy"])} if "rpy" in base else {}),
+        }
+        yield {"key": name, "source": listed.source, **_table(listed.title, told)}
+
+
+def _typed_list(values: list[Any]) -> list[str]:
+    return [_typed(value) for value in values]
+
+
+def _typed(value: object) -> str:
+    """Return an entry of a file as it is typed into a cell."""
+    return str(value)

@@ -1,0 +1,132 @@
+// One's own arm in the browser: typed, moved, handed on as a link and as a file, in German, on a phone, from a wrong link.
+import assert from "node:assert/strict";
+import { mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { test } from "node:test";
+
+import { drawn, inChromium, opened, openedAnew, PHONE } from "./opened.mjs";
+
+const there = inChromium();
+const TABLE = "own.html#dh=R_q1_0_0.5_0~R_q2_0_0.4_0&at=30_90";
+
+const numbers = (page) => page.locator(".own-figures tbody td").allInnerTexts();
+const value = (text) => Number(text.replace("−", "-").replace(",", "."));
+
+/** J of the planar arm with a1 = 0.5, a2 = 0.4, row by row. */
+function planar(theta1, theta2) {
+  const [t1, t12] = [theta1, theta1 + theta2].map((angle) => (angle * Math.PI) / 180);
+  const [x2, y2] = [0.4 * Math.cos(t12), 0.4 * Math.sin(t12)];
+  return [-0.5 * Math.sin(t1) - y2, -y2, 0.5 * Math.cos(t1) + x2, x2];
+}
+
+const assertNear = (found, due) =>
+  found.forEach((text, i) => assert.ok(Math.abs(value(text) - due[i]) < 1e-5, `${found} in place of ${due}`));
+
+test("a link opens its table in its pose, and the address follows what is typed and moved", async () => {
+  const { page, wrong, context } = await openedAnew(there, TABLE);
+  await page.locator(".own-figures").waitFor();
+  assertNear(await numbers(page), planar(30, 90));
+  assert.equal(await page.getByLabel("a1", { exact: true }).inputValue(), "0.5");
+  const angle = page.locator('.arm-joints input[type="number"]').nth(1);
+  await angle.fill("-40");
+  await angle.press("Tab");
+  await page.waitForFunction(() => location.hash.includes("at=30_-40"));
+  assertNear(await numbers(page), planar(30, -40));
+  await page.getByLabel("a2", { exact: true }).fill("2/5 + 0.1");
+  await page.waitForFunction(
+    () => location.hash.includes("2%2F5%20%2B%200.1") || location.hash.includes("%2B"),
+  );
+  await page.reload();
+  await page.locator(".own-figures").waitFor();
+  assert.equal(await page.getByLabel("a2", { exact: true }).inputValue(), "2/5 + 0.1");
+  const [first] = await numbers(page);
+  assert.ok(Math.abs(value(first) - (-0.5 * Math.sin(Math.PI / 6) - 0.5 * Math.sin(-Math.PI / 18))) < 1e-5);
+  assert.deepEqual(wrong, []);
+  await context.close();
+});
+
+test("while a cell is wrong, the arm stays, and it is said what is wrong where", async () => {
+  const { page } = await opened(there, `${TABLE}&x=1`);
+  await page.locator(".own-figures").waitFor();
+  const cell = page.getByLabel("α1", { exact: true });
+  await cell.fill("90");
+  await page
+    .locator("#wrong-rows-0-alpha")
+    .getByText(/angles are in radians here/)
+    .waitFor();
+  assert.equal(await cell.getAttribute("aria-invalid"), "true");
+  assertNear(await numbers(page), planar(30, 90));
+  await page.getByRole("radio", { name: "degrees" }).check();
+  await page.locator(".own-wrong").waitFor({ state: "detached" });
+  await page.locator(".own-figures tbody tr").nth(2).waitFor(); // it leaves the plane
+});
+
+test("a robot is taken by keys, a joint added and removed, and the file is what qdot solve takes", async () => {
+  const { page, wrong } = await opened(there, "own.html");
+  const begin = page.getByLabel("Begin with");
+  await begin.focus();
+  await page.keyboard.press("ArrowDown");
+  await page.waitForFunction(() => location.hash.startsWith("#robot=scara"));
+  await begin.selectOption("panda");
+  await page.waitForFunction(() => location.hash.startsWith("#robot=panda"));
+  await page.getByText("Numbers from: Franka Emika").waitFor();
+  assert.equal(await page.locator(".own-row").count(), 7);
+  assert.equal(await page.locator(".own-figures thead th").count(), 8);
+  await page.getByRole("button", { name: "Add a prismatic joint" }).focus();
+  await page.keyboard.press("Enter");
+  await page.locator(".own-row").nth(7).waitFor();
+  await page.getByRole("button", { name: "Remove joint 1" }).focus();
+  await page.keyboard.press("Enter");
+  await page.waitForFunction(() => document.querySelectorAll(".own-row").length === 7);
+  assert.equal(await page.getByLabel("d7", { exact: true }).inputValue(), "q7");
+  const [saved] = await Promise.all([
+    page.waitForEvent("download"),
+    page.getByRole("button", { name: "Save as arm.toml" }).click(),
+  ]);
+  const folder = mkdtempSync(join(tmpdir(), "qdot-own-"));
+  await saved.saveAs(join(folder, "arm.toml"));
+  const text = readFileSync(join(folder, "arm.toml"), "utf8");
+  rmSync(folder, { recursive: true });
+  assert.match(text, /^name = "Franka Emika Panda"\nconvention = "modified-dh"\n/);
+  assert.equal(text.match(/\[\[joint\]\]/g).length, 7);
+  assert.deepEqual(wrong, []);
+});
+
+test("a link of which nothing can be read says so, and so does one to no robot", async () => {
+  for (const [link, said] of [
+    ["#dh=R_1", /holds no table/],
+    ["#dh=R_%E0%A4%A_0_0_0", /holds no table/],
+    ["#robot=%3Cimg%20src%3Dx%3E", /robot that is not here/],
+  ]) {
+    const { page, wrong, context } = await openedAnew(there, `own.html${link}`);
+    await page.locator(".own-alert").getByText(said).waitFor();
+    await page.locator(".arm-box").waitFor();
+    assert.deepEqual(wrong, []);
+    await context.close();
+  }
+});
+
+test("what a link holds is text, whatever it says", async () => {
+  const { page, wrong } = await opened(
+    there,
+    "own.html#dh=R_%3Cscript%3E_0_constructor_0~R_q2_0_%5B1%2C2%5D_0&name=%3Cimg%20src%3Dx%20onerror%3Dx%3E",
+  );
+  await page.locator(".own-alert").waitFor();
+  assert.equal(await page.getByLabel("θ1", { exact: true }).inputValue(), "<script>");
+  assert.equal(await page.locator(".own img, .own script").count(), 0);
+  assert.deepEqual(wrong, []);
+});
+
+test("on a German phone it is German, decimal commas are read, and nothing is wider than the screen", async () => {
+  const { page, wrong } = await opened(there, "own.html#robot=ur5e", { ...PHONE, locale: "de-DE" });
+  await page.getByRole("heading", { name: "Dein eigener Arm", level: 2 }).waitFor();
+  await page.locator(".own-figures").waitFor();
+  await page.getByLabel("a2", { exact: true }).fill("-0,5");
+  await drawn(page);
+  assert.equal(await page.locator(".own-wrong").count(), 0);
+  await page.getByText("Punkt, Basis, Aufgabe").click();
+  const wider = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+  assert.ok(wider <= 0, `${wider} pixels wider than the screen`);
+  assert.deepEqual(wrong, []);
+});

@@ -1,0 +1,64 @@
+// The map of what one knows: its boxes lie over nothing, it is walked by keys, and says in words what its lines show.
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { inChromium, openedAnew, PHONE, WIDE } from "./opened.mjs";
+
+const there = inChromium();
+const KEPT = {
+  "qdot-lessons": {
+    rates: { row: ["a/1", "a/2", "a/3"], learned: 1, mastered: 2e8, goals: [0, 1, 2] },
+    columns: { row: ["a/1"], learned: 1, goals: [] },
+  },
+  "qdot-progress": { "planar-2r/001/jacobian": { right: true, box: 1, due: 4e12 } },
+};
+
+for (const [name, options] of Object.entries({
+  wide: WIDE,
+  "on a German phone": { ...PHONE, locale: "de-DE" },
+})) {
+  test(`the map of what one knows, ${name}: nothing lies over anything, lines are behind boxes`, async () => {
+    const { page, wrong, context } = await openedAnew(there, "learn.html", options);
+    await page.evaluate((kept) => {
+      for (const [key, value] of Object.entries(kept)) localStorage.setItem(key, JSON.stringify(value));
+    }, KEPT);
+    await page.reload();
+    await page.locator(".skill").nth(7).waitFor();
+    const boxes = await page.locator(".skill").evaluateAll((all) =>
+      all.map((each) => {
+        const { left, top, right, bottom } = each.getBoundingClientRect();
+        return { left, top, right, bottom, cut: each.scrollWidth > each.clientWidth + 1 };
+      }),
+    );
+    boxes.forEach((a, i) => {
+      assert.ok(!a.cut, `box ${i} is cut off`);
+      boxes.slice(i + 1).forEach((b, k) => {
+        const across = Math.min(a.right, b.right) - Math.max(a.left, b.left);
+        const down = Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top);
+        assert.ok(across <= 0 || down <= 0, `boxes ${i} and ${i + 1 + k}`);
+      });
+    });
+    assert.ok((await page.evaluate(() => document.documentElement.scrollWidth - innerWidth)) <= 0);
+    assert.deepEqual(wrong, []);
+    await context.close();
+  });
+}
+
+test("by keys and in words: how a lesson stands, what it builds on, and the way to its questions", async () => {
+  const { page, context } = await openedAnew(there, "learn.html");
+  await page.evaluate((kept) => {
+    for (const [key, value] of Object.entries(kept)) localStorage.setItem(key, JSON.stringify(value));
+  }, KEPT);
+  await page.reload();
+  const map = page.locator(".skill-map");
+  await map.getByText("not begun, comes next").first().waitFor();
+  assert.equal(await map.getByText("comes next").count(), 2);
+  await map.getByText("It builds on: By differentiation, By propagation.").waitFor({ state: "attached" });
+  const question = map
+    .getByRole("link", { name: /^Jacobian by differentiation: right for 1 of \d arms?$/ })
+    .first();
+  await question.focus();
+  await page.keyboard.press("Enter");
+  await page.waitForURL(/practice\.html\?question=jacobian$/);
+  await context.close();
+});

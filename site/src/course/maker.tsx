@@ -1,0 +1,292 @@
+// Where an instructor makes a link to a round, or a frame for a page of one's own, by choosing; with a preview.
+
+import type { JSX } from "preact";
+import { useEffect, useRef, useState } from "preact/hooks";
+
+import type { Index } from "../bank.js";
+import { LESSONS } from "../learn/lessons.js";
+import { ANYTHING, items, variations } from "../practice/choice.js";
+import { variationName } from "../practice/settings.js";
+import { LANGUAGES } from "../text/languages.js";
+import { message, said } from "../text/text.js";
+import type { TextKey } from "../text/en.js";
+import { newSeed } from "./embedded.js";
+import { askedBy, EMPTY, isOrigin, type Link, MOST, MOST_TRIES, writeLink } from "./link.js";
+
+/** Pixels of the frame: enough for arm and question one above the other. */
+const HEIGHT = 900;
+
+export function Maker({ index }: { index: Index }): JSX.Element {
+  const [link, setLink] = useState<Link>(() => ({ ...EMPTY, seed: newSeed() }));
+  const asked = askedBy(link, index, LESSONS);
+  const most = "length" in asked ? Math.min(asked.length, MOST) : 0;
+  const count = Math.min(link.wish.count, most);
+  const isWrong = link.origin !== "" && !isOrigin(link.origin);
+  const made = { ...link, wish: { ...link.wish, count }, origin: isWrong ? "" : link.origin };
+  const page = new URL("practice.html", window.location.href).href;
+  return (
+    <div class="maker">
+      <Choices index={index} link={link} most={most} isWrong={isWrong} onLink={setLink} />
+      {"length" in asked ? (
+        <>
+          <p class="muted" role="status">
+            {said(message("maker.there", { count: asked.length }))}
+          </p>
+          <Made label="maker.link" text={page + writeLink(made)} />
+          <Made label="maker.frame" text={frameOf(page + writeLink({ ...made, embed: true }), link.name)} />
+          <Preview link={made} />
+        </>
+      ) : (
+        <p role="alert">{said(asked)}</p>
+      )}
+    </div>
+  );
+}
+
+/** A frame for the page of a course. */
+function frameOf(address: string, name: string): string {
+  const title = name || said(message("round.title"));
+  return `<iframe src="${escaped(address)}" title="${escaped(title)}" width="100%" height="${HEIGHT}"></iframe>`;
+}
+
+const escaped = (text: string): string =>
+  text.replaceAll("&", "&amp;").replaceAll('"', "&quot;").replaceAll("<", "&lt;");
+
+// --- what is chosen ---
+
+interface ChoicesProps {
+  readonly index: Index;
+  readonly link: Link;
+  readonly most: number;
+  readonly isWrong: boolean;
+  readonly onLink: (link: Link) => void;
+}
+
+function Choices({ index, link, most, isWrong, onLink }: ChoicesProps): JSX.Element {
+  const { wish } = link;
+  const lesson = LESSONS.find(({ id }) => id === link.lesson);
+  const askedOf = new Set(items(index, { ...ANYTHING, family: wish.family }).map(({ question }) => question));
+  const questions = index.questions.filter(
+    ({ name }) => askedOf.has(name) && (!lesson || lesson.questions.includes(name)),
+  );
+  const change = (changed: Partial<Link>): void => onLink({ ...link, ...changed });
+  const narrow = (changed: Partial<Link["wish"]>): void => change({ wish: { ...wish, ...changed } });
+  const steps = variations(index);
+  return (
+    <form class="settings maker-choices" onSubmit={(event) => event.preventDefault()}>
+      <Choice
+        label="maker.lesson"
+        value={link.lesson}
+        any="maker.no-lesson"
+        options={LESSONS.map(({ id, title }) => [id, said(message(title))])}
+        onValue={(value) => change({ lesson: value, wish: { ...wish, question: "" } })}
+      />
+      <Choice
+        label="practice.arm"
+        value={wish.family}
+        any={lesson ? "maker.lesson-arms" : "practice.any-arm"}
+        options={index.families.map(({ name, title, lang }) => [name, title, lang])}
+        onValue={(value) => narrow({ family: value, question: "" })}
+      />
+      <Choice
+        label="practice.question"
+        value={wish.question}
+        any={lesson ? "maker.lesson-questions" : "practice.any-question"}
+        options={questions.map(({ name, title, lang }) => [name, title, lang])}
+        onValue={(value) => narrow({ question: value })}
+      />
+      <Choice
+        label="practice.difficulty"
+        value={wish.difficulty === null ? "" : String(wish.difficulty)}
+        any="practice.any-difficulty"
+        options={[0, 1, 2, 3, 4].map((step) => [String(step), String(step)])}
+        onValue={(value) => narrow({ difficulty: value === "" ? null : Number(value) })}
+      />
+      {steps.length > 1 ? (
+        <Choice
+          label="practice.variation"
+          value={wish.variation}
+          any="practice.any-variation"
+          options={steps.map((step) => [step, variationName(step)])}
+          onValue={(value) => narrow({ variation: value })}
+        />
+      ) : null}
+      <Count
+        label="maker.count"
+        value={wish.count}
+        least={1}
+        most={most}
+        onValue={(count) => narrow({ count })}
+      />
+      <Count
+        label="maker.tries"
+        value={link.tries}
+        least={0}
+        most={MOST_TRIES}
+        onValue={(tries) => change({ tries })}
+      />
+      <Words label="maker.name" value={link.name} onValue={(name) => change({ name })} />
+      <Words label="maker.seed" value={link.seed} onValue={(seed) => change({ seed })} />
+      <Words
+        label="maker.origin"
+        value={link.origin}
+        hint="https://moodle.example.org"
+        wrong={isWrong ? "link.origin" : null}
+        onValue={(origin) => change({ origin: origin.trim() })}
+      />
+      <Choice
+        label="page.language"
+        value={link.language}
+        any="maker.any-language"
+        options={Object.entries(LANGUAGES).map(([code, { name }]) => [code, name, code])}
+        onValue={(language) => change({ language })}
+      />
+    </form>
+  );
+}
+
+interface ChoiceProps {
+  readonly label: TextKey;
+  readonly value: string;
+  /** What is called that nothing is chosen. */
+  readonly any: TextKey;
+  readonly options: readonly (readonly [value: string, title: string, lang?: string | undefined])[];
+  readonly onValue: (value: string) => void;
+}
+
+function Choice({ label, value, any, options, onValue }: ChoiceProps): JSX.Element {
+  return (
+    <label>
+      {said(message(label))}
+      <select value={value} onChange={(event) => onValue(event.currentTarget.value)}>
+        <option value="">{said(message(any))}</option>
+        {options.map(([name, title, lang]) => (
+          <option key={name} value={name} lang={lang}>
+            {title}
+          </option>
+        ))}
+      </select>
+    </label>
+  );
+}
+
+interface CountProps {
+  readonly label: TextKey;
+  readonly value: number;
+  readonly least: number;
+  readonly most: number;
+  readonly onValue: (value: number) => void;
+}
+
+function Count({ label, value, least, most, onValue }: CountProps): JSX.Element {
+  return (
+    <label>
+      {said(message(label))}
+      <input
+        type="number"
+        min={least}
+        max={most}
+        step={1}
+        value={Math.min(value, Math.max(most, least))}
+        onChange={(event) => {
+          const wanted = Math.round(Number(event.currentTarget.value));
+          const kept = Math.min(
+            Math.max(Number.isFinite(wanted) ? wanted : least, least),
+            Math.max(most, least),
+          );
+          event.currentTarget.value = String(kept); // what was typed may be more than there is
+          onValue(kept);
+        }}
+      />
+    </label>
+  );
+}
+
+interface WordsProps {
+  readonly label: TextKey;
+  readonly value: string;
+  readonly hint?: string;
+  readonly wrong?: TextKey | null;
+  readonly onValue: (value: string) => void;
+}
+
+function Words({ label, value, hint = "", wrong = null, onValue }: WordsProps): JSX.Element {
+  return (
+    <label>
+      {said(message(label))}
+      <input
+        type="text"
+        value={value}
+        maxLength={100}
+        placeholder={hint}
+        spellcheck={false}
+        autocomplete="off"
+        aria-invalid={wrong !== null}
+        onInput={(event) => onValue(event.currentTarget.value)}
+      />
+      {wrong ? <span role="alert">{said(message(wrong, { value }))}</span> : null}
+    </label>
+  );
+}
+
+// --- what comes of it ---
+
+/** A text to be copied. */
+function Made({ label, text }: { label: TextKey; text: string }): JSX.Element {
+  const [isCopied, setCopied] = useState(false);
+  const field = useRef<HTMLTextAreaElement>(null);
+  useEffect(() => setCopied(false), [text]);
+  const copy = () => {
+    field.current?.select(); // where nothing may be copied by a script, a key does it
+    void navigator.clipboard?.writeText(text).then(
+      () => setCopied(true),
+      () => undefined,
+    );
+  };
+  return (
+    <div class="made">
+      <label>
+        {said(message(label))}
+        <textarea ref={field} readOnly rows={3} value={text} spellcheck={false} />
+      </label>
+      <button type="button" class="button quiet" onClick={copy}>
+        {said(message(isCopied ? "maker.copied" : "maker.copy"))}
+      </button>
+    </div>
+  );
+}
+
+/** Milliseconds without a change after which the preview follows. */
+const REST = 400;
+
+/** The frame as students see it, and the messages that the page around it is sent. */
+function Preview({ link }: { link: Link }): JSX.Element {
+  const address = `practice.html${writeLink({ ...link, embed: true, origin: window.location.origin })}`;
+  const [shown, setShown] = useState(address);
+  const [told, setTold] = useState("");
+  const frame = useRef<HTMLIFrameElement>(null);
+  useEffect(() => {
+    const wait = setTimeout(() => setShown(address), REST);
+    return () => clearTimeout(wait);
+  }, [address]);
+  useEffect(() => {
+    const listen = ({ origin, source, data }: MessageEvent) => {
+      if (origin === window.location.origin && source === frame.current?.contentWindow)
+        setTold(JSON.stringify(data, null, 1));
+    };
+    window.addEventListener("message", listen);
+    return () => window.removeEventListener("message", listen);
+  }, []);
+  return (
+    <section>
+      <h2>{said(message("maker.preview"))}</h2>
+      <iframe ref={frame} class="maker-preview" src={shown} title={said(message("maker.preview"))} />
+      <details>
+        <summary>{said(message("maker.told"))}</summary>
+        <pre tabIndex={0}>
+          <code>{told || said(message("maker.nothing-told"))}</code>
+        </pre>
+      </details>
+    </section>
+  );
+}

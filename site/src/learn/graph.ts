@@ -1,0 +1,99 @@
+// What one knows as a graph: lessons with what they build on, in layers, how each stands, and how each of its questions.
+
+import type { Index } from "../bank.js";
+import { ANYTHING, items, nameOf, type Progress } from "../practice/choice.js";
+import { type Lesson, LESSONS } from "./lessons.js";
+import { isDue, NEEDED, NEW, type Skill, type Skills } from "./skills.js";
+
+export type Standing = "new" | "begun" | "learned" | "due" | "mastered";
+
+/** A question of a lesson: of how many arms it was answered rightly last, of those that are needed, and whether wrongly. */
+export interface Asked {
+  readonly name: string;
+  readonly title: string;
+  readonly lang: string | undefined;
+  readonly right: number;
+  readonly needed: number;
+  readonly missed: boolean;
+}
+
+export interface Place {
+  readonly lesson: Lesson;
+  readonly standing: Standing;
+  /** Whether all that it builds on is learned, and it is not yet. */
+  readonly next: boolean;
+  /** What it builds on that is not learned yet. */
+  readonly missing: readonly Lesson[];
+  readonly asked: readonly Asked[];
+  /** From the first layer on, and across it, counted in lessons from the layer's middle. */
+  readonly layer: number;
+  readonly across: number;
+}
+
+export function standingOf(skill: Skill, now: number): Standing {
+  if (skill.mastered !== undefined) return "mastered";
+  if (isDue(skill, now)) return "due";
+  if (skill.learned !== undefined) return "learned";
+  return skill.row.length > 0 || skill.goals.length > 0 ? "begun" : "new";
+}
+
+/** The layer of each lesson: behind all that it builds on. */
+export function layersOf(lessons: readonly Lesson[]): ReadonlyMap<string, number> {
+  const layers = new Map<string, number>();
+  for (const { id, needs } of lessons)
+    // they come in an order in which each is behind what it needs
+    layers.set(id, Math.max(-1, ...needs.map((need) => layers.get(need) ?? 0)) + 1);
+  return layers;
+}
+
+/** How far each lesson is from the middle of its layer: beside what it builds on, so that lines do not cross. */
+function acrossOf(layers: ReadonlyMap<string, number>): ReadonlyMap<string, number> {
+  const across = new Map<string, number>();
+  const pulled = ({ needs }: Lesson): number =>
+    needs.reduce((sum, need) => sum + across.get(need)!, 0) / (needs.length || 1);
+  for (let layer = 0; layer <= Math.max(...layers.values()); layer += 1) {
+    const beside = LESSONS.filter(({ id }) => layers.get(id) === layer).sort((a, b) => pulled(a) - pulled(b));
+    beside.forEach(({ id }, i) => across.set(id, i - (beside.length - 1) / 2));
+  }
+  return across;
+}
+
+/** The graph of all lessons. */
+export function placesOf(index: Index, skills: Skills, progress: Progress, now: number): Place[] {
+  const layers = layersOf(LESSONS);
+  const across = acrossOf(layers);
+  const isLearned = (id: string): boolean => skills[id]?.learned !== undefined;
+  return LESSONS.map((lesson) => {
+    const missing = lesson.needs
+      .filter((need) => !isLearned(need))
+      .map((need) => LESSONS.find(({ id }) => id === need)!);
+    return {
+      lesson,
+      standing: standingOf(skills[lesson.id] ?? NEW, now),
+      next: missing.length === 0 && !isLearned(lesson.id),
+      missing,
+      asked: lesson.questions.flatMap((name) => askedOf(index, name, progress)),
+      layer: layers.get(lesson.id)!,
+      across: across.get(lesson.id)!,
+    };
+  });
+}
+
+/** How a question stands; nothing where the bank does not ask it. */
+function askedOf(index: Index, name: string, progress: Progress): Asked[] {
+  const question = index.questions.find((each) => each.name === name);
+  const all = items(index, { ...ANYTHING, question: name });
+  if (!question || all.length === 0) return [];
+  const tried = all.map((item) => progress[nameOf(item)]).filter((attempt) => attempt !== undefined);
+  const needed = Math.min(NEEDED, all.length);
+  return [
+    {
+      name,
+      title: question.title,
+      lang: question.lang,
+      right: Math.min(needed, tried.filter(({ right }) => right).length),
+      needed,
+      missed: tried.some(({ right }) => !right),
+    },
+  ];
+}

@@ -1,0 +1,122 @@
+// The map of what one knows: lessons from left to right, or down a phone, with lines to what builds on them. It is a list
+// of links, in an order in which each comes behind what it needs; the lines say nothing that is not said in words.
+
+import type { JSX } from "preact";
+
+import { message, said } from "../text/text.js";
+import type { Asked, Place } from "./graph.js";
+
+export function SkillMap({ places }: { places: readonly Place[] }): JSX.Element {
+  const layers = Math.max(...places.map(({ layer }) => layer)) + 1;
+  const most = 1 + 2 * Math.max(...places.map(({ across }) => across));
+  return (
+    <section class="skills" aria-labelledby="skills-title">
+      <h2 id="skills-title">{said(message("skills.title"))}</h2>
+      <div class="skill-map" style={{ "--layers": layers, "--most": most }}>
+        <Lines places={places} layers={layers} most={most} />
+        <ol>
+          {places.map((place) => (
+            <li
+              key={place.lesson.id}
+              class={`skill is-${place.standing}${place.next ? " is-next" : ""}`}
+              style={{ "--layer": place.layer + 1, "--across": Math.round(2 * place.across + most) }}
+            >
+              <Skill place={place} />
+            </li>
+          ))}
+        </ol>
+      </div>
+    </section>
+  );
+}
+
+/** Lines from each lesson to what it builds on: once from left to right, once downwards; a page shows one of both. */
+function Lines({
+  places,
+  layers,
+  most,
+}: {
+  places: readonly Place[];
+  layers: number;
+  most: number;
+}): JSX.Element {
+  const middle = ({ layer, across }: Place): [number, number] => [layer + 0.5, most / 2 + across];
+  const ways = places.flatMap((place) =>
+    place.lesson.needs.map((need) => {
+      const from = places.find(({ lesson }) => lesson.id === need)!;
+      const isLearned = from.standing !== "new" && from.standing !== "begun";
+      return { key: `${need} ${place.lesson.id}`, from: middle(from), to: middle(place), isLearned };
+    }),
+  );
+  return (
+    <>
+      {(["across", "down"] as const).map((way) => (
+        <svg
+          key={way}
+          class={`skill-lines ${way}`}
+          viewBox={way === "across" ? `0 0 ${layers} ${most}` : `0 0 ${most} ${layers}`}
+          preserveAspectRatio="none"
+          aria-hidden="true"
+        >
+          {ways.map(({ key, from, to, isLearned }) => {
+            const [[a, b], [c, d]] = way === "across" ? [from, to] : [flipped(from), flipped(to)];
+            return <path key={key} class={isLearned ? "known" : ""} d={`M${a} ${b}L${c} ${d}`} />;
+          })}
+        </svg>
+      ))}
+    </>
+  );
+}
+
+const flipped = ([x, y]: readonly [number, number]): [number, number] => [y, x];
+
+const SIGNS = { new: "○", begun: "◔", learned: "◕", due: "◕", mastered: "●" } as const;
+
+function Skill({ place }: { place: Place }): JSX.Element {
+  const { lesson, standing, next, missing, asked } = place;
+  const title = ({ title }: Place["lesson"]): string => said(message(title));
+  return (
+    <>
+      <a href={`learn.html?lesson=${lesson.id}${standing === "due" ? "&practise=1" : ""}`}>{title(lesson)}</a>
+      <span class="skill-state">
+        <span aria-hidden="true">{SIGNS[standing]}</span> {said(message(`skills.${standing}`))}
+        {next ? `, ${said(message("skills.next"))}` : ""}
+      </span>
+      {missing.length > 0 ? (
+        <span class="visually-hidden">
+          {said(message("skills.after", { titles: missing.map(title).join(", ") }))}
+        </span>
+      ) : null}
+      {asked.length > 0 ? (
+        <ul class="skill-asked" aria-label={said(message("skills.asked"))}>
+          {asked.map((each) => (
+            <li key={each.name}>
+              <AskedLink {...each} />
+            </li>
+          ))}
+        </ul>
+      ) : null}
+    </>
+  );
+}
+
+/** A question, with a part filled for each arm of which it was answered rightly. */
+function AskedLink({ name, title, lang, right, needed, missed }: Asked): JSX.Element {
+  const state = said(message(missed ? "skills.of-missed" : "skills.of", { right, needed }));
+  return (
+    <a
+      href={`practice.html?question=${name}`}
+      class={missed ? "missed" : right === needed ? "full" : ""}
+      title={`${title}: ${state}`}
+    >
+      <span aria-hidden="true">
+        {Array.from({ length: needed }, (_, i) => (
+          <i key={i} class={i < right ? "on" : ""} />
+        ))}
+      </span>
+      <span class="visually-hidden">
+        <span lang={lang ?? "en"}>{title}</span>: {state}
+      </span>
+    </a>
+  );
+}

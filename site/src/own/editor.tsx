@@ -1,0 +1,306 @@
+// The table as it is typed: convention and unit, a row for each joint, and what is seldom needed; what is wrong in a cell
+// stands below its row.
+
+import type { JSX } from "preact";
+import { useId } from "preact/hooks";
+
+import { ROWS } from "../arm/model.js";
+import { Letters } from "../arm/letters.js";
+import { message, said } from "../text/text.js";
+import {
+  ANGLES,
+  type Cell,
+  CONVENTIONS,
+  ENTRIES,
+  type Entry,
+  type Faults,
+  MOST_JOINTS,
+  newRow,
+  placeCell,
+  rowCell,
+  type Table,
+  type TypedRow,
+  withKind,
+  withoutRow,
+} from "./table.js";
+
+interface EditorProps {
+  readonly table: Table;
+  readonly faults: Faults;
+  /** The rows that count where none are chosen. */
+  readonly usual: readonly string[];
+  readonly onTable: (table: Table) => void;
+}
+
+export function Editor({ table, faults, usual, onTable }: EditorProps): JSX.Element {
+  const { rows } = table;
+  const setRow = (index: number, row: TypedRow): void =>
+    onTable({ ...table, rows: rows.map((old, i) => (i === index ? row : old)) });
+  return (
+    <div class="own-table">
+      <div class="own-how">
+        <Choice
+          legend={said(message("own.convention"))}
+          all={CONVENTIONS}
+          chosen={table.convention}
+          text={(each) => said(message(`own.convention-${each}`))}
+          onChoose={(convention) => onTable({ ...table, convention })}
+        />
+        <Choice
+          legend={said(message("own.angles"))}
+          all={ANGLES}
+          chosen={table.angles}
+          text={(each) => said(message(`own.angles-${each}`))}
+          onChoose={(angles) => onTable({ ...table, angles })}
+        />
+      </div>
+      <p class="own-head" aria-hidden="true">
+        <span />
+        <span />
+        {ENTRIES.map((entry) => (
+          <Heading key={entry} entry={entry} before={table.convention === "modified-dh"} />
+        ))}
+        <span />
+      </p>
+      {rows.map((row, i) => (
+        <RowFields
+          key={i}
+          index={i}
+          row={row}
+          faults={faults}
+          alone={rows.length === 1}
+          onRow={(next) => setRow(i, next)}
+          onRemove={() => onTable({ ...table, rows: withoutRow(rows, i) })}
+        />
+      ))}
+      <p class="actions">
+        {(["R", "P"] as const).map((kind) => (
+          <button
+            key={kind}
+            type="button"
+            class="quiet small"
+            disabled={rows.length >= MOST_JOINTS}
+            onClick={() => onTable({ ...table, rows: [...rows, newRow(kind, rows.length)] })}
+          >
+            {said(message(kind === "R" ? "own.add-R" : "own.add-P"))}
+          </button>
+        ))}
+      </p>
+      <More table={table} faults={faults} usual={usual} onTable={onTable} />
+    </div>
+  );
+}
+
+/** One of a few, as radio buttons in a line. */
+function Choice<T extends string>(props: {
+  legend: string;
+  all: readonly T[];
+  chosen: T;
+  text: (each: T) => string;
+  onChoose: (each: T) => void;
+}): JSX.Element {
+  const name = useId();
+  return (
+    <fieldset class="own-choice">
+      <legend>{props.legend}</legend>
+      {props.all.map((each) => (
+        <label key={each}>
+          <input
+            type="radio"
+            name={name}
+            checked={each === props.chosen}
+            onChange={() => props.onChoose(each)}
+          />
+          {props.text(each)}
+        </label>
+      ))}
+    </fieldset>
+  );
+}
+
+const SIGNS: Readonly<Record<Entry, string>> = { theta: "θ", d: "d", a: "a", alpha: "α" };
+
+/** θᵢ, dᵢ, aᵢ, αᵢ; of a modified table a and α have the index before. */
+function Heading({ entry, before }: { entry: Entry; before: boolean }): JSX.Element {
+  const earlier = before && (entry === "a" || entry === "alpha");
+  return (
+    <span>
+      <i>{SIGNS[entry]}</i>
+      <sub>
+        <i>i</i>
+        {earlier ? "−1" : ""}
+      </sub>
+    </span>
+  );
+}
+
+interface RowProps {
+  readonly index: number;
+  readonly row: TypedRow;
+  readonly faults: Faults;
+  readonly alone: boolean;
+  readonly onRow: (row: TypedRow) => void;
+  readonly onRemove: () => void;
+}
+
+function RowFields({ index, row, faults, alone, onRow, onRemove }: RowProps): JSX.Element {
+  const number = index + 1;
+  return (
+    <fieldset class={`own-row arm-j${(index % 7) + 1}`}>
+      <legend class="visually-hidden">{said(message("own.joint", { number }))}</legend>
+      <span class="own-number" aria-hidden="true">
+        {number}
+      </span>
+      <select
+        aria-label={said(message("own.kind", { number }))}
+        value={row.kind}
+        onChange={(event) => onRow(withKind(row, event.currentTarget.value === "P" ? "P" : "R", index))}
+      >
+        <option value="R" title={said(message("own.kind-R"))}>
+          R
+        </option>
+        <option value="P" title={said(message("own.kind-P"))}>
+          P
+        </option>
+      </select>
+      {ENTRIES.map((entry) => (
+        <Field
+          key={entry}
+          cell={rowCell(index, entry)}
+          name={`${SIGNS[entry]}${number}`}
+          text={row[entry]}
+          faults={faults}
+          onText={(text) => onRow({ ...row, [entry]: text })}
+        />
+      ))}
+      <button
+        type="button"
+        class="own-remove"
+        disabled={alone}
+        aria-label={said(message("own.remove", { number }))}
+        title={said(message("own.remove", { number }))}
+        onClick={onRemove}
+      >
+        ×
+      </button>
+      <Wrong
+        faults={faults}
+        cells={ENTRIES.map((entry) => [rowCell(index, entry), `${SIGNS[entry]}${number}`] as const)}
+      />
+    </fieldset>
+  );
+}
+
+interface FieldProps {
+  readonly cell: Cell;
+  readonly name: string;
+  readonly text: string;
+  readonly faults: Faults;
+  readonly onText: (text: string) => void;
+}
+
+function Field({ cell, name, text, faults, onText }: FieldProps): JSX.Element {
+  const isWrong = faults.has(cell);
+  return (
+    <label class="own-field">
+      <span class="own-name" aria-hidden="true">
+        {name}
+      </span>
+      <input
+        type="text"
+        inputMode="text"
+        autocomplete="off"
+        autocapitalize="off"
+        spellcheck={false}
+        placeholder="0"
+        maxLength={100}
+        aria-label={name}
+        aria-invalid={isWrong}
+        aria-describedby={isWrong ? faultId(cell) : undefined}
+        value={text}
+        onInput={(event) => onText(event.currentTarget.value)}
+      />
+    </label>
+  );
+}
+
+const faultId = (cell: Cell): string => `wrong-${cell.replaceAll("/", "-")}`;
+
+/** What is wrong in some cells. */
+function Wrong({
+  faults,
+  cells,
+}: {
+  faults: Faults;
+  cells: readonly (readonly [cell: Cell, name: string])[];
+}): JSX.Element | null {
+  const wrong = cells.filter(([cell]) => faults.has(cell));
+  if (wrong.length === 0) return null;
+  return (
+    <ul class="own-wrong">
+      {wrong.map(([cell, name]) => (
+        <li key={cell} id={faultId(cell)}>
+          <strong>{name}</strong>: {said(faults.get(cell)!)}
+        </li>
+      ))}
+    </ul>
+  );
+}
+
+const PLACES = [
+  ["tool", ["x", "y", "z"]],
+  ["place", ["x", "y", "z"]],
+  ["turn", ["roll", "pitch", "yaw"]],
+] as const;
+
+/** The point, the base and the rows that count. */
+function More({ table, faults, usual, onTable }: EditorProps): JSX.Element {
+  const isOpen = PLACES.some(
+    ([place]) => [0, 1, 2].some((axis) => faults.has(placeCell(place, axis))), // else it is not seen
+  );
+  return (
+    <details class="own-more" open={isOpen || undefined}>
+      <summary>{said(message("own.more"))}</summary>
+      {PLACES.map(([place, axes]) => (
+        <fieldset key={place} class="own-three">
+          <legend>{said(message(`own.${place}`))}</legend>
+          {axes.map((axis, k) => (
+            <Field
+              key={axis}
+              cell={placeCell(place, k)}
+              name={place === "turn" ? said(message(`own.${axis as "roll" | "pitch" | "yaw"}`)) : axis}
+              text={table[place][k]!}
+              faults={faults}
+              onText={(text) => {
+                const [x, y, z] = table[place].map((old, i) => (i === k ? text : old));
+                onTable({ ...table, [place]: [x!, y!, z!] });
+              }}
+            />
+          ))}
+          <Wrong faults={faults} cells={axes.map((axis, k) => [placeCell(place, k), axis] as const)} />
+        </fieldset>
+      ))}
+      <Task table={table} usual={usual} onTable={onTable} />
+    </details>
+  );
+}
+
+/** The rows of J that count; by themselves those in which the arm moves. */
+function Task({ table, usual, onTable }: Pick<EditorProps, "table" | "usual" | "onTable">): JSX.Element {
+  const chosen: readonly string[] = table.task ?? usual;
+  const toggled = (row: (typeof ROWS)[number]): void => {
+    const next = ROWS.filter((each) => (each === row ? !chosen.includes(each) : chosen.includes(each)));
+    if (next.length > 0) onTable({ ...table, task: next.join() === usual.join() ? null : next });
+  };
+  return (
+    <fieldset class="own-task">
+      <legend>{said(message("own.task"))}</legend>
+      {ROWS.map((row) => (
+        <label key={row}>
+          <input type="checkbox" checked={chosen.includes(row)} onChange={() => toggled(row)} />
+          <Letters name={row.replace("w", "ω").replace(/(.)$/, "_$1")} />
+        </label>
+      ))}
+    </fieldset>
+  );
+}

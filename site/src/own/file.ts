@@ -1,0 +1,49 @@
+// The ROBOT.toml of a table, which `qdot solve` takes: the same arm, derived in formulas.
+
+import { ENTRIES, movingEntry, type Table, type Triple, variableOf } from "./table.js";
+
+export function tomlOf(table: Table): string {
+  const { name, convention, angles, task, tool, place, turn } = table;
+  const isZero = (three: Triple<string>): boolean => three.every((text) => (text.trim() || "0") === "0");
+  const base = [
+    ...(isZero(place) ? [] : [`position = ${list(place)}`]),
+    ...(isZero(turn) ? [] : [`rpy = ${list(turn)}`]),
+  ];
+  const lines = [
+    `name = ${quoted(name || "my arm")}`,
+    ...(convention === "dh" ? [] : [`convention = ${quoted(convention)}`]),
+    ...(angles === "radians" ? [] : [`angles = ${quoted(angles)}`]),
+    ...(task ? [`task = [${task.map(quoted).join(", ")}]`] : []),
+    ...(isZero(tool) ? [] : [`tool = {position = ${list(tool)}}`]),
+    ...(base.length > 0 ? [`base = {${base.join(", ")}}`] : []),
+  ];
+  table.rows.forEach((row, i) => {
+    const moving = movingEntry(row.kind);
+    lines.push("", "[[joint]]", `kind = "${row.kind}"`);
+    for (const entry of ENTRIES)
+      lines.push(
+        `${entry} = ${quoted(entry === moving ? withOwn(row[entry], row.kind, i) : plain(row[entry]))}`,
+      );
+  });
+  return `${lines.join("\n")}\n`;
+}
+
+/** What moves, with its variable; a number alone is what is added to it. */
+function withOwn(text: string, kind: "R" | "P", index: number): string {
+  const written = plain(text);
+  const own = new RegExp(`\\b(q|${kind === "R" ? "theta" : "d"})${index + 1}\\b`, "u");
+  if (own.test(written)) return written;
+  return written === "0" ? variableOf(index) : `${variableOf(index)} + (${written})`;
+}
+
+/** A cell as ROBOT.toml has it: signs of a keyboard, a point before decimals, nothing is zero. */
+function plain(text: string): string {
+  return text.replace(/[−–]/gu, "-").replace(/π/gu, "pi").replace(/θ_?/gu, "theta").replace(/^(\s*[-+]?\d*),(\d+\s*)$/u, "$1.$2").trim() || "0"; // prettier-ignore
+}
+
+const list = (three: Triple<string>): string => `[${three.map((text) => quoted(plain(text))).join(", ")}]`;
+
+/** A text as TOML quotes it. */
+function quoted(text: string): string {
+  return JSON.stringify(text).replace(/\x7f/g, "\\u007f");
+}

@@ -1,0 +1,23 @@
+// The script of the page of one's own arm.
+import "../site.css";
+
+import { render } from "preact";
+
+import { loadKnownArms } from "../load.js";
+import { startPage } from "../pages/page.js";
+import { chosenLanguage } from "../text/languages.js";
+import { message, said } from "../text/text.js";
+import { OwnArm } from "./own.js";
+
+await startPage();
+const place = document.getElementById("own");
+if (place) {
+  place.lang = chosenLanguage();
+  document.title = document.title.replace("Your own arm", said(message("own.title")));
+  const known = await loadKnownArms().catch(() => null);
+  place.textContent = "";
+  render(
+    known ? <OwnArm known={known} /> : <p role="alert">{said(message("practice.arm-failed"))}</p>,
+    place,
+  );
+}

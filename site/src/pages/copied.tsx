@@ -1,0 +1,35 @@
+// A button that copies a text, and says so.
+
+import type { JSX } from "preact";
+import { useEffect, useState } from "preact/hooks";
+
+import { message, said } from "../text/text.js";
+
+/** How long it is said that a text was copied, in milliseconds. */
+const SHOWN = 3000;
+
+export function Copied({ text, label }: { text: string; label: string }): JSX.Element {
+  const [told, setTold] = useState<"" | "page.copied" | "page.not-copied">("");
+  useEffect(() => {
+    if (!told) return;
+    const timer = setTimeout(() => setTold(""), SHOWN);
+    return () => clearTimeout(timer);
+  }, [told]);
+  const copy = (): void => {
+    const done = navigator.clipboard?.writeText(text) ?? Promise.reject(new Error("no clipboard"));
+    done.then(
+      () => setTold("page.copied"),
+      () => setTold("page.not-copied"),
+    );
+  };
+  return (
+    <span class="copied">
+      <button type="button" class="quiet small" onClick={copy}>
+        {label}
+      </button>{" "}
+      <span role="status" class="muted">
+        {told ? said(message(told)) : ""}
+      </span>
+    </span>
+  );
+}

@@ -1,0 +1,101 @@
+// Today's arm: by the date in UTC the same for everybody who practises on this site, with a score of tries to share.
+
+import type { Index } from "../bank.js";
+import { ANYTHING, type Item, items, nameOf, numbers } from "./choice.js";
+
+const KEY = "qdot-today";
+const DAY = 24 * 3600 * 1000;
+/** Arms of a higher difficulty are too long for a day's question. */
+const HARDEST = 3;
+
+/** What was done on a day: each try, right or not, whether there was help, and the row of days that were solved. */
+export interface Day {
+  readonly day: string;
+  readonly item: string;
+  readonly tries: readonly boolean[];
+  readonly helped: boolean;
+  /** So many days one after the other were solved, up to the last of them. */
+  readonly row: number;
+  readonly last: string;
+}
+
+/** The date in UTC, as 2026-11-25. */
+export const dayOf = (now: number): string => new Date(now).toISOString().slice(0, 10);
+
+/**
+ * The question of a day: that which comes first when the day shuffles arms, then their questions. A bank that grows
+ * changes it only where what is new comes first.
+ */
+export function itemOf(index: Index, day: string): Item | null {
+  const easy = index.families.map((family) => ({
+    ...family,
+    problems: family.problems.filter(({ difficulty }) => difficulty <= HARDEST),
+  }));
+  const all = items({ ...index, families: easy }, ANYTHING);
+  const pool = all.length > 0 ? all : items(index, ANYTHING);
+  const family = first([...new Set(pool.map((item) => item.family))], (name) => `${day} ${name}`);
+  return first(
+    pool.filter((item) => item.family === family),
+    (item) => `${day} ${nameOf(item)}`,
+  );
+}
+
+function first<T>(all: readonly T[], called: (each: T) => string): T | null {
+  let best: T | null = null;
+  let least = Infinity;
+  for (const each of all) {
+    const lot = numbers(called(each))();
+    if (lot < least) [best, least] = [each, lot];
+  }
+  return best;
+}
+
+export const isSolved = ({ tries }: Day): boolean => tries.at(-1) === true;
+
+/** What is known of a day, of what was kept: nothing done yet where that is of another day, or of another question. */
+export function onDay(kept: Day | null, day: string, item: Item): Day {
+  if (kept?.day === day && kept.item === nameOf(item)) return kept;
+  const [row, last] = kept ? [kept.row, kept.last] : [0, ""];
+  return { day, item: nameOf(item), tries: [], helped: false, row, last };
+}
+
+/** The day after a try; what is solved stays as it is. */
+export function tried(now: Day, right: boolean, helped: boolean): Day {
+  if (isSolved(now)) return now;
+  const next = { ...now, tries: [...now.tries, right], helped: now.helped || helped };
+  if (!right) return next;
+  const yesterday = dayOf(Date.parse(now.day) - DAY);
+  return { ...next, row: now.last === yesterday ? now.row + 1 : 1, last: now.day };
+}
+
+export function keptDay(storage: Storage | null): Day | null {
+  try {
+    const found: unknown = JSON.parse(storage?.getItem(KEY) ?? "null");
+    return isDay(found) ? found : null;
+  } catch {
+    return null;
+  }
+}
+
+export function keepDay(storage: Storage | null, day: Day): void {
+  try {
+    storage?.setItem(KEY, JSON.stringify(day));
+  } catch {
+    // A browser that keeps nothing: it is played all the same.
+  }
+}
+
+function isDay(found: unknown): found is Day {
+  if (typeof found !== "object" || found === null) return false;
+  const { day, item, tries, helped, row, last } = found as Partial<Record<keyof Day, unknown>>;
+  return (
+    [day, item, last].every((text) => typeof text === "string") &&
+    Array.isArray(tries) &&
+    tries.every((right) => typeof right === "boolean") &&
+    typeof helped === "boolean" &&
+    Number.isInteger(row)
+  );
+}
+
+/** The tries as signs. */
+export const marks = ({ tries }: Day): string => tries.map((right) => (right ? "✓" : "✗")).join(" ");

@@ -1,0 +1,171 @@
+// One's own arm against Python: tables of all kinds, J to twelve digits, the usual task, and the file for `qdot solve`.
+import { describe, expect, test } from "vitest";
+
+import { armOf, measuresOf, stateAt } from "../src/arm/model.js";
+import { tomlOf } from "../src/own/file.js";
+import { asFragment, fromFragment, type Told } from "../src/own/link.js";
+import { robotOf } from "../src/own/standard.js";
+import {
+  type Faults,
+  newRow,
+  numbersOf,
+  type Numbers,
+  type Table,
+  withKind,
+  withoutRow,
+  ZEROS,
+} from "../src/own/table.js";
+import arms from "./arms.json" with { type: "json" };
+
+interface Case {
+  readonly table: Table;
+  readonly toml: string;
+  readonly task: readonly string[];
+  readonly q: readonly number[];
+  readonly jacobian: readonly (readonly number[])[];
+  readonly det: number | null;
+  readonly sigma: readonly number[];
+}
+
+const CASES = (arms as unknown as readonly Case[]).map((each): [string, Case] => [each.table.name, each]);
+const EXACT = 1e-12;
+
+function read(table: Table): Numbers {
+  const numbers = numbersOf(table);
+  if (numbers instanceof Map) throw new Error(JSON.stringify([...numbers]));
+  return numbers as Numbers;
+}
+
+describe("an arm that is told as a table is the one of Python:", () => {
+  test.each(CASES)("%s", (_, { table, task, q, jacobian, det, sigma }) => {
+    const robot = robotOf(table, read(table));
+    expect(robot.task).toEqual(task);
+    const state = stateAt(armOf(robot), q);
+    const most = Math.max(1, ...jacobian.flat().map(Math.abs));
+    const off = jacobian.map((row, k) => row.map((value, i) => Math.abs(value - state.jacobian[k]![i]!)));
+    expect(Math.max(...off.flat())).toBeLessThan(EXACT * most);
+    const measures = measuresOf(state);
+    if (det === null) expect(measures.det).toBeNull();
+    else expect(Math.abs(measures.det! - det)).toBeLessThan(EXACT * Math.max(1, sigma[0]! ** sigma.length));
+    expect(measures.sigma.length).toBe(sigma.length);
+    sigma.forEach((value, i) =>
+      expect(Math.abs(measures.sigma[i]! - value)).toBeLessThan(1e-7 * Math.max(1, sigma[0]!)),
+    );
+  });
+});
+
+test.each(CASES)("the ROBOT.toml of %s is the one that was read", (_, { table, toml }) =>
+  expect(tomlOf(table)).toBe(toml),
+);
+
+const ONE: Table = {
+  name: "mine",
+  convention: "dh",
+  angles: "radians",
+  rows: [newRow("R", 0), newRow("R", 1)],
+  tool: ZEROS,
+  place: ZEROS,
+  turn: ZEROS,
+  task: null,
+};
+const withCell = (entry: "theta" | "d" | "a" | "alpha", text: string, angles: Table["angles"] = "radians") =>
+  numbersOf({ ...ONE, angles, rows: [{ ...newRow("R", 0), [entry]: text }] });
+
+describe("a cell", () => {
+  test.each([
+    ["a", "0,4", 0.4],
+    ["a", "200 mm", 0.2],
+    ["a", "½", 0.5],
+    ["a", "", 0],
+    ["a", "−0.5", -0.5],
+    ["alpha", "π/2", Math.PI / 2],
+    ["alpha", "90°", Math.PI / 2],
+    ["theta", "theta1 - pi/2", -Math.PI / 2],
+    ["theta", "pi/2 + q1", Math.PI / 2],
+    ["theta", "0", 0],
+    ["theta", "θ1", 0],
+  ] as const)("%s is read: %s", (entry, text, value) => {
+    const found = withCell(entry, text);
+    expect(found).not.toBeInstanceOf(Map);
+    expect((found as Numbers).rows[0]![entry]).toBeCloseTo(value, 14);
+  });
+
+  test.each([
+    ["theta", "2*q1", "radians", "own.moves"],
+    ["theta", "sin(q1)", "radians", "own.moves"],
+    ["theta", "q1**2", "radians", "own.moves"],
+    ["theta", "q2", "radians", "own.letters"],
+    ["a", "a1", "radians", "own.letters"],
+    ["a", "constructor", "radians", "own.letters"],
+    ["a", "q1", "radians", "own.letters"],
+    ["a", "1/0", "radians", "own.not-real"],
+    ["a", "sqrt(-1)", "radians", "own.not-real"],
+    ["a", "1e7", "radians", "own.out-of-range"],
+    ["a", "pi", "radians", "own.pi"],
+    ["alpha", "90", "radians", "own.in-radians"],
+    ["alpha", "pi/2", "degrees", "own.in-degrees"],
+    ["theta", "q1 + atan(1)", "degrees", "own.in-degrees"],
+    ["a", "[1, 2]", "radians", "read.no-expression"],
+    ["a", "(1", "radians", "read.at"],
+    ["a", "fetch('x')", "radians", "read.at"],
+    ["a", "1+".repeat(60) + "1", "radians", "read.long"],
+  ] as const)("%s is refused: %s in %s", (entry, text, angles, key) => {
+    const found = withCell(entry, text, angles);
+    expect(found).toBeInstanceOf(Map);
+    const faults = [...(found as Faults)].map(([cell, { key }]) => [cell, key]);
+    expect(faults).toEqual([[`rows/0/${entry}`, key]]);
+  });
+});
+
+test("another kind of joint, and a joint less, keep what moves by its own name", () => {
+  expect(withKind(newRow("R", 1), "P", 1)).toEqual({ kind: "P", theta: "0", d: "q2", a: "0", alpha: "0" });
+  const rows = [newRow("R", 0), newRow("P", 1), { ...newRow("R", 2), theta: "-q3 + pi/2" }];
+  expect(withoutRow(rows, 0).map(({ theta, d }) => [theta, d])).toEqual([
+    ["0", "q1"],
+    ["-q2 + pi/2", "0"],
+  ]);
+});
+
+describe("a link", () => {
+  test.each(CASES)("to %s leads back to it", (_, { table }) => {
+    const at = table.rows.map((_, i) => 10 * i - 12.25);
+    const fragment = asFragment(table, null, at);
+    expect(fragment).toMatch(/^#[\w.~%&=+()!*'-]+$/);
+    expect(fromFragment(fragment)).toEqual({ robot: null, table, at });
+  });
+
+  test("names a robot of the library", () => {
+    expect(fromFragment(asFragment(ONE, "panda", [1, 2.5]))).toEqual({
+      robot: "panda",
+      table: null,
+      at: [1, 2.5],
+    });
+  });
+
+  test.each(["", "#", "#main"])("that tells nothing is nothing: %s", (fragment) =>
+    expect(fromFragment(fragment)).toBeNull(),
+  );
+
+  test.each([
+    "#dh=",
+    "#dh=R",
+    "#dh=X_1_2_3_4",
+    "#dh=R_1_2_3",
+    "#dh=R_1_2_3_4_5",
+    "#dh=R_%E0%A4%A_0_0_0",
+    `#dh=${"R_q_0_0_0~".repeat(12)}R_q_0_0_0`,
+    `#dh=R_${"1".repeat(500)}_0_0_0`,
+    `#dh=${"x".repeat(30000)}`,
+    "#dh=R_0_0_0_0&tool=1_2",
+  ])("that is no table says so: %s", (fragment) => {
+    expect(fromFragment(fragment)).toBe("unreadable");
+  });
+
+  test("with a pose or a task that is none keeps the table", () => {
+    const found = fromFragment("#dh=R_q1_0_1_0&at=1_x&task=foo_vx_vx&angles=turns&__proto__=1") as Told;
+    expect(found.at).toBeNull();
+    expect(found.table!.task).toEqual(["vx"]);
+    expect(found.table!.angles).toBe("radians");
+    expect((fromFragment("#dh=R_q1_0_1_0&at=1_2_3") as Told).at).toBeNull();
+  });
+});

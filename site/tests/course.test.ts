@@ -1,0 +1,523 @@
+// Rounds: links that say what is wrong with them, scores, what is kept and sent, and platforms that fail.
+import { expect, test } from "vitest";
+
+import type { Index, Part } from "../src/bank.js";
+import {
+  askedBy,
+  asksForRound,
+  EMPTY,
+  isOrigin,
+  type Link,
+  type Practised,
+  readLink,
+  roundOf,
+  writeLink,
+} from "../src/course/link.js";
+import { parentPage, type Told } from "../src/course/parent.js";
+import { type PackageSet, roundOf as roundOfPlaces } from "../src/course/places.js";
+import { inBrowser, type News } from "../src/course/recipient.js";
+import {
+  answered,
+  asText,
+  begun,
+  fromText,
+  isDone,
+  nextPlace,
+  type Round,
+  scoreOf,
+  shownIn,
+  type Standing,
+} from "../src/course/round.js";
+import { type Above, type Api, clock, decimal, found, platform, type Version } from "../src/course/scorm.js";
+import { LESSONS } from "../src/learn/lessons.js";
+import { graded } from "../src/grade/verdict.js";
+import { message } from "../src/text/text.js";
+
+const LANGUAGES = ["en", "de"];
+const INDEX: Index = {
+  format: 1,
+  feedback: "solutions",
+  families: ["planar-2r", "scara"].map((name) => ({
+    name,
+    title: name,
+    source: "",
+    problems: ["001", "002", "003"].map((key) => ({
+      key,
+      title: "A",
+      difficulty: 1,
+      variation: "chapter",
+      questions: name === "scara" ? ["jacobian", "determinant"] : ["position", "jacobian", "joint-effect"],
+    })),
+  })),
+  questions: ["position", "jacobian", "joint-effect", "determinant"].map((name) => ({
+    name,
+    title: name,
+    source: "",
+    form: "",
+  })),
+};
+const lessons: readonly Practised[] = [
+  { id: "columns", questions: ["jacobian"], families: ["planar-2r"] },
+  { id: "singular", questions: ["singular-angles"], families: ["planar-2r"] },
+];
+
+/** What is said of a link, by its key; "" where it makes a round. */
+function saidOf(search: string): string {
+  const link = readLink(search, LANGUAGES);
+  if ("key" in link) return link.key;
+  const round = roundOf(link, INDEX, lessons);
+  return "key" in round ? round.key : "";
+}
+const roundBy = (search: string): Round =>
+  roundOf(readLink(search, LANGUAGES) as Link, INDEX, lessons) as Round;
+const namesIn = ({ asked }: Round) => asked.map(({ item }) => `${item.family}/${item.key}/${item.question}`);
+
+test("a link is a round by embed or by its seed, and written as it is read", () => {
+  expect(["?embed=1", "?seed=a", "?seed="].map(asksForRound)).toEqual([true, true, true]);
+  expect(["", "?set=a", "?arm=scara&n=3"].map(asksForRound)).toEqual([false, false, false]);
+  const full =
+    "?embed=1&lesson=columns&arm=planar-2r&question=jacobian&difficulty=1&variation=chapter&n=3&seed=a+%26+b" +
+    "&name=Week+3%3A+%C3%9Cbung&tries=2&origin=https%3A%2F%2Fmoodle.example.org&lang=de";
+  expect(writeLink(readLink(full, LANGUAGES) as Link)).toBe(full);
+  expect(writeLink(EMPTY)).toBe("?n=5");
+  expect(roundBy("?seed=x&family=scara").asked.every(({ item }) => item.family === "scara")).toBe(true);
+});
+
+test.each([
+  ["?embed=1&foo=1", "link.unknown"],
+  ["?embed=1&set=a", "link.unknown"],
+  ["?embed=1&n=2&n=3", "link.twice"],
+  ["?seed=a&arm=scara&family=scara", "link.twice"],
+  ["?embed=2", "link.embed"],
+  ["?seed=a&n=0", "link.count"],
+  ["?seed=a&n=5.5", "link.count"],
+  ["?seed=a&n=five", "link.count"],
+  ["?seed=a&n=101", "link.count"],
+  ["?seed=a&n=16", "link.too-many"],
+  ["?seed=a&tries=-1", "link.tries"],
+  ["?seed=a&tries=21", "link.tries"],
+  ["?seed=a&difficulty=9", "practice.unknown-difficulty"],
+  ["?seed=a&difficulty=x", "practice.unknown-difficulty"],
+  ["?seed=a&origin=moodle.example.org", "link.origin"],
+  ["?seed=a&origin=https://moodle.example.org/", "link.origin"],
+  ["?seed=a&origin=*", "link.origin"],
+  ["?seed=a&origin=", "link.origin"],
+  ["?seed=a&origin=javascript:alert(1)", "link.origin"],
+  ["?seed=a&lang=xx", "link.language"],
+  [`?seed=${"a".repeat(101)}`, "link.long"],
+  ["?seed=a&lesson=foo", "link.lesson"],
+  ["?seed=a&lesson=singular", "link.not-in-lesson"],
+  ["?seed=a&lesson=columns&arm=planar-2r&question=position", "link.not-in-lesson"],
+  ["?seed=a&arm=foo", "practice.unknown-arm"],
+  ["?seed=a&question=foo", "practice.unknown-question"],
+  ["?seed=a&variation=foo", "practice.unknown-variation"],
+  ["?seed=a&arm=scara&question=position", "practice.never-asked"],
+  ["?seed=a&n=15", ""],
+  ["?embed=1&seed=a&lesson=columns&n=3", ""],
+  ["?seed=a&lesson=columns&arm=scara&n=3", ""],
+])("%s: %s", (search, key) => {
+  expect(saidOf(search)).toBe(key);
+});
+
+test("the same seed asks the same questions, another one others, and a lesson its own", () => {
+  expect(namesIn(roundBy("?seed=a&n=6"))).toEqual(namesIn(roundBy("?embed=1&seed=a&n=6&name=x&lang=de")));
+  expect(namesIn(roundBy("?seed=a&n=6"))).not.toEqual(namesIn(roundBy("?seed=b&n=6")));
+  expect(new Set(namesIn(roundBy("?seed=a&n=15"))).size).toBe(15);
+  expect(namesIn(roundBy("?seed=a&n=6")).slice(0, 3)).toEqual(namesIn(roundBy("?seed=a&n=3")));
+  const ofLesson = askedBy({ ...EMPTY, lesson: "columns" }, INDEX, lessons);
+  expect(ofLesson).toHaveLength(3);
+  expect(LESSONS.map(({ id }) => id)).toContain("columns"); // by which name links ask for it
+});
+
+test("an origin is a scheme and a host, and a port", () => {
+  expect(["https://a.example", "http://127.0.0.1:8000", "http://lms.example"].every(isOrigin)).toBe(true);
+  for (const wrong of [
+    "https://a.example/x",
+    "https://A.example",
+    "a",
+    "file:///x",
+    "null",
+    "data:text/html,x",
+    "//a",
+  ])
+    expect(isOrigin(wrong), wrong).toBe(false);
+});
+
+// --- scores, and what is kept of them ---
+
+const roundWith = (count: number, tries = 0, pass: number | null = null): Round => ({
+  name: "R",
+  seed: "s",
+  tries,
+  pass,
+  asked: Array.from({ length: count }, (_, i) => ({
+    item: { family: "p1", key: `p1-${i}`, question: "jacobian" },
+    points: i + 1,
+    credit: 1,
+  })),
+});
+const after = (round: Round, ...given: readonly (readonly [place: number, share: number])[]): Standing =>
+  given.reduce((standing, [place, share]) => answered(round, standing, place, share), begun(round));
+
+test("the best of all tries counts, as many as there are, until it is right or its solution is seen", () => {
+  const round = roundWith(3, 2);
+  const standing = after(round, [0, 0.5], [0, 0.25], [0, 1], [1, 1], [1, 0]);
+  expect(standing.map(({ share, tries }) => [share, tries])).toEqual([
+    [0.5, 2], // the third came too late
+    [1, 1],
+    [0, 0],
+  ]);
+  expect(standing.map((tried) => isDone(round, tried))).toEqual([true, true, false]);
+  expect(scoreOf(round, standing)).toEqual({
+    points: 2.5,
+    max: 6,
+    share: 2.5 / 6,
+    answered: 2,
+    done: 2,
+    count: 3,
+  });
+  const seen = answered(round, shownIn(standing, 2), 2, 1);
+  expect(seen[2]).toEqual({ tries: 0, share: 0, shown: true });
+  expect(scoreOf(round, seen).answered).toBe(3);
+  expect([nextPlace(round, standing, 0), nextPlace(round, standing, 2), nextPlace(round, seen, 0)]).toEqual([
+    2,
+    2,
+    null,
+  ]);
+});
+
+test("what is right in part earns by the credit of its question, and never all of it", () => {
+  const round = { ...roundWith(1), asked: [{ ...roundWith(1).asked[0]!, credit: 0.5 }] };
+  expect(after(round, [0, 0.8])[0]!.share).toBe(0.4);
+  expect(after({ ...round, asked: [{ ...round.asked[0]!, credit: 0 }] }, [0, 0.8])[0]!.share).toBe(0);
+  expect(after(round, [0, 1])[0]!.share).toBe(1);
+});
+
+test("a thousand questions are kept in what SCORM 1.2 has room for, and come back as they were", () => {
+  const round = roundWith(1000);
+  const standing = round.asked.map((_, i) => ({
+    tries: i % 64,
+    share: ((i * 7) % 1001) / 1000,
+    shown: i % 2 === 1,
+  }));
+  const text = asText(round, standing);
+  expect(text).toMatch(/^[\w.-]+$/);
+  expect(text.length).toBeLessThan(4096);
+  expect(fromText(round, text)).toEqual(standing);
+  const worst = round.asked.map(() => ({ tries: 63, share: 1, shown: true }));
+  expect(asText(round, worst).length).toBeLessThan(4096);
+  expect(fromText(round, asText(round, worst))).toEqual(worst);
+  expect(asText(round, begun(round)).length).toBeLessThan(20);
+});
+
+test("what is no such text, or of other questions, begins anew", () => {
+  const round = roundWith(3);
+  const text = asText(round, after(round, [0, 1], [2, 0.5]));
+  expect(scoreOf(round, fromText(round, text)).points).toBe(2.5);
+  const print = text.split(".")[1];
+  const wrong = [
+    "",
+    "x",
+    "null",
+    `q2.${print}.AAA`,
+    `q1.${print}.AA`,
+    `q1.${print}.A?A`,
+    `q1.${print}.___`,
+    `${text}.x`,
+  ];
+  for (const each of [...wrong, `q1.${print}.${"AAB".repeat(4)}`])
+    expect(fromText(round, each), each).toEqual(begun(round));
+  expect(fromText(roundWith(4), text)).toEqual(begun(roundWith(4)));
+});
+
+// --- each student's own ---
+
+const SET: PackageSet = {
+  key: "hw",
+  title: "Homework",
+  tries: 3,
+  pass: null,
+  places: [
+    {
+      name: "planar-2r",
+      questions: [
+        ["jacobian", 2, 1],
+        ["position", 1, 0],
+      ],
+    },
+    { name: "scara", questions: [["determinant", 1, 1]] },
+  ],
+};
+
+test("each student has arms of their own, the same each time, all of them as often", () => {
+  const keys = (learner: string) => roundOfPlaces(SET, INDEX, learner).asked.map(({ item }) => item.key);
+  expect(
+    roundOfPlaces(SET, INDEX, "ada").asked.map(({ item, points, credit }) => [item.question, points, credit]),
+  ).toEqual([
+    ["jacobian", 2, 1],
+    ["position", 1, 0],
+    ["determinant", 1, 1],
+  ]);
+  expect(keys("ada")).toEqual(keys("ada"));
+  expect(keys("ada")[0]).toBe(keys("ada")[1]); // one arm of a place
+  for (const name of [
+    (i: number) => String(i),
+    (i: number) => `student${i}@example.org`,
+    (i: number) => `id=${1000 + 2 * i}`,
+  ]) {
+    const drawn = Array.from({ length: 900 }, (_, i) => keys(name(i)));
+    for (const place of [0, 2])
+      for (const key of ["001", "002", "003"]) {
+        const count = drawn.filter((each) => each[place] === key).length;
+        expect(Math.abs(count - 300), `${key}: ${count} of 900`).toBeLessThan(75); // five standard deviations
+      }
+    const both = new Set(drawn.map((each) => `${each[0]} ${each[2]}`));
+    expect(both.size).toBe(9); // one place says nothing of another
+  }
+});
+
+// --- the page around ---
+
+const PART = { key: { type: "values" } } as unknown as Part;
+const newsOf = (round: Round, standing: Standing, place: number | null = null, answer = "a1"): News => ({
+  round,
+  standing,
+  score: scoreOf(round, standing),
+  given: place === null ? null : { place, part: PART, answer, verdict: graded(0.5, []) },
+});
+
+class Kept {
+  private readonly held = new Map<string, string>();
+  getItem = (key: string) => this.held.get(key) ?? null;
+  setItem = (key: string, value: string) => void this.held.set(key, value);
+}
+
+test("the page around is sent scores at its origin, and nobody is where the page stands alone", () => {
+  const round = roundWith(2);
+  const sent: [Told, string][] = [];
+  const post = (told: Told, origin: string) => void sent.push([told, origin]);
+  const storage = new Kept() as unknown as Storage;
+  const named = { named: "https://lms.example", own: "https://qdot.example" };
+  const parent = parentPage({ isFramed: true, post }, named, storage, "k");
+  expect(parent.says).toEqual(message("round.sent-to", { origin: "https://lms.example" }));
+  parent.tell(newsOf(round, begun(round)));
+  const standing = after(round, [0, 0.5]);
+  parent.tell(newsOf(round, standing, 0, "x".repeat(9000)));
+  parent.tell(newsOf(round, shownIn(standing, 1))); // the last question is given up for its solution
+  parent.tell(newsOf(round, after(round, [0, 0.5], [1, 0]), 1));
+  expect(sent.map(([{ event }, origin]) => [event, origin])).toEqual([
+    ["opened", "https://lms.example"],
+    ["answered", "https://lms.example"],
+    ["completed", "https://lms.example"],
+    ["completed", "https://lms.example"],
+  ]);
+  const [told] = sent[1]!;
+  expect(told.score).toEqual({ points: 0.5, max: 3, scaled: 0.5 / 3, answered: 1, count: 2 });
+  expect(told.answer).toMatchObject({
+    question: "p1/p1-0/jacobian",
+    number: 1,
+    share: 0.5,
+    tries: 1,
+    outcome: "partial",
+  });
+  expect(told.answer!.typed).toHaveLength(4000);
+  const again = parentPage({ isFramed: true, post }, { ...named, named: "" }, storage, "k");
+  expect(fromText(round, again.kept)).toEqual(after(round, [0, 0.5], [1, 0]));
+  again.tell(newsOf(round, standing));
+  expect(sent.at(-1)![1]).toBe("https://qdot.example");
+  const alone = parentPage({ isFramed: false, post }, named, null, "k");
+  expect(alone.says.key).toBe("round.not-sent");
+  expect(alone.tell(newsOf(round, standing, 0))).toBe(true);
+  expect(sent).toHaveLength(5);
+});
+
+test("a browser that keeps nothing, or is full, keeps nobody from going on", () => {
+  const refusing = {
+    getItem: () => {
+      throw new Error("refused");
+    },
+    setItem: () => {
+      throw new Error("full");
+    },
+  } as unknown as Storage;
+  for (const storage of [null, refusing]) {
+    const nobody = inBrowser(storage, "k", message("round.not-sent"));
+    expect(nobody.kept).toBe("");
+    expect(nobody.tell(newsOf(roundWith(1), begun(roundWith(1))))).toBe(true);
+  }
+});
+
+// --- platforms ---
+
+/** A window chain: this one, in one, in one that has the platform. */
+function under(platforms: Record<string, Api>): Above {
+  const top = { ...platforms } as unknown as Above & { parent: unknown };
+  top.parent = top;
+  return { parent: { parent: top } as unknown as Above };
+}
+
+/** A platform that keeps what it is told; a call that `fails` names is refused, or throws. */
+function keeping(
+  version: Version,
+  fails: Record<string, "false" | "throws"> = {},
+  first: Record<string, string> = {},
+) {
+  const values = new Map<string, string>(Object.entries(first));
+  const calls: string[] = [];
+  const prefix = version === "1.2" ? "LMS" : "";
+  const call = (name: string, done: (...values: string[]) => string) => [
+    prefix + name,
+    (...given: string[]) => {
+      calls.push(name);
+      if (fails[name] === "throws") throw new Error(name);
+      return fails[name] ?? done(...given);
+    },
+  ];
+  const api = Object.fromEntries([
+    call("Initialize", () => "true"),
+    call("GetValue", (name) => values.get(name!) ?? ""),
+    call("SetValue", (name, value) => (values.set(name!, value!), "true")),
+    call("Commit", () => "true"),
+    call(version === "1.2" ? "Finish" : "Terminate", () => "true"),
+  ]) as Api;
+  return { values, calls, windows: under({ [version === "1.2" ? "API" : "API_1484_11"]: api }) };
+}
+
+test.each(["1.2", "2004"] as const)("SCORM %s is told scores, status, time and what is kept", (version) => {
+  const { values, calls, windows } = keeping(version);
+  const there = platform(version, windows)!;
+  const round = roundWith(2, 3, 0.6);
+  there.tell(newsOf(round, begun(round)));
+  const told = (name12: string, name2004: string) => values.get(version === "1.2" ? name12 : name2004);
+  expect(told("cmi.core.lesson_status", "cmi.completion_status")).toBe("incomplete");
+  expect(told("cmi.core.score.raw", "cmi.score.scaled")).toBe("0");
+  const standing = after(round, [0, 0.5], [1, 1]);
+  there.tell(newsOf(round, standing, 1));
+  expect(told("cmi.core.score.raw", "cmi.score.raw")).toBe("83.33");
+  expect(told("cmi.core.score.max", "cmi.score.max")).toBe("100");
+  expect(told("cmi.core.score.min", "cmi.score.min")).toBe("0");
+  expect(told("cmi.core.lesson_status", "cmi.success_status")).toBe("passed");
+  expect(told("cmi.core.exit", "cmi.exit")).toBe("suspend");
+  expect(told("cmi.core.session_time", "cmi.session_time")).toMatch(
+    version === "1.2" ? /^00:00:\d\d\.\d\d$/ : /^PT\d+(\.\d+)?S$/,
+  );
+  if (version === "2004") {
+    expect(values.get("cmi.score.scaled")).toBe("0.833333");
+    expect(values.get("cmi.completion_status")).toBe("completed");
+    expect(values.get("cmi.progress_measure")).toBe("1");
+  }
+  expect(calls.filter((name) => name === "Commit")).toHaveLength(2);
+  there.leave(newsOf(round, standing));
+  there.leave(newsOf(round, standing)); // a page is left once
+  expect(calls.filter((name) => ["Finish", "Terminate"].includes(name))).toHaveLength(1);
+  const resumed = platform(version, keeping(version, {}, Object.fromEntries(values)).windows)!;
+  expect(fromText(round, resumed.kept)).toEqual(standing);
+});
+
+test("without a pass mark nothing is said of passing, and below it a complete round is failed", () => {
+  for (const [version, pass, said] of [
+    ["1.2", null, "completed"],
+    ["1.2", 0.9, "failed"],
+    ["2004", null, "unknown"],
+    ["2004", 0.9, "failed"],
+  ] as const) {
+    const { values, windows } = keeping(version);
+    const round = roundWith(1, 1, pass);
+    platform(version, windows)!.tell(newsOf(round, after(round, [0, 0.5]), 0));
+    expect(values.get(version === "1.2" ? "cmi.core.lesson_status" : "cmi.success_status")).toBe(said);
+  }
+});
+
+test("answers are recorded by kind, where the platform records, and no more than it has room for", () => {
+  const record = (version: Version, part: Part, answer: string, count: string) => {
+    const { values, windows } = keeping(version, {}, { "cmi.interactions._count": count });
+    const round = roundWith(1);
+    platform(version, windows)!.tell({
+      ...newsOf(round, after(round, [0, 0.5])),
+      given: { place: 0, part, answer, verdict: graded(0.5, []) },
+    });
+    return Object.fromEntries([...values].filter(([name]) => /interactions\.\d/.test(name)));
+  };
+  const of = (type: string) => ({ key: { type } }) as unknown as Part;
+  const formula = record("1.2", PART, `a1*\n${"x".repeat(300)}`, "4");
+  expect(formula["cmi.interactions.4.type"]).toBe("fill-in");
+  expect(formula["cmi.interactions.4.student_response"]).toBe(`a1* ${"x".repeat(251)}`);
+  expect(formula["cmi.interactions.4.result"]).toBe("wrong");
+  expect(formula["cmi.interactions.4.time"]).toMatch(/^\d\d:\d\d:\d\d\.00$/);
+  expect(record("1.2", of("selection"), "BD", "0")["cmi.interactions.0.student_response"]).toBe("b,d");
+  expect(record("1.2", of("matching"), "BA", "0")["cmi.interactions.0.student_response"]).toBe("1.b,2.a");
+  expect(record("2004", of("selection"), "BD", "0")["cmi.interactions.0.learner_response"]).toBe("b[,]d");
+  expect(record("2004", of("matching"), "BA", "0")["cmi.interactions.0.learner_response"]).toBe(
+    "1[.]b[,]2[.]a",
+  );
+  const long = record("2004", PART, "x".repeat(5000), "0");
+  expect(long["cmi.interactions.0.type"]).toBe("long-fill-in");
+  expect(long["cmi.interactions.0.learner_response"]).toHaveLength(4000);
+  expect(long["cmi.interactions.0.timestamp"]).toMatch(/^\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d\dZ$/);
+  expect(record("2004", PART, "x", "")).toEqual({});
+  expect(record("2004", PART, "x", "250")).toEqual({});
+});
+
+test("a platform that fails at anything keeps nobody from going on, and is told again", () => {
+  const round = roundWith(1);
+  const news = newsOf(round, after(round, [0, 1]), 0);
+  for (const version of ["1.2", "2004"] as const) {
+    for (const how of ["false", "throws"] as const) {
+      expect(platform(version, keeping(version, { Initialize: how }).windows)).toBeNull();
+      expect(platform(version, keeping(version, { Commit: how }).windows)!.tell(news)).toBe(false);
+      expect(platform(version, keeping(version, { SetValue: how }).windows)!.tell(news)).toBe(false);
+      const unread = platform(version, keeping(version, { GetValue: how }).windows)!;
+      expect(unread.tell(news)).toBe(true);
+      const ending = keeping(version, { Finish: how, Terminate: how });
+      const there = platform(version, ending.windows)!;
+      there.leave(news);
+      expect(ending.calls.at(-1)).toBe(version === "1.2" ? "Finish" : "Terminate");
+      expect(ending.values.get("cmi.suspend_data")).toBe(asText(round, news.standing));
+    }
+  }
+});
+
+test("for review nothing is sent", () => {
+  const mode = { "1.2": "cmi.core.lesson_mode", "2004": "cmi.mode" } as const;
+  for (const version of ["1.2", "2004"] as const) {
+    const { calls, windows } = keeping(version, {}, { [mode[version]]: "review" });
+    const there = platform(version, windows)!;
+    expect(there.takes).toBe(false);
+    there.tell(newsOf(roundWith(1), begun(roundWith(1)), 0));
+    there.leave(newsOf(roundWith(1), begun(roundWith(1))));
+    expect(calls.filter((name) => ["SetValue", "Commit"].includes(name))).toEqual([]);
+  }
+});
+
+test("a platform is looked for above, then where the window was opened, past windows that refuse", () => {
+  const api = { LMSInitialize: () => "true" } as Api;
+  const refusing = new Proxy({} as Above, {
+    get: (_, name) => {
+      if (name === "parent") return top;
+      throw new Error("another origin");
+    },
+  });
+  const top = { API: api } as unknown as Above & { parent: Above };
+  top.parent = top;
+  expect(found("API", { parent: refusing })).toBe(api);
+  expect(found("API_1484_11", { parent: refusing })).toBeNull();
+  const alone = { opener: refusing } as unknown as Above & { parent: Above };
+  alone.parent = alone;
+  expect(found("API", alone)).toBe(api);
+  const endless = (): Above => ({
+    get parent() {
+      return endless();
+    },
+  });
+  expect(found("API", endless())).toBeNull();
+  expect(found("API", { parent: null })).toBeNull();
+});
+
+test("numbers and times are written as the data models read them", () => {
+  expect([decimal(100, 2), decimal(0, 2), decimal(83.3333, 2), decimal(1e-9, 6), decimal(2.5, 6)]).toEqual([
+    ...["100", "0", "83.33", "0", "2.5"],
+  ]);
+  expect([clock(0), clock(3725.456), clock(59.999), clock(1e9)]).toEqual([
+    ...["00:00:00.00", "01:02:05.46", "00:01:00.00", "9999:59:59.99"],
+  ]);
+});

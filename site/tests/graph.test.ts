@@ -1,0 +1,90 @@
+// The map of what one knows: layers by what builds on what, how lessons and questions stand.
+import { describe, expect, test } from "vitest";
+
+import type { Index } from "../src/bank.js";
+import { layersOf, placesOf, standingOf } from "../src/learn/graph.js";
+import { LESSONS } from "../src/learn/lessons.js";
+import { NEW } from "../src/learn/skills.js";
+
+const DAY = 24 * 3600 * 1000;
+const INDEX: Index = {
+  format: 1,
+  feedback: "solutions",
+  families: [
+    {
+      name: "planar-2r",
+      title: "",
+      source: "",
+      problems: ["1", "2", "3", "4"].map((key) => ({
+        key,
+        title: "",
+        difficulty: 0,
+        variation: "chapter",
+        questions: key === "4" ? ["rank"] : ["jacobian", "determinant"],
+      })),
+    },
+  ],
+  questions: ["jacobian", "determinant", "rank"].map((name) => ({ name, title: name, source: "", form: "" })),
+};
+const attempt = (right: boolean) => ({ right, box: 0, due: 0 });
+
+describe("the graph", () => {
+  test("has every lesson behind what it needs, and nothing that is needed is unknown", () => {
+    const layers = layersOf(LESSONS);
+    for (const { id, needs } of LESSONS)
+      for (const need of needs) expect(layers.get(need), `${id} needs ${need}`).toBeLessThan(layers.get(id)!);
+    expect(layers.get("rates")).toBe(0);
+    expect(Math.max(...layers.values())).toBeLessThan(5); // it fits beside each other
+  });
+
+  test("puts lessons of a layer beside each other, around its middle", () => {
+    const places = placesOf(INDEX, {}, {}, 0);
+    const spots = places.map(({ layer, across }) => `${layer} ${across}`);
+    expect(new Set(spots).size).toBe(LESSONS.length);
+    for (const layer of new Set(places.map((place) => place.layer)))
+      expect(
+        places.filter((place) => place.layer === layer).reduce((sum, { across }) => sum + across, 0),
+      ).toBe(0);
+  });
+
+  test("says what comes next, and what is missing before", () => {
+    const first = placesOf(INDEX, {}, {}, 0);
+    expect(first.filter(({ next }) => next).map(({ lesson }) => lesson.id)).toEqual(["rates"]);
+    const learned = { ...NEW, learned: 1 };
+    const later = placesOf(INDEX, { rates: learned, columns: learned }, {}, 0);
+    expect(later.filter(({ next }) => next).map(({ lesson }) => lesson.id)).toEqual([
+      "differentiation",
+      "propagation",
+    ]);
+    const inverse = later.find(({ lesson }) => lesson.id === "inverse")!;
+    expect(inverse.missing.map(({ id }) => id)).toEqual(["differentiation", "propagation"]);
+  });
+});
+
+test.each([
+  [NEW, "new"],
+  [{ ...NEW, goals: [0] }, "begun"],
+  [{ ...NEW, row: ["a/1"] }, "begun"],
+  [{ ...NEW, learned: 5 * DAY }, "learned"],
+  [{ ...NEW, learned: 4 * DAY }, "due"],
+  [{ ...NEW, learned: 1, mastered: 2 * DAY }, "mastered"],
+] as const)("%o is %s", (skill, due) => expect(standingOf(skill, 5 * DAY)).toBe(due));
+
+test("a question stands by the arms of which it was answered rightly last; one the bank lacks is not there", () => {
+  const progress = {
+    "planar-2r/1/jacobian": attempt(true),
+    "planar-2r/2/jacobian": attempt(true),
+    "planar-2r/3/jacobian": attempt(false),
+    "planar-2r/4/rank": attempt(true),
+  };
+  const places = placesOf(INDEX, {}, progress, 0);
+  const asked = places.find(({ lesson }) => lesson.id === "columns")!.asked;
+  expect(asked.map(({ name, right, needed, missed }) => [name, right, needed, missed])).toEqual([
+    ["jacobian", 2, 3, true],
+  ]);
+  const singular = places.find(({ lesson }) => lesson.id === "singular")!.asked;
+  expect(singular.map(({ name, right, needed, missed }) => [name, right, needed, missed])).toEqual([
+    ["determinant", 0, 3, false],
+    ["rank", 1, 1, false],
+  ]);
+});

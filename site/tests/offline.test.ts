@@ -1,0 +1,51 @@
+// What is fetched for offline: the files of some problems in the page's language, those that are missing, failures counted.
+import { afterEach, expect, test, vi } from "vitest";
+
+import { fetchAll, filesOf, megabytes, missingOf, problemsIn, sum } from "../src/offline/keep.js";
+
+const SIZES = {
+  format: 1,
+  files: {
+    "a/1": { ".json": 10, ".de.json": 20, ".solutions.json": 30, ".solutions.de.json": 40 },
+    "a/2": { ".json": 5, ".de.json": 6 },
+  },
+} as const;
+
+const paths = (files: readonly { path: string }[]): string[] => files.map(({ path }) => path);
+afterEach(() => vi.unstubAllGlobals());
+
+test("of each problem once: English always, and the language of the page", () => {
+  expect(paths(filesOf(SIZES, ["a/2", "a/2", "b/1"], "en"))).toEqual(["bank/a/2.json"]);
+  const all = filesOf(SIZES, ["a/1", "a/2"], "de");
+  expect([sum(all), problemsIn(all), all.length]).toEqual([111, 2, 6]);
+  expect(sum(filesOf(SIZES, ["a/1"], "en"))).toBe(40);
+});
+
+test("what is there is not fetched, what fails is counted, and stopping stops", async () => {
+  vi.stubGlobal("window", { location: { href: "https://site.example/course/learn.html" } });
+  const all = filesOf(SIZES, ["a/1", "a/2"], "en");
+  const base = "https://site.example/course/";
+  const kept = new Map<string, unknown>([[`${base}bank/a/2.json`, 1]]);
+  const cache = {
+    keys: async () => [...kept.keys()].map((url) => ({ url })),
+    put: async (url: string, answer: unknown) => void kept.set(url, answer),
+  } as unknown as Cache;
+  const missing = await missingOf(cache, all);
+  expect(paths(missing)).toEqual(["bank/a/1.json", "bank/a/1.solutions.json"]);
+  vi.stubGlobal("fetch", async (url: string) => ({ ok: !url.includes("solutions"), status: 404 }));
+  const told: string[] = [];
+  const control = new AbortController();
+  expect(await fetchAll(cache, missing, ({ path }) => told.push(path), control.signal)).toBe(1);
+  expect(told).toEqual(["bank/a/1.json"]);
+  expect(paths(await missingOf(cache, all))).toEqual(["bank/a/1.solutions.json"]);
+  control.abort();
+  expect(await fetchAll(cache, missing, ({ path }) => told.push(path), control.signal)).toBe(0);
+  expect(told.length).toBe(1);
+});
+
+test.each([
+  [0, 0],
+  [1_234_000, 1.2],
+  [9_960_000, 10],
+  [123_400_000, 123],
+])("%d bytes are %d MB", (bytes, shown) => expect(megabytes(bytes)).toBe(shown));

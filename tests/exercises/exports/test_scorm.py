@@ -1,0 +1,270 @@
+"""SCORM packages: manifests held against what the schemas say, and what the page in them is told of its set.
+
+Chromium runs them under a SCORM run-time (site/e2e/course.test.mjs). With QDOT_SCORM=FOLDER, manifests are validated by
+the published schemas: `12` in it holds imscp_rootv1p1p2.xsd and adlcp_rootv1p2.xsd, `2004` imscp_v1p1.xsd,
+adlcp_v1p3.xsd, adlseq_v1p3.xsd and imsss_v1p0.xsd with what these import, `xml.xsd` among it.
+"""
+
+import html
+import io
+import json
+import os
+import re
+import subprocess
+import zipfile
+from collections.abc import Iterator
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import pytest
+
+from exercises.errors import QdotError
+from exercises.exports import scorm
+from exercises.exports.bank import bank
+from exercises.exports.outlet import File, Order
+from exercises.exports.registry import OUTLETS
+from exercises.several import Several
+from grader.cli import app
+from tests.exercises.exports.test_items import an_order
+from tests.support.command import fails, run, runner
+from tests.support.programs import reader
+from tests.support.site_scripts import stand_in
+
+pytestmark = pytest.mark.xdist_group("scorm")  # exported once
+
+TOML = """title = "Arms & <signs>"
+key = "hw-1.a"
+feedback = "solutions"
+[[problem]]
+family = "planar-2r"
+questions = ["determinant", "joint-effect"]
+points = [3, 0.5]
+credit = {determinant = "whole"}
+[[problem]]
+family = "polar-rp"
+questions = ["position"]
+credit = {position = 0.5}
+"""
+
+
+@pytest.fixture(scope="module")
+def patched(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    assets = stand_in(tmp_path_factory.mktemp("scripts") / "dist")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(scorm, "built_assets", lambda: assets)
+        yield
+
+
+@pytest.fixture(scope="module")
+def order(tmp_path_factory: pytest.TempPathFactory) -> Order:
+    return an_order(tmp_path_factory.mktemp("scorm"), TOML, 2)
+
+
+def exported(order: Order) -> dict[str, dict[str, bytes]]:
+    """Return what is in each package, by its version."""
+    files: list[File] = list(OUTLETS["scorm"].files(order))
+    assert all(file.private for file in files)  # what is right is in them
+    return {file.path.partition("-scorm")[2].removesuffix(".zip"): unzipped(file.content) for file in files}
+
+
+def unzipped(content: str | bytes) -> dict[str, bytes]:
+    assert isinstance(content, bytes)
+    with zipfile.ZipFile(io.BytesIO(content)) as package:
+        return {name: package.read(name) for name in package.namelist()}
+
+
+@pytest.fixture(scope="module")
+def made(order: Order, patched: None) -> dict[str, dict[str, bytes]]:
+    return exported(order)
+
+
+# --- manifests ---
+
+CP12, CP2004 = "http://www.imsproject.org/xsd/imscp_rootv1p1p2", "http://www.imsglobal.org/xsd/imscp_v1p1"
+ADL12, ADL2004 = "http://www.adlnet.org/xsd/adlcp_rootv1p2", "http://www.adlnet.org/xsd/adlcp_v1p3"
+SEQUENCING = "http://www.imsglobal.org/xsd/imsss"
+CHILDREN = {
+    "manifest": ("metadata", "organizations", "resources"),
+    "metadata": ("schema", "schemaversion"),
+    "organizations": ("organization",),
+    "organization": ("title", "item", "sequencing"),
+    "item": ("title", "sequencing"),
+    "sequencing": ("controlMode", "deliveryControls"),
+    "resources": ("resource",),
+    "resource": ("file",),
+}
+"""Elements in the order in which the schemas have them, of those that are used here."""
+REQUIRED = {
+    "manifest": {"identifier"}, "organization": {"identifier"}, "item": {"identifier"}, "file": {"href"},
+    "resource": {"identifier", "type"},
+}  # fmt: skip
+NCNAME = r"[A-Za-z_][\w.-]*"
+
+
+@pytest.mark.parametrize("version", ["12", "2004"])
+def test_a_manifest_is_as_the_schemas_say_and_lists_every_file(made: dict[str, dict[str, bytes]], version: str) -> None:
+    package = made[version]
+    root = ElementTree.fromstring(package["imsmanifest.xml"])
+    own, adl = (CP12, ADL12) if version == "12" else (CP2004, ADL2004)
+    for element in root.iter():
+        space, _, name = element.tag[1:].partition("}")
+        assert space == (SEQUENCING if name in ("sequencing", "controlMode", "deliveryControls") else own)
+        order = [CHILDREN[name].index(child.tag.rpartition("}")[2]) for child in element]
+        assert order == sorted(order)
+        assert set(element.attrib) >= REQUIRED.get(name, set())
+    names = [element.attrib["identifier"] for element in root.iter() if "identifier" in element.attrib]
+    assert len(set(names)) == len(names)
+    assert all(re.fullmatch(NCNAME, name) for name in names)
+    item, resource = (next(root.iter(f"{{{own}}}{name}")) for name in ("item", "resource"))
+    organizations = next(root.iter(f"{{{own}}}organizations"))
+    assert item.attrib["identifierref"] == resource.attrib["identifier"]
+    assert organizations.attrib["default"] == organizations[0].attrib["identifier"]
+    assert resource.attrib["href"] == "index.html"
+    assert resource.attrib[f"{{{adl}}}{'scormtype' if version == '12' else 'scormType'}"] == "sco"
+    assert next(root.iter(f"{{{own}}}title")).text == "Arms & <signs>"
+    told = {"12": ("ADL SCORM", "1.2"), "2004": ("ADL SCORM", "2004 4th Edition")}
+    assert tuple(each.text for each in root[0]) == told[version]
+    listed = [file.attrib["href"] for file in root.iter(f"{{{own}}}file")]
+    assert len(set(listed)) == len(listed)
+    assert {*listed, "imsmanifest.xml"} == set(package)
+
+
+def test_a_title_is_no_longer_than_the_schema_has_it(order: Order, patched: None) -> None:
+    long = replace(order, assignment=replace(order.assignment, title="x" * 300), variants=1)
+    root = ElementTree.fromstring(exported(long)["12"]["imsmanifest.xml"])
+    assert {len(str(title.text)) for title in root.iter(f"{{{CP12}}}title")} == {200}
+
+
+VALIDATE = """
+import sys
+from lxml import etree
+folder, version, *paths = sys.argv[1:]
+class Local(etree.Resolver):
+    def resolve(self, url, name, context):
+        if url.startswith("http"):
+            return self.resolve_filename(f"{folder}/{version}/" + url.rpartition("/")[2], context)
+files = {
+    "12": {"http://www.imsproject.org/xsd/imscp_rootv1p1p2": "imscp_rootv1p1p2.xsd",
+           "http://www.adlnet.org/xsd/adlcp_rootv1p2": "adlcp_rootv1p2.xsd"},
+    "2004": {"http://www.imsglobal.org/xsd/imscp_v1p1": "imscp_v1p1.xsd",
+             "http://www.adlnet.org/xsd/adlcp_v1p3": "adlcp_v1p3.xsd",
+             "http://www.adlnet.org/xsd/adlseq_v1p3": "adlseq_v1p3.xsd",
+             "http://www.imsglobal.org/xsd/imsss": "imsss_v1p0.xsd"},
+}[version]
+imports = "".join(f'<xs:import namespace="{space}" schemaLocation="{name}"/>' for space, name in files.items())
+text = f'<xs:schema xmlns:xs="http://www.w3.org/2001/XMLSchema">{imports}</xs:schema>'
+parser = etree.XMLParser()
+parser.resolvers.add(Local())
+schema = etree.XMLSchema(etree.fromstring(text, parser, base_url=f"{folder}/{version}/all.xsd"))
+for path in paths:
+    schema.assertValid(etree.parse(path))
+"""
+
+
+@pytest.mark.skipif("QDOT_SCORM" not in os.environ, reason="QDOT_SCORM doesn't name the schemas of SCORM")
+@pytest.mark.parametrize("version", ["12", "2004"])
+def test_a_manifest_holds_to_its_schemas(made: dict[str, dict[str, bytes]], version: str, tmp_path: Path) -> None:
+    path = tmp_path / "imsmanifest.xml"
+    path.write_bytes(made[version]["imsmanifest.xml"])
+    command = [reader("python", "lxml"), "-c", VALIDATE, os.environ["QDOT_SCORM"], version, str(path)]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    path.write_bytes(path.read_bytes().replace(b"<item ", b"<item other='x' ").replace(b"<title>", b"<titel/><title>"))
+    assert subprocess.run(command, capture_output=True).returncode != 0
+
+
+# --- what is in a package ---
+
+
+def told(package: dict[str, bytes]) -> dict[str, Any]:
+    found = re.search(r'data-set="([^"]*)"', package["index.html"].decode())
+    assert found is not None
+    return dict(json.loads(html.unescape(found[1])))
+
+
+def test_the_page_is_told_its_set_with_points_and_credit(made: dict[str, dict[str, bytes]]) -> None:
+    assert told(made["12"]) == {
+        "scorm": "1.2", "key": "hw-1.a", "title": "Arms & <signs>", "tries": 3, "pass": None,
+        "places": [
+            {"name": "p1", "questions": [["determinant", 3.0, 0.0], ["joint-effect", 0.5, 1.0]]},
+            {"name": "p2", "questions": [["position", 1.0, 0.5]]},
+        ],
+    }  # fmt: skip
+    assert told(made["2004"]) == told(made["12"]) | {"scorm": "2004"}
+    page = made["12"]["index.html"].decode()
+    assert "default-src 'none'; script-src 'self';" in page
+    assert "<title>Arms &amp; &lt;signs&gt;</title>" in page
+    names = re.findall(r'(?:src|href)="([^"]+)"', page)
+    assert names
+    assert set(names) <= set(made["12"])
+
+
+def test_all_variants_are_there_and_nothing_by_which_others_are_made(
+    order: Order, made: dict[str, dict[str, bytes]]
+) -> None:
+    variants = list(bank(order))
+    package = made["2004"]
+    index = json.loads(package["bank/index.json"])
+    assert {problem["key"] for family in index["families"] for problem in family["problems"]} == {
+        variant.key for variant in variants
+    }
+    assert index["feedback"] == "solutions"
+    for variant in variants:
+        stem = f"bank/{variant.slot.name}/{variant.key}"
+        record = json.loads(package[f"{stem}.json"])
+        assert record["id"] == variant.key
+        assert [part["kind"] for part in record["parts"]] == list(variant.slot.questions)
+        assert [part["points"] for part in record["parts"]] == list(variant.slot.max_points)
+        assert not any(part["hints"] for part in record["parts"])  # the assignment gives none
+        assert all(f"{stem}{ending}" in package for ending in (".de.json", ".solutions.json", ".solutions.de.json"))
+    for name, content in package.items():
+        assert order.assignment.secret.encode() not in content, name
+        assert not [one for one in variants if str(one.problem.id.seed).encode() in content], name
+        assert b"made_from" not in content, name
+
+
+def test_what_the_assignment_says_of_tries_hints_and_passing_comes_along(order: Order, patched: None) -> None:
+    assignment = replace(order.assignment, attempts=Several(best_of=5), hints=True, feedback="mistake")
+    package = exported(replace(order, assignment=assignment, variants=1, passing=Fraction(2, 5)))["12"]
+    assert (told(package)["tries"], told(package)["pass"]) == (5, 0.4)
+    assert json.loads(package["bank/index.json"])["feedback"] == "mistake"
+    assert not [name for name in package if "solutions" in name]
+    assert all(part["hints"] for part in json.loads(package["bank/p1/p1-001.json"])["parts"])
+    solved = exported(replace(order, assignment=assignment, variants=1, solutions=True))["12"]
+    assert "bank/p1/p1-001.solutions.json" in solved
+
+
+def test_what_a_browser_judges_otherwise_is_told(order: Order, patched: None, tmp_path: Path) -> None:
+    toml = TOML.replace('"whole"', '"factors"').replace("credit = {position = 0.5}", "decimals = {position = 3}")
+    notes: list[str] = []
+    other = an_order(tmp_path, toml, 1)
+    exported(replace(other, note=notes.append))
+    assert notes == [
+        "p1: in the package, partial credit of determinant is by the rule of its answer",
+        "p2: in the package, rounded decimals are not taken for right (position)",
+    ]
+
+
+def test_more_questions_than_are_kept_are_refused_before_anything_is_written(order: Order) -> None:
+    slot = replace(order.assignment.slots[0], questions=("determinant",) * 1001)
+    with pytest.raises(
+        QdotError, match=r"assignment\.toml: it has 1001 questions, and a package has room for .* 1000;"
+    ):
+        OUTLETS["scorm"].check(replace(order, assignment=replace(order.assignment, slots=(slot,))))
+
+
+def test_packages_are_written_by_the_command_and_need_the_sites_scripts(
+    order: Order, patched: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = order.assignment.folder
+    asked = ("export", folder, "--to", "scorm", "--variants", "1", "--jobs", "1", "--pass", "60")
+    assert "scorm: 2 files in" in run(*asked)
+    written = folder / "exports" / "scorm"
+    assert sorted(path.name for path in written.iterdir()) == ["hw-1.a-scorm12.zip", "hw-1.a-scorm2004.zip"]
+    assert told(unzipped((written / "hw-1.a-scorm12.zip").read_bytes()))["pass"] == 0.6
+    assert runner.invoke(app, ["export", str(folder), "--to", "scorm", "--pass", "101"]).exit_code == 2
+    monkeypatch.setattr(scorm, "built_assets", lambda: None)
+    assert "the site's scripts are not built: run `make site`" in fails(*asked)

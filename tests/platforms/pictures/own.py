@@ -1,0 +1,83 @@
+"""The README's pictures: what a student is told, and the site to practise on. They need no other program."""
+
+import functools
+import http.server
+import json
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from exercises.assignment import Student, load_assignment
+from exercises.problem import variable
+from exercises.release import init_assignment
+from grader.batch import grade_class
+from grader.reports.write import write_page
+from grader.sandbox import Limits
+from grader.submission import find_submissions
+from tests.platforms.pictures.album import Album, browser, opened
+from tests.support.command import run as qdot
+from tests.support.handing_in import code, notebook
+
+TOML = """title = "Velocity kinematics"
+key = "velocity"
+[[problem]]
+family = "planar-2r"
+variation = "chapter"
+questions = ["position", "jacobian"]
+"""
+WIDE = 1180
+
+
+def run(_: Path, work: Path) -> None:
+    """Take both pictures."""
+    album = Album("qdot")
+    with browser() as chromium:
+        page = opened(chromium)
+        page.goto(_feedback(work / "class").as_uri())
+        album.take("feedback", page, page.locator("article.part").last, tallest=760)
+        with _served(work / "site") as address:
+            page = opened(chromium, WIDE)
+            page.goto(f"{address}/practice.html")
+            page.wait_for_selector("canvas")
+            page.wait_for_timeout(3000)
+            album.take("site", page, tallest=640)
+
+
+def _feedback(folder: Path) -> Path:
+    """Return the page of a student whose Jacobian has the angle of the second link counted from the first."""
+    init_assignment(folder, "", "velocity", [Student("s001", "Ada Example")], secret="0123456789abcdef")
+    (folder / "assignment.toml").write_text(TOML, encoding="utf-8")
+    assignment = load_assignment(folder)
+    ((slot, problem),) = assignment.problems("s001")
+    names = list(problem.symbols())
+    cells = [code(f"from sympy import *\n{', '.join(names)} = symbols({' '.join(names)!r})")]
+    for part in problem.parts:
+        right = part.answer.code()
+        wrong = right.replace("theta1 + theta2", "theta2") if part.name == "jacobian" else right
+        cells.append(code(f"{variable(slot, part.name)} = {wrong}", f"{slot}.{part.name}"))
+    handed_in = folder / "submitted" / "s001" / "velocity.ipynb"
+    handed_in.parent.mkdir(parents=True)
+    content = json.loads(notebook(assignment, "s001", cells))
+    content["metadata"]["qdot"]["assignment"] = "velocity"
+    handed_in.write_text(json.dumps(content), encoding="utf-8")
+    found = find_submissions(assignment, folder / "submitted").found
+    (result,) = grade_class(assignment, found, 0, Limits(), lambda _: None)
+    write_page(assignment, assignment.roster[0], result)
+    return folder / "graded" / "feedback" / "s001.html"
+
+
+@contextmanager
+def _served(folder: Path) -> Iterator[str]:
+    """Yield the address of a site of one family."""
+    qdot("site", "build", "--families", "elbow-3r", "--variants", "1", "--out", folder, "--jobs", "1")
+    handler = functools.partial(_Quiet, directory=str(folder))
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}"
+        server.shutdown()
+
+
+class _Quiet(http.server.SimpleHTTPRequestHandler):
+    def log_message(self, format: str, *args: object) -> None:
+        pass

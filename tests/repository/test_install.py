@@ -1,0 +1,151 @@
+"""How qdot is got and first used: install words, extras, completion, examples in help, reasons for libraries."""
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer
+from packaging.requirements import Requirement
+
+from exercises import extras
+from exercises.assignment import Student
+from exercises.docs.dependencies import DATA, WHY, dependencies_page, with_install_words
+from exercises.extras import ALL, EXTRAS, install_words, lacking, need
+from grader.cli import COMMANDS, SITE, program
+from grader.docs import worded
+from grader.examples import EXAMPLES
+from tests.support import ROOT
+from tests.support.command import fails, run
+from tests.support.handing_in import a_class
+
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+
+
+# --- words ---
+
+
+def test_everybody_is_told_to_install_in_the_same_words() -> None:
+    """README, docs and messages; after the release, one constant and `make docs` change them all."""
+    for path, text in worded().items():
+        assert path.read_text(encoding="utf-8") == text, f"{path.name}: make docs"
+    assert install_words("report") in (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def test_after_the_release_the_words_are_the_indexs(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(extras, "RELEASED", True)
+    said = "    pip install .      # x\n`pip install \".[report]\"`, pip install '.[pdf]' pip install ./x.whl\n"
+    said += "  - run: pip install ."
+    assert with_install_words(said) == (
+        "    pip install qdot      # x\n`pip install 'qdot[report]'`, pip install 'qdot[pdf]' pip install ./x.whl\n"
+        "  - run: pip install ."
+    )
+    monkeypatch.setitem(sys.modules, "typst", None)
+    assert lacking("pdf", "PDF") == "PDF needs typst, not installed here; get it with: pip install 'qdot[pdf]'"
+
+
+# --- extras ---
+
+
+def test_extras_are_those_of_the_project() -> None:
+    declared = PROJECT["optional-dependencies"]
+    assert set(declared) == {*EXTRAS, ALL}
+    for name, extra in EXTRAS.items():
+        assert {Requirement(line).name for line in declared[name]} == set(extra.modules)
+    (everything,) = (Requirement(line) for line in declared[ALL])
+    assert everything.extras == set(EXTRAS)
+
+
+@pytest.mark.parametrize(
+    ("module", "command"),
+    [
+        ("typst", ["export", "{hw}", "--to", "pdf"]), ("matplotlib", ["grade", "{hw}", "--report", "html=x.html"]),
+        ("matplotlib", ["solve", "panda", "--map", "x.svg"]),
+        ("xlsxwriter", ["grade", "{hw}", "--report", "xlsx=x.xlsx"]),
+        ("distributed", ["grade", "{hw}", "--executor", "tcp://127.0.0.1:1"]),
+    ],
+    ids=["pdf", "html", "map", "xlsx", "executor"],
+)  # fmt: skip
+def test_a_library_that_is_missing_is_told_before_anything_is_done(
+    module: str, command: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = a_class(tmp_path / "hw", [Student("ada")])
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setitem(sys.modules, module, None)
+    said = fails(*(word.format(hw=made.folder) for word in command)).splitlines()[-1]
+    assert f"needs {module}, not installed here; get it with: pip install '.[" in said
+    assert not (made.folder / "graded" / "results.jsonl").exists() and not list(tmp_path.glob("x.*"))
+
+
+def test_what_is_there_is_not_asked_for() -> None:
+    for extra in EXTRAS:
+        assert lacking(extra, "it") == "", "the development environment has all extras"
+        need(extra, "it")
+
+
+# --- libraries ---
+
+
+def test_every_library_has_a_reason_and_a_record() -> None:
+    lines = [*PROJECT["dependencies"], *(line for name in EXTRAS for line in PROJECT["optional-dependencies"][name])]
+    assert {Requirement(line).name for line in lines} == set(WHY), (
+        "exercises/docs/dependencies.py says what each is for"
+    )
+    page = (ROOT / "docs" / "dependencies.md").read_text(encoding="utf-8")
+    assert page == dependencies_page(), "make docs"
+    assert all(re.search(rf"(?m)^\| {name} \|.*\| 20\d\d-\d\d-\d\d \|$", page) for name in WHY), DATA
+
+
+def test_what_only_an_extra_needs_is_loaded_by_nothing_else() -> None:
+    code = "import sys; sys.modules.update(dict.fromkeys(('typst', 'matplotlib', 'xlsxwriter', 'distributed', 'dask')))"
+    code += "; from grader.cli import program; program()"
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+# --- help and completion ---
+
+WHOLE_PROGRAM: Any = typer.main.get_command(program())
+NAMES = [*COMMANDS, *(f"site {name}" for name in SITE)]
+
+
+def test_every_command_has_examples() -> None:
+    assert set(EXAMPLES) == set(NAMES)
+    assert "Examples:\n    qdot show planar-2r/7\n        a problem as a student has it" in run("show", "--help")
+
+
+@pytest.mark.parametrize("typed", [typed for every in EXAMPLES.values() for typed, _ in every])
+def test_an_example_is_what_the_program_takes(typed: str) -> None:
+    name = next(name for name in sorted(EXAMPLES, key=len, reverse=True) if f"{typed} ".startswith(f"qdot {name} "))
+    assert typed in [one for one, _ in EXAMPLES[name]]
+    words = shlex.split(typed.split(" > ", maxsplit=1)[0])[1 + len(name.split()) :]
+    command = WHOLE_PROGRAM
+    for word in name.split():
+        command = command.commands[word]
+    command.make_context(name, words).close()
+
+
+def completed(line: str, shell: str = "bash") -> list[str]:
+    environment = {**os.environ, "_QDOT_COMPLETE": f"complete_{shell}", "COMP_WORDS": line}
+    environment |= {"COMP_CWORD": str(len(f"{line}x".split()) - 1), "_TYPER_COMPLETE_ARGS": line}
+    code = "import sys; sys.argv = ['qdot']; from grader.cli import main; main()"
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, encoding="utf-8")
+    return done.stdout.split()
+
+
+def test_the_tab_key_completes_commands_and_options() -> None:
+    assert completed("qdot gen") == ["generate"]
+    assert set(completed("qdot ")) == {*COMMANDS, "site"}
+    assert completed("qdot grade --di") == ["--diff"]
+    assert completed("qdot site ") == ["build", "serve"]
+
+
+def test_a_shell_is_told_how_to_complete() -> None:
+    environment = {**os.environ, "_QDOT_COMPLETE": "source_bash"}
+    code = "import sys; sys.argv = ['qdot']; from grader.cli import main; main()"
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, encoding="utf-8")
+    assert "_QDOT_COMPLETE=complete_bash" in done.stdout

@@ -1,0 +1,156 @@
+"""What earlier versions handed out, and every name that they promised, held against this version (docs/promises.md).
+
+`python -m tests.tools.archive VERSION` writes the archive of a release, which stays as it is; without a version, that
+of what is not released yet.
+"""
+
+import copy
+import json
+import shutil
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from exercises.assignment import load_assignment
+from exercises.problem import ENGINE
+from grader.attempt import GRADER
+from grader.docs import promises_page
+from grader.sandbox import Limits
+from grader.submission import find_submissions
+from grader.upgrade import compared, marks_moved
+from tests.support import ROOT
+from tests.tools.archive import ARCHIVES, SCHEMAS, UNRELEASED, interface
+
+EVERY = sorted(path for path in ARCHIVES.iterdir())
+archives = pytest.mark.parametrize("archive", EVERY, ids=lambda path: path.name)
+ANEW = "python -m tests.tools.archive writes what is not released anew; what is released is promised"
+
+
+def about(archive: Path) -> dict[str, Any]:
+    content: dict[str, Any] = json.loads((archive / "about.json").read_text(encoding="utf-8"))
+    return content
+
+
+def major(number: str) -> str:
+    """Return the part of a version within which nothing that is promised changes; before 1.0, any may."""
+    whole = number.split(".")
+    return whole[0] if whole[0] != "0" else ".".join(whole[:2])
+
+
+def is_promised(archive: Path) -> bool:
+    return archive.name == UNRELEASED or major(about(archive)["qdot"]) == major(version("qdot"))
+
+
+@archives
+def test_an_archived_class_has_the_same_problems(archive: Path, tmp_path: Path) -> None:
+    folder = Path(shutil.copytree(archive, tmp_path / "class"))
+    found = compared(load_assignment(folder), 1, lambda: None)
+    assert found.unknown == [] and len(found.handed_out) == 2
+    if is_promised(archive):
+        assert about(archive)["engine"] == ENGINE, ANEW
+    if about(archive)["engine"] == ENGINE:
+        assert [one.said for one in found.different] == [], ANEW
+    else:
+        assert len(found.different) == sum(one.problems for one in found.handed_out), "another engine is not told"
+
+
+@archives
+def test_an_archived_class_has_the_same_marks(archive: Path, tmp_path: Path) -> None:
+    folder = Path(shutil.copytree(archive, tmp_path / "class"))
+    assignment = load_assignment(folder)
+    looked = find_submissions(assignment, folder / "submitted")
+    moved = list(marks_moved(assignment, looked.found, 0, Limits(), lambda _: None))
+    if archive.name == UNRELEASED or about(archive)["grader"] == GRADER:
+        assert moved == [], ANEW
+    assert not (folder / "graded" / ".cache").exists(), "nothing is written into the folder"
+
+
+# --- names ---
+
+
+def gone(old: Any, now: Any, place: str = "") -> list[str]:
+    """Return which of the names that were promised are not there any more."""
+    if isinstance(old, dict):
+        return [name for key, value in old.items() for name in gone(value, now.get(key, []), f"{place} {key}")]
+    return [f"{place.strip()}: {name}" for name in old if name not in now]
+
+
+@archives
+def test_every_promised_name_is_there(archive: Path) -> None:
+    if is_promised(archive):
+        assert gone(json.loads((archive / "interface.json").read_text(encoding="utf-8")), interface()) == [], ANEW
+
+
+def test_a_name_that_goes_is_noticed() -> None:
+    less = interface()
+    less["commands"]["qdot show"].remove("--hints")
+    less["outlets"].remove("moodle")
+    assert gone(interface(), less) == ["commands qdot show: --hints", "outlets: moodle"]
+
+
+# --- schemas ---
+
+READS = ("type", "const", "enum", "pattern", "$ref", "prefixItems", "anyOf", "oneOf")
+"""What of a schema tells a program what it will find."""
+
+
+def broken(old: Any, now: Any, place: str) -> list[str]:
+    """Return what a program that reads by the old schema would not find in what is written by the new one."""
+    if not isinstance(old, dict) or not isinstance(now, dict):
+        return [] if old == now else [place]
+    found = [f"{place}.{name}" for name in old.get("properties", {}) if name not in now.get("properties", {})]
+    found += [
+        f"{place}.{name} may be missing" for name in old.get("required", []) if name not in now.get("required", [])
+    ]
+    found += [f"{place}: {key}" for key in READS if old.get(key) != now.get(key)]
+    for key in ("properties", "$defs"):
+        for name, inner in old.get(key, {}).items():
+            if name in now.get(key, {}):
+                found += broken(inner, now[key][name], f"{place}.{name}")
+    return found + (broken(old["items"], now.get("items"), f"{place}[]") if "items" in old else [])
+
+
+def schemas(folder: Path) -> dict[str, Any]:
+    return {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in sorted(folder.glob("*.json"))}
+
+
+def less_than_promised(old: dict[str, Any], now: dict[str, Any]) -> list[str]:
+    """Return what is broken of schemas that have the same version still."""
+    lost = [name for name in old if name not in now]
+    same = [name for name in old if name in now and old[name]["version"] == now[name]["version"]]
+    return lost + [each for name in same for each in broken(old[name], now[name], name)]
+
+
+def test_every_schema_has_an_id_and_a_version() -> None:
+    for name, content in schemas(SCHEMAS).items():
+        assert isinstance(content["version"], int)
+        assert content["$id"] == f"urn:qdot:schema:{name}:{content['version']}"
+
+
+@archives
+def test_a_schema_that_takes_something_away_has_another_version(archive: Path) -> None:
+    old, now = schemas(archive / "schemas"), schemas(SCHEMAS)
+    assert less_than_promised(old, now) == [], "raise its version"
+    if is_promised(archive):
+        numbers = {name: content["version"] for name, content in old.items()}
+        assert numbers == {name: now[name]["version"] for name in numbers}, ANEW
+
+
+def test_what_a_schema_takes_away_is_noticed() -> None:
+    now = schemas(SCHEMAS)
+    less = copy.deepcopy(now)
+    del less["result"]["properties"]["score"]
+    less["result"]["required"].remove("late")
+    less["result"]["properties"]["student"]["type"] = "integer"
+    assert less_than_promised(now, less) == ["result.score", "result.late may be missing", "result.student: type"]
+    less["result"]["version"] += 1
+    assert less_than_promised(now, less) == []
+
+
+def test_the_page_of_promises_is_up_to_date() -> None:
+    page = (ROOT / "docs" / "promises.md").read_text(encoding="utf-8")
+    assert page == promises_page(), "make docs"
+    for name, content in schemas(SCHEMAS).items():
+        assert f"| `{name}.json` | {content['version']} |" in page

@@ -1,0 +1,120 @@
+"""What a stranger has to trust: nothing is sent anywhere, what is bundled keeps its licence, who to tell is said."""
+
+import json
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+from ruamel.yaml import YAML
+
+from exercises.site.pages import licences_text
+from tests.support import ROOT
+from tests.support.imports import imports, name_of
+from tests.support.suites import WHOLE
+
+NETWORK = {
+    "grader.hosts": "fetches pushes from the GitHub or GitLab that it is told", "grader.pushed": "the same",
+    "grader.site": "`qdot site serve`, on this machine alone", "grader.sandbox": "pipes to the sandbox",
+    "grader.guarantees": "what a probe tries to reach", "grader.contained.attempts": "tries to reach it",
+    "grader.contained.session": "cells of students that wait for something",
+    "grader.contained.zygote": "pipes to the sandbox", "grader.cluster": "the Dask cluster that it is told",
+}  # fmt: skip
+"""The modules that may speak to anything outside of their process, and to what."""
+LIBRARIES = {"socket", "ssl", "http", "urllib", "ftplib", "smtplib", "asyncio", "requests", "httpx", "distributed"}
+
+
+def test_no_other_module_can_reach_a_network() -> None:
+    modules = [*ROOT.glob("exercises/**/*.py"), *ROOT.glob("grader/**/*.py")]
+    using = {
+        name_of(path) for path in modules
+        if {name.split(".")[0] for name in imports(path)} & LIBRARIES and imports(path) != {"urllib.parse"}
+    }  # fmt: skip
+    assert using - {name for name in using if name in NETWORK} == set()
+
+
+WATCHED = """
+import sys
+
+def hook(event, arguments):
+    if event in ("socket.getaddrinfo", "socket.gethostbyname") or (
+        event in ("socket.connect", "socket.sendto") and isinstance(arguments[1], tuple)
+    ):
+        sys.stderr.write(f"NETWORK {event} {arguments[1:]}\\n")
+
+sys.addaudithook(hook)
+from grader.cli import app
+for arguments in %r:
+    try:
+        app(arguments)
+    except SystemExit as left:
+        assert not left.code, arguments
+"""
+
+
+def test_nothing_is_sent_by_any_command(tmp_path: Path) -> None:
+    folder = str(tmp_path / "hw")
+    commands = [["init", folder], ["families"], ["show", "polar-rp/1", "--solution"], ["verify", "polar-rp/1"]]
+    if WHOLE:
+        commands += [
+            [name, folder, *options, "--jobs", "1"]
+            for name, *options in (["generate"], ["verify"], ["grade"], ["export", "--to", "html"], ["upgrade-check"])
+        ]
+    done = subprocess.run(
+        [sys.executable, "-c", WATCHED % commands], cwd=tmp_path, capture_output=True, encoding="utf-8"
+    )
+    assert done.returncode == 0, done.stderr
+    assert "NETWORK" not in done.stderr
+
+
+def test_a_look_at_the_network_is_noticed(tmp_path: Path) -> None:
+    code = WATCHED % [] + "import socket; socket.getaddrinfo('localhost', 80)"
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, encoding="utf-8")
+    assert "NETWORK socket.getaddrinfo" in done.stderr
+
+
+# --- licences ---
+
+DIST = ROOT / "site" / "dist"
+
+
+@pytest.mark.skipif(not DIST.is_dir(), reason="the site's scripts are not built here: make site")
+def test_the_page_of_licences_has_every_library_of_the_site() -> None:
+    page = licences_text(DIST)
+    wanted = json.loads((ROOT / "site" / "package.json").read_text(encoding="utf-8"))["dependencies"]
+    listed = re.findall(r"(?m)^## (\S+) - \S+ \(([\w.-]+)\)$", page)
+    assert set(wanted) <= {name for name, _ in listed}
+    assert {licence for _, licence in listed} <= {"MIT", "Apache-2.0", "BSD-3-Clause", "ISC"}, "may it be bundled?"
+    assert page.count("Permission is hereby granted") >= len(listed) - 2 and "Apache License" in page
+    assert "https://github.com/josdejong/mathjs" in page.split("## Notices")[1]
+
+
+def test_nothing_else_is_bundled() -> None:
+    """What others wrote says so; of fonts there are none."""
+    foreign = re.compile(r"copyright|all rights reserved|SPDX", re.IGNORECASE)
+    files = [path for top in ("exercises", "grader", "templates", "site/src") for path in (ROOT / top).rglob("*")]
+    files = [path for path in files if path.is_file() and "__pycache__" not in path.parts]
+    assert len(files) > 300
+    assert [path.name for path in files if path.suffix in (".woff", ".woff2", ".ttf", ".otf", ".min.js")] == []
+    texts = [path for path in files if path.suffix in (".py", ".j2", ".ts", ".tsx", ".css", ".toml", ".json")]
+    assert [path.name for path in texts if foreign.search(path.read_text(encoding="utf-8"))] == []
+
+
+# --- SECURITY.md, CITATION.cff ---
+
+
+def test_the_citation_is_of_this_version() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    citation = YAML(typ="safe").load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    assert citation["cff-version"] == "1.2.0" and {"message", "title", "authors"} <= set(citation)
+    assert (citation["version"], citation["license"]) == (project["version"], project["license"])
+    assert [author["name"] for author in citation["authors"]] == [author["name"] for author in project["authors"]]
+
+
+@pytest.mark.parametrize("name", ["SECURITY.md", "docs/privacy.md", "docs/promises.md"])
+def test_links_lead_somewhere(name: str) -> None:
+    page = ROOT / name
+    links = re.findall(r"\]\(([^)#]+)", page.read_text(encoding="utf-8"))
+    assert links and [link for link in links if not (page.parent / link).exists()] == []

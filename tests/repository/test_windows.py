@@ -1,0 +1,150 @@
+"""What runs no student's code works where there is nothing of POSIX, as on Windows; the rest says so in one sentence.
+
+A stand-in (`tests/support/windows`) takes away what Windows lacks. CI runs the same on Windows itself.
+"""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from exercises.assignment import Student
+from exercises.exports.registry import OUTLETS
+from tests.support import ROOT
+from tests.support.command import run as run_here
+from tests.support.handing_in import a_class, contents, hand_in, right
+from tests.support.suites import WHOLE
+
+pytestmark = pytest.mark.xdist_group("windows")
+
+STAND_IN = ROOT / "tests" / "support" / "windows"
+ON_WINDOWS = sys.platform == "win32"
+
+
+def run(*arguments: str | Path, code: int = 0, encoding: str = "") -> tuple[str, str]:
+    """Run a command where there is nothing of POSIX; no file is opened in whatever encoding the system has."""
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONWARNDEFAULTENCODING": "1"}
+    if not ON_WINDOWS:
+        environment["PYTHONPATH"] = f"{STAND_IN}{os.pathsep}{ROOT}"
+    if encoding:
+        environment["PYTHONIOENCODING"] = encoding
+    warnings = ("-W", "error::EncodingWarning:exercises", "-W", "error::EncodingWarning:grader")
+    command = [sys.executable, *warnings, "-m", "grader.cli", *map(str, arguments)]
+    done = subprocess.run(command, env=environment, capture_output=True, cwd=ROOT, timeout=600)
+    said, told = done.stdout.decode("utf-8"), done.stderr.decode("utf-8", "replace")
+    assert done.returncode == code, f"{arguments}: {said}{told}"
+    assert "Traceback" not in told
+    return said, told
+
+
+@pytest.mark.skipif(ON_WINDOWS, reason="it is the system itself")
+def test_the_stand_in_has_nothing_of_posix(tmp_path: Path) -> None:
+    program = """
+import importlib, multiprocessing, os, signal, sys
+for name in ("fcntl", "resource", "pwd", "termios"):
+    try:
+        importlib.import_module(name)
+    except ImportError:
+        continue
+    sys.exit(f"{name} is there")
+assert not any(hasattr(os, name) for name in ("fork", "geteuid", "getuid")) and not hasattr(signal, "setitimer")
+assert multiprocessing.get_all_start_methods() == ["spawn"]
+for refused in (lambda: os.open(".", os.O_RDONLY), lambda: open("a:b", "w"), lambda: os.replace(kept.name, "x")):
+    kept = open("kept", "w")
+    try:
+        refused()
+    except OSError:
+        continue
+    sys.exit("a name, a folder or an open file is not refused")
+"""
+    environment = {**os.environ, "PYTHONPATH": str(STAND_IN)}
+    subprocess.run([sys.executable, "-c", program], env=environment, cwd=tmp_path, check=True)
+
+
+def test_what_is_asked_and_solved(tmp_path: Path) -> None:
+    said, _ = run("show", "polar-rp/1", "--solution")
+    assert "θ" in said, "a pipe is UTF-8, whatever the system's encoding is"
+    assert "?" in run("show", "polar-rp/1", encoding="ascii")[0]
+    assert json.loads(run("show", "polar-rp/1", "--format", "json")[0])["id"] == "polar-rp/1"
+    assert (
+        "determinant"
+        in run("solve", ROOT / "tests/data/archives/unreleased/arm.toml", "--map", tmp_path / "map.svg")[0].lower()
+    )
+    assert (tmp_path / "map.svg").exists()
+    assert "1 problems verified, 0 failed" in run("verify", "polar-rp/1")[0]
+    assert json.loads(run("compare", "a1*a2*s2", "a1*a2*sin(theta2)")[0])["outcome"] == "correct"
+
+
+def test_time_that_is_over_ends_a_derivation() -> None:
+    """There is no timer of the system."""
+    said, _ = run("solve", "panda", "--time", "0.1", "--format", "json")
+    assert json.loads(said)["missing"]
+
+
+REFUSED = "Windows can't contain students' code, and qdot runs none without: use the container"
+
+
+def test_students_code_is_refused_in_one_sentence(tmp_path: Path) -> None:
+    made = a_class(tmp_path / "hw", [Student("ada")])
+    notebook = hand_in(made, "ada/hw.ipynb", right(made, "ada"))
+    for command, path in (("grade", made.folder), ("check", notebook), ("demo", tmp_path / "demo")):
+        said, told = run(command, path, code=2)
+        assert told.startswith(f"qdot: {REFUSED}") and len(told.splitlines()) == 1 and not said
+    assert not (tmp_path / "demo").exists() and not (made.folder / "graded" / "results.jsonl").exists()
+    found = json.loads(run("doctor", "--json")[0])
+    assert not found["strict"] and {each["by"] for each in found["guarantees"]} == {"missing"}
+    assert REFUSED in run("doctor")[0]
+
+
+ARCHIVES = {"gradescope", "github", "gitlab", "nbgrader", "otter", "prairielearn", "moodle", "canvas", "qti"}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A class that was graded elsewhere, and is generated, exported and reported here."""
+    made = a_class(tmp_path_factory.mktemp("windows") / "hw", [Student("ada", "Ädä"), Student("bo")])
+    elsewhere = shutil.copytree(made.folder, made.folder.parent / "elsewhere")
+    run("generate", made.folder, "--jobs", "2")
+    if not ON_WINDOWS:
+        hand_in(made, "ada/hw.ipynb", right(made, "ada"))
+        run_here("grade", made.folder, "--jobs", "1")
+        run_here("generate", elsewhere, "--jobs", "1")
+    return made.folder
+
+
+@pytest.mark.skipif(not WHOLE, reason="make whole: a class written, exported, reported and forgotten")
+class TestAClass:
+    @pytest.mark.skipif(ON_WINDOWS, reason="there is nothing to compare with")
+    def test_the_same_notebooks_are_written(self, folder: Path) -> None:
+        for kind in ("released", "solutions", "certificates"):
+            assert contents(folder / kind) == contents(folder.parent / "elsewhere" / kind)
+
+    def test_it_is_verified_and_goes_on(self, folder: Path) -> None:
+        assert "2 problems verified, 0 failed" in run("verify", folder, "--jobs", "1")[0]
+        assert "2 kept" in run("generate", folder)[0]
+        assert "2 of 2 are the same as were handed out" in run("upgrade-check", folder, "--jobs", "1")[0]
+
+    @pytest.mark.parametrize("outlet", sorted(set(OUTLETS) - {"pdf", "stack"}))
+    def test_every_outlet(self, folder: Path, outlet: str) -> None:
+        run("export", folder, "--to", outlet, "--variants", "1", "--jobs", "1", "--out", folder.parent / outlet)
+        assert list((folder.parent / outlet).iterdir())
+
+    @pytest.mark.skipif(ON_WINDOWS, reason="nothing is graded here")
+    def test_the_report_and_marks(self, folder: Path) -> None:
+        run("report", folder)
+        run("report", folder, "--report", f"xlsx={folder / 'grades.xlsx'}")
+        assert (folder / "grades.xlsx").stat().st_size > 1000
+
+    @pytest.mark.skipif(not (ROOT / "site" / "dist").is_dir(), reason="the site's scripts are not built: make site")
+    def test_the_site(self, tmp_path: Path) -> None:
+        run("site", "build", "--families", "polar-rp", "--variants", "1", "--jobs", "2", "--out", tmp_path / "site")
+        assert (tmp_path / "site" / "practice.html").exists()
+
+    def test_a_student_is_forgotten(self, folder: Path) -> None:
+        copy = shutil.copytree(folder, folder.parent / "copy")
+        run("forget", "ada", copy, "--yes")
+        assert not (copy / "released" / "ada").exists()

@@ -1,0 +1,194 @@
+"""A class as this version hands it out and grades it, and all names that this version promises, kept for later ones.
+
+    python -m tests.tools.archive               writes tests/data/archives/unreleased anew
+    python -m tests.tools.archive 1.0.0         writes that of a release, which never changes again
+
+`tests/repository/test_promises.py` holds every later version against all archives. Of what is handed out there are
+certificates, which have a digest of every problem and cell, and not the notebooks; what is handed in has code alone.
+"""
+
+import argparse
+import json
+import os
+import shutil
+import tempfile
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import exercises
+import grader
+from exercises.arm.chain import CONVENTIONS
+from exercises.arm.library import robots
+from exercises.arm.robot_file import KEYS, TOP_KEYS
+from exercises.assignment import AssignmentFile, ProblemEntry, Student, load_assignment
+from exercises.console import say
+from exercises.errors import QdotError
+from exercises.exports.registry import OUTLETS
+from exercises.families import FAMILIES
+from exercises.problem import ENGINE
+from exercises.quizzes import ASKED
+from exercises.release import init_assignment, notebook_path, release
+from exercises.sets import SETS
+from exercises.variation import AXES, STEPS
+from grader.attempt import GRADER
+from grader.batch import grade_class
+from grader.certify import CERTIFIER
+from grader.history import results_path
+from grader.overrides import OVERRIDES
+from grader.reports.formats import FORMATS
+from grader.reports.tables import results_jsonl
+from grader.sandbox import Limits
+from grader.submission import find_submissions
+from tests.support import DATA, ROOT
+
+ARCHIVES = DATA / "archives"
+SCHEMAS = ROOT / "docs" / "schemas"
+UNRELEASED = "unreleased"
+"""The archive that is written anew whenever a number of version goes up before a release."""
+STUDENTS = (Student("ada", "Ada Example"), Student("bo", "Bo Example"))
+KEY, RECEIVED = "archived", 1_700_000_000
+TOML = f"""title = "Archived"
+key = "{KEY}"
+attempts = "best"
+
+[[problem]]
+family = "planar-2r"
+questions = ["position", "jacobian", "determinant", "inverse-velocity", "singular-angles"]
+points = [1, 2, 1, 2, 2]
+
+[[problem]]
+robot = "arm.toml"
+questions = ["jacobian", "determinant"]
+
+[[problem]]
+family = "scara"
+variation = "full"
+convention = "modified-dh"
+questions = ["joint-axes", "geometric-jacobian"]
+
+[[problem]]
+family = "random-3"
+questions = ["jacobian", "determinant"]
+difficulty = [1, 2]
+decimals = 3
+
+[[problem]]
+family = "wrist-zyz"
+convention = "screws"
+questions = ["space-jacobian"]
+
+[[problem]]
+family = "elbow-3r"
+questions = "quiz"
+"""
+ARM = """name = "archived arm"
+task = ["vx", "vy"]
+
+[[joint]]
+kind = "R"
+theta = "theta1"
+d = 0
+a = "a1"
+alpha = "pi/2"
+
+[[joint]]
+kind = "P"
+theta = 0
+d = "d2"
+a = 0
+alpha = 0
+
+[draw]
+a1 = [0.3, 0.8]
+"""
+WRONG = {
+    "p1.jacobian": "p1_jacobian = Matrix([[-a1*sin(theta1), 0], [a1*cos(theta1), 0]])",
+    "p1.determinant": "p1_determinant = blank",
+    "p2.determinant": "raise ValueError('no idea')",
+}
+"""What the second student answers; all else of both is right."""
+
+
+def interface() -> dict[str, Any]:
+    """Return every name that people write, or that their programs use: none of them goes or changes its meaning."""
+    import typer
+
+    from grader.cli import program
+
+    whole = typer.main.get_command(program())
+    return {
+        "commands": dict(_options(whole, "qdot")),
+        "assignment.toml": sorted(AssignmentFile.model_fields),
+        "[[problem]]": sorted(ProblemEntry.model_fields),
+        "ROBOT.toml": {"": sorted(TOP_KEYS), **{f"[[joint]] of {name}": sorted(keys) for name, keys in KEYS.items()}},
+        "exercises": sorted(exercises.__all__), "grader": sorted(grader.__all__),
+        "conventions": sorted(CONVENTIONS), "variation": sorted((*STEPS, *AXES)), "sets": sorted(SETS),
+        "families": sorted(FAMILIES), "questions": sorted(ASKED), "robots": sorted(robots()),
+        "outlets": sorted(OUTLETS), "reports": sorted(FORMATS),
+    }  # fmt: skip
+
+
+def _options(command: Any, name: str) -> list[tuple[str, list[str]]]:
+    """Return each command by its whole name with its arguments and options."""
+    if hasattr(command, "commands"):
+        return [pair for each, inner in command.commands.items() for pair in _options(inner, f"{name} {each}")]
+    return [(name, sorted(written for one in command.params for written in one.opts))]
+
+
+def write(archive: Path) -> None:
+    """Write an archive."""
+    shutil.rmtree(archive, ignore_errors=True)
+    archive.mkdir(parents=True)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name) / "class"
+        _handed_out_and_graded(folder)
+        for kept in ("certificates", "submitted"):
+            shutil.copytree(folder / kept, archive / kept)
+        for kept in ("assignment.toml", "roster.csv", "secret.txt", "arm.toml", OVERRIDES, "redrawn.csv"):
+            if (folder / kept).exists():
+                shutil.copyfile(folder / kept, archive / kept)
+        (archive / "graded").mkdir()
+        shutil.copyfile(folder / "graded" / "results.jsonl", archive / "graded" / "results.jsonl")
+    shutil.copytree(SCHEMAS, archive / "schemas")
+    about = {"qdot": version("qdot"), "engine": ENGINE, "grader": GRADER}
+    for file, content in (("about.json", about), ("interface.json", interface())):
+        (archive / file).write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+
+
+def _handed_out_and_graded(folder: Path) -> None:
+    init_assignment(folder, "Archived", KEY, STUDENTS, secret="an archive's secret")
+    (folder / "arm.toml").write_text(ARM, encoding="utf-8")
+    (folder / "assignment.toml").write_text(TOML, encoding="utf-8")
+    (folder / OVERRIDES).write_text("student,part,points,comment\nbo,p3.joint-axes,0.5,on paper\n", encoding="utf-8")
+    assignment = release(load_assignment(folder), CERTIFIER, 1, lambda _: None)
+    for student in STUDENTS:
+        solved = json.loads(notebook_path(assignment, student.id, "solutions").read_text(encoding="utf-8"))
+        handed_in = folder / "submitted" / student.id / f"{KEY}.ipynb"
+        handed_in.parent.mkdir(parents=True)
+        solved["metadata"]["qdot"]["kind"] = "student"
+        content = {**solved, "cells": [_cell(cell, student.id) for cell in solved["cells"] if _is_answered(cell)]}
+        handed_in.write_text(json.dumps(content, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+        os.utime(handed_in, (RECEIVED, RECEIVED))
+    looked = find_submissions(assignment, folder / "submitted")
+    results = grade_class(assignment, looked.found, 0, Limits(), lambda _: None)
+    results_path(assignment).write_text(results_jsonl(results), encoding="utf-8")
+
+
+def _is_answered(cell: dict[str, Any]) -> bool:
+    return cell["cell_type"] == "code" and ("qdot" in cell["metadata"] or cell.get("id") == "setup")
+
+
+def _cell(cell: dict[str, Any], student: str) -> dict[str, Any]:
+    part = cell["metadata"].get("qdot", {}).get("part")
+    return {**cell, "outputs": [], **({"source": WRONG[part]} if student == "bo" and part in WRONG else {})}
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("release", nargs="?", default=UNRELEASED)
+    given = parser.parse_args()
+    if given.release != UNRELEASED and (ARCHIVES / given.release).exists():
+        raise QdotError(f"{ARCHIVES / given.release} is there: what a release archived is what later ones are held to")
+    write(ARCHIVES / given.release)
+    say(f"wrote {(ARCHIVES / given.release).relative_to(ROOT)}")
