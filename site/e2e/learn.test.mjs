@@ -82,7 +82,7 @@ test("what is seen going is ticked by touch, too, and in German", async () => {
 test("a link to no lesson says so", async () => {
   const { page } = await opened(there, "learn.html?lesson=foo");
   await page.getByText("There is no lesson “foo”").waitFor();
-  assert.equal(await page.locator(".way li").count(), 8);
+  assert.equal(await page.locator(".way > ol > li").count(), 8);
 });
 
 test("what is due is on top of the practice page, and is answered in its order", async () => {
