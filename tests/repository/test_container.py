@@ -12,6 +12,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+import tomllib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -45,10 +46,10 @@ def test_what_it_is_built_from_and_a_wheel_too_is_let_into_the_build() -> None:
     """What is not on the list is no part of the context: no environment, and no class beside the code."""
     first, *lines = [line for line in (ROOT / ".dockerignore").read_text().splitlines() if not line.startswith("#")]
     shown = {line.removeprefix("!") for line in lines if line.startswith("!")}
-    project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
-    (folders,) = re.findall(r"targets.wheel\]\nonly-include = (\[.*\])", project)
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    folders = project["tool"]["hatch"]["build"]["targets"]["wheel"]["only-include"]
     assert first == "*" and {"pyproject.toml", "constraints.txt", "README.md", "LICENSE"} < shown
-    assert set(json.loads(folders)) - {"site/dist"} < shown
+    assert set(folders) - {"site/dist"} < shown
     assert all((ROOT / name).exists() for name in shown)
 
 

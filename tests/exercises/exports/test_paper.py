@@ -18,6 +18,7 @@ from exercises.exports.outlet import File, Order
 from exercises.exports.paper import compile_pdf
 from exercises.exports.registry import OUTLETS
 from exercises.exports.sheet import Sheet, sheets
+from exercises.extras import install_words
 from exercises.figure import figure_svg, part_svg
 from exercises.figure.tikz import tikz
 from exercises.formula.latex import parsed
@@ -368,7 +369,7 @@ def test_a_problem_that_fails_its_certificate_is_not_printed(order: Order) -> No
 
 def test_without_typst_it_is_said_how_to_get_it(order: Order, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(__import__("sys").modules, "typst", None)
-    with pytest.raises(QdotError, match=r"pip install 'qdot\[pdf\]'"):
+    with pytest.raises(QdotError, match=re.escape(install_words("pdf"))):
         OUTLETS["pdf"].files(order)
 
 
@@ -378,8 +379,8 @@ def test_what_is_missing_for_one_outlet_keeps_no_other_from_being_written(
     monkeypatch.setitem(__import__("sys").modules, "typst", None)
     command: list[str | Path] = ["export", order.assignment.folder, "--jobs", "1", "--out", tmp_path]
     said = fails(*command, "--to", "html", "--to", "pdf", "--to", "latex")
-    assert "pdf is not written; all others are. pdf: PDF needs the library typst" in said
-    assert "pip install 'qdot[pdf]'" in said
+    assert "pdf is not written; all others are. pdf: PDF needs typst" in said
+    assert install_words("pdf") in said
     assert sorted(path.name for path in tmp_path.iterdir()) == ["html", "latex"]
 
 
