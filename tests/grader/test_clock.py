@@ -167,7 +167,7 @@ def test_a_cell_that_is_stopped_behind_its_answer_is_told(tmp_path: Path, monkey
     assert outcomes(results["s01"]) == RIGHT
     assert results["s01"]["notes"] == expected and results["s01"]["staff_notes"] == expected
     assert results["s02"]["notes"] == []
-    monkeypatch.setattr("grader.check.Sandbox", lambda: Sandbox(Limits(seconds=40, cell_seconds=1)))
+    monkeypatch.setattr("grader.check.Sandbox", lambda **_: Sandbox(Limits(seconds=40, cell_seconds=1)))
     assert [note.replace("1 s", "4 s") for note in check_notebook(path).notes] == expected
 
 

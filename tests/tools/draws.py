@@ -52,11 +52,11 @@ def kept(path: Path) -> Record:
 
 
 def left(record: Record, count: int) -> Iterator[tuple[str, str, range]]:
-    """Yield what is to be certified until every family and step has `count` draws, those with the fewest first.
+    """Yield what is to be certified until every family and step has `count` draws, ten of each at a time.
 
     >>> record = {"certified": {"planar-2r": {"chapter": 12, "full": 0}}}
     >>> [(step, list(seeds)) for _, step, seeds in left(record, 14)]
-    [('full', [0, 1, 2, 3, 4, 5, 6, 7, 8, 9]), ('full', [10, 11, 12, 13]), ('chapter', [12, 13])]
+    [('full', [0, 1, 2, 3, 4, 5, 6, 7, 8, 9]), ('chapter', [12, 13]), ('full', [10, 11, 12, 13])]
     """
     done = [(n, family, step) for family, steps in record["certified"].items() for step, n in steps.items()]
     for begin in range(0, count, AT_ONCE):
