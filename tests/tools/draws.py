@@ -2,15 +2,15 @@
 
 Each draw is asked every question that its arm can be asked, and has the certificate that `qdot verify` prints: its
 references in numbers, its singular sets both ways, full marks for the reference. How many were certified stands in
-draws.json, with the failures; a run goes on where the last one ended, and loses at most the draws in hand. Another
-engine begins anew: its ids are other problems.
+draws.json, with the failures, which the next run looks at again; it goes on where the last one ended, and loses at
+most the draws in hand. Another engine begins anew: its ids are other problems.
 """
 
 import argparse
 import json
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -66,10 +66,9 @@ def left(record: Record, count: int) -> Iterator[tuple[str, str, range]]:
                 yield family, step, seeds
 
 
-def certified(family: str, step: str, seeds: range, jobs: int) -> dict[str, list[str]]:
+def certified(draws: Sequence[ProblemId], jobs: int) -> dict[str, list[str]]:
     """Return what is wrong with which of the draws."""
-    tasks = [Task(ProblemId(family, FIRST + seed).varied(step)) for seed in seeds]
-    with closing(certify_all(tasks, jobs)) as every:
+    with closing(certify_all([Task(draw) for draw in draws], jobs)) as every:
         return {str(task.identity): [failure.said for failure in failures] for task, failures in every if failures}
 
 
@@ -83,10 +82,12 @@ def main() -> int:
     record = kept(given.record)
     tasks = list(left(record, given.count))
     started = time.process_time()
+    record["failed"] = certified([ProblemId.parse(name) for name in record["failed"]], given.jobs)
+    write_atomically(given.record, (json.dumps(record, indent=1) + "\n").encode())
     with progress("certifying", sum(len(seeds) for _, _, seeds in tasks)) as counter:
         for family, step, seeds in tasks:
-            failed = certified(family, step, seeds, given.jobs)
-            record["failed"].update(failed)
+            draws = [ProblemId(family, FIRST + seed).varied(step) for seed in seeds]
+            record["failed"].update(certified(draws, given.jobs))
             record["certified"][family][step] = seeds.stop
             write_atomically(given.record, (json.dumps(record, indent=1) + "\n").encode())
             for _ in seeds:

@@ -42,6 +42,9 @@ def test_what_fails_is_kept_and_told(
     monkeypatch.setattr(draws, "certify_all", fail)
     assert draws.main() == 1
     assert len(json.loads(record.read_text())["failed"]) == 1 and "no" in capsys.readouterr().out
+    monkeypatch.undo()
+    monkeypatch.setattr(sys, "argv", ["draws", "--count", "0", "--record", str(record)])
+    assert draws.main() == 0 and json.loads(record.read_text())["failed"] == {}  # looked at again
 
 
 def test_another_engine_begins_anew(record: Path) -> None:
