@@ -37,15 +37,25 @@ def time_limit(seconds: float) -> Iterator[None]:
         yield
         return
 
-    alarm = _Alarm(seconds) if HAS_TIMER else _Watch(seconds)
+    alarm = _Alarm(seconds) if HAS_TIMER else Watch(seconds, OutOfTime)
     try:
         yield
     except (OutOfTime, KeyboardInterrupt):
-        alarm.end()
+        end_of(alarm, OutOfTime)
         clear_cache()
         raise
     finally:
-        alarm.end()
+        end_of(alarm, OutOfTime)
+
+
+def end_of(alarm: "_Alarm | Watch", kind: type[BaseException]) -> None:
+    """Let no stop of this kind come any more, though one may come on the way to that."""
+    while True:
+        try:
+            alarm.end()
+            return
+        except kind:
+            continue
 
 
 class _Alarm:
@@ -64,27 +74,32 @@ class _Alarm:
         """Let no stop come any more."""
         signal.setitimer(signal.ITIMER_PROF, 0)
         if not self._ended:
-            self._ended = True
             signal.signal(signal.SIGPROF, self._usual)
+            self._ended = True
 
 
-class _Watch:
-    """A stop by a thread that looks at the clock, from now on: it comes between two steps of Python."""
+class Watch:
+    """A stop by a thread that looks at the clock, from now on: it raises `kind` in the thread that made it.
 
-    def __init__(self, seconds: float) -> None:
-        self._due = time.process_time() + seconds
-        self._ended = threading.Event()
-        self._lock = threading.Lock()
+    It comes between two steps of Python, and again until its end has come.
+    """
+
+    def __init__(self, seconds: float, kind: type[BaseException]) -> None:
+        self._due, self._kind = time.process_time() + seconds, kind
+        self._ended, self._lock = threading.Event(), threading.Lock()
         self._thread = threading.get_ident()
         threading.Thread(target=self._look, daemon=True).start()
 
     def _look(self) -> None:
-        while not self._ended.wait(AGAIN):
+        while not self._ended.wait(self._left() or AGAIN):
             with self._lock:
-                if time.process_time() >= self._due and not self._ended.is_set():
-                    self._raise(ctypes.py_object(OutOfTime))
+                if not self._left() and not self._ended.is_set():
+                    self._raise(ctypes.py_object(self._kind))
 
-    def _raise(self, what: "ctypes.py_object[type[OutOfTime]] | None") -> None:
+    def _left(self) -> float:
+        return max(0.0, self._due - time.process_time())
+
+    def _raise(self, what: "ctypes.py_object[type[BaseException]] | None") -> None:
         ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(self._thread), what)
 
     def end(self) -> None:

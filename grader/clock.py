@@ -5,13 +5,13 @@ workers, where signals do not.
 """
 
 import contextlib
-import ctypes
-import threading
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import mpmath
+
+from exercises.time_limit import Watch, end_of
 
 
 class Overlong(BaseException):
@@ -30,12 +30,11 @@ class Budget:
         if self.left <= 0:
             raise Overlong
         begun, digits = time.process_time(), mpmath.mp.prec
-        watch = _Watch(begun + self.left)
-        watch.start()
+        watch = Watch(self.left, Overlong)
         try:
             yield
         finally:
-            watch.end()
+            end_of(watch, Overlong)
             self.left -= time.process_time() - begun
             mpmath.mp.prec = digits  # what was broken off may not have come to it
 
@@ -46,32 +45,3 @@ class Allowance:
 
     judging: Budget = field(default_factory=lambda: Budget(30.0))
     looking: Budget = field(default_factory=lambda: Budget(15.0))
-
-
-class _Watch(threading.Thread):
-    """Raises Overlong in the thread that made it when the process has taken so much processor time."""
-
-    def __init__(self, until: float) -> None:
-        super().__init__(daemon=True)
-        self._until, self._watched = until, threading.get_ident()
-        self._ended, self._lock = threading.Event(), threading.Lock()
-
-    def run(self) -> None:
-        """Wait, and raise it unless the end has come before."""
-        while (left := self._until - time.process_time()) > 0:
-            if self._ended.wait(left):
-                return
-        with self._lock:
-            if not self._ended.is_set():
-                _raise_in(self._watched, Overlong)
-
-    def end(self) -> None:
-        """See to it that nothing is raised from now on; what was, and has not arrived, is taken back."""
-        with self._lock:
-            self._ended.set()
-            _raise_in(self._watched, None)
-
-
-def _raise_in(thread: int, kind: type[BaseException] | None) -> None:
-    raised = None if kind is None else ctypes.py_object(kind)
-    ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), raised)

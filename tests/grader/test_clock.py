@@ -12,6 +12,7 @@ import pytest
 from exercises import generate
 from exercises.assignment import Student
 from exercises.problem import Part, Problem
+from exercises.time_limit import Watch, end_of
 from grader import marking
 from grader.answer import Given
 from grader.check import check_notebook
@@ -48,6 +49,38 @@ def test_what_takes_too_long_is_broken_off_and_leaves_nothing() -> None:
     assert mpmath.mp.prec == digits and budget.left <= 0
     with pytest.raises(Overlong), budget.spent():
         raise AssertionError("nothing is left of it")
+
+
+class Swallowing:
+    """What comes inside of a destructor is lost, as inside of a callback of the garbage collector."""
+
+    def __del__(self) -> None:
+        until = time.process_time() + 0.2
+        while time.process_time() < until:
+            pass
+
+
+@pytest.mark.filterwarnings("ignore:Exception ignored in:pytest.PytestUnraisableExceptionWarning")
+def test_it_is_broken_off_where_the_first_time_was_lost() -> None:
+    budget, begun = Budget(0.1), time.process_time()
+    with pytest.raises(Overlong), budget.spent():
+        Swallowing()
+        while time.process_time() < begun + 5:
+            pass
+    assert budget.left <= 0
+
+
+def test_a_stop_on_the_way_to_the_end_changes_nothing() -> None:
+    ends = [Overlong, None]
+
+    class Late(Watch):
+        def end(self) -> None:
+            super().end()
+            if kind := ends.pop(0):
+                raise kind
+
+    end_of(Late(60, Overlong), Overlong)
+    assert not ends
 
 
 def test_it_is_broken_off_in_any_thread() -> None:

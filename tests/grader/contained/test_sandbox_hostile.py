@@ -140,9 +140,9 @@ def attacked(sandbox: Sandbox, cell: str) -> Run:
 # --- attacks in Python, on a sandbox as it is used ---
 
 GOES_ON = {
-    "endless": ("while True: pass", "it took longer than 0.8 s of processor time"),
+    "endless": ("while True: pass", "longer than 0.8 s"),
     "asleep": ("import time; time.sleep(60)", "it waited longer than 0.8 s"),
-    "swallows everything": ("while True:\n    try:\n        while True: pass\n    except Exception: pass", "took longer than"),
+    "swallows everything": ("while True:\n    try:\n        while True: pass\n    except Exception: pass", "longer than 0.8 s"),
     "memory": ("import mmap\nx = []\nwhile True: x.append(mmap.mmap(-1, 10**8))", "Cannot allocate memory"),
     "memory in NumPy": ("import numpy; numpy.ones(10**11)", "MemoryError"),
     "threads": ("import threading\ndef f(): time.sleep(9)\nimport time\nfor i in range(10**4): threading.Thread(target=f).start()",
