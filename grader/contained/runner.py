@@ -48,7 +48,8 @@ class Overtime(BaseException):
 class Alarm:
     """Rings after so much processor time, which a busy machine does not shorten, and where a cell waits as long.
 
-    How long it waited is what the clock says beyond `BUSY` times its processor time.
+    How long it waited is what the clock says beyond `BUSY` times its processor time. It rings until the cell has ended,
+    as a ring may be lost: mpmath, for one, has an `except:` where it reads a float.
     """
 
     def __init__(self, seconds: float) -> None:
@@ -58,12 +59,17 @@ class Alarm:
 
     def __enter__(self) -> None:
         self._began, self._used = time.monotonic(), time.process_time()
-        signal.setitimer(signal.ITIMER_PROF, self._seconds)
+        signal.setitimer(signal.ITIMER_PROF, self._seconds, AGAIN)
         signal.setitimer(signal.ITIMER_REAL, self._seconds)
 
     def __exit__(self, *_error: object) -> None:
-        signal.setitimer(signal.ITIMER_PROF, 0)
-        signal.setitimer(signal.ITIMER_REAL, 0)
+        while True:
+            try:
+                signal.setitimer(signal.ITIMER_PROF, 0)
+                signal.setitimer(signal.ITIMER_REAL, 0)
+                return
+            except Overtime:  # it rang on the way to its end
+                continue
 
     def _ring(self, _signal: int, _frame: Any) -> None:
         raise Overtime(f"took longer than {self._seconds:g} s of processor time")
@@ -71,13 +77,16 @@ class Alarm:
     def _look(self, _signal: int, _frame: Any) -> None:
         used = time.process_time() - self._used
         left = self._began + self._seconds + BUSY * used - time.monotonic()
+        signal.setitimer(signal.ITIMER_REAL, left if left > 0 else AGAIN)
         if left <= 0:
             raise Overtime(f"waited longer than {self._seconds:g} s")
-        signal.setitimer(signal.ITIMER_REAL, left)
 
 
 BUSY = 10
 """A machine may be so many times as slow as it is alone."""
+
+AGAIN = 0.2
+"""Seconds between two rings."""
 
 
 class Told(NamedTuple):

@@ -173,6 +173,9 @@ def test_a_busy_machine_costs_no_answer() -> None:
 
 COMPUTES = "import time\nbegun = time.process_time()\nwhile time.process_time() - begun < 0.2: pass"
 
+CAUGHT = "x = 1\ntry:\n    while x: x += 1\nexcept: pass"
+"""A stop is lost, as in an `except:` of a library: it comes again."""
+
 
 @pytest.mark.parametrize(
     ("cell", "told"),
@@ -180,6 +183,8 @@ COMPUTES = "import time\nbegun = time.process_time()\nwhile time.process_time() 
         ("while True: pass", "it took longer than 0.5 s of processor time"),
         ("import time; time.sleep(60)", "it waited longer than 0.5 s"),
         (f"import time\n{COMPUTES}\ntime.sleep(60)", "it waited longer than 0.5 s"),
+        (f"{CAUGHT}\nwhile True: pass", "it took longer than 0.5 s of processor time"),
+        ("import time\ntry: time.sleep(60)\nexcept: pass\ntime.sleep(60)", "it waited longer than 0.5 s"),
     ],
 )
 def test_a_cell_that_takes_too_long_is_told_what_of(cell: str, told: str) -> None:
