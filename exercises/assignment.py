@@ -20,6 +20,7 @@ from exercises.difficulty import HARDEST
 from exercises.errors import QdotError
 from exercises.families import Family
 from exercises.families.own import own_family
+from exercises.files import is_changed_by_windows
 from exercises.formula.identity import Rounding
 from exercises.generation import (
     check_questions,
@@ -40,6 +41,7 @@ from exercises.several import LAST, Several, read_several
 from exercises.several import RULE as SEVERAL
 from exercises.variation import AXES, DEFAULT, STEPS, named, of_axes
 
+FILE = "assignment.toml"
 SECRET_FILE = "secret.txt"  # noqa: S105 - a file's name
 SECRET_VARIABLE = "QDOT_SECRET"  # noqa: S105 - a variable's name
 _MISSING = "'qdot init' makes a folder that has one"
@@ -84,6 +86,8 @@ class AssignmentFile(pydantic.BaseModel):
     twist_order: str | None = None
     problem: list[ProblemEntry] = pydantic.Field(min_length=1)
 
+
+TAKEN = "on Windows none may end in '.' or be called like a device (CON, PRN, AUX, NUL, COM1, LPT1, …)"
 
 RIGHT = {
     "title": 'it is a text, as in title = "Velocity kinematics"',
@@ -291,13 +295,15 @@ def load_assignment(folder: Path) -> Assignment:
     ...     load_assignment(Path(folder) / "week-3")
     Assignment(week-3: 4 problems, 2 students)
     """
-    if not folder.is_dir():
-        raise QdotError(f"{folder} is not a folder; 'qdot init {folder}' makes one")
-    file = read_toml(folder / "assignment.toml", _MISSING, float)
+    _check_folder(folder)
+    file = read_toml(folder / FILE, _MISSING, float)
     content = _checked(file)
     if content.key.lower().endswith(".ipynb"):
         with file.at("key"):
             raise QdotError(f'it is written without .ipynb, as in key = "{content.key[:-6]}"')
+    if is_changed_by_windows(content.key):
+        with file.at("key"):
+            raise QdotError(f'it names the notebooks\' files, and {TAKEN}; as in key = "velocity"')
     with file.at("late"):
         late = read_late(content.late, content.due)
     with file.at("attempts"):
@@ -323,6 +329,15 @@ def load_assignment(folder: Path) -> Assignment:
         content.hints, late, attempts, content.sandbox, None if export is None else export.gradebook,
         read_redrawn(folder), oftener,
     )  # fmt: skip
+
+
+def _check_folder(folder: Path) -> None:
+    """Raise QdotError where something is named that is no folder, or that is in an assignment's."""
+    above = folder.parent if folder.name else folder / ".."
+    if folder.exists() and not (folder / FILE).exists() and (above / FILE).is_file():
+        raise QdotError(f"{folder} is in an assignment's folder; name that folder, {above}")
+    if not folder.is_dir():
+        raise QdotError(f"{folder} is not a folder; 'qdot init {folder}' makes one")
 
 
 def _checked(file: TomlFile) -> AssignmentFile:
@@ -455,7 +470,8 @@ def _asked(family: Family, said: list[str] | str | None, convention: str) -> tup
 def _check_points(points: tuple[float, ...] | None, questions: int) -> None:
     if points is not None and len(points) != questions:
         of_all = f"{len(points)} {'number' if len(points) == 1 else 'numbers'} for {questions} "
-        raise QdotError(f"{of_all}{'question' if questions == 1 else 'questions'}; {RIGHT['points']}")
+        asked = f"{of_all}{'question' if questions == 1 else 'questions'}"
+        raise QdotError(f"{asked}; it is a list of positive numbers, one for each, as in points = {[1] * questions}")
     if points is not None and any(not 0 < number < 1e6 for number in points):
         raise QdotError(RIGHT["points"])
 
@@ -527,6 +543,8 @@ def _check_identifier(where: str, identifier: str) -> None:
             f"{where}: {identifier!r} can't be a student's identifier; it names folders, so it has at most "
             "100 characters, does not start with '.' or '-', and has no / \\ : * ? \" < > |"
         )
+    if is_changed_by_windows(identifier):
+        raise QdotError(f"{where}: {identifier!r} can't be a student's identifier; it names folders, and {TAKEN}")
 
 
 def read_secret(folder: Path) -> str:

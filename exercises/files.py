@@ -21,6 +21,14 @@ IS_POSIX = fcntl is not None
 """Whether a file that is open can be renamed and removed, as Windows does not let anybody."""
 
 
+_DEVICE = re.compile(r"(con|prn|aux|nul|conin\$|conout\$|(com|lpt)[0-9¹²³]) *(\..*)?", re.IGNORECASE)
+
+
+def is_changed_by_windows(name: str) -> bool:
+    """Return whether a file or folder can't have this name on Windows: a device has it, or its end is taken off."""
+    return name.endswith((".", " ")) or _DEVICE.fullmatch(name) is not None
+
+
 def cannot_write(path: Path, error: OSError) -> QdotError:
     """Return the error for a file or folder that the system won't let us write."""
     return QdotError(f"{path} can't be written: {error.strerror or error}")

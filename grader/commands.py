@@ -341,7 +341,12 @@ def _grade(
     for said in looked.unsure:
         note(said)
     for name in looked.strangers:
-        note(f"{name}: no student of that name is on the roster; not graded")
+        whose = (
+            f"; whose is it? it is told by the folder, as in STUDENT/{name}"
+            if name == f"{assignment.key}.ipynb"
+            else ""
+        )
+        note(f"{name}: no student of that name is on the roster; not graded{whose}")
     if not executor:  # each worker looks for itself
         check_sandbox(assignment.sandbox == "strict")
     with alone(assignment.folder):

@@ -26,7 +26,9 @@ from grader.marking import share_earned
 
 def export(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="The assignment folder.")],
-    to: Annotated[list[str], typer.Option("--to", metavar="OUTLET", help=f"Any of {', '.join(OUTLETS)}; repeatable.")],
+    to: Annotated[
+        list[str], typer.Option("--to", metavar="OUTLET", help=f"One of {', '.join(OUTLETS)}; repeatable.")
+    ] = [],  # noqa: B006
     out: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Default: DIR/exports/OUTLET.")] = None,
     variants: Annotated[
         int, typer.Option(min=1, max=10_000, help="How many variants of each problem a bank has.")
@@ -64,6 +66,8 @@ def export(
     Of several outlets, one that can't be made, as PDF where its library is missing, keeps no other from being written.
     """
     names = list(dict.fromkeys(to))
+    if not names:
+        raise QdotError(f"--to says what to write, as in --to html; known: {', '.join(OUTLETS)}")
     _check(names, sheet, page, variation)
     assignment = load_assignment(folder)
     if variation:

@@ -1,6 +1,7 @@
 """An assignment's folder: what is wrong in it is told with file, line or key, and what would be right."""
 
 import os
+import re
 import stat
 import subprocess
 import sys
@@ -87,7 +88,7 @@ def test_init_overwrites_nothing(folder: Path) -> None:
         ),
         (
             TOML.replace('"]\n', '", "jacobian"]\npoints = [1]\n'),
-            "points = [1]: 1 number for 2 questions; it is a list",
+            ": 1 number for 2 questions; it is a list of positive numbers, one for each, as in points = [1, 1]",
         ),
         (TOML + "points = [-1]\n", "points = [-1]: it is a list of positive numbers, one for each question"),
         (TOML + "points = [nan]\n", "points = [nan]: it is a list of positive numbers"),
@@ -125,6 +126,14 @@ def test_init_overwrites_nothing(folder: Path) -> None:
             'line 2: key = "../hw": it names the notebooks\' files: at most 100',
         ),
         (TOML.replace('key = "hw"', 'key = "hw.ipynb"'), 'line 2: key = "hw.ipynb": it is written without .ipynb'),
+        (
+            TOML.replace('"hw"', '"CON"'),
+            'line 2: key = "CON": it names the notebooks\' files, and on Windows none may end',
+        ),
+        (
+            TOML.replace('"hw"', '"a."'),
+            'line 2: key = "a.": it names the notebooks\' files, and on Windows none may end',
+        ),
         (TOML.replace('"T"', '" "'), 'line 1: title = " ": it is a text, as in title = "'),
         (
             "due = 2027-01-15\n" + TOML,
@@ -196,6 +205,39 @@ def test_what_is_wrong_in_the_roster_is_told(folder: Path, roster: str, said: st
         load_assignment(folder)
     assert "roster.csv" in str(caught.value)
     assert said in str(caught.value)
+
+
+RESERVED = ("CON", "con.txt", "aux .b", "NUL", "Prn", "com1", "COM²", "lpt9.csv", "CONIN$", "ada.")
+
+
+@pytest.mark.parametrize("name", RESERVED)
+def test_what_windows_would_call_otherwise_is_no_student(folder: Path, name: str) -> None:
+    (folder / "roster.csv").write_text(f"student\ns1\n{name}\n", encoding="utf-8")
+    said = (
+        f"line 3: '{re.escape(name)}' can't be a student's identifier; it names folders, and on Windows none may end in"
+    )
+    with pytest.raises(QdotError, match=said):
+        load_assignment(folder)
+
+
+def test_names_of_people_are_students(folder: Path) -> None:
+    names = ("anna müller", "connie", "aux1", "com", "com10", "lpt", "nul-1", "Prnjak", "o'con", "a.b", "1", "=1", "~x")
+    (folder / "roster.csv").write_text("\n".join(("student", *names, "")), encoding="utf-8")
+    assert tuple(student.id for student in load_assignment(folder).roster) == names
+
+
+def test_a_folder_or_file_in_an_assignment_is_told_from_it(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (folder / "submitted").mkdir(exist_ok=True)
+    for inside in (folder / "submitted", folder / "assignment.toml"):
+        with pytest.raises(
+            QdotError, match=f"is in an assignment's folder; name that folder, {re.escape(str(folder))}$"
+        ):
+            load_assignment(inside)
+    monkeypatch.chdir(folder / "submitted")
+    with pytest.raises(QdotError, match=r"^\. is in an assignment's folder; name that folder, \.\.$"):
+        load_assignment(Path())
+    with pytest.raises(QdotError, match="is not a folder; 'qdot init"):
+        load_assignment(folder / "none")
 
 
 def test_roster_keeps_names_and_further_columns(folder: Path) -> None:

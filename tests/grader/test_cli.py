@@ -127,6 +127,7 @@ def test_show_in_every_format_is_the_same_twice(format: str) -> None:
         (("compare", "a1", "a1", "--type", "word"), "none of expression"),
         (("compare", "a1", "a1+"), "the reference can't be read"),
         (("compare", "--batch", "nowhere.jsonl"), "nowhere.jsonl"),
+        (("export", "nowhere"), "--to says what to write, as in --to html; known: github, gradescope"),
     ],
 )
 def test_bad_input_gets_one_message_and_code_2(args: tuple[str, ...], said: str) -> None:
@@ -278,6 +279,12 @@ def test_generate_grade_and_check(folder: Path) -> None:
     assert [(row["student"], row["score"], row["max_score"]) for row in rows] == [("s001", 3, 3), ("s002", 0, 3)]
     assert (folder / "graded" / "feedback" / "s002.html").exists()
     run("grade", folder, folder / "in", "--fail-under", "50", code=1)
+
+
+def test_a_notebook_that_lies_in_nobodys_folder_is_told_of_one(folder: Path, tmp_path: Path) -> None:
+    (tmp_path / "hw.ipynb").write_bytes((folder / "released" / "s001" / "hw.ipynb").read_bytes())
+    result = runner.invoke(app, ["grade", str(folder), str(tmp_path), "--jobs", "1"])
+    assert "whose is it? it is told by the folder, as in STUDENT/hw.ipynb\n" in result.stderr
 
 
 def test_what_was_only_completed_need_not_be_handed_out_anew(folder: Path) -> None:
