@@ -1,21 +1,20 @@
 """The languages of problems and of the site: messages of gettext, known by their English, a file `locale/CODE.po` each.
 
 Whoever writes sentences has them in English, marked as messages (`gettext` here, `{% trans %}` in a template), and what
-is filled in is named: "row %(n)s". `exercises.messages` collects them. Babel reads the files, and is imported only
-where a language other than English is asked for.
+is filled in is named: "row %(n)s". `exercises.messages` collects them, and `po_file` reads the files.
 
 A problem carries English words, too: titles, what configurations look like, the sentence of a mistake. They are
 messages by what they are registered as, or by `phrases`, in which braces stand for what is taken over: "row {n}".
 """
 
-import io
 import re
 from collections.abc import Callable, Iterable
 from functools import cache, cached_property
-from gettext import GNUTranslations, NullTranslations
+from gettext import NullTranslations
 from pathlib import Path
 
 from exercises.phrases import ARMS, PHRASES
+from exercises.po_file import read_po
 
 ENGLISH = "en"
 
@@ -50,15 +49,8 @@ def catalogue(language: str) -> "Catalogue":
 
 
 def read(path: Path) -> "Catalogue":
-    """Return the messages in a file: by Babel as a compiled catalogue, which is what Python's gettext reads."""
-    from babel.messages.mofile import write_mo
-    from babel.messages.pofile import read_po
-
-    compiled = io.BytesIO()
-    with path.open("rb") as file:
-        write_mo(compiled, read_po(file, path.stem))
-    compiled.seek(0)
-    return Catalogue(GNUTranslations(compiled))
+    """Return the messages in a file."""
+    return Catalogue(read_po(path))
 
 
 class Catalogue:

@@ -128,7 +128,7 @@ for arguments in (["--version"], ["families", "--json"],
         app(arguments)
     except SystemExit as left:
         assert not left.code
-assert "babel" not in sys.modules, "English needs no translations"
+sys.modules["babel"] = None  # as where qdot alone is installed: nothing but `make messages` asks for it
 from exercises.languages import catalogue
 print("=====")
 print(catalogue("de").gettext("the world frame"))
