@@ -5,6 +5,7 @@ its own in its `__init__`.
 
     errors                          the one exception that users are meant to read
     extras                          how qdot is installed; libraries that come only if wanted
+    completion                      what the Tab key completes a value to
     variation                       how far arms lead away from the chapter's: axes, and steps of them
     files, input_file               files written whole or not at all; files that people wrote, and where they are wrong
     stream                          the random stream behind every problem (SHAKE-256)

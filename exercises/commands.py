@@ -16,6 +16,7 @@ from exercises.arm.library import ENDINGS, is_in_library, robot_path
 from exercises.arm.library import robots as library
 from exercises.arm.robot_file import read_robot_file
 from exercises.arm.robot_text import robot_text
+from exercises.completion import among
 from exercises.console import VariationOption, note, one_of, progress, say, working
 from exercises.families import Family
 from exercises.families.own import own_family
@@ -43,7 +44,10 @@ def init(
         Path | None, typer.Option(metavar="FILE", help="Your class: a roster, or what Canvas or Moodle exports.")
     ] = None,
     problems: Annotated[
-        str, typer.Option("--set", metavar="NAME", help="Begin with a ready-made set of problems.")
+        str,
+        typer.Option(
+            "--set", metavar="NAME", help="Begin with a ready-made set of problems.", autocompletion=among(SETS)
+        ),
     ] = DEFAULT_SET,
     list_sets: Annotated[bool, typer.Option("--list", help="List the sets, and make nothing.")] = False,
 ) -> None:
@@ -71,11 +75,18 @@ def families(
     name: Annotated[
         str,
         typer.Argument(
-            metavar="NAME", help="One of them, a real robot or a file: what it can be asked, and why not the rest."
+            metavar="NAME",
+            help="One of them, a real robot or a file: what it can be asked, and why not the rest.",
+            autocompletion=among(FAMILIES, library),
         ),
     ] = "",
     convention: Annotated[
-        str, typer.Option(metavar="NAME", help=f"Of one of them: how its arms are told, {', '.join(CONVENTIONS)}.")
+        str,
+        typer.Option(
+            metavar="NAME",
+            help=f"Of one of them: how its arms are told, {', '.join(CONVENTIONS)}.",
+            autocompletion=among(CONVENTIONS),
+        ),
     ] = "",
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> None:
@@ -166,12 +177,24 @@ def questions(as_json: Annotated[bool, typer.Option("--json", help="Print JSON."
 
 
 def show(
-    problem: Annotated[str, typer.Argument(metavar="PROBLEM", help="FAMILY/SEED, as in planar-2r/7.")],
+    problem: Annotated[
+        str,
+        typer.Argument(
+            metavar="PROBLEM", help="FAMILY/SEED, as in planar-2r/7.", autocompletion=among(FAMILIES, behind="/1")
+        ),
+    ],
     solution: Annotated[bool, typer.Option("--solution", help="Add the reference and the worked steps.")] = False,
-    format: Annotated[str, typer.Option("--format", "-f", help=f"One of {', '.join(SHOW_FORMATS)}.")] = "text",
+    format: Annotated[
+        str,
+        typer.Option("--format", "-f", help=f"One of {', '.join(SHOW_FORMATS)}.", autocompletion=among(SHOW_FORMATS)),
+    ] = "text",
     ask: Annotated[
         str | None,
-        typer.Option("--questions", help="Names with commas between, or quiz; default: all that apply but short ones."),
+        typer.Option(
+            "--questions",
+            help="Names with commas between, or quiz; default: all that apply but short ones.",
+            autocompletion=among(ASKED, ["quiz"], between=","),
+        ),
     ] = None,
     hints: Annotated[bool, typer.Option("--hints", help="Add three hints to every part.")] = False,
     variation: VariationOption = "",
@@ -224,17 +247,29 @@ def solve(
     robot: Annotated[
         str,
         typer.Argument(
-            metavar="ROBOT", help="Your arm: ROBOT.toml, a table in CSV, or a URDF; or the name of a real one: panda."
+            metavar="ROBOT",
+            help="Your arm: ROBOT.toml, a table in CSV, or a URDF; or the name of a real one: panda.",
+            autocompletion=among(library),
         ),
     ],
-    format: Annotated[str, typer.Option("--format", "-f", help=f"One of {', '.join(SOLVE_FORMATS)}.")] = "text",
+    format: Annotated[
+        str,
+        typer.Option("--format", "-f", help=f"One of {', '.join(SOLVE_FORMATS)}.", autocompletion=among(SOLVE_FORMATS)),
+    ] = "text",
     tip: Annotated[str, typer.Option(metavar="LINK", help="URDF: the link at the end, if there are several.")] = "",
     convention: Annotated[
-        str, typer.Option(metavar="NAME", help=f"CSV: whose rows they are, one of {', '.join(TABLES)}.")
+        str,
+        typer.Option(
+            metavar="NAME", help=f"CSV: whose rows they are, one of {', '.join(TABLES)}.", autocompletion=among(TABLES)
+        ),
     ] = "",
     convert: Annotated[
         str,
-        typer.Option(metavar="NAME", help=f"Write the arm as ROBOT.toml in a convention: {', '.join(CONVENTIONS)}."),
+        typer.Option(
+            metavar="NAME",
+            help=f"Write the arm as ROBOT.toml in a convention: {', '.join(CONVENTIONS)}.",
+            autocompletion=among(CONVENTIONS),
+        ),
     ] = "",
     time: Annotated[
         str, typer.Option(metavar="SECONDS", help=f"Processor time after which it ends, {LEAST:g} or more.")

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from exercises.completion import among
 from exercises.errors import QdotError
-from exercises.variation import DEFAULT, STEPS
+from exercises.variation import AXES, DEFAULT, STEPS
 
 if TYPE_CHECKING:  # it is loaded where there is a terminal
     from rich.progress import Progress
@@ -19,7 +20,7 @@ if TYPE_CHECKING:  # it is loaded where there is a terminal
 
 def _variation(default: str) -> Any:
     said = f"How far arms lead away from the chapter's: {', '.join(STEPS)}, or axes as in lengths+base; default: "
-    return typer.Option("--variation", help=f"{said}{default}.")
+    return typer.Option("--variation", help=f"{said}{default}.", autocompletion=among(STEPS, AXES, between="+"))
 
 
 VariationOption = Annotated[str, _variation(f"what the id says, else {DEFAULT}")]

@@ -5,6 +5,7 @@ from typing import Annotated
 import typer
 
 from exercises.arm.chain import CONVENTIONS, TWIST_ORDERS
+from exercises.completion import among
 
 ConventionOption = Annotated[
     str,
@@ -12,6 +13,7 @@ ConventionOption = Annotated[
         "--convention",
         metavar="NAME",
         help=f"How arms are told: {', '.join(CONVENTIONS)}; default: what the id says, else {CONVENTIONS[0]}.",
+        autocompletion=among(CONVENTIONS),
     ),
 ]
 
@@ -22,5 +24,6 @@ TwistOrderOption = Annotated[
         metavar="ORDER",
         help=f"Of arms told by their axes: {' or '.join(TWIST_ORDERS)}; default: what the id says, else "
         f"{TWIST_ORDERS[0]}.",
+        autocompletion=among(TWIST_ORDERS),
     ),
 ]

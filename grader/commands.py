@@ -15,6 +15,7 @@ from typing import Annotated, Any
 import typer
 
 from exercises.assignment import Assignment, Student, load_assignment
+from exercises.completion import among
 from exercises.console import VariationOption, note, progress, say
 from exercises.drawing import GivenUp, raise_left_out, redrawn_since
 from exercises.errors import QdotError
@@ -84,9 +85,17 @@ def generate(
 
 def verify(
     what: Annotated[
-        list[str], typer.Argument(metavar="PROBLEM… | DIR", help="Problems, or an assignment folder.")
+        list[str],
+        typer.Argument(
+            metavar="PROBLEM… | DIR",
+            help="Problems, or an assignment folder.",
+            autocompletion=among(FAMILIES, behind="/1"),
+        ),
     ] = [],  # noqa: B006
-    family: Annotated[str, typer.Option(help="Sweep over problems of this family, or of `all` …")] = "",
+    family: Annotated[
+        str,
+        typer.Option(help="Sweep over problems of this family, or of `all` …", autocompletion=among(FAMILIES, ["all"])),
+    ] = "",
     count: Annotated[int, typer.Option(min=1, help="… that many together, seeds 0, 1, 2, …")] = 100,
     first: Annotated[
         int, typer.Option("--from", metavar="SEED", min=0, max=1 << 62, help="… or seeds from this one on.")
@@ -225,7 +234,10 @@ def compare(
     student: Annotated[str, typer.Argument(metavar="STUDENT", help="The answer, as text.")] = "",
     reference: Annotated[str, typer.Argument(metavar="REFERENCE", help="What it is compared with.")] = "",
     type: Annotated[
-        str, typer.Option("--type", "-t", help=f"One of {', '.join(TYPES)}; default: by the reference.")
+        str,
+        typer.Option(
+            "--type", "-t", help=f"One of {', '.join(TYPES)}; default: by the reference.", autocompletion=among(TYPES)
+        ),
     ] = "",
     joints: Annotated[str, typer.Option(help="Joint variables of a singular set, with commas between.")] = "",
     batch: Annotated[

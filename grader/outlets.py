@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from exercises.assignment import load_assignment
+from exercises.completion import among
 from exercises.console import BankVariationOption, note, progress, say
 from exercises.drawing import GivenUp, raise_left_out, redrawn_since, vouching
 from exercises.errors import QdotError, unknown
@@ -27,7 +28,10 @@ from grader.marking import share_earned
 def export(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="The assignment folder.")],
     to: Annotated[
-        list[str], typer.Option("--to", metavar="OUTLET", help=f"One of {', '.join(OUTLETS)}; repeatable.")
+        list[str],
+        typer.Option(
+            "--to", metavar="OUTLET", help=f"One of {', '.join(OUTLETS)}; repeatable.", autocompletion=among(OUTLETS)
+        ),
     ] = [],  # noqa: B006
     out: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Default: DIR/exports/OUTLET.")] = None,
     variants: Annotated[
@@ -38,13 +42,20 @@ def export(
         bool, typer.Option("--solutions", help="Paper, screen, Canvas, QTI, SCORM: with the worked solutions.")
     ] = False,
     sheet: Annotated[
-        str, typer.Option(metavar="SHEET", help=f"Paper and screen: {', '.join(SHEETS)} (docs/paper.md).")
+        str,
+        typer.Option(
+            metavar="SHEET",
+            help=f"Paper and screen: {', '.join(SHEETS)} (docs/paper.md).",
+            autocompletion=among(SHEETS),
+        ),
     ] = SHEETS[0],
     versions: Annotated[
         int,
         typer.Option(min=0, max=len(VERSIONS), help="Paper: so many versions A, B, … without names, for an exam hall."),
     ] = 0,
-    page: Annotated[str, typer.Option(metavar="SIZE", help=f"PDF and LaTeX: {' or '.join(PAGES)}.")] = PAGES[0],
+    page: Annotated[
+        str, typer.Option(metavar="SIZE", help=f"PDF and LaTeX: {' or '.join(PAGES)}.", autocompletion=among(PAGES))
+    ] = PAGES[0],
     passing: Annotated[
         int | None,
         typer.Option(

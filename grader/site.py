@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from exercises.assignment import FEEDBACK, Assignment, load_assignment
+from exercises.completion import among
 from exercises.console import SiteVariationOption, note, progress, say
 from exercises.drawing import GivenUp
 from exercises.errors import QdotError, unknown
@@ -33,13 +34,17 @@ def build_site(
     assignment: Annotated[
         Path | None, typer.Option(metavar="DIR", help="A site for your own course: the problems of this assignment.")
     ] = None,
-    families: Annotated[str, typer.Option(help="Names with commas between; default: all.")] = "",
+    families: Annotated[
+        str, typer.Option(help="Names with commas between; default: all.", autocompletion=among(FAMILIES, between=","))
+    ] = "",
     variants: Annotated[int, typer.Option(min=1, max=1000, help="Arms of each family, or variants of a problem.")] = 5,
     variation: SiteVariationOption = "",
     feedback: Annotated[
         str,
         typer.Option(
-            metavar="LEVEL", help=f"How much is told: {', '.join(FEEDBACK)}. Default: the assignment's, else all."
+            metavar="LEVEL",
+            help=f"How much is told: {', '.join(FEEDBACK)}. Default: the assignment's, else all.",
+            autocompletion=among(FEEDBACK),
         ),
     ] = "",
     jobs: Jobs = CORES,

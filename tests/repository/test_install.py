@@ -144,6 +144,28 @@ def test_the_tab_key_completes_commands_and_options() -> None:
     assert completed("qdot site ") == ["build", "serve"]
 
 
+@pytest.mark.parametrize(
+    ("line", "names"),
+    [
+        ("qdot show scara", ["scara/1", "scara-rrrp/1", "scara-prrr/1"]),
+        (
+            "qdot show scara/1 --questions position,dete",
+            ["position,determinant", "position,determinant-choice", "position,determinant-value"],
+        ),
+        ("qdot show scara/1 --variation full+to", ["full+tool"]),
+        ("qdot solve pan", ["panda"]),
+        ("qdot families pan", ["pan-tilt", "panda"]),
+        ("qdot init homework --set sing", ["singularities"]),
+        ("qdot export homework --to sc", ["scorm"]),
+        ("qdot verify --family al", ["all"]),
+        ("qdot site build --families scara,elbow-l", ["scara,elbow-lateral"]),
+        ("qdot solve ./ar", []),  # the shell has files
+    ],
+)
+def test_the_tab_key_completes_names(line: str, names: list[str]) -> None:
+    assert sorted(completed(line)) == sorted(names)
+
+
 def test_a_shell_is_told_how_to_complete() -> None:
     environment = {**os.environ, "_QDOT_COMPLETE": "source_bash"}
     code = "import sys; sys.argv = ['qdot']; from grader.cli import main; main()"

@@ -15,7 +15,7 @@ from tests.support.programs import GIT, needs
 MODULES = sorted((*ROOT.glob("exercises/**/*.py"), *ROOT.glob("grader/**/*.py")))
 
 LAYERS = {
-    "exercises": """errors extras variation files input_file stream console parallel time_limit
+    "exercises": """errors extras completion variation files input_file stream console parallel time_limit
         formula.printing formula.text formula.order formula.layout formula.latex formula.printers formula.vocabulary
         formula.names formula.trees formula.algebra formula.notation formula.tables formula.products formula.expression
         formula.program formula.field formula.angles formula.exact formula.identity formula.scale formula.constants
