@@ -17,6 +17,7 @@ import sympy as sp
 from exercises.arm.chain import Base, Chain, Joint, Point
 from exercises.arm.kinematics import NumericChain, frames_and_point, rot_x, rot_z
 from exercises.arm.placing import EXACT, HOME, NEAR, Axis, Pose, exactly, neat, reached, stood_on, table_of_axes
+from exercises.arm.trigonometry import without_arctangents
 from exercises.stream import Stream
 
 TABLES = ("dh", "modified-dh")
@@ -136,7 +137,7 @@ def axes_of(chain: Chain) -> tuple[list[Axis], sp.Matrix]:
     frames, point = frames_and_point(chain)
 
     def at_home(vector: sp.Matrix) -> sp.Matrix:
-        return vector.xreplace(home).applyfunc(_short)
+        return vector.xreplace(home).applyfunc(without_arctangents).applyfunc(_short)
 
     axes = [
         Axis(joint.kind, at_home(frame.rotation[:, 2]), at_home(frame.origin))

@@ -26,7 +26,15 @@ from exercises.arm.kinematics import (
     task_matrix,
 )
 from exercises.arm.told import frame_on_axis, is_by_axes, is_modified, told_rows, up_to_frame
-from exercises.arm.trigonometry import Factored, factored, same, substitute, textbook, without_brackets
+from exercises.arm.trigonometry import (
+    Factored,
+    factored,
+    same,
+    substitute,
+    textbook,
+    without_arctangents,
+    without_brackets,
+)
 from exercises.errors import QdotError
 
 Values = dict[sp.Symbol, sp.Expr]
@@ -321,10 +329,12 @@ class Derivation:
     def fill_matrix(self, matrix: sp.Matrix) -> sp.Matrix:
         """Return a matrix of the structure in this arm's numbers and symbols.
 
-        Of an arm that is told by its axes, the table has lengths with roots that nobody has given.
+        Of an arm that is told by its axes, the table has lengths with roots and angles that nobody has given.
         """
         filled = matrix.applyfunc(self.fill)
-        return filled.applyfunc(without_brackets) if is_by_axes(self.chain) else filled
+        if not is_by_axes(self.chain):
+            return filled
+        return filled.applyfunc(without_arctangents).applyfunc(without_brackets)
 
     @property
     def linear(self) -> sp.Matrix:

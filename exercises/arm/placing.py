@@ -97,17 +97,15 @@ def table_of_axes(axes: Sequence[Axis], point: sp.Matrix) -> tuple[Base, tuple[J
     Home is where all joint variables are zero. An axis along which a joint slides may be moved aside: it goes through
     the origin before it.
     """
-    frame = _first(axes[0])
-    base, _ = stood_on(frame, (Joint("P", 0, 0, 0, 0),))
+    stand = _Stand(_first(axes[0]))
+    base, _ = stood_on(stand.frame, (Joint("P", 0, 0, 0, 0),))
     joints, tool = [], None
     for number, axis in enumerate(axes, 1):
-        if number < len(axes):
-            step, frame = _step(frame, axes[number])
-        else:
-            step, _ = _step(frame, Axis("", frame.rotation[:, 2], point))
-            if not (12 * step.theta / sp.pi).is_Integer:
-                x, y, z = _plain(frame.rotation.T * (point - frame.origin))
-                step, tool = Joint("P", 0, 0, 0, 0), Point(len(axes), (exactly(x), exactly(y), exactly(z)))
+        before, along = stand, stand.frame.rotation[:, 2]
+        step, stand = _step(before, axes[number] if number < len(axes) else Axis("", along, point))
+        if number == len(axes) and not (12 * step.theta / sp.pi).is_Integer:
+            x, y, z = _plain(before.frame.rotation.T * (point - before.frame.origin))
+            step, tool = Joint("P", -before.turn, 0, 0, 0), Point(number, (exactly(x), exactly(y), exactly(z)))
         if axis.kind == "R":
             joints.append(Joint("R", sp.Symbol(f"theta{number}") + step.theta, step.d, step.a, step.alpha))
         else:
@@ -129,41 +127,58 @@ def _first(axis: Axis) -> Pose:
     return Pose(_plain(sp.Matrix.hstack(x, z.cross(x), z)), _plain(origin))
 
 
-def _step(frame: Pose, following: Axis) -> tuple[Joint, Pose]:
+@dataclass(frozen=True)
+class _Stand:
+    """Where a frame of the table stands: as `frame`, turned about its z by an angle in which lengths are open.
+
+    Turns about parallel axes add up, so that roots of open lengths stand nowhere but in that angle and in a distance.
+    """
+
+    frame: Pose
+    turn: sp.Expr = sp.S.Zero
+
+
+def _step(stand: _Stand, following: Axis) -> tuple[Joint, _Stand]:
     """Return one row of the table, without its variable, and the frame behind it, whose z lies along an axis."""
-    x, z, ahead = frame.rotation[:, 0], frame.rotation[:, 2], following.direction
+    frame, ahead, turn = stand.frame, following.direction, sp.S.Zero
+    x, z = frame.rotation[:, 0], frame.rotation[:, 2]
     gap, normal = _plain(following.point - frame.origin), _plain(z.cross(ahead))
-    parallel = _is_none(normal)
     if following.kind == "P":
         gap = sp.zeros(3, 1)
-    if parallel:
+    if _is_none(normal):
         aside = _plain(gap - gap.dot(z) * z)
-        d = gap.dot(z) if not following.kind else sp.S.Zero
-        turned, a = (x, sp.S.Zero) if _is_none(aside) else _split(aside)
+        d = exactly(gap.dot(z)) if not following.kind else sp.S.Zero
+        turned, a, turn = (x, sp.S.Zero, stand.turn) if _is_none(aside) else _split(aside, x, z.cross(x))
     else:
         turned = _plain(normal / normal.norm())
         a = neat(gap.dot(turned))
-        d = neat((gap - a * turned).cross(ahead).dot(normal) / normal.dot(normal))
+        d = exactly((gap - a * turned).cross(ahead).dot(normal) / normal.dot(normal))
         if _is_negative(a) or (is_zero(a) and sp.N(x.dot(turned)) < -NEAR):
             turned, a = -turned, -a
-    theta = angle_of(x.dot(turned), z.dot(x.cross(turned)))
+        a = exactly(a)
+        aside = a * turned
+    theta = angle_of(x.dot(turned), z.dot(x.cross(turned))) + turn - stand.turn
     alpha = angle_of(z.dot(ahead), turned.dot(z.cross(ahead)))
-    a, d = exactly(a), exactly(d)
-    origin = _plain(frame.origin + d * z + a * turned)
+    origin = _plain(frame.origin + d * z + aside)
     behind = Pose(_plain(sp.Matrix.hstack(turned, ahead.cross(turned), ahead)), origin)
-    return Joint("P", theta, d, a, alpha), behind
+    return Joint("P", theta, d, a, alpha), _Stand(behind, turn if alpha == 0 else -turn)
 
 
-def _split(vector: sp.Matrix) -> tuple[sp.Matrix, sp.Expr]:
-    """Return a vector as a unit vector and its length; one of numbers, and what is open in the length, if it can be."""
+def _split(vector: sp.Matrix, x: sp.Matrix, y: sp.Matrix) -> tuple[sp.Matrix, sp.Expr, sp.Expr]:
+    """Return a vector square to z as a unit vector, its length, and by what angle it is turned from the unit vector.
+
+    The length of one of numbers, with what is open in it, if it can be; else the angle is that from x, lengths being
+    open in it, and the length the root that its cosine and sine are over.
+    """
     first = next(entry for entry in vector if not is_zero(entry))
     ratios = _plain(vector / first)
     if ratios.free_symbols:
-        length = sp.sqrt(neat(vector.dot(vector)))
-        return _plain(vector / length), length
+        along, across = (sp.expand(exactly(vector.dot(one))) for one in (x, y))
+        return x, sp.sqrt(along**2 + across**2), sp.atan2(across, along)
     size = ratios.norm()
     length = neat(first * size)
-    return (_plain(-ratios / size), -length) if _is_negative(length) else (_plain(ratios / size), length)
+    turned, length = (-ratios / size, -length) if _is_negative(length) else (ratios / size, length)
+    return _plain(turned), exactly(length), sp.S.Zero
 
 
 # --- numbers ---
@@ -215,10 +230,8 @@ def _sum_of_roots(number: sp.Float) -> sp.Expr | None:
 
 
 def angle_of(cosine: sp.Expr, sine: sp.Expr) -> sp.Expr:
-    """Return the angle in (-pi, pi] by its cosine and sine, as an arctangent where lengths are open in it."""
+    """Return the angle in (-pi, pi] by its cosine and sine, which are numbers."""
     cosine, sine = neat(cosine), neat(sine)
-    if cosine.free_symbols or sine.free_symbols:
-        return sp.atan2(exactly(sine), exactly(cosine))
     value = sp.atan2(sine, cosine).n(_PLACES)
     exact = sp.pi * sp.Integer(sp.floor(value * 12 / sp.pi + sp.Rational(1, 2))) / 12
     if abs(exact.n(_PLACES) - value) < NEAR:

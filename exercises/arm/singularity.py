@@ -585,15 +585,22 @@ def _follows_at(condition: sp.Expr, values: dict[sp.Symbol, sp.Expr], plain: lis
     return all(_holds(condition, values, list(known)) for known in product(*(way for way in ways if way is not None)))
 
 
+_WHERE: dict[tuple[type[sp.Expr], int], tuple[sp.Expr, ...]] = {
+    (sp.sin, 0): (sp.S.Zero, sp.pi), (sp.sin, 1): (sp.pi / 2,), (sp.sin, -1): (-sp.pi / 2,),
+    (sp.cos, 0): (sp.pi / 2, -sp.pi / 2), (sp.cos, 1): (sp.S.Zero,), (sp.cos, -1): (sp.pi,),
+}  # fmt: skip
+"""Where a sine or cosine is zero, or at an end of its range."""
+
+
 def _roots(condition: sp.Expr, search: Search) -> list[tuple[sp.Symbol, sp.Expr]]:
     """Return the joint that a condition fixes by itself with each of its values; nothing where it ties several."""
-    trig = 1 - condition if condition.is_Add and (1 - condition).func == sp.cos else condition
+    trig, at_end = condition, 0
+    for end, rest in ((1, 1 - condition), (-1, condition - 1)):
+        if condition.is_Add and isinstance(rest, (sp.sin, sp.cos)):
+            trig, at_end = rest, end
     if not isinstance(trig, (sp.sin, sp.cos)) or len(trig.free_symbols & set(search.joints)) != 1:
         return []
-    if trig is not condition:
-        roots: tuple[sp.Expr, ...] = (sp.S.Zero,)
-    else:
-        roots = (sp.S.Zero, sp.pi) if isinstance(trig, sp.sin) else (sp.pi / 2, -sp.pi / 2)
+    roots = _WHERE[trig.func, at_end]
     return [item for root in roots for item in _value_at(trig, root).items()]
 
 

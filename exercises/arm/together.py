@@ -24,6 +24,12 @@ The sine and cosine of a number of radians are no roots of any polynomial, so th
 """
 
 
+Pair = tuple[sp.Symbol, sp.Symbol]
+"""The unknowns for cosine and sine of a joint."""
+Point = dict[sp.Symbol, int]
+"""Residues for the unknowns of a joint."""
+
+
 class _Undecided(Exception):
     """Something that has no place in the field is in a condition."""
 
@@ -33,18 +39,92 @@ def may_hold_together(conditions: Sequence[sp.Expr], joints: Sequence[sp.Symbol]
     plain = [_expanded(condition) for condition in conditions]
     try:
         field = _Field(joints, _prime(frozenset().union(*map(_roots_in, plain))))
-        polynomials = [field.polynomial(condition) for condition in plain]
+        polynomials = [_put({}, field.polynomial(condition), field.prime) for condition in plain]
     except _Undecided:
         return True
-    used = {symbol for polynomial in polynomials for symbol in polynomial.free_symbols}
-    polynomials += [c**2 + s**2 - 1 for c, s in field.circles.values() if {c, s} & used]
-    unknowns = sorted({symbol for polynomial in polynomials for symbol in polynomial.free_symbols}, key=str)
-    terms = sum(len(sp.Add.make_args(polynomial)) for polynomial in polynomials)
-    zeros = prod(sp.Poly(polynomial, *unknowns).total_degree() for polynomial in polynomials if polynomial != 0)
-    if not unknowns or len(unknowns) > MOST_UNKNOWNS or terms > MOST_TERMS or zeros > MOST_ZEROS:
-        return True
-    basis = sp.groebner(polynomials, *unknowns, modulus=field.prime, order="grevlex")
+    return _may_vanish(polynomials, tuple(field.circles.values()), field.prime)
+
+
+def _may_vanish(polynomials: Sequence[sp.Expr], circles: Sequence[Pair], prime: int) -> bool:
+    """Tell whether polynomials may have a common zero, with each pair of unknowns on its circle.
+
+    What fixes a joint by itself is put into the others first, which are few and short then, one point after the other.
+    """
+    polynomials = list(dict.fromkeys(polynomial for polynomial in polynomials if polynomial != 0))
+    for polynomial in polynomials:
+        points = _points(polynomial, circles, prime)
+        if points is not None:
+            rest = [other for other in polynomials if other is not polynomial]
+            return any(_may_vanish([_put(at, other, prime) for other in rest], circles, prime) for at in points)
+    return _has_zero(polynomials, circles, prime)
+
+
+def _points(polynomial: sp.Expr, circles: Sequence[Pair], prime: int) -> list[Point] | None:
+    """Return where a condition on one joint holds; None if it is on several, no line, or holds outside of the field.
+
+    That is a number for a slide, and for an angle where a line and the circle meet.
+    """
+    unknowns = polynomial.free_symbols
+    if not unknowns:
+        return []
+    pair = next((pair for pair in circles if unknowns <= set(pair)), None)
+    if pair is None and len(unknowns) > 1:
+        return None
+    line = sp.Poly(polynomial, *(pair or unknowns), modulus=prime)
+    if line.total_degree() != 1:
+        return None
+    if pair is None:
+        slope, constant = map(int, line.all_coeffs())
+        return [{next(iter(unknowns)): -constant * pow(slope, -1, prime) % prime}]
+    a, b, constant = (int(line.coeff_monomial(monomial)) for monomial in (*pair, 1))
+    size = (a * a + b * b) % prime
+    root = sp.sqrt_mod((size - constant * constant) % prime, prime) if size else None
+    if root is None:
+        return None
+    below = pow(size, -1, prime)
+    ends = ((-a * constant + b * r) * below % prime for r in {int(root), -int(root) % prime})
+    others = ((-b * constant - a * r) * below % prime for r in {int(root), -int(root) % prime})
+    return [dict(zip(pair, point, strict=True)) for point in zip(ends, others, strict=True)]
+
+
+def _put(point: Point, polynomial: sp.Expr, prime: int) -> sp.Expr:
+    """Return a polynomial with the unknowns of a joint put in, its coefficients as residues."""
+    unknowns = sorted(polynomial.free_symbols - point.keys(), key=str)
+    plain = sp.expand(polynomial.xreplace({unknown: sp.Integer(value) for unknown, value in point.items()}))
+    return sp.Poly(plain, *unknowns, modulus=prime).as_expr() if unknowns else sp.Integer(int(plain) % prime)
+
+
+def _has_zero(polynomials: Sequence[sp.Expr], circles: Sequence[Pair], prime: int) -> bool:
+    """Tell the same by a basis. Where that would take long, some of them, the shortest, may show that there is none."""
+    chosen: list[sp.Expr] = []
+    for polynomial in sorted(polynomials, key=lambda one: (len(sp.Add.make_args(one)), str(one))):
+        system = _with_circles([*chosen, polynomial], circles)
+        if _is_short(system):
+            chosen.append(polynomial)
+    system = _with_circles(chosen, circles)
+    unknowns = _unknowns(system)
+    if not unknowns:
+        return not chosen
+    basis = sp.groebner(system, *unknowns, modulus=prime, order="grevlex")
     return bool(basis.exprs != [1])
+
+
+def _with_circles(polynomials: Sequence[sp.Expr], circles: Sequence[Pair]) -> list[sp.Expr]:
+    used = set(_unknowns(polynomials))
+    return [*polynomials, *(c**2 + s**2 - 1 for c, s in circles if {c, s} & used)]
+
+
+def _unknowns(polynomials: Sequence[sp.Expr]) -> list[sp.Symbol]:
+    return sorted({symbol for polynomial in polynomials for symbol in polynomial.free_symbols}, key=str)
+
+
+def _is_short(system: Sequence[sp.Expr]) -> bool:
+    """Tell whether a basis is worked out in no time."""
+    unknowns = _unknowns(system)
+    terms = sum(len(sp.Add.make_args(polynomial)) for polynomial in system)
+    if len(unknowns) > MOST_UNKNOWNS or terms > MOST_TERMS:
+        return False
+    return not unknowns or prod(sp.Poly(polynomial, *unknowns).total_degree() for polynomial in system) <= MOST_ZEROS
 
 
 def _expanded(condition: sp.Expr) -> sp.Expr:

@@ -277,6 +277,32 @@ def _has_numbers(terms: sp.Expr) -> bool:
     )
 
 
+def without_arctangents(expression: sp.Expr) -> sp.Expr:
+    """Return an expression whose angles hold no arctangents of lengths, if the roots go that come with them.
+
+    >>> a, b, t1 = sp.symbols("a1 a2 theta1")
+    >>> without_arctangents(sp.sqrt(a**2 + b**2) * sp.sin(t1 + sp.atan2(b, a)))
+    a1*sin(theta1) + a2*cos(theta1)
+    >>> without_arctangents(a * sp.sin(t1 + sp.atan2(b, a)))
+    a1*sin(theta1 + atan2(a2, a1))
+    """
+    if not expression.has(sp.atan2):
+        return expression
+    turned = {trig: _turned(trig) for trig in expression.atoms(sp.sin, sp.cos) if trig.has(sp.atan2)}
+    plain = sp.expand(expression.xreplace(turned))
+    return expression if any(power.exp < 0 for power in plain.atoms(sp.Pow)) else plain
+
+
+def _turned(trig: sp.Expr) -> sp.Expr:
+    """Return the sine or cosine of a sum by those of what it has beside arctangents, which have them over a root."""
+    fixed = [term for term in sp.Add.make_args(trig.args[0]) if term.has(sp.atan2)]
+    c, s = sp.cos(trig.args[0] - sp.Add(*fixed)), sp.sin(trig.args[0] - sp.Add(*fixed))
+    for term in fixed:
+        x, y = sp.cos(term), sp.sin(term)
+        c, s = c * x - s * y, s * x + c * y
+    return c if isinstance(trig, sp.cos) else s
+
+
 _LONG = 400
 """Operations of an expression that is left as it is."""
 

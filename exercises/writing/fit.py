@@ -20,6 +20,12 @@ LETTERS = {**dict.fromkeys("mwMWOθωφψ", 0.8), **dict.fromkeys("ijlt.'|()[]",
 LETTER, SIGN, SCRIPT, COLUMN = 0.54, 0.4, 0.71, 0.85
 WIDER = 1.2
 """So many times the room is no reason to break inside of brackets: it can be smaller letters."""
+MOST_ROWS = 16
+"""Rows beside its own that a matrix may have in all its parts; of one with more, long entries have names."""
+NAMED = 0.2
+"""The part of a line from which on an entry of such a matrix has one."""
+DEEPEST = 4
+"""Inside of how many brackets a sum may be broken."""
 WHOLE = 0.6
 """The most of a line that a piece without places to break may take."""
 _CROSS, _DOTS, _OPEN, _CLOSE = (Layout("sign", sign) for sign in "×⋯()")
@@ -169,8 +175,27 @@ def _fraction(part: Pieces, room: float) -> Lines:
 
 
 def _narrow(terms: Sequence[Pieces], room: float) -> list[Pieces]:
-    """Return terms, of those that are too wide by themselves the terms of the sums in their brackets."""
-    return [part for term in terms for part in ([term] if _wide(term) <= WIDER * room else layout.terms(term, 1))]
+    """Return terms, of those that are too wide by themselves the terms of the sums in their brackets, and so on."""
+    return [part for term in terms for part in _narrow_term(term, room)]
+
+
+def _narrow_term(term: Pieces, room: float) -> list[Pieces]:
+    parts = [term]
+    for depth in range(1, DEEPEST + 1):
+        if all(_wide(part) <= WIDER * room for part in parts):
+            break
+        term = _opened(term, room)
+        parts = layout.terms(term, depth)
+    return parts
+
+
+def _opened(pieces: Pieces, room: float) -> Pieces:
+    """Return pieces with wide brackets that grow, inside of which no line can end, as brackets that do not."""
+    opened: list[Layout] = []
+    for piece in pieces:
+        is_wide = piece.kind == "fenced" and piece.text == "()" and width(piece) > room / 2
+        opened += (_OPEN, *_opened(layout.parts(piece.inner[0]), room), _CLOSE) if is_wide else (piece,)
+    return tuple(opened)
 
 
 def _filled(parts: Sequence[Pieces], room: float) -> Lines:
@@ -213,8 +238,28 @@ def _columns(part: Pieces, room: float) -> Lines:
     lines: Lines = [
         (layout.matrix(_in_lines(_part(rows, group, k > 0, k < last), room)),) for k, group in enumerate(groups)
     ]
+    if sum(len(one.inner) for (one,) in lines) > MOST_ROWS + len(rows):
+        return _named(part, index, rows, room)
     lines[-1] = (again(*lines[-1]), *part[index + 1 :])
     return [(*part[:index], *lines[0]), *lines[1:]]
+
+
+def _named(part: Pieces, index: int, rows: Sequence[Sequence[Pieces]], room: float) -> Lines:
+    """Return a matrix with names for its wide entries, m_1, m_2 ..., and then a line or more for each of them."""
+    names: dict[Pieces, Pieces] = {}
+    for cells in rows:
+        for entry in cells:
+            if _wide(entry) > NAMED * room and entry not in names:
+                foot = row(*layout.number(str(len(names) + 1)))
+                names[entry] = (layout.script(Layout("letter", "m"), foot),)
+    short = layout.matrix([[names.get(entry, entry) for entry in cells] for cells in rows])
+    whole = part[index]
+    told = short if whole.kind == "matrix" else whole._replace(inner=(short, *whole.inner[1:]))
+    lines = _broken((*part[:index], told, *part[index + 1 :]), room)
+    for entry, name in names.items():
+        first, *others = _broken(entry, room - 4.0)
+        lines += [(*name, layout.EQUALS, *first), *((layout.QUAD, *line) for line in others)]
+    return lines
 
 
 def _part(rows: Sequence[Sequence[Pieces]], columns: Sequence[int], before: bool, behind: bool) -> list[list[Pieces]]:

@@ -206,6 +206,8 @@ def tex(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: Ang
     >>> t1, t2, a1 = sp.symbols("theta1 theta2 a1")
     >>> tex(-a1 * sp.sin(t1) - sp.Rational(2, 5) * sp.cos(t1 + t2 + sp.pi / 6))
     '-a_{1} s_{1} - 0.4 \\cos(\\theta_{1} + \\theta_{2} + 30^\\circ)'
+    >>> tex(a1 * sp.sin(5 * sp.pi / 12) * sp.sin(t1) + sp.cos(7 * sp.pi / 12) / 2)
+    '\\cos(15^\\circ) a_{1} s_{1} - \\tfrac{\\sin(15^\\circ)}{2}'
     """
     return latex(laid_out(expression, chain, angles))
 
@@ -240,7 +242,40 @@ def prismatic_joints(chain: Chain) -> tuple[str, ...]:
 @lru_cache(maxsize=1024)
 def _pieces_of(expression: sp.Expr, prismatic: tuple[str, ...]) -> Pieces:
     """Lay out an expression; kept, for many are shown again: in a step, its result, and another part."""
-    return _Setter(prismatic).pieces(expression)
+    return _Setter(prismatic).pieces(_with_turns(expression))
+
+
+_ROOTS = sp.sqrt(2), sp.sqrt(6)
+
+
+def _with_turns(expression: sp.Expr) -> sp.Expr:
+    """Return an expression with cos(15) and sin(15 degrees) for (sqrt(6) + sqrt(2))/4 and (sqrt(6) - sqrt(2))/4."""
+    if not expression.has(_ROOTS[1]):
+        return expression
+    return expression.replace(lambda part: part.is_Add, _with_turns_in_sum)
+
+
+def _with_turns_in_sum(total: sp.Expr) -> sp.Expr:
+    """Return a sum in which two terms that differ in their roots of 2 and 6 only are one."""
+    numbers: dict[sp.Expr, dict[sp.Expr, sp.Expr]] = {}
+    others = []
+    for term in total.args:
+        number, product = term.as_coeff_Mul()
+        root = next((root for root in _ROOTS if root in sp.Mul.make_args(product)), None)
+        if root is None:
+            others.append(term)
+        else:
+            numbers.setdefault(product / root, {})[root] = number
+    terms = [term for rest, each in numbers.items() for term in _as_turn(rest, each)]
+    return sp.Add(*others, *terms) if len(terms) + len(others) < len(total.args) else total
+
+
+def _as_turn(rest: sp.Expr, numbers: dict[sp.Expr, sp.Expr]) -> list[sp.Expr]:
+    small, large = (numbers.get(root, sp.S.Zero) for root in _ROOTS)
+    if abs(small) != abs(large):
+        return [number * root * rest for root, number in numbers.items()]
+    turn = sp.cos if small == large else sp.sin
+    return [4 * large * turn(sp.pi / 12, evaluate=False) * rest]
 
 
 LINE = 64

@@ -12,6 +12,7 @@ from itertools import zip_longest
 from typing import TYPE_CHECKING
 
 from exercises.formula.latex import parsed
+from exercises.formula.layout import Layout
 from exercises.formula.printers.latex import latex as latex_of
 from exercises.formula.printers.mathml import mathml
 from exercises.formula.printers.unicode import shown_width, unicode_math
@@ -111,6 +112,9 @@ _CLOSE = {
 }  # fmt: skip
 _SIZES = (1.0, ""), (0.91, r"\small"), (0.82, r"\footnotesize"), (0.73, r"\scriptsize")
 """From which part of its width on a formula fits in a size of LaTeX's."""
+_ALIGNED = r"\begin{aligned}", r"\end{aligned}"
+MOST_LINES = 8
+"""Lines of a formula that stay on one page."""
 _TABLE = re.compile(r"(\n\\begin\{tabular\}.*?\\end\{tabular\}\n)", re.DOTALL)
 _POINTED = re.compile(HOLDER.pattern + "([,.;:]?)")
 """The holder of a formula with the point behind it, which stays with it on lines of its own."""
@@ -160,12 +164,21 @@ def to_latex(text: str, share: float = 1.0) -> str:
 def _display(latex: str, room: float, point: str = "") -> str:
     """Return a formula on lines of its own, so small that it fits into `room` (em), with a point behind it."""
     shown = fitted_latex(latex, room)
-    fits = room / width(parsed(shown))
-    shown += point
+    laid_out = parsed(shown)
+    fits = room / width(laid_out)
     size = next((name for least, name in _SIZES if fits >= least), r"\scriptsize")
+    if _has_many_lines(laid_out):
+        rows = shown.removeprefix(_ALIGNED[0]).removesuffix(_ALIGNED[1])
+        return f"{{{size}\\allowdisplaybreaks\n\\begin{{align*}}\n{rows.strip()}{point}\n\\end{{align*}}\n}}"
+    shown += point
     if not size:
         return f"\\[\n{shown}\n\\]"
     return f"{{{size}\n\\[\n{_SHRUNK}\n$\\displaystyle {shown}$}}\n\\]\n}}"  # widths are estimates
+
+
+def _has_many_lines(formula: Layout) -> bool:
+    """Whether a formula is in lines, so many that a page may end between them."""
+    return len(formula.inner) == 1 and formula.inner[0].kind == "aligned" and len(formula.inner[0].inner) > MOST_LINES
 
 
 def _table_width(latex: str, formulas: Sequence[tuple[str, bool]]) -> float:

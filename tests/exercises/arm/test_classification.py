@@ -192,3 +192,105 @@ def test_the_tool_may_be_the_only_length_of_an_arm() -> None:
     assert all(joint.a == 0 and not joint.d.free_symbols for joint in chain.joints)
     kinds = [classify(chain, component) for component in singular_set(chain) or ()]
     assert sorted((kind.kind, kind.uniform) for kind in kinds) == [("boundary", True), ("internal", True)]
+
+
+# --- a Stanford arm, whose wrist is one line at c5 = 0, by a search of its own ---
+
+STANFORD = sample_chain(ProblemId("stanford-6r", 2))
+D1, D6 = 0.62, 0.41
+
+
+def _frames(q: np.ndarray) -> list[np.ndarray]:
+    """Return the frames of the table as it is printed, multiplied out."""
+    rows = [
+        (q[0] - np.pi / 2, D1, -np.pi / 2), (q[1] + np.pi / 6, 0.15, np.pi / 2), (0.0, q[2] - 0.45, 0.0),
+        (q[3], 0.0, -np.pi / 2), (q[4] - np.pi / 2, 0.0, np.pi / 2), (q[5], D6, 0.0),
+    ]  # fmt: skip
+    frames = [np.eye(4)]
+    for theta, d, alpha in rows:
+        c, s, ca, sa = np.cos(theta), np.sin(theta), np.cos(alpha), np.sin(alpha)
+        frames.append(
+            frames[-1] @ np.array([[c, -s * ca, s * sa, 0], [s, c * ca, -c * sa, 0], [0, sa, ca, d], [0, 0, 0, 1]])
+        )
+    return frames
+
+
+def _jacobian(frames: list[np.ndarray]) -> np.ndarray:
+    p, axes = frames[4][:3, 3], [frame[:3, 2] for frame in frames]
+    lever = [np.cross(axes[i], p - frames[i][:3, 3]) for i in range(6)]
+    columns = [np.r_[axes[i], 0, 0, 0] if i == 2 else np.r_[lever[i] * (i < 4), axes[i]] for i in range(6)]
+    return np.array(columns).T
+
+
+def _turn(w: np.ndarray) -> np.ndarray:
+    angle = max(float(np.linalg.norm(w)), 1e-12)
+    k = np.cross(np.eye(3), w / angle)
+    return np.asarray(np.eye(3) - np.sin(angle) * k + (1 - np.cos(angle)) * k @ k)
+
+
+def _is_reached(p: np.ndarray, turned: np.ndarray, starts: np.ndarray) -> bool:
+    """Whether damped Gauss and Newton's steps from some start lead to a pose."""
+    for start in starts:
+        q = start
+        for _ in range(80):
+            frames = _frames(q)
+            off = turned @ frames[6][:3, :3].T
+            w = np.array([off[2, 1] - off[1, 2], off[0, 2] - off[2, 0], off[1, 0] - off[0, 1]]) / 2
+            sine = float(np.linalg.norm(w))
+            w = w * np.arctan2(sine, (np.trace(off) - 1) / 2) / max(sine, 1e-12)
+            error = np.r_[p - frames[4][:3, 3], w]
+            if np.linalg.norm(error) < 1e-10:
+                return True
+            u, sigma, v = np.linalg.svd(_jacobian(frames))
+            step = v.T @ (sigma / (sigma**2 + 1e-6 * np.linalg.norm(error)) * (u.T @ error))
+            q = q + step * min(1.0, 0.5 / np.abs(step).max())
+    return False
+
+
+def _drawn(rng: np.random.Generator, joint: int, value: float) -> np.ndarray:
+    """Return a configuration with a joint at a value, that is well inside of the reach but for this."""
+    while True:
+        q = rng.uniform(-np.pi, np.pi, 6)
+        q[2] = rng.uniform(-0.6, 1.5)
+        q[joint] = value
+        others = [abs(q[2] - 0.45), abs(np.sin(q[1] + np.pi / 6)), abs(np.sin(q[4] - np.pi / 2))]
+        if min(other for k, other in zip((2, 1, 4), others, strict=True) if k != joint) > 0.3:
+            return q
+
+
+def _turned_by(frames: list[np.ndarray], move: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    return frames[4][:3, 3] + move[:3], _turn(move[3:]) @ frames[6][:3, :3]
+
+
+def test_the_wrist_of_a_stanford_arm_in_one_line_is_no_boundary() -> None:
+    """All poses around are reached, also along what is lost. The place of P is reached without the wrist, which turns
+    the hand into every orientation; with its first axes crossing at a distance, P keeps 0.15 m off the axis of joint 1.
+    """
+    found = singular_set(STANFORD)
+    assert found is not None
+    kinds = {one.pieces()[0]: classify(STANFORD, one) for one in found}
+    assert [kind.kind for kind in kinds.values()] == ["boundary", "boundary", "internal"]
+    assert list(kinds)[2] == "theta5 = pi/2" and kinds["theta5 = pi/2"].uniform
+    assert kinds["theta5 = pi/2"].meaning == "the axes of joints 4 and 6 lie on one line"
+    rng = np.random.default_rng(27)
+    for number in range(several(9, 60)):
+        q = _drawn(rng, 4, np.pi / 2)
+        frames = _frames(q)
+        lost, sigma, _ = np.linalg.svd(_jacobian(frames))
+        assert sigma[-1] < 1e-12 < 1e-3 < sigma[-2]
+        move = (lost[:, -1], -lost[:, -1], rng.normal(size=6))[number % 3]
+        assert _is_reached(*_turned_by(frames, 0.01 * move / np.linalg.norm(move)), q + rng.normal(size=(60, 6)) * 0.5)
+
+
+def test_beside_the_first_axis_a_stanford_arm_is_at_its_boundary() -> None:
+    """That the search fails is seen where P comes nearer to the axis of joint 1 than joint 2 can bring it."""
+    rng = np.random.default_rng(28)
+    for _ in range(several(2, 10)):
+        q = _drawn(rng, 1, -np.pi / 6)
+        frames = _frames(q)
+        out = frames[4][:3, 3] * [1, 1, 0]
+        assert np.linalg.norm(out) == pytest.approx(0.15)
+        starts = q + rng.normal(size=(12, 6))
+        for side, reached in ((1, True), (-1, False)):
+            move = np.r_[side * 0.01 * out / np.linalg.norm(out), 0, 0, 0]
+            assert _is_reached(*_turned_by(frames, move), starts) == reached

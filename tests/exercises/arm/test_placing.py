@@ -1,12 +1,15 @@
 """Arms by their axes: the table that is made of them holds their numbers exactly, so that it tells them again."""
 
+import numpy as np
 import pytest
 import sympy as sp
 
-from exercises.arm.chain import Chain
+from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.conventions import axes_of, by_axes
-from exercises.arm.placing import Axis, exactly
+from exercises.arm.derivation import derive
+from exercises.arm.placing import Axis, exactly, reached
 from exercises.stream import Stream
+from tests.support.suites import several
 
 WAYS = ((0, 0, 1), (1, 0, 0), (0, 1, 0), (1, 1, 0), (0, 3, 4), (1, 2, 2), (1, -1, 1), (0, 1, 1), (2, 3, 6), (1, 2, 3))
 A1, A2 = sp.symbols("a1 a2")
@@ -32,6 +35,44 @@ def test_oblique_axes_are_told_as_they_were_given(seed: int) -> None:
     gone = [there - point, *(one.direction - axis.direction for one, axis in zip(found, axes, strict=True))]
     gone += [(f.point - a.point).cross(a.direction) for f, a in zip(found, axes, strict=True) if a.kind == "R"]
     assert all(abs(sp.N(entry.xreplace(LENGTHS), 40)) < 1e-30 for vector in gone for entry in vector)
+
+
+def _has_open_root(entry: sp.Expr) -> bool:
+    return entry.has(sp.atan2) or any(not p.exp.is_Integer and p.free_symbols for p in entry.atoms(sp.Pow))
+
+
+@pytest.mark.parametrize("seed", several((2, 3, 6), range(24)))
+def test_open_places_of_parallel_axes_have_no_roots(seed: int) -> None:
+    """Two lengths are open across parallel axes: their distance is a root, and so was all that came out of the table.
+
+    Where the axes and the point are is told as it was given, and where the arm goes is what its axes alone say.
+    """
+    stream = Stream(f"parallel/{seed}")
+    first, second = (sp.Matrix(stream.choice(WAYS)) for _ in range(2))
+    h = sp.Symbol("h1")
+    axes = []
+    for k, along in enumerate([first] * 3 + ([second] if seed % 2 else [])):
+        way = along * (-1 if seed > 3 and k == 1 else 1) / along.norm()
+        axes.append(Axis("R", way, sp.Matrix(stream.choice([(k * A1, A2, 0), (A1, h * k, A2), (A1 + A2 * k, 0, h)]))))
+    point = sp.Matrix([A1 + A2, h, A1])
+    base, joints, tool = by_axes(axes, point, len(axes))
+    chain = Chain(f"parallel{seed}", joints, ("vx", "vy", "vz"), base, tool, convention="screws")
+    found, there = axes_of(chain)
+    for one, axis in zip(found, axes, strict=True):
+        assert sp.simplify(one.direction - axis.direction).is_zero_matrix
+        assert sp.simplify((one.point - axis.point).cross(axis.direction)).is_zero_matrix
+        assert not any(map(_has_open_root, one.point))
+    assert (there - point).applyfunc(sp.expand).is_zero_matrix
+    assert not any(map(_has_open_root, (*derive(chain).position, *derive(chain).geometric)))
+    q = np.array([stream.uniform(-2, 2) for _ in axes])
+    lengths = {A1: 0.7, A2: 0.3, h: 0.45}
+    at = {**lengths, **dict(zip(chain.q, q, strict=True))}
+    place = reached(axes, point, q, lengths)
+    assert np.allclose(np.array(derive(chain).position.xreplace(at).evalf(), dtype=float).ravel(), place, atol=1e-12)
+    jacobian = np.array(derive(chain).geometric.xreplace(at).evalf(), dtype=float)[: TASK_ROWS.index("wx")]
+    moved = [(reached(axes, point, q + e, lengths) - reached(axes, point, q - e, lengths)) / 2e-6
+             for e in 1e-6 * np.eye(len(q))]  # fmt: skip
+    assert np.allclose(jacobian, np.array(moved).T, atol=1e-8)
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,8 @@ from exercises.arm.chain import TASK_ROWS, Chain, Joint
 from exercises.arm.classification import domain_of
 from exercises.arm.derivation import derive
 from exercises.arm.kinematics import NumericChain
-from exercises.arm.singularity import Component, Search, common_zeros, singular_set, solve_condition
+from exercises.arm.searched import tried
+from exercises.arm.singularity import Component, Search, common_zeros, singular_set, solve_condition, tidied
 from exercises.arm.trigonometry import factored
 from exercises.formula.conditions import Space, compare_sets
 from exercises.formula.expression import read
@@ -124,6 +125,29 @@ def test_what_follows_from_other_conditions_is_not_said() -> None:
     found = [component.conditions for component in singular_set(Chain("PRPRR", joints, ("vx", "vy", "vz"))) or ()]
     assert sorted(map(len, found)) == [2, 3]
     assert not any(set(one) < set(other) for one in found for other in found)
+
+
+@pytest.mark.parametrize("end", [1 - sp.sin(T1), 1 + sp.sin(T1), 1 + sp.cos(T1), 1 - sp.cos(T1)])
+def test_what_follows_where_an_angle_is_at_an_end_is_not_said(end: sp.Expr) -> None:
+    there = {T1: solve_condition(end, arm("vx", ("R", T1, 0, 1, 0)))[1][0]}  # type: ignore[index]
+    long = sp.expand(end * A1 + sp.sin(T2 - there[T1] + T1))
+    told = tidied([(end, sp.sin(T2), long)], Search((T1, T2)), "what is tried")
+    assert [set(one) for one in told] == [{end, sp.sin(T2)}]
+
+
+@pytest.mark.whole
+def test_long_conditions_that_never_hold_together_are_not_said() -> None:
+    """It was said that J loses rank at theta3 = 180 and at 0 degrees under seven more conditions, which never hold."""
+    t4, d5 = sp.symbols("theta4 d5")
+    chain = arm(
+        "vx vy", ("R", T1, R(7, 10), R(1, 5), PI), ("R", T2 + PI / 6, 0, R(3, 10), PI / 4),
+        ("R", T3 + PI / 2, 0, -R(1, 5), PI / 2), ("R", t4 + PI / 6, R(1, 5), 0, -PI / 2),
+        ("P", PI / 2, d5 + R(1, 10), 0, PI / 2),
+    )  # fmt: skip
+    found = singular_set(chain)
+    assert found is not None and len(found) == 3
+    out = tried(chain, [one.conditions for one in found])
+    assert all(out.samples) and not out.wrong and not out.unexplained
 
 
 def test_offsets_move_the_solutions() -> None:

@@ -62,6 +62,20 @@ def test_conditions_through_a_common_point_may_hold(seed: int) -> None:
     assert may_hold_together(conditions, T)
 
 
-def test_what_would_take_long_is_left_undecided() -> None:
+def test_what_is_known_of_some_conditions_is_known_of_more() -> None:
+    """All three are too long for a basis, and two suffice; of joints that are fixed, nothing is left to work out."""
     whole = sum((s(q) * c(p) * A + c(q) ** 2 * B for q in T for p in T), H)
-    assert may_hold_together([whole, whole**2 + 1, whole**3 - A], T)
+    assert not may_hold_together([whole, whole**2 + 1, whole**3 - A], T)
+    five = sp.symbols("theta1:6")
+    long = sum((s(q) * c(p) * A + c(q) ** 2 * B for q in five for p in five), H)
+    fixed = [1 - c(five[0]), s(five[1]), c(five[2] + ALPHA), s(five[3]) * B + A]
+    at_all = [*fixed, long - long.xreplace({five[4]: 0}), c(five[4])]
+    assert not may_hold_together(at_all, five)
+    assert may_hold_together(at_all[:-1], five)
+    assert may_hold_together([*fixed, s(five[0]), s(2 * five[1]), c(2 * five[2] + 2 * ALPHA) + 1], five)
+
+
+def test_what_would_take_long_is_left_undecided() -> None:
+    four = sp.symbols("theta1:5")
+    whole = sum((s(q) * c(p) * A + c(q) ** 2 * B for q in four for p in four), H)
+    assert may_hold_together([whole, whole + 1], four)

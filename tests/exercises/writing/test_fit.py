@@ -121,3 +121,33 @@ def test_an_entry_that_is_too_wide_goes_on_in_another_row() -> None:
     matrix = rf"J = \begin{{bmatrix}} {wide} & a_{{1}}{SEPARATOR}s_{{1}} & a_{{2}} \end{{bmatrix}}"
     shown = fitted_latex(matrix, 16.0)
     assert width(shown) <= 16.0 / SMALLEST and symbols(shown) == symbols(matrix)
+
+
+def _entry(k: int, terms: int = 40) -> str:
+    inner = " + ".join(rf"0.{k}{j} s_{{{k}}} \sin \varphi_{{23}}" for j in range(1, terms))
+    return rf"c_{{1}} \left(c_{{2}} ({inner}) + s_{{2}} ({inner})\right)"
+
+
+def test_long_entries_of_a_matrix_have_names_and_lines_of_their_own() -> None:
+    matrix = rf"J = \begin{{bmatrix}} {_entry(1)} & a_{{1}}{SEPARATOR}{_entry(2)} & {_entry(1)} \end{{bmatrix}}"
+    shown = fitted_latex(matrix, PAPER)
+    assert r"\begin{bmatrix} m_{1} & a_{1} \\ m_{2} & m_{1} \end{bmatrix}" in shown
+    assert width(shown) <= PAPER / SMALLEST
+    assert [shown.count(f"m_{{{k}}} =") for k in (1, 2, 3)] == [1, 1, 0]
+    told = symbols(shown) - Counter({"m_{1}": 3, "m_{2}": 2})
+    assert told == symbols(_entry(1)) + symbols(_entry(2)) + symbols("a_{1}")
+    assert to_latex(f"$${matrix}$$").count(r"\begin{align*}") == 1
+
+
+def test_a_sum_deep_in_brackets_is_broken() -> None:
+    latex = f"v = {_entry(3, 9)}"
+    shown = fitted_latex(latex, 24.0)
+    assert width(shown) <= 24.0 / SMALLEST and symbols(shown) == symbols(latex)
+    assert shown.count("(") == shown.count(")") == 3
+
+
+def test_a_formula_of_many_lines_may_go_on_on_the_next_page() -> None:
+    assert r"\begin{align*}" not in to_latex(f"$$v = {_entry(3, 5)}$$")
+    shown = to_latex(f"$$v = {_entry(3, 60)}$$")
+    assert r"\allowdisplaybreaks" in shown and r"\resizebox" not in shown
+    assert shown.count(r"\begin{align*}") == shown.count(r"\end{align*}") == 1 and "aligned" not in shown
