@@ -121,3 +121,9 @@ def test_an_entry_that_is_too_wide_goes_on_in_another_row() -> None:
     matrix = rf"J = \begin{{bmatrix}} {wide} & a_{{1}}{SEPARATOR}s_{{1}} & a_{{2}} \end{{bmatrix}}"
     shown = fitted_latex(matrix, 16.0)
     assert width(shown) <= 16.0 / SMALLEST and symbols(shown) == symbols(matrix)
+
+
+def test_the_parser_of_our_texts_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    page = to_html("**one** $a_1$")
+    monkeypatch.setattr("markdown_it.MarkdownIt.__init__", None)
+    assert to_html("**one** $a_1$") == page
