@@ -42,7 +42,9 @@ WORKERS = {
 
 COMMANDS = {
     **dict.fromkeys(("init", "families", "questions", "show", "robots", "solve"), "exercises.commands"),
-    **dict.fromkeys(("verify", "generate", "check", "compare", "grade", "doctor"), "grader.commands"),
+    **dict.fromkeys(("verify", "generate"), "grader.commands"),
+    "check": "grader.student_command",
+    **dict.fromkeys(("compare", "grade", "doctor"), "grader.commands"),
     **dict.fromkeys(("export", "report"), "grader.outlets"),
     **dict.fromkeys(("upgrade-check", "forget"), "grader.keeping"),
     "demo": "grader.commands",

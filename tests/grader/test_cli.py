@@ -516,3 +516,10 @@ def test_the_list_of_commands_is_that_of_the_program_and_loads_none_of_them() ->
         [sys.executable, "-c", f"{listing}print('sympy' in sys.modules)"], capture_output=True, text=True, check=True
     )
     assert made.stdout.startswith("Usage: qdot") and made.stdout.endswith("False\n")
+
+
+@pytest.mark.parametrize("command", ["show", "solve", "check"])
+def test_a_command_about_one_thing_loads_nothing_of_classes(command: str) -> None:
+    loading = f"import sys; from grader.cli import program; program({command!r})"
+    told = f"{loading}; print([name for name in ('exercises.assignment', 'grader.batch') if name in sys.modules])"
+    assert subprocess.run([sys.executable, "-c", told], capture_output=True, text=True, check=True).stdout == "[]\n"
