@@ -27,7 +27,6 @@ from exercises.overview import detail, overview, refusals, robots_overview
 from exercises.problem import convention_named
 from exercises.questions import QUESTIONS
 from exercises.quizzes import QUIZZES
-from exercises.release import init_assignment
 from exercises.sets import DEFAULT_SET, SETS, set_named
 from exercises.solving_in_time import DEFAULT as SECONDS
 from exercises.solving_in_time import LEAST, seconds_of, write_solution
@@ -65,6 +64,8 @@ def init(
         return
     if folder is None:
         raise QdotError("name the folder to make, as in 'qdot init homework', or list the sets with 'qdot init --list'")
+    from exercises.release import init_assignment
+
     chosen = set_named(problems)
     init_assignment(folder, title or chosen.title, key, roster=roster, problems=chosen)
     first = f"put your class into {folder / 'roster.csv'}" if roster is None else "edit assignment.toml"

@@ -34,7 +34,7 @@ def robot_json(chain: Chain) -> Json:
         "name": chain.name,
         "title": chain.title,
         "joints": [
-            {"kind": joint.kind, **{name: str(getattr(joint, name)) for name in ("theta", "d", "a", "alpha")}}
+            {"kind": joint.kind, **{name: text_of(getattr(joint, name)) for name in ("theta", "d", "a", "alpha")}}
             for joint in chain.joints
         ],
         "base": {"position": [str(value) for value in base.position], "yaw": str(base.yaw), "tilt": str(base.tilt)},

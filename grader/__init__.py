@@ -35,6 +35,7 @@ The map, from the bottom up: nothing here imports what stands below it.
     statistics, variants            what the class's page is worked out from
     reports/                        results for people and for other programs
     nbgrader_cells                  notebooks as nbgrader has them, made whole and filled with marks
+    student_command                 the command for students, `qdot check`
     demo, commands                  the simulated class; the commands about what is handed in
     keeping                         the commands for a folder that is kept: what an upgrade changes, `qdot forget`
     pytest_plugin, nbgrader_plugin  `pytest --qdot`; what nbgrader runs, the one module that needs nbgrader

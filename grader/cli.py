@@ -42,7 +42,9 @@ WORKERS = {
 
 COMMANDS = {
     **dict.fromkeys(("init", "families", "questions", "show", "robots", "solve"), "exercises.commands"),
-    **dict.fromkeys(("verify", "generate", "check", "compare", "grade", "doctor"), "grader.commands"),
+    **dict.fromkeys(("verify", "generate"), "grader.commands"),
+    "check": "grader.student_command",
+    **dict.fromkeys(("compare", "grade", "doctor"), "grader.commands"),
     **dict.fromkeys(("export", "report"), "grader.outlets"),
     **dict.fromkeys(("upgrade-check", "forget"), "grader.keeping"),
     "demo": "grader.commands",
@@ -50,6 +52,12 @@ COMMANDS = {
 """Each command, and the module in which it is the function of that name, with _ for -."""
 SITE = {"build": "build_site", "serve": "serve"}
 
+
+BETWEEN_COLLECTIONS = 20_000, 10, 10
+"""Objects that are made between two collections, and how many of those until older ones are looked at, too.
+
+Formulas are trees and free themselves. Python's own 700 make collections a tenth of the time of a class.
+"""
 
 LISTING = "--help"
 """What the program is asked for where it only lists its commands."""
@@ -174,6 +182,7 @@ def _begin() -> None:
     """Have Ctrl-C and SIGTERM end a command such that what it has begun is tidied up: it is about to begin."""
     if not gc.isenabled():
         gc.freeze()
+        gc.set_threshold(*BETWEEN_COLLECTIONS)
         gc.enable()
     for number, handler in ((signal.SIGINT, signal.default_int_handler), (signal.SIGTERM, _stop)):
         if signal.getsignal(number) is _stop_at_once:

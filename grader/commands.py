@@ -1,4 +1,4 @@
-"""The commands for a class: generate, verify, check, compare, grade, doctor, demo."""
+"""The commands for a class: generate, verify, compare, grade, doctor, demo."""
 
 import io
 import json
@@ -190,44 +190,6 @@ def _tasks_of_folder(folder: Path) -> list[Task]:
         named = ", ".join(map(str, unknown[:3])) + (", …" if len(unknown) > 3 else "")
         note(f"not looked at, neither notebooks nor certificates of this assignment: {len(unknown)}, as {named}")
     return tasks_of(assignment)
-
-
-def check(
-    notebook: Annotated[Path, typer.Argument(metavar="NOTEBOOK", help="Your notebook.")],
-    report: Annotated[
-        str,
-        typer.Option(
-            metavar="github=PATH", help="Also write a job summary of GitHub Actions, with annotations; - is stdout."
-        ),
-    ] = "",
-) -> None:
-    """Show what will be read from each answer of a notebook.
-
-    For students: no marks are given, and no key is needed. Leaves with code 1 if an answer is blank or can't be read.
-    """
-    from grader import check_notebook
-
-    form, _, summary = report.partition("=")
-    if report and (form != "github" or not summary):
-        raise QdotError(f"--report {report}: write github=PATH, as in github=summary.md")
-    checked = check_notebook(notebook)
-    rows = checked.rows
-    for said in checked.notes:
-        say(f"note: {said}")
-    for row in rows:
-        say(f"{'ok ' if row.readable else '-- '} {row.part}: {row.said}")
-    if summary:
-        from grader.reports.formats import write_out
-        from grader.reports.github import check_annotations, check_summary
-
-        write_out(summary, check_summary(checked))
-        annotations = check_annotations(notebook, checked)
-        if annotations:
-            say(annotations)
-    unreadable = sum(not row.readable for row in rows)
-    say(f"{len(rows) - unreadable} of {len(rows)} answers can be read; whether they are right is not checked here")
-    if unreadable:
-        raise typer.Exit(1)
 
 
 def compare(

@@ -4,9 +4,12 @@ import re
 import unicodedata
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from exercises.assignment import Student
 from grader.layouts import Handed
+
+if TYPE_CHECKING:
+    from exercises.assignment import Student
 
 _IDENTIFIES = re.compile(r"id\b|identif|login|user|mail|sis\b|matri|participant|(student|candidate).?(no|nr|number)")
 """What columns of a roster are called by which a platform may know a student; a seat's number is none."""
@@ -23,7 +26,7 @@ class Match:
 class Roster:
     """A roster, to be asked who a submission is of."""
 
-    def __init__(self, students: Sequence[Student]) -> None:
+    def __init__(self, students: "Sequence[Student]") -> None:
         self._own: dict[str, str] = {_folded(student.id): student.id for student in students}
         self._ids: dict[str, set[str]] = {}
         self._names: dict[str, set[str]] = {}

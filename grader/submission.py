@@ -11,15 +11,17 @@ from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from exercises.assignment import Assignment, Student
 from exercises.console import note
 from exercises.errors import QdotError
 from grader.archives import is_archive, listed, read_packed, unpacked
 from grader.cells import LARGEST, SCRIPTS, TEXTS, Cell, Unreadable, plain, read_cells
 from grader.layouts import Handed, export_inside, handed_in, surely
 from grader.roster import Match, Roster
+
+if TYPE_CHECKING:  # loaded where there is one: a student's `qdot check` has none
+    from exercises.assignment import Assignment, Student
 
 MOST_FILES, MOST_ATTEMPTS = 2000, 50
 """Files of one student that are looked at, and those of them that are read."""
@@ -73,7 +75,7 @@ class Looked:
     unsure: list[str] = field(default_factory=list)
 
 
-def find_submissions(assignment: Assignment, root: Path) -> Looked:
+def find_submissions(assignment: "Assignment", root: Path) -> Looked:
     """Return what each student handed in, what belongs to nobody on the roster, and what may be of several.
 
     The layouts are those of `layouts`. Of several files, the notebook with the assignment's file name goes first, else
@@ -104,7 +106,7 @@ def find_submissions(assignment: Assignment, root: Path) -> Looked:
     return looked
 
 
-def _owners(students: Sequence[Student], root: Path) -> tuple[Path, Callable[[Handed], Match]]:
+def _owners(students: "Sequence[Student]", root: Path) -> tuple[Path, Callable[[Handed], Match]]:
     """Return the folder in which submissions are, `root` or an export in it, and what says whose one is."""
     roster = Roster(students)
 
@@ -118,7 +120,7 @@ def _owners(students: Sequence[Student], root: Path) -> tuple[Path, Callable[[Ha
     return root, owner_of
 
 
-def handed_in_by(students: Sequence[Student], root: Path, student: str) -> tuple[list[Path], list[Path]]:
+def handed_in_by(students: "Sequence[Student]", root: Path, student: str) -> tuple[list[Path], list[Path]]:
     """Return the files and folders that one of these students has handed in, and those that may be theirs or not."""
     inner, owners = _owners(students, root)
     sure, unsure = list[Path](), list[Path]()
@@ -420,7 +422,7 @@ def _out_of_archive(path: Path, key: str) -> tuple[str, bytes, str]:
 # --- what its metadata say ---
 
 
-def wrong_assignment(submission: Submission, assignment: Assignment) -> str | None:
+def wrong_assignment(submission: Submission, assignment: "Assignment") -> str | None:
     """Return the reason why a notebook is not of this assignment, if its metadata say so."""
     claimed = submission.claims.get("assignment")
     if isinstance(claimed, str) and claimed != assignment.key:
@@ -439,7 +441,7 @@ class Note:
     student: str = ""
 
 
-def oddities(submission: Submission, assignment: Assignment, student: str) -> list[Note]:
+def oddities(submission: Submission, assignment: "Assignment", student: str) -> list[Note]:
     """Return what the metadata make odd; they decide nothing: the problems graded are this student's all the same."""
     claims, notes = submission.claims, []
     claimed = claims.get("student")

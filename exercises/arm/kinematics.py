@@ -63,6 +63,9 @@ class _Run:
     def rotation(self) -> sp.Matrix:
         return self.outer * rot_z(self.angle)
 
+    def frame(self, origin: sp.Matrix) -> Frame:
+        return Frame(sp.ImmutableMatrix(self.rotation()), sp.ImmutableMatrix(origin))
+
     def vector(self, x: sp.Expr, y: sp.Expr, z: sp.Expr) -> sp.Matrix:
         c, s = sp.cos(self.angle), sp.sin(self.angle)
         return self.outer * sp.Matrix([x * c - y * s, x * s + y * c, z])
@@ -82,20 +85,23 @@ def _along(joints: Iterable[Joint], base: Base) -> Iterator[tuple[_Run, sp.Matri
         yield run, origin
 
 
-def frames_and_point(chain: Chain) -> tuple[list[Frame], sp.Matrix]:
+@lru_cache(maxsize=512)
+def frames_and_point(chain: Chain) -> tuple[tuple[Frame, ...], sp.Matrix]:
     """Return frames 0 ... n and the position of the point of interest (3 x 1, m), by runs of parallel joints.
 
-    Angles come out absolute, as in cos(theta1 + theta2), so that nothing needs to be simplified.
+    Angles come out absolute, as in cos(theta1 + theta2), so that nothing needs to be simplified. Kept, as all that is
+    told of a structure begins here.
     """
-    frames, point = [], sp.zeros(3, 1)
+    frames, point = [], sp.ImmutableMatrix.zeros(3, 1)
     for index, (run, origin) in enumerate(_along(chain.joints, chain.base)):
         if index == chain.point.frame:
-            point = origin + run.vector(*chain.point.offset)
-        frames.append(Frame(run.rotation(), origin))
-    return frames, point
+            point = sp.ImmutableMatrix(origin + run.vector(*chain.point.offset))
+        frames.append(run.frame(origin))
+    return tuple(frames), point
 
 
-def link_frames(chain: Chain) -> list[Frame]:
+@lru_cache(maxsize=512)
+def link_frames(chain: Chain) -> tuple[Frame, ...]:
     """Return frames 0 ... n of the convention in which an arm is told, by runs of parallel joints."""
     if not is_modified(chain):
         return frames_and_point(chain)[0]
@@ -103,20 +109,20 @@ def link_frames(chain: Chain) -> list[Frame]:
     run = _Run(sp.eye(3), sp.S.Zero)
     run.turn_z(base.yaw)
     origin = sp.Matrix(base.position)
-    frames = [Frame(run.rotation(), origin)]
+    frames = [run.frame(origin)]
     for row in told_rows(chain):
         origin = origin + run.vector(row.a, sp.S.Zero, sp.S.Zero)
         run.turn_x(row.alpha)
         run.turn_z(row.theta)
         origin = origin + run.vector(sp.S.Zero, sp.S.Zero, row.d)
-        frames.append(Frame(run.rotation(), origin))
-    return frames
+        frames.append(run.frame(origin))
+    return tuple(frames)
 
 
 def frame_behind(joints: Iterable[Joint]) -> Frame:
     """Return the frame behind some joints of a chain, seen from the one before them."""
     *_, (run, origin) = _along(joints, Base())
-    return Frame(run.rotation(), origin)
+    return run.frame(origin)
 
 
 def joint_rotation(row: Joint, modified: bool = False) -> sp.Matrix:

@@ -193,6 +193,7 @@ def _solve_polynomial(condition: sp.Expr, joint: sp.Symbol) -> tuple[sp.Symbol, 
     return None
 
 
+@lru_cache(maxsize=4096)
 def _solve_angle(condition: sp.Expr, joint: sp.Symbol) -> tuple[sp.Symbol, tuple[sp.Expr, ...]] | None:
     """Solve A + B cos(phi) + C sin(phi) = 0, phi being the joint's angle with its offset."""
     arguments = {atom.args[0] for atom in condition.atoms(sp.sin, sp.cos)}

@@ -22,6 +22,7 @@ COMPONENT = re.compile(r"[vwfm][xyz]")
 _RATE = re.compile(r"qd\d+")
 
 
+@lru_cache(maxsize=4096)
 def natural(name: str) -> Key:
     """Return a key that sorts names by their letters, then by their numbers: a2 before a10."""
     match = re.fullmatch(r"(.*?)(\d*)", name)
@@ -55,7 +56,12 @@ def _term_key(term: sp.Expr) -> Key:
 
 def moves(symbol: sp.Symbol) -> bool:
     """Return whether a symbol is a joint rate, or a component of a velocity or force."""
-    return bool(_RATE.fullmatch(symbol.name) or COMPONENT.fullmatch(symbol.name))
+    return _is_name_of_what_moves(symbol.name)
+
+
+@lru_cache(maxsize=4096)
+def _is_name_of_what_moves(name: str) -> bool:
+    return bool(_RATE.fullmatch(name) or COMPONENT.fullmatch(name))
 
 
 def _moving_key(symbol: sp.Symbol) -> Key:
@@ -169,6 +175,7 @@ def decimal(value: sp.Expr) -> str | None:
     return f"{float(value):.12f}".rstrip("0").rstrip(".")
 
 
+@lru_cache(maxsize=4096)
 def joint_sum(angle: sp.Expr) -> str | None:
     """Return "12" for theta1 + theta2, and None for an angle that the shorthand can't say."""
     digits = []

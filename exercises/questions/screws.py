@@ -187,7 +187,7 @@ def _seen_from_body(generic: Chain, home: tuple[tuple[sp.Symbol, sp.Expr], ...])
     return rotation, _tidied(sp.Matrix.hstack(*columns)), _tidied(hat(point) * rotation)
 
 
-def _from_last_frame(generic: Chain, frames: list[Frame], point: sp.Matrix) -> list[Frame]:
+def _from_last_frame(generic: Chain, frames: Sequence[Frame], point: sp.Matrix) -> list[Frame]:
     """Return axis frames in the coordinates of the last one, and the vector from each to P there."""
     turn = frames[-1].rotation.T
     return [

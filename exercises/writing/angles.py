@@ -23,11 +23,30 @@ class AngleNames:
 
     meanings: Mapping[sp.Symbol, sp.Expr]
     _known: dict[sp.Expr, sp.Expr] = field(default_factory=dict, compare=False, repr=False)
+    _renamed: dict[sp.Expr, tuple[sp.Expr, bool]] = field(default_factory=dict, compare=False, repr=False)
 
     def put_into(self, expression: sp.Expr | sp.Matrix) -> sp.Expr | sp.Matrix:
         """Return an expression or matrix with the sines and cosines of angles that have a name said by it, gathered."""
-        named = expression.xreplace({trig: self._said(trig) for trig in expression.atoms(sp.sin, sp.cos)})
-        return named.applyfunc(gathered) if isinstance(named, sp.MatrixBase) else gathered(named)
+        if isinstance(expression, sp.MatrixBase):
+            return expression.applyfunc(lambda entry: gathered(self._rename(entry)[0]))
+        return gathered(self._rename(expression)[0])
+
+    def _rename(self, expression: sp.Expr) -> tuple[sp.Expr, bool]:
+        """Return what `xreplace` makes of an expression, and whether it holds a sine or cosine.
+
+        Kept for every part of it: the terms of J are those of its determinant, of its inverse, and of the rates.
+        """
+        if not expression.args:
+            return expression, False
+        if (known := self._renamed.get(expression)) is not None:
+            return known
+        if isinstance(expression, (sp.sin, sp.cos)):
+            made = self._said(expression), True
+        else:
+            args, held = zip(*map(self._rename, expression.args), strict=True)
+            made = (expression.func(*args), True) if any(held) else (expression, False)
+        self._renamed[expression] = made
+        return made
 
     def typed(self, expression: sp.Expr) -> str:
         """Return an expression as Python code with the angles that have a name as these are: theta1 + 5*pi/6."""

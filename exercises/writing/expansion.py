@@ -336,7 +336,7 @@ def _same_product(one: sp.Expr, other: sp.Expr) -> bool:
         plain = ((sp.expand(-base if base.could_extract_minus_sign() else base), power) for base, power in bases)
         return sorted((pair for pair in plain if pair[0] != 1), key=sp.default_sort_key)
 
-    return sp.expand(one - other) == 0 and factors(one) == factors(other)
+    return one == other or (sp.expand(one - other) == 0 and factors(one) == factors(other))
 
 
 def _theorem(expression: sp.Expr) -> str:

@@ -345,7 +345,11 @@ def tex_angle(value: sp.Expr) -> str:
     >>> tex_angle(sp.Symbol("theta2") + sp.pi / 2), tex_angle(sp.pi - sp.atan(4))
     ('\\theta_{2} + 90^\\circ', '180^\\circ - \\arctan(4)')
     """
-    value = sp.sympify(value)
+    return _angle_in_degrees(sp.sympify(value))
+
+
+@lru_cache(maxsize=1024)
+def _angle_in_degrees(value: sp.Expr) -> str:
     constant = sp.Add(*(term for term in sp.Add.make_args(sp.expand(value)) if term.is_number))
     if constant != 0 and constant.is_Rational:  # an angle such as 0.7
         return _with_unit(value, "rad")

@@ -6,7 +6,7 @@ Understood is what the templates use: headings, paragraphs, emphasis, code, list
 import re
 import textwrap
 from collections.abc import Callable, Sequence
-from functools import lru_cache
+from functools import cache, lru_cache
 from html import escape
 from itertools import zip_longest
 from typing import TYPE_CHECKING
@@ -19,6 +19,7 @@ from exercises.formula.printers.unicode import shown_width, unicode_math
 from exercises.writing.fit import LETTER, breaks_lines, fitted, is_high, width
 
 if TYPE_CHECKING:  # loaded where a text is taken apart: who grades a class has all of them as HTML already
+    from markdown_it import MarkdownIt
     from markdown_it.token import Token
 
 WIDTH = 100
@@ -32,8 +33,6 @@ HOLDER = re.compile("\ue000(\\d+)\ue001")
 
 def parsed_markdown(text: str) -> "tuple[list[Token], list[tuple[str, bool]]]":
     """Return the tokens of a text, with holders for its formulas, and these: LaTeX, and whether on lines of its own."""
-    from markdown_it import MarkdownIt
-
     formulas: list[tuple[str, bool]] = []
 
     def hold(match: re.Match[str]) -> str:
@@ -44,7 +43,15 @@ def parsed_markdown(text: str) -> "tuple[list[Token], list[tuple[str, bool]]]":
         formulas.append((" ".join(latex.split()), block))
         return f"\ue000{len(formulas) - 1}\ue001"
 
-    return MarkdownIt("commonmark").enable("table").parse(_FORMULA.sub(hold, text)), formulas
+    return _parser().parse(_FORMULA.sub(hold, text)), formulas
+
+
+@cache
+def _parser() -> "MarkdownIt":
+    """Return the parser, made once: to make one takes longer than it takes for a text."""
+    from markdown_it import MarkdownIt
+
+    return MarkdownIt("commonmark").enable("table")
 
 
 def to_html(text: str, formula: Callable[[str, bool], str] | None = None, share: float = 1.0) -> str:
@@ -52,10 +59,8 @@ def to_html(text: str, formula: Callable[[str, bool], str] | None = None, share:
 
     With `formula`, that says what becomes of LaTeX, and of whether it stands on lines of its own.
     """
-    from markdown_it import MarkdownIt
-
     tokens, formulas = parsed_markdown(text)
-    parser = MarkdownIt("commonmark").enable("table")
+    parser = _parser()
     page = parser.renderer.render(tokens, parser.options, {})
 
     def made(latex: str, block: bool) -> str:

@@ -5,7 +5,7 @@ and then filled with the arm's own numbers. World frame; notation of the chapter
 """
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import combinations, pairwise, product
 
 import numpy as np
@@ -345,9 +345,7 @@ class Worked(AxisNames):
     @cached_property
     def cofactors(self) -> sp.Matrix:
         """The cofactors of the task Jacobian, (-1)^(i+j) times the minor (appendix)."""
-        generic = derive(self._structure).jacobian
-        n = generic.rows
-        return self._fill(sp.Matrix(n, n, lambda i, j: generic.cofactor(i, j) if n > 1 else sp.S.One))
+        return self._fill(_cofactors(self._structure))
 
     @property
     def determinant_sign(self) -> str:
@@ -415,26 +413,12 @@ class Worked(AxisNames):
     @cached_property
     def at_once(self) -> AtOnce | None:
         """Where all joints that turn are at quarter turns and one product of entries is left of det J."""
-        generic = derive(self._structure)
-        turning = [q for q in generic.determinant.free_symbols if str(q).startswith("theta")]
-        joints = [q for q in self.chain.q if q in turning]
-        if not 2 <= self.chain.n <= MOST_ROWS_AT_ONCE or generic.determinant == 0 or not joints:
+        generic = _at_once(self._structure)
+        if generic is None:
             return None
-        still = [q for q in self.chain.q if str(q).startswith("theta") and q not in turning]
-        best = None
-        for quarters in product(range(4), repeat=len(joints)):
-            turns = dict.fromkeys(still, sp.S.Zero) | {q: k * sp.pi / 2 for q, k in zip(joints, quarters, strict=True)}
-            matrix = generic.jacobian.xreplace(turns)
-            value = only_product(matrix)
-            key = sum(entry == 0 for entry in matrix), -sum(quarters)
-            if value is not None and generic.determinant.xreplace(turns) != 0 and (best is None or key > best[0]):
-                best = key, turns, matrix, value
-        if best is None:
-            return None
-        _, turns, matrix, value = best
-        offsets = dict(zip(self.chain.q, self.chain.offsets, strict=True))
+        turns, offsets = dict(generic.joints), dict(zip(self.chain.q, self.chain.offsets, strict=True))
         joints_there = tuple((q, _principal(turns[q] - offsets[q])) for q in self.chain.q if q in turns)
-        return AtOnce(joints_there, matrix.applyfunc(self.d.fill), self.d.fill(value))
+        return AtOnce(joints_there, generic.matrix.applyfunc(self.d.fill), self.d.fill(generic.determinant))
 
     @cached_property
     def blocks(self) -> sp.Matrix | None:
@@ -615,6 +599,33 @@ class Worked(AxisNames):
     def three_digits(self, part: Part) -> list[str]:
         """Return the numbers of an answer to three significant digits."""
         return [three_digits(value) for value in part.answer.as_matrix()]
+
+
+@lru_cache(maxsize=512)
+def _cofactors(generic: Chain) -> sp.Matrix:
+    """Return the cofactors of the task Jacobian of a structure."""
+    jacobian = derive(generic).jacobian
+    n = jacobian.rows
+    return sp.ImmutableMatrix(n, n, lambda i, j: jacobian.cofactor(i, j) if n > 1 else sp.S.One)
+
+
+@lru_cache(maxsize=512)
+def _at_once(generic: Chain) -> AtOnce | None:
+    """Return where a structure's determinant is seen at a glance, joints being counted from the zeros of the table."""
+    determinant, jacobian = derive(generic).determinant, derive(generic).jacobian
+    turning = [q for q in generic.q if str(q).startswith("theta") and q in determinant.free_symbols]
+    if not 2 <= generic.n <= MOST_ROWS_AT_ONCE or determinant == 0 or not turning:
+        return None
+    still = [q for q in generic.q if str(q).startswith("theta") and q not in turning]
+    best = None
+    for quarters in product(range(4), repeat=len(turning)):
+        turns = dict.fromkeys(still, sp.S.Zero) | {q: k * sp.pi / 2 for q, k in zip(turning, quarters, strict=True)}
+        matrix = jacobian.xreplace(turns)
+        value = only_product(matrix)
+        key = sum(entry == 0 for entry in matrix), -sum(quarters)
+        if value is not None and determinant.xreplace(turns) != 0 and (best is None or key > best[0]):
+            best = key, AtOnce(tuple(turns.items()), sp.ImmutableMatrix(matrix), value)
+    return None if best is None else best[1]
 
 
 def _principal(angle: sp.Expr) -> sp.Expr:

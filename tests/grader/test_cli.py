@@ -20,7 +20,7 @@ from exercises.answers import Matrix
 from exercises.families import FAMILIES
 from exercises.parallel import _stop_put_off
 from exercises.quizzes import ASKED
-from grader.cli import COMMANDS, LISTING, WORKERS, app, program
+from grader.cli import BETWEEN_COLLECTIONS, COMMANDS, LISTING, WORKERS, app, program
 from tests.support.command import fails, run, runner
 from tests.support.handing_in import TOML
 from tests.support.suites import several
@@ -523,3 +523,16 @@ def test_the_list_of_commands_is_that_of_the_program_and_loads_none_of_them() ->
         [sys.executable, "-c", f"{listing}print('sympy' in sys.modules)"], capture_output=True, text=True, check=True
     )
     assert made.stdout.startswith("Usage: qdot") and made.stdout.endswith("False\n")
+
+
+@pytest.mark.parametrize("command", ["show", "solve", "check"])
+def test_a_command_about_one_thing_loads_nothing_of_classes(command: str) -> None:
+    loading = f"import sys; from grader.cli import program; program({command!r})"
+    told = f"{loading}; print([name for name in ('exercises.assignment', 'grader.batch') if name in sys.modules])"
+    assert subprocess.run([sys.executable, "-c", told], capture_output=True, text=True, check=True).stdout == "[]\n"
+
+
+def test_collections_of_garbage_are_rarer_while_a_command_works() -> None:
+    begun = "import gc; from grader import cli; gc.disable(); cli._begin(); print(gc.get_threshold(), gc.isenabled())"
+    made = subprocess.run([sys.executable, "-c", begun], capture_output=True, text=True, check=True)
+    assert made.stdout == f"{BETWEEN_COLLECTIONS} True\n"

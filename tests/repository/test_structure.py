@@ -43,7 +43,7 @@ LAYERS = {
         advice terms follow similar groups marking prairielearn own_folder sandbox guarantees cells archives
         layouts roster submission positions finding uncounted notebook copies overrides attempt settle remote cluster
         batch single history certificates sharing certify upgrade forgetting check statistics variants reports
-        nbgrader_cells demo commands keeping
+        nbgrader_cells student_command demo commands keeping
         pytest_plugin nbgrader_plugin hosts pushed gradescope otter_marks otter_plugin outlets site docs examples
         cli""",
 }

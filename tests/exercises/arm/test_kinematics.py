@@ -1,16 +1,20 @@
 """The two symbolic routes and the numeric one agree with each other and with finite differences, for any chain."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from exercises.arm.chain import Base, Chain, Joint, Point
+from exercises.arm.chain import CONVENTIONS, Base, Chain, Joint, Point
+from exercises.arm.derivation import structure
 from exercises.arm.kinematics import (
     NumericChain,
     differentiated_jacobian,
     frames_and_point,
+    link_frames,
     propagated_jacobian,
     propagated_p_star,
     propagated_rotations,
@@ -20,6 +24,7 @@ from exercises.formula.program import compile_program, evaluate
 from exercises.stream import Stream
 from exercises.verify.exponentials import exponential_jacobian
 from exercises.verify.numeric_reference import random_poses
+from tests.support.problems import drawn
 from tests.support.suites import several
 
 RIGHT = st.sampled_from([sp.S.Zero, sp.pi / 2, sp.pi, -sp.pi / 2])
@@ -99,3 +104,12 @@ def test_the_product_of_exponentials_is_the_same_jacobian(chain: Chain) -> None:
     numeric = NumericChain(chain, {symbol.name: 0.3 + 0.1 * i for i, symbol in enumerate(chain.parameters)})
     poses = random_poses(chain, Stream("exponentials"), 6)
     assert np.allclose(exponential_jacobian(numeric, poses), numeric.jacobian(poses), atol=1e-12)
+
+
+@pytest.mark.parametrize("convention", CONVENTIONS[:2])
+def test_the_frames_of_a_structure_are_worked_out_once_and_cannot_be_changed(convention: str) -> None:
+    chain = replace(structure(drawn("elbow-3r", 1).chain).chain, convention=convention)
+    assert link_frames(chain) is link_frames(chain)
+    assert frames_and_point(chain) is frames_and_point(chain)
+    with pytest.raises(TypeError):
+        link_frames(chain)[1].rotation[0, 0] = 1

@@ -10,7 +10,8 @@ from exercises import generate, show
 from exercises.answers import Expression, Matrix
 from exercises.arm.chain import Base, Chain, Joint
 from exercises.problem import Problem
-from exercises.writing.angles import angle_names, arm_angles, is_plain
+from exercises.writing.angles import AngleNames, angle_names, arm_angles, is_plain
+from exercises.writing.gathering import gathered
 from exercises.writing.latex import tex
 from exercises.writing.statement import answer_code, worked_solution, worked_solutions
 from exercises.writing.worked import Worked
@@ -122,3 +123,21 @@ def test_a_text_on_a_whole_problem_says_the_names_once() -> None:
     for form in ("text", "latex", "html", "ipynb"):
         assert show(problem, True, form).count("In what follows, let") == 1
     assert show(problem, False, "text").count("In what follows, let") == 0
+
+
+def test_names_are_put_in_as_if_every_formula_came_by_itself(problem: Problem) -> None:
+    """What a part of a formula becomes is kept, and is the same in every formula."""
+    worked = Worked(problem.chain)
+    names = worked.angles
+    for entry in (*worked.d.geometric, *worked.d.position, *worked.d.geometric):
+        trigs = {trig: names._said(trig) for trig in entry.atoms(sp.sin, sp.cos)}
+        assert names.put_into(entry) == gathered(entry.xreplace(trigs))
+    assert names.put_into(worked.d.geometric) == worked.d.geometric.applyfunc(names.put_into)
+
+
+def test_a_term_is_renamed_once_however_many_formulas_have_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    names = angle_names([T1 + THIRD])
+    term = A1 * C(T1 + THIRD) * S(T2)
+    assert names.put_into(term) != term
+    monkeypatch.setattr(AngleNames, "_said", None)  # called, it fails
+    assert names.put_into(term + A1) == names.put_into(term) + A1

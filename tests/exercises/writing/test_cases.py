@@ -9,6 +9,7 @@ from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive, structure
 from exercises.arm.singularity import singular_set
 from exercises.writing.cases import cases_of, minors_of
+from exercises.writing.worked import Worked, _at_once, _cofactors
 from tests.support.problems import drawn
 
 NOT_SQUARE = ("planar-3r", "pan-tilt", "scorbot-wrist", "scorbot-tip", "lbr-7r")
@@ -81,3 +82,16 @@ def test_the_cases_find_the_whole_singular_set(family: str) -> None:
     assert components is not None
     found = len(cases.shared) + sum(map(len, (case.others for case in cases.cases)))
     assert found == len(components)
+
+
+def test_what_is_told_of_a_structure_is_found_once_for_all_its_arms() -> None:
+    first, second = (Worked(drawn("elbow-3r", seed, "zeros").chain) for seed in (1, 2))
+    assert first.chain != second.chain and first._structure == second._structure
+    assert _at_once(first._structure) is _at_once(second._structure)
+    assert _cofactors(first._structure) is _cofactors(second._structure)
+    for worked in (first, second):
+        assert worked.at_once is not None
+        joints = dict(worked.at_once.joints)
+        assert sp.expand(worked.d.determinant.xreplace(joints) - worked.at_once.determinant) == 0
+        product = worked.d.jacobian * worked.cofactors.T
+        assert sp.simplify(product - worked.d.determinant * sp.eye(3)) == sp.zeros(3, 3)

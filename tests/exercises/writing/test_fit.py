@@ -151,3 +151,9 @@ def test_a_formula_of_many_lines_may_go_on_on_the_next_page() -> None:
     shown = to_latex(f"$$v = {_entry(3, 60)}$$")
     assert r"\allowdisplaybreaks" in shown and r"\resizebox" not in shown
     assert shown.count(r"\begin{align*}") == shown.count(r"\end{align*}") == 1 and "aligned" not in shown
+
+
+def test_the_parser_of_our_texts_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    page = to_html("**one** $a_1$")
+    monkeypatch.setattr("markdown_it.MarkdownIt.__init__", None)
+    assert to_html("**one** $a_1$") == page
