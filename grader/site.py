@@ -18,14 +18,16 @@ from exercises.exports.outlet import Order as BankOrder
 from exercises.families import FAMILIES
 from exercises.generation import family_named
 from exercises.release import CORES
-from exercises.site.bank import Wanted, of_families, of_variants
 from exercises.site.build import Order, build
 from exercises.site.pages import docs_folder
 from exercises.site.reference import reference
+from exercises.site.supply import MOST_SEEDS, OF_EACH_STEP, Wanted, of_families, of_variants
+from exercises.variation import STEPS
 from grader.certify import failures_of
 from grader.commands import Jobs
 
 SITE = Path("qdot-site")
+OF_EACH_PROBLEM = 5
 
 
 def build_site(
@@ -37,7 +39,15 @@ def build_site(
     families: Annotated[
         str, typer.Option(help="Names with commas between; default: all.", autocompletion=among(FAMILIES, between=","))
     ] = "",
-    variants: Annotated[int, typer.Option(min=1, max=1000, help="Arms of each family, or variants of a problem.")] = 5,
+    variants: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            max=MOST_SEEDS,
+            show_default=f"{OF_EACH_STEP} at every step of variation; {OF_EACH_PROBLEM} of a problem",
+            help="Arms of each family, or variants of a problem.",
+        ),
+    ] = None,
     variation: SiteVariationOption = "",
     feedback: Annotated[
         str,
@@ -78,15 +88,16 @@ def build_site(
 
 
 def _wanted(
-    loaded: Assignment | None, families: str, variants: int, variation: str, jobs: int
+    loaded: Assignment | None, families: str, variants: int | None, variation: str, jobs: int
 ) -> tuple[list[Wanted], list[tuple[str, str, str]], str]:
     if loaded is None:
         names = [family_named(name.strip()).name for name in families.split(",") if name.strip()] or list(FAMILIES)
         titles = [(name, FAMILIES[name].title, FAMILIES[name].source) for name in names]
-        return of_families(names, variants, variation), titles, ""
+        many = variants or OF_EACH_STEP * (1 if variation else len(STEPS))
+        return of_families(names, many, variation), titles, ""
     if variation:
         loaded = loaded.varied(variation)
-    made = list(bank(BankOrder(loaded, failures_of, variants, jobs=jobs, note=note)))
+    made = list(bank(BankOrder(loaded, failures_of, variants or OF_EACH_PROBLEM, jobs=jobs, note=note)))
     titles = [(slot.name, slot.family.title, slot.family.source) for slot in loaded.slots]
     return of_variants(made), titles, loaded.title
 

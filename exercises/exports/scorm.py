@@ -20,9 +20,10 @@ from exercises.exports.qti import TRIES
 from exercises.languages import LANGUAGES
 from exercises.record import Json
 from exercises.render import render
-from exercises.site.bank import FOLDER, index_text, of_variants, titles_text, write_bank
+from exercises.site.bank import FOLDER, index_text, titles_text, write_bank
 from exercises.site.build import NOT_BUILT
 from exercises.site.pages import Assets, built_assets, favicon
+from exercises.site.supply import of_variants
 
 VERSIONS = {"1.2": "scorm12", "2004": "scorm2004"}
 """The versions of SCORM, each with what its package is called."""
@@ -58,7 +59,10 @@ def packages(order: Order) -> Generator[File, None, None]:
 
 def missing_scripts() -> str:
     """Return that the site's scripts are not built, and how they are; "" where they are."""
-    return NOT_BUILT if built_assets() is None else ""
+    try:
+        return NOT_BUILT if built_assets() is None else ""
+    except QdotError as error:
+        return str(error)
 
 
 def check_size(order: Order) -> None:

@@ -2,7 +2,8 @@
 
 From the bottom up:
 
-    keys, record, bank          the numbers by which a browser grades; a problem as JSON; many of them
+    keys, record                the numbers by which a browser grades; a problem as JSON
+    supply, bank                which problems there are; all of them written
     page, chapter, arms         what a page is; the book's examples; the gallery of arms
     robots                      tables that the page of one's own arm begins with
     guide, reference            how the documentation is arranged; the command line as a page

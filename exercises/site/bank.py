@@ -12,91 +12,28 @@ import hashlib
 import json
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
-from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 
 from exercises.difficulty import step
-from exercises.drawing import Failures, GivenUp, attempt, certified, vouching
-from exercises.exports.bank import Variant
+from exercises.drawing import Failures, GivenUp
 from exercises.families import FAMILIES
 from exercises.files import write_atomically
-from exercises.generation import generate, short_quiz
 from exercises.languages import LANGUAGES, LOCALE, catalogue
 from exercises.parallel import ordered_map
-from exercises.problem import Problem, ProblemId
+from exercises.problem import Problem
 from exercises.quizzes import ASKED
 from exercises.record import Json
-from exercises.redrawn import DRAWS
 from exercises.render import template_folder
 from exercises.site.record import site_record, solutions_record, translated_record, translated_solutions
+from exercises.site.supply import Wanted
 from exercises.store import code
-from exercises.variation import DEFAULT, STEPS, named
 
 FOLDER = "bank"
-QUIZ = "quiz"
-MOST_SEEDS = 1000
-"""More arms of a family than that are not asked for."""
 
 TOLD = (".json", *(f".{code}.json" for code in LANGUAGES))
 SOLVED = tuple(f".solutions{ending}" for ending in TOLD)
 """How the names of a problem's files end, and of its solutions'."""
-
-
-@dataclass(frozen=True)
-class Wanted:
-    """A problem that is wanted in the bank: under which family and key, and what it is.
-
-    `asked` are its questions: none stands for all of the chapter's that apply, QUIZ for a short one of each form.
-    `variation` is how far its arm leads away from the chapter's.
-    """
-
-    family: str
-    key: str
-    seed: int = 0
-    asked: tuple[str, ...] = ()
-    variation: str = DEFAULT
-    problem: Problem | None = None
-
-    def made(self, draw: int = 1) -> Problem:
-        """Return the problem; draws after the first have seeds that nobody else wants."""
-        if self.problem is not None:
-            return self.problem
-        questions = short_quiz(self.family) if self.asked == (QUIZ,) else self.asked
-        seed = self.seed + (draw - 1) * MOST_SEEDS
-        return generate(ProblemId(self.family, seed, questions, variation=self.variation))
-
-    def certified(self, failures: Failures) -> Problem | GivenUp:
-        """Return the first draw that passes its certificate. Raises QdotError for a problem that has no other draws."""
-        if self.problem is not None:
-            return certified(self.problem, failures)
-        why = ""
-        for draw in range(1, DRAWS + 1):
-            made = attempt(partial(self.made, draw), vouching(failures))
-            if not isinstance(made, str):
-                return made[0]
-            why = why or made
-        return GivenUp("", self.key, self.family, why)
-
-
-def of_families(names: Sequence[str], variants: int, variation: str = "") -> list[Wanted]:
-    """Return so many arms of each family, with all questions that apply; every second one also has short ones.
-
-    Where no `variation` is asked for, the arms of a family climb its steps, over and over.
-    """
-    problems = []
-    for name in names:
-        for seed in range(1, variants + 1):
-            drawn_at = named(variation) if variation else list(STEPS)[(seed - 1) % len(STEPS)]
-            problems.append(Wanted(name, f"{seed:03d}", seed, variation=drawn_at))
-            if seed % 2 and not FAMILIES[name].varied:
-                problems.append(Wanted(name, f"{seed:03d}-quiz", seed, (QUIZ,), drawn_at))
-    return problems
-
-
-def of_variants(variants: Sequence[Variant]) -> list[Wanted]:
-    """Return the variants of an assignment's bank, each place as a family of its own."""
-    return [Wanted(variant.slot.name, variant.key, problem=variant.problem) for variant in variants]
 
 
 def write_bank(
@@ -128,7 +65,8 @@ def _state(folder: Path, failures: Failures, solved: bool) -> _State:
 def _write(state: _State, wanted: Wanted) -> Json | GivenUp:
     folder, failures, solved = state
     path = folder / FOLDER / wanted.family / f"{wanted.key}.json"
-    drawn_as = f"{wanted.seed}/{wanted.asked}/{wanted.variation}/{wanted.problem and wanted.problem.id}"
+    problem_id = wanted.problem and wanted.problem.id
+    drawn_as = f"{wanted.seed}/{wanted.asked}/{wanted.share}/{wanted.variation}/{problem_id}"
     about = f"{code()}/{_texts()}/{drawn_as}"
     made_from = hashlib.sha256(about.encode()).hexdigest()  # a seed is not to be read from the bank
     if not solved:
@@ -150,16 +88,20 @@ def _write(state: _State, wanted: Wanted) -> Json | GivenUp:
     if solved:
         _write_solutions(path, problem, record["id"])
     for language in LANGUAGES:
-        write_atomically(path.with_suffix(f".{language}.json"), _text(translated_record(problem, record, language)))
-    write_atomically(path, _text({**record, "made_from": made_from, "listed": listed}))
+        _write_text(path.with_suffix(f".{language}.json"), translated_record(problem, record, language))
+    _write_text(path, {**record, "made_from": made_from, "listed": listed})
     return listed
 
 
 def _write_solutions(path: Path, problem: Problem, key: str) -> None:
-    write_atomically(path.with_suffix(".solutions.json"), _text(solutions_record(problem) | {"id": key}))
+    _write_text(path.with_suffix(".solutions.json"), solutions_record(problem) | {"id": key})
     for language in LANGUAGES:
-        solved = _text(translated_solutions(problem, language))
-        write_atomically(path.with_suffix(f".solutions.{language}.json"), solved)
+        _write_text(path.with_suffix(f".solutions.{language}.json"), translated_solutions(problem, language))
+
+
+def _write_text(path: Path, content: Json) -> None:
+    """Write a file of the bank; waiting for the disk would take as long as the problem, and it can be made again."""
+    write_atomically(path, _text(content), lasting=False)
 
 
 def _kept(path: Path, made_from: str, endings: Sequence[str]) -> Json | None:
@@ -169,7 +111,15 @@ def _kept(path: Path, made_from: str, endings: Sequence[str]) -> Json | None:
         listed: Json | None = record["listed"] if record["made_from"] == made_from else None
     except (OSError, ValueError, KeyError, TypeError):
         return None
-    return listed if all(path.with_suffix(ending).is_file() for ending in endings) else None
+    return listed if all(_is_written(path.with_suffix(ending)) for ending in endings) else None
+
+
+def _is_written(path: Path) -> bool:
+    """Return whether a file is there, and not empty, as where the power failed before the disk had it."""
+    try:
+        return path.stat().st_size > 0
+    except OSError:
+        return False
 
 
 @cache

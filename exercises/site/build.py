@@ -13,7 +13,7 @@ from exercises.errors import QdotError
 from exercises.files import make_folder, write_atomically
 from exercises.languages import LANGUAGES
 from exercises.record import Json
-from exercises.site.bank import FOLDER, SOLVED, TOLD, Wanted, index_text, titles_text, write_bank
+from exercises.site.bank import FOLDER, SOLVED, TOLD, index_text, titles_text, write_bank
 from exercises.site.page import INDEX, ROBOTS
 from exercises.site.pages import (
     Around,
@@ -28,6 +28,7 @@ from exercises.site.pages import (
 )
 from exercises.site.robots import robots_text
 from exercises.site.stale_files import remove_stale_files
+from exercises.site.supply import Wanted
 
 NOT_BUILT = (
     "the site's scripts are not built: run `make site`, which needs Node and npm; an installed qdot has them already"

@@ -9,8 +9,10 @@ import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from exercises.docs import planar_2r, scorbot_arm
+from exercises.errors import QdotError
 from exercises.figure import figure_svg
 from exercises.render import render, template_folder
 from exercises.site.arms import gallery
@@ -69,17 +71,39 @@ def licences_text(folder: Path) -> str:
 
 
 def built_assets() -> Assets | None:
-    """Return what `npm run build` made: inside the package (wheel) or in site/dist (checkout); None where it is not."""
+    """Return what `npm run build` made: inside the package (wheel) or in site/dist (checkout); None where it is not.
+
+    Raises QdotError for scripts of another version.
+    """
     here = Path(__file__).parents[1]
     folder = next((f for f in (here / "site_dist", here.parent / "site" / "dist") if f.is_dir()), None)
-    if folder is None:
-        return None
-    manifest = json.loads((folder / ".vite" / "manifest.json").read_text(encoding="utf-8"))
+    return None if folder is None else assets_in(folder)
+
+
+def assets_in(folder: Path) -> Assets:
+    """Return the scripts and styles of a folder that Vite wrote. Raises QdotError for those of another version."""
+    manifest = _manifest(folder)
     entries = {name: manifest[source] for name, source in ENTRIES.items()}
     files = sorted(path for path in folder.rglob("*") if path.is_file() and ".vite" not in path.parts)
     styles = {name: _styles(manifest, source) for name, source in ENTRIES.items()}
     modules = {name: _imports(manifest, source) for name, source in ENTRIES.items()}
     return Assets({name: entry["file"] for name, entry in entries.items()}, modules, styles, files, folder)
+
+
+def _manifest(folder: Path) -> dict[str, Any]:
+    """Return what Vite wrote of the built scripts. Raises QdotError where that lacks what the pages begin with."""
+    path = folder / ".vite" / "manifest.json"
+    try:
+        content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        content = {}
+    missing = [source for source in ENTRIES.values() if source not in content]
+    if missing:
+        raise QdotError(
+            f"the site's scripts in {folder} are not whole, or of another version of qdot: {', '.join(missing)} is not "
+            "in their list; run `make site`, which builds them anew"
+        )
+    return content
 
 
 def docs_folder() -> Path | None:

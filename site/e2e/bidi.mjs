@@ -1,8 +1,21 @@
 // A stock Firefox, led by WebDriver BiDi: Playwright would need a Firefox of its own.
 import { spawn } from "node:child_process";
-import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
+import { existsSync, mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
+
+export const PROGRAM = [
+  process.env.FIREFOX,
+  "/usr/bin/firefox-esr",
+  "/usr/bin/firefox",
+  "/Applications/Firefox.app/Contents/MacOS/firefox",
+].find((path) => path && existsSync(path));
+/** Why nothing can be tried in Firefox here; false where it can. */
+export const MISSING = !PROGRAM
+  ? "no Firefox: FIREFOX=/path/to/firefox names one"
+  : typeof WebSocket === "undefined"
+    ? "no WebSocket in Node"
+    : false;
 
 const PREFERENCES = [
   ["app.update.disabledForTesting", true],
@@ -16,14 +29,14 @@ const PREFERENCES = [
 /** What Firefox says of a file that was still being loaded when its page was left; nothing is wrong with it. */
 const CUT_OFF = /A ServiceWorker intercepted the request and encountered an unexpected error/;
 
-/** A headless Firefox with an empty profile and one page, which is told what to do. */
-export async function firefox(program) {
+/** A headless Firefox with an empty profile, in a language, and one page, which is told what to do. */
+export async function firefox(speaks = "en-GB, en") {
   const profile = mkdtempSync(join(tmpdir(), "qdot-firefox-"));
-  const lines = PREFERENCES.map(
+  const lines = [...PREFERENCES, ["intl.accept_languages", speaks]].map(
     (each) => `user_pref(${each.map((part) => JSON.stringify(part)).join(", ")});`,
   );
   writeFileSync(join(profile, "user.js"), lines.join("\n"));
-  const child = spawn(program, [
+  const child = spawn(PROGRAM, [
     "--headless",
     "--no-remote",
     "--remote-debugging-port=0",
@@ -56,11 +69,16 @@ export async function firefox(program) {
     });
   const { capabilities } = await send("session.new", { capabilities: {} });
   await send("session.subscribe", { events: ["log.entryAdded"] });
-  const { contexts } = await send("browsingContext.getTree");
-  const { context } = contexts[0];
-  const page = paged(send, context);
+  // A window of one's own has the focus, without which no key presses a button; the first one has not.
+  const { context } = await send("browsingContext.create", { type: "window" });
+  await send("browsingContext.activate", { context });
   return {
-    ...page,
+    ...paged(send, context),
+    /** The first frame of the page, which is used as the page is. */
+    frame: async () => {
+      const { contexts } = await send("browsingContext.getTree", { root: context });
+      return paged(send, contexts[0].children[0].context);
+    },
     errors,
     version: capabilities.browserVersion,
     async close() {
@@ -138,4 +156,12 @@ function paged(send, context) {
   };
 }
 
-export const Keys = { right: "\uE014", up: "\uE013", enter: "\uE007", tab: "\uE004" };
+export const Keys = {
+  right: "\uE014",
+  up: "\uE013",
+  down: "\uE015",
+  home: "\uE011",
+  enter: "\uE007",
+  tab: "\uE004",
+  space: " ",
+};

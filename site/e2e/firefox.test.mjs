@@ -2,26 +2,18 @@
 //
 // Without it, or without WebSocket in Node, these tests are left out; they are not part of what must pass.
 import assert from "node:assert/strict";
-import { existsSync, writeFileSync } from "node:fs";
+import { writeFileSync } from "node:fs";
 import { after, before, describe, test } from "node:test";
 
-import { firefox, Keys } from "./bidi.mjs";
+import { firefox, Keys, MISSING } from "./bidi.mjs";
 import { served } from "./site.mjs";
 
-const PROGRAM = [
-  process.env.FIREFOX,
-  "/usr/bin/firefox-esr",
-  "/usr/bin/firefox",
-  "/Applications/Firefox.app/Contents/MacOS/firefox",
-].find((path) => path && existsSync(path));
-const missing = !PROGRAM ? "no Firefox" : typeof WebSocket === "undefined" ? "no WebSocket in Node" : false;
-
-describe("in Firefox", { skip: missing }, () => {
+describe("in Firefox", { skip: MISSING }, () => {
   let site, page;
 
   before(async () => {
     site = await served();
-    page = await firefox(PROGRAM);
+    page = await firefox();
     await page.size(1280, 900);
   });
 

@@ -46,6 +46,20 @@ test("a link opens its table in its pose, and the address follows what is typed 
   await context.close();
 });
 
+test("the pose of a link stays while a number is typed key by key, though the arm was not moved yet", async () => {
+  const { page, context } = await openedAnew(there, TABLE);
+  await page.locator(".own-figures").waitFor();
+  await page.getByLabel("a2", { exact: true }).press("ControlOrMeta+a");
+  await page.keyboard.type("2/5 + 0.1");
+  await page.waitForFunction(() => location.hash.includes("0.1"));
+  assert.match(await page.evaluate(() => location.hash), /at=30_90$/);
+  const [first] = await numbers(page);
+  assert.ok(
+    Math.abs(value(first) - (-0.5 * Math.sin(Math.PI / 6) - 0.5 * Math.sin((2 * Math.PI) / 3))) < 1e-5,
+  );
+  await context.close();
+});
+
 test("while a cell is wrong, the arm stays, and it is said what is wrong where", async () => {
   const { page } = await opened(there, `${TABLE}&x=1`);
   await page.locator(".own-figures").waitFor();

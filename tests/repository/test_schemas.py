@@ -9,7 +9,8 @@ import pytest
 from jsonschema import Draft202012Validator
 
 from exercises.assignment import Student
-from exercises.site.bank import QUIZ, Wanted, write_bank
+from exercises.site.bank import write_bank
+from exercises.site.supply import QUIZ, Wanted
 from grader.certify import failures_of
 from tests.support import ROOT
 from tests.support.command import run

@@ -33,7 +33,7 @@ LAYERS = {
         self_check setup_cell notebook showing redundant locus special_lengths solving solving_in_time docs gradebook
         redrawn assignment drawing store sets release exports.outlet exports.bank exports.handouts
         exports.known_wrong exports.stack_maxima exports.stack_parts exports
-        site.keys site.record site.bank
+        site.keys site.record site.supply site.bank
         site.page site.chapter site.arms site.robots site.guide site.reference site.pages site.stale_files site.build
         site
         exports.scorm exports.registry

@@ -76,7 +76,10 @@ export function OwnArm({ known }: { known: KnownArms }): JSX.Element {
     if (window.location.hash !== fragment) window.history.replaceState(null, "", fragment);
   }, [fragment, own.fault]);
 
-  const typed = (table: Table): void => setOwn({ table, robot: null, at: null, fault: null });
+  const typed = (table: Table): void => {
+    pose.current ??= first; // that of the link, until the arm is moved
+    setOwn({ table, robot: null, at: null, fault: null });
+  };
   const begin = (key: string): void => {
     const found = all.find((each) => each.key === key);
     if (!found) return;

@@ -15,7 +15,7 @@ import { loadSolutions } from "../load.js";
 import { language, message, said } from "../text/text.js";
 import { afterPaint, useSteps } from "../later.js";
 import { Answer } from "./answer.js";
-import type { Item } from "./choice.js";
+import { type Item, nameOf } from "./choice.js";
 import { Feedback, poseOf } from "./feedback.js";
 import { Html } from "./math.js";
 import { Own } from "./own.js";
@@ -153,7 +153,13 @@ export function Task(props: TaskProps): JSX.Element {
   );
   return (
     <>
-      <article class="task" ref={start} tabIndex={-1} aria-label={`${problem.title}: ${part.title}`}>
+      <article
+        class="task"
+        data-item={nameOf(item)}
+        ref={start}
+        tabIndex={-1}
+        aria-label={`${problem.title}: ${part.title}`}
+      >
         <p class="kicker">
           <span lang={problem.lang ?? "en"}>{problem.title}</span>{" "}
           <span class="muted">· {said(message("practice.points", { difficulty: problem.difficulty }))}</span>

@@ -17,12 +17,13 @@ import pytest
 
 from exercises.assignment import Student
 from exercises.docs import corrections
+from exercises.errors import QdotError
 from exercises.problem import Part
-from exercises.site import bank as making
 from exercises.site import build as building
+from exercises.site import supply
 from exercises.site.chapter import chapter_pages
 from exercises.site.guide import COMMANDS, OTHERS, OWN_PAGES, arranged
-from exercises.site.pages import Assets, linked
+from exercises.site.pages import Assets, assets_in, linked
 from exercises.site.stale_files import LIST, remove_stale_files
 from exercises.verify import CHECKS
 from exercises.verify.numeric_reference import Check, NumericReference
@@ -68,7 +69,9 @@ def test_a_site_is_built_and_a_rerun_keeps_the_bank(assets: Assets, tmp_path: Pa
     before = {path: path.stat().st_mtime_ns for path in site.glob("bank/polar-rp/*")}
     first = {path.relative_to(site): path.read_bytes() for path in site.rglob("*") if path.is_file()}
     # A bank of before there were translations gets them; what lacks nothing is not made again.
+    # What is empty, as the power failed before the disk had it, is made again.
     (site / "bank" / "polar-rp" / "001.de.json").unlink()
+    (site / "bank" / "polar-rp" / "001.solutions.json").write_text("")
     run(*arguments)
     after = {path: path.stat().st_mtime_ns for path in site.glob("bank/polar-rp/*")}
     assert after.keys() == before.keys()
@@ -94,7 +97,7 @@ def test_what_cannot_be_certified_is_drawn_anew_and_at_last_left_out(
         yield Check("fault", seed not in wrong and (seed % 1000 != 1 or 1 in wrong), "put in")
 
     monkeypatch.setitem(CHECKS, "determinant", check)
-    monkeypatch.setattr(making, "DRAWS", 3)  # each of 10 would be certified for all questions
+    monkeypatch.setattr(supply, "DRAWS", 3)  # each of 10 would be certified for all questions
     arguments = ("site", "build", "--out", site, "--families", "polar-rp", "--variants", "2", "--jobs", "1")
     run(*arguments)
     assert json.loads((site / "bank" / "polar-rp" / "001.json").read_text())["id"] == "polar-rp/1001@chapter"
@@ -233,6 +236,17 @@ def test_what_is_wrong_is_said(assets: Assets, tmp_path: Path, monkeypatch: pyte
     said = fails("site", "build", "--out", tmp_path / "s", "--families", "polar-rp", "--variants", "1", "--jobs", "1")
     assert "run `make site`" in said
     assert not (tmp_path / "s").exists()
+
+
+@pytest.mark.parametrize(
+    "written", ["{}", '{"src/practice/main.tsx": {"file": "assets/practice.js"}}', "no list", None]
+)
+def test_scripts_of_another_version_are_told(tmp_path: Path, written: str | None) -> None:
+    if written is not None:
+        (tmp_path / ".vite").mkdir()
+        (tmp_path / ".vite" / "manifest.json").write_text(written)
+    with pytest.raises(QdotError, match=r"src/learn/main\.tsx.* run `make site`, which builds them anew"):
+        assets_in(tmp_path)
 
 
 def test_links_of_the_docs_stay_on_the_site() -> None:

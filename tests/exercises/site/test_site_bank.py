@@ -16,9 +16,9 @@ from exercises.arm.stages import numbers
 from exercises.generation import generate
 from exercises.problem import Part, Problem, ProblemId
 from exercises.questions.results import is_derived, result
-from exercises.site.bank import of_families
 from exercises.site.keys import key_of, weight
 from exercises.site.record import determinant_factors, site_record, solutions_record, typed_names
+from exercises.site.supply import of_families
 from exercises.variation import STEPS
 from exercises.writing.statement import prompt
 from tests.support import ROOT

@@ -1,0 +1,86 @@
+"""The site's supply: how many arms there are of each family and step, that they differ, and what each is asked."""
+
+from collections import Counter
+
+import pytest
+
+from exercises.families import FAMILIES
+from exercises.generation import generate, listed, sample_chain
+from exercises.problem import ProblemId
+from exercises.site.supply import ARMS_EACH, OF_EACH_STEP, QUIZ, Wanted, dealt, drawn_questions, of_families
+from exercises.variation import STEPS
+from tests.support.suites import few_families
+
+ALL = OF_EACH_STEP * len(STEPS)
+
+
+def arms(family: str, variants: int) -> list[Wanted]:
+    return [wanted for wanted in of_families([family], variants) if wanted.asked != (QUIZ,)]
+
+
+def test_family_has_so_many_arms_at_every_step() -> None:
+    wanted = of_families(list(FAMILIES), ALL)
+    assert len({(one.family, one.key) for one in wanted}) == len(wanted)
+    counts = Counter((one.family, one.variation) for one in wanted if one.asked != (QUIZ,))
+    assert counts == {(family, step): OF_EACH_STEP for family in FAMILIES for step in STEPS}
+
+
+@few_families
+def test_arms_of_a_step_differ_and_every_question_comes_with_several_of_them(family: str) -> None:
+    if FAMILIES[family].varied:
+        pytest.skip("its arms have structures of their own, which are drawn as they are made")
+    wanted = arms(family, ALL)
+    for step in STEPS:
+        of_step = [one for one in wanted if one.variation == step]
+        fresh = [one for one in of_step if one.share is None]
+        chains = {sample_chain(ProblemId(family, one.seed, variation=step)) for one in fresh}
+        assert len(chains) == len(fresh)
+        assert fresh[0].asked == ()
+        others = Counter(name for one in fresh[1:] for name in one.asked)
+        assert others == dict.fromkeys(listed(family).questions if fresh[1:] else (), min(ARMS_EACH, len(fresh) - 1))
+        again = [one for one in of_step if one.share is not None]
+        assert {sample_chain(ProblemId(family, one.seed, variation=step)) for one in again} <= chains
+    assert len([one for one in wanted if one.variation == "full" and one.share is None]) == OF_EACH_STEP
+
+
+def test_few_arms_are_asked_everything() -> None:
+    assert [one.variation for one in arms("scara", 5)] == list(STEPS)
+    everything = listed("scara").questions
+    assert all(
+        one.asked in ((), everything) for one in arms("scara", len(STEPS) * (1 + ARMS_EACH)) if one.share is None
+    )
+    assert len(arms("scara", 3)) == 3
+
+
+@few_families
+def test_an_arm_that_is_there_already_is_asked_what_comes_in_other_numbers(family: str) -> None:
+    if FAMILIES[family].varied:
+        pytest.skip("its arms are never there already")
+    names = drawn_questions(family)
+    assert names and "position" not in names and "determinant" not in names
+    assert set(names) < set(listed(family).questions)
+    again = [one for one in arms(family, ALL) if one.variation == "chapter" and one.share is not None]
+    assert len(again) == OF_EACH_STEP - 1
+    asked = Counter(name for one in again for name in dealt(names, *(one.share or (0, 1))))
+    assert set(asked) == set(names) and min(asked.values()) >= ARMS_EACH
+    first = generate(ProblemId(family, 1, names, variation="chapter"))
+    seeds = [one.seed for one in again[:4]]
+    others = [generate(ProblemId(family, seed, names, variation="chapter")) for seed in seeds]
+    assert all(other.chain == first.chain for other in others)
+    told = [
+        {repr((part.answer.as_json(), part.details)) for part in parts}
+        for parts in zip(*(p.parts for p in others), strict=True)
+    ]
+    assert all(len(ways) > 1 for ways in told), [name for name, ways in zip(names, told, strict=True) if len(ways) == 1]
+
+
+@pytest.mark.parametrize("count", range(1, 31))
+def test_questions_are_dealt_evenly(count: int) -> None:
+    names = [f"q{i}" for i in range(count)]
+    for places in (1, 2, 3, 4, 24, 100):
+        hands = [dealt(names, place, places) for place in range(places)]
+        assert all(hands) and all(list(hand) == sorted(hand, key=names.index) for hand in hands)
+        counts = Counter(name for hand in hands for name in hand)
+        assert set(counts) == set(names)
+        assert max(counts.values()) - min(counts.values()) <= 1
+        assert min(counts.values()) >= min(ARMS_EACH, places)
