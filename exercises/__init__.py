@@ -24,7 +24,6 @@ its own in its `__init__`.
     generation                      from an identity to a problem
     record                          a problem as plain data, and the digests by which it is known again
     verify/                         the certificate of a problem, by ways the reference was not derived by
-    po_file                         a file of translations, read for Python's gettext
     phrases, languages, render      words that problems carry; the messages of a language; the templates filled in
     writing/                        statements, hints, solutions; formulas as LaTeX, MathML, Typst, Maxima, text
     messages                        all messages collected, and merged into locale/CODE.po (`make messages`)

@@ -1,20 +1,21 @@
 """The languages of problems and of the site: messages of gettext, known by their English, a file `locale/CODE.po` each.
 
 Whoever writes sentences has them in English, marked as messages (`gettext` here, `{% trans %}` in a template), and what
-is filled in is named: "row %(n)s". `exercises.messages` collects them, and `po_file` reads the files.
+is filled in is named: "row %(n)s". `exercises.messages` collects them. polib reads the files, and is imported
+only where a language other than English is asked for.
 
 A problem carries English words, too: titles, what configurations look like, the sentence of a mistake. They are
 messages by what they are registered as, or by `phrases`, in which braces stand for what is taken over: "row {n}".
 """
 
+import io
 import re
 from collections.abc import Callable, Iterable
 from functools import cache, cached_property
-from gettext import NullTranslations
+from gettext import GNUTranslations, NullTranslations
 from pathlib import Path
 
 from exercises.phrases import ARMS, PHRASES
-from exercises.po_file import read_po
 
 ENGLISH = "en"
 
@@ -49,8 +50,10 @@ def catalogue(language: str) -> "Catalogue":
 
 
 def read(path: Path) -> "Catalogue":
-    """Return the messages in a file."""
-    return Catalogue(read_po(path))
+    """Return the messages in a file, by polib as a compiled catalogue, which is what Python's gettext reads."""
+    import polib
+
+    return Catalogue(GNUTranslations(io.BytesIO(polib.pofile(str(path)).to_binary())))
 
 
 class Catalogue:

@@ -23,6 +23,7 @@ WHY = {
     "pydantic": "assignment.toml and certificates read strictly, and refused with the place that is wrong",
     "rich": "progress of long commands on a terminal, with rate and time left",
     "typer": "the command line, its help and its completion",
+    "polib": "the catalogue of texts in other languages: problems in German, on the site",
     "typst": "PDF that is accessible, set by a compiler with fonts of its own: nothing else is to be installed",
     "matplotlib": "the charts of the report and the map of `qdot solve`, as SVG",
     "xlsxwriter": "workbooks for Excel, with formats and the same bytes each time",

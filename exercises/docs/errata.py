@@ -109,7 +109,7 @@ def _of_6_1(planar: Chain) -> tuple[Erratum, ...]:
 def _inverse(planar: Chain) -> Erratum:
     jacobian = derive(planar).jacobian
     right = jacobian.inv().xreplace(TWO_R).evalf()
-    printed = right.copy()
+    printed = right.as_mutable()
     printed[0, 1] = -printed[0, 1]
     wanted = sp.Matrix([0, sp.Rational(1, 5)])
     rates = printed * wanted

@@ -289,7 +289,7 @@ def _taken_from(matrix: sp.Matrix) -> tuple[int, int, int, sp.Matrix] | None:
     if best is None:
         return None
     _, i, sign, j, difference = best
-    simpler = matrix.copy()
+    simpler = matrix.as_mutable()
     simpler[:, i] = difference
     return i, sign, j, simpler
 
