@@ -87,7 +87,10 @@ def _components(derivation: Derivation) -> tuple[Component, ...] | None:
         component = solved_together(conditions, derivation.chain) if holds else None
         if component is not None and component not in components:
             components.append(component)
-    return tuple(c for c in components if not any(other != c and _lies_in(c, other) for other in components))
+    for one in reversed(components[:]):
+        if any(other != one and _lies_in(one, other) for other in components):
+            components.remove(one)  # one by one: of two that are the same, each lies in the other
+    return tuple(components)
 
 
 def _zeros(derivation: Derivation) -> Zeros:
@@ -608,5 +611,8 @@ def _roots(condition: sp.Expr, search: Search) -> list[tuple[sp.Symbol, sp.Expr]
 def _without_subsumed(conjunctions: list[Conjunction], search: Search) -> list[Conjunction]:
     """Drop what lies in another conjunction, and what is there twice."""
     kept = list(dict.fromkeys(c for c in conjunctions if not any(set(o) < set(c) for o in conjunctions)))
-    kept = [c for c in kept if not any(o != c and all(_follows(condition, c, search) for condition in o) for o in kept)]
+    for one in sorted(kept, key=lambda c: (len(c), sp.count_ops(sp.Add(*c))), reverse=True):
+        others = (other for other in kept if other != one)
+        if any(all(_follows(condition, one, search) for condition in other) for other in others):
+            kept.remove(one)  # one by one: of two that are the same, each lies in the other
     return sorted(kept, key=lambda c: (len(c), sp.count_ops(sp.Add(*c)), [sp.default_sort_key(x) for x in c]))

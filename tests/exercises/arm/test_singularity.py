@@ -135,6 +135,20 @@ def test_what_follows_where_an_angle_is_at_an_end_is_not_said(end: sp.Expr) -> N
     assert [set(one) for one in told] == [{end, sp.sin(T2)}]
 
 
+def test_of_two_ways_that_are_the_same_one_is_kept() -> None:
+    """Each lies in the other, so that both were left out, and singular configurations of an arm were missing."""
+    same = [(sp.cos(T1), sp.sin(T2)), (sp.cos(T1), A1 * sp.cos(T1) + sp.sin(T1) * sp.sin(T2))]
+    for ways in (same, same[::-1], [*same, (sp.cos(T1), sp.sin(T2), sp.cos(T3))]):
+        assert [set(one) for one in tidied(ways, Search((T1, T2, T3)), "what is tried")] == [set(same[0])]
+
+
+def test_of_two_components_with_the_same_joint_values_one_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    told = [(sp.sin(T2),), (-sp.sin(T2),), (1 - sp.cos(T2),)]
+    monkeypatch.setattr("exercises.arm.singularity._filled", lambda *_: ((conditions, True) for conditions in told))
+    chain = Chain("two of one kind", (Joint("R", T1, 0, A1, 0), Joint("R", T2, 0, A2, 0)), ("vx", "vy"))
+    assert [one.pieces() for one in singular_set(chain) or ()] == [["theta2 = 0", "theta2 = pi"]]
+
+
 @pytest.mark.whole
 def test_long_conditions_that_never_hold_together_are_not_said() -> None:
     """It was said that J loses rank at theta3 = 180 and at 0 degrees under seven more conditions, which never hold."""
