@@ -156,7 +156,8 @@ def _let_go() -> None:
         os.close(_own.pop())
 
 
-os.register_at_fork(after_in_child=_let_go)
+if hasattr(os, "register_at_fork"):  # elsewhere nothing is forked
+    os.register_at_fork(after_in_child=_let_go)
 
 
 @dataclass(frozen=True)

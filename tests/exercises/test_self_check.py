@@ -43,15 +43,20 @@ def _space(problem: Problem) -> dict[str, Any]:
     return space
 
 
-def _told(problem: Problem, answers: dict[str, Any]) -> dict[str, str]:
-    """Return what is said of each question: the references with other answers for some parts."""
-    space = _space(problem)
+def _told(
+    problem: Problem, answers: dict[str, Any], about: str = "", space: dict[str, Any] | None = None
+) -> dict[str, str]:
+    """Return what is said of each question: the references with other answers for some parts.
+
+    Of one question alone it is what the cells say that ask it; what a notebook has set may be given, to be used again.
+    """
+    space = _space(problem) if space is None else space
     for part in problem.parts:
         space[variable("p1", part.name)] = answers.get(part.name, getattr(part.answer, "reference", None))
     printed = io.StringIO()
     with contextlib.redirect_stdout(printed):
         for part in problem.parts:
-            if cell := check_cell("p1", problem, part.name):
+            if (cell := check_cell("p1", problem, part.name)) and about in cell:
                 exec(cell, space)
     told: dict[str, str] = {}
     for line in printed.getvalue().splitlines():
@@ -96,8 +101,9 @@ def _sabotaged(problem: Problem) -> Iterator[tuple[str, str, Any]]:
 @of_families(list(FAMILIES))
 def test_an_entry_gone_wrong_does_not_fit(family: str, convention: str) -> None:
     problem = drawn(family, 0, convention=convention)
+    space = _space(problem)
     for question, name, wrong in _sabotaged(problem):
-        assert _told(problem, {name: wrong})[question].startswith("No."), question
+        assert _told(problem, {name: wrong}, question, space)[question].startswith("No."), question
 
 
 @pytest.mark.parametrize("twist_order", TWIST_ORDERS)

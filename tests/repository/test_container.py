@@ -6,6 +6,7 @@ mmdebstrap makes once and Podman keeps. What a machine has too little of to run 
 
 import json
 import os
+import platform
 import re
 import resource
 import shlex
@@ -141,7 +142,8 @@ def base_of(podman: str, folder: Path) -> str:
         program = needs("mmdebstrap", "apt-get install mmdebstrap, or name an image in QDOT_BASE", in_ci=False)
         sources = [str(path) for path in Path("/etc/apt").glob("sources.list.d/*.sources")] or ["/etc/apt/sources.list"]
         include = "--include=python3,python3-venv"
-        made = [program, "--variant=minbase", include, "stable", str(folder / "base.tar"), *sources]
+        suite = platform.freedesktop_os_release().get("VERSION_CODENAME", "stable")  # those sources are of this one
+        made = [program, "--variant=minbase", include, suite, str(folder / "base.tar"), *sources]
         done = subprocess.run(made, capture_output=True, text=True)
         if done.returncode:
             unable(f"mmdebstrap makes no Debian here: {done.stderr.strip().splitlines()[-1:]}")

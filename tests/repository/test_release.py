@@ -67,8 +67,11 @@ def test_a_release_is_prepared_by_one_command(checkout: Path, capsys: pytest.Cap
     before = (checkout / "CHANGELOG.md").read_text(encoding="utf-8")
     assert release.main(["prepare", "7.0.0", "--on", "2026-12-01"], checkout) == 0
     assert release.version_of(checkout) == "7.0.0"
+    assert "then: python -m tests.tools.archive 7.0.0;" in capsys.readouterr().out
+    assert release.main(["check", "v7.0.0"], checkout) == 2
+    assert capsys.readouterr().err == "tests/data/archives/7.0.0 is missing: python -m tests.tools.archive 7.0.0\n"
+    (checkout / "tests" / "data" / "archives" / "7.0.0").mkdir(parents=True)
     assert release.main(["check", "v7.0.0"], checkout) == 0
-    capsys.readouterr()
     assert release.main(["notes"], checkout) == 0
     assert capsys.readouterr().out.strip() == release.section(before, "Unreleased")
     changelog = (checkout / "CHANGELOG.md").read_text(encoding="utf-8")
@@ -92,9 +95,11 @@ def test_a_tag_that_is_not_of_the_version_or_has_no_section_is_refused(
     assert release.main(["check", "v9.9.9"], checkout) == 2
     assert capsys.readouterr().err.splitlines() == [
         f"the tag is v9.9.9, and v{version} is that of pyproject.toml",
+        f"tests/data/archives/{version} is missing: python -m tests.tools.archive {version}",
         f"CHANGELOG.md: nothing stands under a heading '## {version} - YYYY-MM-DD'",
     ]
     release.main(["prepare", "7.0.0"], checkout)
+    (checkout / "tests" / "data" / "archives" / "7.0.0").mkdir(parents=True)
     citation = checkout / "CITATION.cff"
     citation.write_text(citation.read_text().replace("version: 7.0.0", "version: 6.0.0"))
     changelog = (checkout / "CHANGELOG.md").read_text()
@@ -173,6 +178,7 @@ def rehearsal(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Runner]:
     machine.variables |= {name: value for name, value in os.environ.items() if name in ("PIP_CERT", "SSL_CERT_FILE")}
     clone = copied(place / "clone")
     assert release.main(["prepare", "7.0.0", "--on", "2026-12-01"], clone) == 0
+    subprocess.run([sys.executable, "-m", "tests.tools.archive", "7.0.0"], cwd=clone, check=True)
     git("init", "--quiet", clone)
     git("add", "--all", cwd=clone)
     git("commit", "--quiet", "--message", "7.0.0", cwd=clone)
@@ -192,6 +198,23 @@ def made(rehearsal: Runner) -> Path:
     """What the job that builds has kept."""
     assert rehearsal.job(WORKFLOW, "build"), "".join(rehearsal.said)
     return rehearsal.place / "kept"
+
+
+@pytest.mark.whole
+def test_a_release_has_an_archive_as_its_own_commit_writes_it(made: Path, rehearsal: Runner) -> None:
+    def archived(*arguments: str) -> tuple[int, str]:
+        command = [sys.executable, "-m", "tests.tools.archive", *arguments]
+        done = subprocess.run(command, cwd=rehearsal.clone, capture_output=True, text=True)
+        return done.returncode, done.stdout + done.stderr
+
+    assert "7.0.0 is archived\n" in "".join(rehearsal.said)
+    assert archived("7.0.0")[0] == 1, "what is released is never written again"
+    assert archived("8.0.0") == (1, "this is version 7.0.0, and no other can be archived\n")
+    results = rehearsal.clone / release.ARCHIVES / "7.0.0" / "graded" / "results.jsonl"
+    results.write_text(results.read_text(encoding="utf-8").replace('"score":', '"score": 1', 1), encoding="utf-8")
+    said = f"{release.ARCHIVES}/7.0.0 is not as this version writes it: graded/results.jsonl\n"
+    assert archived("--check", "v7.0.0") == (1, said)
+    assert archived("--check", "") == (0, "a class of this version can be archived\n")
 
 
 @pytest.mark.whole

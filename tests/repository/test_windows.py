@@ -14,6 +14,7 @@ import pytest
 
 from exercises.assignment import Student
 from exercises.exports.registry import OUTLETS
+from grader.cli import COMMANDS, WORKERS
 from tests.support import ROOT
 from tests.support.command import run as run_here
 from tests.support.handing_in import a_class, contents, hand_in, right
@@ -23,6 +24,9 @@ pytestmark = pytest.mark.xdist_group("windows")
 
 STAND_IN = ROOT / "tests" / "support" / "windows"
 ON_WINDOWS = sys.platform == "win32"
+NEEDS_SCRIPTS = pytest.mark.skipif(
+    not (ROOT / "site" / "dist").is_dir(), reason="the site's scripts are not built: make site"
+)
 
 
 def run(*arguments: str | Path, code: int = 0, encoding: str = "") -> tuple[str, str]:
@@ -63,6 +67,15 @@ for refused in (lambda: os.open(".", os.O_RDONLY), lambda: open("a:b", "w"), lam
 """
     environment = {**os.environ, "PYTHONPATH": str(STAND_IN)}
     subprocess.run([sys.executable, "-c", program], env=environment, cwd=tmp_path, check=True)
+
+
+def test_every_command_and_all_that_its_processes_need_can_be_loaded() -> None:
+    """What one module asks of POSIX when it is loaded ends every command that needs it."""
+    names = sorted({*COMMANDS.values(), "grader.site", *(name for names in WORKERS.values() for name in names)})
+    program = f"import importlib; [importlib.import_module(name) for name in {names}]"
+    environment = {**os.environ, "PYTHONPATH": str(ROOT) if ON_WINDOWS else f"{STAND_IN}{os.pathsep}{ROOT}"}
+    done = subprocess.run([sys.executable, "-c", program], env=environment, cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
 
 
 def test_what_is_asked_and_solved(tmp_path: Path) -> None:
@@ -128,7 +141,9 @@ class TestAClass:
         assert "2 kept" in run("generate", folder)[0]
         assert "2 of 2 are the same as were handed out" in run("upgrade-check", folder, "--jobs", "1")[0]
 
-    @pytest.mark.parametrize("outlet", sorted(set(OUTLETS) - {"pdf", "stack"}))
+    @pytest.mark.parametrize(
+        "outlet", [pytest.param(name, marks=NEEDS_SCRIPTS if name == "scorm" else ()) for name in sorted(OUTLETS)]
+    )
     def test_every_outlet(self, folder: Path, outlet: str) -> None:
         run("export", folder, "--to", outlet, "--variants", "1", "--jobs", "1", "--out", folder.parent / outlet)
         assert list((folder.parent / outlet).iterdir())
@@ -139,7 +154,7 @@ class TestAClass:
         run("report", folder, "--report", f"xlsx={folder / 'grades.xlsx'}")
         assert (folder / "grades.xlsx").stat().st_size > 1000
 
-    @pytest.mark.skipif(not (ROOT / "site" / "dist").is_dir(), reason="the site's scripts are not built: make site")
+    @NEEDS_SCRIPTS
     def test_the_site(self, tmp_path: Path) -> None:
         run("site", "build", "--families", "polar-rp", "--variants", "1", "--jobs", "2", "--out", tmp_path / "site")
         assert (tmp_path / "site" / "practice.html").exists()

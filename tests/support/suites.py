@@ -53,7 +53,7 @@ DAILY = (
     "exercises/docs/test_docs.py::test_pages_are_up_to_date", "tools/test_site_corpus.py", "grader/contained/",
     "repository/test_structure.py", "repository/test_suites.py", "repository/test_readme.py",
     "repository/test_schemas.py", "repository/test_library.py", "repository/test_wheel.py::test_the_wheel",
-    "repository/test_wheel.py::test_every_", "grader/test_class.py",
+    "repository/test_wheel.py::test_every_", "repository/test_windows.py::test_every_command", "grader/test_class.py",
     "grader/test_cli.py::test_generate_grade_and_check", "exercises/quizzes/test_quizzes.py::test_what_an_id_is_asked",
 )  # fmt: skip
 """Beginnings of tests that have no turns: what is forgotten most often, and what must never break."""

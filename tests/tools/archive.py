@@ -2,6 +2,9 @@
 
     python -m tests.tools.archive               writes tests/data/archives/unreleased anew
     python -m tests.tools.archive 1.0.0         writes that of a release, which never changes again
+    python -m tests.tools.archive --check v1.0.0
+                                                sees whether a tag has one, as this version writes it; without a tag,
+                                                whether one can be written
 
 `tests/repository/test_promises.py` holds every later version against all archives. Of what is handed out there are
 certificates, which have a digest of every problem and cell, and not the notebooks; what is handed in has code alone.
@@ -11,8 +14,8 @@ import argparse
 import json
 import os
 import shutil
+import sys
 import tempfile
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +26,6 @@ from exercises.arm.library import robots
 from exercises.arm.robot_file import KEYS, TOP_KEYS
 from exercises.assignment import AssignmentFile, ProblemEntry, Student, load_assignment
 from exercises.console import say
-from exercises.errors import QdotError
 from exercises.exports.registry import OUTLETS
 from exercises.families import FAMILIES
 from exercises.problem import ENGINE
@@ -41,6 +43,7 @@ from grader.reports.tables import results_jsonl
 from grader.sandbox import Limits
 from grader.submission import find_submissions
 from tests.support import DATA, ROOT
+from tests.tools.release import version_of
 
 ARCHIVES = DATA / "archives"
 SCHEMAS = ROOT / "docs" / "schemas"
@@ -151,7 +154,7 @@ def write(archive: Path) -> None:
         (archive / "graded").mkdir()
         shutil.copyfile(folder / "graded" / "results.jsonl", archive / "graded" / "results.jsonl")
     shutil.copytree(SCHEMAS, archive / "schemas")
-    about = {"qdot": version("qdot"), "engine": ENGINE, "grader": GRADER}
+    about = {"qdot": version_of(ROOT), "engine": ENGINE, "grader": GRADER}
     for file, content in (("about.json", about), ("interface.json", interface())):
         (archive / file).write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 
@@ -184,11 +187,39 @@ def _cell(cell: dict[str, Any], student: str) -> dict[str, Any]:
     return {**cell, "outputs": [], **({"source": WRONG[part]} if student == "bo" and part in WRONG else {})}
 
 
-if __name__ == "__main__":
+def differing(archive: Path) -> list[str]:
+    """Return the files of an archive that are not as this version writes them."""
+    with tempfile.TemporaryDirectory() as name:
+        write(fresh := Path(name) / "archive")
+        there, here = _contents(archive), _contents(fresh)
+    return sorted(str(path) for path in there.keys() | here.keys() if there.get(path) != here.get(path))
+
+
+def _contents(folder: Path) -> dict[Path, bytes]:
+    return {path.relative_to(folder): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def main() -> None:
+    """Run the command."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("release", nargs="?", default=UNRELEASED)
+    parser.add_argument("release", nargs="?", default="")
+    parser.add_argument("--check", action="store_true")
     given = parser.parse_args()
-    if given.release != UNRELEASED and (ARCHIVES / given.release).exists():
-        raise QdotError(f"{ARCHIVES / given.release} is there: what a release archived is what later ones are held to")
-    write(ARCHIVES / given.release)
-    say(f"wrote {(ARCHIVES / given.release).relative_to(ROOT)}")
+    number = given.release.removeprefix("v")
+    archive = ARCHIVES / (number or UNRELEASED)
+    if given.check:
+        differ = differing(archive)
+        if number and differ:
+            sys.exit(f"{archive.relative_to(ROOT)} is not as this version writes it: {', '.join(differ)}")
+        say(f"{archive.name} is archived" if number else "a class of this version can be archived")
+    elif number and archive.exists():
+        sys.exit(f"{archive.relative_to(ROOT)} is there: what a release archived is what later ones are held to")
+    elif number and number != version_of(ROOT):
+        sys.exit(f"this is version {version_of(ROOT)}, and no other can be archived")
+    else:
+        write(archive)
+        say(f"wrote {archive.relative_to(ROOT)}")
+
+
+if __name__ == "__main__":
+    main()

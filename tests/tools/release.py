@@ -18,6 +18,8 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 VERSION = re.compile(r"(0|[1-9]\d*)\.(0|[1-9]\d*)\.(0|[1-9]\d*)((a|b|rc)\d+)?")
 UNRELEASED = "Unreleased"
+ARCHIVES = "tests/data/archives"
+"""Where each release has kept a class of its own, by the version's name."""
 PLACES = {"pyproject.toml": r'(?m)^version = "(.*)"$', "CITATION.cff": r"(?m)^version: (.*)$"}
 """Where the version stands, and how; the first of them is asked."""
 
@@ -53,6 +55,8 @@ def objections(root: Path, tag: str) -> list[str]:
         return said
     if tag != f"v{version}":
         said.append(f"the tag is {tag}, and v{version} is that of pyproject.toml")
+    if not (root / ARCHIVES / version).is_dir():
+        said.append(f"{ARCHIVES}/{version} is missing: python -m tests.tools.archive {version}")
     if not section(changelog, version):
         said.append(f"CHANGELOG.md: nothing stands under a heading '## {version} - YYYY-MM-DD'")
     elif section(changelog, UNRELEASED):
@@ -98,7 +102,8 @@ def main(arguments: list[str] | None = None, root: Path = ROOT) -> int:
             return 2
         for name, text in files.items():
             (root / name).write_text(text, encoding="utf-8")
-        print(f"changed {', '.join(files)}; look at them, commit, then: git tag v{given.version}")
+        archive = f"python -m tests.tools.archive {given.version}"
+        print(f"changed {', '.join(files)}; look at them, then: {archive}; commit, and: git tag v{given.version}")
         return 0
     if given.command == "notes":
         changelog = (root / "CHANGELOG.md").read_text(encoding="utf-8")
