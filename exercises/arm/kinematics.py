@@ -64,7 +64,7 @@ class _Run:
         return self.outer * rot_z(self.angle)
 
     def frame(self, origin: sp.Matrix) -> Frame:
-        return Frame(sp.ImmutableMatrix(self.rotation()), sp.ImmutableMatrix(origin))
+        return Frame(self.rotation(), origin)
 
     def vector(self, x: sp.Expr, y: sp.Expr, z: sp.Expr) -> sp.Matrix:
         c, s = sp.cos(self.angle), sp.sin(self.angle)
@@ -90,12 +90,12 @@ def frames_and_point(chain: Chain) -> tuple[tuple[Frame, ...], sp.Matrix]:
     """Return frames 0 ... n and the position of the point of interest (3 x 1, m), by runs of parallel joints.
 
     Angles come out absolute, as in cos(theta1 + theta2), so that nothing needs to be simplified. Kept, as all that is
-    told of a structure begins here.
+    told of a structure begins here: whoever wants to change a matrix takes a copy.
     """
-    frames, point = [], sp.ImmutableMatrix.zeros(3, 1)
+    frames, point = [], sp.zeros(3, 1)
     for index, (run, origin) in enumerate(_along(chain.joints, chain.base)):
         if index == chain.point.frame:
-            point = sp.ImmutableMatrix(origin + run.vector(*chain.point.offset))
+            point = origin + run.vector(*chain.point.offset)
         frames.append(run.frame(origin))
     return tuple(frames), point
 

@@ -606,7 +606,7 @@ def _cofactors(generic: Chain) -> sp.Matrix:
     """Return the cofactors of the task Jacobian of a structure."""
     jacobian = derive(generic).jacobian
     n = jacobian.rows
-    return sp.ImmutableMatrix(n, n, lambda i, j: jacobian.cofactor(i, j) if n > 1 else sp.S.One)
+    return sp.Matrix(n, n, lambda i, j: jacobian.cofactor(i, j) if n > 1 else sp.S.One)
 
 
 @lru_cache(maxsize=512)
@@ -624,7 +624,7 @@ def _at_once(generic: Chain) -> AtOnce | None:
         value = only_product(matrix)
         key = sum(entry == 0 for entry in matrix), -sum(quarters)
         if value is not None and determinant.xreplace(turns) != 0 and (best is None or key > best[0]):
-            best = key, AtOnce(tuple(turns.items()), sp.ImmutableMatrix(matrix), value)
+            best = key, AtOnce(tuple(turns.items()), matrix, value)
     return None if best is None else best[1]
 
 

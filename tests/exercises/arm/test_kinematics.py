@@ -107,9 +107,7 @@ def test_the_product_of_exponentials_is_the_same_jacobian(chain: Chain) -> None:
 
 
 @pytest.mark.parametrize("convention", CONVENTIONS[:2])
-def test_the_frames_of_a_structure_are_worked_out_once_and_cannot_be_changed(convention: str) -> None:
+def test_the_frames_of_a_structure_are_worked_out_once(convention: str) -> None:
     chain = replace(structure(drawn("elbow-3r", 1).chain).chain, convention=convention)
     assert link_frames(chain) is link_frames(chain)
     assert frames_and_point(chain) is frames_and_point(chain)
-    with pytest.raises(TypeError):
-        link_frames(chain)[1].rotation[0, 0] = 1

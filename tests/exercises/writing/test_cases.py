@@ -84,6 +84,13 @@ def test_the_cases_find_the_whole_singular_set(family: str) -> None:
     assert found == len(components)
 
 
+@pytest.mark.parametrize("family", ["planar-rpr", "planar-3r-pose"])
+def test_a_determinant_is_told_whose_columns_are_taken_from_one_another(family: str) -> None:
+    """For that, a matrix is changed, which has to be one that can be."""
+    worked = Worked(drawn(family, 0, "zeros").chain)
+    assert worked.expansion.products and worked.cofactors.copy().is_square
+
+
 def test_what_is_told_of_a_structure_is_found_once_for_all_its_arms() -> None:
     first, second = (Worked(drawn("elbow-3r", seed, "zeros").chain) for seed in (1, 2))
     assert first.chain != second.chain and first._structure == second._structure
