@@ -10,7 +10,7 @@ PIP     = $(PY) -m pip --disable-pip-version-check --quiet
 CODE    = exercises grader tests
 PYTEST  = $(PY) -m pytest -n auto --dist loadgroup --durations=5
 
-.PHONY: help demo check test whole lint unit site site-test docs sharing messages test-all test-oldest pairs fuzz diagnoses mutants planted platforms bench bench-whole bench-peers format lock clean
+.PHONY: help demo check test whole lint unit site site-test docs sharing messages test-all test-oldest pairs fuzz diagnoses mutants planted platforms bench bench-whole bench-peers lighthouse format lock clean
 
 help:  ## this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1 | \2/p' Makefile | awk -F'|' '{ printf "%-20s %s\n", $$1, $$2 }'
@@ -135,6 +135,9 @@ bench-whole: $(VENV)/.dev  ## all benchmarks of tests/bench (an hour, or minutes
 	  cd site && QDOT="$(abspath $(VENV))/bin/qdot" node bench/pages.mjs; \
 	else echo "make bench-whole: no figures of the site; they need Node and 'make site'" >&2; fi
 	$(PY) -m tests.bench.growth $(SIZES)
+
+lighthouse: $(VENV)/.runtime site/dist/.vite/manifest.json  ## Lighthouse of three pages of the site, by npx (ten minutes of an idle machine)
+	cd site && QDOT="$(abspath $(VENV))/bin/qdot" node bench/lighthouse.mjs
 
 # How many students a class has of which the growth of time and memory is measured: the last takes nearly all of the time.
 SIZES ?= 100 1000 10000

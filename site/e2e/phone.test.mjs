@@ -15,3 +15,20 @@ for (const path of ON_PHONE) {
     assert.deepEqual(wrong, []);
   });
 }
+
+for (const locale of ["en-GB", "de-DE"])
+  test(`the menu is one row on a narrow phone: ${locale}`, async () => {
+    const narrow = { ...PHONE, viewport: { width: 360, height: 740 }, locale };
+    const { page } = await opened(there, "accessibility.html", narrow);
+    await page.locator("header.top .language select:enabled").waitFor(); // in its language by then
+    const links = await page.locator("header.top nav a").evaluateAll((all) =>
+      all.map((link) => {
+        const { top, left, right } = link.getBoundingClientRect();
+        return { top, left, right };
+      }),
+    );
+    assert.ok(links.length >= 4);
+    assert.deepEqual([...new Set(links.map(({ top }) => top))], [links[0].top]);
+    links.slice(1).forEach(({ left }, i) => assert.ok(left >= links[i].right + 3, JSON.stringify(links)));
+    assert.ok(links.at(-1).right <= 360 - 8, JSON.stringify(links.at(-1)));
+  });

@@ -20,6 +20,6 @@ PLATFORMS: dict[str, str] = {
     "moodle": "MOODLE", "stack": "STACK", "canvas": "QTI_MIGRATION", "prairielearn": "PRAIRIELEARN", "qti": "QTI_SDK",
     "github": "GITHUB_RUNNER", "gitlab": "GITLAB_RUNNER",
     "otter": "OTTER", "nbgrader": "NBGRADER", "gradescope": "GRADESCOPE_ROOT", "jupyterlab": "JUPYTERLAB",
-    "jupyterquiz": "JUPYTERLAB", "jupyterlite": "JUPYTERLITE",
+    "jupyterquiz": "JUPYTERLAB", "jupyterlite": "JUPYTERLITE", "scorm": "SCORM_AGAIN",
 }  # fmt: skip
 """Modules of this package by name, each with the variable of the environment that holds the path of its software."""

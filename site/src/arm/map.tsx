@@ -1,14 +1,14 @@
 // The map of det J over two joints, on which one walks: the arm follows, and the singular set is its zero line.
 
 import type { JSX } from "preact";
-import { useEffect, useRef, useState } from "preact/hooks";
+import { useContext, useEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { plainLetters } from "./letters.js";
 import type { Arm, Measures, Pose } from "./model.js";
 import { rangeOf, within } from "./ranges.js";
 import { useRested, useSize } from "./size.js";
 import { onSchemeChange } from "./space.js";
-import { degrees, decimals, digits, useDigits, useSay } from "./speech.js";
+import { degrees, decimals, digits, Spoken, useDigits, useSay } from "./speech.js";
 import { type Pair, poseAtSpot, type Shown, telling } from "./terrain.js";
 import { shade } from "./shade.js";
 import { sizeName } from "./words.js";
@@ -28,6 +28,7 @@ const NONE: readonly Stretch[] = [];
 export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Element {
   const say = useSay();
   const signed = useDigits();
+  const language = useContext(Spoken);
   const [pair, setPair] = useState<Pair>(() => telling(arm));
   const [shown, setShown] = useState<Shown>("det");
   const frame = useRef<HTMLDivElement>(null);
@@ -80,7 +81,39 @@ export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Elem
     return onSchemeChange(paint);
   }, [terrain]);
 
-  const crowded = kinds.length > 16; // spots that make up a line
+  // What stays while one walks is not put together anew with every step: a line has hundreds of spots.
+  const place = [across.low, across.high, up.low, up.high, w, h];
+  const lines = useMemo(
+    () => <Lines kinds={kinds} px={px} corner={[LEFT, EDGE]} size={[w, h]} />,
+    [kinds, ...place],
+  );
+  const ticks = useMemo(
+    () => (
+      <>
+        {ticksOf(arm, pair[0], signed).map(([value, text]) => (
+          <g key={text} class="arm-tick">
+            <path d={`M${px([value, up.low])[0]} ${EDGE + h}v4`} />
+            <text x={px([value, up.low])[0]} y={EDGE + h + 16}>
+              {text}
+            </text>
+          </g>
+        ))}
+        {ticksOf(arm, pair[1], signed).map(([value, text]) => (
+          <g key={text} class="arm-tick arm-tick-left">
+            <path d={`M${LEFT} ${px([across.low, value])[1]}h-4`} />
+            <text x={LEFT - 7} y={px([across.low, value])[1] + 4}>
+              {text}
+            </text>
+          </g>
+        ))}
+      </>
+    ),
+    [arm, pair, language, ...place],
+  );
+  const legend = useMemo(
+    () => (terrain ? <Legend kinds={kinds} lost={terrain.most < 1e-9} /> : null),
+    [terrain, kinds, language],
+  );
   const [x, y] = px(here);
   const name = shown === "least" ? say("arm.map.least") : say(sizeName(arm));
   const joints = pair.map((joint) => plainLetters(arm.joints[joint]!.name));
@@ -128,62 +161,14 @@ export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Elem
         <canvas ref={canvas} class="arm-map-canvas" aria-hidden="true" hidden={!terrain} />
         <svg viewBox={`0 0 ${width} ${height}`} width={width} height={height} aria-hidden="true">
           <rect class="arm-map-edge" x={LEFT} y={EDGE} width={w} height={h} />
-          <svg
-            class="arm-map-inner"
-            x={LEFT}
-            y={EDGE}
-            width={w}
-            height={h}
-            viewBox={`${LEFT} ${EDGE} ${w} ${h}`}
-          >
-            {kinds.map(({ kind, spots }, i) =>
-              spots.length > 1 ? (
-                <polyline
-                  key={i}
-                  class={`arm-zero arm-${kind}`}
-                  points={spots
-                    .map((spot) =>
-                      px(spot)
-                        .map((value) => value.toFixed(1))
-                        .join(","),
-                    )
-                    .join(" ")}
-                />
-              ) : (
-                <circle
-                  key={i}
-                  class={`arm-zero-spot arm-${kind}`}
-                  cx={px(spots[0]!)[0]}
-                  cy={px(spots[0]!)[1]}
-                  r={crowded ? 2.2 : 4.5}
-                />
-              ),
-            )}
-          </svg>
-          {ticksOf(arm, pair[0], signed).map(([value, text]) => (
-            <g key={text} class="arm-tick">
-              <path d={`M${px([value, up.low])[0]} ${EDGE + h}v4`} />
-              <text x={px([value, up.low])[0]} y={EDGE + h + 16}>
-                {text}
-              </text>
-            </g>
-          ))}
-          {ticksOf(arm, pair[1], signed).map(([value, text]) => (
-            <g key={text} class="arm-tick arm-tick-left">
-              <path d={`M${LEFT} ${px([across.low, value])[1]}h-4`} />
-              <text x={LEFT - 7} y={px([across.low, value])[1] + 4}>
-                {text}
-              </text>
-            </g>
-          ))}
+          {lines}
+          {ticks}
           <path class="arm-cross" d={`M${LEFT} ${y}h${w}M${x} ${EDGE}v${h}`} />
           <circle class="arm-here-halo" cx={x} cy={y} r={8} />
           <circle class="arm-here" cx={x} cy={y} r={5} />
         </svg>
       </div>
-      {terrain ? (
-        <Legend kinds={kinds} lost={terrain.most < 1e-9} />
-      ) : (
+      {legend ?? (
         <ul class="arm-legend">
           <li>{say("practice.loading")}</li>
         </ul>
@@ -196,6 +181,51 @@ export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Elem
         {say("arm.map.hint")}
       </p>
     </section>
+  );
+}
+
+/** The singular set: lines, and spots where it is no more than that. */
+function Lines(props: {
+  kinds: readonly Stretch[];
+  px: (spot: Spot) => Spot;
+  corner: Spot;
+  size: readonly [number, number];
+}): JSX.Element {
+  const { kinds, px, corner, size } = props;
+  const crowded = kinds.length > 16; // spots that make up a line
+  return (
+    <svg
+      class="arm-map-inner"
+      x={corner[0]}
+      y={corner[1]}
+      width={size[0]}
+      height={size[1]}
+      viewBox={[...corner, ...size].join(" ")}
+    >
+      {kinds.map(({ kind, spots }, i) =>
+        spots.length > 1 ? (
+          <polyline
+            key={i}
+            class={`arm-zero arm-${kind}`}
+            points={spots
+              .map((spot) =>
+                px(spot)
+                  .map((value) => value.toFixed(1))
+                  .join(","),
+              )
+              .join(" ")}
+          />
+        ) : (
+          <circle
+            key={i}
+            class={`arm-zero-spot arm-${kind}`}
+            cx={px(spots[0]!)[0]}
+            cy={px(spots[0]!)[1]}
+            r={crowded ? 2.2 : 4.5}
+          />
+        ),
+      )}
+    </svg>
   );
 }
 

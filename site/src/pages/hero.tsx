@@ -11,6 +11,7 @@ import type { Layers } from "../arm/marks.js";
 import { sayIn, Spoken, useSay } from "../arm/speech.js";
 import { type StageWish, useStage } from "../arm/stage.js";
 import { inWords } from "../arm/words.js";
+import { useSteps } from "../later.js";
 import type { Language } from "../text/text.js";
 
 const LAYERS: Layers = { frames: false, lengths: true, vectors: false, columns: true, ellipse: true };
@@ -29,6 +30,8 @@ function Shown({ told, language }: { told: StageWish; language: Language }): JSX
   const { arm, rested, robot } = stage;
   const words = useMemo(() => inWords(arm, rested, sayIn(language)), [arm, rested, language]);
   const id = useId();
+  const step = useSteps(2); // what the arm is, its drawing, its numbers: no piece of work holds up a phone for long
+  if (step === 0) return <div class="arm" />;
   return (
     <div class="arm">
       <Drawing
@@ -40,9 +43,7 @@ function Shown({ told, language }: { told: StageWish; language: Language }): JSX
         label={say("arm.drawing.label", { robot: robot.title })}
         describedBy={`${id}words`}
       />
-      <div class="hero-side">
-        <Figures {...stage} />
-      </div>
+      <div class="hero-side">{step > 1 ? <Figures {...stage} /> : null}</div>
       <p id={`${id}words`} class="arm-unseen" role="status">
         {words}
       </p>

@@ -431,6 +431,7 @@ export const de: Catalogue = {
   "page.examples": "Beispiele",
   "page.arms": "Arme",
   "page.docs": "Dokumentation",
+  "page.docs-short": "Doku",
   "page.accessibility": "Barrierefreiheit",
   "page.licences": "Lizenzen",
   "page.promise": "Kein Tracking, nichts von anderen Servern. Die Seiten und die Aufgaben, die du geöffnet hast, gehen offline; unter Lernen werden alle behalten.",

@@ -503,6 +503,7 @@ export const en = {
   "page.examples": "Examples",
   "page.arms": "Arms",
   "page.docs": "Documentation",
+  "page.docs-short": "Docs",
   "page.accessibility": "Accessibility",
   "page.licences": "Licences",
   "page.promise":
