@@ -20,6 +20,7 @@ ADDRESS = "http://prairielearn.test/"
 ASSET = re.compile(r"/assets/(node_modules|elements)/[0-9a-f]+/(.*)")
 PAGE = """<!doctype html><meta charset="utf-8">
 <link href="/assets/node_modules/0/bootstrap/dist/css/bootstrap.min.css" rel="stylesheet">
+<link href="/assets/node_modules/0/@fortawesome/fontawesome-free/css/all.min.css" rel="stylesheet">
 <link href="/assets/node_modules/0/bootstrap-icons/font/bootstrap-icons.css" rel="stylesheet">
 <script src="/assets/node_modules/0/bootstrap/dist/js/bootstrap.bundle.min.js"></script>
 {headers}
