@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from functools import lru_cache
 from itertools import combinations, islice
+from operator import itemgetter
 
 from exercises.answers import ConditionSet
 from exercises.arm.chain import Chain
@@ -28,21 +29,34 @@ def four_sets(chain: Chain, rng: Stream) -> list[Offered] | None:
     right = singular_set(chain)
     if not right:
         return None
-    wanted, best = rng.below(4), None
+    wanted, others = rng.below(4), list[tuple[Score, list[Offered]]]()
     for options in islice(_fours(chain, right, rng), PAIRS):
-        texts = [option.text for option in options]
-        if len(set(texts)) < 4 or any(text.count(" or ") >= MOST_PIECES for text in texts):
-            continue
-        lengths = [len(text) for text in texts]
-        spread = max(lengths) / min(lengths)
-        if spread > 2 * MOST_SPREAD:
-            continue
-        score = (spread > 2 * SPREAD, abs(rank_of_key(lengths) - wanted), spread)
-        if (best is None or score < best[0]) and all_differ(chain, options):
-            best = (score, options)
-        if best is not None and best[0][:2] == (False, 0):
-            break
-    return None if best is None else best[1]
+        score = _score(options, wanted)
+        if score is not None and score[:2] != BEST:
+            others.append((score, options))
+        elif score is not None and all_differ(chain, options):
+            return options
+    others.sort(key=itemgetter(0))
+    return next((options for _, options in others if all_differ(chain, options)), None)
+
+
+Score = tuple[bool, int, float]
+"""How ill options go together: whether their lengths are far apart, how far the right one is from the rank in length
+that is wanted, and the ratio of the longest to the shortest."""
+BEST = (False, 0)
+"""The first two of a score that nothing need be better than."""
+
+
+def _score(options: list[Offered], wanted: int) -> Score | None:
+    """Return how ill options go together, which is cheap beside whether they differ; None where they don't at all."""
+    texts = [option.text for option in options]
+    if len(set(texts)) < 4 or any(text.count(" or ") >= MOST_PIECES for text in texts):
+        return None
+    lengths = [len(text) for text in texts]
+    spread = max(lengths) / min(lengths)
+    if spread > 2 * MOST_SPREAD:
+        return None
+    return (spread > 2 * SPREAD, abs(rank_of_key(lengths) - wanted), spread)
 
 
 def _fours(chain: Chain, right: Components, rng: Stream) -> Iterator[list[Offered]]:

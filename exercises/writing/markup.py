@@ -87,7 +87,8 @@ def fitted_latex(latex: str, room: float) -> str:
 def to_html_for_mathjax(text: str) -> str:
     r"""Return HTML for platforms that set mathematics themselves: formulas as LaTeX in `\(…\)` and `\[…\]`.
 
-    Tables have the classes without which Moodle's themes show neither their lines nor any space in them.
+    Tables have the classes without which Moodle's themes and PrairieLearn's show neither their lines nor any space in
+    them.
     """
 
     def formula(latex: str, block: bool) -> str:
@@ -95,7 +96,7 @@ def to_html_for_mathjax(text: str) -> str:
         return rf"\[{shown}\]" if block else rf"\({shown}\)"
 
     page = to_html(text, formula)
-    return page.replace("<table>", '<table class="generaltable table-bordered" style="width: auto">')
+    return page.replace("<table>", '<table class="generaltable table table-bordered" style="width: auto">')
 
 
 # --- LaTeX ---

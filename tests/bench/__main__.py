@@ -20,6 +20,7 @@ from tests.support import ROOT
 from . import older, peers
 from .clock import processor_time
 from .deriving import first_problems
+from .exporting import exporting
 from .figures import Figure, write
 from .grading import MIX, a_class, floor, hand_in
 from .starting import LOADED, QDOT, loading, starting
@@ -64,6 +65,7 @@ def measured(folder: Path) -> Iterator[Figure]:
     yield from starting(folder / "one" / "s00000.ipynb", folder)
     yield from grading(single, assignment, folder)
     yield from generating(folder)
+    yield from exporting(folder)
 
 
 # --- grading ---

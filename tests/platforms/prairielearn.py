@@ -1,20 +1,19 @@
-"""PrairieLearn's own worker and elements, without its server: every phase of every question, and scores against ours.
+"""PrairieLearn's own question server and elements, without its database and web pages: each question, scores as ours.
 
-`software` is a checkout whose `.venv` holds what its pyproject.toml and qdot depend on (Python 3.13). Mustache, which
-its server applies before the worker is called, is chevron's here.
+`software` is a checkout whose `.venv` holds what its pyproject.toml and qdot depend on (Python 3.13), with the packages
+of its apps/prairielearn in place and those of packages/ built (pnpm); Node 24 is on the path.
 """
 
 import json
+import os
 import re
 import subprocess
 from collections.abc import Callable, Iterable
 from dataclasses import replace
-from functools import cached_property
 from html import unescape
 from pathlib import Path
 from typing import Any
 
-import chevron
 import jsonschema
 import sympy as sp
 
@@ -37,6 +36,9 @@ from tests.support.elements import filled, left_blank
 Data = dict[str, Any]
 APP = "apps/prairielearn"
 REPOSITORY = Path(__file__).parents[2]
+SCRIPT = Path(__file__).with_suffix(".mjs")
+ANSWER = "> "
+"""Before the script's answers; the server logs into the same output."""
 SCHEMAS = {
     "infoCourse.json": "infoCourse",
     "infoCourseInstance.json": "infoCourseInstance",
@@ -57,11 +59,13 @@ def run(software: Path, work: Path) -> Record:
         path.write_text(str(file.content), encoding="utf-8")
     counts = Counts()
     _validate(software, course, counts)
-    worker = _Worker(software, course)
+    server = Server(software, course)
     for variant in bank(made):
-        _try(_Question(worker, question_id(made.assignment, variant.slot)), variant.problem, made, counts)
+        question = _Question(server, question_id(made.assignment, variant.slot), counts)
+        _try(question, variant.problem, made, counts)
+    server.close()
     told = subprocess.run(["git", "-C", software, "log", "-1", "--format=%cs (%h)"], capture_output=True, text=True)
-    name = f"PrairieLearn of {told.stdout.strip()}, its worker and elements"
+    name = f"PrairieLearn of {told.stdout.strip()}, its question server in Node and its elements in Python"
     return Record("prairielearn", name, today(), counts.told())
 
 
@@ -75,95 +79,62 @@ def _validate(software: Path, course: Path, counts: Counts) -> None:
         counts.add("valid", not errors, f"{path.relative_to(course)}: {errors[:1]}")
 
 
-# --- a question, as the server runs it ---
+# --- a question, in the server ---
 
 
-class _Worker:
-    """PrairieLearn's zygote and its worker, told over a pipe which function of which file to call."""
+class Server:
+    """PrairieLearn's question server in Node, told over a pipe what to make; it starts its Python worker itself."""
 
     def __init__(self, software: Path, course: Path) -> None:
-        self.python, self.course = software / APP / "python", course
-        command = f'exec "{software}/.venv/bin/python" zygote.py 3>&1 4>/dev/null 1>&2'
-        environment = {"PYTHONPATH": str(REPOSITORY), "PATH": "/usr/bin:/bin", "HOME": str(course)}
+        app, self.course = software / APP, course
+        environment = {"PYTHONPATH": str(REPOSITORY), "PATH": os.environ["PATH"], "HOME": str(course)}
+        command: list[str | Path] = [
+            app / "node_modules/.bin/tsx", "--tsconfig", "src/tsconfig.json", SCRIPT, software, course,
+        ]  # fmt: skip
         self.process = subprocess.Popen(
-            ["bash", "-c", command], cwd=self.python, env=environment, text=True,
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+            command, cwd=app, env=environment, text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
         )  # fmt: skip
 
-    def call(self, folder: Path, file: str, function: str, args: list[Any]) -> Any:
-        """Return what a function made of its arguments, None where the file has no such function."""
-        paths = [str(self.course / "serverFilesCourse"), str(self.python)]
-        asked = {"file": file, "fcn": function, "args": args, "cwd": str(folder), "paths": paths}
+    def make(self, question: str, what: str, **told: Any) -> Any:
+        """Return what was made, and what the staff would be told was wrong with the question."""
         assert self.process.stdin is not None and self.process.stdout is not None
-        self.process.stdin.write(json.dumps(asked) + "\n")
+        self.process.stdin.write(json.dumps({"question": question, "make": what, **told}) + "\n")
         self.process.stdin.flush()
-        answer = self.process.stdout.readline()
-        if not answer:
-            raise RuntimeError(f"the worker ended in {function} of {folder.name}/{file}")
-        return json.loads(answer).get("val")
+        for line in self.process.stdout:
+            if line.startswith(ANSWER):
+                answer = json.loads(line.removeprefix(ANSWER))
+                return answer["made"], answer["issues"]
+        raise RuntimeError(f"PrairieLearn's question server ended at {what} of {question}")
 
-    @cached_property
-    def elements(self) -> Data:
-        """What the worker is told of the core elements."""
-        found = {}
-        for path in sorted((self.python.parent / "elements").glob("*/info.json")):
-            controller = json.loads(path.read_text())["controller"]
-            found[path.parent.name] = {"type": "core", "name": path.parent.name, "controller": controller}
-        return found
+    def close(self) -> None:
+        """End it, and its worker."""
+        assert self.process.stdin is not None
+        self.process.stdin.close()
+        self.process.wait(60)
 
 
 class _Question:
     """A variant of a question, from generate on."""
 
-    def __init__(self, worker: _Worker, qid: str) -> None:
-        self.worker, self.folder = worker, worker.course / "questions" / qid
-        files = {"question_path": self.folder, "server_files_course_path": worker.course / "serverFilesCourse"}
-        data: Data = {
-            "params": {}, "correct_answers": {}, "variant_seed": 7, "preferences": {},
-            "options": {name: str(path) for name, path in files.items()},
-        }  # fmt: skip
-        self.made = worker.call(self.folder, "server", "generate", [data])
-        self.made |= {"answers_names": {}}
-        self.made = self._elements("prepare", self.made)["data"]
-        del self.made["answers_names"]
+    def __init__(self, server: Server, qid: str, counts: Counts) -> None:
+        self.server, self.name, self.counts = server, qid, counts
+        self.made = self._make("variant")
 
     def submit(self, form: Data) -> Data:
-        """Return the data after a submission has been parsed, and graded unless it can't be."""
-        data = {
-            **self.made, "submitted_answers": dict(form), "raw_submitted_answers": dict(form),
-            "format_errors": {}, "feedback": {}, "gradable": True,
-        }  # fmt: skip
-        data = self._phase("parse", data)
-        data |= {"partial_scores": {}, "score": 0}
-        return data if data["format_errors"] else self._phase("grade", data)
+        """Return a submission after it has been parsed, and graded unless it can't be."""
+        return self._make("submission", variant=self.made, form=form)
 
-    def page(self, panel: str, data: Data | None = None) -> str:
-        """Return the HTML of a panel."""
-        unanswered: Data = {
-            "submitted_answers": {}, "raw_submitted_answers": {}, "format_errors": {}, "partial_scores": {},
-            "score": 0, "feedback": {},
-        }  # fmt: skip
-        shown = {
-            **unanswered, **self.made, **(data or {}), "panel": panel, "editable": panel == "question",
-            "manual_grading": False, "ai_grading": False, "num_valid_submissions": 0,
-        }  # fmt: skip
-        shown.pop("gradable", None)
-        urls = ("course_element_files_url", "course_element_extension_files_url", "base_url")
-        shown["options"] = {**shown["options"], **dict.fromkeys(urls, "/")}
-        return str(self._elements("render", shown)["html"])
+    def pages(self, submission: Data | None = None) -> Data:
+        """Return the HTML of the panels of its page, of a submission, too."""
+        return self._make("pages", variant=self.made, submission=submission)
 
-    def _phase(self, phase: str, data: Data) -> Data:
-        data = self._elements(phase, data)["data"]
-        answered: Data = self.worker.call(self.folder, "server", phase, [data])
-        return answered
-
-    def _elements(self, phase: str, data: Data) -> Data:
-        html = chevron.render((self.folder / "question.html").read_text(encoding="utf-8"), data)
-        context = {
-            "html": html, "elements": self.worker.elements, "element_extensions": {},
-            "course_path": str(self.worker.course),
-        }  # fmt: skip
-        result: Data = self.worker.call(self.folder, "question.html", phase, [context, data])
+    def _make(self, what: str, **told: Any) -> Data:
+        made, issues = self.server.make(self.name, what, **told)
+        self.counts.add("no issue for the staff", not issues, f"{self.name}, {what}: {issues[:1]}")
+        if made is None:
+            raise RuntimeError(f"{self.name}, {what}: {issues}")
+        result: Data = made
         return result
 
 
@@ -216,7 +187,7 @@ def _listed(numbers: Iterable[str]) -> str:
 
 
 def _try(question: _Question, problem: Problem, made: Order, counts: Counts) -> None:
-    place = question.folder.name
+    place = question.name
     print(place)
     for part in problem.parts:
         shown = part.name in question.made["params"]["shown"]
@@ -226,14 +197,15 @@ def _try(question: _Question, problem: Problem, made: Order, counts: Counts) -> 
 
 
 def _show(question: _Question, problem: Problem, counts: Counts) -> None:
-    asked, solved = question.page("question"), question.page("answer")
+    pages = question.pages()
+    asked, solved = pages["questionHtml"], pages["answerHtml"]
     for part in problem.parts:
-        solution = _words(question.made["correct_answers"]["solutions"][part.name]["solution"])
+        solution = _words(question.made["true_answer"]["solutions"][part.name]["solution"])
         fields = all(f'name="{name}"' in asked for name in input_names(part))
         told = ASKED[part.kind].title in _words(asked) and solution in _words(solved) and solution not in _words(asked)
-        counts.add("shown", fields and told, f"{question.folder.name}.{part.name}")
+        counts.add("shown", fields and told, f"{question.name}.{part.name}")
     clean = not [word for word in ("{{", "<pl-", "in quotes", "?:") if word in asked + solved]
-    counts.add("clean pages", clean, question.folder.name)
+    counts.add("clean pages", clean, question.name)
 
 
 def _words(html: str) -> str:
@@ -252,7 +224,7 @@ def _score(question: _Question, problem: Problem, made: Order, counts: Counts) -
     first = problem.parts[0]
     _submit(question, problem, made, {first.name: right[first.name][0]}, counts, "", lambda score: True)
     nothing = question.submit({name: text for part in problem.parts for name, text in left_blank(part).items()})
-    counts.add("nothing costs no attempt", bool(nothing["format_errors"]), question.folder.name)
+    counts.add("nothing costs no attempt", bool(nothing["format_errors"]), question.name)
 
 
 def _submit(
@@ -275,8 +247,8 @@ def _submit(
     assignment = made.assignment
     ours = mark(problem, texts, secret=assignment.secret, credit=assignment.follow_through, oftener=assignment.oftener)
     for part, verdict in zip(problem.parts, ours, strict=True):
-        where = f"{question.folder.name}.{part.name} {texts.get(part.name)!r}: {data['format_errors'] or ''}"
-        score = data["partial_scores"].get(part.name, {}).get("score", -1)
+        where = f"{question.name}.{part.name} {texts.get(part.name)!r}: {data['format_errors'] or ''}"
+        score = (data["partial_scores"] or {}).get(part.name, {}).get("score", -1)
         if part.name in texts and what:
             counts.add(what, score >= 0 and is_due(score), f"{where} {score}")
         elif part.name not in texts:
@@ -284,5 +256,5 @@ def _submit(
         same = verdict.points is not None and abs(score - verdict.points / part.points) < 1e-9
         counts.add("scores as ours", same, f"{where} {score}")
     if not data["format_errors"]:
-        page = question.page("submission", data)
+        (page,) = question.pages(data)["submissionHtmls"]
         counts.add("clean pages", not [word for word in ("{{", "<pl-", "in quotes", "?:") if word in page], where)

@@ -268,6 +268,9 @@ def test_a_variant_is_one_of_the_bank_by_its_seed_and_shows_no_solution(
     assert names == re.findall(r'answers-name="([^"]+)"', page)
     assert "{{" not in page and page.count("<details>") == 3 * len(problem.parts)
     assert re.search(r"<svg[^>]*>\s*<title", page) and "<desc" in page  # what the figure shows, in words
+    tables = re.findall('<table class="([^"]*)"', page)
+    assert tables and all({"table", "table-bordered"} <= set(table.split()) for table in tables)  # of Bootstrap
+    assert page.count("<h4") == page.count('<h4 class="mt-3">') > 0  # else it sticks to the figure above it
     solutions = [one["solution"] for one in one.data["correct_answers"]["solutions"].values()]
     for panel in ("question", "submission"):
         assert not [solution for solution in solutions if solution in one.page(panel)]

@@ -6,7 +6,7 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-from tests.platforms.pictures import jupyter, moodle, otter, own
+from tests.platforms.pictures import jupyter, moodle, otter, own, prairielearn
 
 PICTURES: dict[str, tuple[str, Callable[[Path, Path], None]]] = {
     "qdot": ("", own.run),
@@ -18,6 +18,7 @@ PICTURES: dict[str, tuple[str, Callable[[Path, Path], None]]] = {
     "jupyterquiz": ("JUPYTERLAB", jupyter.quiz),
     "nbgrader": ("NBGRADER", jupyter.formgrader),
     "otter": ("OTTER", otter.notebook),
+    "prairielearn": ("PRAIRIELEARN", prairielearn.questions),
 }
 """Platforms by name, each with the variable for the path of its software, if any, and what takes its pictures."""
 

@@ -56,10 +56,12 @@ class Album:
         """Return where a picture is kept."""
         return FOLDER / f"{self.platform}-{name}.png"
 
-    def take(self, name: str, page: Page, *parts: Locator, tallest: int = 620, lower: bool = False) -> None:
+    def take(
+        self, name: str, page: Page, *parts: Locator, tallest: int = 620, lower: bool = False, around: int = AROUND
+    ) -> None:
         """Keep a picture of what is between the first and the last of some parts of a page; of all, without parts.
 
-        What is taller than `tallest` pixels is cut off below, with `lower` above.
+        What is taller than `tallest` pixels is cut off below, with `lower` above; pixels `around` it are in it.
         """
         page.mouse.move(0, 0)
         page.evaluate("() => window.scrollTo(0, 0)")  # what stays on top of a window would lie over the page
@@ -75,8 +77,8 @@ class Album:
             left, top, right, bottom = 0, 0, whole.width, whole.height
         top, bottom = (max(top, bottom - tallest), bottom) if lower else (top, min(bottom, top + tallest))
         cut = whole.crop((
-            max(0, int(left - AROUND)), max(0, int(top - AROUND)),
-            min(WINDOW["width"], whole.width, int(right + AROUND)), min(whole.height, int(bottom + AROUND)),
+            max(0, int(left - around)), max(0, int(top - around)),
+            min(WINDOW["width"], whole.width, int(right + around)), min(whole.height, int(bottom + around)),
         ))  # fmt: skip
         cut = narrower(cut) if cut.width > WINDOW["width"] else cut
         FOLDER.mkdir(exist_ok=True)

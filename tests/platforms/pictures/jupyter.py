@@ -116,11 +116,15 @@ def formgrader(software: Path, work: Path) -> None:
     settings.write_text(settings.read_text(encoding="utf-8") + own, encoding="utf-8")
     nbgrader(software, work, course, "generate_assignment", KEY)
     nbgrader(software, work, course, "db", "student", "import", "students.csv")
+    nbgrader(software, work, course, "release_assignment", KEY)
     for student, wrong in ((ADA.id, ""), (HENRI.id, DETERMINANT)):
-        file = f"{student}/{KEY}/{KEY}.ipynb"
-        (course / "submitted" / file).parent.mkdir(parents=True)
-        text = (course / "handout" / file).read_text(encoding="utf-8")
-        (course / "submitted" / file).write_text(answered(made, student, text, wrong), encoding="utf-8")
+        file = work / student / KEY / f"{KEY}.ipynb"
+        file.parent.mkdir(parents=True)
+        text = (course / "handout" / student / KEY / file.name).read_text(encoding="utf-8")
+        file.write_text(answered(made, student, text, wrong), encoding="utf-8")
+        options = f"--Exchange.root={exchange}", f"--CourseDirectory.student_id={student}"
+        nbgrader(software, work, work / student, "submit", KEY, *options)
+    nbgrader(software, work, course, "collect", KEY)
     album = Album("nbgrader")
     with jupyter(software, course, work) as address, browser() as chromium:
         page = opened(chromium)
@@ -150,20 +154,23 @@ def formgrader(software: Path, work: Path) -> None:
         page.goto((course / "feedback" / HENRI.id / KEY / f"{KEY}.html").as_uri())
         said = page.get_by_text("right but for its sign").first
         said.wait_for()
-        album.take("feedback", page, page.get_by_text(f"{KEY} (Score").first, tallest=420)
+        answer = page.locator(".nbgrader_cell", has_text="p1_determinant =").last
+        album.take("feedback", page, answer, said, tallest=420)
 
 
 def done_by(page: Page, student: str, step: str) -> None:
     """Click a step of the formgrader's in a student's row of the submissions, and close what it says."""
     page.locator("tr", has_text=student).locator(f".{step} a").click()
-    page.get_by_text("Success").locator("visible=true").first.wait_for()
-    page.locator(".modal-footer button:visible").last.click()
+    dialog = page.locator(".modal").locator("visible=true").last
+    dialog.wait_for()
+    assert "Success" in dialog.inner_text(), f"{step} of {student}: {dialog.inner_text()}"
+    dialog.locator(".modal-footer button").last.click()
     page.locator(".modal").first.wait_for(state="hidden")
 
 
-def nbgrader(software: Path, work: Path, course: Path, *words: str) -> None:
-    """Give a command of nbgrader's in the course folder."""
+def nbgrader(software: Path, work: Path, folder: Path, *words: str) -> None:
+    """Give a command of nbgrader's in the course folder, or in a student's."""
     command: list[str | Path] = [software / "bin" / "nbgrader", *words, f"--CourseDirectory.course_id={COURSE}"]
-    done = subprocess.run(command, cwd=course, env=variables(software, work), capture_output=True, text=True)
+    done = subprocess.run(command, cwd=folder, env=variables(software, work), capture_output=True, text=True)
     if done.returncode:
         raise RuntimeError(f"nbgrader {words[0]}: {done.stdout[-2000:]}{done.stderr[-2000:]}")

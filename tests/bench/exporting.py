@@ -1,0 +1,49 @@
+"""What banks for platforms cost: so many variants of each of an assignment's problems, beside these problems alone."""
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+from exercises.assignment import Student
+from exercises.release import init_assignment
+from exercises.sets import DEFAULT_SET, SETS
+
+from .clock import processor_time
+from .figures import Figure
+from .starting import QDOT
+
+VARIANTS = 30
+GOALS = {"qti": 4.0, "moodle": 4.0, "stack": 7.0, "prairielearn": 1.5}
+"""How many times as long as the problems alone an export may take. STACK's has Maxima run every question."""
+DRAWN = """
+import sys
+from pathlib import Path
+from exercises.assignment import load_assignment
+from exercises.exports.bank import bank
+from exercises.exports.outlet import Order
+from grader.certify import failures_of
+drawn = sum(1 for _ in bank(Order(load_assignment(Path(sys.argv[1])), failures_of, variants=int(sys.argv[2]))))
+assert drawn
+"""
+
+
+def exporting(folder: Path) -> Iterator[Figure]:
+    """Yield what a bank of every outlet takes in one process; the same secret gives all of them the same problems."""
+    place = folder / "bank"
+    students, secret = (Student("ada", "Ada"),), "0123456789abcdef"
+    init_assignment(place, "Homework", "homework", students, secret, problems=SETS[DEFAULT_SET])
+    drawn = processor_time([sys.executable, "-c", DRAWN, str(place), str(VARIANTS)], folder)
+    for outlet, goal in GOALS.items():
+        command = [*QDOT, "export", str(place), "--to", outlet, "--variants", str(VARIANTS), "--jobs", "1"]
+        taken = processor_time(command, folder)
+        what = f"`qdot export --to {outlet} --variants {VARIANTS}`"
+        yield Figure(what, taken, "drawing and certifying the problems", drawn, goal)
+
+
+if __name__ == "__main__":
+    import tempfile
+
+    with tempfile.TemporaryDirectory() as name:
+        for figure in exporting(Path(name)):
+            sys.stdout.write(f"{' | '.join(figure.cells)}\n")
+            sys.stdout.flush()

@@ -1,0 +1,30 @@
+"""Wrong sets of singular configurations: which are compared, as comparing them is what costs."""
+
+import pytest
+
+from exercises.generation import sample_chain
+from exercises.problem import ProblemId
+from exercises.quizzes import wrong_sets
+from exercises.quizzes.options import Offered
+from exercises.quizzes.wrong_sets import BEST, four_sets
+from exercises.stream import Stream
+
+FAMILY, SEED = "elbow-3r", "sets"
+
+
+@pytest.mark.parametrize("they_differ", [True, False])
+def test_what_goes_together_best_is_compared_first_and_nothing_after_it(
+    monkeypatch: pytest.MonkeyPatch, they_differ: bool
+) -> None:
+    wanted, scores = Stream(SEED).below(4), []
+
+    def all_differ(_: object, options: list[Offered]) -> bool:
+        score = wrong_sets._score(options, wanted)
+        assert score is not None
+        scores.append((score[:2] != BEST, score if score[:2] != BEST else 0))
+        return they_differ
+
+    monkeypatch.setattr(wrong_sets, "all_differ", all_differ)
+    found = four_sets(sample_chain(ProblemId(FAMILY, 0)), Stream(SEED))
+    assert scores == sorted(scores) and (found is not None) == they_differ
+    assert len(scores) == 1 if they_differ else len(scores) > 3
