@@ -27,6 +27,7 @@ def test_a_command_is_measured_until_it_is_killed(monkeypatch: pytest.MonkeyPatc
     """With what it started: nothing is left at work."""
     program = tmp_path / "grader" / "cli.py"
     program.parent.mkdir()
+    (program.parent / "__init__.py").touch()  # else it is found behind the grader of an environment
     child = BUSY.format(60)
     program.write_text(f"import subprocess, sys\nsubprocess.run([sys.executable, '-c', {child!r}, 'of the kill'])\n")
     monkeypatch.chdir(tmp_path)
