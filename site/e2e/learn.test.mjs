@@ -132,6 +132,7 @@ test("in a German browser examples, their list, the gallery and the documentatio
   ]) {
     const { page, wrong } = await opened(there, path, { ...WIDE, locale: "de-DE" });
     await page.locator("main").getByText(said).first().waitFor();
+    assert.equal(await page.locator("html").getAttribute("lang"), "de");
     if (path.endsWith("6-2.html")) {
       await page.waitForFunction(() => document.title.startsWith("Beispiel 6.2"));
       await page.locator(".live .arm-box").waitFor(); // it is alive there, too

@@ -47,6 +47,6 @@ const place = document.getElementById("package");
 if (place) {
   const set = JSON.parse(place.dataset["set"]!) as Packed;
   place.textContent = "";
-  place.lang = chosenLanguage();
+  document.documentElement.lang = chosenLanguage();
   render(<Package set={set} />, place);
 }

@@ -15,6 +15,8 @@ export async function startPage(): Promise<void> {
   if (document.body.dataset["anywhere"] !== undefined) leadFromAnywhere();
   speak(await loadLanguage().catch(() => ENGLISH));
   await tellInLanguage().catch(() => undefined); // in English, then
+  document.querySelector("main")!.lang ||= "en";
+  document.documentElement.lang = chosenLanguage(); // which a screen reader takes for all that names none
   for (const element of document.querySelectorAll<HTMLElement>("[data-told]")) {
     const text = (JSON.parse(element.dataset["told"]!) as Record<string, string>)[chosenLanguage()];
     if (text === undefined) continue;
