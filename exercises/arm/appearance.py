@@ -127,33 +127,40 @@ def _seen_at(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
 def _dependence(chain: Chain, samples: Sequence[Sample]) -> str:
     """Return which joints, as few as will do, can move without anything that the task counts; by the columns of J."""
     rows = [TASK_ROWS.index(row) for row in chain.task]
-    jacobians = [sample.arm.jacobian(sample.q) for sample in samples]
     if chain.n <= len(rows) and samples:
+        jacobians = _jacobians(samples)
         for count in range(1, chain.n + 1):
             for chosen in combinations(range(chain.n), count):
-                if all(_depend(j[np.ix_(rows, chosen)]) for j in jacobians):
+                if _depend(jacobians, rows, chosen):
                     names = _names(chosen)
                     if count == 1:
                         return f"joint {names} moves nothing that the task counts"
-                    still = _what_rests(chain, [j[:, chosen] for j in jacobians], rows)
+                    still = _what_rests(chain, jacobians[..., chosen], rows)
                     who = "all joints" if count == chain.n > 2 else f"joints {names}"
                     return f"{who} can move together and {still}"
     where = {2: "along one line", 3: "in one plane"}.get(len(rows)) if len(chain.linear_rows) == len(rows) else None
     return f"all joints move the point {where}" if where else "the columns of J are linearly dependent"
 
 
-def _depend(columns: np.ndarray) -> bool:
-    sigma = np.linalg.svd(columns, compute_uv=False)
-    return bool(sigma[-1] < NEAR * max(sigma[0], 1e-3))
+def _jacobians(samples: Sequence[Sample]) -> np.ndarray:
+    """Return the Jacobian of each sample, (k, 6, n)."""
+    arms = NumericChain.several([sample.arm for sample in samples])
+    return arms.jacobian(np.stack([sample.q for sample in samples])[:, None])[:, 0]
 
 
-def _what_rests(chain: Chain, jacobians: Sequence[np.ndarray], rows: Sequence[int]) -> str:
-    """Say what a motion leaves at rest that none of the rows that count takes part in."""
-    motions = [np.linalg.svd(jacobian[rows])[2][-1] for jacobian in jacobians]
-    moved = [np.abs(jacobian @ motion) for jacobian, motion in zip(jacobians, motions, strict=True)]
-    if len(chain.linear_rows) == len(rows) and all(speeds[:3].max() < NEAR for speeds in moved):
+def _depend(jacobians: np.ndarray, rows: Sequence[int], columns: Sequence[int]) -> bool:
+    """Tell whether columns of Jacobians (k, 6, n), seen in some rows, depend on each other in all of them."""
+    sigma = np.linalg.svd(jacobians[:, list(rows)][:, :, list(columns)], compute_uv=False)
+    return bool(np.all(sigma[:, -1] < NEAR * np.maximum(sigma[:, 0], 1e-3)))
+
+
+def _what_rests(chain: Chain, jacobians: np.ndarray, rows: Sequence[int]) -> str:
+    """Say what a motion leaves at rest, of joints with columns (k, 6, …), that none of the rows that count sees."""
+    motions = np.linalg.svd(jacobians[:, list(rows)])[2][:, -1]
+    moved = np.abs(np.einsum("kij,kj->ki", jacobians, motions))
+    if len(chain.linear_rows) == len(rows) and moved[:, :3].max() < NEAR:
         return "leave the point at rest"
-    if all(speeds.max() < NEAR for speeds in moved):
+    if moved.max() < NEAR:
         return f"leave link {chain.n} at rest"
     return "nothing that the task counts moves"
 
@@ -194,12 +201,12 @@ def _parallel_axes(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statemen
 
     That is a reason only if the columns of these joints depend on each other by themselves.
     """
-    rows = [TASK_ROWS.index(row) for row in chain.task]
+    rows, jacobians = [TASK_ROWS.index(row) for row in chain.task], _jacobians(samples)
     for i, j in sorted(combinations(_revolute(chain), 2), key=lambda pair: pair[1] - pair[0]):
         if parallel(samples, i, j):
             others = [k for k in _revolute(chain) if chain.linear_rows and parallel(samples, i, k)]
             chosen = sorted({i, j, *others})
-            if not all(_depend(sample.arm.jacobian(sample.q)[np.ix_(rows, chosen)]) for sample in samples):
+            if not _depend(jacobians, rows, chosen):
                 continue
             words = f"the axes of joints {_names(chosen)} are parallel"
             yield from _if_only_there(samples, words, partial(spread, joints=(i, j)))
@@ -286,11 +293,16 @@ def _extreme_reach(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statemen
         told = {moving: _signs(samples, axis, moving) for moving in later}
         movers = [moving for moving, signs in told.items() if 0 not in signs]
         turning = [moving for moving in movers if chain.joints[moving].kind == "R"]
-        if turning and turning == movers and all(parallel(samples, axis, moving) for moving in movers):
+        bent = [moving for moving in later if moving not in movers and 0 in _extremes(samples, axis, moving)]
+        if turning and not bent and turning == movers and all(parallel(samples, axis, j) for j in movers):
             yield _stretched(samples, axis, movers)
             continue
         for moving in movers:
-            yield _extreme_statement(_as_far_or_near(chain, axis, moving, told[moving]), axis, [moving], told[moving])
+            signs = told[moving]
+            if moving in turning and not parallel(samples, axis, moving):
+                signs = set(_ends(samples, axis, moving))
+            if 0 not in signs:
+                yield _extreme_statement(_as_far_or_near(chain, axis, moving, signs), axis, [moving], signs)
 
 
 def _as_far_or_near(chain: Chain, axis: int, moving: int, signs: set[int]) -> str:
@@ -336,7 +348,7 @@ def _if_only_there(samples: Sequence[Sample], words: str, off: Off) -> Iterator[
 
 
 def _signs(samples: Sequence[Sample], axis: int, moving: int) -> set[int]:
-    """Return whether a joint is at its farthest (1) or nearest (-1) in all samples; {0} where it is not in one of them.
+    """Return whether a joint is at its farthest (1) or nearest (-1) nearby in all samples; {0} where in one it is not.
 
     Some may tell nothing, but not half of them.
     """
@@ -368,3 +380,24 @@ def _extremes(samples: Sequence[Sample], axis: int, moving: int) -> list[int | N
     signs = np.where(np.abs(curvature) < 1e-3, 0, np.where(curvature < 0, 1, -1))
     is_rising = np.abs(rising) > np.maximum(1e-9, 1e-6 * np.abs(curvature))
     return [0 if rises else int(sign) if sign else None for rises, sign in zip(is_rising, signs, strict=True)]
+
+
+def _ends(samples: Sequence[Sample], axis: int, moving: int) -> list[int]:
+    """Return 1 where a turning joint has brought the point as far from an axis as it can anywhere, -1 as near, else 0.
+
+    The square of the distance is a sum of sines and cosines of the joint and of twice the joint, which five places
+    tell; it may have two maxima, as about an axis that is not parallel.
+    """
+    turns = 2 * np.pi / 5 * np.arange(5)
+    q = np.tile(np.stack([sample.q for sample in samples])[:, None], (1, 5, 1))
+    q[..., moving] += turns
+    squares = distance(NumericChain.several([sample.arm for sample in samples]), q, axis) ** 2
+    everywhere = squares @ np.linalg.inv(_waves(turns)) @ _waves(np.linspace(0, 2 * np.pi, 180))
+    room = 1e-9 * np.maximum(squares.max(axis=1), 1.0)
+    is_far, is_near = squares[:, 0] > everywhere.max(axis=1) - room, squares[:, 0] < everywhere.min(axis=1) + room
+    return [1 if far else -1 if near else 0 for far, near in zip(is_far, is_near, strict=True)]
+
+
+def _waves(turns: np.ndarray) -> np.ndarray:
+    """Return 1, sines and cosines of angles (k) and of twice these, (5, k)."""
+    return np.array([np.ones_like(turns), *(wave(i * turns) for i in (1, 2) for wave in (np.cos, np.sin))])

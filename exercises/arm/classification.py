@@ -8,10 +8,11 @@ motion vanishes, the singularity is internal. Unlimited joint travel is assumed,
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
+import sympy as sp
 
 from exercises.arm.appearance import meaning, wrist_centre
 from exercises.arm.axes import Sample
@@ -28,15 +29,17 @@ from exercises.formula.pieces import Piece, pieces
 from exercises.stream import Stream
 
 __all__ = [
-    "Kind", "classify", "classify_pieces", "domain_of", "kind_at", "kind_is_sure", "kinds_at",
-    "samples_on",    "wrist_centre",
+    "Kind", "by_value", "classify", "classify_pieces", "domain_of", "kind_at", "kind_is_sure", "kinds_at",
+    "samples_on", "seen_on", "wrist_centre",
 ]  # fmt: skip
 
 REGULAR = 1e-7
 """A singular value counts as zero below this part of the largest."""
 
-_LOOKED_AT = 60
-"""About how many samples are looked at to say what they have in common."""
+_LOOKED_AT = 120
+"""About how many samples are looked at to say what they have in common: few may all miss where it is not so."""
+_KIND_AT = 2
+"""Of how many of these one is asked for its kind, which takes longer."""
 _ARMS = 5
 """Choices of lengths for each length that is open."""
 
@@ -118,6 +121,14 @@ def classify(chain: Chain, component: Component) -> Kind:
     return _classified(bare(chain), tuple(bare_pieces(chain, component)))
 
 
+def by_value(component: Component, kind: Kind) -> list[tuple[sp.Symbol, sp.Expr, Component]]:
+    """Return a component's values of its joint, each with the part that it is, where more is to be said than of all."""
+    if component.solutions is None or len(component.solutions) != 1 or " or " not in kind.meaning:
+        return []
+    ((joint, values),) = component.solutions
+    return [(joint, value, replace(component, solutions=((joint, (value,)),))) for value in values]
+
+
 def classify_pieces(chain: Chain, conditions: Sequence[str]) -> Kind:
     """Classify the union of conditions (text), as `classify` does for a component."""
     return _classified(chain, tuple(conditions))
@@ -125,13 +136,20 @@ def classify_pieces(chain: Chain, conditions: Sequence[str]) -> Kind:
 
 @lru_cache(maxsize=4096)
 def _classified(chain: Chain, conditions: tuple[str, ...]) -> Kind:
-    arms = _ARMS * max(1, len(chain.parameters))  # the kind may depend on how open lengths compare
-    samples = [sample for condition in conditions for sample in samples_on(chain, condition, "classify", arms)]
-    words = meaning(chain, samples[:: max(1, len(samples) // _LOOKED_AT)])
+    seen = seen_on(chain, conditions)
+    words = meaning(chain, seen)
     if not kind_is_sure(chain):
         return Kind("", False, words)
-    kinds = {kind for kind in kinds_at(chain, samples) if kind is not None}
+    kinds = {kind for kind in kinds_at(chain, seen[::_KIND_AT]) if kind is not None}
     return Kind("boundary" if "boundary" in kinds else "internal", len(kinds) == 1, words)
+
+
+def seen_on(chain: Chain, conditions: Sequence[str]) -> list[Sample]:
+    """Return configurations on conditions (text), enough to say of all what is so of these."""
+    arms = _ARMS * max(1, len(chain.parameters))  # what is so may depend on how open lengths compare
+    each = -(-_LOOKED_AT // (arms * len(conditions)))
+    samples = [sample for condition in conditions for sample in samples_on(chain, condition, "seen", arms, each)]
+    return samples[:: max(1, len(samples) // _LOOKED_AT)]
 
 
 def kind_is_sure(chain: Chain) -> bool:

@@ -54,17 +54,26 @@ class Reading:
     wrong: tuple[Meaning, ...]
 
 
-def read_meanings(chain: Chain, samples: Sequence[Sample]) -> Reading | None:
-    """Return the reading of configurations, or None where no statement holds at all of them or none is wrong."""
+def read_meanings(chain: Chain, samples: Sequence[Sample], more: Sequence[Sample] = ()) -> Reading | None:
+    """Return the reading of configurations, or None where no statement holds at all of them or none is wrong.
+
+    What holds at the `samples` may be false of others like them: what is right is false of none of `more` of them.
+    """
     if len(samples) < 4:
         return None
     tried = [
         (meaning, {holds(chain, meaning, sample) for sample in samples}) for meaning in meanings_of(chain, samples)
     ]
     held = [meaning for meaning, outcomes in tried if outcomes == {True}]
-    right = next((one for one in held if is_reason(chain, samples, measure(one), partial(_is_so, chain, one))), None)
+    right = next((one for one in held if _is_right(chain, one, samples, more)), None)
     wrong = [meaning for meaning, outcomes in tried if outcomes == {False}]
     return Reading(right, tuple(wrong)) if right is not None and wrong else None
+
+
+def _is_right(chain: Chain, meaning: Meaning, samples: Sequence[Sample], more: Sequence[Sample]) -> bool:
+    if not is_reason(chain, samples, measure(meaning), partial(_is_so, chain, meaning)):
+        return False
+    return all(holds(chain, meaning, sample) is not False for sample in more)
 
 
 def one_kind(chain: Chain, samples: Sequence[Sample]) -> str | None:
@@ -179,18 +188,24 @@ def _one_way(chain: Chain, samples: Sequence[Sample]) -> list[Meaning]:
 
 
 def _extremes(chain: Chain, samples: Sequence[Sample], i: int, j: int) -> list[Meaning]:
-    unmoved = [distance(s.arm, np.stack([beside(s), beside(s, j)]), i) for s in samples]
-    if any(abs(before - after) < 1e-9 for before, after in unmoved):
+    if not _moves(samples, i, j):
         return []
     bringing = f"from the axis of joint {i + 1} as joint {j + 1} can bring it"
     near = Meaning("near", (i + 1, j + 1), f"$P$ is as near to{bringing.removeprefix('from')}")
     if chain.joints[j].kind == "P":
         return [near]
     far = Meaning("far", (i + 1, j + 1), f"$P$ is as far {bringing}")
-    if parallel(samples, i, j):
+    others = [k for k in range(i + 1, min(chain.n, chain.point.frame)) if k != j]
+    if parallel(samples, i, j) and not any(_moves(samples, i, k) for k in others):
         far = Meaning("far", far.joints, f"the arm is stretched out: {far.words}")
         near = Meaning("near", near.joints, f"the arm is folded back: {near.words}")
     return [far, near]
+
+
+def _moves(samples: Sequence[Sample], i: int, j: int) -> bool:
+    """Tell whether a joint changes how far the point is from an axis, in poses beside the samples."""
+    distances = (distance(s.arm, np.stack([beside(s), beside(s, j)]), i) for s in samples)
+    return all(abs(before - after) > 1e-9 for before, after in distances)
 
 
 def measure(meaning: Meaning) -> Off:

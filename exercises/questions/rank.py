@@ -10,7 +10,7 @@ import sympy as sp
 
 from exercises.answers import Choice, Direction, Number
 from exercises.arm.chain import Chain
-from exercises.arm.classification import kind_at, kind_is_sure
+from exercises.arm.classification import kind_at, kind_is_sure, seen_on
 from exercises.arm.derivation import derive, structure
 from exercises.arm.directions import (
     Line,
@@ -313,7 +313,8 @@ def lost_where(chain: Chain, where: Where) -> tuple[LostAt, sp.Matrix] | None:
 @lru_cache(maxsize=1024)
 def reading_of(generic: Chain, component: Component) -> Reading | None:
     """Return what all configurations of a branch of a structure look like; None where nothing is told."""
-    meanings = read_meanings(generic, singular_samples(generic, component, SAMPLES))
+    more = seen_on(generic, component.pieces())
+    meanings = read_meanings(generic, singular_samples(generic, component, SAMPLES), more)
     if meanings is None or (len(meanings.wrong) < 2 and kind_of(generic, component) is None):
         return None
     return meanings

@@ -9,6 +9,7 @@ Beside the tests of questions, which stand in `CHECKS` below:
 
     numeric_reference   the arm in numbers, by 4 x 4 products and finite differences
     exponentials        the Jacobian by the product of exponentials
+    appearance          what a worked solution says of singular configurations, by moving joints
 """
 
 import re

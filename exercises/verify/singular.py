@@ -19,6 +19,7 @@ from exercises.formula.pieces import pieces
 from exercises.problem import Part
 from exercises.questions.singular import OPTIONS, OfKind, Place
 from exercises.stream import Stream
+from exercises.verify.appearance import said_of_singularities
 from exercises.verify.numeric_reference import (
     ARMS,
     Check,
@@ -54,6 +55,7 @@ def _singular(numeric: NumericReference, part: Part) -> Iterator[Check]:
     claimed = [piece for text in texts for piece in pieces(read(text, numeric.known), joints)]
     yield from _sound(numeric, texts, claimed, joints)
     yield _complete(numeric, claimed, joints)
+    yield from said_of_singularities(numeric)
 
 
 def _sound(numeric: NumericReference, texts: Sequence[str], claimed: list[Any], joints: list[str]) -> Iterator[Check]:

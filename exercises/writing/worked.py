@@ -13,7 +13,7 @@ import sympy as sp
 
 from exercises.arm.axes import slope
 from exercises.arm.chain import TASK_ROWS, Chain, Point
-from exercises.arm.classification import Kind, classify
+from exercises.arm.classification import Kind, by_value, classify
 from exercises.arm.conventions import axes_of
 from exercises.arm.derivation import Derivation, derive, structure, task_velocity
 from exercises.arm.kinematics import NumericChain, frame_behind, joint_rotation, link_frames, link_vector
@@ -527,11 +527,7 @@ class Worked(AxisNames):
         return -plain if other in tex(self.d.determinant, self.chain, self.angles) else plain
 
     def _cases(self, component: Component, kind: Kind) -> tuple[tuple[sp.Symbol, sp.Expr, Kind], ...]:
-        if component.solutions is None or len(component.solutions) != 1 or " or " not in kind.meaning:
-            return ()
-        ((joint, values),) = component.solutions
-        at = [(value, replace(component, solutions=((joint, (value,)),))) for value in values]
-        return tuple((joint, value, classify(self.chain, here)) for value, here in at)
+        return tuple((joint, value, classify(self.chain, here)) for joint, value, here in by_value(component, kind))
 
     @property
     def is_elbow(self) -> bool:

@@ -12,7 +12,7 @@ from exercises.arm.axes import Sample
 from exercises.arm.chain import TASK_ROWS, Chain, Joint
 from exercises.arm.classification import classify, classify_pieces, domain_of, kind_at, kind_is_sure
 from exercises.arm.kinematics import NumericChain
-from exercises.arm.singularity import singular_set
+from exercises.arm.singularity import Component, singular_set
 from exercises.generation import sample_chain
 from exercises.problem import ProblemId
 from tests.support import DATA
@@ -156,6 +156,16 @@ def test_several_conditions_look_like_more_than_one_of_them_does() -> None:
     first, second = "the axes of joints 1 and 3 lie on one line", "the axes of joints 5 and 7 lie on one line"
     assert f"{first}, and {second}" in said
     assert f"{first}, and the wrist centre is as near to the axis of joint 1 as joint 2 can bring it" in said
+
+
+def test_what_is_so_at_many_configurations_of_a_value_but_not_at_all_is_not_said_of_it() -> None:
+    """The point of this arm swings through the axis: near theta3 = 0, a quarter of the poses, far and near swap."""
+    chain = sample_chain(ProblemId("random-3", 10085).varied("full"))
+    (turning,) = [component for component in singular_set(chain) or () if component.conditions == (sp.cos(chain.q[1]),)]
+    for value in (sp.pi / 2, -sp.pi / 2):
+        here = Component(turning.conditions, ((chain.q[1], (value,)),))
+        far_or_near = "as far from or as near to the axis of joint 1 as joint 2 can bring it"
+        assert classify(chain, here).meaning == f"the point is {far_or_near}"
 
 
 @pytest.mark.parametrize("size", [2, 3, 4])

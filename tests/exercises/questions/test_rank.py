@@ -223,6 +223,13 @@ def test_the_kind_is_left_out_where_it_is_not_the_same_everywhere(textbook_arms:
     assert not any("singularity" in option for answer in stretched for option in answer.options)
 
 
+def test_a_meaning_that_fails_in_a_quarter_of_the_configurations_is_not_the_right_one() -> None:
+    problem = generate(ProblemId("random-3", 10085, ("singularity-meaning",)).varied("full"))
+    answer = problem.parts[0].of(Choice)
+    assert "folded" not in answer.options[answer.correct]
+    assert certify(problem).passed
+
+
 @pytest.mark.parametrize("name", ["lost-motion", "singularity-meaning"])
 @of_families(OLD)
 def test_another_letter_fails_the_certificate(family: str, name: str) -> None:
