@@ -6,7 +6,7 @@ import platform
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -78,9 +78,21 @@ def generate(
     say(f"{len(assignment.roster)} students: {said}; hand out {folder / 'released'}, keep {folder / 'solutions'}")
     if counts["rewritten"]:
         note("The assignment, the secret or qdot changed since notebooks were written: hand the new ones out.")
-    for told in (*redrawn_since(assignment, after), *shared_answers(after)):
+    for told in (*redrawn_since(assignment, after), *shared_answers(after), *_of_nobody(after)):
         note(told)
     raise_left_out(after, given_up, record_of)
+
+
+def _of_nobody(assignment: Assignment) -> Iterator[str]:
+    """Yield a line about notebooks that an earlier roster's students have, who are not on it any more."""
+    gone = former_students(assignment)
+    if gone:
+        named = ", ".join(gone[:3]) + (f" and {len(gone) - 3} more" if len(gone) > 3 else "")
+        folder = assignment.folder
+        yield (
+            f"{folder / 'released'} still has notebooks of who is not on the roster ({named}): hand these out to "
+            f"nobody; 'qdot forget {gone[0]} {folder}' removes all that there is of one"
+        )
 
 
 def verify(

@@ -215,11 +215,14 @@ def test_who_was_left_out_does_not_keep_the_others_from_being_graded(
         right = answered(text.decode(), kept(assignment, student).problems, lambda code, _: code)
         (folder / "submitted" / f"{student}.ipynb").write_text(right)
     with one_sandbox():
-        run("grade", folder, "--jobs", "1")
+        result = runner.invoke(app, ["grade", str(folder), "--jobs", "1"])
+    assert result.exit_code == 2  # the pose is still not to be had, so that s3 has no mark, not a zero
+    assert "s3: qdot could not grade this (RuntimeError: no such pose)" in result.stderr
     lines = (folder / "graded" / "results.jsonl").read_text().splitlines()
     results = {line["student"]: line for line in map(json.loads, lines)}
     assert all(results[student]["score"] == results[student]["max_score"] for student in notebooks(folder))
     assert results["s3"]["submission"] is None
+    assert {part["outcome"] for problem in results["s3"]["problems"] for part in problem["parts"]} == {"ungraded"}
 
 
 def test_a_notebook_that_cannot_be_written_is_one_students(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -330,3 +333,16 @@ def test_a_record_of_another_family_is_passed_over(folder: Path) -> None:
     slot = after.slots[1]
     assert after.identity(slot, "s1") == first.identity(slot, "s1") != after.identity(slot, "s2")
     assert after.edition_of("s1") == first.edition == after.edition != after.edition_of("s2")
+
+
+def test_notebooks_of_who_has_left_the_roster_are_told_of(folder: Path) -> None:
+    generate(folder)
+    roster = (folder / "roster.csv").read_text()
+    (folder / "roster.csv").write_text("".join(line for line in roster.splitlines(True) if not line.startswith("s3")))
+    result = runner.invoke(app, ["generate", str(folder), "--jobs", "1"])
+    assert result.exit_code == 0
+    assert "still has notebooks of who is not on the roster (s3): hand these out to nobody" in result.stderr
+    assert f"'qdot forget s3 {folder}'" in result.stderr
+    run("forget", "s3", str(folder), "--yes")
+    result = runner.invoke(app, ["generate", str(folder), "--jobs", "1"])
+    assert "not on the roster" not in result.stderr
