@@ -1,7 +1,7 @@
 """Singular configurations and their type (6.8; Examples 6.2 and 6.3, with the shoulder that the book leaves out)."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import product
 
@@ -55,6 +55,18 @@ class Place:
     joints: dict[sp.Symbol, sp.Expr]
     condition: sp.Expr | None = None
     words: str = ""
+
+
+def components_at(chain: Chain, place: Place) -> tuple[Component, Component] | None:
+    """Return the component on which a place lies, and the part of it with the place's joint values; None off all."""
+    for component in singular_set(chain) or ():
+        if place.condition is not None:
+            if place.condition in component.conditions:
+                return component, component
+        elif component.solutions is not None and all(place.joints[q] in values for q, values in component.solutions):
+            here = tuple((q, (place.joints[q],)) for q, _ in component.solutions)
+            return component, replace(component, solutions=here)
+    return None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -16,7 +16,7 @@ from exercises.arm.axes import Sample
 from exercises.arm.bare import bare, bare_pieces
 from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.classification import Kind, by_value, classify, kinds_at, samples_on
-from exercises.arm.singularity import singular_set
+from exercises.arm.singularity import Component, singular_set
 from exercises.verify.numeric_reference import Check, NumericReference
 
 EACH = 4
@@ -35,7 +35,12 @@ def said_of_singularities(numeric: NumericReference) -> Iterator[Check]:
     for component in singular_set(chain) or ():
         values = [part for _, _, part in by_value(component, classify(chain, component))]
         for part in (component, *values):
-            yield _said(bare(chain), tuple(bare_pieces(chain, part)), classify(chain, part))
+            yield said_of_component(chain, part)
+
+
+def said_of_component(chain: Chain, component: Component) -> Check:
+    """Test what is said of a component of the singular set, or of a part of one."""
+    return _said(bare(chain), tuple(bare_pieces(chain, component)), classify(chain, component))
 
 
 @lru_cache(maxsize=4096)

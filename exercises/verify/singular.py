@@ -17,9 +17,9 @@ from exercises.formula.conditions import Space
 from exercises.formula.expression import read
 from exercises.formula.pieces import pieces
 from exercises.problem import Part
-from exercises.questions.singular import OPTIONS, OfKind, Place
+from exercises.questions.singular import OPTIONS, OfKind, Place, components_at
 from exercises.stream import Stream
-from exercises.verify.appearance import said_of_singularities
+from exercises.verify.appearance import said_of_component, said_of_singularities
 from exercises.verify.numeric_reference import (
     ARMS,
     Check,
@@ -176,6 +176,9 @@ def _type(numeric: NumericReference, part: Part) -> Iterator[Check]:
     kinds = set(map(str, kinds_at(numeric.chain, samples)))
     detail = f"{', '.join(sorted(kinds))} at {len(samples)} configurations"
     yield Check("kind", bool(samples) and kinds == {kind}, detail)
+    found = components_at(numeric.chain, place)
+    if found is not None:
+        yield said_of_component(numeric.chain, found[1])
     if kind == "regular" and place.condition is None and len(numeric.task) == numeric.chain.n:
         yield _regular_throughout(numeric, place)
 

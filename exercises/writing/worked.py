@@ -42,7 +42,7 @@ from exercises.questions.screws import (
     home_screws,
     space_jacobian,
 )
-from exercises.questions.singular import Place
+from exercises.questions.singular import Place, components_at
 from exercises.questions.wrist import block_determinants, not_partitioned, wrist_block
 from exercises.writing.angles import AngleNames, angle_names, arm_angles, link_angles
 from exercises.writing.cases import Case, Cases, Minors, cases_of, minors_of
@@ -555,17 +555,14 @@ class Worked(AxisNames):
 
     def of_place(self, place: Place) -> SingularComponent | None:
         """Return the component that a place lies on, or None where the arm is not singular."""
-        for component in singular_set(self.chain) or ():
-            if place.condition is not None:
-                if place.condition in component.conditions:
-                    return self._classified(component)
-            elif component.solutions is not None and all(
-                place.joints[q] in values for q, values in component.solutions
-            ):
-                here = replace(component, solutions=tuple((q, (place.joints[q],)) for q, _ in component.solutions))
-                conditions = tuple(map(self._as_shown, component.conditions))
-                return SingularComponent(conditions, component.solutions, classify(self.chain, here))
-        return None
+        found = components_at(self.chain, place)
+        if found is None:
+            return None
+        component, here = found
+        if here is component:
+            return self._classified(component)
+        conditions = tuple(map(self._as_shown, component.conditions))
+        return SingularComponent(conditions, component.solutions, classify(self.chain, here))
 
     # --- numbers ---
 

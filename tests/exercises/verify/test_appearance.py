@@ -13,6 +13,7 @@ from exercises.arm.classification import Kind, by_value, classify, samples_on
 from exercises.arm.singularity import Component, singular_set
 from exercises.generation import generate, sample_chain
 from exercises.problem import ProblemId
+from exercises.questions.singular import OfKind
 from exercises.variation import STEPS
 from exercises.verify import appearance, certify
 from exercises.verify.appearance import holds
@@ -100,3 +101,18 @@ def test_a_false_sentence_or_kind_fails_the_certificate(said: Kind, monkeypatch:
     (failure,) = certify(problem).failures
     assert failure.name == "singular-angles: said of theta2 = 0"
     assert said.meaning in failure.detail
+
+
+def test_a_false_sentence_about_one_place_fails_the_certificate(monkeypatch: pytest.MonkeyPatch) -> None:
+    problem = next(
+        found
+        for seed in range(20)
+        if (found := generate(ProblemId("elbow", seed, ("singularity-type",)).varied("chapter"))).parts[0]
+        .about(OfKind).type != "regular"
+    )  # fmt: skip
+    assert certify(problem).passed
+    monkeypatch.setattr(
+        appearance, "classify", lambda *_: Kind("boundary", False, "the point lies on the axis of joint 3")
+    )
+    (failure,) = certify(problem).failures
+    assert failure.name.startswith("singularity-type: said of")
