@@ -19,8 +19,8 @@ from exercises.arm.classification import Kind, by_value, classify, kinds_at, sam
 from exercises.arm.singularity import Component, singular_set
 from exercises.verify.numeric_reference import Check, NumericReference
 
-EACH = 4
-"""Configurations for each piece of a component and each of `samples_on`'s choices of lengths."""
+ARMS, EACH = (5, 20, 80), 4
+"""Choices of lengths, more where there is nothing for fewer, and configurations of each for each piece."""
 
 SAME = 1e-6
 """What counts as zero, in metres or as a sine: samples are singular to about 1e-9."""
@@ -45,13 +45,19 @@ def said_of_component(chain: Chain, component: Component) -> Check:
 
 @lru_cache(maxsize=4096)
 def _said(chain: Chain, pieces: tuple[str, ...], kind: Kind) -> Check:
-    samples = [s for piece in pieces for s in samples_on(chain, piece, "verify/said", each=EACH)]
+    samples = [sample for piece in pieces for sample in _samples(chain, piece)]
     name = f"said of {' or '.join(pieces)}"
     false = [sample for sample in samples if not holds(chain, kind.meaning, sample)]
     if false or not samples:
         where = ", ".join(f"{q} = {value:.4g}" for q, value in zip(chain.q, false[0].q, strict=True)) if false else ""
         return Check(name, False, f"{kind.meaning}: at {len(false)} of {len(samples)} not so, as at {where}")
     return Check(name, _kinds_hold(chain, kind, samples), f"{kind.meaning}; {kind.kind}, at {len(samples)} places")
+
+
+def _samples(chain: Chain, piece: str) -> list[Sample]:
+    """Return configurations on a piece; of more arms where it is there for few lengths, as theta3 = acos(-a2/a3)."""
+    tried = (samples_on(chain, piece, "verify/said", arms, EACH) for arms in ARMS)
+    return next((samples for samples in tried if samples), [])
 
 
 def _kinds_hold(chain: Chain, kind: Kind, samples: Sequence[Sample]) -> bool:

@@ -40,7 +40,7 @@ STILL_SINGULAR = 1e-8
 STILL = 1e-12
 """A step by which nothing moves any more than that is the last one."""
 
-FURTHER_ARMS = 30
+FURTHER_ARMS = 300
 """Choices of lengths to look for a piece of the set in, where those of the numeric do not have it."""
 
 NEAR, AROUND = 1e-5, 0.003

@@ -78,6 +78,11 @@ def test_what_was_said_falsely_once_is_found_out(identity: str) -> None:
     assert classify(chain, here).meaning != words
 
 
+def test_a_piece_that_is_there_for_few_lengths_is_found() -> None:
+    """theta3 = acos(-(a1 + a2)/a3) is there for one arm in sixteen."""
+    assert certify(generate(ProblemId("random-3", 10091, ("singular-angles",)).varied("chapter"))).passed
+
+
 def test_words_that_are_not_known_are_not_so() -> None:
     chain = chain_of("planar-2r/1@chapter")
     assert are_so(chain, ["theta2 = 0"], "arm stretched out") == {True}
