@@ -79,7 +79,7 @@ GRAMIANS = {
 }
 """det(J' J) of arms with fewer joints than rows."""
 
-B, I = "boundary", "internal"  # noqa: E741
+B, I, N = "boundary", "internal", ""  # noqa: E741
 KINDS: dict[str, tuple[str, ...]] = {
     "planar-2r": (B,),
     "elbow-3r": (B, I),
@@ -90,7 +90,7 @@ KINDS: dict[str, tuple[str, ...]] = {
     "planar-rrp": (B,),
     "planar-prr": (B,),
     "planar-3r-pose": (B,),
-    "pan-tilt": (I,),
+    "pan-tilt": (N,),
     "cylindrical": (B,),
     "spherical": (I, I),
     "stanford-6r": (B, B, I),
@@ -102,15 +102,15 @@ KINDS: dict[str, tuple[str, ...]] = {
     "elbow-lateral": (B, B),
     "wrist-zyz": (I,),
     "wrist-rpy": (I,),
-    "scorbot-wrist": (B, I),
-    "scorbot-tip": (B, I),
+    "scorbot-wrist": (N, N),
+    "scorbot-tip": (N, N),
     "puma-560": (I, B, B),
     "anthropomorphic-6r": (B, I, I),
     "industrial-6r": (I, B, I),
-    "ur-6r": (B, I, B),
-    "lbr-7r": (B, I, I, I),
+    "ur-6r": (N, N, N),
+    "lbr-7r": (N, N, N, N),
 }
-"""Kinds of the alternatives, in the order above; boundary where some of their configurations are."""
+"""Kinds of the alternatives, in the order above; boundary where some of their configurations are, none where it is not told."""
 
 KNOWN = [*DETERMINANTS, *COMMON_ZEROS]
 SEVERAL = range(several(2, 4))
