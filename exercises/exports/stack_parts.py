@@ -145,13 +145,16 @@ def share_of(problem: Problem, part: Part, answer: sp.Matrix, equal: Sequence[bo
         varying = _varying(problem, reference)
         if varying and not set(varying) & right:
             share = Fraction(0)
-    if _pivot(problem, reference) is not None and (factor := _factor(problem, answer, reference)) is not None:
+    if _pivot(problem, reference) is not None and (factor := _factor(problem, answer, reference, equal)) is not None:
         off = share_but_for_a_factor(is_sign_wrong=factor.is_negative, is_constant_wrong=factor.is_other)
         share = max(share, off)
     return float(share * credit.worth)
 
 
-def _factor(problem: Problem, answer: sp.Matrix, reference: sp.Matrix) -> Factor | None:
+def _factor(problem: Problem, answer: sp.Matrix, reference: sp.Matrix, equal: Sequence[bool]) -> Factor | None:
+    """Return by what constant factor an answer is off that is not all right."""
+    if any(same and entry != 0 for same, entry in zip(equal, reference, strict=True)):
+        return None  # there it would be 1
     domain = domain_of(problem)
     own, due = ([read(text_of(entry), domain.roles) for entry in matrix] for matrix in (answer, reference))
     return constant_factor(own, due, domain, set(domain.roles) - problem.constants, f"stack/{problem.id}")

@@ -355,6 +355,25 @@ def test_what_is_too_dear_for_stack_is_left_out_and_told(order: Order, monkeypat
     assert len(left) == 5 and not [name for name in left if "position" in name]
 
 
+def test_only_where_the_first_question_test_is_not_cheap_are_the_others_measured(
+    order: Order, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    needs("maxima", MAXIMA)
+    problem = next(iter(bank(replace(order, variants=1)))).problem
+    determinant = asked(problem, next(part for part in problem.parts if part.name == "determinant"))
+    assert not isinstance(determinant, str) and determinant.cases[-1].value == "other1"  # which is 7
+    last = replace(determinant, marking=("for i thru (if is(ans1 = 7) then 10^6 else 1) do 1;",))
+    both = replace(determinant, marking=("for i thru (if is(ans1 = 7) then 2*10^6 else 10^6) do 1;",))
+
+    def measured(bound: float) -> list[float]:
+        monkeypatch.setattr(stack_cost, "NEXT_TO_NOTHING", bound)
+        return stack_cost.costs([last, both]) or []
+
+    (cheap, first), (dear, dearest) = measured(1000.0), measured(0.2)
+    assert cheap < first / 10 and dear < first / 10 and dearest > 1.5 * first
+    assert measured(-1.0)[0] > first / 2
+
+
 @pytest.mark.parametrize("program", [None, "/bin/true"])
 def test_that_costs_were_not_measured_is_told(
     order: Order, monkeypatch: pytest.MonkeyPatch, program: str | None
