@@ -19,7 +19,7 @@ from exercises.arm.chain import TASK_ROWS, Base, Chain, Joint, Point
 from exercises.arm.derivation import TooLong, determinant_of, moves_with_last_link
 from exercises.arm.kinematics import NumericChain, Z, frame_behind
 from exercises.arm.singularity import Conjunction, Search, as_stated, cases_of_zero, common_zeros, tidied
-from exercises.arm.together import may_hold_together
+from exercises.arm.together import may_hold_together, without_needless
 from exercises.arm.trigonometry import Factored, factored
 from exercises.stream import Stream
 
@@ -437,7 +437,7 @@ def _seen_from(chain: Chain, frame: int, about: int, is_zero: Callable[[sp.Expr]
     if () in ways:
         return Found(seen, tuple(eliminated.left), ((),))
     search = Search((*chain.q, *eliminated.marks.values()), is_zero)
-    told = [_without_needless(way, chain.q) for way in tidied(ways, search, "what the rank of J comes down to")]
+    told = [without_needless(way, chain.q) for way in tidied(ways, search, "what the rank of J comes down to")]
     stated = {symbol: condition for condition, symbol in eliminated.marks.items()}
     left = tuple(replace(one, case=_said(one.case, stated)) for one in eliminated.left)
     return Found(seen, left, tuple(tuple(c.xreplace(stated) for c in way) for way in told))
@@ -446,13 +446,3 @@ def _seen_from(chain: Chain, frame: int, about: int, is_zero: Callable[[sp.Expr]
 def _said(case: Conjunction, stated: dict[sp.Symbol, sp.Expr]) -> Conjunction:
     """Return the conditions of a case without marks."""
     return tuple(stated.get(condition, condition) for condition in as_stated(case))
-
-
-def _without_needless(way: Conjunction, joints: tuple[sp.Symbol, ...]) -> Conjunction:
-    """Drop conditions that hold wherever the others do: these and 1 = y times the condition have no common zero."""
-    kept, y = list(way), sp.Symbol("d_y")
-    for condition in sorted(way, key=sp.count_ops, reverse=True):
-        rest = [other for other in kept if other != condition]
-        if len(rest) > 1 and not may_hold_together([*rest, 1 - y * condition], (*joints, y)):
-            kept = rest
-    return tuple(kept)
