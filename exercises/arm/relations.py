@@ -65,7 +65,7 @@ def by_half_angle(factor: sp.Expr, joints: Sequence[sp.Symbol]) -> list[sp.Expr]
 
     >>> q = sp.Symbol("theta3")
     >>> by_half_angle(2 * sp.cos(q) ** 2 + 3 * sp.cos(q) - 3 * sp.sin(q) - 1, [q])
-    [-sin(theta3) + cos(theta3), sin(theta3) + cos(theta3) + 3]
+    [sin(theta3) - cos(theta3), sin(theta3) + cos(theta3) + 3]
     """
     plain = _apart(factor)
     used = [q for q in joints if plain.has(q)]
@@ -94,7 +94,8 @@ def by_half_angle(factor: sp.Expr, joints: Sequence[sp.Symbol]) -> list[sp.Expr]
         if (high, middle) != (low, 0):  # 1 + t^2 is never zero
             found.append(sp.expand((low + high) + (low - high) * sp.cos(q) + middle * sp.sin(q)))
     found = [next((f for f, _ in factored(one).factors if f.has(q)), one) for one in found]
-    return found if left == 0 and found else [factor]
+    in_order = sorted(found, key=lambda one: (sp.count_ops(one), sp.default_sort_key(one)))
+    return in_order if left == 0 and found else [factor]
 
 
 def _apart(condition: sp.Expr) -> sp.Expr:
