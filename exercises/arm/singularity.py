@@ -456,7 +456,10 @@ def _are_apart_at(one: sp.Expr, other: sp.Expr, angle: sp.Expr, known: dict[sp.E
 
 
 def _is_never_zero(expression: sp.Expr, search: Search) -> bool:
-    """Tell of a sum of squares, up to its sign, one of them of what no joint changes, that it is above zero."""
+    """Tell of a sum of squares, up to its sign, one of them of what no joint changes, that it is above zero.
+
+    The same of one that has no real root as a quadratic in a sine, cosine or slide, as (3 cos(theta5) - 2)^2 + 9.
+    """
     plain = sp.expand(expression)
     trigs = plain.atoms(sp.sin, sp.cos)
     real = {
@@ -464,7 +467,11 @@ def _is_never_zero(expression: sp.Expr, search: Search) -> bool:
         for atom in (*trigs, *plain.free_symbols)
     }
     plain = plain.xreplace({trig: real[trig] for trig in trigs}).xreplace(real)
-    return bool(plain.is_positive or plain.is_negative)
+    if plain.is_positive or plain.is_negative:
+        return True
+    quadratics = [sp.Poly(plain, x) for x in plain.free_symbols if not x.is_nonzero]
+    parts = (polynomial.all_coeffs() for polynomial in quadratics if polynomial.degree() == 2)
+    return any(sp.expand(b**2 - 4 * a * c).is_negative for a, b, c in parts)
 
 
 def _settled(conjunction: Conjunction, search: Search) -> Iterator[Conjunction]:

@@ -419,3 +419,13 @@ def test_what_is_put_into_others_rules_ways_out() -> None:
     assert tidied([(slide, A1 + slide * sp.sin(T2), sp.cos(T1))], Search(joints), "") == []
     (way,) = tidied([(slide, sp.sin(T2) + slide * sp.cos(T1))], Search(joints), "")
     assert set(way) == {slide, sp.sin(T2)}
+
+
+def test_two_lines_whose_slopes_are_never_in_line_never_hold_together() -> None:
+    """Of -3 s4 + 3 c4 c5 - 2 c4 and -3 s4 c5 + 2 s4 - 3 c4, what decides is (3 c5 - 2)^2 + 9, without a root."""
+    t4, t5 = sp.symbols("theta4 theta5")
+    s4, c4, c5 = sp.sin(t4), sp.cos(t4), sp.cos(t5)
+    never = (-3 * s4 + 3 * c4 * c5 - 2 * c4, -3 * s4 * c5 + 2 * s4 - 3 * c4)
+    sometimes = (-3 * s4 + 3 * c4 * c5 - 2 * c4, 3 * s4 * c5 - 2 * s4 - 3 * c4)
+    assert tidied([never], Search((t4, t5)), "") == []
+    assert len(tidied([sometimes], Search((t4, t5)), "")) == 1
