@@ -1,4 +1,4 @@
-"""What `qdot solve` tells of where an arm of more than six joints is singular: by elimination, and put to the test."""
+"""What `qdot solve` tells of where a redundant arm is singular: by elimination, and put to the test."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -17,6 +17,8 @@ from exercises.writing.worked import SingularComponent
 
 MOST_SHOWN = 700
 """Operations in all entries of a matrix that is shown."""
+MOST_READ = 40
+"""Terms of an equation that anyone would read."""
 _LOOKED_AT = 20
 
 
@@ -59,6 +61,19 @@ class Redundant:
     described: bool = True
     """Whether it is known what the configurations of its components look like."""
 
+    most_terms: int = MOST_READ
+    """Terms of an equation beyond which it is not written out in a text."""
+
+    def is_long(self, condition: sp.Expr) -> bool:
+        """Tell whether nobody would read a condition."""
+        return bool(condition.is_Add) and len(condition.args) > self.most_terms
+
+    @property
+    def is_cut(self) -> bool:
+        """Whether some condition is not written out."""
+        told = (one for one, rank in zip(self.components, self.ranks, strict=True) if rank is None)
+        return any(self.is_long(condition) for one in told for condition in one.conditions)
+
     @property
     def never(self) -> bool:
         """Whether J was found to keep its rank everywhere, by what was derived."""
@@ -78,7 +93,7 @@ def redundant_stages(chain: Chain) -> Iterator[str | Redundant]:
 
     Raises TooLong.
     """
-    yield "where the rank of J is below 6, by elimination"
+    yield f"where the rank of J is below {len(chain.task)}, by elimination"
     plain, values = plain_chain(chain)
     twists = tuple((symbol, value) for symbol, value in values.items() if symbol not in plain.q)
     found = reciprocal_set(plain, twists)

@@ -154,13 +154,13 @@ def singular_stages(chain: Chain) -> Iterator[str | Kept | Singularities]:
 
     The last of these are all.
     """
-    if applies(chain):
-        yield from _redundant_singular(chain)
-        return
     d = derive(chain)
     what = "the determinant of J" if d.is_square else "the minors of J"
     later = (TESTED, SPECIAL) if chain.parameters else (TESTED,)
     yield what
+    if applies(chain):
+        yield from _redundant_singular(chain)
+        return
     try:
         determinant = d.determinant if d.is_square else None
         if all(minor.is_zero for minor in d.generic_minors):
@@ -231,7 +231,7 @@ def _undecided(conditions: Iterable[sp.Expr], searches: int) -> str:
 
 
 def _redundant_singular(chain: Chain) -> Iterator[str | Kept | Singularities]:
-    """Yield the same of an arm of more than six joints whose six rows all count."""
+    """Yield the same of an arm with more joints than rows, by elimination."""
     try:
         for stage in redundant_stages(chain):
             if isinstance(stage, str):
@@ -364,7 +364,7 @@ def _rows(matrix: sp.Matrix) -> list[list[str]]:
 
 
 def _found_json(found: SingularComponent, sure: bool) -> dict[str, Any]:
-    kind = {"type": found.kind.kind, "uniform": found.kind.uniform} if sure else {}
+    kind = {"type": found.kind.kind, "uniform": found.kind.uniform} if sure and found.kind.kind else {}
     return _component_json(found) | kind | {"meaning": found.kind.meaning or None}
 
 

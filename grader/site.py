@@ -17,11 +17,12 @@ from exercises.exports.bank import bank
 from exercises.exports.outlet import Order as BankOrder
 from exercises.families import FAMILIES
 from exercises.generation import family_named
+from exercises.options import SiteConventionOption, SiteTwistOrderOption
 from exercises.release import CORES
 from exercises.site.build import Order, build
 from exercises.site.pages import docs_folder
 from exercises.site.reference import reference
-from exercises.site.supply import MOST_SEEDS, OF_EACH_STEP, Wanted, of_families, of_variants
+from exercises.site.supply import MOST_SEEDS, OF_EACH_STEP, Told, Wanted, of_families, of_variants
 from exercises.variation import STEPS
 from grader.certify import failures_of
 from grader.commands import Jobs
@@ -49,6 +50,8 @@ def build_site(
         ),
     ] = None,
     variation: SiteVariationOption = "",
+    convention: SiteConventionOption = "",
+    twist_order: SiteTwistOrderOption = "",
     feedback: Annotated[
         str,
         typer.Option(
@@ -62,14 +65,16 @@ def build_site(
     """Build the web site: pages and a bank of certified problems that a browser shows and grades.
 
     Any file server can serve the folder, or GitHub Pages; there is nothing to install on it. What is up to date is
-    kept, so that a build that was stopped goes on where it was. With --assignment, the problems are variants of the
+    kept, so that a build that was stopped goes on where it was. With --convention, all arms are told as a course of
+    another book has them. With --assignment, the problems are variants of the
     assignment's, none of which a student has, and what is told of a wrong answer is what its feedback says; the bank
     has solutions only where that is "solutions". The page judges by itself, with right values in its bank.
     """
     if feedback and feedback not in FEEDBACK:
         raise unknown("level of feedback", feedback, list(FEEDBACK))
     loaded = None if assignment is None else load_assignment(assignment)
-    wanted, titles, course = _wanted(loaded, families, variants, variation, jobs)
+    told = convention, twist_order
+    wanted, titles, course = _wanted(loaded, families, variants, variation, told, jobs)
     level = feedback or (FEEDBACK[-1] if loaded is None else loaded.feedback)
     commands = reference(context.find_root().command)
     order = Order(out, wanted, titles, failures_of, min(jobs, len(wanted)), commands, docs_folder(), course, level)
@@ -88,13 +93,18 @@ def build_site(
 
 
 def _wanted(
-    loaded: Assignment | None, families: str, variants: int | None, variation: str, jobs: int
+    loaded: Assignment | None, families: str, variants: int | None, variation: str, told: Told, jobs: int
 ) -> tuple[list[Wanted], list[tuple[str, str, str]], str]:
     if loaded is None:
         names = [family_named(name.strip()).name for name in families.split(",") if name.strip()] or list(FAMILIES)
         titles = [(name, FAMILIES[name].title, FAMILIES[name].source) for name in names]
         many = variants or OF_EACH_STEP * (1 if variation else len(STEPS))
-        return of_families(names, many, variation), titles, ""
+        return of_families(names, many, variation, *told), titles, ""
+    if any(told):
+        raise QdotError(
+            "--convention and --twist-order are for a site of families; an assignment says them itself, as in "
+            'convention = "screws" in assignment.toml'
+        )
     if variation:
         loaded = loaded.varied(variation)
     made = list(bank(BankOrder(loaded, failures_of, variants or OF_EACH_PROBLEM, jobs=jobs, note=note)))

@@ -6,7 +6,8 @@ From the bottom up:
     told                        table, base and point as an arm's convention tells them; which frame is on which axis
     kinematics, trigonometry    frames and Jacobians; exact equality of trigonometric polynomials, and textbook factors
     derivation                  all results, by both routes, once per structure
-    together, singularity       whether conditions ever hold together; where the Jacobian loses rank
+    together, relations         whether conditions ever hold together; what one says of a joint, put into others
+    singularity                 where the Jacobian loses rank
     axes, reason                how axes lie at a configuration; whether that is why it is singular
     bare                        an arm without what its singularities do not hang on: arms of a class share it
     reach, three_joints         which places can be reached: by plane arms and what carries them, by three joints

@@ -39,8 +39,9 @@ from exercises.errors import QdotError
 
 Values = dict[sp.Symbol, sp.Expr]
 
-MOST_TERMS = 3000
-"""Terms that the maximal minors of a Jacobian may have together. The seven of a Panda have 400."""
+MOST_TERMS, LONG = 3000, 1500
+"""Terms that the maximal minors of a Jacobian may have together, and beyond which another way is shorter where there is
+one. The seven of a Panda have 400."""
 
 
 class TooLong(QdotError):
@@ -218,6 +219,12 @@ def _expanded_minors(chain: Chain) -> tuple[sp.Expr, ...] | None:
         if terms > MOST_TERMS:
             return None
     return tuple(minors)
+
+
+def minors_are_long(chain: Chain) -> bool:
+    """Tell whether the maximal minors of the task Jacobian have so many terms that nobody would read them."""
+    minors = _expanded_minors(structure(chain).chain)
+    return minors is None or sum(len(sp.Add.make_args(minor)) for minor in minors) > LONG
 
 
 def _generic_minors(chain: Chain) -> tuple[Factored, ...]:

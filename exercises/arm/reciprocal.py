@@ -1,10 +1,12 @@
-"""Where an arm of more than six joints is singular, by elimination in its Jacobian rather than by its minors.
+"""Where an arm with more joints than its task has rows is singular, by elimination rather than by minors.
 
 J (6 x n) loses rank where a wrench does no work at any joint (is reciprocal to all n screws). Rank depends neither on
 the frame nor on the point of the last link in which J is written. Seen from the middle of the arm, about a point in
 which axes meet, most entries are zero; a row and a column with an entry that is never zero fall away, and with them a
 condition on the wrench: three axes that meet in S leave a force through S, to be met by all other axes. What is left is
 a small matrix in few angles, whose rank is looked at case by case.
+
+Of a position (vx, vy, vz), the wrench is a force at P, and only the frame is free.
 """
 
 from collections.abc import Callable, Iterator
@@ -16,13 +18,14 @@ import numpy as np
 import sympy as sp
 
 from exercises.arm.chain import TASK_ROWS, Base, Chain, Joint, Point
-from exercises.arm.derivation import TooLong, determinant_of, moves_with_last_link
+from exercises.arm.derivation import TooLong, determinant_of, minors_are_long, moves_with_last_link
 from exercises.arm.kinematics import NumericChain, Z, frame_behind
 from exercises.arm.singularity import Conjunction, Search, as_stated, cases_of_zero, common_zeros, tidied
-from exercises.arm.together import may_hold_together
+from exercises.arm.together import may_hold_together, without_needless
 from exercises.arm.trigonometry import Factored, factored
 from exercises.stream import Stream
 
+_POSITION = TASK_ROWS[:3]
 MOST_LEFT = 400
 """Cases that are looked at."""
 TRIED, SHORT = 2, 200
@@ -33,10 +36,10 @@ _NOTHING = sp.Float("1e-20")
 
 @dataclass(frozen=True)
 class Reduction:
-    """J of an arm as short as it gets: seen from frame `frame`, about the origin of frame `about`."""
+    """J of an arm as short as it gets: seen from frame `frame`, about the origin of frame `about`, or about P."""
 
     frame: int
-    about: int
+    about: int | None
     matrix: sp.ImmutableMatrix
 
 
@@ -55,9 +58,15 @@ class Left:
 
 
 def applies(chain: Chain) -> bool:
-    """Tell whether all six rows count, of the last link, for more than six joints."""
-    redundant = chain.n > len(TASK_ROWS) and set(chain.task) == set(TASK_ROWS)
-    return redundant and moves_with_last_link(plain_chain(chain)[0])
+    """Tell whether all six rows count, of the last link, for more than six joints.
+
+    So it is where the position alone counts, for more than three joints, and minors are long.
+    """
+    if chain.n <= len(chain.task):
+        return False
+    if set(chain.task) == set(_POSITION):
+        return minors_are_long(chain)
+    return set(chain.task) == set(TASK_ROWS) and moves_with_last_link(plain_chain(chain)[0])
 
 
 def plain_chain(chain: Chain) -> tuple[Chain, dict[sp.Symbol, sp.Expr]]:
@@ -100,40 +109,56 @@ def _is_plain(value: sp.Expr) -> bool:
     return not roots and all(number.is_Rational for number in numbers)
 
 
-def _sparsest(chain: Chain) -> list[tuple[int, int]]:
-    """Return frames, and those whose origin is the point, by how many entries of J are zero; the middle ones first."""
+def _sparsest(chain: Chain) -> list[tuple[int, int | None]]:
+    """Return frames, and those whose origin is the point, by how many entries of J are zero; the middle ones first.
+
+    Where the position counts, the point is P.
+    """
+    middle = [frame for frame in range(chain.n) if abs(2 * frame - chain.n) < 2]
+    if set(chain.task) == set(_POSITION):
+        return [(frame, None) for frame in reversed(middle) if frame <= chain.point.frame] or [
+            (chain.point.frame, None)
+        ]
     draws = Stream("sparsest")
     values = {symbol.name: draws.uniform(0.4, 1.4) for symbol in chain.parameters}
     frames = NumericChain(chain, values).frames(np.array([draws.uniform(-3, 3) for _ in chain.q]))
     z, origins = frames[:-1, :3, 2], frames[:-1, :3, 3]
     turns = np.array([joint.kind == "R" for joint in chain.joints])[:, None]
     found = []
-    middle = [frame for frame in range(chain.n) if abs(2 * frame - chain.n) < 2]
     for frame, about in product(middle, range(chain.n + 1)):
         rotation, point = frames[frame, :3, :3], frames[about, :3, 3]
         linear, angular = np.where(turns, np.cross(z, point - origins), z) @ rotation, (z * turns) @ rotation
         zeros = np.abs(np.hstack([linear, angular])) < _ZERO
         key = -int(zeros.sum()), abs(2 * frame - chain.n), abs(about - frame), frame, about
         found.append((key, zeros.tobytes()))
-    patterns: dict[bytes, tuple[int, int]] = {}
+    patterns: dict[bytes, tuple[int, int | None]] = {}
     for key, pattern in sorted(found):
         patterns.setdefault(pattern, (key[3], key[4]))
     return list(patterns.values())
 
 
-def _seen(chain: Chain, frame: int, about: int) -> sp.ImmutableMatrix:
-    """Return J of the last link seen from a frame, with the origin of another as the point, 6 x n."""
-    between = frame_behind(chain.joints[min(frame, about) : max(frame, about)])
-    point = between.origin if about >= frame else -(between.rotation.T * between.origin)
+def _seen(chain: Chain, frame: int, about: int | None) -> sp.ImmutableMatrix:
+    """Return J of the last link seen from a frame, with the origin of another as the point, 6 x n.
+
+    Without another, it is that of P, 3 x n; the frame is none behind that in which P is fixed.
+    """
+    end = chain.point.frame if about is None else about
+    between = frame_behind(chain.joints[min(frame, end) : max(frame, end)])
+    point = between.origin if end >= frame else -(between.rotation.T * between.origin)
+    if about is None:
+        point += between.rotation * sp.Matrix(chain.point.offset)
     columns = []
     for i, joint in enumerate(chain.joints):
+        if about is None and i >= end:
+            columns.append(sp.zeros(3, 1))
+            continue
         way = frame_behind(chain.joints[min(i, frame) : max(i, frame)])
         if i < frame:
             z, origin = way.rotation.T * Z, -(way.rotation.T * way.origin)
         else:
             z, origin = way.rotation * Z, way.origin
         linear, angular = (z.cross(point - origin), z) if joint.kind == "R" else (z, sp.zeros(3, 1))
-        columns.append(linear.col_join(angular))
+        columns.append(linear if about is None else linear.col_join(angular))
     return sp.ImmutableMatrix(sp.Matrix.hstack(*columns).applyfunc(_tidy))
 
 
@@ -430,14 +455,14 @@ def _size(found: Found) -> int:
     return sum(int(sp.count_ops(condition)) for way in found.ways for condition in way)
 
 
-def _seen_from(chain: Chain, frame: int, about: int, is_zero: Callable[[sp.Expr], bool]) -> Found:
+def _seen_from(chain: Chain, frame: int, about: int | None, is_zero: Callable[[sp.Expr], bool]) -> Found:
     seen = Reduction(frame, about, _seen(chain, frame, about))
     eliminated = _Eliminated(Search(chain.q, is_zero))
     ways = list(eliminated.ways(sp.Matrix(seen.matrix), tuple(range(1, chain.n + 1)), ()))
     if () in ways:
         return Found(seen, tuple(eliminated.left), ((),))
     search = Search((*chain.q, *eliminated.marks.values()), is_zero)
-    told = [_without_needless(way, chain.q) for way in tidied(ways, search, "what the rank of J comes down to")]
+    told = [without_needless(way, chain.q) for way in tidied(ways, search, "what the rank of J comes down to")]
     stated = {symbol: condition for condition, symbol in eliminated.marks.items()}
     left = tuple(replace(one, case=_said(one.case, stated)) for one in eliminated.left)
     return Found(seen, left, tuple(tuple(c.xreplace(stated) for c in way) for way in told))
@@ -446,13 +471,3 @@ def _seen_from(chain: Chain, frame: int, about: int, is_zero: Callable[[sp.Expr]
 def _said(case: Conjunction, stated: dict[sp.Symbol, sp.Expr]) -> Conjunction:
     """Return the conditions of a case without marks."""
     return tuple(stated.get(condition, condition) for condition in as_stated(case))
-
-
-def _without_needless(way: Conjunction, joints: tuple[sp.Symbol, ...]) -> Conjunction:
-    """Drop conditions that hold wherever the others do: these and 1 = y times the condition have no common zero."""
-    kept, y = list(way), sp.Symbol("d_y")
-    for condition in sorted(way, key=sp.count_ops, reverse=True):
-        rest = [other for other in kept if other != condition]
-        if len(rest) > 1 and not may_hold_together([*rest, 1 - y * condition], (*joints, y)):
-            kept = rest
-    return tuple(kept)

@@ -13,11 +13,14 @@ import sympy as sp
 
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import Derivation, TooLong, derive
-from exercises.arm.together import may_hold_together
+from exercises.arm.relations import Relation, by_half_angle, relation_of
+from exercises.arm.together import follows, may_hold_together, without_needless
 from exercises.arm.trigonometry import Factored, factored, substitute
 
 MOST_WAYS, MOST_PARTS = 300, 40
 """Ways in which minors vanish together that are looked at, and those of them that anyone would read."""
+MOST_ZEROS = 10_000
+"""How much work it may be to see of long conditions that they follow from others, as `together` counts it."""
 _NOTHING = sp.Float("1e-20")
 RIGHT_ANGLES = (sp.S.Zero, sp.pi / 2, sp.pi, -sp.pi / 2)
 
@@ -113,12 +116,27 @@ def _zeros(derivation: Derivation) -> Zeros:
 def _filled(derivation: Derivation, zeros: Zeros) -> Iterator[tuple[tuple[sp.Expr, ...], bool]]:
     """Yield what vanishes together, with the numbers of the arm, and whether it may.
 
-    What does so for lengths in general is not tried again with those of each arm.
+    What does so for lengths in general is not tried again with those of each arm. Of more conditions than it takes to
+    lower the rank of a matrix of this shape, those that follow from the others are left out, where they do so with the
+    arm's own numbers, too.
     """
+    chain = derivation.chain
+    enough = abs(chain.n - len(chain.task)) + 1
     for conjunction in zeros or ():
         conditions = tuple(derivation.fill(condition) for condition in conjunction)
         may = _hold_in_general(conjunction, derivation.generic_joints)
-        yield conditions, may or may_hold_together(conditions, derivation.chain.q)
+        may = may or may_hold_together(conditions, chain.q)
+        if may and len(conjunction) > enough:
+            needed = tuple(map(derivation.fill, _needed_in_general(conjunction, derivation.generic_joints)))
+            needless = (condition for condition in conditions if condition not in needed)
+            if conditions == conjunction or all(follows(c, needed, chain.q, MOST_ZEROS) for c in needless):
+                conditions = needed
+        yield conditions, may
+
+
+@lru_cache(maxsize=4096)
+def _needed_in_general(conjunction: Conjunction, joints: Joints) -> Conjunction:
+    return without_needless(conjunction, joints, MOST_ZEROS)
 
 
 @lru_cache(maxsize=4096)
@@ -355,6 +373,9 @@ def tidied(conjunctions: Iterable[Conjunction], search: Search, what: str) -> li
     Cases that differ in the root of a factor are one. Raises TooLong, which says what it is that vanishes.
     """
     merged = _merged(list(conjunctions))
+    settled = [leaf for conjunction in merged for leaf in _settled(conjunction, search)]
+    if settled != merged:
+        merged = _merged(settled)
     if len(merged) > MOST_PARTS:
         raise TooLong(f"{what} vanish together in more than {MOST_PARTS} ways, too many to read")
     stated = [as_stated(conjunction) for conjunction in _without_special_cases(merged)]
@@ -435,7 +456,10 @@ def _are_apart_at(one: sp.Expr, other: sp.Expr, angle: sp.Expr, known: dict[sp.E
 
 
 def _is_never_zero(expression: sp.Expr, search: Search) -> bool:
-    """Tell of a sum of squares, up to its sign, one of them of what no joint changes, that it is above zero."""
+    """Tell of a sum of squares, up to its sign, one of them of what no joint changes, that it is above zero.
+
+    The same of one that has no real root as a quadratic in a sine, cosine or slide, as (3 cos(theta5) - 2)^2 + 9.
+    """
     plain = sp.expand(expression)
     trigs = plain.atoms(sp.sin, sp.cos)
     real = {
@@ -443,7 +467,49 @@ def _is_never_zero(expression: sp.Expr, search: Search) -> bool:
         for atom in (*trigs, *plain.free_symbols)
     }
     plain = plain.xreplace({trig: real[trig] for trig in trigs}).xreplace(real)
-    return bool(plain.is_positive or plain.is_negative)
+    if plain.is_positive or plain.is_negative:
+        return True
+    quadratics = [sp.Poly(plain, x) for x in plain.free_symbols if not x.is_nonzero]
+    parts = (polynomial.all_coeffs() for polynomial in quadratics if polynomial.degree() == 2)
+    return any(sp.expand(b**2 - 4 * a * c).is_negative for a, b, c in parts)
+
+
+def _settled(conjunction: Conjunction, search: Search) -> Iterator[Conjunction]:
+    """Yield what a conjunction comes to when what its conditions say of joints is put into the others.
+
+    A long condition may have been taken before the one that fixes a joint in it: there it is shorter, has factors of
+    its own, or follows from the others.
+    """
+    open_ones = [condition for condition in conjunction if getattr(condition, "func", None) != _AT]
+    marks = [condition for condition in conjunction if condition not in open_ones]
+    for one in (*marks, *open_ones):  # what has a value is never given another one
+        put = _putting(one, search)
+        moved = [c for c in open_ones if c != one and put is not None and put.is_in(c)]
+        if put is None or not moved:
+            continue
+        ways = (_factors_with(put, condition, search) for condition in moved)
+        kept = tuple(condition for condition in conjunction if condition not in moved)
+        for leaf in _branches([way for way in ways if way is not None], search):
+            yield from _settled(tuple(dict.fromkeys((*kept, *leaf))), search)
+        return
+    yield conjunction
+
+
+def _putting(condition: sp.Expr, search: Search) -> Relation | None:
+    """Return what a condition, or a mark, puts in the place of a joint, None where that is nothing for sure."""
+    if getattr(condition, "func", None) != _AT:
+        return relation_of(condition, search.joints, lambda constant: search.moving(factored(constant)) is not None)
+    ((joint, value),) = _value_at(*condition.args).items()
+    return Relation(joint, value)
+
+
+def _factors_with(put: Relation, condition: sp.Expr, search: Search) -> list[sp.Expr] | None:
+    """Return the factors of which one vanishes where a condition holds with what is put into it; None where it does."""
+    factors = search.moving(factored(put.put_into(condition)))
+    if factors is None:
+        return None
+    left = [factor for factor in factors if factor not in put.beside]
+    return [piece for factor in left for piece in by_half_angle(factor, search.joints)]
 
 
 def _without_special_cases(conjunctions: list[Conjunction]) -> list[Conjunction]:

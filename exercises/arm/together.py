@@ -34,18 +34,41 @@ class _Undecided(Exception):
     """Something that has no place in the field is in a condition."""
 
 
-def may_hold_together(conditions: Sequence[sp.Expr], joints: Sequence[sp.Symbol]) -> bool:
-    """Tell whether conditions have a common zero, for lengths that nothing is special about; True if undecided."""
+def may_hold_together(conditions: Sequence[sp.Expr], joints: Sequence[sp.Symbol], most_zeros: int = MOST_ZEROS) -> bool:
+    """Tell whether conditions have a common zero, for lengths that nothing is special about; True if undecided.
+
+    With more `most_zeros`, it may take longer, and decides more.
+    """
     plain = [_expanded(condition) for condition in conditions]
     try:
         field = _Field(joints, _prime(frozenset().union(*map(_roots_in, plain))))
         polynomials = [_put({}, field.polynomial(condition), field.prime) for condition in plain]
     except _Undecided:
         return True
-    return _may_vanish(polynomials, tuple(field.circles.values()), field.prime)
+    return _may_vanish(polynomials, tuple(field.circles.values()), field.prime, most_zeros)
 
 
-def _may_vanish(polynomials: Sequence[sp.Expr], circles: Sequence[Pair], prime: int) -> bool:
+def follows(
+    condition: sp.Expr, given: Sequence[sp.Expr], joints: Sequence[sp.Symbol], most_zeros: int = MOST_ZEROS
+) -> bool:
+    """Tell whether a condition was seen to hold wherever others do: these and 1 = y times it have no common zero."""
+    y = sp.Symbol("d_y")
+    return not may_hold_together([*given, 1 - y * condition], (*joints, y), most_zeros)
+
+
+def without_needless(
+    conditions: Sequence[sp.Expr], joints: Sequence[sp.Symbol], most_zeros: int = MOST_ZEROS
+) -> tuple[sp.Expr, ...]:
+    """Return conditions without those that follow from the others, the longest of which are left out first."""
+    kept = list(conditions)
+    for condition in sorted(conditions, key=sp.count_ops, reverse=True):
+        rest = [other for other in kept if other != condition]
+        if len(rest) > 1 and follows(condition, rest, joints, most_zeros):
+            kept = rest
+    return tuple(kept)
+
+
+def _may_vanish(polynomials: Sequence[sp.Expr], circles: Sequence[Pair], prime: int, most_zeros: int) -> bool:
     """Tell whether polynomials may have a common zero, with each pair of unknowns on its circle.
 
     What fixes a joint by itself is put into the others first, which are few and short then, one point after the other.
@@ -55,8 +78,9 @@ def _may_vanish(polynomials: Sequence[sp.Expr], circles: Sequence[Pair], prime: 
         points = _points(polynomial, circles, prime)
         if points is not None:
             rest = [other for other in polynomials if other is not polynomial]
-            return any(_may_vanish([_put(at, other, prime) for other in rest], circles, prime) for at in points)
-    return _has_zero(polynomials, circles, prime)
+            there = ([_put(at, other, prime) for other in rest] for at in points)
+            return any(_may_vanish(others, circles, prime, most_zeros) for others in there)
+    return _has_zero(polynomials, circles, prime, most_zeros)
 
 
 def _points(polynomial: sp.Expr, circles: Sequence[Pair], prime: int) -> list[Point] | None:
@@ -94,12 +118,12 @@ def _put(point: Point, polynomial: sp.Expr, prime: int) -> sp.Expr:
     return sp.Poly(plain, *unknowns, modulus=prime).as_expr() if unknowns else sp.Integer(int(plain) % prime)
 
 
-def _has_zero(polynomials: Sequence[sp.Expr], circles: Sequence[Pair], prime: int) -> bool:
+def _has_zero(polynomials: Sequence[sp.Expr], circles: Sequence[Pair], prime: int, most_zeros: int) -> bool:
     """Tell the same by a basis. Where that would take long, some of them, the shortest, may show that there is none."""
     chosen: list[sp.Expr] = []
     for polynomial in sorted(polynomials, key=lambda one: (len(sp.Add.make_args(one)), str(one))):
         system = _with_circles([*chosen, polynomial], circles)
-        if _is_short(system):
+        if _is_short(system, most_zeros):
             chosen.append(polynomial)
     system = _with_circles(chosen, circles)
     unknowns = _unknowns(system)
@@ -118,13 +142,13 @@ def _unknowns(polynomials: Sequence[sp.Expr]) -> list[sp.Symbol]:
     return sorted({symbol for polynomial in polynomials for symbol in polynomial.free_symbols}, key=str)
 
 
-def _is_short(system: Sequence[sp.Expr]) -> bool:
+def _is_short(system: Sequence[sp.Expr], most_zeros: int) -> bool:
     """Tell whether a basis is worked out in no time."""
     unknowns = _unknowns(system)
     terms = sum(len(sp.Add.make_args(polynomial)) for polynomial in system)
     if len(unknowns) > MOST_UNKNOWNS or terms > MOST_TERMS:
         return False
-    return not unknowns or prod(sp.Poly(polynomial, *unknowns).total_degree() for polynomial in system) <= MOST_ZEROS
+    return not unknowns or prod(sp.Poly(polynomial, *unknowns).total_degree() for polynomial in system) <= most_zeros
 
 
 def _expanded(condition: sp.Expr) -> sp.Expr:

@@ -66,7 +66,7 @@ def _write(state: _State, wanted: Wanted) -> Json | GivenUp:
     folder, failures, solved = state
     path = folder / FOLDER / wanted.family / f"{wanted.key}.json"
     problem_id = wanted.problem and wanted.problem.id
-    drawn_as = f"{wanted.seed}/{wanted.asked}/{wanted.share}/{wanted.variation}/{problem_id}"
+    drawn_as = f"{wanted.seed}/{wanted.asked}/{wanted.share}/{wanted.variation}/{wanted.told}/{problem_id}"
     about = f"{code()}/{_texts()}/{drawn_as}"
     made_from = hashlib.sha256(about.encode()).hexdigest()  # a seed is not to be read from the bank
     if not solved:

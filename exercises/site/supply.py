@@ -33,13 +33,18 @@ LOOKED_FURTHER = 4
 """So many times the arms that are wanted are looked through for different ones: lengths alone make few."""
 
 
+Told = tuple[str, str]
+"""A convention, and an order of twists; "" of what is a family's own."""
+
+
 @dataclass(frozen=True)
 class Wanted:
     """A problem that is wanted in the bank: under which family and key, and what it is.
 
     `asked` are its questions: none stands for all of the chapter's that apply, QUIZ for a short one of each form.
     `variation` is how far its arm leads away from the chapter's. With `share`, which of so many shares, the arm is one
-    that there is already, and it is asked a share of what comes with other numbers.
+    that there is already, and it is asked a share of what comes with other numbers. `told` is the convention in which
+    the arm is told, and the order of its twists, both "" where they are the family's.
     """
 
     family: str
@@ -49,6 +54,7 @@ class Wanted:
     variation: str = DEFAULT
     problem: Problem | None = None
     share: tuple[int, int] | None = None
+    told: Told = ("", "")
 
     def made(self, draw: int = 1) -> Problem:
         """Return the problem; draws after the first have seeds that nobody else wants."""
@@ -56,11 +62,11 @@ class Wanted:
             return self.problem
         questions = self.asked
         if questions == (QUIZ,):
-            questions = short_quiz(self.family)
+            questions = short_quiz(self.family, self.told[0])
         elif self.share is not None:
-            questions = dealt(drawn_questions(self.family), *self.share)
+            questions = dealt(drawn_questions(self.family, self.told), *self.share)
         seed = self.seed + (draw - 1) * MOST_SEEDS
-        return generate(ProblemId(self.family, seed, questions, variation=self.variation))
+        return generate(ProblemId(self.family, seed, questions, variation=self.variation).told(*self.told))
 
     def certified(self, failures: Failures) -> Problem | GivenUp:
         """Return the first draw that passes its certificate. Raises QdotError for a problem that has no other draws."""
@@ -80,24 +86,30 @@ def of_variants(variants: Sequence[Variant]) -> list[Wanted]:
     return [Wanted(variant.slot.name, variant.key, problem=variant.problem) for variant in variants]
 
 
-def of_families(names: Sequence[str], variants: int, variation: str = "") -> list[Wanted]:
+def of_families(
+    names: Sequence[str], variants: int, variation: str = "", convention: str = "", twist_order: str = ""
+) -> list[Wanted]:
     """Return so many arms of each family; every second of the first ones also has short questions.
 
-    Where no `variation` is asked for, the arms of a family climb its steps, over and over.
+    Where no `variation` is asked for, the arms of a family climb its steps, over and over. All of them are told in a
+    `convention`, with twists in an order, where these are named. Raises QdotError for what is none.
     """
+    identity = ProblemId(names[0], 0).told(convention, twist_order)
+    told = identity.convention, identity.twist_order
     steps = [named(variation)] if variation else list(STEPS)
     problems: list[Wanted] = []
     for name in names:
         climbing = (range(at, variants + 1, len(steps)) for at in range(1, len(steps) + 1))
-        arms = [arm for step, seeds in zip(steps, climbing, strict=True) for arm in _of_step(name, step, seeds)]
+        each = zip(steps, climbing, strict=True)
+        arms = [replace(arm, told=told) for step, seeds in each for arm in _of_step(name, step, seeds, told)]
         for arm in sorted(arms, key=lambda arm: arm.seed):
             problems.append(arm)
             if arm.seed % 2 and arm.seed <= QUIZ_SEEDS and not FAMILIES[name].varied:
-                problems.append(Wanted(name, f"{arm.key}-{QUIZ}", arm.seed, (QUIZ,), arm.variation))
+                problems.append(Wanted(name, f"{arm.key}-{QUIZ}", arm.seed, (QUIZ,), arm.variation, told=told))
     return problems
 
 
-def _of_step(family: str, step: str, seeds: range) -> Iterator[Wanted]:
+def _of_step(family: str, step: str, seeds: range, told: Told) -> Iterator[Wanted]:
     """Yield as many arms of a step as there are seeds: different ones first, then such as are there already."""
     if not seeds:
         return
@@ -105,7 +117,7 @@ def _of_step(family: str, step: str, seeds: range) -> Iterator[Wanted]:
     wanted = partial(_wanted, family, step)
     yield wanted(fresh[0])
     for place, seed in enumerate(fresh[1:]):
-        yield replace(wanted(seed), asked=dealt(listed(family).questions, place, len(fresh) - 1))
+        yield replace(wanted(seed), asked=dealt(_questions(family, told[0]), place, len(fresh) - 1))
     for place, seed in enumerate(again):
         yield replace(wanted(seed), share=(place, len(again)))
 
@@ -144,9 +156,14 @@ def dealt(names: Sequence[str], place: int, places: int) -> tuple[str, ...]:
 
 
 @lru_cache(maxsize=4)
-def drawn_questions(family: str) -> tuple[str, ...]:
+def _questions(family: str, convention: str) -> tuple[str, ...]:
+    return listed(family, convention).questions
+
+
+@lru_cache(maxsize=4)
+def drawn_questions(family: str, told: Told = ("", "")) -> tuple[str, ...]:
     """Return what is asked in other numbers of the same arm, as a pose or rates are drawn for it."""
-    step = next(iter(STEPS))
-    drawn = [generate(ProblemId(family, seed, listed(family).questions, variation=step)) for seed in DRAWN_FROM]
-    told = [[json.dumps([part.answer.as_json(), repr(part.details)]) for part in problem.parts] for problem in drawn]
-    return tuple(part.name for part, *ways in zip(drawn[0].parts, *told, strict=True) if len(set(ways)) > 1)
+    step, asked = next(iter(STEPS)), _questions(family, told[0])
+    drawn = [generate(ProblemId(family, seed, asked, variation=step).told(*told)) for seed in DRAWN_FROM]
+    read = [[json.dumps([part.answer.as_json(), repr(part.details)]) for part in problem.parts] for problem in drawn]
+    return tuple(part.name for part, *ways in zip(drawn[0].parts, *read, strict=True) if len(set(ways)) > 1)

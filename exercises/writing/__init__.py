@@ -3,7 +3,7 @@
 From formulas to whole texts:
 
     gathering                   sums gathered by the joint that turns the whole arm
-    angles                      one name for each angle of an arm
+    angles, turns               one name for each angle of an arm; its constant angles in the place of roots
     latex, typeset              formulas laid out: SymPy's as the textbook has them, and what somebody typed
     fit                         wide formulas on several lines
     typst                       our Markdown for Typst

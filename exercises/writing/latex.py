@@ -15,6 +15,7 @@ from exercises.formula.layout import Layout, Pieces, number, row, script
 from exercises.formula.order import COMPONENT, NAMED_ANGLE, decimal, joint_sum, moves
 from exercises.formula.printers.latex import latex
 from exercises.writing.angles import AngleNames
+from exercises.writing.turns import turns_of, with_turns
 
 _FUNCTIONS = {
     **{getattr(sp, name): Layout("word", name) for name in ("sin", "cos", "tan", "exp")},
@@ -225,13 +226,15 @@ def tex_zero(condition: sp.Expr, chain: Chain | None = None, angles: AngleNames 
 
 def laid_out(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: AngleNames | None = None) -> Layout:
     """Return an expression or matrix laid out in the textbook's notation, with names for angles if given."""
-    prismatic = () if chain is None else prismatic_joints(chain)
+    prismatic, turns = ((), ()) if chain is None else (prismatic_joints(chain), turns_of(chain))
     expression = sp.sympify(expression)
     if angles is not None:
         expression = angles.put_into(expression)
     if not isinstance(expression, sp.MatrixBase):
-        return row(*_pieces_of(expression, prismatic))
-    return row(layout.matrix([[_pieces_of(entry, prismatic) for entry in entries] for entries in expression.tolist()]))
+        return row(*_pieces_of(expression, prismatic, turns))
+    return row(
+        layout.matrix([[_pieces_of(entry, prismatic, turns) for entry in entries] for entries in expression.tolist()])
+    )
 
 
 def prismatic_joints(chain: Chain) -> tuple[str, ...]:
@@ -240,42 +243,9 @@ def prismatic_joints(chain: Chain) -> tuple[str, ...]:
 
 
 @lru_cache(maxsize=1024)
-def _pieces_of(expression: sp.Expr, prismatic: tuple[str, ...]) -> Pieces:
+def _pieces_of(expression: sp.Expr, prismatic: tuple[str, ...], turns: tuple[sp.Expr, ...]) -> Pieces:
     """Lay out an expression; kept, for many are shown again: in a step, its result, and another part."""
-    return _Setter(prismatic).pieces(_with_turns(expression))
-
-
-_ROOTS = sp.sqrt(2), sp.sqrt(6)
-
-
-def _with_turns(expression: sp.Expr) -> sp.Expr:
-    """Return an expression with cos(15) and sin(15 degrees) for (sqrt(6) + sqrt(2))/4 and (sqrt(6) - sqrt(2))/4."""
-    if not expression.has(_ROOTS[1]):
-        return expression
-    return expression.replace(lambda part: part.is_Add, _with_turns_in_sum)
-
-
-def _with_turns_in_sum(total: sp.Expr) -> sp.Expr:
-    """Return a sum in which two terms that differ in their roots of 2 and 6 only are one."""
-    numbers: dict[sp.Expr, dict[sp.Expr, sp.Expr]] = {}
-    others = []
-    for term in total.args:
-        number, product = term.as_coeff_Mul()
-        root = next((root for root in _ROOTS if root in sp.Mul.make_args(product)), None)
-        if root is None:
-            others.append(term)
-        else:
-            numbers.setdefault(product / root, {})[root] = number
-    terms = [term for rest, each in numbers.items() for term in _as_turn(rest, each)]
-    return sp.Add(*others, *terms) if len(terms) + len(others) < len(total.args) else total
-
-
-def _as_turn(rest: sp.Expr, numbers: dict[sp.Expr, sp.Expr]) -> list[sp.Expr]:
-    small, large = (numbers.get(root, sp.S.Zero) for root in _ROOTS)
-    if abs(small) != abs(large):
-        return [number * root * rest for root, number in numbers.items()]
-    turn = sp.cos if small == large else sp.sin
-    return [4 * large * turn(sp.pi / 12, evaluate=False) * rest]
+    return _Setter(prismatic).pieces(with_turns(expression, turns))
 
 
 LINE = 64

@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from exercises.arm import derivation
 from exercises.arm.chain import TASK_ROWS, Chain, Joint, Point
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.reciprocal import Found, applies, plain_chain, reciprocal_set
 from exercises.arm.searched import _Rank, tried
 from exercises.arm.singularity import singular_set
-from exercises.solving import Solution, solution_json, solution_text, solve
+from exercises.solving import Solution, _redundant_block, solution_json, solution_text, solve
 from tests.repository.test_schemas import errors
 from tests.support.problems import drawn
 
@@ -241,3 +242,68 @@ def test_twists_lengths_and_points_that_are_no_polynomials_are_taken() -> None:
     assert solution.redundant.searched["unexplained"] == 0
     away = replace(chain, tool=Point(6, (sp.Rational(1, 5), sp.S.Zero, sp.S.Zero)))
     assert not applies(away)  # the last joint does not move it: it is no point of the last link
+
+
+# --- a position, by more than three joints ---
+
+
+def _of_position(rows: Rows, point: tuple[object, ...] = (0, 0, 0)) -> Chain:
+    joints = tuple(
+        Joint(
+            "R", sp.Symbol(f"theta{i}") + sp.Integer(theta) * sp.pi / 180, _length(d), _length(a), alpha * sp.pi / 180
+        )
+        for i, (theta, d, a, alpha) in enumerate(rows, 1)
+    )
+    return Chain("of position", joints, TASK_ROWS[:3], tool=Point(len(rows), tuple(map(_length, point))), title="one")
+
+
+LONG_MINORS: Rows = [(90, ".2", 0, 90), (0, 0, 0, -90), (30, 0, 0, -90), (90, 0, ".2", -90), (0, "-.3", "-.3", -90)]
+SHORT_MINORS: Rows = [(0, 0, 0, 90), (0, 0, "a2", 0), (0, 0, 0, 90), (0, "h4", "a4", 0)]
+
+
+def test_a_position_whose_minors_are_long_is_solved_by_a_force_that_does_no_work() -> None:
+    """An arm whose minors of 2,610 terms led to nothing in 20 seconds of a processor."""
+    chain = _of_position(LONG_MINORS)
+    assert applies(chain)
+    solution = solve(chain)
+    found = solution.redundant
+    assert found is not None and found.found.reduction.about is None
+    assert (found.doubtful, found.undecided) == ((), ())
+    assert frozenset({"sin(theta5)"}) in _conditions(solution)
+    out = tried(chain, [one.conditions for one in found.components], starts=150, stream="again")
+    assert (out.wrong, out.unexplained) == ((), ()) and all(out.samples)
+    text = solution_text(solution)
+    assert "a force at P does no work at any joint" in text and "boundary" not in text
+    assert errors("solve", json.loads(solution_json(solution))) == []
+
+
+def test_the_minors_of_short_arms_are_kept() -> None:
+    assert not applies(_of_position(SHORT_MINORS))
+
+
+@pytest.mark.parametrize("point", [(0, 0, 0), (".1", 0, ".3")])
+def test_by_elimination_a_position_loses_rank_where_it_does_by_minors(
+    monkeypatch: pytest.MonkeyPatch, point: tuple[object, ...]
+) -> None:
+    chain = _of_position(SHORT_MINORS, point)
+    monkeypatch.setattr(derivation, "LONG", derivation.MOST_TERMS)
+    assert not applies(chain)
+    by_minors = [one.conditions for one in singular_set(chain) or ()]
+    monkeypatch.setattr(derivation, "LONG", 0)
+    assert applies(chain)
+    assert not applies(replace(chain, task=("vx", "vy")))
+    found = solve(chain).redundant
+    assert found is not None and found.components
+    for ways in (by_minors, [one.conditions for one in found.components]):
+        out = tried(chain, ways)
+        assert (out.wrong, out.unexplained) == ((), ())
+
+
+def test_equations_that_nobody_would_read_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(derivation, "LONG", 0)
+    chain = _of_position(SHORT_MINORS)
+    found = solve(chain).redundant
+    assert found is not None and not found.is_cut
+    longest = max(len(condition.args) for one in found.components for condition in one.conditions if condition.is_Add)
+    text = _redundant_block(chain, replace(found, most_terms=longest - 1), 1)
+    assert f"an equation of {longest} terms in $" in text and f"Equations of more than {longest - 1} terms" in text

@@ -21,15 +21,15 @@ LAYERS = {
         formula.program formula.field formula.angles formula.exact formula.identity formula.scale formula.constants
         formula.pieces formula.conditions
         formula.claims
-        arm.chain arm.told arm.kinematics arm.trigonometry arm.derivation arm.together arm.singularity arm.axes
-        arm.reason arm.bare arm.reach arm.three_joints arm.beyond
+        arm.chain arm.told arm.kinematics arm.trigonometry arm.derivation arm.together arm.relations arm.singularity
+        arm.axes arm.reason arm.bare arm.reach arm.three_joints arm.beyond
         arm.reciprocal arm.searched
         arm.appearance arm.classification arm.directions arm.meanings arm.precise arm.path arm.entry arm.placing
         arm.conventions arm.urdf arm.robot_file arm.robot_text arm.library
         arm.arithmetic arm.stages
         credit decimals lateness several difficulty answers problem families questions mistakes quizzes
-        generation record verify writing.gathering writing.angles writing.latex phrases languages render writing
-        messages figure
+        generation record verify writing.gathering writing.angles writing.turns writing.latex phrases languages render
+        writing messages figure
         self_check setup_cell notebook showing redundant locus special_lengths solving solving_in_time docs gradebook
         redrawn assignment drawing store sets release exports.outlet exports.bank exports.handouts
         exports.known_wrong exports.stack_maxima exports.stack_parts exports

@@ -378,3 +378,54 @@ def test_equal_twists_of_an_arm_make_singular_what_in_general_is_not() -> None:
     rows = [("R", "theta1", 0, 0, PI / 4), ("R", "theta2", 0, 0, PI / 4), ("P", 0, "d3", 0, 0)]
     (found,) = singular_set(arm("vz", *rows)) or ()
     assert found.solutions == ((sp.Symbol("theta2"), (0,)),)
+
+
+def test_long_conditions_come_down_to_values_of_joints() -> None:
+    """An arm of which ten minors vanished together in nine conditions at a time: joints are put into one another."""
+    joints = (
+        Joint("R", sp.Symbol("theta1"), R(7, 10), R(1, 5), PI),
+        Joint("R", sp.Symbol("theta2") + PI / 6, 0, R(3, 10), PI / 4),
+        Joint("R", sp.Symbol("theta3") + PI / 2, 0, -R(1, 5), PI / 2),
+        Joint("R", sp.Symbol("theta4") + PI / 6, R(1, 5), 0, -PI / 2),
+        Joint("P", PI / 2, sp.Symbol("d5") + R(1, 10), 0, PI / 2),
+    )
+    chain = Chain("oblique", joints, ("vx", "vy"))
+    found = singular_set(chain)
+    assert found is not None
+    assert all(component.solutions is not None for component in found)
+    assert sorted(text for component in found for text in component.pieces()) == sorted(
+        f"d5 = {d5} and theta2 = {theta2} and theta3 = {theta3} and theta4 = {theta4}"
+        if d5 != "-1/10"
+        else f"d5 = {d5} and theta2 = {theta2} and theta4 = {theta4} and theta3 = {theta3}"
+        for d5, seconds, thirds, fourths in (
+            ("1/10", ("-pi/6", "5*pi/6"), ("0", "pi"), ("-2*pi/3",)),
+            ("-3/10", ("-pi/6", "5*pi/6"), ("0", "pi"), ("pi/3",)),
+            ("-1/10", ("-pi/6", "5*pi/6"), ("pi/4", "-3*pi/4"), ("-pi/6", "5*pi/6")),
+        )
+        for theta2 in seconds
+        for theta3 in thirds
+        for theta4 in fourths
+    )
+    out = tried(chain, [component.conditions for component in found])
+    assert all(out.samples)
+    assert not out.wrong
+    assert not out.unexplained
+
+
+def test_what_is_put_into_others_rules_ways_out() -> None:
+    """Where d3 = 0, a1 + d3 s2 is a1: the two never vanish together."""
+    slide = sp.Symbol("d3")
+    joints = (T1, T2, slide)
+    assert tidied([(slide, A1 + slide * sp.sin(T2), sp.cos(T1))], Search(joints), "") == []
+    (way,) = tidied([(slide, sp.sin(T2) + slide * sp.cos(T1))], Search(joints), "")
+    assert set(way) == {slide, sp.sin(T2)}
+
+
+def test_two_lines_whose_slopes_are_never_in_line_never_hold_together() -> None:
+    """Of -3 s4 + 3 c4 c5 - 2 c4 and -3 s4 c5 + 2 s4 - 3 c4, what decides is (3 c5 - 2)^2 + 9, without a root."""
+    t4, t5 = sp.symbols("theta4 theta5")
+    s4, c4, c5 = sp.sin(t4), sp.cos(t4), sp.cos(t5)
+    never = (-3 * s4 + 3 * c4 * c5 - 2 * c4, -3 * s4 * c5 + 2 * s4 - 3 * c4)
+    sometimes = (-3 * s4 + 3 * c4 * c5 - 2 * c4, 3 * s4 * c5 - 2 * s4 - 3 * c4)
+    assert tidied([never], Search((t4, t5)), "") == []
+    assert len(tidied([sometimes], Search((t4, t5)), "")) == 1

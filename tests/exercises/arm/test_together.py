@@ -3,7 +3,7 @@
 import pytest
 import sympy as sp
 
-from exercises.arm.together import may_hold_together
+from exercises.arm.together import follows, may_hold_together, without_needless
 from exercises.stream import Stream
 
 T = sp.symbols("theta1:4")
@@ -79,3 +79,24 @@ def test_what_would_take_long_is_left_undecided() -> None:
     four = sp.symbols("theta1:5")
     whole = sum((s(q) * c(p) * A + c(q) ** 2 * B for q in four for p in four), H)
     assert may_hold_together([whole, whole + 1], four)
+
+
+def test_a_condition_follows_from_others() -> None:
+    assert follows(s(2 * T[0]), [s(T[0])], T)
+    assert follows(c(T[0]), [A * c(T[0]) + B * s(T[0]), A * c(T[0]) - B * s(T[0])], T)
+    assert not follows(s(T[0]), [s(2 * T[0])], T)
+    assert not follows(s(T[1]), [s(T[0])], T)
+
+
+def test_conditions_that_follow_from_others_are_left_out() -> None:
+    long = A * c(T[0]) * s(T[1]) + B * s(T[0]) * c(T[1])
+    assert without_needless([s(T[0]), s(T[1]), long], T) == (s(T[0]), s(T[1]))
+    assert without_needless([s(T[0]), s(T[1]), long + c(T[0]) * H], T) == (s(T[0]), s(T[1]), long + c(T[0]) * H)
+
+
+def test_more_work_decides_more() -> None:
+    """The minors of two rows and three columns: where the first column is not zero, two of them make the third one."""
+    minors = [s(T[0]) * c(T[1]) - c(T[0]) * s(T[1]) * A, s(T[0]) * c(T[2]) * B - c(T[0]) * s(T[2])]
+    third = A * s(T[1]) * c(T[2]) * B - c(T[1]) * s(T[2])
+    assert not follows(third, minors, T, 10)
+    assert follows(third, minors, T, 10_000)

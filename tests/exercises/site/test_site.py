@@ -193,6 +193,29 @@ def test_a_rebuild_removes_what_an_earlier_build_wrote_and_nothing_else(assets: 
     assert (site / "practice.html").exists()
 
 
+def test_a_site_is_told_in_the_convention_of_a_course(assets: Assets, tmp_path: Path) -> None:
+    site = tmp_path / "site"
+    arguments = ("site", "build", "--out", site, "--families", "polar-rp", "--variants", "1", "--jobs", "1")
+    run(*arguments)
+    path = site / "bank" / "polar-rp" / "001.json"
+    assert "convention" not in json.loads(path.read_text())["robot"]
+    run(*arguments, "--twist-order", "v-omega")
+    record = json.loads(path.read_text())
+    assert (record["robot"]["convention"], record["robot"]["twist_order"]) == ("screws", "v-omega")
+    told = {part["name"]: part["prompt"] for part in record["parts"]}
+    assert re.search(r"<mi>v</mi>.{,40}&#x003C9;", told["space-twist"])  # (v, ω)
+    assert "position-vectors" not in told
+    assert "Denavit" not in record["statement"]
+    index = json.loads((site / "bank" / "index.json").read_text())
+    assert {"space-jacobian", "body-twist"} <= set(index["families"][0]["problems"][0]["questions"])
+    assert "is for arms that are told by their axes" in fails(
+        *arguments, "--convention", "dh", "--twist-order", "v-omega"
+    )
+    assignment = a_class(tmp_path / "hw", [Student("ada")])
+    said = fails("site", "build", "--out", site, "--assignment", assignment.folder, "--convention", "screws")
+    assert 'as in convention = "screws" in assignment.toml' in said
+
+
 def test_a_course_has_variants_of_its_own_problems_and_tells_no_seed(assets: Assets, tmp_path: Path) -> None:
     assignment = a_class(tmp_path / "hw", [Student("ada")])
     site = tmp_path / "site"

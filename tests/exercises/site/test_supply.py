@@ -4,6 +4,7 @@ from collections import Counter
 
 import pytest
 
+from exercises.errors import QdotError
 from exercises.families import FAMILIES
 from exercises.generation import generate, listed, sample_chain
 from exercises.problem import ProblemId
@@ -84,3 +85,42 @@ def test_questions_are_dealt_evenly(count: int) -> None:
         assert set(counts) == set(names)
         assert max(counts.values()) - min(counts.values()) <= 1
         assert min(counts.values()) >= min(ARMS_EACH, places)
+
+
+@pytest.mark.parametrize(
+    ("convention", "twist_order", "told"),
+    [("screws", "", ("screws", "")), ("", "v-omega", ("screws", "v-omega")), ("modified-dh", "", ("modified-dh", "")),
+     ("dh", "", ("", ""))],
+)  # fmt: skip
+def test_a_site_is_told_in_a_convention_throughout(convention: str, twist_order: str, told: tuple[str, str]) -> None:
+    wanted = of_families(["planar-2r"], ALL, "", convention, twist_order)
+    assert [(one.key, one.seed, one.variation) for one in wanted] == [
+        (one.key, one.seed, one.variation) for one in of_families(["planar-2r"], ALL)
+    ]
+    assert {one.told for one in wanted} == {told}
+    first, quiz, shared = (
+        next(one for one in wanted if one.asked == asked and bool(one.share) == is_shared)
+        for asked, is_shared in (((), False), ((QUIZ,), False), ((), True))
+    )
+    for one in (first, quiz, shared):
+        made = one.made()
+        assert (made.id.convention, made.id.twist_order) == told
+        assert made.chain.convention == (told[0] or "dh")
+        assert made.chain.twist_order == (told[1] or "omega-v")
+        assert made.parts
+    asked = {part.name for part in first.made().parts}
+    assert ("space-jacobian" in asked) == (told[0] == "screws")
+
+
+def test_every_question_of_a_convention_comes_with_several_arms() -> None:
+    of_step = [one for one in of_families(["planar-3r"], ALL, "", "screws") if one.variation == "full"]
+    others = Counter(name for one in of_step if one.share is None for name in one.asked if name != QUIZ)
+    assert others == dict.fromkeys(listed("planar-3r", "screws").questions, ARMS_EACH)
+    assert "body-jacobian" in others
+
+
+def test_an_order_of_twists_beside_a_table_is_refused() -> None:
+    with pytest.raises(QdotError, match="the order of twists is for arms that are told by their axes"):
+        of_families(["planar-2r"], 1, "", "modified-dh", "v-omega")
+    with pytest.raises(QdotError, match="unknown convention 'srews'"):
+        of_families(["planar-2r"], 1, "", "srews")

@@ -1,0 +1,102 @@
+"""Constants with roots in them that are the sine or cosine of an angle, said by the angle: cos(75°), not (√6 - √2)/4.
+
+SymPy writes both sin(15°) and cos(75°) as the latter. It is said by the angle that stands in the table of the arm, and
+by 15° where none does.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import product
+
+import sympy as sp
+
+from exercises.arm.chain import Chain
+from exercises.arm.told import told_rows
+
+_FIFTEEN = sp.pi / 12
+
+
+@dataclass(frozen=True)
+class _Sum:
+    """A constant that is a sum of two terms: each a number before a root (or before 1), and how it is said."""
+
+    terms: tuple[tuple[sp.Expr, sp.Expr], ...]
+    said: sp.Expr
+
+
+@lru_cache(maxsize=256)
+def turns_of(chain: Chain) -> tuple[sp.Expr, ...]:
+    """Return the constant angles of an arm's table and of its base, less than 90 degrees each, in their order."""
+    constants = [*_constants(chain), chain.base.yaw, chain.base.tilt]
+    folded = (abs(sp.Mod(turn + sp.pi / 2, sp.pi) - sp.pi / 2) for turn in constants if (turn / sp.pi).is_Rational)
+    return tuple(dict.fromkeys(turn for turn in folded if turn != 0))
+
+
+def _constants(chain: Chain) -> Iterator[sp.Expr]:
+    for row in told_rows(chain):
+        yield row.alpha
+        yield row.theta.as_independent(*row.theta.free_symbols, as_Add=True)[0] if row.theta.free_symbols else row.theta
+
+
+def with_turns(expression: sp.Expr, turns: Sequence[sp.Expr] = ()) -> sp.Expr:
+    """Return an expression with sines and cosines of constant angles in the place of sums of roots, and nested ones.
+
+    >>> half, large = sp.cos(5 * sp.pi / 12), sp.sin(5 * sp.pi / 12)
+    >>> with_turns(half * sp.Symbol("a1")), with_turns(large, (5 * sp.pi / 12,))
+    (a1*sin(pi/12), sin(5*pi/12))
+    """
+    if not any(power.exp == sp.Rational(1, 2) for power in expression.atoms(sp.Pow)):
+        return expression
+    roots, sums = _said_of(tuple(turns))
+    plain = expression.xreplace(roots)
+    return plain.replace(lambda part: part.is_Add, lambda total: _with_turns_in_sum(total, sums))
+
+
+@lru_cache(maxsize=256)
+def _said_of(turns: tuple[sp.Expr, ...]) -> tuple[dict[sp.Expr, sp.Expr], tuple[_Sum, ...]]:
+    """Return nested roots, and sums of two terms, each with the sine or cosine that it is said by, or its square."""
+    roots: dict[sp.Expr, sp.Expr] = {}
+    sums: dict[sp.Expr, sp.Expr] = {}
+    for turn, function in product((*turns, _FIFTEEN), (sp.cos, sp.sin)):
+        value, said = sp.expand(function(turn)), function(turn, evaluate=False)
+        if value.is_Add:
+            sums.setdefault(value, said)
+        if value.is_Pow and value.base.is_Add:
+            roots |= {value: roots.get(value, said), 1 / value: roots.get(1 / value, 1 / said)}
+        if turn in turns:
+            sums.setdefault(sp.expand(value**2), said**2)
+    pairs = ((value, said) for value, said in sums.items() if value.is_Add and len(value.args) == 2)
+    return roots, tuple(_Sum(tuple(map(_number_and_root, value.args)), said) for value, said in pairs)
+
+
+def _number_and_root(term: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
+    number, root = term.as_coeff_Mul()
+    return number, root
+
+
+def _with_turns_in_sum(total: sp.Expr, sums: Sequence[_Sum]) -> sp.Expr:
+    """Return a sum in which two terms that differ only in their roots are one."""
+    for one in sums:
+        total = _with_turn(total, one)
+    return total
+
+
+def _with_turn(total: sp.Expr, one: _Sum) -> sp.Expr:
+    (first, root), (second, other) = one.terms
+    numbers: dict[sp.Expr, dict[sp.Expr, sp.Expr]] = {}
+    kept = []
+    for term in sp.Add.make_args(total):
+        number, rest = term.as_coeff_Mul()
+        factors = sp.Mul.make_args(rest)
+        mine = next((r for r in (root, other) if r != 1 and r in factors), sp.S.One)
+        if mine in (root, other):
+            numbers.setdefault(rest / mine, {})[mine] = number
+        else:
+            kept.append(term)
+    for rest, each in numbers.items():
+        if len(each) == 2 and each[root] / first == each[other] / second:
+            kept.append(each[root] / first * one.said * rest)
+        else:
+            kept += [number * mine * rest for mine, number in each.items()]
+    return sp.Add(*kept)
