@@ -199,9 +199,14 @@ def test_unknown_format_is_refused(drawn: Draw) -> None:
 
 def test_figures_are_drawn_for_the_page_only(monkeypatch: pytest.MonkeyPatch) -> None:
     """A text and a LaTeX file show none, and to draw them takes longer than all else in these."""
-    made: list[str] = []
-    monkeypatch.setattr(showing, "part_svg", lambda *about: made.append(about[-1]) or "")
-    monkeypatch.setattr(showing, "solution_figure", lambda *about: made.append(about[-1]) or "")
+    made: list[object] = []
+
+    def drawn(*about: object) -> str:
+        made.append(about[-1])
+        return ""
+
+    monkeypatch.setattr(showing, "part_svg", drawn)
+    monkeypatch.setattr(showing, "solution_figure", drawn)
     problem = generate("planar-2r/7", ["rank", "singular-angles"])
     for form in ("text", "latex"):
         show(problem, True, form)
