@@ -6,6 +6,7 @@ From the bottom up:
     told                        table, base and point as an arm's convention tells them; which frame is on which axis
     kinematics, trigonometry    frames and Jacobians; exact equality of trigonometric polynomials, and textbook factors
     shipped                     what structures of the registered families give, worked out before (shipped.txt)
+    transforms                  where the frames of a structure are; its Jacobian seen from the last one
     derivation                  all results, by both routes, once per structure
     together, singularity       whether conditions ever hold together; where the Jacobian loses rank
     axes, reason                how axes lie at a configuration; whether that is why it is singular

@@ -24,7 +24,7 @@ from exercises.formula.text import text_of
 Result = TypeVar("Result")
 
 FILE = Path(__file__).with_name("shipped.txt")
-MADE_BY = ("chain", "told", "kinematics", "trigonometry", "shipped", "derivation")
+MADE_BY = ("chain", "told", "kinematics", "trigonometry", "shipped", "transforms", "derivation")
 """The modules on which results depend."""
 
 KINDS: dict[type[sp.Expr], str] = {sp.Add: "+", sp.Mul: "*", sp.Pow: "^", sp.sin: "sin", sp.cos: "cos"}
@@ -119,6 +119,8 @@ def _node(expression: sp.Expr, place: Callable[[sp.Expr], int]) -> Any:
 
 
 def _form(result: object, place: Callable[[sp.Expr], int]) -> Any:
+    if isinstance(result, int):
+        return {"count": result}
     if isinstance(result, sp.Expr):
         return place(result)
     if isinstance(result, tuple):
@@ -166,6 +168,8 @@ def _result(form: Any, made: list[sp.Expr]) -> Any:
         return _made(made, form)
     if isinstance(form, list):
         return tuple(_result(one, made) for one in form)
+    if "count" in form:
+        return int(form["count"])
     if "entries" in form:
         entries = [_made(made, entry) for entry in form["entries"]]
         return sp.Matrix(len(entries) // form["columns"], form["columns"], entries)

@@ -4,12 +4,13 @@ They are those of all arms at each step of variation, as far as so many draws fi
 draws them, also told in the other conventions; and of random arms all clean structures, as they stand in the table.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from exercises.arm.chain import CONVENTIONS, Chain
 from exercises.arm.derivation import results, structure
 from exercises.arm.shipped import FILE, key, maker, written
 from exercises.arm.told import up_to_frame
+from exercises.arm.transforms import in_tool_frame, poses, seen_from_tool, terms_in_tool_frame, terms_of_last_pose
 from exercises.console import say
 from exercises.families import FAMILIES
 from exercises.families.structures import chain_of, clean_structures
@@ -17,8 +18,17 @@ from exercises.files import write_atomically
 from exercises.generation import sample_chain
 from exercises.problem import ProblemId
 from exercises.questions import QUESTIONS
+from exercises.questions.transforms import MOST_JOINTS
 from exercises.variation import STEPS
 
+BY_TRANSFORMS: tuple[tuple[str, Callable[[Chain], object], *tuple[Callable[[Chain], object], ...]], ...] = (
+    ("transform", terms_of_last_pose, poses),
+    ("tool-jacobian", terms_in_tool_frame, seen_from_tool, in_tool_frame),
+)
+"""Questions, what counts the terms of the answer, and what else is wanted where these are not too many.
+
+Of random arms it is not: it would be half of the file.
+"""
 DRAWS = 300
 """Draws of each family and step in which structures are looked for."""
 
@@ -45,11 +55,22 @@ def _drawn() -> Iterator[Chain]:
 
 def lines(arm: Chain) -> dict[bytes, str]:
     """Return the lines of an arm's structure and of those of its first joints, by their keys."""
-    whole, is_inverted = structure(arm).chain, QUESTIONS["inverse-jacobian"].refusal(arm) is None
-    found = {key(whole): written(results(whole, is_whole=True, is_inverted=is_inverted))}
+    found = {key(structure(arm).chain): written(all_of(arm))}
     for joints in range(1, arm.n):
         part = structure(up_to_frame(arm, joints)).chain
         found.setdefault(key(part), written(results(part)))
+    return found
+
+
+def all_of(arm: Chain) -> dict[str, object]:
+    """Return what is found out of a whole arm's structure, as far as its questions may want it."""
+    its = structure(arm).chain
+    found = results(its, is_whole=True, is_inverted=QUESTIONS["inverse-jacobian"].refusal(arm) is None)
+    for name, count, *more in BY_TRANSFORMS:
+        if arm.n <= MOST_JOINTS and QUESTIONS[name].objects(arm) is None:
+            is_asked = QUESTIONS[name].too_long(arm) is None and not FAMILIES[arm.name].varied
+            wanted = [count, *more] if is_asked else [count]
+            found |= {work.__name__: work(its) for work in wanted}
     return found
 
 

@@ -6,27 +6,30 @@ from pathlib import Path
 import pytest
 import sympy as sp
 
-from exercises.arm import derivation, shipped
+from exercises.arm import derivation, shipped, transforms
 from exercises.arm.chain import Chain
-from exercises.arm.derivation import derive, results, structure
+from exercises.arm.derivation import derive, structure
 from exercises.arm.shipped import read, written
 from exercises.arm.singularity import singular_set
 from exercises.arm.trigonometry import Factored
-from exercises.docs.shipped import lines
+from exercises.docs.shipped import all_of, lines
 from exercises.families import FAMILIES
 from exercises.families.structures import chain_of, clean_structures
 from exercises.generation import generate, sample_chain
 from exercises.notebook import notebook_text, solution_notebook
 from exercises.problem import ProblemId
+from exercises.questions import QUESTIONS
 from tests.support.suites import several
 
 X, Y = sp.symbols("x y")
-OF_STRUCTURES = [work for work in vars(derivation).values() if hasattr(work, "__wrapped__")]
+OF_STRUCTURES = [
+    work for module in (derivation, transforms) for work in vars(module).values() if hasattr(work, "cache_clear")
+]
 
 
 def forget() -> None:
     """Let everything be found out again."""
-    for work in (shipped._lines, shipped.shipped, derive, singular_set, *OF_STRUCTURES):
+    for work in (shipped._lines, shipped.shipped, singular_set, *OF_STRUCTURES):
         work.cache_clear()
 
 
@@ -62,9 +65,9 @@ def test_it_is_what_is_worked_out(family: str, nothing_shipped: Callable[[], Non
     assert all(known)
     nothing_shipped()
     for arm, found in zip(arms(family), known, strict=True):
-        anew = results(structure(arm).chain, is_whole=True, is_inverted="_generic_inverse" in found)
-        assert sp.srepr(list(found.values())) == sp.srepr([anew[name] for name in found])
+        anew = all_of(arm)
         assert {*found} == {*anew}
+        assert sp.srepr(list(found.values())) == sp.srepr([anew[name] for name in found])
         assert shipped.shipped(structure(arm).chain) == {}
 
 
@@ -83,9 +86,11 @@ def test_nothing_is_derived_that_is_shipped(family: str, monkeypatch: pytest.Mon
     arm = arms(family)[0]
     forget()
     monkeypatch.setattr(derivation, "textbook", None)
+    monkeypatch.setattr(transforms, "textbook", None)
     monkeypatch.setattr(derivation, "factored", None)
     assert derive(arm).geometric.shape == (6, arm.n)
     assert derive(arm).generic_minors
+    assert all(QUESTIONS[name].refusal(arm) != "" for name in ("transform", "tool-jacobian"))
     forget()
 
 
@@ -95,6 +100,7 @@ FORMS = {
     "turned": sp.Mul(2, sp.Add(X, Y), evaluate=False),
     "root": sp.sqrt(2) * sp.cos(X + sp.pi / 6) / Y,
     "matrix": sp.Matrix([[0, X], [Y, 1], [sp.pi, -X]]),
+    "counted": (3, 0),
     "factored": (Factored(sp.Rational(-1, 2), ((X, 2), (sp.sin(Y), -1))), (Factored(sp.S.Zero, ()),)),
 }
 
