@@ -66,9 +66,12 @@ class _ShownPart:
 
 
 def _pieces(
-    problem: Problem, solution: bool, hinted: bool, convert: Callable[[str], str], lead: str = ""
+    problem: Problem, solution: bool, hinted: bool, convert: Callable[[str], str], lead: str = "", drawn: bool = False
 ) -> list[_ShownPart]:
-    """Return the parts of a problem in the markup that `convert` writes; `lead` is what a hint begins with."""
+    """Return the parts of a problem in the markup that `convert` writes; `lead` is what a hint begins with.
+
+    Figures are drawn for a form that shows them.
+    """
     solved = worked_solutions(problem) if solution else {}
     return [
         _ShownPart(
@@ -79,8 +82,8 @@ def _pieces(
             [convert(lead.format(i) + hint) for i, hint in enumerate(hints(problem, part), 1)] if hinted else [],
             convert(solved[part.name]) if solution else "",
             answer_code(problem, part) if solution else "",
-            part_svg(problem.chain, part, part.name),
-            solution_figure(problem, part, f"{part.name}-solution") if solution else "",
+            part_svg(problem.chain, part, part.name) if drawn else "",
+            solution_figure(problem, part, f"{part.name}-solution") if drawn and solution else "",
         )
         for part in problem.parts
     ]
@@ -117,7 +120,7 @@ def _as_html(problem: Problem, solution: bool, hinted: bool) -> str:
         title=problem.title,
         statement=to_html(statement(problem, "")),
         figure=figure_svg(problem.chain),
-        parts=_pieces(problem, solution, hinted, to_html),
+        parts=_pieces(problem, solution, hinted, to_html, drawn=True),
         footer=_footer(problem),
     )
 

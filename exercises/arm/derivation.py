@@ -6,6 +6,7 @@ every arm of that structure.
 """
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import combinations, product
@@ -25,6 +26,7 @@ from exercises.arm.kinematics import (
     propagated_rotations,
     task_matrix,
 )
+from exercises.arm.shipped import once_per_structure
 from exercises.arm.told import frame_on_axis, is_by_axes, is_modified, told_rows, up_to_frame
 from exercises.arm.trigonometry import (
     Factored,
@@ -99,24 +101,15 @@ def _named(name: str, value: sp.Expr, values: Values) -> sp.Symbol:
     return symbol
 
 
-@dataclass(frozen=True)
-class _Generic:
-    """Results for a structure; what is expensive and not always asked for is a function of its own below."""
-
-    position: sp.Matrix
-    z: sp.Matrix
-    p_star: sp.Matrix
-    geometric: sp.Matrix
-
-
-@lru_cache(maxsize=4096)
+@once_per_structure
 def _position(chain: Chain) -> sp.Matrix:
     """Return the point of interest of a structure: of skew axes it is there long before the rest."""
     return frames_and_point(chain)[1].applyfunc(textbook)
 
 
-@lru_cache(maxsize=4096)
-def _generic(chain: Chain) -> _Generic:
+@once_per_structure
+def _proved(chain: Chain) -> tuple[sp.Matrix, sp.Matrix, sp.Matrix]:
+    """Return axes, p* and the geometric Jacobian of a structure, which both routes give."""
     frames, point = frames_and_point(chain)
     position = _position(chain)
     z = sp.Matrix.hstack(*(frame.rotation[:, 2].applyfunc(textbook) for frame in frames[: chain.n]))
@@ -126,7 +119,11 @@ def _generic(chain: Chain) -> _Generic:
     angular = sp.Matrix(3, chain.n, lambda r, i: z[r, i] if chain.joints[i].kind == "R" else sp.S.Zero)
     geometric = linear.col_join(angular)
     _prove(chain, z, p_star, geometric)
-    return _Generic(position, z, p_star, geometric)
+    return z, p_star, geometric
+
+
+def _geometric(chain: Chain) -> sp.Matrix:
+    return _proved(chain)[2]
 
 
 def _prove(chain: Chain, z: sp.Matrix, p_star: sp.Matrix, geometric: sp.Matrix) -> None:
@@ -178,7 +175,7 @@ def short_jacobian(chain: Chain) -> sp.Matrix:
     is the task Jacobian.
     """
     if set(chain.task) != set(TASK_ROWS) or chain.n < len(TASK_ROWS) or not moves_with_last_link(chain):
-        return task_matrix(_generic(chain).geometric, chain.task)
+        return task_matrix(_geometric(chain), chain.task)
     k = chain.n // 2
     columns = []
     for i, joint in enumerate(chain.joints):
@@ -227,6 +224,7 @@ def minors_are_long(chain: Chain) -> bool:
     return minors is None or sum(len(sp.Add.make_args(minor)) for minor in minors) > LONG
 
 
+@once_per_structure
 def _generic_minors(chain: Chain) -> tuple[Factored, ...]:
     """Return every maximal minor of the task Jacobian, factored; just the determinant where it is square.
 
@@ -255,10 +253,10 @@ def _factored_all(minors: tuple[sp.Expr, ...]) -> tuple[Factored, ...]:
     return tuple(factored(minor) for minor in minors)
 
 
-@lru_cache(maxsize=4096)
+@once_per_structure
 def _generic_inverse(chain: Chain) -> tuple[tuple[Factored, ...], ...]:
     """Return the entries of the inverse by the adjugate: cofactor over determinant, common factors cancelled."""
-    jacobian = task_matrix(_generic(chain).geometric, chain.task)
+    jacobian = task_matrix(_geometric(chain), chain.task)
     (determinant,) = _generic_minors(chain)
     n = jacobian.rows
 
@@ -270,10 +268,10 @@ def _generic_inverse(chain: Chain) -> tuple[tuple[Factored, ...], ...]:
     return tuple(tuple(entry(i, j) for j in range(n)) for i in range(n))
 
 
-@lru_cache(maxsize=4096)
+@once_per_structure
 def _generic_rates(chain: Chain) -> tuple[Factored, ...]:
     """Return the rates by the adjugate, each over one denominator: (sum of cofactors times velocities) / det J."""
-    jacobian = task_matrix(_generic(chain).geometric, chain.task)
+    jacobian = task_matrix(_geometric(chain), chain.task)
     (determinant,) = _generic_minors(chain)
     velocity = sp.Matrix(task_velocity(chain))
     # By Cramer's rule: replacing column i by the velocity gives the numerator of rate i.
@@ -290,6 +288,20 @@ def _by_velocity(rate: Factored, velocity: tuple[sp.Symbol, ...]) -> Factored:
         for f, power in rate.factors
     )
     return Factored(rate.coefficient, gathered)
+
+
+def results(structure: Chain, is_whole: bool = False, is_inverted: bool = False) -> dict[str, object]:
+    """Return what is found out of a structure, by the names of the functions, to be shipped: where the point is and
+    how it moves; of a whole arm the minors, too, and of one whose Jacobian is inverted by hand the inverse and rates.
+    """
+    wanted: list[Callable[[Chain], object]] = [_position, _proved]
+    wanted += [_generic_minors] if is_whole else []
+    wanted += [_generic_inverse, _generic_rates] if is_inverted else []
+    found: dict[str, object] = {}
+    for work in wanted:
+        with suppress(TooLong):
+            found[work.__name__] = work(structure)
+    return found
 
 
 class Derivation:
@@ -309,7 +321,7 @@ class Derivation:
     @cached_property
     def z(self) -> sp.Matrix:
         """The joint axes, 3 x n: z_0 ... z_{n-1}, or z_1 ... z_n of a modified table."""
-        return self.fill_matrix(_generic(self._structure).z)
+        return self.fill_matrix(_proved(self._structure)[0])
 
     @cached_property
     def p_star(self) -> sp.Matrix:
@@ -317,12 +329,12 @@ class Derivation:
 
         They are p*_0 ... p*_{n-1}, or p*_1 ... p*_n of a modified table.
         """
-        return self.fill_matrix(_generic(self._structure).p_star)
+        return self.fill_matrix(_proved(self._structure)[1])
 
     @cached_property
     def geometric(self) -> sp.Matrix:
         """The geometric Jacobian, 6 x n (6.11, 6.12)."""
-        return self.fill_matrix(_generic(self._structure).geometric)
+        return self.fill_matrix(_geometric(self._structure))
 
     @cached_property
     def jacobian(self) -> sp.Matrix:

@@ -511,3 +511,8 @@ def textbook(expression: sp.Expr) -> sp.Expr:
     (a1 + a2*cos(theta2))*cos(theta1)
     """
     return factored(expression, most=60).expression()
+
+
+def count_terms(entries: sp.Matrix, trivial: tuple[int, ...] = (0,)) -> int:
+    """Return the number of terms of all entries, multiplied out; those that are `trivial` are written down at once."""
+    return sum(len(sp.Add.make_args(sp.expand(entry))) for entry in entries if entry not in trivial)

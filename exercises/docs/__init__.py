@@ -6,6 +6,7 @@ chapter's examples.
     errata              where the chapter is wrong as printed
     structures          how many arms there are
     sharing             how many students would share an answer: measured, and kept
+    shipped             what structures of the families give, worked out for arm.shipped (`make shipped`)
     robots              the table of real robots, and where they are singular
     dependencies        every library with its reason; how qdot is installed, in words
 """

@@ -85,9 +85,15 @@ def _factor_key(factor: sp.Expr) -> Key:
     return (2 if is_length else 4, base.is_Add, ByText(factor))
 
 
+@lru_cache(maxsize=4096)
+def _is_moving(term: sp.Expr) -> bool:
+    """Return whether sines, cosines, rates or velocities are in a term."""
+    return any(map(moves, term.free_symbols)) or bool(term.atoms(sp.sin, sp.cos))
+
+
 def _place_in_sum(term: sp.Expr, negative: bool) -> int:
     """Sort a sum of sines and cosines: constants that are added, sines and cosines, constants that are subtracted."""
-    if term.atoms(sp.sin, sp.cos) or any(map(moves, term.free_symbols)):
+    if _is_moving(term):
         return 1
     return 2 if negative else 0
 
@@ -133,20 +139,21 @@ def _by_velocity(factor: sp.Expr) -> bool:
     return any(map(moves, factor.free_symbols)) and len({minus for minus, _ in terms(factor)}) > 1
 
 
-def terms(expression: sp.Expr, flip: bool = False) -> list[tuple[bool, sp.Expr]]:
+@lru_cache(maxsize=4096)
+def terms(expression: sp.Expr, flip: bool = False) -> tuple[tuple[bool, sp.Expr], ...]:
     """Return the terms of a sum in order, each after whether it is subtracted, with all signs changed if `flip`."""
     in_order = sorted(sp.Add.make_args(expression), key=_term_key)
     signed = [(product(term).negative != flip, term) for term in in_order]
-    if any(term.atoms(sp.sin, sp.cos) or any(map(moves, term.free_symbols)) for term in in_order):
+    if any(map(_is_moving, in_order)):
         # 0.12 + a_2 c_2, but a_1 c_1 - 0.6: a constant stands first unless it is subtracted
         signed.sort(key=lambda one: _place_in_sum(one[1], one[0]))
-        return _plus_first(signed)
+        return tuple(_plus_first(signed))
     # theta_1 - theta_2 + theta_3 + 0.1, but d_2 - d_1: numbers last, and no minus first
     behind = signed[0][0]
     signed.sort(key=lambda one: (one[1].is_number, behind and one[0]))
     if signed[0][0] and not signed[-1][0]:  # 0.2 - a_1
         signed = [signed[-1], *signed[:-1]]
-    return signed
+    return tuple(signed)
 
 
 def _plus_first(signed: list[tuple[bool, sp.Expr]]) -> list[tuple[bool, sp.Expr]]:

@@ -55,7 +55,9 @@ def compile_program(nodes: Sequence[Node]) -> Program:
         stack: list[tuple[Node, tuple[Node, ...], tuple[int, ...], bool]] = [(node, *_parts(node), False)]
         while stack:  # no recursion: a long sum is a deep tree
             top, args, signs, ready = stack.pop()
-            if ready:
+            if not args:  # a leaf, and most nodes are
+                done.append(add(_step(top, ())))
+            elif ready:
                 taken = tuple(done[len(done) - len(args) :])
                 del done[len(done) - len(args) :]
                 done.append(add(_total(taken, signs) if signs else _step(top, taken)))

@@ -6,12 +6,12 @@ from functools import lru_cache
 from typing import Literal
 
 import numpy as np
-import sympy as sp
 
 from exercises.answers import Answer
 from exercises.arm.chain import CONVENTIONS, Chain
 from exercises.arm.derivation import TooLong, derive, structure
 from exercises.arm.stages import Change, Working
+from exercises.arm.trigonometry import count_terms
 from exercises.problem import Details, Part
 from exercises.stream import Stream
 
@@ -56,11 +56,6 @@ def terms(chain: Chain, what: str) -> int:
 @lru_cache(maxsize=4096)
 def _terms(generic: Chain, what: str) -> int:
     return count_terms(getattr(derive(generic), what))
-
-
-def count_terms(entries: sp.Matrix, trivial: tuple[int, ...] = (0,)) -> int:
-    """Return the number of terms of all entries, multiplied out; those that are `trivial` are written down at once."""
-    return sum(len(sp.Add.make_args(sp.expand(entry))) for entry in entries if entry not in trivial)
 
 
 def too_many(count: int) -> str | None:

@@ -19,9 +19,9 @@ from exercises.arm.derivation import derive, structure
 from exercises.arm.kinematics import Z, joint_rotation, link_vector
 from exercises.arm.stages import Working
 from exercises.arm.told import told_rows
-from exercises.arm.trigonometry import textbook
+from exercises.arm.trigonometry import count_terms, textbook
 from exercises.problem import Details, Part
-from exercises.questions.base import BY_MODIFIED_TABLE, MOST_TERMS, Asked, Question, count_terms, velocities
+from exercises.questions.base import BY_MODIFIED_TABLE, MOST_TERMS, Asked, Question, velocities
 from exercises.stream import Stream
 
 FURTHEST = 3

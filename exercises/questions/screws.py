@@ -24,9 +24,9 @@ from exercises.arm.placing import Axis, exactly
 from exercises.arm.precise import numeric, ten_digits
 from exercises.arm.stages import Change, Working
 from exercises.arm.told import adjoint_told, rows_of_twist, twist_rows, twist_told
-from exercises.arm.trigonometry import textbook, without_brackets
+from exercises.arm.trigonometry import count_terms, textbook, without_brackets
 from exercises.problem import Details, Part
-from exercises.questions.base import BY_AXES, Asked, Put, Question, Result, count_terms, too_many, velocities
+from exercises.questions.base import BY_AXES, Asked, Put, Question, Result, too_many, velocities
 from exercises.questions.inversion import POSES, THREE_DIGITS, Configuration, draw_lengths, draw_pose
 from exercises.stream import Stream
 

@@ -1,21 +1,19 @@
 """The full transform of the last frame (Example 6.1), and the Jacobian in the tool frame."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 import sympy as sp
 
 from exercises.answers import Matrix
 from exercises.arm.chain import Chain
-from exercises.arm.derivation import Derivation, derive, structure
-from exercises.arm.kinematics import Z, frame_behind, joint_rotation, link_frames
+from exercises.arm.derivation import derive, structure
+from exercises.arm.kinematics import joint_rotation
 from exercises.arm.stages import Change, Working
-from exercises.arm.told import is_modified, told_point, told_rows, up_to_frame
-from exercises.arm.trigonometry import textbook
+from exercises.arm.told import is_modified, told_rows
+from exercises.arm.transforms import in_tool_frame, poses, seen_from_tool, terms_in_tool_frame, terms_of_last_pose
 from exercises.problem import Details, Part
-from exercises.questions.base import BY_TABLE, Asked, Question, count_terms, stage, too_many
+from exercises.questions.base import BY_TABLE, Asked, Question, stage, too_many
 from exercises.stream import Stream
 
 MOST_JOINTS = 5
@@ -58,46 +56,6 @@ class InToolFrame(Details):
     columns: tuple[Seen, ...]
 
 
-@lru_cache(maxsize=1024)
-def _poses(generic: Chain) -> tuple[sp.Matrix, ...]:
-    """Return T_{w,0} ... T_{w,n} of a structure, 4 x 4, with absolute angles in runs of parallel joints.
-
-    The frames are those of the convention in which the arm is told.
-    """
-    return tuple(
-        frame.rotation.row_join(frame.origin).applyfunc(textbook).col_join(sp.Matrix([[0, 0, 0, 1]]))
-        for frame in link_frames(generic)
-    )
-
-
-def _tidied(matrix: sp.Matrix) -> sp.Matrix:
-    return matrix.applyfunc(lambda entry: textbook(sp.expand(entry)))
-
-
-@lru_cache(maxsize=1024)
-def _seen_from_tool(generic: Chain) -> tuple[Seen, ...]:
-    """Return the joints' axes and vectors p* of a structure in its last frame, in which P is fixed."""
-    return tuple(_seen(generic, i) for i in range(generic.n))
-
-
-def _seen(generic: Chain, i: int) -> Seen:
-    joints = up_to_frame(generic, generic.n).joints
-    rest = frame_behind(joints[i:])  # frame n seen from the one at the end of link i
-    z, along = _tidied(rest.rotation.T * Z), joints[i].d if is_modified(generic) else 0
-    p_star = _tidied(rest.rotation.T * rest.origin - along * z + sp.Matrix(told_point(generic).offset))
-    return Seen(i + 1, generic.joints[i].kind, z, p_star, _tidied(z.cross(p_star)))
-
-
-@lru_cache(maxsize=1024)
-def _in_tool_frame(generic: Chain) -> sp.Matrix:
-    """Return the 6 x n Jacobian of a structure in the coordinates of its last frame, in which P is fixed."""
-    columns = (
-        seen.cross.col_join(seen.z) if seen.kind == "R" else seen.z.col_join(sp.zeros(3, 1))
-        for seen in _seen_from_tool(generic)
-    )
-    return sp.Matrix.hstack(*columns)
-
-
 def first_angle_sum(chain: Chain, poses: tuple[sp.Matrix, ...]) -> AngleSum | None:
     """Return the first entry in which angles of parallel joints add up; `poses` are T_{w,0} ... T_{w,n}.
 
@@ -115,44 +73,33 @@ def first_angle_sum(chain: Chain, poses: tuple[sp.Matrix, ...]) -> AngleSum | No
 
 def _transform(chain: Chain, rng: Stream) -> Asked:
     d = derive(chain)
-    poses = tuple(pose.applyfunc(d.fill) for pose in _poses(structure(chain).chain))
-    return Matrix(poses[-1]), ByTransforms(poses=poses, sum=first_angle_sum(chain, poses))
-
-
-def _filled(seen: Seen, found: Derivation) -> Seen:
-    z, p_star, cross = (vector.applyfunc(found.fill) for vector in (seen.z, seen.p_star, seen.cross))
-    return Seen(seen.number, seen.kind, z, p_star, cross)
+    filled = tuple(pose.applyfunc(d.fill) for pose in poses(structure(chain).chain))
+    return Matrix(filled[-1]), ByTransforms(poses=filled, sum=first_angle_sum(chain, filled))
 
 
 def _tool_jacobian(chain: Chain, rng: Stream) -> Asked:
     d, generic = derive(chain), structure(chain).chain
-    columns = tuple(_filled(seen, d) for seen in _seen_from_tool(generic))
-    return Matrix(_in_tool_frame(generic).applyfunc(d.fill)), InToolFrame(columns=columns)
+    columns = tuple(
+        Seen(number, joint.kind, *(vector.applyfunc(d.fill) for vector in seen))
+        for number, (joint, seen) in enumerate(zip(generic.joints, seen_from_tool(generic), strict=True), 1)
+    )
+    return Matrix(in_tool_frame(generic).applyfunc(d.fill)), InToolFrame(columns=columns)
 
 
 def _point_on_last_link(chain: Chain) -> str | None:
     return None if chain.point.frame == chain.n else f"its point moves with frame {chain.point.frame}, not the last"
 
 
-@lru_cache(maxsize=4096)
-def _terms(generic: Chain, result: Callable[[Chain], sp.Matrix]) -> int:
-    return count_terms(result(generic), trivial=(0, 1))
-
-
-def _last_pose(generic: Chain) -> sp.Matrix:
-    return _poses(generic)[-1]
-
-
 def _long_pose(chain: Chain) -> str | None:
     if chain.n > MOST_JOINTS:
         return f"the product of the transforms of {chain.n} joints is too long to be worked out by hand"
-    return too_many(_terms(structure(chain).chain, _last_pose))
+    return too_many(terms_of_last_pose(structure(chain).chain))
 
 
 def _long_jacobian(chain: Chain) -> str | None:
     if chain.n > MOST_JOINTS:
         return f"the Jacobian of {chain.n} joints in the tool frame is too long to be worked out by hand"
-    return too_many(_terms(structure(chain).chain, _in_tool_frame))
+    return too_many(terms_in_tool_frame(structure(chain).chain))
 
 
 # --- out of a derivation ---

@@ -70,6 +70,7 @@ class _Setter:
 
     def __init__(self, prismatic: tuple[str, ...]) -> None:
         self.prismatic = prismatic
+        self.product = lru_cache(maxsize=2048)(self.laid_out)  # kept, for many stand in several results
 
     def pieces(self, expression: sp.Expr) -> Pieces:
         return _sum(self.terms(expression))
@@ -78,7 +79,7 @@ class _Setter:
         """Return the terms of a sum in reading order, with all signs changed if `flip`."""
         return [_Signed(minus, self.product(term).body) for minus, term in order.terms(expression, flip)]
 
-    def product(self, expression: sp.Expr) -> _Signed:
+    def laid_out(self, expression: sp.Expr) -> _Signed:
         """Return a product, its sign outside and no bracket that starts with a minus where that can be helped."""
         if expression.is_Add:
             return _Signed(False, self.pieces(expression))
@@ -245,7 +246,12 @@ def prismatic_joints(chain: Chain) -> tuple[str, ...]:
 @lru_cache(maxsize=1024)
 def _pieces_of(expression: sp.Expr, prismatic: tuple[str, ...], turns: tuple[sp.Expr, ...]) -> Pieces:
     """Lay out an expression; kept, for many are shown again: in a step, its result, and another part."""
-    return _Setter(prismatic).pieces(with_turns(expression, turns))
+    return _setter(prismatic).pieces(with_turns(expression, turns))
+
+
+@lru_cache(maxsize=16)
+def _setter(prismatic: tuple[str, ...]) -> _Setter:
+    return _Setter(prismatic)
 
 
 LINE = 64

@@ -110,7 +110,7 @@ KINDS: dict[str, tuple[str, ...]] = {
     "ur-6r": (N, N, N),
     "lbr-7r": (N, N, N, N),
 }
-"""Kinds of the alternatives, in the order above; boundary where some of their configurations are, none where it is not told."""
+"""Kinds of the alternatives, in the order above; boundary where some configurations are; N: it is not told."""
 
 KNOWN = [*DETERMINANTS, *COMMON_ZEROS]
 SEVERAL = range(several(2, 4))

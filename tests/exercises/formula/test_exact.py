@@ -1,5 +1,6 @@
 """Exact comparison: what it decides, and that its bound holds where the sample space is small enough to see it fail."""
 
+from collections.abc import Mapping
 from fractions import Fraction
 from itertools import count
 from math import gcd, inf, log2
@@ -12,7 +13,7 @@ from exercises.formula.angles import MOST_BITS, Angles
 from exercises.formula.exact import Exact, chance, modular_program
 from exercises.formula.expression import read
 from exercises.formula.field import ANSWERS, BITS, ORDER, PRIMES, Field, SharedField, below, draw_field, is_prime
-from exercises.formula.program import compile_program
+from exercises.formula.program import Program, compile_program
 from exercises.stream import Stream
 
 
@@ -369,3 +370,22 @@ def test_the_chance_is_what_degree_and_height_make_it() -> None:
     assert chance((0, 4, 2, 1), (3, 5, 0, 2), 10, 100) == pytest.approx(5 / 2**10 + 7 / 10 / 100)
     assert chance((0, -inf, 0, 0), (0, -inf, 0, 0)) == 0
     assert chance((2.0**90, 0, 0, 0), (0, 0, 0, 0)) == 1
+
+
+def test_a_reference_tried_as_an_answer_is_worked_out_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """So every part of a certified problem is, and the verdict is the same as for two programs."""
+    text = "a1*sin(theta1)/(a2 + cos(theta2))"
+    one, other = (compile_program([read(text)]) for _ in range(2))
+    made: list[object] = []
+    kept = modular_program
+
+    def modular(program: Program, fixed: Mapping[str, Fraction | None]) -> exact.ModularProgram:
+        made.append(program)
+        return kept(program, fixed)
+
+    monkeypatch.setattr(exact, "modular_program", modular)
+    (same,) = exact.compare(one, other, {}, "seed")
+    assert made == [one]
+    (typed,) = exact.compare(compile_program([read(f"0 + {text}")]), one, {}, "seed")
+    assert len(made) == 3
+    assert (same.equal, same.points) == (typed.equal, typed.points) == (True, 1)

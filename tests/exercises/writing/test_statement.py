@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 import sympy as sp
 
+from exercises import showing
 from exercises.answers import Choice, ConditionSet, Expression, Matrix, Number
 from exercises.errors import QdotError
 from exercises.families import FAMILIES
@@ -194,6 +195,24 @@ def test_unknown_format_is_refused(drawn: Draw) -> None:
     with pytest.raises(QdotError, match="known: text, latex, html, json, ipynb"):
         show(drawn("planar-2r", 0), False, "pdf")
     assert tuple(FORMATS) == ("text", "latex", "html", "json", "ipynb")
+
+
+def test_figures_are_drawn_for_the_page_only(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A text and a LaTeX file show none, and to draw them takes longer than all else in these."""
+    made: list[object] = []
+
+    def drawn(*about: object) -> str:
+        made.append(about[-1])
+        return ""
+
+    monkeypatch.setattr(showing, "part_svg", drawn)
+    monkeypatch.setattr(showing, "solution_figure", drawn)
+    problem = generate("planar-2r/7", ["rank", "singular-angles"])
+    for form in ("text", "latex"):
+        show(problem, True, form)
+    assert made == []
+    show(problem, True, "html")
+    assert made == ["rank", "rank-solution", "singular-angles", "singular-angles-solution"]
 
 
 def test_markdown_subset() -> None:

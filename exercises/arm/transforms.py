@@ -1,0 +1,61 @@
+"""Where all frames of a structure are, and its Jacobian seen from the last one, in which the point is fixed.
+
+Angles add up in runs of parallel joints. The frames are those of the convention in which the arm is told.
+"""
+
+import sympy as sp
+
+from exercises.arm.chain import Chain
+from exercises.arm.kinematics import Z, frame_behind, link_frames
+from exercises.arm.shipped import once_per_structure
+from exercises.arm.told import is_modified, told_point, up_to_frame
+from exercises.arm.trigonometry import count_terms, textbook
+
+
+@once_per_structure
+def poses(structure: Chain) -> tuple[sp.Matrix, ...]:
+    """Return T_{w,0} ... T_{w,n}, 4 x 4."""
+    return tuple(
+        frame.rotation.row_join(frame.origin).applyfunc(textbook).col_join(sp.Matrix([[0, 0, 0, 1]]))
+        for frame in link_frames(structure)
+    )
+
+
+@once_per_structure
+def seen_from_tool(structure: Chain) -> tuple[tuple[sp.Matrix, sp.Matrix, sp.Matrix], ...]:
+    """Return of each joint the axis z, the vector p* (m) and z x p*, each 3 x 1, in the last frame."""
+    return tuple(_seen(structure, i) for i in range(structure.n))
+
+
+def _seen(structure: Chain, i: int) -> tuple[sp.Matrix, sp.Matrix, sp.Matrix]:
+    joints = up_to_frame(structure, structure.n).joints
+    rest = frame_behind(joints[i:])  # frame n seen from the one at the end of link i
+    z, along = _tidied(rest.rotation.T * Z), joints[i].d if is_modified(structure) else 0
+    p_star = _tidied(rest.rotation.T * rest.origin - along * z + sp.Matrix(told_point(structure).offset))
+    return z, p_star, _tidied(z.cross(p_star))
+
+
+def _tidied(matrix: sp.Matrix) -> sp.Matrix:
+    return matrix.applyfunc(lambda entry: textbook(sp.expand(entry)))
+
+
+@once_per_structure
+def in_tool_frame(structure: Chain) -> sp.Matrix:
+    """Return the 6 x n Jacobian in the coordinates of the last frame."""
+    columns = (
+        cross.col_join(z) if joint.kind == "R" else z.col_join(sp.zeros(3, 1))
+        for joint, (z, _, cross) in zip(structure.joints, seen_from_tool(structure), strict=True)
+    )
+    return sp.Matrix.hstack(*columns)
+
+
+@once_per_structure
+def terms_of_last_pose(structure: Chain) -> int:
+    """Return how many terms T_{w,n} has, multiplied out; ones and zeros are written down at once."""
+    return count_terms(poses(structure)[-1], trivial=(0, 1))
+
+
+@once_per_structure
+def terms_in_tool_frame(structure: Chain) -> int:
+    """Return how many the Jacobian in the last frame has."""
+    return count_terms(in_tool_frame(structure), trivial=(0, 1))

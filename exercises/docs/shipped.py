@@ -1,0 +1,88 @@
+"""`python -m exercises.docs.shipped`: work out what structures of the registered families give, to be shipped.
+
+They are those of all arms at each step of variation, as far as so many draws find them; of the arms as the chapter
+draws them, also told in the other conventions; and of random arms all clean structures, as they stand in the table.
+"""
+
+from collections.abc import Callable, Iterator
+
+from exercises.arm.chain import CONVENTIONS, Chain
+from exercises.arm.derivation import results, structure
+from exercises.arm.shipped import FILE, key, maker, written
+from exercises.arm.told import up_to_frame
+from exercises.arm.transforms import in_tool_frame, poses, seen_from_tool, terms_in_tool_frame, terms_of_last_pose
+from exercises.console import say
+from exercises.families import FAMILIES
+from exercises.families.structures import chain_of, clean_structures
+from exercises.files import write_atomically
+from exercises.generation import sample_chain
+from exercises.problem import ProblemId
+from exercises.questions import QUESTIONS
+from exercises.questions.transforms import MOST_JOINTS
+from exercises.variation import STEPS
+
+BY_TRANSFORMS: tuple[tuple[str, Callable[[Chain], object], *tuple[Callable[[Chain], object], ...]], ...] = (
+    ("transform", terms_of_last_pose, poses),
+    ("tool-jacobian", terms_in_tool_frame, seen_from_tool, in_tool_frame),
+)
+"""Questions, what counts the terms of the answer, and what else is wanted where these are not too many.
+
+Of random arms it is not: it would be half of the file.
+"""
+DRAWS = 300
+"""Draws of each family and step in which structures are looked for."""
+
+
+def arms() -> Iterator[Chain]:
+    """Yield an arm of each structure."""
+    seen = set()
+    for arm in _drawn():
+        its = structure(arm).chain
+        if its not in seen:
+            seen.add(its)
+            yield arm
+
+
+def _drawn() -> Iterator[Chain]:
+    for name, family in FAMILIES.items():
+        if not family.varied:
+            yield from (sample_chain(ProblemId(name, 1, convention=convention)) for convention in CONVENTIONS)
+            for step in STEPS:
+                yield from (sample_chain(ProblemId(name, seed, variation=step)) for seed in range(1, DRAWS + 1))
+    for n, clean in clean_structures().items():
+        yield from (chain_of(one.rows, one.task, f"random-{n}") for one in clean)
+
+
+def lines(arm: Chain) -> dict[bytes, str]:
+    """Return the lines of an arm's structure and of those of its first joints, by their keys."""
+    found = {key(structure(arm).chain): written(all_of(arm))}
+    for joints in range(1, arm.n):
+        part = structure(up_to_frame(arm, joints)).chain
+        found.setdefault(key(part), written(results(part)))
+    return found
+
+
+def all_of(arm: Chain) -> dict[str, object]:
+    """Return what is found out of a whole arm's structure, as far as its questions may want it."""
+    its = structure(arm).chain
+    found = results(its, is_whole=True, is_inverted=QUESTIONS["inverse-jacobian"].refusal(arm) is None)
+    for name, count, *more in BY_TRANSFORMS:
+        if arm.n <= MOST_JOINTS and QUESTIONS[name].objects(arm) is None:
+            is_asked = QUESTIONS[name].too_long(arm) is None and not FAMILIES[arm.name].varied
+            wanted = [count, *more] if is_asked else [count]
+            found |= {work.__name__: work(its) for work in wanted}
+    return found
+
+
+def text() -> str:
+    """Return the file."""
+    found: dict[bytes, str] = {}
+    for arm in arms():
+        for its_key, line in lines(arm).items():  # of an arm that is the first joints of another, all is kept
+            found[its_key] = max(found.get(its_key, ""), line, key=len)
+    return "\n".join([maker(), *(f"{its_key.decode()} {line}" for its_key, line in sorted(found.items())), ""])
+
+
+if __name__ == "__main__":
+    write_atomically(FILE, text())
+    say(f"wrote {FILE.name}")

@@ -1,0 +1,181 @@
+"""What is shipped of structures: made by this very code, the same as when it is worked out, and else not looked at."""
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+import sympy as sp
+
+from exercises.arm import derivation, shipped, transforms
+from exercises.arm.chain import Chain
+from exercises.arm.derivation import derive, structure
+from exercises.arm.shipped import read, written
+from exercises.arm.singularity import singular_set
+from exercises.arm.trigonometry import Factored
+from exercises.docs.shipped import all_of, lines
+from exercises.families import FAMILIES
+from exercises.families.structures import chain_of, clean_structures
+from exercises.generation import generate, sample_chain
+from exercises.notebook import notebook_text, solution_notebook
+from exercises.problem import ProblemId
+from exercises.questions import QUESTIONS
+from tests.support.suites import several
+
+X, Y = sp.symbols("x y")
+OF_STRUCTURES = [
+    work for module in (derivation, transforms) for work in vars(module).values() if hasattr(work, "cache_clear")
+]
+
+
+def forget() -> None:
+    """Let everything be found out again."""
+    for work in (shipped._lines, shipped.shipped, singular_set, *OF_STRUCTURES):
+        work.cache_clear()
+
+
+@pytest.fixture
+def nothing_shipped(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[], None]]:
+    """Return what lets everything be worked out, until the end of the test."""
+
+    def begin() -> None:
+        forget()
+        monkeypatch.setattr(shipped, "_lines", bytes)
+
+    yield begin
+    monkeypatch.undo()
+    forget()
+
+
+def test_it_was_made_by_this_code() -> None:
+    """Where this fails, run: python -m exercises.docs.shipped"""
+    first, *_ = shipped.FILE.read_text(encoding="utf-8").split("\n", 1)
+    assert first.split(" SymPy ")[0] == shipped.maker().split(" SymPy ")[0]
+
+
+def arms(family: str) -> list[Chain]:
+    if FAMILIES[family].varied:
+        clean = clean_structures()[int(family.removeprefix("random-"))]
+        every = clean[:: len(clean) // several(2, 20)]
+        return [chain_of(one.rows, one.task, family) for one in every]
+    return [sample_chain(ProblemId.parse(f"{family}/{name}")) for name in ("1", "1@screws", "1@full")]
+
+
+def test_it_is_what_is_worked_out(family: str, nothing_shipped: Callable[[], None]) -> None:
+    known = [shipped.shipped(structure(arm).chain) for arm in arms(family)]
+    assert all(known)
+    nothing_shipped()
+    for arm, found in zip(arms(family), known, strict=True):
+        anew = all_of(arm)
+        assert {*found} == {*anew}
+        assert sp.srepr(list(found.values())) == sp.srepr([anew[name] for name in found])
+        assert shipped.shipped(structure(arm).chain) == {}
+
+
+def test_a_problem_has_the_same_bytes_without_it(family: str, nothing_shipped: Callable[[], None]) -> None:
+    def text() -> str:
+        problem = generate(ProblemId(family, 3))
+        return notebook_text(solution_notebook("t", "k", "s", [("p1", problem)]))
+
+    forget()
+    taken = text()
+    nothing_shipped()
+    assert text() == taken
+
+
+def test_nothing_is_derived_that_is_shipped(family: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    arm = arms(family)[0]
+    forget()
+    monkeypatch.setattr(derivation, "textbook", None)
+    monkeypatch.setattr(transforms, "textbook", None)
+    monkeypatch.setattr(derivation, "factored", None)
+    assert derive(arm).geometric.shape == (6, arm.n)
+    assert derive(arm).generic_minors
+    assert all(QUESTIONS[name].refusal(arm) != "" for name in ("transform", "tool-jacobian"))
+    forget()
+
+
+FORMS = {
+    "sum": X - 2 * Y + sp.Rational(3, 7),
+    "product": -(X + Y) * sp.sin(X - Y) ** 2 / 3,
+    "turned": sp.Mul(2, sp.Add(X, Y), evaluate=False),
+    "root": sp.sqrt(2) * sp.cos(X + sp.pi / 6) / Y,
+    "matrix": sp.Matrix([[0, X], [Y, 1], [sp.pi, -X]]),
+    "counted": (3, 0),
+    "factored": (Factored(sp.Rational(-1, 2), ((X, 2), (sp.sin(Y), -1))), (Factored(sp.S.Zero, ()),)),
+}
+
+
+@pytest.mark.parametrize("name", FORMS)
+def test_results_are_read_as_they_were(name: str) -> None:
+    text = written({name: FORMS[name]})
+    assert sp.srepr(read(text)[name]) == sp.srepr(FORMS[name])
+    assert read(text)[name] == FORMS[name]
+
+
+@pytest.mark.parametrize("strange", [sp.Dummy("x"), sp.Symbol("x", positive=True), sp.Float(0.5), sp.tan(X), "x", {X}])
+def test_what_has_no_form_is_not_written(strange: object) -> None:
+    with pytest.raises(TypeError, match="has no form in"):
+        written({"strange": strange})
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "[]", "{}", '[["x",["+",0,1]],{}]', '[["x",["+",0,-1]],{}]', '[["x",["eval",0]],{}]', '[["x"],{"y":1}]'],
+)
+def test_what_is_no_result_is_not_read(text: str) -> None:
+    with pytest.raises(ValueError, match=r"."):
+        read(text)
+
+
+def test_to_read_evaluates_nothing() -> None:
+    (power,) = read('[[9,["^",0,0],["^",0,1],["^",0,2],["^",0,3]],{"p":4}]').values()
+    assert power.is_Pow
+    assert power.exp.exp.exp.args == (9, 9)
+
+
+@pytest.mark.parametrize(
+    "spoilt",
+    [
+        lambda text: text.replace(text[:64], "0" * 64),
+        lambda text: text.replace("SymPy ", "SymPy 0.", 1),
+        lambda text: "",
+        lambda text: text[:64],
+        lambda text: "\udcff" + text,
+    ],
+    ids=["other code", "other SymPy", "empty", "only its maker", "no text"],
+)
+def test_what_another_code_made_is_not_looked_at(
+    spoilt: Callable[[str], str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nor what is damaged; without a file, everything is worked out, too."""
+    arm = sample_chain(ProblemId("planar-2r", 1))
+    for name in shipped.MADE_BY:
+        (tmp_path / f"{name}.py").write_bytes(shipped.FILE.with_name(f"{name}.py").read_bytes())
+    (tmp_path / "shipped.txt").write_text(spoilt(fresh(arm)), "utf-8", "surrogateescape")
+    monkeypatch.setattr(shipped, "FILE", tmp_path / "shipped.txt")
+    forget()
+    assert shipped.shipped(structure(arm).chain) == {}
+    (tmp_path / "shipped.txt").write_text(fresh(arm), "utf-8")
+    forget()
+    assert shipped.shipped(structure(arm).chain)
+    (tmp_path / "shipped.txt").unlink()
+    forget()
+    assert shipped.shipped(structure(arm).chain) == {}
+    monkeypatch.undo()
+    forget()
+
+
+def fresh(arm: Chain) -> str:
+    """Return the file that the code at hand makes of an arm."""
+    return "\n".join([shipped.maker(), *(f"{known.decode()} {line}" for known, line in lines(arm).items()), ""])
+
+
+def test_a_key_says_all_that_results_depend_on() -> None:
+    """Two arms that differ in anything but their names have other keys."""
+    arm = structure(sample_chain(ProblemId.parse("elbow-3r/1@full"))).chain
+    others = [structure(sample_chain(ProblemId.parse(f"elbow-3r/{n}@full"))).chain for n in range(2, 40)]
+    others += [
+        structure(sample_chain(ProblemId.parse(f"elbow-3r/1@full@{how}"))).chain for how in ("screws", "modified-dh")
+    ]
+    others.append(arm.with_task("vx"))
+    assert len({shipped.key(one) for one in {arm, *others}}) == len({arm, *others})
