@@ -1,13 +1,16 @@
 """`python -m exercises.docs.shipped`: work out what structures of the registered families give, to be shipped.
 
 They are those of all arms at each step of variation, as far as so many draws find them; of the arms as the chapter
-draws them, also told in the other conventions; and of random arms all clean structures, as they stand in the table.
+draws them, also told in the other conventions; of random arms all clean structures, as they stand in the table; and of
+all real robots.
 """
 
 from collections.abc import Callable, Iterator
 
-from exercises.arm.chain import CONVENTIONS, Chain
+from exercises.arm.chain import CONVENTIONS, TASK_ROWS, Chain
 from exercises.arm.derivation import results, structure
+from exercises.arm.library import robot_path, robots
+from exercises.arm.robot_file import read_robot
 from exercises.arm.shipped import FILE, key, maker, written
 from exercises.arm.told import up_to_frame
 from exercises.arm.transforms import in_tool_frame, poses, seen_from_tool, terms_in_tool_frame, terms_of_last_pose
@@ -51,6 +54,7 @@ def _drawn() -> Iterator[Chain]:
                 yield from (sample_chain(ProblemId(name, seed, variation=step)) for seed in range(1, DRAWS + 1))
     for n, clean in clean_structures().items():
         yield from (chain_of(one.rows, one.task, f"random-{n}") for one in clean)
+    yield from (read_robot(robot_path(name)) for name in robots())
 
 
 def lines(arm: Chain) -> dict[bytes, str]:
@@ -65,10 +69,13 @@ def lines(arm: Chain) -> dict[bytes, str]:
 def all_of(arm: Chain) -> dict[str, object]:
     """Return what is found out of a whole arm's structure, as far as its questions may want it."""
     its = structure(arm).chain
-    found = results(its, is_whole=True, is_inverted=QUESTIONS["inverse-jacobian"].refusal(arm) is None)
+    has_minors = arm.name in FAMILIES or arm.n <= len(TASK_ROWS)  # else it is solved by elimination
+    is_inverted = has_minors and QUESTIONS["inverse-jacobian"].refusal(arm) is None
+    found = results(its, has_minors, is_inverted)
     for name, count, *more in BY_TRANSFORMS:
         if arm.n <= MOST_JOINTS and QUESTIONS[name].objects(arm) is None:
-            is_asked = QUESTIONS[name].too_long(arm) is None and not FAMILIES[arm.name].varied
+            is_random = arm.name in FAMILIES and FAMILIES[arm.name].varied
+            is_asked = QUESTIONS[name].too_long(arm) is None and not is_random
             wanted = [count, *more] if is_asked else [count]
             found |= {work.__name__: work(its) for work in wanted}
     return found

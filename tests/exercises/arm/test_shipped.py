@@ -9,6 +9,8 @@ import sympy as sp
 from exercises.arm import derivation, shipped, transforms
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive, structure
+from exercises.arm.library import robot_path, robots
+from exercises.arm.robot_file import read_robot
 from exercises.arm.shipped import read, written
 from exercises.arm.singularity import singular_set
 from exercises.arm.trigonometry import Factored
@@ -61,6 +63,7 @@ def arms(family: str) -> list[Chain]:
 
 
 def test_it_is_what_is_worked_out(family: str, nothing_shipped: Callable[[], None]) -> None:
+    """Where this fails for a new family, run: python -m exercises.docs.shipped"""
     known = [shipped.shipped(structure(arm).chain) for arm in arms(family)]
     assert all(known)
     nothing_shipped()
@@ -69,6 +72,16 @@ def test_it_is_what_is_worked_out(family: str, nothing_shipped: Callable[[], Non
         assert {*found} == {*anew}
         assert sp.srepr(list(found.values())) == sp.srepr([anew[name] for name in found])
         assert shipped.shipped(structure(arm).chain) == {}
+
+
+def test_real_robots_are_shipped(nothing_shipped: Callable[[], None]) -> None:
+    """Where this fails, run: python -m exercises.docs.shipped"""
+    arms = [read_robot(robot_path(name)) for name in robots()]
+    known = [shipped.shipped(structure(arm).chain) for arm in arms]
+    assert all({"_position", "_proved"} <= {*found} for found in known)
+    nothing_shipped()
+    for arm, found in list(zip(arms, known, strict=True))[:: several(9, 1)]:
+        assert sp.srepr(list(found.values())) == sp.srepr([all_of(arm)[name] for name in found])
 
 
 def test_a_problem_has_the_same_bytes_without_it(family: str, nothing_shipped: Callable[[], None]) -> None:
