@@ -15,7 +15,7 @@ from exercises import release
 from exercises.answers import Answer
 from exercises.arm.chain import Chain
 from exercises.assignment import Assignment, Student, load_assignment
-from exercises.notebook import solution_notebook, student_notebook
+from exercises.notebook import student_notebook
 from exercises.problem import Details, Part
 from exercises.quizzes import ASKED
 from exercises.redrawn import DRAWS, read_redrawn
@@ -231,7 +231,7 @@ def test_a_notebook_that_cannot_be_written_is_one_students(folder: Path, monkeyp
             raise KeyError("theta9")
         return student_notebook(title, key, student, problems, hinted)
 
-    monkeypatch.setattr(release, "MAKERS", (make, solution_notebook))
+    monkeypatch.setattr(release, "student_notebook", make)
     result = runner.invoke(app, ["generate", str(folder), "--jobs", "1"])
     assert result.exit_code == 2
     assert "s2: p2 (planar-2r): none of 10 draws can be asked. The first: qdot itself failed: KeyError" in result.stderr
