@@ -10,6 +10,6 @@ stops there. It needs Chromium, and Playwright and Pillow in the environment of 
     moodle      a quiz restored, taken and marked; a question bank; STACK
     jupyter     a student's notebook, jupyterquiz, and nbgrader's formgrader
     otter       Otter's check in a student's notebook, and a run of its autograder
-    prairielearn    a question, and what a submission of it is told
+    prairielearn    a course published and released; a question, and what a submission of it is told
     __main__    the command
 """
