@@ -14,7 +14,7 @@ from exercises.arm.chain import CONVENTIONS
 from exercises.arm.conventions import TABLES
 from exercises.arm.library import ENDINGS, is_in_library, robot_path
 from exercises.arm.library import robots as library
-from exercises.arm.robot_file import read_robot_file
+from exercises.arm.robot_file import ANGLE_UNITS, read_robot_file
 from exercises.arm.robot_text import robot_text
 from exercises.completion import among
 from exercises.console import VariationOption, note, one_of, progress, say, working
@@ -264,6 +264,14 @@ def solve(
             metavar="NAME", help=f"CSV: whose rows they are, one of {', '.join(TABLES)}.", autocompletion=among(TABLES)
         ),
     ] = "",
+    angles: Annotated[
+        str,
+        typer.Option(
+            metavar="UNIT",
+            help=f"CSV: what its angles are in, {' or '.join(ANGLE_UNITS)}.",
+            autocompletion=among(ANGLE_UNITS),
+        ),
+    ] = "",
     convert: Annotated[
         str,
         typer.Option(
@@ -299,9 +307,11 @@ def solve(
     seconds = seconds_of(time)
     if convention:
         one_of(convention, TABLES, "--convention")
+    if angles:
+        one_of(angles, ANGLE_UNITS, "--angles")
     if map_file is not None:
         check_map(map_file)
-    read = read_robot_file(robot_path(robot), tip, convention)
+    read = read_robot_file(robot_path(robot), tip, convention, angles)
     for said in read.notes:
         note(said)
     if convert:

@@ -10,7 +10,7 @@ from typing import TypeVar
 import sympy as sp
 
 from exercises.answers import Answer
-from exercises.arm.chain import CONVENTIONS, TWIST_ORDERS, Chain
+from exercises.arm.chain import CALLED, CONVENTIONS, TWIST_ORDERS, Chain
 from exercises.arm.told import is_by_axes
 from exercises.credit import Credit
 from exercises.errors import QdotError, likeliest
@@ -102,7 +102,7 @@ def _sorted_marks(text: str, marks: Sequence[str]) -> tuple[list[str], list[str]
         if "+" not in mark and mark not in (*STEPS, *AXES):
             known = {name: kind for kind, names in _MARKS.items() for name in names}
             called = mark.replace("_", "-")
-            meant = _CALLED.get(called) or _ORDERS_CALLED.get(called) or likeliest(mark, list(known))
+            meant = CALLED.get(called) or _ORDERS_CALLED.get(called) or likeliest(mark, list(known))
             is_what = f" (did you mean the {known[meant]} {meant!r}?)" if meant else ""
             raise QdotError(
                 f"{text!r}: {mark!r} is neither a variation nor a convention nor an order of twists{is_what}; "
@@ -146,18 +146,10 @@ _ORDERS_CALLED = {
 def convention_named(name: str) -> str:
     """Return what an identity says of a convention: nothing of the usual one. Raises QdotError for one that is none."""
     if name not in CONVENTIONS:
-        meant = _CALLED.get(name.lower().replace("_", "-")) or likeliest(name.lower(), CONVENTIONS)
+        meant = CALLED.get(name.lower().replace("_", "-")) or likeliest(name.lower(), CONVENTIONS)
         hint = f" (did you mean {meant!r}?)" if meant else ""
         raise QdotError(f"unknown convention {name!r}{hint}; known: {', '.join(CONVENTIONS)}")
     return "" if name == CONVENTIONS[0] else name
-
-
-_CALLED = {
-    **dict.fromkeys(("standard", "standard-dh", "distal", "denavit-hartenberg"), "dh"),
-    **dict.fromkeys(("craig", "mdh", "proximal"), "modified-dh"),
-    **dict.fromkeys(("axes", "twists", "poe", "lynch-park", "product-of-exponentials"), "screws"),
-}
-"""What conventions are called elsewhere, and here."""
 
 
 @dataclass(frozen=True)

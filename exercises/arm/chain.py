@@ -18,6 +18,13 @@ TASK_ROWS = ("vx", "vy", "vz", "wx", "wy", "wz")
 CONVENTIONS = ("dh", "modified-dh", "screws")
 """The ways in which an arm is told: by a standard table, a modified one (Craig), or its axes at home."""
 
+CALLED = {
+    **dict.fromkeys(("standard", "standard-dh", "distal", "denavit-hartenberg"), "dh"),
+    **dict.fromkeys(("craig", "mdh", "proximal"), "modified-dh"),
+    **dict.fromkeys(("axes", "twists", "poe", "lynch-park", "product-of-exponentials"), "screws"),
+}
+"""What conventions are called elsewhere, and here."""
+
 TWIST_ORDERS = ("omega-v", "v-omega")
 """The orders of a twist of an arm told by its axes: of Lynch and Park, and of Murray, Li and Sastry."""
 

@@ -183,7 +183,10 @@ def _check_angle(value: sp.Expr) -> None:
         raise QdotError(f'{float(constant):g} looks like an angle rounded; write it exactly, "{sp.pi * nearest / 12}"')
     if abs(constant) > 7:
         exact = sp.pi * constant / 180
-        raise QdotError(f'angles are in radians; {float(constant):g} degrees would be "{exact}"')
+        raise QdotError(
+            f'angles are in radians; {float(constant):g} degrees would be "{exact}"; if all are in degrees, say so: '
+            'angles = "degrees", or --angles degrees for a CSV'
+        )
 
 
 def _constant(value: sp.Expr) -> sp.Expr:

@@ -37,7 +37,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from exercises.arm.chain import CONVENTIONS, TASK_ROWS, TWIST_ORDERS, Base, Chain, Joint, Point
+from exercises.arm.chain import CALLED, CONVENTIONS, TASK_ROWS, TWIST_ORDERS, Base, Chain, Joint, Point
 from exercises.arm.conventions import Row, axes_of_rows, by_axes, is_rounded, modified, standard, standard_point
 from exercises.arm.derivation import derive
 from exercises.arm.entry import check_role, doubt, value_of
@@ -54,6 +54,8 @@ KEYS = {"dh": ROW_KEYS, "modified-dh": ROW_KEYS, "screws": ("kind", "axis", "poi
 ANGLES = ("theta", "alpha")
 MOST_JOINTS = 10
 """The proof that both routes give the same Jacobian takes twice as long for each parallel joint more."""
+ANGLE_UNITS = ("radians", "degrees")
+"""In what a file may have its angles."""
 TOP_KEYS = ("name", "source", "convention", "twist_order", "angles", "task", "point", "base", "tool", "joint", "draw")
 _RANGE = "a length has a range in metres, as in a1 = [0.3, 0.8]"
 _POSE = "it is {position = [x, y, z]}, with rpy = [roll, pitch, yaw] if it is turned"
@@ -108,29 +110,28 @@ def read_robot(path: Path) -> Chain:
     return read_robot_file(path).chain
 
 
-def read_robot_file(path: Path, tip: str = "", convention: str = "") -> Robot:
+def read_robot_file(path: Path, tip: str = "", convention: str = "", angles: str = "") -> Robot:
     """Return the robot that a file describes, of the kind that its name says: .toml, .csv or .urdf.
 
-    A URDF has the link `tip` at the end of the chain, a table in CSV the rows of a `convention`. Raises QdotError with
-    the file, line, place and what is right.
+    A URDF has the link `tip` at the end of the chain, a table in CSV the rows of a `convention`, its `angles` in
+    radians or degrees. Raises QdotError with the file, line, place and what is right.
     """
     kind = path.suffix.lower()
     if kind in (".urdf", ".xml"):
-        _refuse_convention(path, convention)
+        _refuse_said(path, convention, angles)
         return _of_urdf(path, read_urdf(path, tip))
     if tip:
         raise QdotError(f"{path}: a tip is named for a URDF, whose name ends in .urdf")
     if kind == ".csv":
-        return robot_of(read_csv_rows(path, convention or CONVENTIONS[0]))
-    _refuse_convention(path, convention)
+        return robot_of(read_csv_rows(path, convention or CONVENTIONS[0], angles or ANGLE_UNITS[0]))
+    _refuse_said(path, convention, angles)
     return robot_of(read_toml(path))
 
 
-def _refuse_convention(path: Path, convention: str) -> None:
-    if convention:
-        raise QdotError(
-            f'{path}: --convention is for a table in CSV; a ROBOT.toml says convention = "{convention}" itself'
-        )
+def _refuse_said(path: Path, convention: str, angles: str) -> None:
+    for key, value in (("convention", convention), ("angles", angles)):
+        if value:
+            raise QdotError(f'{path}: --{key} is for a table in CSV; a ROBOT.toml says {key} = "{value}" itself')
 
 
 def _too_many(count: int) -> str:
@@ -164,7 +165,7 @@ class _TableFile(TomlFile):
         return self.numbers[index] if isinstance(index, int) else None
 
 
-def read_csv_rows(path: Path, convention: str) -> TomlFile:
+def read_csv_rows(path: Path, convention: str, angles: str) -> TomlFile:
     """Return a table in CSV as the file that it stands for: a column for each entry of a row. Raises QdotError."""
     rows = read_table(path, ROW_KEYS[0], ",".join(ROW_KEYS), too_long=_TOO_LONG)
     if not rows:
@@ -172,7 +173,7 @@ def read_csv_rows(path: Path, convention: str) -> TomlFile:
     for index, (number, row) in enumerate(rows, 1):
         _check_cells(f"{path}: line {number}: joint {index}", row)
     joints = [{key: _cell(key, text) for key, text in row.items() if text.strip()} for _, row in rows]
-    content = {"name": path.stem, "convention": convention, "joint": joints}
+    content = {"name": path.stem, "convention": convention, "angles": angles, "joint": joints}
     return _TableFile(path, "", content, tuple(number for number, _ in rows))
 
 
@@ -222,7 +223,7 @@ class _Reader:
         if "twist_order" in self.table and self.convention != "screws":
             with file.at("twist_order"):
                 raise QdotError('it is of arms that are told by their axes, with convention = "screws"')
-        self.in_degrees = self._one_of("angles", ("radians", "degrees")) == "degrees"
+        self.in_degrees = self._one_of("angles", ANGLE_UNITS) == ANGLE_UNITS[1]
         rows = self.table["joint"]
         with file.at("joint"):
             if not isinstance(rows, list) or not rows or not all(isinstance(row, dict) for row in rows):
@@ -260,7 +261,9 @@ class _Reader:
         value = self.table.get(key, known[0])
         with self.file.at(key):
             if value not in known:
-                raise QdotError(f"it is {' or '.join(map(shown, known))}")
+                meant = CALLED.get(str(value).lower().replace("_", "-")) if key == "convention" else None
+                hint = f"; for what you wrote, that is {shown(meant)}" if meant else ""
+                raise QdotError(f"it is {' or '.join(map(shown, known))}{hint}")
         return str(value)
 
     def _kind(self, index: int, row: dict[str, Any]) -> str:

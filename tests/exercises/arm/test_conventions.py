@@ -406,6 +406,31 @@ def test_a_table_in_csv_has_the_rows_of_a_convention(tmp_path: Path) -> None:
         read_robot_file(path)
 
 
+def test_a_table_in_csv_has_its_angles_in_degrees_where_that_is_said(tmp_path: Path) -> None:
+    path = tmp_path / "elbow.csv"
+    path.write_text("kind;theta;d;a;alpha\nR;theta1;0,4;0;90\nR;theta2 + 30;0;0,5;0\n")
+    chain = read_robot_file(path, angles="degrees").chain
+    assert (chain.joints[0].alpha, chain.joints[0].d) == (sp.pi / 2, sp.Rational(2, 5))
+    assert chain.joints[1].theta == sp.Symbol("theta2") + sp.pi / 6
+    for angles in ("", "radians"):
+        with pytest.raises(QdotError, match=r'90 degrees would be "pi/2"; if all .* or --angles degrees for a CSV'):
+            read_robot_file(path, angles=angles)
+    robot = tmp_path / "robot.toml"
+    robot.write_text(HEAD + ROW)
+    with pytest.raises(
+        QdotError, match=r'--angles is for a table in CSV; a ROBOT\.toml says angles = "degrees" itself'
+    ):
+        read_robot_file(robot, angles="degrees")
+
+
+@pytest.mark.parametrize(("called", "meant"), [("mdh", "modified-dh"), ("Craig", "modified-dh"), ("PoE", "screws")])
+def test_a_convention_by_another_name_is_told_ours(called: str, meant: str, tmp_path: Path) -> None:
+    path = tmp_path / "robot.toml"
+    path.write_text(f'convention = "{called}"\n{HEAD}{ROW}')
+    with pytest.raises(QdotError, match=f'for what you wrote, that is "{meant}"'):
+        read_robot_file(path)
+
+
 HEAD, ROW = 'name = "m"\n', '[[joint]]\nkind = "R"\ntheta = "theta1"\nd = 0\na = "a1"\nalpha = 0\n'
 SCREW = '[[joint]]\nkind = "R"\naxis = [0, 0, 1]\npoint = [0, 0, 0]\n'
 
