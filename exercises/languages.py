@@ -130,6 +130,14 @@ class Catalogue:
         """
         return text if self._decimal == "." else _PIECES.sub(self._own_decimals, text)
 
+    def with_decimal(self, number: str) -> str:
+        """Return a number, as it stands in a sentence, with the decimal sign of the language.
+
+        >>> catalogue("de").with_decimal("−0.25 m/s")
+        '−0,25 m/s'
+        """
+        return _DECIMAL.sub(rf"\1{self._decimal}\2", number)
+
     @cached_property
     def _decimal(self) -> str:
         return self.pgettext("decimal sign", ".")

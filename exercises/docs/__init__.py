@@ -299,9 +299,9 @@ def examples(language: str = ENGLISH) -> tuple[Example, ...]:
 
 
 @cache
-def corrections() -> tuple[Erratum, ...]:
+def corrections(language: str = ENGLISH) -> tuple[Erratum, ...]:
     """Return what is wrong in the chapter as printed."""
-    return errata(planar_2r(), scorbot_arm())
+    return errata(planar_2r(), scorbot_arm(), catalogue(language))
 
 
 def examples_page() -> str:

@@ -14,6 +14,7 @@ from exercises.arm.chain import Chain
 from exercises.arm.classification import classify_pieces
 from exercises.arm.derivation import derive
 from exercises.arm.kinematics import NumericChain
+from exercises.languages import Catalogue
 
 A1, A2, A3, T1, T2, T3 = sp.symbols("a1 a2 a3 theta1 theta2 theta3")
 QD1, QD2 = sp.symbols("qd1 qd2")
@@ -50,9 +51,19 @@ class Erratum:
     values: tuple[tuple[str, str], ...]
 
 
-def errata(planar: Chain, scorbot: Chain) -> tuple[Erratum, ...]:
-    """Return the corrections in the chapter's order; the arms are those of Examples 6.1 and 6.3."""
-    return (*_of_6_1(planar), _inverse(planar), *_of_6_3(scorbot), *_of_the_text(planar))
+def errata(planar: Chain, scorbot: Chain, words: Catalogue) -> tuple[Erratum, ...]:
+    """Return the corrections in the chapter's order and in a language; the arms are those of Examples 6.1 and 6.3."""
+    said = (*_of_6_1(planar, words), _inverse(planar, words), *_of_6_3(scorbot, words), *_of_the_text(planar, words))
+    return tuple(_with_decimals(each, words) for each in said)
+
+
+def _with_decimals(said: Erratum, words: Catalogue) -> Erratum:
+    """Return a correction with the decimal sign of a language, also of the numbers that stand in no formula."""
+    own = words.with_decimals
+    return replace(
+        said, printed=own(said.printed), right=own(said.right), at=own(said.at),
+        values=tuple((own(what), words.with_decimal(value)) for what, value in said.values),
+    )  # fmt: skip
 
 
 def number(value: sp.Expr | float) -> str:
@@ -77,7 +88,8 @@ def shown(numbers: Numbers) -> str:
     return ", ".join(texts)
 
 
-def _of_6_1(planar: Chain) -> tuple[Erratum, ...]:
+def _of_6_1(planar: Chain, words: Catalogue) -> tuple[Erratum, ...]:
+    gettext, pgettext = words.gettext, words.pgettext
     d = derive(planar)
     rotation = d.rotations[2].xreplace(TWO_R)
     c12, s12 = sp.cos(T1 + T2), sp.sin(T1 + T2)
@@ -87,26 +99,40 @@ def _of_6_1(planar: Chain) -> tuple[Erratum, ...]:
     printed = (-A1 * sp.sin(T1) * QD1 - A2 * s12 * QD1 + QD2).xreplace(moving)
     return (
         Erratum(
-            "Example 6.1, entry (2, 1) of $T$", "wrong", "a cosine", "$s_{12}$",
-            "The columns of a rotation have length 1 and are square to each other. Whoever copies the entry works "
-            "with a matrix that stretches, and every frame behind it is misplaced.",
+            gettext("Example 6.1, entry (2, 1) of $T$"),
+            pgettext("erratum", "wrong"),
+            gettext("a cosine"),
+            "$s_{12}$",
+            gettext(
+                "The columns of a rotation have length 1 and are square to each other. Whoever copies the entry "
+                "works with a matrix that stretches, and every frame behind it is misplaced."
+            ),
             shown(TWO_R),
-            (("length of the first column with $c_{12}$ there", number(sp.sqrt(printed_column.dot(printed_column)))),
-             ("length of the right one", number(sp.sqrt(rotation[:, 0].dot(rotation[:, 0]))))),
+            (
+                (
+                    gettext("length of the first column with $c_{12}$ there"),
+                    number(sp.sqrt(printed_column.dot(printed_column))),
+                ),
+                (gettext("length of the right one"), number(sp.sqrt(rotation[:, 0].dot(rotation[:, 0])))),
+            ),
         ),
         Erratum(
-            "Example 6.1, $v_x$ and $v_y$", "lost in the layout",
+            gettext("Example 6.1, $v_x$ and $v_y$"),
+            pgettext("erratum", "lost in the layout"),
             r"$-a_2 s_{12}\,\dot{\theta}_1 + \dot{\theta}_2$",
             r"$-a_2 s_{12}(\dot{\theta}_1 + \dot{\theta}_2)$",
-            "Without the bracket a rate in rad/s is added to a velocity in m/s, and joint 2 would move $P$ equally "
-            "fast whatever the length of its link.",
+            gettext(
+                "Without the bracket a rate in rad/s is added to a velocity in m/s, and joint 2 would move $P$ "
+                "equally fast whatever the length of its link."
+            ),
             shown(moving),
-            (("$v_x$ as printed", f"{number(printed)} m/s"), ("$v_x$", f"{number(right)} m/s")),
+            ((gettext("$v_x$ as printed"), f"{number(printed)} m/s"), ("$v_x$", f"{number(right)} m/s")),
         ),
-    )  # fmt: skip
+    )
 
 
-def _inverse(planar: Chain) -> Erratum:
+def _inverse(planar: Chain, words: Catalogue) -> Erratum:
+    gettext, pgettext = words.gettext, words.pgettext
     jacobian = derive(planar).jacobian
     right = jacobian.inv().xreplace(TWO_R).evalf()
     printed = right.as_mutable()
@@ -115,17 +141,28 @@ def _inverse(planar: Chain) -> Erratum:
     rates = printed * wanted
     reached = jacobian.xreplace(TWO_R).evalf() * rates
     return Erratum(
-        "Example 6.2, entry (1, 2) of $J^{-1}$", "wrong", "$-a_2 s_{12}$", "$+a_2 s_{12}$",
-        "$J J^{-1}$ is no longer the identity: an arm that is told to move along $y$ with the printed inverse moves "
-        "another way. Multiplying the two matrices finds such a slip.",
-        f"{shown(TWO_R)}, wanted $v_x = 0$, $v_y = 0.2$ m/s",
-        (("$v_x$ reached with the printed inverse", f"{number(reached[0])} m/s"),
-         ("$v_y$ reached", f"{number(reached[1])} m/s"),
-         ("$v_x$ with the right one", f"{number((jacobian.xreplace(TWO_R).evalf() * right * wanted)[0])} m/s")),
-    )  # fmt: skip
+        gettext("Example 6.2, entry (1, 2) of $J^{-1}$"),
+        pgettext("erratum", "wrong"),
+        "$-a_2 s_{12}$",
+        "$+a_2 s_{12}$",
+        gettext(
+            "$J J^{-1}$ is no longer the identity: an arm that is told to move along $y$ with the printed "
+            "inverse moves another way. Multiplying the two matrices finds such a slip."
+        ),
+        gettext("%(arm)s, wanted $v_x = 0$, $v_y = 0.2$ m/s", arm=shown(TWO_R)),
+        (
+            (gettext("$v_x$ reached with the printed inverse"), f"{number(reached[0])} m/s"),
+            (gettext("$v_y$ reached"), f"{number(reached[1])} m/s"),
+            (
+                gettext("$v_x$ with the right one"),
+                f"{number((jacobian.xreplace(TWO_R).evalf() * right * wanted)[0])} m/s",
+            ),
+        ),
+    )
 
 
-def _of_6_3(scorbot: Chain) -> tuple[Erratum, ...]:
+def _of_6_3(scorbot: Chain, words: Catalogue) -> tuple[Erratum, ...]:
+    gettext, pgettext = words.gettext, words.pgettext
     d = derive(scorbot)
     right = d.geometric[1, 1].xreplace(ELBOW)
     printed = (-sp.sin(T1) * (A2 * sp.sin(T2) + A3 * sp.cos(T2 + T3))).xreplace(ELBOW)
@@ -138,35 +175,57 @@ def _of_6_3(scorbot: Chain) -> tuple[Erratum, ...]:
     shoulder = _shoulder(d.determinant)
     return (
         Erratum(
-            r"Example 6.3, $\partial p_y / \partial \theta_2$", "wrong", "$-s_1(a_2 s_2 + a_3 c_{23})$",
+            gettext(r"Example 6.3, $\partial p_y / \partial \theta_2$"),
+            pgettext("erratum", "wrong"),
+            "$-s_1(a_2 s_2 + a_3 c_{23})$",
             "$-s_1(a_2 s_2 + a_3 s_{23})$",
-            "The derivative of $c_{23}$ is $-s_{23}$. A finite difference of the position, worked out with numbers, "
-            "shows the slip at once.",
+            gettext(
+                "The derivative of $c_{23}$ is $-s_{23}$. A finite difference of the position, worked out with "
+                "numbers, shows the slip at once."
+            ),
             shown(ELBOW),
-            (("as printed", number(printed)), ("right", number(right)), ("finite difference", number(difference))),
+            (
+                (gettext("as printed"), number(printed)),
+                (pgettext("erratum", "right"), number(right)),
+                (gettext("finite difference"), number(difference)),
+            ),
         ),
         Erratum(
-            r"Example 6.3, $\det J$", "incomplete", "five terms, left as a sum",
+            gettext(r"Example 6.3, $\det J$"),
+            pgettext("erratum", "incomplete"),
+            gettext("five terms, left as a sum"),
             "$a_2 a_3 s_3 (a_1 + a_2 c_2 + a_3 c_{23})$",
-            "Only the factors tell where the arm is singular; from the sum nothing can be read.",
+            gettext("Only the factors tell where the arm is singular; from the sum nothing can be read."),
             shown(ELBOW),
-            (("terms of the determinant, multiplied out and not tidied", str(len(sp.Add.make_args(terms)))),
-             ("the sum", number(terms.xreplace(ELBOW))), ("the product", number(factored.xreplace(ELBOW)))),
+            (
+                (gettext("terms of the determinant, multiplied out and not tidied"), str(len(sp.Add.make_args(terms)))),
+                (gettext("the sum"), number(terms.xreplace(ELBOW))),
+                (gettext("the product"), number(factored.xreplace(ELBOW))),
+            ),
         ),
         Erratum(
-            "Example 6.3, singular configurations", "wrong", "$s_2 = 0$ and $s_3 = 0$",
+            gettext("Example 6.3, singular configurations"),
+            pgettext("erratum", "wrong"),
+            gettext("$s_2 = 0$ and $s_3 = 0$"),
             "$s_3 = 0$, or $a_1 + a_2 c_2 + a_3 c_{23} = 0$",
-            r"$\theta_2 = 0$ by itself costs nothing, so that the printed set has configurations too many. And it "
-            "lacks the shoulder singularity, $P$ on the axis of joint 1, which a program that checks the printed "
-            "conditions would run into.",
-            rf"the lengths above; first $\theta_2 = 0$, then $\theta_2 = {number(sp.deg(shoulder[T2]))}^\circ$, "
-            r"$\theta_3 = 70^\circ$, where neither $s_2$ nor $s_3$ is zero",
-            ((r"rank of $J$ at $\theta_2 = 0$", str(_rank(scorbot, straight))),
-             (r"$\det J$ there", number(factored.xreplace(straight))),
-             ("rank of $J$ at the second place", str(_rank(scorbot, shoulder))),
-             (r"$\det J$ there", number(factored.xreplace(shoulder)))),
+            gettext(
+                r"$\theta_2 = 0$ by itself costs nothing, so that the printed set has configurations too many. And "
+                r"it lacks the shoulder singularity, $P$ on the axis of joint 1, which a program that checks the "
+                r"printed conditions would run into."
+            ),
+            gettext(
+                r"the lengths above; first $\theta_2 = 0$, then $\theta_2 = %(angle)s^\circ$, $\theta_3 = "
+                r"70^\circ$, where neither $s_2$ nor $s_3$ is zero",
+                angle=number(sp.deg(shoulder[T2])),
+            ),
+            (
+                (gettext(r"rank of $J$ at $\theta_2 = 0$"), str(_rank(scorbot, straight))),
+                (gettext(r"$\det J$ there"), number(factored.xreplace(straight))),
+                (gettext("rank of $J$ at the second place"), str(_rank(scorbot, shoulder))),
+                (gettext(r"$\det J$ there"), number(factored.xreplace(shoulder))),
+            ),
         ),
-    )  # fmt: skip
+    )
 
 
 def _shoulder(determinant: sp.Expr) -> dict[sp.Symbol, sp.Expr]:
@@ -181,58 +240,99 @@ def _rank(chain: Chain, numbers: Numbers) -> int:
     return int(np.linalg.matrix_rank(jacobian, tol=1e-9))
 
 
-def _of_the_text(planar: Chain) -> tuple[Erratum, ...]:
+def _of_the_text(planar: Chain, words: Catalogue) -> tuple[Erratum, ...]:
+    gettext, pgettext = words.gettext, words.pgettext
     determinant = derive(planar).determinant
     stretched, folded = ({**TWO_R, T2: angle} for angle in (sp.S.Zero, sp.pi))
     distance = NumericChain(planar, {"a1": 0.5, "a2": 0.4}).point(np.array([0.0, np.pi / 3]))
+    away = number(float(np.linalg.norm(distance)))
     solutions = _solutions(0.5, 0.4, 0.9), _solutions(0.5, 0.4, float(np.linalg.norm(distance)))
+    kinds = {"boundary": pgettext("erratum", "boundary"), "internal": pgettext("erratum", "internal")}
     alike = _folded_kind(planar, 0.5), _folded_kind(planar, 0.4)
     return (
         Erratum(
-            "singularity defined as two aligned joint axes", "wrong", "two joint axes align",
-            "$J$ loses rank",
-            "The axes of the planar arm are parallel in every configuration, singular or not, and never coincide. "
-            "Aligned axes are a reason that comes up in wrists, not the definition.",
-            "the planar arm, axes parallel throughout",
-            ((r"rank at $\theta_2 = 40^\circ$", str(_rank(planar, TWO_R))),
-             (r"rank at $\theta_2 = 0$", str(_rank(planar, stretched)))),
+            gettext("singularity defined as two aligned joint axes"),
+            pgettext("erratum", "wrong"),
+            gettext("two joint axes align"),
+            gettext("$J$ loses rank"),
+            gettext(
+                "The axes of the planar arm are parallel in every configuration, singular or not, and never "
+                "coincide. Aligned axes are a reason that comes up in wrists, not the definition."
+            ),
+            gettext("the planar arm, axes parallel throughout"),
+            (
+                (gettext(r"rank at $\theta_2 = 40^\circ$"), str(_rank(planar, TWO_R))),
+                (gettext(r"rank at $\theta_2 = 0$"), str(_rank(planar, stretched))),
+            ),
         ),
         Erratum(
-            "how many inverse solutions there are at a singularity", "wrong", "infinitely many, always",
-            "it depends on the singularity",
-            "A student who looks for the infinitely many poses of the stretched arm looks in vain: it is the only one "
-            "that reaches so far. Infinitely many there are where $P$ lies on an axis, at a shoulder for one.",
-            r"the planar arm with $a_1 = 0.5$ m, $a_2 = 0.4$ m",
-            (("poses that reach a point at 0.9 m, stretched out", str(solutions[0])),
-             (f"poses that reach a point at {number(float(np.linalg.norm(distance)))} m", str(solutions[1]))),
+            gettext("how many inverse solutions there are at a singularity"),
+            pgettext("erratum", "wrong"),
+            gettext("infinitely many, always"),
+            gettext("it depends on the singularity"),
+            gettext(
+                "A student who looks for the infinitely many poses of the stretched arm looks in vain: it is the "
+                "only one that reaches so far. Infinitely many there are where $P$ lies on an axis, at a shoulder "
+                "for one."
+            ),
+            gettext(r"the planar arm with $a_1 = 0.5$ m, $a_2 = 0.4$ m"),
+            (
+                (gettext("poses that reach a point at 0.9 m, stretched out"), str(solutions[0])),
+                (
+                    gettext("poses that reach a point at %(distance)s m", distance=words.with_decimal(away)),
+                    str(solutions[1]),
+                ),
+            ),
         ),
         Erratum(
-            "boundary singularities", "wrong", "a joint at its physical limits",
-            "the point at the boundary of what it can reach: arm stretched out or folded back",
-            "A limit of travel does not enter $J$: at a stop the Jacobian may have full rank, and at full stretch it "
-            "has not, however far the joints could turn.",
-            r"a stop at $\theta_2 = 40^\circ$, against full stretch",
-            ((r"$\det J$ at the stop", number(determinant.xreplace(TWO_R))),
-             (r"$\det J$ at $\theta_2 = 0$", number(determinant.xreplace(stretched)))),
+            gettext("boundary singularities"),
+            pgettext("erratum", "wrong"),
+            gettext("a joint at its physical limits"),
+            gettext("the point at the boundary of what it can reach: arm stretched out or folded back"),
+            gettext(
+                "A limit of travel does not enter $J$: at a stop the Jacobian may have full rank, and at full "
+                "stretch it has not, however far the joints could turn."
+            ),
+            gettext(r"a stop at $\theta_2 = 40^\circ$, against full stretch"),
+            (
+                (gettext(r"$\det J$ at the stop"), number(determinant.xreplace(TWO_R))),
+                (r"$\det J$ at $\theta_2 = 0$", number(determinant.xreplace(stretched))),
+            ),
         ),
         Erratum(
-            "“may render $J$ not invertible”", "wrong", "may", "does",
-            "That is what singular means: the determinant is zero and no inverse exists. Close to it the joint rates "
-            "grow without bound.",
-            "the planar arm",
-            ((r"$\det J$ at $\theta_2 = 0$", number(determinant.xreplace(stretched))),
-             (r"at $\theta_2 = \pi$", number(determinant.xreplace(folded)))),
+            gettext("“may render $J$ not invertible”"),
+            pgettext("erratum", "wrong"),
+            pgettext("erratum", "may"),
+            pgettext("erratum", "does"),
+            gettext(
+                "That is what singular means: the determinant is zero and no inverse exists. Close to it the joint "
+                "rates grow without bound."
+            ),
+            gettext("the planar arm"),
+            (
+                (r"$\det J$ at $\theta_2 = 0$", number(determinant.xreplace(stretched))),
+                (r"at $\theta_2 = \pi$", number(determinant.xreplace(folded))),
+            ),
         ),
         Erratum(
-            "Example 6.2, $s_2 = 0$", "incomplete", "$s_2 = 0$",
-            r"$\theta_2 = 0$ or $\theta_2 = \pi$, with $a_1, a_2 \neq 0$; for $a_1 = a_2$ the folded arm is inside its "
-            "reach",
-            "With equal links $P$ comes to lie on the axis of joint 1, from where it can be reached past in every "
-            "direction: an internal singularity, not a boundary.",
+            gettext("Example 6.2, $s_2 = 0$"),
+            pgettext("erratum", "incomplete"),
+            "$s_2 = 0$",
+            gettext(
+                r"$\theta_2 = 0$ or $\theta_2 = \pi$, with $a_1, a_2 \neq 0$; for $a_1 = a_2$ the folded arm is "
+                r"inside its reach"
+            ),
+            gettext(
+                "With equal links $P$ comes to lie on the axis of joint 1, from where it can be reached past in "
+                "every direction: an internal singularity, not a boundary."
+            ),
             r"$\theta_2 = \pi$",
-            (("kind for $a_1 = a_2 = 0.5$ m", alike[0]), ("kind for $a_1 = 0.5$ m, $a_2 = 0.4$ m", alike[1])),
+            (
+                (gettext("kind for $a_1 = a_2 = 0.5$ m"), kinds[alike[0]]),
+                (gettext("kind for $a_1 = 0.5$ m, $a_2 = 0.4$ m"), kinds[alike[1]]),
+            ),
         ),
-    )  # fmt: skip
+    )
 
 
 def _solutions(a1: float, a2: float, reach: float) -> int:

@@ -1,23 +1,21 @@
 """The book's side of the site: a page for each of Examples 6.1 to 6.4 with the live arm beside it, and the errata."""
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 from exercises.arm.chain import Chain
 from exercises.docs import Example, corrections, examples
-from exercises.docs.errata import Erratum
 from exercises.figure import figure_svg, singular_svg
 from exercises.languages import ENGLISH, LANGUAGES, catalogue
 from exercises.problem import Problem, ProblemId
 from exercises.record import Json
-from exercises.render import environment, render
+from exercises.render import environment
 from exercises.site.page import Page
 from exercises.site.record import arm_record, determinant_factors
 from exercises.writing.markup import to_html
 
 SECTION = "examples"
-Corrections = Sequence[tuple[int, Erratum]]
 START, ERRATA = "examples/index.html", "examples/errata.html"
 ASIDE = 0.62
 """The part of a page's width that a formula may take beside the arm."""
@@ -34,14 +32,13 @@ def address(number: str) -> str:
 
 def chapter_pages() -> Iterator[Page]:
     """Yield the pages of the chapter's examples, what leads to them, and the errata."""
-    errata = list(enumerate(corrections(), 1))
-    start = {language: _start(language, errata) for language in (ENGLISH, *LANGUAGES)}
+    start = {language: _start(language) for language in (ENGLISH, *LANGUAGES)}
     yield _told(Page(START, *start.pop(ENGLISH), section=SECTION, kind="wide"), start)
     for place, example in enumerate(examples()):
-        pages = {language: _example(place, language, errata) for language in (ENGLISH, *LANGUAGES)}
+        pages = {language: _example(place, language) for language in (ENGLISH, *LANGUAGES)}
         yield _told(Page(address(example.number), *pages.pop(ENGLISH), section=SECTION, kind="wide"), pages)
-    text = render("site/errata.md.j2", errata=errata, places=_places(errata), level="##")
-    yield Page(ERRATA, "Errata of the chapter", to_html(text), section=SECTION)
+    told = {language: _errata(language) for language in (ENGLISH, *LANGUAGES)}
+    yield _told(Page(ERRATA, *told.pop(ENGLISH), section=SECTION), told)
 
 
 def _told(page: Page, told: Mapping[str, tuple[str, str]]) -> Page:
@@ -56,11 +53,11 @@ def _listed(language: str) -> list[dict[str, str]]:
     ]
 
 
-def _start(language: str, errata: Corrections) -> tuple[str, str]:
+def _start(language: str) -> tuple[str, str]:
     """Return title and body of the page that leads to the examples."""
     template = environment(language).get_template("site/examples.html.j2")
     title = catalogue(language).gettext("Examples 6.1 to 6.4")
-    return title, template.render(examples=_listed(language), errata=len(errata), errata_at=ERRATA)
+    return title, template.render(examples=_listed(language), errata=len(corrections()), errata_at=ERRATA)
 
 
 def _card_figure(example: Example) -> str:
@@ -69,13 +66,21 @@ def _card_figure(example: Example) -> str:
     return singular_svg(example.arm, name) if seen and example.singular else figure_svg(example.arm, name)
 
 
-def _example(place: int, language: str, errata: Corrections) -> tuple[str, str]:
-    """Return title and body of an example's page; what is said of the errata is in English."""
+def _errata(language: str) -> tuple[str, str]:
+    """Return title and body of the page of errata."""
+    template = environment(language).get_template("site/errata.md.j2")
+    text = template.render(errata=list(enumerate(corrections(language), 1)), places=_places(), level="##")
+    return catalogue(language).gettext("Errata of the chapter"), to_html(text)
+
+
+def _example(place: int, language: str) -> tuple[str, str]:
+    """Return title and body of an example's page."""
     templates, every = environment(language), _listed(language)
     example = examples(language)[place]
     arm = example.arm
-    own = [(number, e) for number, e in errata if e.where.startswith(f"Example {example.number}")]
-    differs = render("site/errata-list.md.j2", errata=own, places={}, level="###")
+    here = [number for number, at in _places().items() if at == address(example.number)]
+    own = [(number, corrections(language)[number - 1]) for number in here]
+    differs = templates.get_template("site/errata-list.md.j2").render(errata=own, places={}, level="###")
     given = templates.get_template("site/example-given.md.j2").render(example=example)
     title = catalogue(language).gettext("Example %(number)s", number=example.number)
     return title, templates.get_template("site/example.html.j2").render(
@@ -97,7 +102,8 @@ def told_arm(chain: Chain) -> Json:
     return arm_record(Problem(ProblemId("docs", 0), chain, ())) | {"factors": determinant_factors(chain)}
 
 
-def _places(errata: Corrections) -> dict[int, str]:
+def _places() -> dict[int, str]:
     """Return the page of the example that a correction is about, by the correction's number."""
     known = {f"Example {e.number}": address(e.number) for e in examples()}
+    errata = enumerate(corrections(), 1)
     return {number: at for number, e in errata for name, at in known.items() if e.where.startswith(name)}

@@ -72,9 +72,33 @@ def to_html(text: str, formula: Callable[[str, bool], str] | None = None, share:
 @lru_cache(maxsize=512)
 def _mathml(latex: str, block: bool, room: float) -> str:
     if not block:
-        return mathml(parsed(latex))
+        return "".join(mathml(parsed(each)) + after for each, after in _equations(latex))
     shown = fitted(parsed(latex), room)
     return mathml(shown, True, min(100, int(100 * room / width(shown))))
+
+
+MANY = 3
+"""So many equations in a line of text are formulas of their own, as browsers break no line inside of one."""
+
+
+def _equations(latex: str) -> list[tuple[str, str]]:
+    """Return the equations of a list with what stands behind each; a formula that is no list of many is one.
+
+    >>> _equations("a_1 = 1, a_2 = 2, P = (0, 1)")
+    [('a_1 = 1', ', '), ('a_2 = 2', ', '), ('P = (0, 1)', '')]
+    >>> _equations("x = 1, y = 2")
+    [('x = 1, y = 2', '')]
+    """
+    depth, start = 0, 0
+    found: list[tuple[str, str]] = []
+    for at, sign in enumerate(latex):
+        depth += (sign in "({[") - (sign in ")}]")
+        if depth == 0 and sign in ",;" and latex[at + 1 : at + 2] == " " and latex[at - 1] != "\\":
+            found.append((latex[start:at].strip(), f"{sign} "))
+            start = at + 1
+    found.append((latex[start:].strip(), ""))
+    is_list = len(found) >= MANY and all("=" in equation for equation, _ in found)
+    return found if is_list else [(latex, "")]
 
 
 def fitted_latex(latex: str, room: float) -> str:

@@ -144,3 +144,33 @@ test("on a German phone it is German, decimal commas are read, and nothing is wi
   assert.ok(wider <= 0, `${wider} pixels wider than the screen`);
   assert.deepEqual(wrong, []);
 });
+
+test("numbers beside the table follow a move in the frame of the drawing", async () => {
+  const { page } = await opened(there, "own.html#robot=ur5");
+  await page.locator(".own-figures").waitFor();
+  const [before, after, moved] = await page.evaluate(async () => {
+    const shown = () => document.querySelector(".own-figures tbody").textContent;
+    const line = () => document.querySelectorAll(".arm-grip")[2].getAttribute("points");
+    const [first, drawn] = [shown(), line()];
+    const key = { key: "ArrowRight", shiftKey: true, bubbles: true, cancelable: true };
+    document.querySelector(".arm-box").dispatchEvent(new KeyboardEvent("keydown", key));
+    for (let i = 0; i < 20; i += 1) await null; // what is done before the next frame
+    return [first, shown(), drawn !== line()];
+  });
+  assert.ok(moved, "the arm is drawn in its new pose");
+  assert.notEqual(after, before);
+});
+
+test("a number for a joint that is none, or the same in another turn, gives way to the joint's own", async () => {
+  const { page } = await opened(there, "own.html#robot=ur5");
+  const field = page.locator('.arm-joints input[type="number"]').nth(1);
+  await field.fill("30");
+  await field.press("Enter");
+  assert.equal(await field.inputValue(), "30");
+  for (const typed of ["390", ""]) {
+    await field.fill(typed);
+    await field.press("Enter");
+    await drawn(page);
+    assert.equal(await field.inputValue(), "30", `after “${typed}”`);
+  }
+});

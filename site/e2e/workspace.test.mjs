@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { drawn, inChromium, opened, PHONE } from "./opened.mjs";
+import { drawn, inChromium, opened, openedAnew, PHONE } from "./opened.mjs";
 
 const there = inChromium();
 const JACOBIAN = "practice.html?arm=planar-2r&question=jacobian&variation=chapter";
@@ -164,4 +164,17 @@ test("nothing jumps while a page comes: the arm has its room before it is there"
     }
     await context.close();
   }
+});
+
+test("on a German phone the stage's tabs end in sight with its fold, and the page is no wider than the screen", async () => {
+  const { page, context } = await openedAnew(there, "practice.html?arm=planar-2r&question=jacobian", {
+    ...PHONE,
+    locale: "de-DE",
+  });
+  const fold = page.locator(".arm-fold");
+  await fold.waitFor();
+  const { x, width } = await fold.boundingBox();
+  assert.ok(x + width <= 390, `the fold ends at ${x + width}`);
+  assert.ok((await page.evaluate(() => document.documentElement.scrollWidth)) <= 390);
+  await context.close();
 });

@@ -1,12 +1,13 @@
 // The drawing that is taken hold of: links and point are dragged, a spatial arm is turned, all of it by keys as well.
 
 import type { ComponentChildren, JSX } from "preact";
-import { useMemo, useRef, useState } from "preact/hooks";
+import { memo } from "preact/compat";
+import { useCallback, useMemo, useRef, useState } from "preact/hooks";
 
 import { Body, inPixels } from "./flat.js";
 import { plainLetters } from "./letters.js";
 import { drawnColumns, type Layers, Marks } from "./marks.js";
-import { type Arm, measuresOf, type Pose, type State } from "./model.js";
+import type { Arm, Measures, Pose, State } from "./model.js";
 import { linkDragged, pointMoved } from "./moves.js";
 import { extentOf, within } from "./ranges.js";
 import { atShare, linkOf, nearestShare } from "./shape.js";
@@ -19,6 +20,7 @@ import { useSize } from "./size.js";
 export interface DrawingProps {
   readonly arm: Arm;
   readonly state: State;
+  readonly measures: Measures;
   readonly reach: number;
   readonly layers: Layers;
   readonly chosen: number;
@@ -55,7 +57,6 @@ export function Drawing(props: DrawingProps): JSX.Element {
   const extent = useMemo(() => extentOf(arm), [arm]);
   const flat = useMemo(() => flatPlane(arm) !== null, [arm]);
   const view = useMemo(() => viewOf(arm, extent, width, height, orbit), [arm, extent, width, height, orbit]);
-  const ratio = useMemo(() => measuresOf(state).ratio, [state]);
   const columns = useMemo(
     () => (layers.ellipse ? drawnColumns(arm, state, reach) : null),
     [arm, state, reach, layers.ellipse],
@@ -89,6 +90,11 @@ export function Drawing(props: DrawingProps): JSX.Element {
       onPose(linkDragged(arm, state, view, held.link, place, from(place)));
     } else setOrbit(turned(held.from, (held.at[0] - x) / 160, (y - held.at[1]) / 160, 1));
   };
+  /** The view after a key that turns it, or that brings the first one back. */
+  const looked = useCallback((key: string): void => {
+    const turn = TURNS[key];
+    setOrbit((now) => (turn ? turned(now, ...turn) : FIRST_ORBIT));
+  }, []);
   const pressed = (event: KeyboardEvent): void => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     const size = event.shiftKey ? 10 : 2;
@@ -96,8 +102,7 @@ export function Drawing(props: DrawingProps): JSX.Element {
     const number = Number(event.key);
     if (event.key.toLowerCase() === "p") onChoose(-1);
     else if (number >= 1 && number <= arm.joints.length) onChoose(number - 1);
-    else if (!flat && TURNS[event.key]) setOrbit(turned(orbit, ...TURNS[event.key]!));
-    else if (event.key === "0") setOrbit(FIRST_ORBIT);
+    else if (event.key === "0" || (!flat && TURNS[event.key])) looked(event.key);
     else if (step && chosen < 0) {
       const metres = size * 0.005 * view.scale;
       onPose(pointMoved(arm, state.pose, lifted(view, [step[0] * metres, step[1] * metres])));
@@ -137,7 +142,7 @@ export function Drawing(props: DrawingProps): JSX.Element {
             reach={reach}
             layers={layers}
             flat={flat}
-            ratio={ratio}
+            ratio={props.measures.ratio}
             lit={lit}
           />
           {links.map((line, i) => (
@@ -164,9 +169,7 @@ export function Drawing(props: DrawingProps): JSX.Element {
           />
           {target && <Target at={pixel(view, target.at)} onDown={(event) => hold(event, () => "target")} />}
         </svg>
-        {!flat && (
-          <ViewButtons onKey={(key) => setOrbit(TURNS[key] ? turned(orbit, ...TURNS[key]) : FIRST_ORBIT)} />
-        )}
+        {!flat && <ViewButtons onKey={looked} />}
       </div>
       <p class={`arm-hint${known ? " arm-known" : ""}`}>
         <span>{say(flat ? "arm.hint.drag" : "arm.hint.drag-space")}</span>{" "}
@@ -211,7 +214,7 @@ function shifted(place: Vec3, by: Vec3): Vec3 {
 }
 
 /** Looking from elsewhere without keys: what fingers can't do by dragging, since a page is scrolled that way. */
-function ViewButtons({ onKey }: { readonly onKey: (key: string) => void }): JSX.Element {
+const ViewButtons = memo(({ onKey }: { readonly onKey: (key: string) => void }): JSX.Element => {
   const say = useSay();
   return (
     <div
@@ -234,7 +237,7 @@ function ViewButtons({ onKey }: { readonly onKey: (key: string) => void }): JSX.
       ))}
     </div>
   );
-}
+});
 
 interface Grip {
   readonly at: Pixel;

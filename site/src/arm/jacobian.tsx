@@ -18,9 +18,20 @@ export interface JacobianProps {
 
 export function Jacobian({ arm, state, lit, onLit }: JacobianProps): JSX.Element {
   const say = useSay();
+  const point = say("number.point");
   const column = (i: number): string => `arm-j${(i % 7) + 1}${lit === i ? " arm-lit" : ""}`;
+  /** The column that is pointed at, the first of a row being its name. */
+  const pointed = ({ target }: PointerEvent): void => {
+    const index = (target as Element).closest<HTMLTableCellElement>("td, th")?.cellIndex ?? 0;
+    onLit(index > 0 ? index - 1 : null);
+  };
   return (
-    <table class="arm-jacobian" data-columns={arm.joints.length} onPointerLeave={() => onLit(null)}>
+    <table
+      class="arm-jacobian"
+      data-columns={arm.joints.length}
+      onPointerOver={pointed}
+      onPointerLeave={() => onLit(null)}
+    >
       <caption class="arm-unseen">{say("arm.jacobian.title")}</caption>
       <thead>
         <tr>
@@ -28,7 +39,7 @@ export function Jacobian({ arm, state, lit, onLit }: JacobianProps): JSX.Element
             <i>J</i>
           </th>
           {arm.joints.map(({ name }, i) => (
-            <th key={name} scope="col" class={column(i)} onPointerEnter={() => onLit(i)}>
+            <th key={name} scope="col" class={column(i)}>
               <Letters name={name} dot />
             </th>
           ))}
@@ -41,8 +52,8 @@ export function Jacobian({ arm, state, lit, onLit }: JacobianProps): JSX.Element
               <Letters name={rowName(row)} />
             </th>
             {state.counted[k]!.map((value, i) => (
-              <td key={i} class={column(i)} onPointerEnter={() => onLit(i)}>
-                {fixed(value, say("number.point"))}
+              <td key={i} class={column(i)}>
+                {fixed(value, point)}
               </td>
             ))}
           </tr>

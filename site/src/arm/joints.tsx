@@ -1,6 +1,8 @@
 // A slider and a number for each joint: native inputs, in degrees and metres.
 
 import type { JSX } from "preact";
+import { memo } from "preact/compat";
+import { useCallback, useRef } from "preact/hooks";
 
 import { Letters, plainLetters } from "./letters.js";
 import type { Arm, Pose } from "./model.js";
@@ -15,57 +17,89 @@ export interface JointsProps {
   readonly onPose: (pose: Pose) => void;
 }
 
-export function Joints({ arm, pose, chosen, onChoose, onPose }: JointsProps): JSX.Element {
+export function Joints(props: JointsProps): JSX.Element {
+  const { arm, pose, chosen } = props;
   const say = useSay();
+  const now = useRef(props);
+  now.current = props;
+  const choose = useCallback((joint: number) => now.current.onChoose(joint), []);
+  const set = useCallback((joint: number, value: number): void => {
+    const { arm, pose, onPose } = now.current;
+    onPose(pose.map((old, k) => (k === joint ? within(arm, joint, value) : old)));
+  }, []);
   return (
     <fieldset class="arm-joints">
       <legend>{say("arm.joints")}</legend>
-      {arm.joints.map((joint, i) => {
-        const turns = joint.kind === "R";
-        const unit = turns ? Math.PI / 180 : 1;
-        const { low, high } = rangeOf(arm, i);
-        const shown = decimals(pose[i]! / unit, turns ? 1 : 3);
-        const name = plainLetters(joint.name);
-        const set = (text: string): void => {
-          const value = Number(text);
-          if (text.trim() === "" || !Number.isFinite(value)) return;
-          onPose(pose.map((old, k) => (k === i ? within(arm, i, value * unit) : old)));
-        };
-        const common = {
-          min: low / unit,
-          max: high / unit,
-          value: shown,
-          onFocus: () => onChoose(i),
-        };
-        return (
-          <div
-            key={joint.name}
-            class={`arm-joint-row arm-j${(i % 7) + 1}${chosen === i ? " arm-chosen" : ""}`}
-          >
-            <span class="arm-joint-name" aria-hidden="true">
-              <Letters name={joint.name} />
-            </span>
-            <input
-              type="range"
-              step={turns ? 0.5 : 0.005}
-              {...common}
-              aria-label={say(turns ? "arm.joint.turn" : "arm.joint.slide", { joint: name })}
-              aria-valuetext={say(turns ? "arm.value.degrees" : "arm.value.metres", { value: shown })}
-              onInput={(event) => set(event.currentTarget.value)}
-            />
-            <input
-              type="number"
-              step={turns ? 1 : 0.01}
-              {...common}
-              aria-label={say(turns ? "arm.joint.degrees" : "arm.joint.metres", { joint: name })}
-              onChange={(event) => set(event.currentTarget.value)}
-            />
-            <span class="arm-unit" aria-hidden="true">
-              {turns ? "°" : "m"}
-            </span>
-          </div>
-        );
-      })}
+      {arm.joints.map(({ name }, i) => (
+        <Row
+          key={name}
+          arm={arm}
+          index={i}
+          value={pose[i]!}
+          chosen={chosen === i}
+          onChoose={choose}
+          onValue={set}
+        />
+      ))}
     </fieldset>
   );
 }
+
+interface RowProps {
+  readonly arm: Arm;
+  readonly index: number;
+  readonly value: number;
+  readonly chosen: boolean;
+  readonly onChoose: (joint: number) => void;
+  readonly onValue: (joint: number, value: number) => void;
+}
+
+// `memo` leaves the joints alone that do not move: a browser takes its time over an input.
+const Row = memo(({ arm, index, value, chosen, onChoose, onValue }: RowProps): JSX.Element => {
+  const say = useSay();
+  const joint = arm.joints[index]!;
+  const turns = joint.kind === "R";
+  const unit = turns ? Math.PI / 180 : 1;
+  const { low, high } = rangeOf(arm, index);
+  const shown = decimals(value / unit, turns ? 1 : 3);
+  const name = plainLetters(joint.name);
+  const set = (text: string): void => {
+    const typed = Number(text);
+    if (text.trim() !== "" && Number.isFinite(typed)) onValue(index, typed * unit);
+  };
+  const common = {
+    min: low / unit,
+    max: high / unit,
+    value: shown,
+    onFocus: () => onChoose(index),
+  };
+  return (
+    <div class={`arm-joint-row arm-j${(index % 7) + 1}${chosen ? " arm-chosen" : ""}`}>
+      <span class="arm-joint-name" aria-hidden="true">
+        <Letters name={joint.name} />
+      </span>
+      <input
+        type="range"
+        step={turns ? 0.5 : 0.005}
+        {...common}
+        aria-label={say(turns ? "arm.joint.turn" : "arm.joint.slide", { joint: name })}
+        aria-valuetext={say(turns ? "arm.value.degrees" : "arm.value.metres", { value: shown })}
+        onInput={(event) => set(event.currentTarget.value)}
+      />
+      <input
+        type="number"
+        step={turns ? 1 : 0.01}
+        {...common}
+        aria-label={say(turns ? "arm.joint.degrees" : "arm.joint.metres", { joint: name })}
+        onChange={({ currentTarget: field }) => {
+          const text = field.value;
+          field.value = String(shown); // what it is, should this be none, or the same in another turn
+          set(text);
+        }}
+      />
+      <span class="arm-unit" aria-hidden="true">
+        {turns ? "°" : "m"}
+      </span>
+    </div>
+  );
+});

@@ -1,6 +1,7 @@
 // Symbols as they are set: an italic letter, its index lowered, the star of p* raised.
 
 import type { JSX } from "preact";
+import { memo } from "preact/compat";
 
 const GREEK: Readonly<Record<string, string>> = { theta: "θ", sigma: "σ" };
 
@@ -19,7 +20,7 @@ export function plainLetters(name: string): string {
     .join(" = ");
 }
 
-export function Letters({ name, dot = false }: { name: string; dot?: boolean }): JSX.Element {
+export const Letters = memo(({ name, dot = false }: { name: string; dot?: boolean }): JSX.Element => {
   const [letter, star, index] = partsOf(name);
   return (
     <span class="arm-letters">
@@ -28,23 +29,21 @@ export function Letters({ name, dot = false }: { name: string; dot?: boolean }):
       {index && <sub>{index}</sub>}
     </span>
   );
-}
+});
 
 /** The same inside a drawing, as pieces of a text element; names of one thing have "=" between them. */
-export function DrawnLetters({ name }: { name: string }): JSX.Element {
-  return (
-    <>
-      {name.split("=").map((one, k) => (
-        <DrawnName
-          key={one}
-          name={one}
-          lowered={k > 0 && partsOf(name.split("=")[k - 1]!)[2] !== ""}
-          first={k === 0}
-        />
-      ))}
-    </>
-  );
-}
+export const DrawnLetters = memo(({ name }: { name: string }): JSX.Element => (
+  <>
+    {name.split("=").map((one, k) => (
+      <DrawnName
+        key={one}
+        name={one}
+        lowered={k > 0 && partsOf(name.split("=")[k - 1]!)[2] !== ""}
+        first={k === 0}
+      />
+    ))}
+  </>
+));
 
 function DrawnName({
   name,

@@ -1,7 +1,8 @@
 // The map of det J over two joints, on which one walks: the arm follows, and the singular set is its zero line.
 
 import type { JSX } from "preact";
-import { useContext, useEffect, useMemo, useRef, useState } from "preact/hooks";
+import { memo } from "preact/compat";
+import { useCallback, useContext, useEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { plainLetters } from "./letters.js";
 import type { Arm, Measures, Pose } from "./model.js";
@@ -37,6 +38,8 @@ export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Elem
   const [width, height] = useSize(frame, [420, 380]);
 
   useEffect(() => setPair(telling(arm)), [arm]);
+  const pickAcross = useCallback((joint: number) => setPair((now) => withoutTwins([joint, now[1]], now)), []);
+  const pickUp = useCallback((joint: number) => setPair((now) => withoutTwins([now[0], joint], now)), []);
 
   // Only the joints that are not on the map change it.
   const rest = pose.map((value, i) => (pair.includes(i) ? 0 : value));
@@ -120,18 +123,8 @@ export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Elem
   return (
     <section class="arm-map" aria-label={say("arm.map.title")}>
       <div class="arm-row">
-        <Axis
-          arm={arm}
-          label={say("arm.map.across")}
-          value={pair[0]}
-          onPick={(joint) => setPair(withoutTwins([joint, pair[1]], pair))}
-        />
-        <Axis
-          arm={arm}
-          label={say("arm.map.up")}
-          value={pair[1]}
-          onPick={(joint) => setPair(withoutTwins([pair[0], joint], pair))}
-        />
+        <Axis arm={arm} label={say("arm.map.across")} value={pair[0]} onPick={pickAcross} />
+        <Axis arm={arm} label={say("arm.map.up")} value={pair[1]} onPick={pickUp} />
         <label>
           <span class="arm-unseen">{say("arm.map.shown")}</span>
           <select value={shown} onChange={(event) => setShown(event.currentTarget.value as Shown)}>
@@ -260,25 +253,25 @@ function withoutTwins(next: Pair, before: Pair): Pair {
   return next[0] === next[1] ? [before[1], before[0]] : next;
 }
 
-function Axis(props: {
-  arm: Arm;
-  label: string;
-  value: number;
-  onPick: (joint: number) => void;
-}): JSX.Element {
-  return (
-    <label>
-      {props.label}{" "}
-      <select value={props.value} onChange={(event) => props.onPick(Number(event.currentTarget.value))}>
-        {props.arm.joints.map(({ name }, i) => (
-          <option key={name} value={i}>
-            {plainLetters(name)}
-          </option>
-        ))}
-      </select>
-    </label>
-  );
+interface AxisProps {
+  readonly arm: Arm;
+  readonly label: string;
+  readonly value: number;
+  readonly onPick: (joint: number) => void;
 }
+
+const Axis = memo(({ arm, label, value, onPick }: AxisProps): JSX.Element => (
+  <label>
+    {label}{" "}
+    <select value={value} onChange={(event) => onPick(Number(event.currentTarget.value))}>
+      {arm.joints.map(({ name }, i) => (
+        <option key={name} value={i}>
+          {plainLetters(name)}
+        </option>
+      ))}
+    </select>
+  </label>
+));
 
 /** Where an axis is marked: every quarter turn, or five places along a slide. */
 function ticksOf(arm: Arm, joint: number, signed: (value: number) => string): (readonly [number, string])[] {

@@ -129,8 +129,8 @@ export function Marks(props: MarksProps): JSX.Element {
           ],
           view.width,
           view.height,
-        ).map(({ name, style, x, y, from }, k) => (
-          <g key={k} class={style}>
+        ).map(({ name, style, x, y, from }, k, all) => (
+          <g key={`${name} ${all.slice(0, k).filter((other) => other.name === name).length}`} class={style}>
             {from ? <path class="arm-leader" d={`M${from[0]} ${from[1]}L${x} ${y}`} /> : null}
             <text x={x} y={y + 5}>
               <DrawnLetters name={name} />

@@ -4,7 +4,8 @@
 import "./arm.css";
 
 import type { ComponentChildren, JSX } from "preact";
-import { useEffect, useId, useMemo, useRef, useState } from "preact/hooks";
+import { memo } from "preact/compat";
+import { useId, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import type { NamedPose, SymbolInfo } from "../bank.js";
 import type { TextKey } from "../text/en.js";
@@ -38,13 +39,12 @@ export interface ArmProps extends StageWish {
   readonly over?: ((stage: Stage, view: View) => ComponentChildren) | undefined;
 }
 
-export function Arm(props: ArmProps): JSX.Element {
-  return (
-    <Spoken.Provider value={props.language ?? ENGLISH}>
-      <Panel {...props} />
-    </Spoken.Provider>
-  );
-}
+/** The stage; what is around it may be told of every move, and shows the same arm on. */
+export const Arm = memo((props: ArmProps): JSX.Element => (
+  <Spoken.Provider value={props.language ?? ENGLISH}>
+    <Panel {...props} />
+  </Spoken.Provider>
+));
 
 /** From so many pixels on, numbers and sliders are beside the map or the path; below, one pane is open at a time. */
 const WIDE = 600;
@@ -63,10 +63,15 @@ function Panel(props: ArmProps): JSX.Element {
   const box = useRef<HTMLElement>(null);
   const [width] = useSize(box, [720, 600]);
   const wide = width >= WIDE;
-  const stage = useStage(props, isNarrowPage() ? null : (props.pane ?? "map"));
+  const [first] = useState(() => (isNarrowPage() ? null : (props.pane ?? "map")));
+  const stage = useStage(props, first);
   const { onStage, over } = props;
-  useEffect(() => onStage?.(stage), [stage.state, stage.rested, stage.welding?.place, stage.welding?.weld]);
-  const { arm, robot, rested, welding } = stage;
+  // In the same frame as the drawing.
+  useLayoutEffect(
+    () => onStage?.(stage),
+    [stage.state, stage.rested, stage.welding?.place, stage.welding?.weld],
+  );
+  const { arm, robot, rested, welding, layers, toggle, reset } = stage;
   const [folded, setFolded] = useState(false);
   const words = useMemo(() => inWords(arm, rested, sayIn(language)), [arm, rested, language]);
   const ids = useId();
@@ -82,7 +87,7 @@ function Panel(props: ArmProps): JSX.Element {
       data-folded={folded ? "" : undefined}
     >
       <div class="arm-panel">
-        {wide ? <Shown stage={stage} /> : null}
+        {wide ? <Shown layers={layers} toggle={toggle} reset={reset} /> : null}
         <div class="arm-scene">
           <Drawing
             {...stage}
@@ -155,7 +160,7 @@ function Panel(props: ArmProps): JSX.Element {
               {open === "jacobian" ? <Numbers stage={stage} /> : null}
               {open === "map" ? <Map stage={stage} /> : null}
               {open === "weld" ? <Path stage={stage} /> : null}
-              {open === "layers" ? <Shown stage={stage} /> : null}
+              {open === "layers" ? <Shown layers={layers} toggle={toggle} reset={reset} /> : null}
             </div>
           </div>
         </div>
@@ -173,22 +178,22 @@ function isNarrowPage(): boolean {
 }
 
 /** What is shown in the drawing, and the way back to the first pose. */
-function Shown({ stage }: { stage: Stage }): JSX.Element {
+const Shown = memo(({ layers, toggle, reset }: Pick<Stage, "layers" | "toggle" | "reset">): JSX.Element => {
   const say = useSay();
   return (
     <div class="arm-layers" role="group" aria-label={say("arm.layers")}>
       {LAYERS.map((layer) => (
         <label key={layer}>
-          <input type="checkbox" checked={stage.layers[layer]} onChange={() => stage.toggle(layer)} />
+          <input type="checkbox" checked={layers[layer]} onChange={() => toggle(layer)} />
           {say(`arm.layer.${layer}`)}
         </label>
       ))}
-      <button type="button" class="arm-reset" onClick={stage.reset}>
+      <button type="button" class="arm-reset" onClick={reset}>
         {say("arm.reset")}
       </button>
     </div>
   );
-}
+});
 
 /** det J in a line over the drawing, where its pane may be closed. */
 function Readout({ arm, measures }: Stage): JSX.Element {

@@ -5,8 +5,8 @@ import {
   Color,
   CylinderGeometry,
   DirectionalLight,
-  Group,
   HemisphereLight,
+  InstancedMesh,
   LineBasicMaterial,
   LineSegments,
   BufferGeometry,
@@ -47,6 +47,16 @@ export interface Stage {
 const UP = new Vector3(0, 1, 0);
 const SIDES = 40;
 
+/** Unit solids, each of which stands in the arm many times. */
+type Solid = "bar" | "ball" | "box";
+
+/** A solid where it stands, how large and in which colour. */
+interface Piece {
+  readonly solid: Solid;
+  readonly place: Matrix4;
+  readonly color: Color;
+}
+
 /** A stage on a canvas. Throws where the browser has no WebGL. */
 export function stageOn(canvas: HTMLCanvasElement, palette: Palette): Stage {
   const renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true });
@@ -54,85 +64,51 @@ export function stageOn(canvas: HTMLCanvasElement, palette: Palette): Stage {
   const camera = new OrthographicCamera();
   const sun = new DirectionalLight(0xffffff, 1.6);
   scene.add(new HemisphereLight(0xffffff, 0x8890a0, 1.7), sun, sun.target);
-  const [bar, ball, box] = [
-    new CylinderGeometry(1, 1, 1, SIDES),
-    new SphereGeometry(1, 28, 18),
-    new BoxGeometry(1, 1, 1),
-  ];
+  const ball = new SphereGeometry(1, 28, 18);
+  const solids: Readonly<Record<Solid, Copies>> = {
+    bar: copiesIn(scene, new CylinderGeometry(1, 1, 1, SIDES)),
+    ball: copiesIn(scene, ball),
+    box: copiesIn(scene, new BoxGeometry(1, 1, 1)),
+  };
+  const glass = new MeshStandardMaterial({ transparent: true, opacity: 0.22, depthWrite: false });
+  const ellipsoid = new Mesh(ball, glass);
+  ellipsoid.matrixAutoUpdate = false;
+  ellipsoid.frustumCulled = false; // its place is in its matrix alone
+  scene.add(ellipsoid);
+  const lines = new LineBasicMaterial();
   let paints = paintsOf(palette);
-  let body = new Group();
-  let grid: LineSegments | null = null;
-  scene.add(body);
+  let grid: { readonly arm: Arm; readonly lines: LineSegments } | null = null;
+  let size = "";
 
-  /** A unit solid that stands between two points, of a radius. */
-  function between(
-    solid: CylinderGeometry | BoxGeometry,
-    a: Vec3,
-    b: Vec3,
-    radius: number,
-    paint: MeshStandardMaterial,
-  ): void {
-    const way = subtract(b, a);
-    const length = norm(way);
-    if (length < 1e-9) return;
-    const mesh = new Mesh(solid, paint);
-    mesh.position.set(...along(a, way, 0.5));
-    mesh.quaternion.copy(new Quaternion().setFromUnitVectors(UP, new Vector3(...unit(way))));
-    mesh.scale.set(radius, length, radius);
-    body.add(mesh);
+  /** The grid under an arm, made anew for another arm only. */
+  function ground(arm: Arm): void {
+    if (grid?.arm === arm) return;
+    if (grid) scene.remove(grid.lines);
+    grid?.lines.geometry.dispose();
+    grid = { arm, lines: gridUnder(arm, lines) };
+    scene.add(grid.lines);
   }
 
-  function round(at: Vec3, radius: number, paint: MeshStandardMaterial): void {
-    const mesh = new Mesh(ball, paint);
-    mesh.position.set(...at);
-    mesh.scale.setScalar(radius);
-    body.add(mesh);
-  }
-
-  function built(arm: Arm, state: State): void {
-    const joint = thicknessOf(arm);
-    const thin = 0.48 * joint;
-    arm.joints.forEach((_, i) => {
-      const line = linkOf(arm, state, i + 1);
-      line.forEach((corner, k) => {
-        round(corner, thin, paints.link);
-        if (k > 0) between(bar, line[k - 1]!, corner, thin, paints.link);
-      });
-    });
-    const places = placesOf(arm, state, reachOf(arm));
-    arm.joints.forEach(({ kind }, i) => {
-      const { z } = state.frames[i]!;
-      const [half, paint] = [
-        kind === "R" ? 1.25 * joint : 1.9 * joint,
-        paints.joints[i % paints.joints.length]!,
-      ];
-      const [low, high] = [along(places[i]!, z, -half), along(places[i]!, z, half)];
-      between(kind === "R" ? bar : box, low, high, kind === "R" ? joint : 1.7 * joint, paint);
-    });
-    round(state.point, 0.6 * joint, paints.point);
-  }
-
-  function ellipsoid(state: State, columns: readonly Vec3[]): void {
-    const { sigma, v } = right(columns);
-    const axes = v.map((axis, k) => axis.map((value) => value * Math.max(sigma[k]!, 1e-3 * sigma[0]!)));
-    const mesh = new Mesh(ball, paints.ellipse);
-    mesh.matrixAutoUpdate = false;
-    const rows = [0, 1, 2].flatMap((r) => [...axes.map((axis) => axis[r]!), state.point[r]!]);
-    mesh.matrix = new Matrix4().set(...(rows as unknown as Twelve), 0, 0, 0, 1);
-    body.add(mesh);
+  /** Room for the pixels of a view: what is drawn is lost where it is asked for, so that it is asked for once. */
+  function fit({ width, height }: View): void {
+    const ratio = Math.min(2, globalThis.devicePixelRatio || 1);
+    const wanted = `${width} ${height} ${ratio}`;
+    if (size === wanted) return;
+    size = wanted;
+    renderer.setPixelRatio(ratio);
+    renderer.setSize(width, height, false);
   }
 
   return {
     draw(arm, state, view, columns) {
-      scene.remove(body);
-      body = new Group();
-      scene.add(body);
-      built(arm, state);
-      if (columns) ellipsoid(state, columns);
-      if (!grid) scene.add((grid = gridUnder(arm, paints.grid)));
-      const ratio = Math.min(2, globalThis.devicePixelRatio || 1);
-      renderer.setPixelRatio(ratio);
-      renderer.setSize(view.width, view.height, false);
+      const pieces = piecesOf(arm, state, paints);
+      for (const solid of SOLIDS) solids[solid].lay(pieces.filter((piece) => piece.solid === solid));
+      ellipsoid.visible = columns !== null;
+      if (columns) ellipsoid.matrix.copy(ellipsoidAt(state, columns));
+      glass.color.copy(paints.ellipse);
+      lines.color.copy(paints.grid);
+      ground(arm);
+      fit(view);
       const [w, h, far] = [view.width / view.scale / 2, view.height / view.scale / 2, 20 * reachOf(arm)];
       Object.assign(camera, { left: -w, right: w, top: h, bottom: -h, near: 0, far: 2 * far });
       camera.position.set(...along(view.centre, view.toward, far));
@@ -146,13 +122,93 @@ export function stageOn(canvas: HTMLCanvasElement, palette: Palette): Stage {
     },
     paint(next) {
       paints = paintsOf(next);
-      if (grid) scene.remove(grid);
-      grid = null;
     },
     dispose() {
       renderer.dispose();
     },
   };
+}
+
+const SOLIDS = ["bar", "ball", "box"] as const;
+
+/** A solid that is drawn in many places at once. */
+interface Copies {
+  lay(pieces: readonly Piece[]): void;
+}
+
+function copiesIn(scene: Scene, solid: BufferGeometry): Copies {
+  const paint = new MeshStandardMaterial({ roughness: 0.75, metalness: 0 });
+  let mesh: InstancedMesh | null = null;
+  return {
+    lay(pieces) {
+      if (mesh) mesh.count = pieces.length;
+      if (pieces.length === 0) return;
+      if (!mesh || mesh.instanceMatrix.count < pieces.length) {
+        if (mesh) scene.remove(mesh);
+        mesh?.dispose();
+        mesh = new InstancedMesh(solid, paint, pieces.length);
+        mesh.frustumCulled = false; // all of the arm is in view, and where it is changes
+        scene.add(mesh);
+      }
+      for (const [i, { place, color }] of pieces.entries()) {
+        mesh.setMatrixAt(i, place);
+        mesh.setColorAt(i, color);
+      }
+      mesh.instanceMatrix.needsUpdate = true;
+      if (mesh.instanceColor) mesh.instanceColor.needsUpdate = true;
+    },
+  };
+}
+
+/** The arm as solids: bars with round ends for its links, a body for each joint, a ball for the point. */
+function piecesOf(arm: Arm, state: State, paints: Paints): Piece[] {
+  const joint = thicknessOf(arm);
+  const thin = 0.48 * joint;
+  const places = placesOf(arm, state, reachOf(arm));
+  return [
+    ...arm.joints.flatMap((_, i) =>
+      linkOf(arm, state, i + 1).flatMap((corner, k, line) => [
+        round(corner, thin, paints.link),
+        ...(k > 0 ? between("bar", line[k - 1]!, corner, thin, paints.link) : []),
+      ]),
+    ),
+    ...arm.joints.flatMap(({ kind }, i) => {
+      const { z } = state.frames[i]!;
+      const half = kind === "R" ? 1.25 * joint : 1.9 * joint;
+      const [low, high] = [along(places[i]!, z, -half), along(places[i]!, z, half)];
+      const color = paints.joints[i % paints.joints.length]!;
+      return kind === "R"
+        ? between("bar", low, high, joint, color)
+        : between("box", low, high, 1.7 * joint, color);
+    }),
+    round(state.point, 0.6 * joint, paints.link),
+  ];
+}
+
+/** A unit solid that stands between two points, of a radius; nothing where they are one. */
+function between(solid: "bar" | "box", a: Vec3, b: Vec3, radius: number, color: Color): Piece[] {
+  const way = subtract(b, a);
+  const length = norm(way);
+  if (length < 1e-9) return [];
+  const turn = new Quaternion().setFromUnitVectors(UP, new Vector3(...unit(way)));
+  const size = new Vector3(radius, length, radius);
+  return [{ solid, place: new Matrix4().compose(new Vector3(...along(a, way, 0.5)), turn, size), color }];
+}
+
+function round([x, y, z]: Vec3, radius: number, color: Color): Piece {
+  return {
+    solid: "ball",
+    place: new Matrix4().makeScale(radius, radius, radius).setPosition(x, y, z),
+    color,
+  };
+}
+
+/** The unit ball as the ellipsoid {J q : |q| = 1} at the point. */
+function ellipsoidAt(state: State, columns: readonly Vec3[]): Matrix4 {
+  const { sigma, v } = right(columns);
+  const axes = v.map((axis, k) => axis.map((value) => value * Math.max(sigma[k]!, 1e-3 * sigma[0]!)));
+  const rows = [0, 1, 2].flatMap((r) => [...axes.map((axis) => axis[r]!), state.point[r]!]);
+  return new Matrix4().set(...(rows as unknown as Twelve), 0, 0, 0, 1);
 }
 
 type Twelve = [
@@ -171,28 +227,18 @@ type Twelve = [
 ];
 
 interface Paints {
-  readonly link: MeshStandardMaterial;
-  readonly point: MeshStandardMaterial;
-  readonly ellipse: MeshStandardMaterial;
-  readonly joints: readonly MeshStandardMaterial[];
-  readonly grid: LineBasicMaterial;
+  readonly link: Color;
+  readonly ellipse: Color;
+  readonly grid: Color;
+  readonly joints: readonly Color[];
 }
 
 function paintsOf({ link, grid, ellipse, joints }: Palette): Paints {
-  const paint = (color: string): MeshStandardMaterial =>
-    new MeshStandardMaterial({ color: new Color(color), roughness: 0.75, metalness: 0 });
-  const glass = new MeshStandardMaterial({
-    color: new Color(ellipse),
-    transparent: true,
-    opacity: 0.22,
-    depthWrite: false,
-  });
   return {
-    link: paint(link),
-    point: paint(link),
-    ellipse: glass,
-    joints: joints.map(paint),
-    grid: new LineBasicMaterial({ color: new Color(grid) }),
+    link: new Color(link),
+    ellipse: new Color(ellipse),
+    grid: new Color(grid),
+    joints: joints.map((color) => new Color(color)),
   };
 }
 

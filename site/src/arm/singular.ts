@@ -1,7 +1,7 @@
 // Is an arm singular in a pose? What sets of configurations are judged by.
 
 import type { Problem } from "../bank.js";
-import { armOf, measuresOf, stateAt } from "./model.js";
+import { type Arm, armOf, measuresOf, stateAt } from "./model.js";
 
 /** Smallest singular value of J, as a share of the largest, below which an arm counts as singular. */
 const SINGULAR = 1e-5;
@@ -10,17 +10,21 @@ const SINGULAR = 1e-5;
 export function singularIn({
   robot,
 }: Pick<Problem, "robot">): (at: Readonly<Record<string, number>>) => boolean {
+  const { joints } = armOf(robot);
+  const names = new Set(joints.map(({ name }) => name));
+  let last: { readonly lengths: string; readonly arm: Arm } | null = null; // a table is read, which takes longest
+  const armWith = (lengths: readonly (readonly [name: string, value: number])[]): Arm => {
+    const told = JSON.stringify(lengths);
+    if (last?.lengths !== told)
+      last = {
+        lengths: told,
+        arm: armOf({ ...robot, values: { ...robot.values, ...Object.fromEntries(lengths) } }),
+      };
+    return last.arm;
+  };
   return (at) => {
-    const names = armOf(robot).joints.map(({ name }) => name);
-    const lengths = Object.fromEntries(Object.entries(at).filter(([name]) => !names.includes(name)));
-    const arm = armOf({ ...robot, values: { ...robot.values, ...lengths } });
-    return (
-      measuresOf(
-        stateAt(
-          arm,
-          names.map((name) => at[name] ?? 0),
-        ),
-      ).ratio < SINGULAR
-    );
+    const arm = armWith(Object.entries(at).filter(([name]) => !names.has(name)));
+    const pose = joints.map(({ name }) => at[name] ?? 0);
+    return measuresOf(stateAt(arm, pose)).ratio < SINGULAR;
   };
 }

@@ -1,7 +1,7 @@
 // The solid body of a spatial arm below the drawing's lines; until three.js has come, and without WebGL, it is absent.
 
 import type { JSX } from "preact";
-import { useEffect, useRef, useState } from "preact/hooks";
+import { useEffect, useLayoutEffect, useRef, useState } from "preact/hooks";
 
 import type { Arm, State } from "./model.js";
 import type { Palette, Stage } from "./scene.js";
@@ -45,7 +45,8 @@ export function Space({ arm, state, view, columns, onReady }: SpaceProps): JSX.E
     if (stage && paints > 0 && canvas.current) stage.paint(paletteOf(canvas.current));
   }, [stage, paints]);
 
-  useEffect(() => stage?.draw(arm, state, view, columns), [stage, paints, arm, state, view, columns]);
+  // With the lines over it, in one frame.
+  useLayoutEffect(() => stage?.draw(arm, state, view, columns), [stage, paints, arm, state, view, columns]);
 
   return <canvas ref={canvas} class="arm-canvas" aria-hidden="true" />;
 }

@@ -1,6 +1,6 @@
 // The state of a stage in one place: the arm, its pose, what is pointed at, what is shown of it, and what is beside it.
 
-import { useEffect, useMemo, useState } from "preact/hooks";
+import { useCallback, useEffect, useMemo, useState } from "preact/hooks";
 
 import type { Factor, NamedPose, Robot } from "../bank.js";
 import { type LiveFactor, liveFactors, mostVolume } from "./factors.js";
@@ -117,10 +117,19 @@ export function useStage(
   const rested = useRested(state, 700);
   const journey = useMemo(() => (weld ? journeyOf(arm, weld) : null), [arm, weld?.from, weld?.target]);
 
-  const move = (next: Pose): void => {
-    setPose(next);
-    onPose?.(Object.fromEntries(arm.joints.map(({ name }, i) => [name, next[i]!])));
-  };
+  // What stays the same function is no reason to show anew what it is given to.
+  const move = useCallback(
+    (next: Pose): void => {
+      setPose(next);
+      onPose?.(Object.fromEntries(arm.joints.map(({ name }, i) => [name, next[i]!])));
+    },
+    [arm, onPose],
+  );
+  const reset = useCallback(() => move(first), [move, first]);
+  const toggle = useCallback(
+    (layer: keyof Layers): void => setLayers((before) => ({ ...before, [layer]: !before[layer] })),
+    [],
+  );
   const change = (next: Weld): void => {
     setWeld(next);
     setPlace(0);
@@ -141,10 +150,8 @@ export function useStage(
     if (pane === "weld") open("weld");
   }, []);
   return {
-    ...{ robot, arm, reach, pose, state, measures, rested, factors: live, most, move },
-    reset: () => move(first),
-    ...{ chosen, choose, lit, point, layers },
-    toggle: (layer) => setLayers({ ...layers, [layer]: !layers[layer] }),
+    ...{ robot, arm, reach, pose, state, measures, rested, factors: live, most, move, reset },
+    ...{ chosen, choose, lit, point, layers, toggle },
     pane: opened,
     open,
     welding: opened === "weld" && weld && journey ? { weld, journey, place, change, goTo } : null,

@@ -7,6 +7,7 @@ import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 import { Arm } from "../arm/panel.js";
 import type { Stage } from "../arm/stage.js";
 import { ZERO } from "../arm/vector.js";
+import type { View } from "../arm/view.js";
 import type { Index } from "../bank.js";
 import type { Told } from "../pages/live.js";
 import { attempted, type Item, nameOf } from "../practice/choice.js";
@@ -80,6 +81,15 @@ function Idea({
     const fresh = reached.filter((i) => !skill.goals.includes(i));
     if (moved.current && fresh.length > 0) onSkill({ ...skill, goals: [...skill.goals, ...fresh] });
   });
+  const over = useMemo(
+    () =>
+      tool
+        ? (now: Stage, view: View) => (
+            <Shares stage={now} view={view} rates={ratesOf(tool, dials, now.state)} />
+          )
+        : undefined,
+    [tool, dials],
+  );
   const done = goals.every((_, i) => skill.goals.includes(i));
   return (
     <div class="workspace">
@@ -138,11 +148,7 @@ function Idea({
           layers={lesson.layers}
           pane={lesson.pane}
           onStage={setStage}
-          over={
-            tool
-              ? (now, view) => <Shares stage={now} view={view} rates={ratesOf(tool, dials, now.state)} />
-              : undefined
-          }
+          over={over}
         />
       </section>
     </div>

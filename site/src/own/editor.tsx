@@ -2,6 +2,7 @@
 // stands below its row.
 
 import type { JSX } from "preact";
+import { memo } from "preact/compat";
 import { useId } from "preact/hooks";
 
 import { ROWS } from "../arm/model.js";
@@ -32,7 +33,7 @@ interface EditorProps {
   readonly onTable: (table: Table) => void;
 }
 
-export function Editor({ table, faults, usual, onTable }: EditorProps): JSX.Element {
+export const Editor = memo(({ table, faults, usual, onTable }: EditorProps): JSX.Element => {
   const { rows } = table;
   const setRow = (index: number, row: TypedRow): void =>
     onTable({ ...table, rows: rows.map((old, i) => (i === index ? row : old)) });
@@ -89,7 +90,7 @@ export function Editor({ table, faults, usual, onTable }: EditorProps): JSX.Elem
       <More table={table} faults={faults} usual={usual} onTable={onTable} />
     </div>
   );
-}
+});
 
 /** One of a few, as radio buttons in a line. */
 function Choice<T extends string>(props: {

@@ -2,7 +2,8 @@
 // address always is the link to what is seen.
 
 import type { JSX } from "preact";
-import { useEffect, useMemo, useRef, useState } from "preact/hooks";
+import { memo } from "preact/compat";
+import { useCallback, useEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { Arm } from "../arm/panel.js";
 import { armOf } from "../arm/model.js";
@@ -76,16 +77,23 @@ export function OwnArm({ known }: { known: KnownArms }): JSX.Element {
     if (window.location.hash !== fragment) window.history.replaceState(null, "", fragment);
   }, [fragment, own.fault]);
 
-  const typed = (table: Table): void => {
-    pose.current ??= first; // that of the link, until the arm is moved
-    setOwn({ table, robot: null, at: null, fault: null });
-  };
-  const begin = (key: string): void => {
-    const found = all.find((each) => each.key === key);
-    if (!found) return;
-    pose.current = undefined;
-    setOwn({ table: tableOf(found, language().code), robot: key, at: null, fault: null });
-  };
+  const typed = useCallback(
+    (table: Table): void => {
+      pose.current ??= first; // that of the link, until the arm is moved
+      setOwn({ table, robot: null, at: null, fault: null });
+    },
+    [first],
+  );
+  const begin = useCallback(
+    (key: string): void => {
+      const found = all.find((each) => each.key === key);
+      if (!found) return;
+      pose.current = undefined;
+      setOwn({ table: tableOf(found, language().code), robot: key, at: null, fault: null });
+    },
+    [all],
+  );
+  const posed = useCallback((now: NamedPose) => void (pose.current = now), []);
   const source = all.find(({ key }) => key === own.robot)?.source;
   const note = "rows" in numbers ? noteOn(numbers) : null;
   return (
@@ -128,7 +136,7 @@ export function OwnArm({ known }: { known: KnownArms }): JSX.Element {
             language={language()}
             pane="map"
             onStage={setStage}
-            onPose={(now) => void (pose.current = now)}
+            onPose={posed}
           />
         ) : (
           <p class="muted own-none">{said(message("own.no-arm"))}</p>
@@ -166,11 +174,14 @@ function fromAddress(all: readonly Known[]): Own {
   return { table: tableOf(robot, language().code), robot: robot.key, at: told.at, fault: null };
 }
 
-function Begin(props: {
-  known: KnownArms;
-  chosen: string | null;
-  onBegin: (key: string) => void;
-}): JSX.Element {
+interface BeginProps {
+  readonly known: KnownArms;
+  readonly chosen: string | null;
+  readonly onBegin: (key: string) => void;
+}
+
+// What is typed stays as it is while the arm moves: `memo` leaves it alone.
+const Begin = memo((props: BeginProps): JSX.Element => {
   const { code } = language();
   const options = (all: readonly Known[]): JSX.Element[] =>
     all.map(({ key, name, titles }) => (
@@ -190,10 +201,10 @@ function Begin(props: {
       </select>
     </label>
   );
-}
+});
 
 /** The arm to hand on: as a link, and as the file with which `qdot solve` derives in formulas what is in numbers here. */
-function Onward({ table, link }: { table: Table; link: string }): JSX.Element {
+const Onward = memo(({ table, link }: { table: Table; link: string }): JSX.Element => {
   const save = (): void => {
     const address = URL.createObjectURL(new Blob([tomlOf(table)], { type: "application/toml" }));
     Object.assign(document.createElement("a"), { href: address, download: "arm.toml" }).click();
@@ -217,4 +228,4 @@ function Onward({ table, link }: { table: Table; link: string }): JSX.Element {
       </p>
     </section>
   );
-}
+});

@@ -1,7 +1,7 @@
 // One problem: the arm, the question, the answer, what is said of it, hints and the solution.
 
 import type { JSX } from "preact";
-import { lazy, memo, Suspense } from "preact/compat";
+import { lazy, Suspense } from "preact/compat";
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { singularIn } from "../arm/singular.js";
@@ -23,7 +23,7 @@ import { promptOf } from "./prompt.js";
 
 const Arm = lazy(() =>
   import("../arm/panel.js").then(
-    ({ Arm }) => memo(Arm),
+    ({ Arm }) => Arm,
     () => NoArm, // practising goes on without it
   ),
 );

@@ -21,7 +21,7 @@ from exercises.errors import QdotError
 from exercises.problem import Part
 from exercises.site import build as building
 from exercises.site import supply
-from exercises.site.chapter import chapter_pages
+from exercises.site.chapter import ERRATA, chapter_pages
 from exercises.site.guide import COMMANDS, OTHERS, OWN_PAGES, arranged
 from exercises.site.pages import Assets, assets_in, linked
 from exercises.site.stale_files import LIST, remove_stale_files
@@ -308,3 +308,17 @@ def test_the_chapters_pages_tell_where_the_book_differs() -> None:
         assert page.count("<strong>Printed:</strong>") == count, number
         assert ('id="differs"' in page) == bool(count)
         assert json.loads(html.unescape(re.findall(r'data-arm="([^"]*)"', page)[0]))["robot"]["joints"]
+
+
+def test_the_errata_are_told_in_german_with_the_same_numbers() -> None:
+    for page in chapter_pages():
+        title, body = page.told["de"]
+        assert body.count("<strong>Gedruckt:</strong>") == page.body.count("<strong>Printed:</strong>"), page.path
+        assert "Printed" not in body
+        assert page.path != ERRATA or title == "Errata des Kapitels"
+    for english, german in zip(corrections(), corrections("de"), strict=True):
+        assert german.why != english.why
+        told = [value.replace(",", ".") for _, value in german.values]
+        kinds = {"boundary": "am Rand", "internal": "im Inneren"}
+        assert told == [kinds.get(value, value) for _, value in english.values], english.where
+        assert not re.search(r"\d\.\d", " ".join((german.printed, german.right, german.at, *sum(german.values, ()))))

@@ -287,3 +287,11 @@ def test_the_minor_that_shows_full_rank_is_that_of_the_jacobian_there(family: st
         lengths = {symbol: sp.Rational(7 + 2 * i, 10) for i, symbol in enumerate(problem.chain.parameters)}
         there = sp.N(square.xreplace(place.joints).xreplace(lengths).det())
         assert abs(there) > 1e-3 and abs(there - value.xreplace(lengths)) < 2e-3 * max(1, abs(there)), problem.id
+
+
+def test_a_line_of_a_page_breaks_between_many_equations() -> None:
+    found = to_html(r"at $\theta_1 = -145^\circ, \theta_2 = 135^\circ, \theta_3 = 170^\circ$, in $(a, b, c)$")
+    assert found.count("<math") == 4
+    assert found.count("</math>, <math") == 2
+    assert to_html(r"$d_1 = 0{,}55\,\text{m}; d_3 = 0{,}6\,\text{m}; a_2 = 1$").count("</math>; <math") == 2
+    assert to_html("$x = 1, y = 2$").count("<math") == 1

@@ -1,0 +1,82 @@
+// What a drag of P takes, of an arm of six joints on the practice page: processor time of the page's main thread for each
+// move, nothing throttled. The page has a quarter of a frame, 4.2 ms, where a phone is four times as slow. What else
+// the machine does makes it more: two builds are held against each other by turns.
+//
+//     QDOT=../.venv/bin/qdot node bench/dragging.mjs [SITE [OTHER SITE]]        # folders of built sites with anthropomorphic-6r
+import { execFileSync } from "node:child_process";
+import { mkdtempSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+
+import { launched, served } from "../tools/browser.mjs";
+
+const ARM = "anthropomorphic-6r";
+const MOVES = 40;
+const ROUNDS = Number(process.env.ROUNDS ?? 3);
+
+/** Processor time (ms) of the main thread, of each move and of as many frames in which nothing moves. */
+async function dragged(browser, root) {
+  const context = await browser.newContext({
+    serviceWorkers: "block",
+    viewport: { width: 1280, height: 900 },
+  });
+  const page = await context.newPage();
+  await page.goto(`${root}/practice.html?arm=${ARM}&question=joint-rates`);
+  await page.locator(".arm-zero").first().waitFor({ state: "attached" });
+  const session = await context.newCDPSession(page);
+  await session.send("Performance.enable", { timeDomain: "threadTicks" });
+  const spent = async () =>
+    1000 *
+    (await session.send("Performance.getMetrics")).metrics.find(({ name }) => name === "TaskDuration").value;
+  const box = await page.locator(".arm-point-ring").boundingBox();
+  const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
+  const moved = async () => {
+    const before = await spent();
+    for (let i = 0; i < MOVES; i += 1) {
+      await page.mouse.move(x + 40 * Math.sin(i / 8), y + 30 * Math.sin(i / 11));
+      await page.evaluate(
+        () => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))),
+      );
+    }
+    return ((await spent()) - before) / MOVES;
+  };
+  await page.mouse.move(x, y);
+  const still = await moved();
+  await page.mouse.move(x, y);
+  await page.mouse.down();
+  await moved(); // what runs for the first time takes longer
+  const all = await moved();
+  await context.close();
+  return all - still;
+}
+
+const median = (values) => [...values].sort((a, b) => a - b)[Math.floor(values.length / 2)];
+
+function built() {
+  const folder = mkdtempSync(join(tmpdir(), "qdot-site-"));
+  execFileSync(process.env.QDOT ?? "qdot", [
+    ...["site", "build", "--out", folder],
+    ...["--families", ARM, "--variants", "1"],
+  ]);
+  return folder;
+}
+
+const given = process.argv.slice(2);
+const folders = given.length ? given : [built()];
+const servers = await Promise.all(folders.map(served));
+const browser = await launched();
+const found = folders.map(() => []);
+try {
+  for (let round = 0; round < ROUNDS; round += 1)
+    for (const [i, { root }] of servers.entries()) found[i].push(await dragged(browser, root));
+  folders.forEach((folder, i) =>
+    console.log(
+      `${folder}: a move of P takes ${median(found[i]).toFixed(1)} ms of the main thread, median of ${ROUNDS} ` +
+        `(${found[i].map((each) => each.toFixed(1)).join(", ")})`,
+    ),
+  );
+} finally {
+  await browser.close();
+  for (const server of servers) server.close();
+  if (!given.length) rmSync(folders[0], { recursive: true, force: true });
+}
