@@ -4,11 +4,10 @@ What is told is a reason (`reason`): nowhere is it so where no rank is lost. Whe
 joints are told whose columns of J are dependent, and what rests while they move.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence, Set
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import chain as chain_of
-from itertools import combinations
+from itertools import combinations, permutations
 
 import numpy as np
 import sympy as sp
@@ -33,15 +32,18 @@ from exercises.arm.reason import is_reason
 
 NEAR, APART = 1e-5, 1e-3
 """What counts as zero, and as clearly not zero, in metres or as a sine."""
+_FEW = 15
+"""Configurations of which a statement is found, to be tested at all of them."""
 
 
 @dataclass(frozen=True)
 class Statement:
-    """What configurations look like: it is so where `off` is zero and `true` says so."""
+    """What configurations look like: it is so where `off` is zero and `true` says so; `looks` name who found it."""
 
     words: str
     off: Off
     true: Callable[[Sample], bool] = lambda _: True
+    looks: frozenset[str] = frozenset()
 
     def seen_at(self, frame: int, other: str) -> "Statement":
         """Return the same said of the origin of another frame than the point of interest."""
@@ -49,6 +51,7 @@ class Statement:
             self.words.replace("the point", other),
             lambda arm, q: self.off(arm.with_point(frame), q),
             lambda sample: self.true(Sample(sample.arm.with_point(frame), sample.q)),
+            self.looks,
         )
 
     def together(self, other: "Statement") -> "Statement":
@@ -57,7 +60,12 @@ class Statement:
             f"{self.words}, and {other.words}",
             lambda arm, q: np.hypot(self.off(arm, q), other.off(arm, q)),
             lambda sample: self.true(sample) and other.true(sample),
+            self.looks | other.looks,
         )
+
+
+Look = Callable[[Chain, Sequence[Sample]], Iterator[Statement]]
+"""What yields statements of one kind that hold of all of some configurations, and not around them."""
 
 
 def wrist_centre(chain: Chain) -> int | None:
@@ -72,14 +80,22 @@ def wrist_centre(chain: Chain) -> int | None:
 
 def meaning(chain: Chain, samples: Sequence[Sample]) -> str:
     """Return in words why some configurations are singular: what they look like, or else which joints are dependent."""
-    said = reason_of(chain, samples)
+    said = reason_of(chain, samples[:: max(1, len(samples) // _FEW)])
+    if said is not None and not _is_said_of_all(chain, samples, said):
+        said = reason_of(chain, samples)
     return said.words if said else _dependence(chain, samples)
+
+
+def _is_said_of_all(chain: Chain, samples: Sequence[Sample], said: Statement) -> bool:
+    """Tell whether who found a statement at some configurations finds it at all of them."""
+    words = [one.words for one in _everything(chain, samples, said.looks)]
+    return said.words in (*words, *(f"{one}, and {other}" for one, other in permutations(words, 2)))
 
 
 def reason_of(chain: Chain, samples: Sequence[Sample]) -> Statement | None:
     """Return what all of some configurations look like and no regular one does: one statement, else two together."""
     held: list[Statement] = []
-    for said in chain_of(statements(chain, samples), _axes_in_plane(chain, samples)):
+    for said in _everything(chain, samples):
         if is_reason(chain, samples, said.off, said.true):
             return said
         held.append(said)
@@ -87,41 +103,58 @@ def reason_of(chain: Chain, samples: Sequence[Sample]) -> Statement | None:
     return next((said for said in pairs if is_reason(chain, samples, said.off, said.true)), None)
 
 
-def statements(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
-    """Yield what all of some configurations look like, and those around them do not; the most telling first."""
+def _everything(chain: Chain, samples: Sequence[Sample], only: Set[str] = frozenset()) -> Iterator[Statement]:
+    yield from statements(chain, samples, only)
+    yield from _found_by([_axes_in_plane], chain, samples, only)
+
+
+def _found_by(
+    looks: Sequence[Look], chain: Chain, samples: Sequence[Sample], only: Set[str]
+) -> Iterator[Statement]:  # fmt: skip
+    """Yield what looks find, one after the other; of `only` those named, if any are."""
+    for look in looks:
+        if not only or look.__name__ in only:
+            for said in look(chain, samples):
+                yield replace(said, looks=frozenset((look.__name__,)))
+
+
+def statements(chain: Chain, samples: Sequence[Sample], only: Set[str] = frozenset()) -> Iterator[Statement]:
+    """Yield what all of some configurations look like, and those around them do not; the most telling first.
+
+    Where looks are named, `only` what these find.
+    """
     turns_count = any(row[0] == "w" for row in chain.task)
     if turns_count and len(chain.task) == 3 and chain.linear_rows and chain.joints[-1].kind == "R" and chain.n > 1:
-        yield from _of_last_axis(chain, samples)
+        yield from _of_last_axis(chain, samples, only)
         return
     centre = wrist_centre(chain) if turns_count else None
     if centre is None or chain.point == Point(centre):
-        yield from _seen_at(chain, samples)
+        yield from _seen_at(chain, samples, only)
         return
     moved = [Sample(sample.arm.with_point(centre), sample.q) for sample in samples]
-    for said in _seen_at(replace(chain, tool=Point(centre)), moved):
+    for said in _seen_at(replace(chain, tool=Point(centre)), moved, only):
         yield said.seen_at(centre, "the wrist centre")
 
 
-def _of_last_axis(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
+def _of_last_axis(chain: Chain, samples: Sequence[Sample], only: Set[str]) -> Iterator[Statement]:
     """Yield what poses of a planar arm look like where the turn counts: the last joint sets that, the others P."""
-    yield from _parallel_row(chain, samples)
+    yield from _found_by([_parallel_row], chain, samples, only)
     moved = [Sample(sample.arm.with_point(chain.n - 1), sample.q) for sample in samples]
     rows = tuple(row for row in chain.task if row[0] == "v")
-    for said in _seen_at(replace(chain, tool=Point(chain.n - 1), task=rows), moved):
+    for said in _seen_at(replace(chain, tool=Point(chain.n - 1), task=rows), moved, only):
         yield said.seen_at(chain.n - 1, f"the axis of joint {chain.n}")
 
 
-def _seen_at(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
+def _seen_at(chain: Chain, samples: Sequence[Sample], only: Set[str]) -> Iterator[Statement]:
     """Yield what configurations look like from the point of interest."""
-    looks = [_on_an_axis, _in_line, _extreme_reach, _far_from_slide, _parallel_slides, _slide_at_link, _parallel_axes,
-             _parallel_row, _origin_on_axis, _origin_extreme, _one_way]  # fmt: skip
+    looks: list[Look] = [_on_an_axis, _in_line, _extreme_reach, _far_from_slide, _parallel_slides, _slide_at_link,
+                         _parallel_axes, _parallel_row, _origin_on_axis, _origin_extreme, _one_way]  # fmt: skip
     if not chain.linear_rows:
         looks = [_in_line, _parallel_axes]
     elif len(chain.linear_rows) < len(chain.task):
         first = [_in_line, _parallel_axes, _parallel_row]  # where P is may be by the way
         looks = first + [look for look in looks if look not in first]
-    for look in looks:
-        yield from look(chain, samples)
+    yield from _found_by(looks, chain, samples, only)
 
 
 def _dependence(chain: Chain, samples: Sequence[Sample]) -> str:

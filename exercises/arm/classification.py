@@ -36,7 +36,7 @@ __all__ = [
 REGULAR = 1e-7
 """A singular value counts as zero below this part of the largest."""
 
-_LOOKED_AT = 120
+_LOOKED_AT = 60
 """About how many samples are looked at to say what they have in common: few may all miss where it is not so."""
 _KIND_AT = 2
 """Of how many of these one is asked for its kind, which takes longer."""
