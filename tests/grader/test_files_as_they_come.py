@@ -443,7 +443,7 @@ CASES: dict[str, tuple[Make, list[str], str]] = {
     "a line of a million": (
         file(HW, cells(lambda cell, n: n or cell.update(source="x" * 10**6, cell_type="code"))),
         ALL,
-        "",
+        "cell 1 stopped at line 1, xxxx",
     ),
     "too much code": (
         file(HW, cells(lambda cell, n: cell.update(source="#" * 21_000_000) if n == 1 else None)),
