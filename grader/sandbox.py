@@ -45,7 +45,10 @@ LONGEST_REPORT = 4_100_000
 """Bytes that are read of a notebook's report; it stops itself a little earlier."""
 
 MOST_LINES = 50_000
-"""Lines that are read of it."""
+"""Lines that are read of it, beside one for each cell, which says that it is begun."""
+
+BEGUN = 32
+"""More bytes than such a line has."""
 
 
 MOST_LINES_OF_A_CELL = 100_000_000
@@ -253,7 +256,9 @@ class Sandbox:
         assert self._control is not None
         try:
             receipts, report = self._pipes()
-            lines = self._last = _Lines(report, self.limits.seconds, self._processor_time)
+            lines = self._last = _Lines(
+                report, self.limits.seconds, self._processor_time, len(request.get("cells", ()))
+            )
             try:
                 end = _converse(request, lines, receipts, take)
             finally:
@@ -384,11 +389,12 @@ class _Lines:
     """Lines of JSON from a pipe into which anybody may have written anything, up to a moment and a size.
 
     The moment comes when so many `seconds` of processor time are `used`, or were waited beside the time that the
-    processor time may have taken on a busy machine.
+    processor time may have taken on a busy machine. The size is larger for more cells.
     """
 
-    def __init__(self, descriptor: int, seconds: float, used: Callable[[], float]) -> None:
+    def __init__(self, descriptor: int, seconds: float, used: Callable[[], float], cells: int) -> None:
         self._descriptor, self._seconds, self._used = descriptor, seconds, used
+        self._most_lines, self._most_bytes = MOST_LINES + cells, LONGEST_REPORT + BEGUN * cells
         self._began = time.monotonic()
         self._deadline = self._began + seconds
         self._lines: deque[bytes] = deque()
@@ -409,7 +415,7 @@ class _Lines:
             *lines, self._buffer = (self._buffer + data).split(b"\n")
             self._lines.extend(lines)
             self._bytes, self._count = self._bytes + len(data), self._count + len(lines)
-            if not data or self._bytes > LONGEST_REPORT or self._count > MOST_LINES:
+            if not data or self._bytes > self._most_bytes or self._count > self._most_lines:
                 return "closed"
         try:
             content = json.loads(self._lines.popleft())
