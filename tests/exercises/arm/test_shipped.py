@@ -69,8 +69,8 @@ def test_it_is_what_is_worked_out(family: str, nothing_shipped: Callable[[], Non
     nothing_shipped()
     for arm, found in zip(arms(family), known, strict=True):
         anew = all_of(arm)
-        assert {*found} == {*anew}
-        assert sp.srepr(list(found.values())) == sp.srepr([anew[name] for name in found])
+        assert {*found} >= {*anew}  # more, where another family has the structure, too, and is asked more
+        assert sp.srepr([found[name] for name in anew]) == sp.srepr(list(anew.values()))
         assert shipped.shipped(structure(arm).chain) == {}
 
 
