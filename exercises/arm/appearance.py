@@ -108,9 +108,7 @@ def _everything(chain: Chain, samples: Sequence[Sample], only: Set[str] = frozen
     yield from _found_by([_axes_in_plane], chain, samples, only)
 
 
-def _found_by(
-    looks: Sequence[Look], chain: Chain, samples: Sequence[Sample], only: Set[str]
-) -> Iterator[Statement]:  # fmt: skip
+def _found_by(looks: Sequence[Look], chain: Chain, samples: Sequence[Sample], only: Set[str]) -> Iterator[Statement]:
     """Yield what looks find, one after the other; of `only` those named, if any are."""
     for look in looks:
         if not only or look.__name__ in only:
@@ -234,6 +232,8 @@ def _parallel_axes(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statemen
 
     That is a reason only if the columns of these joints depend on each other by themselves.
     """
+    if not samples:
+        return
     rows, jacobians = [TASK_ROWS.index(row) for row in chain.task], _jacobians(samples)
     for i, j in sorted(combinations(_revolute(chain), 2), key=lambda pair: pair[1] - pair[0]):
         if parallel(samples, i, j):

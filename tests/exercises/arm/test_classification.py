@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from exercises.arm.appearance import meaning
 from exercises.arm.axes import Sample
 from exercises.arm.chain import TASK_ROWS, Chain, Joint
 from exercises.arm.classification import classify, classify_pieces, domain_of, kind_at, kind_is_sure
@@ -144,6 +145,11 @@ def test_arms_of_six_joints_are_read_from_their_wrist_centre_and_axes() -> None:
         "the axes of joints 2, 3, 4 and 6 are parallel",
         "the origin O5 is as near to the axis of joint 1 as joint 2 can bring it",
     ]
+
+
+@pytest.mark.parametrize("family", ["planar-2r", "elbow", "ur-6r", "puma-560", "wrist-zyz", "lbr-7r"])
+def test_where_no_configuration_is_found_nothing_is_said_of_looks(family: str) -> None:
+    assert meaning(sample_chain(ProblemId(family, 1)), []).endswith(("dependent", "one line", "one plane"))
 
 
 def test_several_conditions_look_like_more_than_one_of_them_does() -> None:
