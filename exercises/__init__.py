@@ -31,7 +31,8 @@ its own in its `__init__`.
     self_check                      what a notebook checks of its own answers, without the right ones
     setup_cell                      the first cell of a notebook
     notebook, showing               notebooks; one problem in every format
-    redundant, locus                your own arm: seven joints; a map of where it is singular
+    sound                           your own arm: what is said of it that passed a certificate's test
+    redundant, locus                seven joints; a map of where it is singular
     special_lengths                 what differs for special lengths
     solving                         all that is derived for it (`qdot solve`)
     solving_in_time                 the same as it is ready, until the time is over

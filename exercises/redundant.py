@@ -13,6 +13,7 @@ from exercises.arm.reciprocal import Found, Left, plain_chain, reciprocal_set
 from exercises.arm.searched import Tried, tried
 from exercises.arm.singularity import Component, solved_together
 from exercises.arm.trigonometry import substitute
+from exercises.sound import sound_words
 from exercises.writing.worked import SingularComponent
 
 MOST_SHOWN = 700
@@ -131,7 +132,7 @@ def _described(component: Component, meaning: str) -> SingularComponent:
 def _looks(chain: Chain, samples: list[Sample]) -> str:
     """Return what configurations look like, in words, empty where that is nothing."""
     said = reason_of(chain, samples[:: max(1, len(samples) // _LOOKED_AT)])
-    return said.words if said else ""
+    return sound_words(chain, said.words, samples) if said else ""
 
 
 def _is_shown(left: Left) -> bool:

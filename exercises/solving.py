@@ -24,6 +24,7 @@ from exercises.questions.base import BY_HAND
 from exercises.questions.screws import body_jacobian, space_jacobian
 from exercises.redundant import Redundant, redundant_stages
 from exercises.render import render
+from exercises.sound import sound_components
 from exercises.special_lengths import Special, needs, relations, special_lengths
 from exercises.stream import Stream
 from exercises.writing.latex import tex, tex_angle, tex_length, tex_value
@@ -171,7 +172,7 @@ def singular_stages(chain: Chain) -> Iterator[str | Kept | Singularities]:
         singular_set(chain)
         yield Kept(partial(_known_so_far, chain, False), partial(_conditions_json, chain), (MEANING, *later))
         yield "what the configurations look like in which J loses rank"
-        singular = tuple(worked_steps(chain).found)
+        singular = sound_components(chain)
         lengths = "" if singular else _only_for_special_lengths(chain)
     except TooLong as error:
         yield Singularities(None, None, NOT_WORKED_OUT.format(error))

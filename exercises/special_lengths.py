@@ -6,7 +6,7 @@ which a condition begins to hold, lengths that are equal, to each other or to a 
 two others together.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -16,7 +16,7 @@ from exercises.arm.chain import Chain, Joint, Point
 from exercises.arm.classification import kind_is_sure
 from exercises.arm.derivation import TooLong, derive
 from exercises.arm.trigonometry import fourier
-from exercises.writing.statement import worked_steps
+from exercises.sound import sound_components
 from exercises.writing.worked import SingularComponent
 
 MOST = 8
@@ -145,10 +145,10 @@ def special_lengths(chain: Chain, general: tuple[SingularComponent, ...]) -> Ite
     """Yield in words what is looked at, and where something differs from what is told in general."""
     for length, value in relations(chain, general):
         yield f"whether anything differs where {length} = {value}"
-        there = _with(chain, {length: value})
+        there = with_lengths(chain, {length: value})
         known = {_told(_put_in(one, {length: value}), chain) for one in general}
         try:
-            found = worked_steps(there).found
+            found = sound_components(there)
         except TooLong:
             continue
         others = tuple(one for one in found if _told(one, there) not in known)
@@ -156,7 +156,8 @@ def special_lengths(chain: Chain, general: tuple[SingularComponent, ...]) -> Ite
             yield Special(length, value, there, others)
 
 
-def _with(chain: Chain, values: dict[sp.Symbol, sp.Expr]) -> Chain:
+def with_lengths(chain: Chain, values: Mapping[sp.Symbol, sp.Expr]) -> Chain:
+    """Return an arm with values, in metres, for some of its open lengths."""
     joints = tuple(
         Joint(joint.kind, *(getattr(joint, name).xreplace(values) for name in ("theta", "d", "a", "alpha")))
         for joint in chain.joints

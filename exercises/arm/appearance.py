@@ -31,6 +31,7 @@ from exercises.arm.kinematics import NumericChain
 from exercises.arm.reason import is_reason
 
 NEAR, APART = 1e-5, 1e-3
+_AXES = "xyz"
 """What counts as zero, and as clearly not zero, in metres or as a sine."""
 _FEW = 15
 """Configurations of which a statement is found, to be tested at all of them."""
@@ -156,9 +157,14 @@ def _seen_at(chain: Chain, samples: Sequence[Sample], only: Set[str]) -> Iterato
 
 
 def _dependence(chain: Chain, samples: Sequence[Sample]) -> str:
-    """Return which joints, as few as will do, can move without anything that the task counts; by the columns of J."""
+    """Return which joints, as few as will do, can move without anything that the task counts; by the columns of J.
+
+    Where they are always dependent, as there are more joints than rows, what all joints together do not do.
+    """
     rows = [TASK_ROWS.index(row) for row in chain.task]
-    if chain.n <= len(rows) and samples:
+    if chain.n > len(rows):
+        return _dependent_rows(chain, samples, rows)
+    if samples:
         jacobians = _jacobians(samples)
         for count in range(1, chain.n + 1):
             for chosen in combinations(range(chain.n), count):
@@ -169,8 +175,26 @@ def _dependence(chain: Chain, samples: Sequence[Sample]) -> str:
                     still = _what_rests(chain, jacobians[..., chosen], rows)
                     who = "all joints" if count == chain.n > 2 else f"joints {names}"
                     return f"{who} can move together and {still}"
-    where = {2: "along one line", 3: "in one plane"}.get(len(rows)) if len(chain.linear_rows) == len(rows) else None
-    return f"all joints move the point {where}" if where else "the columns of J are linearly dependent"
+    return "the columns of J are linearly dependent"
+
+
+def _dependent_rows(chain: Chain, samples: Sequence[Sample], rows: Sequence[int]) -> str:
+    """Return along or about which axis of the world all joints move nothing, or how they move the point."""
+    jacobians = _jacobians(samples) if samples else np.ones((1, 6, chain.n))
+    still = [row for row in rows if np.abs(jacobians[:, row]).max() < NEAR]
+    which = _listed([_AXES[row % 3] for row in still])
+    if still and max(still) < 3:
+        return f"no joint moves the point along {which}"
+    if still and min(still) > 2:
+        return f"no joint turns link {chain.n} about {which}"
+    if not samples or still or max(rows) > 2:
+        return "the rows of J are linearly dependent"
+    sigma = np.linalg.svd(jacobians[:, :3], compute_uv=False)
+    where = {2: "along one line", 3: "in one plane"}[len(rows)]
+    if np.all(sigma[:, len(rows) - 1] < NEAR * np.maximum(sigma[:, 0], 1e-3)):
+        return f"all joints move the point {where}"
+    (across,) = {0, 1, 2} - set(rows)
+    return f"seen along {_AXES[across]}, all joints move the point {where}"
 
 
 def _jacobians(samples: Sequence[Sample]) -> np.ndarray:
@@ -197,8 +221,11 @@ def _what_rests(chain: Chain, jacobians: np.ndarray, rows: Sequence[int]) -> str
 
 
 def _names(joints: Sequence[int]) -> str:
-    numbers = [str(joint + 1) for joint in joints]
-    return " and ".join([", ".join(numbers[:-1]), numbers[-1]] if len(numbers) > 1 else numbers)
+    return _listed([str(joint + 1) for joint in joints])
+
+
+def _listed(names: Sequence[str]) -> str:
+    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
 def _on_an_axis(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:

@@ -51,7 +51,8 @@ _TURNS = 24
 class Kind:
     """What a set of singular configurations is: kind, whether all of it is of that kind, and what it looks like.
 
-    The kind is empty where it can't be established (`kind_is_sure`), so that it is told nowhere.
+    The kind is empty where it can't be established (`kind_is_sure`), or no configuration was found of which it is
+    known, so that it is told nowhere.
     """
 
     kind: str
@@ -141,6 +142,8 @@ def _classified(chain: Chain, conditions: tuple[str, ...]) -> Kind:
     if not kind_is_sure(chain):
         return Kind("", False, words)
     kinds = {kind for kind in kinds_at(chain, seen[::_KIND_AT]) if kind is not None}
+    if not kinds:
+        return Kind("", False, words)
     return Kind("boundary" if "boundary" in kinds else "internal", len(kinds) == 1, words)
 
 

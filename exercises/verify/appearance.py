@@ -51,7 +51,12 @@ def _said(chain: Chain, pieces: tuple[str, ...], kind: Kind) -> Check:
     if false or not samples:
         where = ", ".join(f"{q} = {value:.4g}" for q, value in zip(chain.q, false[0].q, strict=True)) if false else ""
         return Check(name, False, f"{kind.meaning}: at {len(false)} of {len(samples)} not so, as at {where}")
-    return Check(name, _kinds_hold(chain, kind, samples), f"{kind.meaning}; {kind.kind}, at {len(samples)} places")
+    return Check(name, is_of_kind(chain, kind, samples), f"{kind.meaning}; {kind.kind}, at {len(samples)} places")
+
+
+def places_on(chain: Chain, component: Component) -> list[Sample]:
+    """Return configurations of the bare arm on a component, other ones than those by which it was classified."""
+    return [sample for piece in bare_pieces(chain, component) for sample in _samples(bare(chain), piece)]
 
 
 def _samples(chain: Chain, piece: str) -> list[Sample]:
@@ -61,8 +66,8 @@ def _samples(chain: Chain, piece: str) -> list[Sample]:
     return next((samples for samples in tried if samples), [])
 
 
-def _kinds_hold(chain: Chain, kind: Kind, samples: Sequence[Sample]) -> bool:
-    """Tell whether the kind is that of all configurations, where it is told of all."""
+def is_of_kind(chain: Chain, kind: Kind, samples: Sequence[Sample]) -> bool:
+    """Tell whether a kind is that of all configurations, where it is told of all."""
     if not kind.kind or not kind.uniform:
         return True
     return {found for found in kinds_at(chain, samples) if found is not None} <= {kind.kind}
@@ -271,11 +276,23 @@ def _all_along(said: _Said) -> bool:
     return bool(sigma[1 if said.match["where"] == "along one line" else 2] < SAME)
 
 
+def _all_along_as_seen(said: _Said) -> bool:
+    """Look along an axis of the world: every joint moves the point along the same line, or nothing at all."""
+    across = "xyz".index(said.match["axis"])
+    seen = np.delete(said.sample.arm.jacobian(said.sample.q)[:3], across, axis=0)
+    return bool(np.linalg.svd(seen, compute_uv=False)[1] < SAME)
+
+
+def _none_moves(said: _Said) -> bool:
+    rows = ["xyz".index(axis) + 3 * ("about" in said.match[0]) for axis in re.findall("[xyz]", said.match["axes"])]
+    return bool(np.abs(said.sample.arm.jacobian(said.sample.q)[rows]).max() < SAME)
+
+
 def _dependent(said: _Said) -> bool:
     sample = said.sample
     rows = [TASK_ROWS.index(row) for row in said.chain.task]
     sigma = np.linalg.svd(sample.arm.jacobian(sample.q)[rows], compute_uv=False)
-    return bool(sigma[-1] < SAME * sigma[0])
+    return bool(sigma[-1] < SAME * max(float(sigma[0]), 1e-3))
 
 
 _WHAT = r"(?P<what>the point|the wrist centre|the origin O\d+|the axis of joint \d+)"
@@ -296,5 +313,7 @@ _SAYINGS: dict[str, Callable[[_Said], bool]] = {
     r"joint (?P<joints>\d+) moves nothing(?P<rests>) that the task counts": _moves_nothing,
     rf"(all joints|joints {_JOINTS}) can move together and (?P<rests>.*)": _moves_nothing,
     r"all joints move the point (?P<where>along one line|in one plane)": _all_along,
-    r"the columns of J are linearly dependent": _dependent,
+    r"seen along (?P<axis>[xyz]), all joints move the point along one line": _all_along_as_seen,
+    r"no joint (moves the point along|turns link \d+ about) (?P<axes>[xyz, and]+)": _none_moves,
+    r"the (columns|rows) of J are linearly dependent": _dependent,
 }

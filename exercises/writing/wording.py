@@ -507,7 +507,7 @@ class Wording(AxisNames):
     def meaning(self, kind: Kind) -> str:
         """Return a sentence on what a set of singular configurations looks like, and of what kind it is."""
         say, sentence = self.words, self.sentence(kind.meaning)
-        if not self.kinds_are_sure:
+        if not self.kinds_are_sure or not kind.kind:
             return sentence
         if not kind.uniform:
             mixed = say.gettext("Some of these configurations are boundary singularities, the others internal.")
@@ -519,7 +519,7 @@ class Wording(AxisNames):
     def case(self, kind: Kind) -> str:
         """Return the same for one value of a joint, shorter."""
         say, meaning = self.words, self._of_point(kind.meaning)
-        if not self.kinds_are_sure:
+        if not self.kinds_are_sure or not kind.kind:
             return f"{meaning}."
         if not kind.uniform:
             return say.gettext(

@@ -30,8 +30,8 @@ LAYERS = {
         credit decimals lateness several difficulty answers problem families questions mistakes quizzes
         generation record verify writing.gathering writing.angles writing.turns writing.latex phrases languages render
         writing messages figure
-        self_check setup_cell notebook showing redundant locus special_lengths solving solving_in_time docs gradebook
-        redrawn assignment drawing store sets release exports.outlet exports.bank exports.handouts
+        self_check setup_cell notebook showing sound redundant locus special_lengths solving solving_in_time docs
+        gradebook redrawn assignment drawing store sets release exports.outlet exports.bank exports.handouts
         exports.known_wrong exports.stack_maxima exports.stack_parts exports
         site.keys site.record site.supply site.bank
         site.page site.chapter site.arms site.robots site.guide site.reference site.pages site.stale_files site.build

@@ -7,6 +7,7 @@ random-2 to -4 as `--seeds` says, and prints what is false, with the arm. What i
 - position and Jacobians are those of the table multiplied out in numbers, the determinant is that of J;
 - at configurations in which the conditions of a component hold, J has lost rank; joint values are such configurations;
 - searches for lost rank end where some component holds, and at no end where none is told;
+- what configurations are said to look like, they do, and are of the kind they are said to be, also for special lengths;
 - a derivation ends by its `--seconds` with all that it has, or says what is missing.
 
 What came out is written into arms.json, arm by arm, so that a run that is stopped goes on; what was false is looked at
@@ -29,7 +30,9 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from exercises.arm.axes import Sample
 from exercises.arm.chain import TASK_ROWS, Base, Chain, Joint, Point
+from exercises.arm.classification import Kind
 from exercises.arm.entry import to_sympy
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.robot_file import Robot, default_task
@@ -40,7 +43,10 @@ from exercises.formula.expression import read
 from exercises.generation import sample_chain
 from exercises.problem import ENGINE, ProblemId
 from exercises.solving_in_time import write_solution
+from exercises.special_lengths import with_lengths
 from exercises.stream import Stream
+from exercises.verify.appearance import holds, is_of_kind
+from exercises.writing.worked import SingularComponent
 from tests.support.imports import reached
 
 RECORD = Path(__file__).with_suffix(".json")
@@ -116,11 +122,11 @@ def outcome(robot: Robot, seconds: float) -> Outcome:
     """Solve an arm, and look for what is false."""
     said: list[str] = []
     before = time.process_time()
-    write_solution(robot, "json", seconds, said.append, lambda _: nullcontext())
+    singular = write_solution(robot, "json", seconds, said.append, lambda _: nullcontext())
     took = time.process_time() - before
     content = json.loads("".join(said))
     missing = tuple(content.get("missing", ()))
-    false = list(_false(robot.chain, content, missing))
+    false = [*_false(robot.chain, content, missing), *_false_words(robot.chain, singular or (), content)]
     if took > seconds + SLACK:
         false.append(f"it took {took:.1f} s, and had {seconds:g}")
     if missing and "nothing is claimed" not in content["note"]:
@@ -181,6 +187,35 @@ def _false_of_set(chain: Chain, content: Mapping[str, Any], untested: bool) -> I
         yield from _false_solutions(chain, part, ways[k])
     if out.unexplained and "is not complete" not in note:
         yield f"{len(out.unexplained)} of {out.searches} searches ended elsewhere, as at {out.unexplained[0].round(5)}"
+
+
+def _false_words(chain: Chain, singular: Sequence[SingularComponent], content: Mapping[str, Any]) -> Iterator[str]:
+    """Yield what configurations are said to look like, or to be, and do not, or are not; at finds of a search."""
+    for one in singular:
+        yield from _false_of_looks(chain, one.conditions, one.kind)
+        for joint, value, kind in one.cases:
+            turn = joint - value
+            yield from _false_of_looks(
+                chain, [sp.sin(turn), sp.cos(turn) - 1] if joint.name.startswith("theta") else [turn], kind
+            )
+    for special in content.get("special_lengths", ()):
+        length, value = map(_read, special["lengths"].split(" = "))
+        for part in special["singular"]:
+            kind = Kind(part["type"] or "", bool(part["uniform"]), part["meaning"] or "")
+            there = with_lengths(chain, {length: value})
+            for false in _false_of_looks(there, [_read(text) for text in part["conditions"]], kind):
+                yield f"for {special['lengths']}: {false}"
+
+
+def _false_of_looks(chain: Chain, conditions: Sequence[sp.Expr], kind: Kind) -> Iterator[str]:
+    out = tried(chain, [conditions], STARTS, stream="looks")
+    samples = [Sample(out.arms[arm], q) for arm, q in out.samples[0]]
+    where = " and ".join(f"{condition} = 0" for condition in conditions)
+    false = [sample for sample in samples if kind.meaning and not holds(chain, kind.meaning, sample)]
+    if false:
+        yield f"{kind.meaning}, is said where {where}, and is not so at {false[0].q.round(5)}, nor at {len(false) - 1}"
+    if not is_of_kind(chain, kind, samples):
+        yield f"{kind.kind}, is said where {where}, and there are others"
 
 
 def _is_low_everywhere(chain: Chain) -> bool:

@@ -1,0 +1,51 @@
+"""What `qdot solve` says of singular configurations: what passed the test of a problem's certificate, and no more.
+
+An arm of one's own has no certificate. What its configurations look like is put to the same test before it is told,
+and where that fails, what is left is what is true of all singular configurations.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from exercises.arm.axes import Sample
+from exercises.arm.bare import bare
+from exercises.arm.chain import Chain
+from exercises.arm.classification import Kind
+from exercises.arm.singularity import Component
+from exercises.verify.appearance import holds, is_of_kind, places_on
+from exercises.writing.statement import worked_steps
+from exercises.writing.worked import SingularComponent
+
+
+def sound_components(chain: Chain) -> tuple[SingularComponent, ...]:
+    """Return the components of the singular set, of which worked steps of the arm tell from then on what is sound.
+
+    Raises TooLong.
+    """
+    steps = worked_steps(chain)
+    steps.found = [_sound(chain, one) for one in steps.found]
+    return tuple(steps.found)
+
+
+def sound_words(chain: Chain, words: str, samples: Sequence[Sample]) -> str:
+    """Return words on singular configurations, nothing where they are false of one of these, or these are none."""
+    return words if samples and all(holds(chain, words, sample) for sample in samples) else ""
+
+
+def _sound(chain: Chain, one: SingularComponent) -> SingularComponent:
+    kind = _sound_kind(chain, Component(one.conditions, one.solutions), one.kind)
+    cases = tuple(
+        (joint, value, _sound_kind(chain, Component(one.conditions, ((joint, (value,)),)), case))
+        for joint, value, case in one.cases
+    )
+    return replace(one, kind=kind, cases=cases)
+
+
+def _sound_kind(chain: Chain, component: Component, kind: Kind) -> Kind:
+    plain, samples = bare(chain), places_on(chain, component)
+    meaning = sound_words(plain, kind.meaning, samples) or _true_of_all(chain)
+    return replace(kind, meaning=meaning, uniform=kind.uniform and is_of_kind(plain, kind, samples))
+
+
+def _true_of_all(chain: Chain) -> str:
+    return f"the {'rows' if chain.n > len(chain.task) else 'columns'} of J are linearly dependent"
