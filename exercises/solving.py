@@ -16,7 +16,7 @@ from exercises.arm.reciprocal import applies
 from exercises.arm.robot_file import Limits, Robot, read_robot
 from exercises.arm.searched import tried
 from exercises.arm.singularity import Component, for_special_lengths, singular_set
-from exercises.arm.told import is_by_axes, twist_rows, twist_told
+from exercises.arm.told import is_by_axes, told_words, twist_rows, twist_told
 from exercises.formula.text import matrix_json
 from exercises.problem import Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
@@ -330,13 +330,13 @@ def _singular_json(chain: Chain, found: Singularities) -> dict[str, Any]:
     sure = kind_is_sure(chain)
     content: dict[str, Any] = {
         "determinant": None if found.determinant is None else str(found.determinant),
-        "singular": None if found.singular is None else [_found_json(one, sure) for one in found.singular],
+        "singular": None if found.singular is None else [_found_json(chain, one, sure) for one in found.singular],
     }
     if found.redundant is not None and found.redundant.searched:
         content["tested"] = found.redundant.searched
     if found.special:
         content["special_lengths"] = [
-            {"lengths": one.relation, "singular": [_found_json(part, sure) for part in one.components]}
+            {"lengths": one.relation, "singular": [_found_json(chain, part, sure) for part in one.components]}
             for one in found.special
         ]
     return content | ({"note": found.note} if found.note else {})
@@ -364,9 +364,9 @@ def _rows(matrix: sp.Matrix) -> list[list[str]]:
     return [[str(entry) for entry in row] for row in matrix.tolist()]
 
 
-def _found_json(found: SingularComponent, sure: bool) -> dict[str, Any]:
+def _found_json(chain: Chain, found: SingularComponent, sure: bool) -> dict[str, Any]:
     kind = {"type": found.kind.kind, "uniform": found.kind.uniform} if sure and found.kind.kind else {}
-    return _component_json(found) | kind | {"meaning": found.kind.meaning or None}
+    return _component_json(found) | kind | {"meaning": told_words(chain, found.kind.meaning) or None}
 
 
 def _component_json(found: SingularComponent | Component) -> dict[str, Any]:

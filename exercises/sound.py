@@ -10,8 +10,9 @@ from dataclasses import replace
 from exercises.arm.axes import Sample
 from exercises.arm.bare import bare
 from exercises.arm.chain import Chain
-from exercises.arm.classification import Kind
+from exercises.arm.classification import Kind, part_at
 from exercises.arm.singularity import Component
+from exercises.arm.told import true_of_all
 from exercises.verify.appearance import holds, is_of_kind, places_on
 from exercises.writing.statement import worked_steps
 from exercises.writing.worked import SingularComponent
@@ -33,19 +34,13 @@ def sound_words(chain: Chain, words: str, samples: Sequence[Sample]) -> str:
 
 
 def _sound(chain: Chain, one: SingularComponent) -> SingularComponent:
-    kind = _sound_kind(chain, Component(one.conditions, one.solutions), one.kind)
-    cases = tuple(
-        (joint, value, _sound_kind(chain, Component(one.conditions, ((joint, (value,)),)), case))
-        for joint, value, case in one.cases
-    )
+    component = Component(one.conditions, one.solutions)
+    kind = _sound_kind(chain, component, one.kind)
+    cases = tuple((values, _sound_kind(chain, part_at(component, values), case)) for values, case in one.cases)
     return replace(one, kind=kind, cases=cases)
 
 
 def _sound_kind(chain: Chain, component: Component, kind: Kind) -> Kind:
     plain, samples = bare(chain), places_on(chain, component)
-    meaning = sound_words(plain, kind.meaning, samples) or _true_of_all(chain)
+    meaning = sound_words(plain, kind.meaning, samples) or true_of_all(chain)
     return replace(kind, meaning=meaning, uniform=kind.uniform and is_of_kind(plain, kind, samples))
-
-
-def _true_of_all(chain: Chain) -> str:
-    return f"the {'rows' if chain.n > len(chain.task) else 'columns'} of J are linearly dependent"

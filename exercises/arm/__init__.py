@@ -5,6 +5,7 @@ From the bottom up:
     chain                       a DH table with base, point of interest and task: the only description of an arm
     told                        table, base and point as an arm's convention tells them; which frame is on which axis
     kinematics, trigonometry    frames and Jacobians; exact equality of trigonometric polynomials, and textbook factors
+    needs                       for which lengths a condition holds anywhere
     shipped                     what structures of the registered families give, worked out before (shipped.txt)
     transforms                  where the frames of a structure are; its Jacobian seen from the last one
     derivation                  all results, by both routes, once per structure

@@ -84,7 +84,7 @@ def meaning(chain: Chain, samples: Sequence[Sample]) -> str:
     said = reason_of(chain, samples[:: max(1, len(samples) // _FEW)])
     if said is not None and not _is_said_of_all(chain, samples, said):
         said = reason_of(chain, samples)
-    return said.words if said else _dependence(chain, samples)
+    return said.words if said else dependence(chain, samples)
 
 
 def _is_said_of_all(chain: Chain, samples: Sequence[Sample], said: Statement) -> bool:
@@ -156,7 +156,7 @@ def _seen_at(chain: Chain, samples: Sequence[Sample], only: Set[str]) -> Iterato
     yield from _found_by(looks, chain, samples, only)
 
 
-def _dependence(chain: Chain, samples: Sequence[Sample]) -> str:
+def dependence(chain: Chain, samples: Sequence[Sample]) -> str:
     """Return which joints, as few as will do, can move without anything that the task counts; by the columns of J.
 
     Where they are always dependent, as there are more joints than rows, what all joints together do not do.

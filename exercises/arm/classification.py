@@ -10,6 +10,7 @@ motion vanishes, the singularity is internal. Unlimited joint travel is assumed,
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import product
 
 import numpy as np
 import sympy as sp
@@ -29,8 +30,8 @@ from exercises.formula.pieces import Piece, pieces
 from exercises.stream import Stream
 
 __all__ = [
-    "Kind", "by_value", "classify", "classify_pieces", "domain_of", "kind_at", "kind_is_sure", "kinds_at",
-    "samples_on", "seen_on", "wrist_centre",
+    "Kind", "Values", "by_value", "classify", "classify_pieces", "domain_of", "kind_at", "kind_is_sure", "kinds_at",
+    "part_at", "samples_on", "seen_on", "wrist_centre",
 ]  # fmt: skip
 
 REGULAR = 1e-7
@@ -42,6 +43,9 @@ _KIND_AT = 2
 """Of how many of these one is asked for its kind, which takes longer."""
 _ARMS = 5
 """Choices of lengths for each length that is open."""
+
+_MOST_VALUES = 4
+"""Of more combinations of joint values nobody wants to read one after the other."""
 
 _TURNS = 24
 """Turns of a joint that does not move the point, at which a corner of the reach is looked for."""
@@ -122,12 +126,27 @@ def classify(chain: Chain, component: Component) -> Kind:
     return _classified(bare(chain), tuple(bare_pieces(chain, component)))
 
 
-def by_value(component: Component, kind: Kind) -> list[tuple[sp.Symbol, sp.Expr, Component]]:
-    """Return a component's values of its joint, each with the part that it is, where more is to be said than of all."""
-    if component.solutions is None or len(component.solutions) != 1 or " or " not in kind.meaning:
+Values = tuple[tuple[sp.Symbol, sp.Expr], ...]
+"""Joints with their values."""
+
+
+def by_value(component: Component, kind: Kind) -> list[tuple[Values, Component]]:
+    """Return a component's values of its joints, each with the part that it is, where more is to be said than of all.
+
+    That is where it looks like this or like that, or is of both kinds.
+    """
+    if component.solutions is None or not (" or " in kind.meaning or (kind.kind and not kind.uniform)):
         return []
-    ((joint, values),) = component.solutions
-    return [(joint, value, replace(component, solutions=((joint, (value,)),))) for value in values]
+    joints, values = zip(*component.solutions, strict=True)
+    chosen = [tuple(zip(joints, each, strict=True)) for each in product(*values)]
+    if not 1 < len(chosen) <= _MOST_VALUES:
+        return []
+    return [(each, part_at(component, each)) for each in chosen]
+
+
+def part_at(component: Component, values: Values) -> Component:
+    """Return the part of a component at which joints have these values."""
+    return replace(component, solutions=tuple((joint, (value,)) for joint, value in values))
 
 
 def classify_pieces(chain: Chain, conditions: Sequence[str]) -> Kind:

@@ -9,6 +9,7 @@ Rx and Tx of a modified row commute and join the row before it, so that both tab
 `a` of row i are those of row i + 1 of the other. What the last standard row has of them places P in the last frame.
 """
 
+import re
 from dataclasses import replace
 
 import sympy as sp
@@ -85,6 +86,38 @@ def place_name(chain: Chain, frame: int) -> str | None:
         return "P"
     length = chain.joints[frame - 1].a if frame else told_rows(chain)[0].a
     return f"O_{frame}" if length == 0 else None
+
+
+_ORIGIN = re.compile(r"the origin O(\d+)")
+
+
+def told_words(chain: Chain, words: str) -> str:
+    """Return words on an arm with the names that its convention has for the origins of standard frames.
+
+    Of a modified table that is another origin, or P; of an arm told by its axes the point on the axis that it is.
+
+    >>> from exercises.arm.chain import Joint
+    >>> turns = (Joint("R", f"theta{i}", 0, f"a{i}", 0) for i in (1, 2))
+    >>> arm, words = Chain("arm", tuple(turns), ("vx",)), "the origin O1 lies on the axis of joint 2"
+    >>> [told_words(replace(arm, convention=name), words)[:15] for name in ("dh", "modified-dh", "screws")]
+    ['the origin O1 l', 'the origin O2 l', "q2' lies on the"]
+    """
+    names = {match[0]: _origin(chain, int(match[1])) for match in _ORIGIN.finditer(words)}
+    if None in names.values():
+        return true_of_all(chain)
+    return _ORIGIN.sub(lambda match: str(names[match[0]]), words)
+
+
+def _origin(chain: Chain, frame: int) -> str | None:
+    if is_by_axes(chain):
+        return f"q{frame + 1}'" if frame < chain.n and chain.joints[frame].kind == "R" else None
+    name = place_name(chain, frame)
+    return "the point" if name == "P" else name and f"the origin {name.replace('_', '')}"
+
+
+def true_of_all(chain: Chain) -> str:
+    """Return what is true of every singular configuration of an arm."""
+    return f"the {'rows' if chain.n > len(chain.task) else 'columns'} of J are linearly dependent"
 
 
 OMEGA = r"\omega"

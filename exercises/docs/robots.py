@@ -12,6 +12,7 @@ from pathlib import Path
 from exercises.arm.chain import CONVENTIONS
 from exercises.arm.library import robots
 from exercises.arm.robot_file import read_robot_file
+from exercises.arm.told import told_words
 from exercises.console import say
 from exercises.files import write_atomically
 from exercises.render import render
@@ -50,10 +51,11 @@ def singular_in_words(name: str) -> tuple[str, ...]:
     """Return what the singular configurations of a robot look like, a text for each component of the singular set."""
     if name in LONG:
         return ()
-    found = solve(read_robot_file(robots()[name].path).chain).singular or ()
+    chain = read_robot_file(robots()[name].path).chain
+    found = solve(chain).singular or ()
     if any(len(condition.args) > MOST_TERMS for one in found for condition in one.conditions):
         return ()
-    return tuple(one.kind.meaning for one in found)
+    return tuple(told_words(chain, one.kind.meaning) for one in found)
 
 
 def kept_text() -> str:

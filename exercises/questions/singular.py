@@ -16,6 +16,7 @@ from exercises.arm.classification import classify, kind_is_sure, kinds_at
 from exercises.arm.derivation import derive
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.singularity import Component, singular_set
+from exercises.arm.told import told_words
 from exercises.problem import Details
 from exercises.questions.base import Asked, Question, number
 from exercises.questions.inversion import conditioning, draw_lengths, draw_pose, well_conditioned
@@ -95,7 +96,9 @@ def _place(chain: Chain, components: tuple[Component, ...], kind: str, rng: Stre
         if component.solutions is None:
             kinds = classify(chain, component)
             words = kinds.meaning.split(",")[0]
-            if len(component.conditions) == 1 and kinds.uniform and kinds.kind == kind and "axis" in words:
+            if len(component.conditions) > 1 or "axis" not in told_words(chain, words):
+                continue
+            if kinds.uniform and kinds.kind == kind:
                 return Place({}, component.conditions[0], words)
         else:
             for joints in _poses(chain, component, rng):

@@ -33,7 +33,7 @@ def said_of_singularities(numeric: NumericReference) -> Iterator[Check]:
     """Test what the worked solution says of each component, or of each of its values where they are told apart."""
     chain = numeric.chain
     for component in singular_set(chain) or ():
-        values = [part for _, _, part in by_value(component, classify(chain, component))]
+        values = [part for _, part in by_value(component, classify(chain, component))]
         for part in values or [component]:
             yield said_of_component(chain, part)
 

@@ -11,6 +11,6 @@ From formulas to whole texts:
     names                       what axes and vectors are called in the convention of an arm
     wording, worked             the words for an arm; what a solution shows between formula and result
     expansion, cases            how a determinant is worked out; where the minors of a wide or tall J vanish together
-    hint_context                what hints tell of an arm
+    hint_context, lost_example  what hints tell of an arm; a lost direction in numbers
     statement, short_answer     statements, prompts, hints and solutions; an answer without the way to it
 """

@@ -6,8 +6,9 @@ from dataclasses import dataclass, field
 
 import sympy as sp
 
+from exercises.arm.bare import turns_all
 from exercises.arm.chain import TASK_ROWS, Base, Chain, Point
-from exercises.arm.classification import Kind, kind_is_sure
+from exercises.arm.classification import Kind, Values, kind_is_sure
 from exercises.arm.conventions import axes_of
 from exercises.arm.derivation import derive
 from exercises.arm.told import (
@@ -16,9 +17,10 @@ from exercises.arm.told import (
     told_base,
     told_point,
     told_rows,
+    told_words,
 )
 from exercises.languages import ENGLISH, Catalogue, catalogue
-from exercises.writing.latex import symbol_latex, tex, tex_angle, tex_length
+from exercises.writing.latex import symbol_latex, tex, tex_angle, tex_length, tex_value
 from exercises.writing.names import AxisNames
 
 NUMBER_WORDS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
@@ -244,6 +246,13 @@ class Wording(AxisNames):
             return {1: say.gettext("prismatic"), 2: say.gettext("both prismatic")}.get(
                 self.last, say.gettext("all prismatic")
             )
+        if sliding[0] == 1:
+            return {
+                (True, True): say.gettext("joint %(sliding)s prismatic and joint %(turning)s revolute", **which),
+                (True, False): say.gettext("joints %(sliding)s prismatic and joint %(turning)s revolute", **which),
+                (False, True): say.gettext("joint %(sliding)s prismatic and joints %(turning)s revolute", **which),
+                (False, False): say.gettext("joints %(sliding)s prismatic and joints %(turning)s revolute", **which),
+            }[len(turning) == 1, len(sliding) == 1]
         return {
             (True, True): say.gettext("joint %(turning)s revolute and joint %(sliding)s prismatic", **which),
             (True, False): say.gettext("joint %(turning)s revolute and joints %(sliding)s prismatic", **which),
@@ -510,37 +519,64 @@ class Wording(AxisNames):
         if not self.kinds_are_sure or not kind.kind:
             return sentence
         if not kind.uniform:
-            mixed = say.gettext("Some of these configurations are boundary singularities, the others internal.")
-            return f"{sentence} {mixed}"
+            return f"{sentence} {self._of_both_kinds(1)}"
         boundary = say.gettext("This is a boundary singularity.")
         internal = say.gettext("This is an internal singularity.")
         return f"{sentence} {boundary if kind.kind == 'boundary' else internal}"
 
-    def case(self, kind: Kind) -> str:
-        """Return the same for one value of a joint, shorter."""
-        say, meaning = self.words, self._of_point(kind.meaning)
+    def cases(self, every: Iterable[tuple[Values, Kind]]) -> str:
+        """Return the same for values of joints, each with what it is; those that are the same together."""
+        of_kind: dict[Kind, list[Values]] = {}
+        for values, kind in every:
+            of_kind.setdefault(kind, []).append(values)
+        return " ".join(
+            self.words.gettext(
+                "At %(values)s: %(case)s",
+                values=f", {self.words.gettext('or')} ".join(map(self._at, places)),
+                case=self.case(kind, len(places[0])),
+            )
+            for kind, places in of_kind.items()
+        )
+
+    def _at(self, values: Values) -> str:
+        return self.join([f"${tex(joint, self.chain)} = {tex_value(value, joint)}$" for joint, value in values])
+
+    def case(self, kind: Kind, held: int = 1) -> str:
+        """Return the same for values of some joints, how many of them, shorter."""
+        say, meaning = self.words, self.said(kind.meaning)
         if not self.kinds_are_sure or not kind.kind:
             return f"{meaning}."
         if not kind.uniform:
-            return say.gettext(
-                "%(meaning)s; a boundary singularity in some of these configurations, an internal one in the others.",
-                meaning=meaning,
-            )
+            return f"{meaning}. {self._of_both_kinds(held)}"
         if kind.kind == "boundary":
             return say.gettext("%(meaning)s, a boundary singularity.", meaning=meaning)
         return say.gettext("%(meaning)s, an internal singularity.", meaning=meaning)
 
+    def _of_both_kinds(self, held: int) -> str:
+        """Return a sentence on configurations that are of both kinds, where so many joints have one value."""
+        if held + turns_all(self.chain) == self.chain.n:
+            return self.words.gettext(
+                "This is a boundary singularity for some lengths, and an internal one for others."
+            )
+        if self.constants:
+            return self.words.gettext(
+                "This is a boundary singularity for some lengths and configurations, and an internal one for others."
+            )
+        return self.words.gettext("Some of these configurations are boundary singularities, the others internal.")
+
     def clause(self, english: str) -> str:
         """Return the same behind a colon."""
-        return f"{self._of_point(english)}."
+        return f"{self.said(english)}."
 
     def sentence(self, english: str) -> str:
         """Return words that a problem carries as a sentence that speaks of P by name."""
-        said = self._of_point(english)
+        said = self.said(english)
         return f"{said[0].upper()}{said[1:]}."
 
-    def _of_point(self, english: str) -> str:
-        whole = re.sub(r"^arm (?=stretched|folded|drawn)", "the arm is ", english)
+    def said(self, english: str) -> str:
+        """Return words on configurations with the arm's own names for points, P by name, behind other words."""
+        told = re.sub(r"\b([Oq])(\d+)('?)", r"$\1_{\2}\3$", told_words(self.chain, english))
+        whole = re.sub(r"^arm (?=stretched|folded|drawn)", "the arm is ", told)
         return self.words.phrase(whole.replace("the point", "$P$"))
 
     def join(self, words: list[str]) -> str:

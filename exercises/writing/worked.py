@@ -5,18 +5,20 @@ and then filled with the arm's own numbers. World frame; notation of the chapter
 """
 
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from itertools import combinations, pairwise, product
 
 import numpy as np
 import sympy as sp
 
-from exercises.arm.axes import slope
+from exercises.arm.appearance import dependence
+from exercises.arm.axes import Sample, slope
 from exercises.arm.chain import TASK_ROWS, Chain, Point
-from exercises.arm.classification import Kind, by_value, classify
+from exercises.arm.classification import Kind, Values, by_value, classify
 from exercises.arm.conventions import axes_of
 from exercises.arm.derivation import Derivation, derive, structure, task_velocity
 from exercises.arm.kinematics import NumericChain, frame_behind, joint_rotation, link_frames, link_vector
+from exercises.arm.needs import Need, need_of
 from exercises.arm.precise import determinant, four_digits, inverse, shown
 from exercises.arm.singularity import Component, never_vanishes, singular_set
 from exercises.arm.told import (
@@ -56,6 +58,7 @@ from exercises.writing.expansion import (
 )
 from exercises.writing.hint_context import HintContext
 from exercises.writing.latex import tex
+from exercises.writing.lost_example import LostExample, lost_example
 from exercises.writing.names import AxisNames
 
 
@@ -95,13 +98,15 @@ class AtOnce:
 class SingularComponent:
     """A component of the singular set with what it is; `solutions` are (joint, values), None where joints are tied.
 
-    `cases` says the same of each value, where a single joint has several and they differ.
+    `cases` says the same of each choice of values, where joints have several and these differ. Where the conditions
+    hold for some lengths only, `need` has what then is at most what.
     """
 
     conditions: tuple[sp.Expr, ...]
     solutions: tuple[tuple[sp.Symbol, tuple[sp.Expr, ...]], ...] | None
     kind: Kind
-    cases: tuple[tuple[sp.Symbol, sp.Expr, Kind], ...] = ()
+    cases: tuple[tuple[Values, Kind], ...] = ()
+    need: Need | None = None
 
     @property
     def says_it(self) -> bool:
@@ -136,6 +141,19 @@ class Worked(AxisNames):
     def lost_where(self, where: Where) -> tuple[LostAt, sp.Matrix] | None:
         """Return J and the direction that is lost where joints have values; None where these are not short."""
         return lost_where(self.chain, where)
+
+    def lost_example(self, where: Where) -> LostExample | None:
+        """Return a configuration in numbers at which that direction is lost, None where none was found."""
+        return lost_example(self.chain, where)
+
+    @property
+    def determinant_factors(self) -> int:
+        """How many factors det J has, signs and numbers not counted."""
+        return sum(not factor.is_number for factor in sp.Mul.make_args(self.d.determinant))
+
+    def has_open_lengths(self, formula: sp.Expr) -> bool:
+        """Whether open lengths occur in a formula."""
+        return not formula.free_symbols.isdisjoint(self.chain.parameters)
 
     @property
     def links(self) -> list[sp.Expr]:
@@ -516,7 +534,8 @@ class Worked(AxisNames):
     def _classified(self, component: Component) -> SingularComponent:
         conditions = tuple(map(self._as_shown, component.conditions))
         kind = classify(self.chain, component)
-        return SingularComponent(conditions, component.solutions, kind, self._cases(component, kind))
+        need = next(filter(None, (need_of(condition, self.chain) for condition in conditions)), None)
+        return SingularComponent(conditions, component.solutions, kind, self._cases(component, kind), need)
 
     def _as_shown(self, condition: sp.Expr) -> sp.Expr:
         """Return a condition without numbers before it, and a sum with the signs that it has in det J, as shown."""
@@ -526,8 +545,9 @@ class Worked(AxisNames):
         other = f"({tex(-plain, self.chain, self.angles)})"
         return -plain if other in tex(self.d.determinant, self.chain, self.angles) else plain
 
-    def _cases(self, component: Component, kind: Kind) -> tuple[tuple[sp.Symbol, sp.Expr, Kind], ...]:
-        return tuple((joint, value, classify(self.chain, here)) for joint, value, here in by_value(component, kind))
+    def _cases(self, component: Component, kind: Kind) -> tuple[tuple[Values, Kind], ...]:
+        every = [(values, classify(self.chain, here)) for values, here in by_value(component, kind)]
+        return tuple(every) if len({case for _, case in every}) > 1 else ()
 
     @property
     def is_elbow(self) -> bool:
@@ -543,6 +563,15 @@ class Worked(AxisNames):
 
     def is_kept_by_all(self, asked: MeaningAsked, axis: int) -> bool:
         """Tell whether no joint changes, at first order, how far P is from the axis of a joint, at singular poses."""
+        sample, later = self._sample(asked), range(axis, self.chain.point.frame)
+        return sample is not None and sample.off(partial(slope, joint=axis - 1, movers=[*later])) < 1e-9
+
+    def dependence_at(self, asked: MeaningAsked) -> str:
+        """Return in words which joints have dependent columns at singular poses."""
+        sample = self._sample(asked)
+        return dependence(self.chain, [] if sample is None else [sample])
+
+    def _sample(self, asked: MeaningAsked) -> Sample | None:
         if asked.place is not None:
             lengths, joints = asked.place.lengths, asked.place.joints
         else:
@@ -550,8 +579,7 @@ class Worked(AxisNames):
             joints = {q: sp.Rational(7 + 5 * i, 10) for i, q in enumerate(self.chain.q)} | dict(asked.values)
         arm = NumericChain(self.chain, {symbol.name: float(value) for symbol, value in lengths.items()})
         q = np.array([complex(sp.N(joints[symbol].xreplace(lengths))) for symbol in self.chain.q])
-        later = range(axis, self.chain.point.frame)
-        return bool(np.isreal(q).all() and slope(arm, q.real[None], joint=axis - 1, movers=[*later])[0] < 1e-9)
+        return Sample(arm, q.real) if np.abs(q.imag).max() < 1e-12 else None
 
     def of_place(self, place: Place) -> SingularComponent | None:
         """Return the component that a place lies on, or None where the arm is not singular."""

@@ -8,12 +8,13 @@ import sympy as sp
 
 from exercises.arm.chain import Chain, Joint
 from exercises.arm.classification import Kind
+from exercises.arm.needs import need_of
 from exercises.arm.singularity import singular_set
 from exercises.families import FAMILIES
 from exercises.generation import sample_chain
 from exercises.problem import ProblemId
 from exercises.solving import Singularities, singular_stages
-from exercises.special_lengths import need_of, relations
+from exercises.special_lengths import relations
 from exercises.writing.worked import SingularComponent
 from tests.support.suites import of_families
 

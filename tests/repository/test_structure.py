@@ -21,7 +21,7 @@ LAYERS = {
         formula.program formula.field formula.angles formula.exact formula.identity formula.scale formula.constants
         formula.pieces formula.conditions
         formula.claims
-        arm.chain arm.told arm.kinematics arm.trigonometry arm.shipped arm.transforms arm.derivation
+        arm.chain arm.told arm.kinematics arm.trigonometry arm.needs arm.shipped arm.transforms arm.derivation
         arm.together arm.relations arm.singularity arm.axes arm.reason arm.bare arm.reach arm.three_joints arm.beyond
         arm.reciprocal arm.searched
         arm.appearance arm.classification arm.directions arm.meanings arm.precise arm.path arm.entry arm.placing

@@ -193,11 +193,9 @@ def _false_words(chain: Chain, singular: Sequence[SingularComponent], content: M
     """Yield what configurations are said to look like, or to be, and do not, or are not; at finds of a search."""
     for one in singular:
         yield from _false_of_looks(chain, one.conditions, one.kind)
-        for joint, value, kind in one.cases:
-            turn = joint - value
-            yield from _false_of_looks(
-                chain, [sp.sin(turn), sp.cos(turn) - 1] if joint.name.startswith("theta") else [turn], kind
-            )
+        for values, kind in one.cases:
+            at = [equation for joint, value in values for equation in _equations(joint, value)]
+            yield from _false_of_looks(chain, at, kind)
     for special in content.get("special_lengths", ()):
         length, value = map(_read, special["lengths"].split(" = "))
         for part in special["singular"]:
@@ -205,6 +203,11 @@ def _false_words(chain: Chain, singular: Sequence[SingularComponent], content: M
             there = with_lengths(chain, {length: value})
             for false in _false_of_looks(there, [_read(text) for text in part["conditions"]], kind):
                 yield f"for {special['lengths']}: {false}"
+
+
+def _equations(joint: sp.Symbol, value: sp.Expr) -> list[sp.Expr]:
+    turn = joint - value
+    return [sp.sin(turn), sp.cos(turn) - 1] if joint.name.startswith("theta") else [turn]
 
 
 def _false_of_looks(chain: Chain, conditions: Sequence[sp.Expr], kind: Kind) -> Iterator[str]:

@@ -38,7 +38,7 @@ def parts(chain: Chain) -> Iterator[tuple[list[str], str]]:
     """Yield conditions of the bare arm, and what is said of them."""
     for component in singular_set(chain) or ():
         values = by_value(component, classify(chain, component))
-        for part in (component, *(part for _, _, part in values)):
+        for part in (component, *(part for _, part in values)):
             yield bare_pieces(chain, part), classify(chain, part).meaning
 
 

@@ -1,0 +1,71 @@
+"""What open lengths have to satisfy for a condition on joints to hold anywhere: a bracket may have no zero."""
+
+from dataclasses import dataclass
+
+import sympy as sp
+
+from exercises.arm.chain import Chain
+from exercises.arm.trigonometry import fourier
+
+
+@dataclass(frozen=True)
+class Need:
+    """For a condition to hold anywhere, `least` has to be at most `most`: formulas in open lengths, in metres."""
+
+    condition: sp.Expr
+    least: sp.Expr
+    most: sp.Expr
+
+    def __str__(self) -> str:
+        return f"`{self.condition} = 0` can hold only where `{self.least} <= {self.most}`"
+
+
+def need_of(condition: sp.Expr, chain: Chain) -> Need | None:
+    """Return what has to be true of open lengths for a condition to hold anywhere; None where nothing, or not known.
+
+    A condition is a constant K and a sum of A cos(phi) + B sin(phi). Where no phi is a sum of others, each takes every
+    value whatever the others are, and the sum everything from -S to S, S the sum of all sqrt(A^2 + B^2): it is -K
+    somewhere if, and only if, K is at most S. Where K has terms of both signs, that is not told.
+
+    >>> from exercises.arm.chain import Joint
+    >>> rows = [Joint("R", f"theta{i}", 0, f"a{i}", 0) for i in (1, 2)]
+    >>> a1, a2, t2 = sp.symbols("a1 a2 theta2")
+    >>> str(need_of(a1 + a2 * sp.cos(t2), Chain("two", tuple(rows), ("vx", "vy"))))
+    '`a1 + a2*cos(theta2) = 0` can hold only where `a1 <= a2`'
+    """
+    try:
+        (found,) = fourier(sp.expand(condition))
+    except ValueError:
+        return None
+    slides = {q for q, joint in zip(chain.q, chain.joints, strict=True) if joint.kind == "P"}
+    still = (0,) * len(found.angles)
+    constant = found.terms.get(still, (found.ring.zero, 0))[0].as_expr()
+    turning = [pair for key, pair in found.terms.items() if key != still]
+    keys = sp.Matrix([key for key in found.terms if key != still])
+    if constant == 0 or not turning or keys.rank() < len(turning) or condition.free_symbols & slides:
+        return None
+    sizes = [_size(c.as_expr(), s.as_expr()) for c, s in turning]
+    known = _positive(constant)
+    if known is None or None in sizes:
+        return None
+    room = sp.expand(sp.Add(*sizes) - known)
+    terms = sp.Add.make_args(room)
+    lacking = [-term for term in terms if term.as_coeff_Mul()[0].is_negative]
+    if not lacking or not room.free_symbols:
+        return None
+    return Need(condition, sp.Add(*lacking), sp.Add(*(term for term in terms if -term not in lacking)))
+
+
+def _size(c: sp.Expr, s: sp.Expr) -> sp.Expr | None:
+    """Return sqrt(c^2 + s^2) of formulas in lengths; None where c or s alone has terms of both signs."""
+    if c == 0 or s == 0:
+        return _positive(c + s)
+    lengths = {symbol: sp.Symbol(symbol.name, positive=True) for symbol in (c + s).free_symbols}
+    root = sp.sqrt(sp.expand((c**2 + s**2).xreplace(lengths)))
+    return root.xreplace({length: symbol for symbol, length in lengths.items()})
+
+
+def _positive(formula: sp.Expr) -> sp.Expr | None:
+    """Return the absolute value of a formula in lengths whose terms have the same sign; None for others."""
+    signs = {bool(term.as_coeff_Mul()[0].is_negative) for term in sp.Add.make_args(sp.expand(formula))}
+    return None if len(signs) > 1 else sp.expand(-formula if signs == {True} else formula)
