@@ -19,7 +19,7 @@ from exercises.arm.conventions import axes_of
 from exercises.arm.derivation import Derivation, derive, structure, task_velocity
 from exercises.arm.kinematics import NumericChain, frame_behind, joint_rotation, link_frames, link_vector
 from exercises.arm.needs import Need, need_of
-from exercises.arm.precise import determinant, four_digits, inverse, shown
+from exercises.arm.precise import determinant, four_digits, inverse, numeric, shown, solved
 from exercises.arm.singularity import Component, never_vanishes, singular_set
 from exercises.arm.told import (
     in_twist_order,
@@ -92,6 +92,18 @@ class AtOnce:
     joints: tuple[tuple[sp.Symbol, sp.Expr], ...]
     matrix: sp.Matrix
     determinant: sp.Expr
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """Numbers of the two steps by which joint rates follow: inverse blocks, what they are applied to, the results."""
+
+    arm: sp.Matrix
+    linear: sp.Matrix
+    first: sp.Matrix
+    wrist: sp.Matrix
+    left: sp.Matrix
+    last: sp.Matrix
 
 
 @dataclass(frozen=True)
@@ -602,6 +614,22 @@ class Worked(AxisNames):
     def numeric_inverse(self, situation: Situation) -> sp.Matrix:
         """Return the inverse of the task Jacobian in a situation, to four significant digits."""
         return shown(inverse(jacobian_at(self.chain, situation)))
+
+    def rates_by_blocks(self, situation: Situation) -> Blocks | None:
+        """Return how joint rates come block by block, to four digits, of an arm with a wrist whose axes meet in P."""
+        if self.blocks is None:
+            return None
+        rows = jacobian_at(self.chain, situation)
+        asked = [numeric(value) for value in self.velocity.xreplace(situation.values)]
+        arm, wrist = ([row[k : k + 3] for row in rows[k : k + 3]] for k in (0, 3))
+        first = solved(arm, asked[:3])
+        left = [
+            value - sum(entry * rate for entry, rate in zip(row, first, strict=False))
+            for value, row in zip(asked[3:], rows[3:], strict=True)
+        ]
+        columns = ([[value] for value in column] for column in (asked[:3], first, left, solved(wrist, left)))
+        linear, rates, rest, others = map(shown, columns)
+        return Blocks(shown(inverse(arm)), linear, rates, shown(inverse(wrist)), rest, others)
 
     def numeric_determinant(self, situation: Situation) -> sp.Expr:
         """Return the determinant of the task Jacobian in a situation, to four significant digits."""
