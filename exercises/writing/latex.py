@@ -15,6 +15,7 @@ from exercises.formula.layout import Layout, Pieces, number, row, script
 from exercises.formula.order import COMPONENT, NAMED_ANGLE, decimal, joint_sum, moves
 from exercises.formula.printers.latex import latex
 from exercises.writing.angles import AngleNames
+from exercises.writing.shortening import with_plain_numbers
 from exercises.writing.turns import turns_of, with_turns
 
 _FUNCTIONS = {
@@ -246,7 +247,7 @@ def prismatic_joints(chain: Chain) -> tuple[str, ...]:
 @lru_cache(maxsize=1024)
 def _pieces_of(expression: sp.Expr, prismatic: tuple[str, ...], turns: tuple[sp.Expr, ...]) -> Pieces:
     """Lay out an expression; kept, for many are shown again: in a step, its result, and another part."""
-    return _setter(prismatic).pieces(with_turns(expression, turns))
+    return _setter(prismatic).pieces(with_turns(with_plain_numbers(expression), turns))
 
 
 @lru_cache(maxsize=16)
