@@ -102,8 +102,8 @@ def _place_in_sum(term: sp.Expr, negative: bool) -> int:
 class Product:
     """A product: whether a minus stands before it, its number, and the factors above and below the line.
 
-    The signs of the sums in `flips` are changed, so that no bracket starts with a minus, and a sum has the same signs in
-    all entries of a matrix. A sum of velocities may, as in (-s_1 v_x + c_1 v_y)/a_1.
+    The signs of the sums in `flips` are changed, so that no bracket starts with a minus, and a sum has the same signs
+    in all entries of a matrix. A sum of velocities may, as in (-s_1 v_x + c_1 v_y)/a_1.
     """
 
     negative: bool
@@ -162,7 +162,7 @@ def terms(expression: sp.Expr, flip: bool = False) -> tuple[tuple[bool, sp.Expr]
 
 
 def _signed(term: sp.Expr, flip: bool) -> tuple[bool, sp.Expr]:
-    """Return whether a term is subtracted, and the term; with a sign that is changed, its brackets have it their way."""
+    """Return whether a term is subtracted, and the term, whose brackets have the signs that go with that."""
     if flip and not (changed := -term).is_Add:
         return product(changed).negative, changed
     return product(term).negative != flip, term

@@ -15,7 +15,7 @@ from exercises.formula.order import index_of, joint_sum
 from exercises.formula.printers.python import python_text
 from exercises.formula.text import ByText
 from exercises.writing.gathering import gathered
-from exercises.writing.shortening import added_up, in_plain_angles, with_plain_numbers
+from exercises.writing.shortening import added_up, in_plain_angles, with_plain_numbers, with_squares
 
 
 @dataclass(frozen=True)
@@ -36,10 +36,10 @@ class AngleNames:
         return gathered(self._rename(in_plain_angles(expression))[0])
 
     def shortened(self, expression: sp.Expr | sp.Matrix) -> sp.Expr | sp.Matrix:
-        """Return a result with the addition theorems used wherever the angle is plain or has a name."""
+        """Return a result shortened by sin^2 + cos^2 = 1, and by the addition theorems where angles can be said."""
         if isinstance(expression, sp.MatrixBase):
             return expression.applyfunc(self.shortened)
-        return added_up(expression, self._is_said)
+        return with_squares(added_up(expression, self._is_said))
 
     def _is_said(self, angle: sp.Expr) -> bool:
         return is_plain(angle) or _as_named(angle, self.meanings) is not None

@@ -44,6 +44,34 @@ def added_up(expression: sp.Expr, is_said: IsSaid) -> sp.Expr:
     return _everywhere(expression, lambda total: _one_added_up(total, is_said))
 
 
+def with_squares(expression: sp.Expr) -> sp.Expr:
+    """Return an expression in which sin^2 + cos^2 = 1 is used where it makes one term of two.
+
+    >>> t2, a1 = sp.symbols("theta2 a1")
+    >>> with_squares(a1 - a1 * sp.sin(t2) ** 2), with_squares(sp.sin(t2) ** 2 + sp.cos(t2) ** 2)
+    (a1*cos(theta2)**2, 1)
+    """
+    if not any(isinstance(power.base, (sp.sin, sp.cos)) for power in expression.atoms(sp.Pow)):
+        return expression
+    return _everywhere(expression, _one_square)
+
+
+def _one_square(total: sp.Expr) -> sp.Expr | None:
+    """Return a sum with two of its terms as one, or None where there are none."""
+    terms = set(total.args)
+    for term in total.args:
+        for square in sp.Mul.make_args(term):
+            base, power = square.as_base_exp()
+            if power != 2 or not isinstance(base, (sp.sin, sp.cos)):
+                continue
+            rest, other = term / square, (sp.cos if isinstance(base, sp.sin) else sp.sin)(base.args[0]) ** 2
+            if -rest in terms:
+                return total - term + rest - rest * other
+            if rest * other in terms:
+                return total - term - rest * other + rest
+    return None
+
+
 def with_plain_numbers(expression: sp.Expr) -> sp.Expr:
     """Return an expression with its numbers multiplied out where that makes them shorter.
 

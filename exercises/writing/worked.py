@@ -187,6 +187,11 @@ class Worked(AxisNames):
         return [joint.kind for joint in self.chain.joints]
 
     @property
+    def has_half_twists(self) -> bool:
+        """Whether a twist turns the axis behind it round."""
+        return any(joint.alpha in (sp.pi, -sp.pi) for joint in self.chain.joints[:-1])
+
+    @property
     def has_quarter_turns(self) -> bool:
         """Whether some link's angle is theta_1 + ... and quarter turns, which are worked out and not named."""
         links = (link.as_independent(*self.chain.q, as_Add=True) for link in link_angles(self.chain))
@@ -364,6 +369,19 @@ class Worked(AxisNames):
     def cofactors(self) -> sp.Matrix:
         """The cofactors of the task Jacobian, (-1)^(i+j) times the minor (appendix)."""
         return self._fill(_cofactors(self._structure))
+
+    @cached_property
+    def inverse_cancels(self) -> bool:
+        """Whether factors of det J cancel in the inverse, which is the transposed cofactors over det J."""
+        pairs = zip(self.d.inverse, self.cofactors.T, strict=True)
+        return any(_cancels(entry, cofactor, self.d.determinant) for entry, cofactor in pairs if entry != 0)
+
+    @cached_property
+    def rates_cancel(self) -> bool:
+        """Whether they cancel in the joint rates, which are the inverse times the task's velocity."""
+        numerators = self.cofactors.T * self.velocity
+        pairs = zip(self.d.rate_law(), numerators, strict=True)
+        return any(_cancels(rate, sp.factor_terms(numerator), self.d.determinant) for rate, numerator in pairs)
 
     @property
     def determinant_sign(self) -> str:
@@ -642,6 +660,21 @@ def _at_once(generic: Chain) -> AtOnce | None:
         if value is not None and determinant.xreplace(turns) != 0 and (best is None or key > best[0]):
             best = key, AtOnce(tuple(turns.items()), matrix, value)
     return None if best is None else best[1]
+
+
+def _cancels(quotient: sp.Expr, above: sp.Expr, below: sp.Expr) -> bool:
+    """Whether a factor of `below`, or its number, is no more in the quotient that `above` over it is written as."""
+    left = _powers(quotient)
+    if any(left.get(base) != -power for base, power in _powers(below).items()):
+        return True
+    number, other = (abs(product.as_coeff_Mul()[0]) for product in (below, above))
+    return bool(number == other != 1)
+
+
+def _powers(product: sp.Expr) -> dict[sp.Expr, sp.Expr]:
+    """Return the factors of a product that hold symbols, up to their signs, with their powers."""
+    pairs = (factor.as_base_exp() for factor in sp.Mul.make_args(product) if factor.free_symbols)
+    return {sp.expand(-base if base.could_extract_minus_sign() else base): power for base, power in pairs}
 
 
 def _principal(angle: sp.Expr) -> sp.Expr:
