@@ -156,7 +156,7 @@ def _problem_cells(
 
 
 def _prompt(label: str, slot: str, problem: Problem, part: Part, hinted: bool) -> str:
-    title = ASKED[part.kind].title
+    title = ASKED[part.kind].heading(problem.chain)
     points = points_text(part.points)
     asked = prompt(problem, part)
     svg = part_svg(problem.chain, part, f"{slot}-{part.name}")

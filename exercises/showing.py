@@ -76,7 +76,7 @@ def _pieces(
     return [
         _ShownPart(
             part.name,
-            ASKED[part.kind].title,
+            ASKED[part.kind].heading(problem.chain),
             points_text(part.points),
             convert(prompt(problem, part)),
             [convert(lead.format(i) + hint) for i, hint in enumerate(hints(problem, part), 1)] if hinted else [],

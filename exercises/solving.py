@@ -505,7 +505,7 @@ def _section(chain: Chain, name: str, parts: list[Part], explained: set[str]) ->
     answer, details = question.ask(chain, Stream("solve"))
     parts.append(Part(name, name, answer, details=details))
     text = next_solution(Problem(ProblemId("own", 0), chain, tuple(parts)), explained)
-    return f"## {len(parts) + 2}. {question.title}\n\n{text}"
+    return f"## {len(parts) + 2}. {question.heading(chain)}\n\n{text}"
 
 
 def _redundant_block(chain: Chain, redundant: Redundant, number: int | None = None) -> str:

@@ -41,6 +41,8 @@ _LOOKED_AT = 60
 """About how many samples are looked at to say what they have in common: few may all miss where it is not so."""
 _KIND_AT = 2
 """Of how many of these one is asked for its kind, which takes longer."""
+_FURTHER = 60
+"""Further choices of open lengths of which the kind is looked at, before it is told of all."""
 _ARMS = 5
 """Choices of lengths for each length that is open."""
 
@@ -161,6 +163,9 @@ def _classified(chain: Chain, conditions: tuple[str, ...]) -> Kind:
     if not kind_is_sure(chain):
         return Kind("", False, words)
     kinds = {kind for kind in kinds_at(chain, seen[::_KIND_AT]) if kind is not None}
+    if len(kinds) == 1 and chain.parameters:  # of other lengths it may be another
+        others = [one for condition in conditions for one in samples_on(chain, condition, "lengths", _FURTHER, 1)]
+        kinds |= {kind for kind in kinds_at(chain, others) if kind is not None}
     if not kinds:
         return Kind("", False, words)
     return Kind("boundary" if "boundary" in kinds else "internal", len(kinds) == 1, words)

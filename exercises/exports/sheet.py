@@ -244,7 +244,7 @@ def _asked(state: _State, label: str, problem: Problem, part: Part, solution: st
     hinted = hints(problem, part) if kind == "handout" and not solutions and state.assignment.hints else ()
     return SheetPart(
         label=label,
-        title=ASKED[part.kind].title,
+        title=ASKED[part.kind].heading(problem.chain),
         points=points_text(part.points),
         worth=part.points,
         prompt=text if options is None else without_options(text),

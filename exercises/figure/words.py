@@ -126,11 +126,18 @@ def _place(point: sp.Matrix) -> str:
 
 
 def _sum(value: sp.Expr, unit: str) -> str:
-    """Return a coordinate in words, term by term: numbers to three digits, minus written out."""
+    """Return a coordinate in words, term by term: numbers to three digits, minus written out.
+
+    Numbers without a letter are one.
+
+    >>> _sum(sp.Rational(9, 40) + sp.sqrt(3) / 20 - sp.Symbol("d1"), " m")
+    '0.312 m minus d1'
+    """
     if value == 0:
         return "0"
     words = ""
-    for term in sp.Add.make_args(sp.expand(value)):
+    number, letters = sp.expand(value).as_independent(sp.Symbol, as_Add=True)
+    for term in (*([sp.N(number)] if number != 0 else []), *(sp.Add.make_args(letters) if letters != 0 else [])):
         number, letters = term.as_independent(*term.free_symbols, as_Add=False)
         size = f"{abs(float(number)):.3g}"
         name = str(letters) if letters != 1 else ""

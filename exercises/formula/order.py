@@ -102,7 +102,8 @@ def _place_in_sum(term: sp.Expr, negative: bool) -> int:
 class Product:
     """A product: whether a minus stands before it, its number, and the factors above and below the line.
 
-    The signs of the sums in `flips` are changed, so that no bracket starts with a minus where that can be helped.
+    The signs of the sums in `flips` are changed, so that no bracket starts with a minus, and a sum has the same signs
+    in all entries of a matrix. A sum of velocities may, as in (-s_1 v_x + c_1 v_y)/a_1.
     """
 
     negative: bool
@@ -125,10 +126,14 @@ def product(expression: sp.Expr) -> Product:
         elif factor != 1:
             above.append(factor)
     flips = set()
-    for factor in (*above, *below):
+    for factor in below:
+        if factor.is_Add and terms(factor)[0][0]:
+            flips.add(factor)
+            negative = not negative
+    for factor in above:
         if factor.is_Add:
             signs = [minus for minus, _ in terms(factor)]
-            if all(signs) or (negative and (signs[0] or _by_velocity(factor))):
+            if all(signs) or (negative if _by_velocity(factor) else signs[0]):
                 flips.add(factor)
                 negative = not negative
     return Product(negative, abs(number), tuple(above), tuple(below), frozenset(flips))
@@ -143,7 +148,7 @@ def _by_velocity(factor: sp.Expr) -> bool:
 def terms(expression: sp.Expr, flip: bool = False) -> tuple[tuple[bool, sp.Expr], ...]:
     """Return the terms of a sum in order, each after whether it is subtracted, with all signs changed if `flip`."""
     in_order = sorted(sp.Add.make_args(expression), key=_term_key)
-    signed = [(product(term).negative != flip, term) for term in in_order]
+    signed = [_signed(term, flip) for term in in_order]
     if any(map(_is_moving, in_order)):
         # 0.12 + a_2 c_2, but a_1 c_1 - 0.6: a constant stands first unless it is subtracted
         signed.sort(key=lambda one: _place_in_sum(one[1], one[0]))
@@ -154,6 +159,13 @@ def terms(expression: sp.Expr, flip: bool = False) -> tuple[tuple[bool, sp.Expr]
     if signed[0][0] and not signed[-1][0]:  # 0.2 - a_1
         signed = [signed[-1], *signed[:-1]]
     return tuple(signed)
+
+
+def _signed(term: sp.Expr, flip: bool) -> tuple[bool, sp.Expr]:
+    """Return whether a term is subtracted, and the term, whose brackets have the signs that go with that."""
+    if flip and not (changed := -term).is_Add:
+        return product(changed).negative, changed
+    return product(term).negative != flip, term
 
 
 def _plus_first(signed: list[tuple[bool, sp.Expr]]) -> list[tuple[bool, sp.Expr]]:

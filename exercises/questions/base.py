@@ -172,7 +172,8 @@ class Question:
     set are where the result that `vanishes` does.
 
     It is asked of arms that are told in one of its `conventions`: what speaks of frames on the links, of BY_TABLE.
-    `without` tells of DUTIES that are not done, why: of a question that does not say so, a test finds the gap.
+    `without` tells of DUTIES that are not done, why: of a question that does not say so, a test finds the gap. It is
+    `titled` by an arm for which the title would not be true, as of a Jacobian for which nothing is differentiated.
     """
 
     name: str
@@ -200,6 +201,11 @@ class Question:
     vanishes: Result | None = None
     conventions: tuple[str, ...] = CONVENTIONS
     without: Mapping[str, str] = field(default_factory=dict)
+    titled: Callable[[Chain], str] | None = None
+
+    def heading(self, chain: Chain) -> str:
+        """Return the title over the question where it is asked of an arm."""
+        return self.title if self.titled is None else self.titled(chain)
 
     @property
     def is_long(self) -> bool:

@@ -116,6 +116,11 @@ def _jacobian(chain: Chain, rng: Stream) -> Asked:
     return Matrix(derive(chain).jacobian), ForTask(task=chain.task)
 
 
+def _title(chain: Chain) -> str:
+    by_axes = all(row[0] == "w" for row in chain.task)
+    return "Jacobian from the joint axes" if by_axes else "Jacobian by differentiation"
+
+
 def _determinant(chain: Chain, rng: Stream) -> Asked:
     return Expression(derive(chain).determinant), ForTask(task=chain.task)
 
@@ -182,6 +187,7 @@ QUESTIONS = (
     Question(
         name="jacobian",
         title="Jacobian by differentiation",
+        titled=_title,
         source="6.3",
         ask=_jacobian,
         needs=("position",),

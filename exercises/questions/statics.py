@@ -38,10 +38,18 @@ def _torques(chain: Chain, rng: Stream) -> Asked:
     return Matrix(torques), Loaded(symbols=symbols, force=force, units=units)
 
 
+def _title(chain: Chain) -> str:
+    kinds = {joint.kind for joint in chain.joints}
+    return {"R": "Static joint torques", "P": "Static joint forces"}[kinds.pop()] if len(kinds) == 1 else _BOTH
+
+
+_BOTH = "Static joint torques and forces"
+
 QUESTIONS = (
     Question(
         name="joint-torques",
         title="Static joint torques",
+        titled=_title,
         source="dual of 6.4",
         ask=_torques,
         needs=("jacobian",),

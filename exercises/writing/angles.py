@@ -15,6 +15,7 @@ from exercises.formula.order import index_of, joint_sum
 from exercises.formula.printers.python import python_text
 from exercises.formula.text import ByText
 from exercises.writing.gathering import gathered
+from exercises.writing.shortening import added_up, in_plain_angles, with_plain_numbers, with_squares
 
 
 @dataclass(frozen=True)
@@ -26,10 +27,22 @@ class AngleNames:
     _renamed: dict[sp.Expr, tuple[sp.Expr, bool]] = field(default_factory=dict, compare=False, repr=False)
 
     def put_into(self, expression: sp.Expr | sp.Matrix) -> sp.Expr | sp.Matrix:
-        """Return an expression or matrix with the sines and cosines of angles that have a name said by it, gathered."""
+        """Return an expression or matrix with the sines and cosines of angles that have a name said by it, gathered.
+
+        What is the sine or cosine of a plain angle is one: no angle with a constant stands for it.
+        """
         if isinstance(expression, sp.MatrixBase):
-            return expression.applyfunc(lambda entry: gathered(self._rename(entry)[0]))
-        return gathered(self._rename(expression)[0])
+            return expression.applyfunc(self.put_into)
+        return gathered(self._rename(in_plain_angles(expression))[0])
+
+    def shortened(self, expression: sp.Expr | sp.Matrix) -> sp.Expr | sp.Matrix:
+        """Return a result shortened by sin^2 + cos^2 = 1, and by the addition theorems where angles can be said."""
+        if isinstance(expression, sp.MatrixBase):
+            return expression.applyfunc(self.shortened)
+        return with_squares(added_up(expression, self._is_said))
+
+    def _is_said(self, angle: sp.Expr) -> bool:
+        return is_plain(angle) or _as_named(angle, self.meanings) is not None
 
     def _rename(self, expression: sp.Expr) -> tuple[sp.Expr, bool]:
         """Return what `xreplace` makes of an expression, and whether it holds a sine or cosine.
@@ -50,7 +63,8 @@ class AngleNames:
 
     def typed(self, expression: sp.Expr) -> str:
         """Return an expression as Python code with the angles that have a name as these are: theta1 + 5*pi/6."""
-        return python_text(self.put_into(expression), {name: python_text(m) for name, m in self.meanings.items()})
+        shown = with_plain_numbers(self.put_into(self.shortened(expression)))
+        return python_text(shown, {name: python_text(m) for name, m in self.meanings.items()})
 
     def _said(self, trig: sp.Expr) -> sp.Expr:
         if trig not in self._known:

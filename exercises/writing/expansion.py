@@ -323,8 +323,33 @@ def _written_out(matrix: sp.Matrix, line: list[tuple[int, int]]) -> sp.Expr:
 
 
 def _gathered(expression: sp.Expr) -> sp.Expr:
-    """Return a sum multiplied out, with what all terms share outside; no theorem on angles is used."""
-    return sp.factor_terms(sp.expand(expression)) if expression.has(sp.Add) else expression
+    """Return a sum multiplied out, with what all terms share outside; no theorem on angles is used.
+
+    Sums of lengths stay together, where they are before several products: (d_3 + a_2)(c_1^2 + s_1^2).
+    """
+    if not expression.has(sp.Add):
+        return expression
+    plain = sp.factor_terms(sp.expand(expression))
+    by_lengths = _by_lengths(plain)
+    return by_lengths if sp.count_ops(by_lengths) < sp.count_ops(plain) else plain
+
+
+def _by_lengths(product: sp.Expr) -> sp.Expr:
+    """Return a product with the products of sines and cosines in its sums behind the lengths that several share."""
+    return sp.Mul(*(_total_by_lengths(f) if f.is_Add else f for f in sp.Mul.make_args(product)))
+
+
+def _total_by_lengths(total: sp.Expr) -> sp.Expr:
+    lengths: dict[sp.Expr, list[sp.Expr]] = {}
+    for term in sp.Add.make_args(sp.expand(total)):
+        length, turning = term.as_independent(sp.sin, sp.cos, as_Add=False)
+        lengths.setdefault(turning, []).append(length)
+    turnings: dict[sp.Expr, list[sp.Expr]] = {}
+    for turning, several in lengths.items():
+        length = sp.Add(*several)
+        sign = -1 if length.could_extract_minus_sign() else 1
+        turnings.setdefault(sign * length, []).append(sign * turning)
+    return sp.Add(*(length * sp.Add(*several) for length, several in turnings.items()))
 
 
 @lru_cache(maxsize=4096)

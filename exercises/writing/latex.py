@@ -5,6 +5,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
+from itertools import combinations_with_replacement
 
 import sympy as sp
 
@@ -15,6 +16,7 @@ from exercises.formula.layout import Layout, Pieces, number, row, script
 from exercises.formula.order import COMPONENT, NAMED_ANGLE, decimal, joint_sum, moves
 from exercises.formula.printers.latex import latex
 from exercises.writing.angles import AngleNames
+from exercises.writing.shortening import with_plain_numbers
 from exercises.writing.turns import turns_of, with_turns
 
 _FUNCTIONS = {
@@ -68,8 +70,8 @@ def _sum(signed: Sequence[_Signed]) -> Pieces:
 class _Setter:
     """Lay out SymPy's trees; a term comes as sign and size, so that signs can be moved out of brackets and back."""
 
-    def __init__(self, prismatic: tuple[str, ...]) -> None:
-        self.prismatic = prismatic
+    def __init__(self, prismatic: tuple[str, ...], lengths: tuple[sp.Rational, ...] = ()) -> None:
+        self.prismatic, self.lengths = prismatic, lengths
         self.product = lru_cache(maxsize=2048)(self.laid_out)  # kept, for many stand in several results
 
     def pieces(self, expression: sp.Expr) -> Pieces:
@@ -179,6 +181,9 @@ class _Setter:
         if not value.is_Rational:
             return self.number(value).body, ()
         direct, inverse = decimal(value), decimal(1 / value)
+        if is_fraction and (quotient := _quotient_of_lengths(value, self.lengths)) is not None:
+            over, under = quotient
+            return (() if over == 1 else self.number(over).body), self.number(under).body
         if value.q > _MOST_BELOW or not (rest.is_number or rest.atoms(sp.Pow) & _roots(rest)):
             shorter = direct is None or (is_fraction and value > 1 and len(str(inverse)) <= len(direct))
             if inverse is not None and shorter:
@@ -186,6 +191,25 @@ class _Setter:
             if direct is not None:
                 return number(direct), ()
         return (number(str(value.p)) if value.p != 1 else ()), (number(str(value.q)) if value.q != 1 else ())
+
+
+@lru_cache(maxsize=1024)
+def _quotient_of_lengths(
+    value: sp.Rational, lengths: tuple[sp.Rational, ...]
+) -> tuple[sp.Rational, sp.Rational] | None:
+    """Return a number that is no decimal, or a whole one, as lengths of an arm over other ones: 7/9 as 0.35 and 0.45.
+
+    What is below may be a product of two of them, and so may what is above, which is 1 where that is enough.
+    """
+    if value == 1 or (decimal(value) is not None and not value.is_Integer):
+        return None
+    products = [a * b for a, b in combinations_with_replacement(lengths, 2)]
+    for over, under in ((1, 1), (1, 2), (2, 1), (2, 2)):
+        for below in lengths if under == 1 else products:
+            above = value * below
+            if (over == 1 and above == 1) or above in (lengths if over == 1 else products):
+                return above, below
+    return None
 
 
 def _ends_in_angle(pieces: Sequence[Layout]) -> bool:
@@ -227,15 +251,15 @@ def tex_zero(condition: sp.Expr, chain: Chain | None = None, angles: AngleNames 
 
 def laid_out(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: AngleNames | None = None) -> Layout:
     """Return an expression or matrix laid out in the textbook's notation, with names for angles if given."""
-    prismatic, turns = ((), ()) if chain is None else (prismatic_joints(chain), turns_of(chain))
+    lengths, turns = ((), ()) if chain is None else (lengths_of(chain), turns_of(chain))
+    prismatic = () if chain is None else prismatic_joints(chain)
     expression = sp.sympify(expression)
     if angles is not None:
         expression = angles.put_into(expression)
     if not isinstance(expression, sp.MatrixBase):
-        return row(*_pieces_of(expression, prismatic, turns))
-    return row(
-        layout.matrix([[_pieces_of(entry, prismatic, turns) for entry in entries] for entries in expression.tolist()])
-    )
+        return row(*_pieces_of(expression, prismatic, turns, lengths))
+    rows = expression.tolist()
+    return row(layout.matrix([[_pieces_of(entry, prismatic, turns, lengths) for entry in entries] for entries in rows]))
 
 
 def prismatic_joints(chain: Chain) -> tuple[str, ...]:
@@ -243,15 +267,28 @@ def prismatic_joints(chain: Chain) -> tuple[str, ...]:
     return tuple(q.name[1:] for q in chain.q if q.name.startswith("d"))
 
 
+@lru_cache(maxsize=256)
+def lengths_of(chain: Chain) -> tuple[sp.Rational, ...]:
+    """Return the lengths of an arm's table, base and point that are numbers, in their order and without signs."""
+    rows = (
+        (joint.a, joint.d if joint.kind == "R" else offset)
+        for joint, offset in zip(chain.joints, chain.offsets, strict=True)
+    )
+    lengths = [*(length for row in rows for length in row), *chain.point.offset, *chain.base.position]
+    return tuple(dict.fromkeys(abs(length) for length in lengths if length.is_Rational and length != 0))
+
+
 @lru_cache(maxsize=1024)
-def _pieces_of(expression: sp.Expr, prismatic: tuple[str, ...], turns: tuple[sp.Expr, ...]) -> Pieces:
+def _pieces_of(
+    expression: sp.Expr, prismatic: tuple[str, ...], turns: tuple[sp.Expr, ...], lengths: tuple[sp.Rational, ...]
+) -> Pieces:
     """Lay out an expression; kept, for many are shown again: in a step, its result, and another part."""
-    return _setter(prismatic).pieces(with_turns(expression, turns))
+    return _setter(prismatic, lengths).pieces(with_turns(with_plain_numbers(expression), turns))
 
 
 @lru_cache(maxsize=16)
-def _setter(prismatic: tuple[str, ...]) -> _Setter:
-    return _Setter(prismatic)
+def _setter(prismatic: tuple[str, ...], lengths: tuple[sp.Rational, ...]) -> _Setter:
+    return _Setter(prismatic, lengths)
 
 
 LINE = 64

@@ -81,7 +81,8 @@ def worked_solution(problem: Problem, part: Part, language: str = ENGLISH) -> st
     It is for a part by itself, and begins with what names of angles, sines and cosines in it stand for.
     """
     steps, text = worked_steps(problem.chain), _derivation(problem, part, language)
-    return catalogue(language).with_decimals(_after([*_used(steps, text), *_short(text)], text, language))
+    names = [*_used(steps, text), *_short(text)]
+    return catalogue(language).with_decimals(_after(names, text, language, and_so_on=_has_other_sums(text)))
 
 
 def worked_solutions(problem: Problem, language: str = ENGLISH) -> dict[str, str]:
@@ -99,7 +100,8 @@ def worked_solutions(problem: Problem, language: str = ENGLISH) -> dict[str, str
     first = next((name for name, text in texts.items() if _used(steps, text) or _short(text)), "")
     told = {name: _tidy(text) for name, text in texts.items()}
     if first:
-        told[first] = _after(names, texts[first], language, first_of_all=len(texts) > 1)
+        whole, others = len(texts) > 1, _has_other_sums(every)
+        told[first] = _after(names, texts[first], language, first_of_all=whole, and_so_on=others)
     return {name: words.with_decimals(text) for name, text in told.items()}
 
 
@@ -114,7 +116,9 @@ def next_solution(problem: Problem, explained: set[str], language: str = ENGLISH
     if any(_SHORT.search(name) for name in explained):  # one sum has been an example of how they are written
         new = [(name, angle) for name, angle in new if not _SHORT.fullmatch(name)]
     explained.update(name for name, _ in new)
-    return catalogue(language).with_decimals(_after(new, text, language, first_of_all=True) if new else _tidy(text))
+    example = any(_SHORT.fullmatch(name) for name, _ in new)  # the parts that follow may have others
+    whole = _after(new, text, language, first_of_all=True, and_so_on=example) if new else _tidy(text)
+    return catalogue(language).with_decimals(whole)
 
 
 def _derivation(problem: Problem, part: Part, language: str, earlier: frozenset[str] = frozenset()) -> str:
@@ -153,13 +157,22 @@ def _short(text: str) -> list[tuple[str, str]]:
     return [*single, *([(f"{wave}_{{{digits}}}", rf"\{_WAVES[wave]}({angle})")] if digits else [])]
 
 
+def _has_other_sums(text: str) -> bool:
+    """Whether more sines and cosines of sums are in short than the one that is an example of them."""
+    return len({found for found in _SHORT.findall(text) if len(found[1]) > 1}) > 1
+
+
 _SHORT = re.compile(r"(?<![A-Za-z\\])([cs])_\{?([1-9]{1,7})\}?")
 _WAVES = {"c": "cos", "s": "sin"}
 
 
-def _after(names: list[tuple[str, str]], text: str, language: str, first_of_all: bool = False) -> str:
+def _after(
+    names: list[tuple[str, str]], text: str, language: str, *, first_of_all: bool = False, and_so_on: bool = False
+) -> str:
+    """Return text after what names in it stand for, or in all that follows, of which it is then the `first_of_all`."""
     template = environment(language).get_template("solution.md.j2")
-    return _tidy(template.render(names=names, solution=text, first_of_all=first_of_all))
+    told = {"names": names, "and_so_on": and_so_on, "first_of_all": first_of_all}
+    return _tidy(template.render(solution=text, **told))
 
 
 @lru_cache(maxsize=256)

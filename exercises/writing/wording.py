@@ -130,6 +130,12 @@ class Wording(AxisNames):
         return "".join(kind for kind in "vw" if any(row[0] == kind for row in self.chain.task))
 
     @property
+    def always_invertible(self) -> bool:
+        """Whether J has an inverse in every configuration: det J, which is not zero, is the same in all."""
+        d = derive(self.chain)
+        return d.is_square and d.determinant != 0 and not d.determinant.free_symbols & set(self.chain.q)
+
+    @property
     def kinds_defined(self) -> str:
         """What a boundary and an internal singularity are, for what the task places."""
         return self.words.gettext(

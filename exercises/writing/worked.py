@@ -4,6 +4,7 @@ Everything is worked out on the structure of the arm (no numbers, no offsets), w
 and then filled with the arm's own numbers. World frame; notation of the chapter.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache, partial
 from itertools import combinations, pairwise, product
@@ -30,7 +31,7 @@ from exercises.arm.told import (
     up_to_frame,
 )
 from exercises.arm.trigonometry import substitute, textbook, without_brackets
-from exercises.formula.order import joint_sum
+from exercises.formula.order import index_of, joint_sum
 from exercises.problem import Part
 from exercises.questions.inversion import Configuration, Situation, jacobian_at
 from exercises.questions.rank import LostAt, MeaningAsked, Where, lost_where
@@ -60,6 +61,7 @@ from exercises.writing.hint_context import HintContext
 from exercises.writing.latex import tex
 from exercises.writing.lost_example import LostExample, lost_example
 from exercises.writing.names import AxisNames
+from exercises.writing.shortening import Theorem, theorem_used
 
 
 @dataclass(frozen=True)
@@ -83,6 +85,28 @@ class Recursion:
     link: sp.Matrix
     turned: sp.Matrix
     p_star: sp.Matrix
+
+
+@dataclass(frozen=True)
+class AngleSums:
+    """How angles of parallel joints are put together: some added, some subtracted; are all such joints neighbours?"""
+
+    added: bool
+    subtracted: bool
+    neighbouring: bool
+
+    @classmethod
+    def of(cls, angles: Iterable[sp.Expr]) -> "AngleSums":
+        """Return what there is in some angles."""
+        turning = [{q: angle.coeff(q) for q in angle.free_symbols if q.name.startswith("theta")} for angle in angles]
+        several = [turns for turns in turning if len(turns) > 1]
+        senses = [{turn > 0 for turn in turns.values()} for turns in several]
+        joints = [sorted(map(index_of, turns)) for turns in several]
+        return cls(
+            added=bool(several),
+            subtracted=any(len(each) > 1 for each in senses),
+            neighbouring=all(later == joint + 1 for each in joints for joint, later in pairwise(each)),
+        )
 
 
 @dataclass(frozen=True)
@@ -173,10 +197,19 @@ class Worked(AxisNames):
         return link_angles(self.chain) if self.chain.is_planar and "P" not in self.kinds else []
 
     @property
-    def angle_sums(self) -> list[str]:
+    def angle_sums(self) -> list[sp.Expr]:
         """The sums of joint variables that the angles of links behind parallel axes have, without their offsets."""
         sums = [angle.as_independent(*self.chain.q, as_Add=True)[1] for angle in link_angles(self.chain)]
-        return [tex(angle) for angle in dict.fromkeys(sums) if len(angle.free_symbols) > 1]
+        return [angle for angle in dict.fromkeys(sums) if len(angle.free_symbols) > 1]
+
+    def sums_in(self, result: sp.Matrix) -> AngleSums:
+        """Return how the angles of joints are put together in the sines and cosines of a result."""
+        return AngleSums.of(trig.args[0] for trig in result.atoms(sp.sin, sp.cos))
+
+    @property
+    def sums_of_links(self) -> AngleSums:
+        """How the angles of joints are put together in those of links behind parallel axes."""
+        return AngleSums.of(self.angle_sums)
 
     @property
     def kinds(self) -> list[str]:
@@ -184,20 +217,9 @@ class Worked(AxisNames):
         return [joint.kind for joint in self.chain.joints]
 
     @property
-    def some_parallel(self) -> bool:
-        """Whether two neighbouring joints turn about parallel axes."""
-        return any(
-            joint.kind == following.kind == "R" and joint.alpha in (0, sp.pi, -sp.pi)
-            for joint, following in pairwise(self.chain.joints)
-        )
-
-    @property
-    def some_opposite(self) -> bool:
-        """Whether two neighbouring joints turn about axes that point in opposite directions."""
-        return any(
-            joint.kind == following.kind == "R" and joint.alpha in (sp.pi, -sp.pi)
-            for joint, following in pairwise(self.chain.joints)
-        )
+    def has_half_twists(self) -> bool:
+        """Whether a twist turns the axis behind it round."""
+        return any(joint.alpha in (sp.pi, -sp.pi) for joint in self.chain.joints[:-1])
 
     @property
     def has_quarter_turns(self) -> bool:
@@ -320,7 +342,8 @@ class Worked(AxisNames):
 
     def rotation(self, joint: int) -> sp.Matrix:
         """Return the rotation of the frame on the axis of a joint, its last column as this axis is written."""
-        return sp.Matrix.hstack(self.d.rotations[self.on(joint)][:, :2], self.d.z[:, joint - 1])
+        shown = self.angles.shortened(self.d.rotations[self.on(joint)])
+        return sp.Matrix.hstack(shown[:, :2], self.d.z[:, joint - 1])
 
     @cached_property
     def recursion(self) -> list[Recursion]:
@@ -377,6 +400,19 @@ class Worked(AxisNames):
         """The cofactors of the task Jacobian, (-1)^(i+j) times the minor (appendix)."""
         return self._fill(_cofactors(self._structure))
 
+    @cached_property
+    def inverse_cancels(self) -> bool:
+        """Whether factors of det J cancel in the inverse, which is the transposed cofactors over det J."""
+        pairs = zip(self.d.inverse, self.cofactors.T, strict=True)
+        return any(_cancels(entry, cofactor, self.d.determinant) for entry, cofactor in pairs if entry != 0)
+
+    @cached_property
+    def rates_cancel(self) -> bool:
+        """Whether they cancel in the joint rates, which are the inverse times the task's velocity."""
+        numerators = self.cofactors.T * self.velocity
+        pairs = zip(self.d.rate_law(), numerators, strict=True)
+        return any(_cancels(rate, sp.factor_terms(numerator), self.d.determinant) for rate, numerator in pairs)
+
     @property
     def determinant_sign(self) -> str:
         """What stands before 1/det J: a minus where det J has one before it."""
@@ -408,6 +444,11 @@ class Worked(AxisNames):
     def expansion(self) -> Expansion:
         """How det J is worked out."""
         return expansion_of(self._structure).filled(self.d.fill, self.d.determinant, self._zeros)
+
+    def theorem_of(self, expansion: Expansion) -> Theorem | None:
+        """Return the addition theorem by which the last product of an expansion becomes its result."""
+        line, result = map(self.angles.put_into, expansion.products[-2:])
+        return theorem_used(line, result, lambda trig: self.angles.put_into(trig.xreplace(dict(self.angles.meanings))))
 
     @property
     def sparsest(self) -> str:
@@ -675,6 +716,21 @@ def _at_once(generic: Chain) -> AtOnce | None:
         if value is not None and determinant.xreplace(turns) != 0 and (best is None or key > best[0]):
             best = key, AtOnce(tuple(turns.items()), matrix, value)
     return None if best is None else best[1]
+
+
+def _cancels(quotient: sp.Expr, above: sp.Expr, below: sp.Expr) -> bool:
+    """Whether a factor of `below`, or its number, is no more in the quotient that `above` over it is written as."""
+    left = _powers(quotient)
+    if any(left.get(base) != -power for base, power in _powers(below).items()):
+        return True
+    number, other = (abs(product.as_coeff_Mul()[0]) for product in (below, above))
+    return bool(number == other != 1)
+
+
+def _powers(product: sp.Expr) -> dict[sp.Expr, sp.Expr]:
+    """Return the factors of a product that hold symbols, up to their signs, with their powers."""
+    pairs = (factor.as_base_exp() for factor in sp.Mul.make_args(product) if factor.free_symbols)
+    return {sp.expand(-base if base.could_extract_minus_sign() else base): power for base, power in pairs}
 
 
 def _principal(angle: sp.Expr) -> sp.Expr:

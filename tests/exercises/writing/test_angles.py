@@ -63,6 +63,14 @@ def test_sines_and_cosines_in_short_are_said_before_they_are_used(problem: Probl
         assert bool(re.search(r"\$[cs]_\{\d\d+\} = \\(cos|sin)\(", said)) == any(len(d) > 1 for d in short), part.name
 
 
+def test_a_sum_in_short_is_an_example_where_there_are_others(problem: Problem) -> None:
+    for part in problem.parts:
+        text = worked_solution(problem, part)
+        said = text.split("\n\n")[0]
+        others = set(re.findall(r"(?<![A-Za-z\\])[cs]_\{\d\d+\}", text)) - set(re.findall(r"[cs]_\{\d\d+\}", said))
+        assert said.endswith(", and so on.") == bool(others), (part.name, said, others)
+
+
 def test_code_means_the_reference(problem: Problem) -> None:
     space = {name: getattr(sp, name) for name in ("Matrix", "Rational", "sin", "cos", "sqrt", "atan", "acos", "pi")}
     for part in problem.parts:

@@ -6,10 +6,12 @@ from collections.abc import Iterator
 import pytest
 import sympy as sp
 
+from exercises import generate
 from exercises.problem import Problem
 from exercises.variation import STEPS
 from exercises.writing.expansion import Expansion, expanded, expansion_of
 from exercises.writing.latex import tex
+from exercises.writing.statement import worked_solution
 from exercises.writing.worked import Worked
 from tests.support.problems import drawn
 from tests.support.suites import several
@@ -64,3 +66,16 @@ def test_an_orthogonal_arm_is_seen_from_a_frame_in_which_one_product_is_left() -
     assert [step.kind for step in expansion.steps] == ["frame"]
     assert expansion.seen
     assert not expansion.theorem
+
+
+def test_lengths_that_are_added_stay_together() -> None:
+    chain = generate("cylindrical/200@full", ["determinant"]).chain
+    lines = [tex(line, chain) for line in Worked(chain).expansion.products]
+    assert lines[-2:] == [r"(d_{3} + 0.9) (c_{1}^{2} + s_{1}^{2})", "d_{3} + 0.9"]
+
+
+def test_a_single_product_of_two_is_told_as_one_and_not_checked_by_itself() -> None:
+    problem = generate("planar-pr/675@chapter", ["determinant"])
+    text = worked_solution(problem, problem.parts[0])
+    assert "here one of the two products is zero:" in text
+    assert "Only one product" not in text and "**Check:**" not in text

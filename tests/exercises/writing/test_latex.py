@@ -5,11 +5,12 @@ import re
 import pytest
 import sympy as sp
 
+from exercises import generate
 from exercises.answers import Expression, Matrix
 from exercises.arm.derivation import derive
 from exercises.problem import Problem
 from exercises.writing.angles import AngleNames, angle_names, link_angles
-from exercises.writing.latex import LINE, symbol_latex, tex, tex_angle, tex_length, tex_lines
+from exercises.writing.latex import LINE, lengths_of, symbol_latex, tex, tex_angle, tex_length, tex_lines
 from exercises.writing.worked import Worked
 
 T1, T2, T3, A1, A2, A3, D2 = sp.symbols("theta1 theta2 theta3 a1 a2 a3 d2")
@@ -178,3 +179,23 @@ def test_named_angles_are_the_links_own(problem: Problem) -> None:
         values = {s: sp.Float(0.3 + 0.17 * i) for i, s in enumerate(sorted(entry.free_symbols, key=str))}
         back = names.put_into(entry).subs(names.meanings)
         assert abs(float((back - entry).xreplace(values))) < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("problem_id", "shown", "not_shown"),
+    [
+        ("planar-3r-pose/819@lengths", r"\frac{0.35 s_{3}}{0.45 s_{2}}", r"\frac{7"),
+        ("random-3/318@lengths", r"{0.2 d_{2} c_{3}}", "5 "),
+    ],
+)
+def test_quotients_of_lengths_are_of_decimals(problem_id: str, shown: str, not_shown: str) -> None:
+    chain = generate(problem_id, ["inverse-jacobian"]).chain
+    inverse = tex(derive(chain).inverse, chain)
+    assert shown in inverse and not_shown not in inverse
+
+
+def test_what_is_no_quotient_of_an_arms_lengths_stays_a_fraction() -> None:
+    chain = generate("planar-3r-pose/819@lengths", ["jacobian"]).chain
+    assert lengths_of(chain) == (Q(9, 20), Q(7, 20))
+    assert tex(11 * S(T1) / (13 * S(T2)), chain) == r"\frac{11 s_{1}}{13 s_{2}}"
+    assert tex(5 * S(T1) / S(T2), chain) == r"\frac{5 s_{1}}{s_{2}}"

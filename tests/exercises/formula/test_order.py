@@ -1,0 +1,29 @@
+"""The signs of products and sums as they are written: no double minus, and one form of a sum below all fractions."""
+
+import pytest
+import sympy as sp
+
+from exercises.formula.printers.python import python_text
+from exercises.writing.latex import tex
+
+T1, T2, A1, D2, VX, VY = sp.symbols("theta1 theta2 a1 d2 vx vy")
+MIXED = D2 * sp.sin(T2) - A1 * sp.cos(T1)
+"""Written with a minus first."""
+
+
+@pytest.mark.parametrize(
+    ("expression", "shown"),
+    [
+        (sp.cos(T2) * MIXED, r"-c_{2} (a_{1} c_{1} - d_{2} s_{2})"),
+        (-sp.cos(T2) * MIXED, r"c_{2} (a_{1} c_{1} - d_{2} s_{2})"),
+        (MIXED / D2, r"-\frac{a_{1} c_{1} - d_{2} s_{2}}{d_{2}}"),
+        (D2 / MIXED, r"-\frac{d_{2}}{a_{1} c_{1} - d_{2} s_{2}}"),
+        (-D2 / MIXED, r"\frac{d_{2}}{a_{1} c_{1} - d_{2} s_{2}}"),
+        ((-sp.sin(T1) * VX + sp.cos(T1) * VY) / A1, r"\frac{-s_{1} v_{x} + c_{1} v_{y}}{a_{1}}"),
+        (-(MIXED * VX - sp.sin(T1) * VY) / A1, r"\frac{(a_{1} c_{1} - d_{2} s_{2}) v_{x} + s_{1} v_{y}}{a_{1}}"),
+    ],
+)
+def test_no_bracket_starts_with_a_minus(expression: sp.Expr, shown: str) -> None:
+    assert tex(expression) == shown
+    code = eval(python_text(expression), {"sin": sp.sin, "cos": sp.cos, **{s.name: s for s in expression.free_symbols}})
+    assert sp.expand(code * MIXED - expression * MIXED) == 0 or sp.simplify(code - expression) == 0
