@@ -45,6 +45,8 @@ _FURTHER = 60
 """Further choices of open lengths of which the kind is looked at, before it is told of all."""
 _ARMS = 5
 """Choices of lengths for each length that is open."""
+_LEAST_ARMS = 3
+"""As many as for so many open lengths are there of fewer."""
 
 _MOST_VALUES = 4
 """Of more combinations of joint values nobody wants to read one after the other."""
@@ -173,7 +175,8 @@ def _classified(chain: Chain, conditions: tuple[str, ...]) -> Kind:
 
 def seen_on(chain: Chain, conditions: Sequence[str]) -> list[Sample]:
     """Return configurations on conditions (text), enough to say of all what is so of these."""
-    arms = _ARMS * max(1, len(chain.parameters))  # what is so may depend on how open lengths compare
+    # what is so may depend on how open lengths compare
+    arms = _ARMS * max(_LEAST_ARMS, len(chain.parameters)) if chain.parameters else _ARMS
     each = -(-_LOOKED_AT // (arms * len(conditions)))
     samples = [sample for condition in conditions for sample in samples_on(chain, condition, "seen", arms, each)]
     return samples[:: max(1, len(samples) // _LOOKED_AT)]

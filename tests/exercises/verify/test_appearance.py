@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 
 import pytest
 import sympy as sp
@@ -81,6 +82,13 @@ def test_what_was_said_falsely_once_is_found_out(identity: str) -> None:
 def test_a_piece_that_is_there_for_few_lengths_is_found() -> None:
     """theta3 = acos(-(a1 + a2)/a3) is there for one arm in sixteen."""
     assert certify(generate(ProblemId("random-3", 10091, ("singular-angles",)).varied("chapter"))).passed
+
+
+@pytest.mark.parametrize("identity", ["planar-3r/10001@full", "planar-3r/10157@lengths"])
+def test_what_is_so_for_most_lengths_only_is_not_said_of_all(identity: str) -> None:
+    """Folded so, the first arm is at the boundary only where a link is long; the other is not always stretched out."""
+    asked = ("singular-angles", "singularity-type")
+    assert certify(generate(replace(ProblemId.parse(identity), questions=asked))).passed
 
 
 def test_words_that_are_not_known_are_not_so() -> None:
