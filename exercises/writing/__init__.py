@@ -2,7 +2,7 @@
 
 From formulas to whole texts:
 
-    gathering                   sums gathered by the joint that turns the whole arm
+    gathering, shortening       sums gathered by the joint that turns the whole arm; what two terms are together
     angles, turns               one name for each angle of an arm; its constant angles in the place of roots
     latex, typeset              formulas laid out: SymPy's as the textbook has them, and what somebody typed
     fit                         wide formulas on several lines

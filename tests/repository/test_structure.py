@@ -28,8 +28,8 @@ LAYERS = {
         arm.conventions arm.urdf arm.robot_file arm.robot_text arm.library
         arm.arithmetic arm.stages
         credit decimals lateness several difficulty answers problem families questions mistakes quizzes
-        generation record verify writing.gathering writing.angles writing.turns writing.latex phrases languages render
-        writing messages figure
+        generation record verify writing.gathering writing.shortening writing.angles writing.turns writing.latex
+        phrases languages render writing messages figure
         self_check setup_cell notebook showing sound redundant locus special_lengths solving solving_in_time docs
         gradebook redrawn assignment drawing store sets release exports.outlet exports.bank exports.handouts
         exports.known_wrong exports.stack_maxima exports.stack_parts exports

@@ -20,7 +20,14 @@ MIXED = D2 * sp.sin(T2) - A1 * sp.cos(T1)
         (D2 / MIXED, r"-\frac{d_{2}}{a_{1} c_{1} - d_{2} s_{2}}"),
         (-D2 / MIXED, r"\frac{d_{2}}{a_{1} c_{1} - d_{2} s_{2}}"),
         ((-sp.sin(T1) * VX + sp.cos(T1) * VY) / A1, r"\frac{-s_{1} v_{x} + c_{1} v_{y}}{a_{1}}"),
-        (-(MIXED * VX - sp.sin(T1) * VY) / A1, r"\frac{(a_{1} c_{1} - d_{2} s_{2}) v_{x} + s_{1} v_{y}}{a_{1}}"),
+        (
+            -(VX * MIXED - VY * D2 * sp.cos(T2)) / A1,
+            r"\frac{(a_{1} c_{1} - d_{2} s_{2}) v_{x} + d_{2} c_{2} v_{y}}{a_{1}}",
+        ),
+        (
+            -(VX * (D2 * sp.sin(T1) - A1 * sp.sin(T2) * sp.cos(T1)) + VY * (-D2 * sp.cos(T1) - A1 * sp.sin(T1))) / D2,
+            r"\frac{(a_{1} c_{1} s_{2} - d_{2} s_{1}) v_{x} + (d_{2} c_{1} + a_{1} s_{1}) v_{y}}{d_{2}}",
+        ),
     ],
 )
 def test_no_bracket_starts_with_a_minus(expression: sp.Expr, shown: str) -> None:

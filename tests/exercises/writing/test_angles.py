@@ -149,3 +149,18 @@ def test_a_term_is_renamed_once_however_many_formulas_have_it(monkeypatch: pytes
     assert names.put_into(term) != term
     monkeypatch.setattr(AngleNames, "_said", None)  # called, it fails
     assert names.put_into(term + A1) == names.put_into(term) + A1
+
+
+@pytest.mark.parametrize(
+    ("problem_id", "kind", "others"),
+    [
+        ("planar-3r/550@chapter", "position", True),
+        ("planar-2r/7@chapter", "position", True),
+        ("elbow/640@lengths", "velocity", True),
+        ("planar-2r/7@chapter", "jacobian-size", False),
+    ],
+)
+def test_one_sum_stands_for_all(problem_id: str, kind: str, others: bool) -> None:
+    problem = generate(problem_id, [kind])
+    first = worked_solutions(problem)[problem.parts[0].name].partition("\n")[0]
+    assert first.endswith(", and so on.") == others
