@@ -33,8 +33,8 @@ def site_record(problem: Problem) -> Json:
     "values": {name: metres or radians} for the letters in its table, "symbols": {name: {"role", "unit", "latex"}},
     "pose": {joint: rad or m} in which the figure shows it,
     "parts": [{"name", "kind", "title", "type", "shape", "points", "prompt", "names", "labels", "columns", "figure",
-    "alt", "pose": that of its figure or null, "hints", "options", "key": as in `keys`, its mistakes as
-    [index into "said", number, …]}],
+    "alt", "pose": the joint values and lengths that it gives or null, "hints", "options", "key": as in `keys`, its
+    mistakes as [index into "said", number, …]}],
     "said": [[name, title, sentence]]}
     """
     chain, said = problem.chain, _Said()
@@ -203,11 +203,17 @@ def _part(problem: Problem, part: Part, said: _Said) -> Json:
         "columns": list(ASKED[part.kind].columns(problem.chain)),
         "figure": svg,
         "alt": part_alt(problem.chain, part) if svg else "",
-        "pose": None if part.pose is None or part.has_drawn_options else dict(part.pose),
+        "pose": _shown(problem.chain, part),
         "hints": [page(hint) for hint in hints(problem, part)],
         "options": _options(problem, part),
         "key": key,
     }
+
+
+def _shown(chain: Chain, part: Part) -> dict[str, float] | None:
+    """Return what the arm beside a question is shown with: the joint values and letters of the table that it gives."""
+    known = {symbol.name for symbol in (*chain.q, *example_values(chain))}
+    return {name: value for name, value in part.details.shown_values(chain).items() if name in known} or None
 
 
 def _options(problem: Problem, part: Part, language: str = ENGLISH) -> list[str] | None:

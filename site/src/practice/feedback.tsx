@@ -1,7 +1,7 @@
 // What is said of an answer: the verdict, where it differs, the mistake, the pose.
 
 import type { JSX } from "preact";
-import type { Problem } from "../bank.js";
+import type { Problem, Row } from "../bank.js";
 import type { At, Verdict } from "../grade/verdict.js";
 import { message, said } from "../text/text.js";
 
@@ -71,8 +71,12 @@ function Marks({ entries }: { entries: readonly (readonly boolean[])[] }) {
   );
 }
 
+/** What the variable of a joint is called. */
+export const nameOfJoint = ({ kind }: Row, index: number): string =>
+  `${kind === "R" ? "theta" : "d"}${index + 1}`;
+
 /** The joint values at which an answer differs, where all joints are told. */
 export function poseOf(problem: Problem, { at }: Verdict): At | undefined {
-  const joints = problem.robot.joints.map((joint, i) => `${joint.kind === "R" ? "theta" : "d"}${i + 1}`);
+  const joints = problem.robot.joints.map(nameOfJoint);
   return at && joints.every((joint) => at[joint] !== undefined) ? at : undefined;
 }

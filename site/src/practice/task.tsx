@@ -16,7 +16,7 @@ import { language, message, said } from "../text/text.js";
 import { afterPaint, useSteps } from "../later.js";
 import { Answer } from "./answer.js";
 import { type Item, nameOf } from "./choice.js";
-import { Feedback, poseOf } from "./feedback.js";
+import { Feedback, nameOfJoint, poseOf } from "./feedback.js";
 import { Html } from "./math.js";
 import { Own } from "./own.js";
 import { promptOf } from "./prompt.js";
@@ -68,7 +68,10 @@ export function Task(props: TaskProps): JSX.Element {
   const judged = useRef<string | null>(null);
   const start = useRef<HTMLElement>(null);
   const step = useSteps(3); // the question first: a phone shows little else
-  const figure = (part.pose && part.figure) || problem.figure;
+  const isPosed = problem.robot.joints.every((joint, i) => part.pose?.[nameOfJoint(joint, i)] !== undefined);
+  const first = useMemo(() => ({ ...problem.pose, ...part.pose }), [problem, part]);
+  const figure = (isPosed && part.figure) || problem.figure;
+  const isOpen = !closed && verdict?.outcome !== "correct" && !helped;
   const hidden = TOLD_BY_FACTORS.has(part.kind) && verdict?.outcome !== "correct" && !helped;
   const over = useMemo(
     () => (own ? (stage: Stage, view: View) => <Own stage={stage} view={view} columns={own} /> : undefined),
@@ -173,7 +176,7 @@ export function Task(props: TaskProps): JSX.Element {
         <figure class="printed" lang="en" dangerouslySetInnerHTML={{ __html: problem.figure }} />
         {part.figure ? (
           <figure
-            class={part.pose ? "printed" : ""}
+            class={isPosed ? "printed" : ""}
             lang="en"
             dangerouslySetInnerHTML={{ __html: part.figure }}
           />
@@ -193,7 +196,8 @@ export function Task(props: TaskProps): JSX.Element {
             <Arm
               robot={problem.robot}
               symbols={problem.symbols}
-              first={part.pose ?? problem.pose}
+              first={first}
+              concealed={isPosed && isOpen && !ALONG_A_PATH.has(part.kind)}
               pose={pose}
               over={over}
               factors={factors}
@@ -214,6 +218,9 @@ const TOLD_BY_FACTORS: ReadonlySet<string> = new Set([
   ...["singular-angles", "singularity-type", "singularity-meaning", "rank", "invertibility"],
   ...["arm-block", "wrist-block", "block-determinants"],
 ]);
+
+/** Questions that begin in a pose, and ask nothing of it. */
+const ALONG_A_PATH: ReadonlySet<string> = new Set(["path-rates", "path-limit"]);
 
 /** The printed figure in the stage's place, until the arm that moves has come. */
 function Drawn({ figure }: { figure: string }) {
