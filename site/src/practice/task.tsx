@@ -107,7 +107,6 @@ export function Task(props: TaskProps): JSX.Element {
     const found = loaded.judge(problem, part, answer, isSingular);
     const shown = told(found, level);
     setVerdict(shown);
-    afterPaint(() => verdictPlace.current && bringIntoView(verdictPlace.current));
     const isDrawn =
       found.outcome !== "correct" && found.outcome !== "missing" && atLeast(level, "counterexample");
     const columns = isDrawn ? loaded.ownColumns(problem, part, answer) : null;
@@ -115,7 +114,10 @@ export function Task(props: TaskProps): JSX.Element {
     const isNew = answer !== judged.current && !(helped && found.outcome === "correct");
     judged.current = answer;
     if (isRead(found) && isNew) onVerdict({ part, answer, verdict: found }, hinted.current || helped);
-    afterPaint(() => setPose(poseOf(problem, shown))); // what is said of the answer is there before the arm goes
+    afterPaint(() => {
+      setPose(poseOf(problem, shown)); // what is said of the answer is there before the arm goes
+      afterPaint(() => verdictPlace.current && bringIntoView(verdictPlace.current)); // what changes meanwhile ends a scroll
+    });
   };
   useEffect(() => {
     if (!arrived) return;

@@ -225,7 +225,7 @@ export const de: Catalogue = {
   "lesson.row": "{count} von {needed} richtig in Folge: jeweils beim ersten Versuch, ohne Hinweise, für einen anderen Arm.",
   "lesson.row-broken": "Die Folge beginnt von vorn.",
   "lesson.counts-not-helped": "Mit Hinweisen oder der Lösung zählt es nicht für die Folge.",
-  "lesson.counts-not-again": "Gut, dass es jetzt stimmt; für die Folge zählt nur ein erster Versuch.",
+  "lesson.counts-not-again": "Jetzt stimmt es; für die Folge zählt nur ein erster Versuch.",
   "lesson.learned": "Gelernt. Beantworte morgen noch eine, dann sitzt es.",
   "lesson.mastered": "Das sitzt.",
   "lesson.state-row": "{count} von {needed} hintereinander richtig",

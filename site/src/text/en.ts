@@ -249,7 +249,7 @@ export const en = {
   "lesson.row": "{count} of {needed} right in a row: each at the first try, without hints, for another arm.",
   "lesson.row-broken": "The row begins anew.",
   "lesson.counts-not-helped": "With hints or the solution it does not count for the row.",
-  "lesson.counts-not-again": "Put right, and well so; for the row, only a first try counts.",
+  "lesson.counts-not-again": "Right now; for the row, only a first try counts.",
   "lesson.learned": "Learned. Answer one more tomorrow, and it is mastered.",
   "lesson.mastered": "Mastered.",
   "lesson.state-row": "{count} of {needed} right in a row",
