@@ -18,6 +18,7 @@ from exercises.languages import ENGLISH, Catalogue, catalogue
 from exercises.mistakes.catalogue import CATALOGUE
 from exercises.notebook import solution_figure
 from exercises.problem import Part, Problem
+from exercises.questions.inversion import lengths_in_table
 from exercises.quizzes import ASKED
 from exercises.record import Json, robot_json
 from exercises.site.keys import key_of
@@ -164,8 +165,19 @@ def typed_names(problem: Problem, asked: str) -> list[str]:
 
 
 def _values(chain: Chain) -> Json:
-    """Return numbers for the open lengths and angles of an arm, as it is drawn."""
-    return {symbol.name: float(value) for symbol, value in example_values(chain).items()}
+    """Return numbers for the open lengths and angles of an arm, as it is drawn but for lengths that the table has, too.
+
+    The statement says that none of them is equal.
+    """
+    taken = {float(abs(length)) for length in lengths_in_table(chain)}
+    values: dict[str, float] = {}
+    for symbol, value in example_values(chain).items():
+        number = float(value)
+        while any(abs(number - other) < SAME for other in taken):
+            number = round(SHORTER * number, 3)
+        values[symbol.name] = number
+        taken.add(number)
+    return values
 
 
 class _Said:
@@ -208,6 +220,10 @@ def _part(problem: Problem, part: Part, said: _Said) -> Json:
         "options": _options(problem, part),
         "key": key,
     }
+
+
+SAME, SHORTER = 1e-9, 0.85
+"""Metres below which two lengths are one, and what a letter's length is multiplied by where they are."""
 
 
 def _shown(chain: Chain, part: Part) -> dict[str, float] | None:

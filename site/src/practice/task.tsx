@@ -178,7 +178,7 @@ export function Task(props: TaskProps): JSX.Element {
         </p>
         <h2 lang={problem.lang ?? "en"}>{part.title}</h2>
         {language().code === "en" ? null : (
-          <p class="muted">
+          <p class={problem.lang ? "visually-hidden" : "muted"}>
             {said(message(problem.lang ? "practice.english-drawings" : "practice.english"))}
           </p>
         )}
@@ -191,9 +191,14 @@ export function Task(props: TaskProps): JSX.Element {
           />
         ) : null}
         {step > 0 ? <Html html={promptOf(part)} class="prompt" lang={problem.lang} /> : null}
+        {step > 1 ? (
+          <p class="muted to-given">
+            <a href="#given">{said(message("practice.to-given"))}</a>
+          </p>
+        ) : null}
         {step > 1 ? answering : null}
         {step > 1 ? (
-          <details open class="given">
+          <details open class="given" id="given">
             <summary>{said(message("practice.given"))}</summary>
             <Html html={problem.statement} class="statement" lang={problem.lang} />
           </details>

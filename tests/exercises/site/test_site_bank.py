@@ -17,7 +17,7 @@ from exercises.generation import generate, listed, short_quiz
 from exercises.problem import Part, Problem, ProblemId
 from exercises.questions.results import is_derived, result
 from exercises.site.keys import key_of, weight
-from exercises.site.record import determinant_factors, site_record, solutions_record, typed_names
+from exercises.site.record import arm_record, determinant_factors, site_record, solutions_record, typed_names
 from exercises.site.supply import of_families
 from exercises.variation import STEPS
 from exercises.writing.statement import prompt
@@ -132,6 +132,17 @@ def test_the_arm_beside_a_question_has_the_numbers_of_its_text(family: str, quiz
 GIVEN = ["joint-effect", "joint-rates", "path-limit", "rank", "unreachable-velocity", "singularity-type"]
 OF_ALL_POSES = ["singularity-meaning", "lost-motion"]
 """Of the configurations with one joint at a value, not of one of them."""
+
+
+@pytest.mark.parametrize("variation", list(STEPS))
+def test_a_letter_is_drawn_with_no_length_of_the_table(variation: str) -> None:
+    for seed in range(1, 9):
+        chain = generate(ProblemId("planar-2r", seed, ("position",), variation=variation)).chain
+        values = arm_record(generate(ProblemId("planar-2r", seed, ("position",), variation=variation)))["robot"][
+            "values"
+        ]
+        lengths = {float(length) for joint in chain.joints for length in (joint.a, joint.d) if length.is_number}
+        assert not {round(value, 6) for value in values.values()} & {round(length, 6) for length in lengths}, seed
 
 
 @pytest.mark.parametrize("family", ["planar-2r", "elbow-3r", "polar-rp"])
