@@ -161,6 +161,11 @@ class SymbolInfo:
     value: sp.Expr | None = None
 
 
+def by_name(values: Mapping[sp.Symbol, sp.Expr]) -> dict[str, float]:
+    """Return by name those of the values that hold no letter."""
+    return {symbol.name: float(value) for symbol, value in values.items() if not value.free_symbols}
+
+
 @dataclass(frozen=True, kw_only=True)
 class Details:
     """What the wording and the tests of a part need beside its answer; each kind of question has a class of its own.
@@ -178,6 +183,10 @@ class Details:
     def given_values(self, chain: Chain) -> Mapping[str, float]:
         """Return the lengths, joint values and velocities at which it is asked, none where it is asked in formulas."""
         return {}
+
+    def shown_values(self, chain: Chain) -> Mapping[str, float]:
+        """Return the lengths and joint values of the arm beside the question, as its figure and its text have them."""
+        return {**by_name(self.given_joints), **self.given_values(chain), **(self.pose or {})}
 
     @property
     def given_joints(self) -> Mapping[sp.Symbol, sp.Expr]:

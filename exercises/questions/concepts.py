@@ -278,6 +278,10 @@ class OfCost(Details):
 
     cost: Cost
 
+    def shown_values(self, chain: Chain) -> dict[str, float]:
+        """Return the numbers of the singular configuration."""
+        return {**self.cost.place.numbers, **(self.pose or {})}
+
 
 def _no_cost(chain: Chain) -> str | None:
     components = singular_set(chain)

@@ -15,7 +15,7 @@ from exercises.arm.chain import Chain
 from exercises.arm.path import Line, Station
 from exercises.arm.precise import DOUBLE, PRECISE, PreciseArm, Vector, determinant, four_digits, shown, ten_digits
 from exercises.arm.singularity import singular_set
-from exercises.problem import Details
+from exercises.problem import Details, by_name
 from exercises.questions.base import Asked, Question, joint_rates, square, stage
 from exercises.questions.inversion import THREE_DIGITS, Configuration, conditioning, draw_lengths, draw_pose
 from exercises.questions.redundancy import angles, pose_of
@@ -112,6 +112,10 @@ class OnPath(Details):
     """Asked on a welding line."""
 
     seam: Seam
+
+    def shown_values(self, chain: Chain) -> dict[str, float]:
+        """Return the lengths, and the joint values at the beginning of the line."""
+        return {**by_name(self.seam.lengths), **(self.pose or {})}
 
 
 # --- joint rates at a place ---

@@ -17,7 +17,7 @@ from exercises.arm.derivation import derive
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.singularity import Component, singular_set
 from exercises.arm.told import told_words
-from exercises.problem import Details
+from exercises.problem import Details, by_name
 from exercises.questions.base import Asked, Question, number
 from exercises.questions.inversion import conditioning, draw_lengths, draw_pose, well_conditioned
 from exercises.stream import Stream
@@ -76,6 +76,10 @@ class OfKind(Details):
 
     place: Place
     type: str
+
+    def shown_values(self, chain: Chain) -> dict[str, float]:
+        """Return the joint values of the place."""
+        return by_name(self.place.joints)
 
 
 def _type(chain: Chain, rng: Stream) -> Asked:

@@ -7,9 +7,10 @@ from typing import Any, TypeAlias
 import sympy as sp
 
 from exercises.answers import Choice
+from exercises.arm.chain import Chain
 from exercises.mistakes.base import Mistake
 from exercises.mistakes.catalogue import CATALOGUE
-from exercises.problem import Details, Part
+from exercises.problem import Details, Part, by_name
 from exercises.questions.geometry import Pose
 from exercises.stream import Stream
 
@@ -83,6 +84,10 @@ class Places(Details):
     places: tuple[Pose, ...]
     lengths: dict[sp.Symbol, sp.Rational]
     blames: tuple[Blame | None, ...]
+
+    def shown_values(self, chain: Chain) -> dict[str, float]:
+        """Return the lengths: the arm that is shown is in none of the configurations."""
+        return by_name(self.lengths)
 
     @property
     def rounded(self) -> tuple[sp.Symbol, ...]:

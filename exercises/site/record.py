@@ -18,6 +18,7 @@ from exercises.languages import ENGLISH, Catalogue, catalogue
 from exercises.mistakes.catalogue import CATALOGUE
 from exercises.notebook import solution_figure
 from exercises.problem import Part, Problem
+from exercises.questions.inversion import lengths_in_table
 from exercises.quizzes import ASKED
 from exercises.record import Json, robot_json
 from exercises.site.keys import key_of
@@ -33,8 +34,8 @@ def site_record(problem: Problem) -> Json:
     "values": {name: metres or radians} for the letters in its table, "symbols": {name: {"role", "unit", "latex"}},
     "pose": {joint: rad or m} in which the figure shows it,
     "parts": [{"name", "kind", "title", "type", "shape", "points", "prompt", "names", "labels", "columns", "figure",
-    "alt", "pose": that of its figure or null, "hints", "options", "key": as in `keys`, its mistakes as
-    [index into "said", number, …]}],
+    "alt", "pose": the joint values and lengths that it gives or null, "hints", "options", "key": as in `keys`, its
+    mistakes as [index into "said", number, …]}],
     "said": [[name, title, sentence]]}
     """
     chain, said = problem.chain, _Said()
@@ -164,8 +165,19 @@ def typed_names(problem: Problem, asked: str) -> list[str]:
 
 
 def _values(chain: Chain) -> Json:
-    """Return numbers for the open lengths and angles of an arm, as it is drawn."""
-    return {symbol.name: float(value) for symbol, value in example_values(chain).items()}
+    """Return numbers for the open lengths and angles of an arm, as it is drawn but for lengths that the table has, too.
+
+    The statement says that none of them is equal.
+    """
+    taken = {float(abs(length)) for length in lengths_in_table(chain)}
+    values: dict[str, float] = {}
+    for symbol, value in example_values(chain).items():
+        number = float(value)
+        while any(abs(number - other) < SAME for other in taken):
+            number = round(SHORTER * number, 3)
+        values[symbol.name] = number
+        taken.add(number)
+    return values
 
 
 class _Said:
@@ -203,11 +215,21 @@ def _part(problem: Problem, part: Part, said: _Said) -> Json:
         "columns": list(ASKED[part.kind].columns(problem.chain)),
         "figure": svg,
         "alt": part_alt(problem.chain, part) if svg else "",
-        "pose": None if part.pose is None or part.has_drawn_options else dict(part.pose),
+        "pose": _shown(problem.chain, part),
         "hints": [page(hint) for hint in hints(problem, part)],
         "options": _options(problem, part),
         "key": key,
     }
+
+
+SAME, SHORTER = 1e-9, 0.85
+"""Metres below which two lengths are one, and what a letter's length is multiplied by where they are."""
+
+
+def _shown(chain: Chain, part: Part) -> dict[str, float] | None:
+    """Return what the arm beside a question is shown with: the joint values and letters of the table that it gives."""
+    known = {symbol.name for symbol in (*chain.q, *example_values(chain))}
+    return {name: value for name, value in part.details.shown_values(chain).items() if name in known} or None
 
 
 def _options(problem: Problem, part: Part, language: str = ENGLISH) -> list[str] | None:

@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { ON_PHONE } from "./kinds.mjs";
-import { armOf, assertAccessible, inChromium, opened, PHONE } from "./opened.mjs";
+import { armOf, assertAccessible, drawn, inChromium, opened, PHONE } from "./opened.mjs";
 
 const there = inChromium();
 
@@ -32,3 +32,54 @@ for (const locale of ["en-GB", "de-DE"])
     links.slice(1).forEach(({ left }, i) => assert.ok(left >= links[i].right + 3, JSON.stringify(links)));
     assert.ok(links.at(-1).right <= 360 - 8, JSON.stringify(links.at(-1)));
   });
+
+/** A finger that goes from one place to another in steps, as a slow one does; how far the page was scrolled by it. */
+async function dragged(page, [x, y], [toX, toY]) {
+  const finger = await page.context().newCDPSession(page);
+  const send = (type, touchPoints) => finger.send("Input.dispatchTouchEvent", { type, touchPoints });
+  const before = await page.evaluate(() => scrollY);
+  await send("touchStart", [{ x, y }]);
+  for (let step = 1; step <= 12; step += 1)
+    await send("touchMove", [{ x: x + ((toX - x) * step) / 12, y: y + ((toY - y) * step) / 12 }]);
+  await send("touchEnd", []);
+  await finger.detach();
+  await drawn(page);
+  return (await page.evaluate(() => scrollY)) - before;
+}
+
+const middleOf = async (page, selector) => {
+  const { x, y, width, height } = await page.locator(selector).first().boundingBox();
+  return [x + width / 2, y + height / 2];
+};
+
+for (const path of ["", "learn.html?lesson=rates"])
+  test(`a finger that begins on the arm moves the arm and not the page, on ${path || "the first page"}`, async () => {
+    const { page } = await opened(there, path, PHONE);
+    await armOf(page);
+    for (const away of [
+      [-40, -70],
+      [0, -90],
+      [0, 80],
+    ]) {
+      const [x, y] = await middleOf(page, ".arm-point-ring");
+      assert.equal(await dragged(page, [x, y], [x + away[0], y + away[1]]), 0, `P by ${away}`);
+      const now = await middleOf(page, ".arm-point-ring");
+      assert.ok(Math.hypot(now[0] - x, now[1] - y) > 12, `P has moved by ${[now[0] - x, now[1] - y]}`);
+    }
+    const link = await page.locator(".arm-grip.arm-j2").evaluate((line) => {
+      const [first, ...more] = line.points;
+      const last = more.at(-1);
+      const middle = new DOMPoint((first.x + last.x) / 2, (first.y + last.y) / 2);
+      const { x, y } = middle.matrixTransform(line.getScreenCTM());
+      return [x, y];
+    });
+    assert.equal(await dragged(page, link, [link[0], link[1] - 60]), 0, "a link");
+  });
+
+test("a finger that begins beside the arm scrolls the first page", async () => {
+  const { page } = await opened(there, "", PHONE);
+  await armOf(page);
+  const { x, y, height } = await page.locator(".arm-box").boundingBox();
+  const start = [x + 12, y + height - 30];
+  assert.ok((await dragged(page, start, [start[0], start[1] - 90])) > 30);
+});

@@ -4,6 +4,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { drawn, inChromium, opened, openedAnew, PHONE } from "./opened.mjs";
+import { bankOf } from "./site.mjs";
 
 const there = inChromium();
 const JACOBIAN = "practice.html?arm=planar-2r&question=jacobian&variation=chapter";
@@ -45,6 +46,58 @@ for (const [width, height] of SIZES) {
     assert.ok(wider <= 0, `${wider} pixels wider than the screen`);
     assert.deepEqual(wrong, []);
   });
+}
+
+for (const [name, options] of [
+  ["at 1440 x 900", { viewport: { width: 1440, height: 900 } }],
+  ["on a phone", PHONE],
+])
+  test(`a verdict is in view, Check stays where it is, and Next is the main button then: ${name}`, async () => {
+    const { page } = await opened(there, JACOBIAN, options);
+    const verdict = page.locator(".verdict");
+    const inView = async () => {
+      const [box, stage] = [await verdict.boundingBox(), await boxOf(page, ".stage")];
+      const under = options === PHONE ? stage.y + stage.height : 0;
+      const end = Math.min(box.y + box.height, under + options.viewport.height / 2); // its beginning, if it is long
+      return box.y >= under - 1 && Math.max(end, box.y + 90) <= options.viewport.height + 1;
+    };
+    const check = page.getByRole("button", { name: "Check", exact: true });
+    const below = () =>
+      check.evaluate(
+        (button) => button.getBoundingClientRect().top - button.form.getBoundingClientRect().top,
+      );
+    const fields = page.locator(".formula-field");
+    await fields.first().waitFor();
+    const before = await below();
+    const right = bankOf(there.site.folder).typed("jacobian");
+    for (let i = 0; i < (await fields.count()); i += 1) await fields.nth(i).fill("sin(theta1)/2/(a1+1)");
+    await page.locator(".preview math").waitFor();
+    assert.equal(await below(), before, "Check is where it was before the answer was read");
+    await check.click();
+    await verdict.waitFor();
+    await settles(inView, "the verdict on a wrong answer");
+    assert.match(await check.getAttribute("class"), /^button/);
+    await page.getByRole("button", { name: "Type it as text" }).click();
+    const field = page.getByLabel("Your answer");
+    await field.fill("[[1, 2");
+    await field.press("Enter");
+    await verdict.getByText("does not count").waitFor();
+    await field.fill(right);
+    await page.evaluate(() => scrollTo(0, 0));
+    await field.press("Enter");
+    await page.locator(".verdict.correct").waitFor();
+    await settles(inView, "the verdict on a right answer");
+    assert.equal(await check.getAttribute("class"), "quiet");
+    assert.equal(await page.getByRole("button", { name: "Next problem" }).getAttribute("class"), "button");
+  });
+
+/** Waits until something holds, as what scrolls takes its time. */
+async function settles(holds, what) {
+  for (let i = 0; i < 100; i += 1) {
+    if (await holds()) return;
+    await new Promise((done) => setTimeout(done, 50));
+  }
+  assert.fail(`not in view: ${what}`);
 }
 
 test("on a phone the arm stays on top while one answers, and can be folded", async () => {

@@ -114,7 +114,7 @@ export interface Part {
   readonly columns: readonly string[];
   readonly figure: string;
   readonly alt: string;
-  /** The pose of its figure, where that is not the arm's own. */
+  /** The joint values and lengths that it gives; its figure has a pose of its own if all joints are among them. */
   readonly pose: NamedPose | null;
   readonly hints: readonly string[];
   readonly options: readonly string[] | null;

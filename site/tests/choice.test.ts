@@ -69,6 +69,16 @@ test("what went wrong comes again after a while, before anything new; what went 
   expect(progress[nameOf(item)]?.box).toBe(0);
 });
 
+test("who begins has plain questions about the easiest arm first, also of what is wished; then any", () => {
+  const drawn = (wish = ANYTHING, progress = {}) =>
+    new Set([0, 0.3, 0.6, 0.999].map((luck) => nameOf(next(INDEX, wish, progress, 0, () => luck)!)));
+  expect(drawn()).toEqual(new Set(["planar-2r/001/position"]));
+  expect(drawn({ ...ANYTHING, question: "position" })).toEqual(new Set(["planar-2r/001/position"]));
+  expect(drawn({ ...ANYTHING, family: "scara" })).toEqual(new Set(["scara/001/determinant"]));
+  const later = Object.fromEntries(["a", "b", "c"].map((name) => [name, { right: true, box: 1, due: 9e9 }]));
+  expect(drawn(ANYTHING, later).size).toBeGreaterThan(2);
+});
+
 test("a set is the same order for all, and another for another name", () => {
   const wish = { ...ANYTHING, set: "week-3" };
   expect(inOrder(INDEX, wish)).toEqual(inOrder(INDEX, wish));

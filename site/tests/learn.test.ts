@@ -15,14 +15,15 @@ import {
   keptSkills,
   NEW,
   nextIn,
+  outcomeOf,
   type Skill,
 } from "../src/learn/skills.js";
 import { ratesOf, velocityOf } from "../src/learn/tools.js";
-import type { Item } from "../src/practice/choice.js";
+import { type Item, STEPS } from "../src/practice/choice.js";
 
 const item = (key: string, question = "jacobian"): Item => ({ family: "planar-2r", key, question });
-const right = (skill: Skill, key: string, now = 0, helped = false, most = 9) =>
-  answered(skill, item(key), { right: true, helped, now, most });
+const right = (skill: Skill, key: string, now = 0, helped = false, most = 9, again = false) =>
+  answered(skill, item(key), { right: true, helped, again, now, most });
 const DAY = 24 * 3600 * 1000;
 
 test("three arms in a row without help are learned, one more after a day is mastered", () => {
@@ -42,7 +43,9 @@ test("three arms in a row without help are learned, one more after a day is mast
 
 test("a wrong answer begins the row anew, and a bank of two arms asks for no third", () => {
   const row = right(right(NEW, "001"), "002");
-  expect(answered(row, item("003"), { right: false, helped: false, now: 0, most: 9 }).row).toEqual([]);
+  expect(
+    answered(row, item("003"), { right: false, helped: false, again: false, now: 0, most: 9 }).row,
+  ).toEqual([]);
   expect(right(right(NEW, "001", 0, false, 2), "002", 5, false, 2).learned).toBe(5);
 });
 
@@ -53,6 +56,60 @@ test("what comes next is an arm that is not in the row, plain ones first", () =>
   expect(nextIn(all, row, "planar-2r/001/jacobian", () => 0.99)?.key).not.toBe("001");
   expect(nextIn([item("001")], row, "planar-2r/001/jacobian", () => 0)?.key).toBe("001");
   expect(nextIn([], NEW, "", () => 0)).toBeNull();
+});
+
+test("what was wrong first counts neither for the row nor as mastered, and it is said why", () => {
+  const how = (right: boolean, helped = false, again = false) => ({ right, helped, again });
+  const row = right(NEW, "001");
+  expect(right(row, "002", 0, false, 9, true)).toEqual(row);
+  const learned: Skill = { ...NEW, row: ["a", "b", "c"], learned: 0 };
+  expect(right(learned, "004", 2 * DAY, false, 9, true).mastered).toBeUndefined();
+  const said = (before: Skill, after: Skill, was: ReturnType<typeof how>) =>
+    outcomeOf(before, after, was)?.key;
+  expect(said(NEW, row, how(true))).toBe("lesson.state-row");
+  expect(said(row, NEW, how(false))).toBe("lesson.row-broken");
+  expect(said(NEW, NEW, how(false))).toBeUndefined();
+  expect(said(NEW, NEW, how(true, true))).toBe("lesson.counts-not-helped");
+  expect(said(learned, learned, how(true, false, true))).toBe("lesson.counts-not-again");
+  expect(said(row, learned, how(true))).toBe("lesson.learned");
+  expect(said(learned, { ...learned, mastered: 9 }, how(true))).toBe("lesson.mastered");
+});
+
+test("the difficulty climbs with the row, from the plainest arms of the chapter", () => {
+  const families = ["planar-2r", "elbow"];
+  const index = {
+    format: 1,
+    feedback: "solutions",
+    questions: [],
+    families: [...families].reverse().map((name) => ({
+      name,
+      title: name,
+      source: "",
+      problems: [...STEPS].reverse().flatMap((variation) =>
+        ["1", "2", "3"].map((number) => ({
+          key: `${variation} ${number}`,
+          title: "",
+          difficulty: 1,
+          variation,
+          questions: ["velocity", "joint-effect"],
+        })),
+      ),
+    })),
+  } as const;
+  const all = itemsOf(index, ["joint-effect", "velocity"], families);
+  const rows = [[], ["a/1"], ["a/1", "a/2"]];
+  const [first, second, third] = rows.map((row) =>
+    [0, 0.5, 0.999].map((luck) => all.indexOf(nextIn(all, { row, goals: [] }, "", () => luck)!)),
+  ) as [number[], number[], number[]];
+  for (const place of first)
+    expect(all[place]).toMatchObject({
+      family: "planar-2r",
+      question: "joint-effect",
+      key: expect.stringMatching(/^chapter/),
+    });
+  expect(second[2]).toBeGreaterThan(first[2]!);
+  expect(third[1]).toBeGreaterThan(second[1]!);
+  expect(third[2]).toBeLessThan(0.6 * all.length);
 });
 
 test("items of a lesson: its own families first, other ones where the bank has none of them", () => {
@@ -77,8 +134,8 @@ test("items of a lesson: its own families first, other ones where the bank has n
   } as const;
   expect(itemsOf(index, ["rank"], ["a", "b"]).map((each) => each.family + each.key)).toEqual([
     "achapter",
-    "afull",
     "bchapter",
+    "afull",
     "bfull",
   ]);
   expect(itemsOf(index, ["rank"], ["c"])).toHaveLength(4);

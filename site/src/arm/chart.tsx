@@ -68,9 +68,12 @@ export function Chart({ arm, journey, speed, limits, time }: ChartProps): JSX.El
             TOP,
             TOP + h,
           ).map((at, i) => (
-            <text key={i} class={`arm-rate-name arm-j${(i % 7) + 1}`} x={x(end) + 5} y={at + 4}>
-              <DrawnLetters name={rateName(arm, i)} />
-            </text>
+            <g key={i} class={`arm-rate-name arm-j${(i % 7) + 1}`}>
+              <text x={x(end) + 5} y={at + 4}>
+                <DrawnLetters name={arm.joints[i]!.name} />
+              </text>
+              <circle cx={x(end) + 5 + DOT.right} cy={at + 4 - DOT.up} r={1.3} />
+            </g>
           ))}
           <path class="arm-now" d={`M${x(time)} ${TOP}v${h}`} />
         </svg>
@@ -79,10 +82,8 @@ export function Chart({ arm, journey, speed, limits, time }: ChartProps): JSX.El
   );
 }
 
-/** The rate of a joint with its dot, as a name that `Letters` sets. */
-function rateName(arm: Arm, i: number): string {
-  return `${arm.joints[i]!.kind === "R" ? "θ" : "d"}\u0307${i + 1}`;
-}
+/** Where the dot of a rate is, from where its letter begins (pixels). */
+const DOT = { right: 5, up: 12.5 };
 
 /** Heights moved apart so that letters at them can be told apart. */
 function spread(heights: readonly number[], top: number, bottom: number): number[] {

@@ -2,7 +2,7 @@
 
 import type { ComponentChildren, JSX } from "preact";
 import { memo } from "preact/compat";
-import { useCallback, useMemo, useRef, useState } from "preact/hooks";
+import { useCallback, useEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { Body, inPixels } from "./flat.js";
 import { plainLetters } from "./letters.js";
@@ -23,6 +23,7 @@ export interface DrawingProps {
   readonly measures: Measures;
   readonly reach: number;
   readonly layers: Layers;
+  readonly concealed: boolean;
   readonly chosen: number;
   readonly onChoose: (joint: number) => void;
   /** The joint that is pointed at, here or in the numbers. */
@@ -90,6 +91,7 @@ export function Drawing(props: DrawingProps): JSX.Element {
       onPose(linkDragged(arm, state, view, held.link, place, from(place)));
     } else setOrbit(turned(held.from, (held.at[0] - x) / 160, (y - held.at[1]) / 160, 1));
   };
+  useEffect(() => keptFromScrolling(box.current!), []);
   /** The view after a key that turns it, or that brings the first one back. */
   const looked = useCallback((key: string): void => {
     const turn = TURNS[key];
@@ -143,6 +145,7 @@ export function Drawing(props: DrawingProps): JSX.Element {
             layers={layers}
             flat={flat}
             ratio={props.measures.ratio}
+            concealed={props.concealed}
             lit={lit}
           />
           {links.map((line, i) => (
@@ -182,6 +185,22 @@ export function Drawing(props: DrawingProps): JSX.Element {
       </p>
     </div>
   );
+}
+
+/** What a finger takes hold of. */
+const GRIPS = ".arm-grip, .arm-point, .arm-target";
+
+/**
+ * A finger that begins on the arm moves the arm, and never scrolls the page, which it does beside it: browsers don't heed
+ * the `touch-action` of what is inside of a drawing. Two fingers enlarge the page as everywhere.
+ */
+function keptFromScrolling(box: HTMLElement): () => void {
+  const touched = (event: TouchEvent): void => {
+    const isHeld = event.target instanceof Element && event.target.closest(GRIPS) !== null;
+    if (isHeld && event.cancelable && event.touches.length < 2) event.preventDefault();
+  };
+  box.addEventListener("touchstart", touched, { passive: false });
+  return () => box.removeEventListener("touchstart", touched);
 }
 
 const ARROWS: Readonly<Record<string, Pixel>> = {

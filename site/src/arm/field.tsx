@@ -1,11 +1,11 @@
 // A number with its letter and unit, typed or stepped.
 
-import type { JSX } from "preact";
+import type { ComponentChildren, JSX } from "preact";
 
 import { decimals } from "./speech.js";
 
 export interface FieldProps {
-  readonly label: string;
+  readonly label: ComponentChildren;
   readonly say: string;
   readonly unit: string;
   readonly value: number;

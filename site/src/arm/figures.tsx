@@ -16,20 +16,34 @@ export interface FiguresProps {
   readonly rested: State;
   readonly factors: readonly LiveFactor[];
   readonly most: number;
+  /** Whether all of it but the point would tell what is asked. */
+  readonly concealed: boolean;
 }
 
-export function Figures({ arm, state, measures, rested, factors, most }: FiguresProps): JSX.Element {
+export function Figures(props: FiguresProps): JSX.Element {
+  const { arm, state, measures, rested, factors, most, concealed } = props;
   const say = useSay();
   const signed = useDigits();
   const near = nearness(arm, measures);
   const kind = near === "singular" && rested === state ? kindHere(arm, state) : null;
   const between = signed(0.5).includes(",") ? "; " : ", ";
+  const point = (
+    <>
+      <i>P</i> = ({state.point.map((value) => signed(decimals(value, 3))).join(between)}) m.
+    </>
+  );
+  if (concealed)
+    return (
+      <div class="arm-figures">
+        <p class="arm-concealed">{say("arm.concealed")}</p>
+        <p class="arm-nearness">{point}</p>
+      </div>
+    );
   return (
     <div class={`arm-figures arm-${near}-pose`}>
       <Determinant arm={arm} state={state} measures={measures} factors={factors} most={most} />
       <p class="arm-nearness">
-        <i>P</i> = ({state.point.map((value) => signed(decimals(value, 3))).join(between)}) m.{" "}
-        {say("arm.figures.ratio", { percent: decimals(100 * measures.ratio, 1) })}{" "}
+        {point} {say("arm.figures.ratio", { percent: decimals(100 * measures.ratio, 1) })}{" "}
         <strong>{say(`arm.words.${near}`)}</strong> {kind && say(`arm.words.${kind}`)}
       </p>
     </div>

@@ -20,11 +20,19 @@ export function plainLetters(name: string): string {
     .join(" = ");
 }
 
+/** A letter with the dot of a rate, which is drawn: many fonts have none, or let it sink into a θ. */
+export const Dotted = ({ letter }: { letter: string }): JSX.Element => (
+  <i class="dotted">
+    {letter}
+    <span class="dot-said">{"\u0307"}</span>
+  </i>
+);
+
 export const Letters = memo(({ name, dot = false }: { name: string; dot?: boolean }): JSX.Element => {
   const [letter, star, index] = partsOf(name);
   return (
     <span class="arm-letters">
-      <i>{dot ? `${letter}\u0307` : letter}</i>
+      {dot ? <Dotted letter={letter} /> : <i>{letter}</i>}
       {star && <sup>{star}</sup>}
       {index && <sub>{index}</sub>}
     </span>

@@ -57,12 +57,14 @@ export interface MarksProps extends BodyProps {
   readonly layers: Layers;
   readonly flat: boolean;
   readonly ratio: number;
+  /** Whether the line that P can't leave would tell what is asked. */
+  readonly concealed: boolean;
   /** The joint that is pointed at, whose column stands out. */
   readonly lit: number | null;
 }
 
 export function Marks(props: MarksProps): JSX.Element {
-  const { arm, state, view, reach, layers, flat, ratio, lit } = props;
+  const { arm, state, view, reach, layers, flat, ratio, concealed, lit } = props;
   const signed = useDigits();
   const columns = drawnColumns(arm, state, reach);
   const { turning } = arrowsOf(arm, state);
@@ -80,7 +82,7 @@ export function Marks(props: MarksProps): JSX.Element {
           transform={`translate(${P[0]} ${P[1]}) rotate(${ellipse.turn})`}
         />
       )}
-      {ratio < LOST && <Lost arm={arm} state={state} view={view} />}
+      {ratio < LOST && !concealed && <Lost arm={arm} state={state} view={view} />}
       {layers.vectors &&
         pStar(arm, state).map(
           (p, i) =>

@@ -39,6 +39,8 @@ export interface Arm {
   readonly base: Frame;
   readonly point: { readonly frame: number; readonly offset: Vec3 };
   readonly task: readonly number[];
+  /** Poses with slides further out than usual, which are shown all the same. */
+  readonly shown?: readonly Pose[];
   /** What the base's position and the point's offset are called, coordinate by coordinate, where that is told. */
   readonly called?: Readonly<Record<"base" | "offset", readonly [string, string, string]>>;
 }

@@ -16,7 +16,7 @@ import { Jacobian } from "./jacobian.js";
 import { Joints } from "./joints.js";
 import { Lengths } from "./lengths.js";
 import { SingularMap } from "./map.js";
-import { LAYERS } from "./marks.js";
+import { LAYERS, type Layers } from "./marks.js";
 import { obstacle } from "./path.js";
 import { Route } from "./route.js";
 import { useSize } from "./size.js";
@@ -24,7 +24,7 @@ import { digits, sayIn, Spoken, useDigits, useSay } from "./speech.js";
 import { type Pane, type Stage, type StageWish, useStage } from "./stage.js";
 import type { View } from "./view.js";
 import { Welding } from "./weld.js";
-import { inWords, nearness, sizeName } from "./words.js";
+import { inWords, nearness, poseAndPoint, sizeName } from "./words.js";
 
 export type { NamedPose };
 
@@ -71,9 +71,13 @@ function Panel(props: ArmProps): JSX.Element {
     () => onStage?.(stage),
     [stage.state, stage.rested, stage.welding?.place, stage.welding?.weld],
   );
-  const { arm, robot, rested, welding, layers, toggle, reset } = stage;
+  const { arm, robot, rested, welding, concealed } = stage;
+  const shown = { layers: stage.layers, concealed, toggle: stage.toggle, reset: stage.reset };
   const [folded, setFolded] = useState(false);
-  const words = useMemo(() => inWords(arm, rested, sayIn(language)), [arm, rested, language]);
+  const words = useMemo(() => {
+    const say = sayIn(language);
+    return concealed ? poseAndPoint(arm, rested, say) : inWords(arm, rested, say);
+  }, [arm, rested, language, concealed]);
   const ids = useId();
   const panes: Pane[] = wide ? ["map", "weld"] : ["joints", "jacobian", "map", "weld", "layers"];
   const open = wide && !panes.includes(stage.pane!) ? null : stage.pane; // sliders and J are there anyway
@@ -87,7 +91,7 @@ function Panel(props: ArmProps): JSX.Element {
       data-folded={folded ? "" : undefined}
     >
       <div class="arm-panel">
-        {wide ? <Shown layers={layers} toggle={toggle} reset={reset} /> : null}
+        {wide ? <Shown {...shown} /> : null}
         <div class="arm-scene">
           <Drawing
             {...stage}
@@ -108,7 +112,7 @@ function Panel(props: ArmProps): JSX.Element {
               </>
             )}
           />
-          {wide ? null : <Readout {...stage} />}
+          {wide || concealed ? null : <Readout {...stage} />}
         </div>
         <div class="arm-strip">
           {wide ? (
@@ -160,7 +164,7 @@ function Panel(props: ArmProps): JSX.Element {
               {open === "jacobian" ? <Numbers stage={stage} /> : null}
               {open === "map" ? <Map stage={stage} /> : null}
               {open === "weld" ? <Path stage={stage} /> : null}
-              {open === "layers" ? <Shown layers={layers} toggle={toggle} reset={reset} /> : null}
+              {open === "layers" ? <Shown {...shown} /> : null}
             </div>
           </div>
         </div>
@@ -178,11 +182,12 @@ function isNarrowPage(): boolean {
 }
 
 /** What is shown in the drawing, and the way back to the first pose. */
-const Shown = memo(({ layers, toggle, reset }: Pick<Stage, "layers" | "toggle" | "reset">): JSX.Element => {
+const Shown = memo((props: Pick<Stage, "layers" | "concealed" | "toggle" | "reset">): JSX.Element => {
+  const { layers, concealed, toggle, reset } = props;
   const say = useSay();
   return (
     <div class="arm-layers" role="group" aria-label={say("arm.layers")}>
-      {LAYERS.map((layer) => (
+      {LAYERS.filter((layer) => !concealed || !OF_J.has(layer)).map((layer) => (
         <label key={layer}>
           <input type="checkbox" checked={layers[layer]} onChange={() => toggle(layer)} />
           {say(`arm.layer.${layer}`)}
@@ -194,6 +199,9 @@ const Shown = memo(({ layers, toggle, reset }: Pick<Stage, "layers" | "toggle" |
     </div>
   );
 });
+
+/** What is drawn of J. */
+const OF_J: ReadonlySet<keyof Layers> = new Set(["columns", "ellipse"]);
 
 /** det J in a line over the drawing, where its pane may be closed. */
 function Readout({ arm, measures }: Stage): JSX.Element {
@@ -210,7 +218,7 @@ function Readout({ arm, measures }: Stage): JSX.Element {
 function Numbers({ stage }: { stage: Stage }): JSX.Element {
   return (
     <div class="arm-numbers">
-      <Jacobian {...stage} onLit={stage.point} />
+      {stage.concealed ? null : <Jacobian {...stage} onLit={stage.point} />}
       <Figures {...stage} />
     </div>
   );
@@ -218,6 +226,7 @@ function Numbers({ stage }: { stage: Stage }): JSX.Element {
 
 function Map({ stage }: { stage: Stage }): JSX.Element {
   const say = useSay();
+  if (stage.concealed) return <p class="arm-concealed">{say("arm.concealed")}</p>;
   if (stage.arm.joints.length < 2) return <p>{say("arm.map.one")}</p>;
   return <SingularMap {...stage} onPose={stage.move} />;
 }

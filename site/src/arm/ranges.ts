@@ -28,8 +28,23 @@ export function rangeOf(arm: Arm, index: number): Range {
   const unit = longest(arm);
   const round = (value: number): number => Math.round(value * 20) / 20;
   const most = (flatPlane(arm) ? 2.05 : 1.3) * unit; // figures of planar arms show slides that far out
-  return { low: round(-unit - joint.offset), high: round(most - joint.offset), step: 0.01 };
+  const shown = (arm.shown ?? []).map((pose) => pose[index]!);
+  return {
+    low: Math.min(round(-unit - joint.offset), ...shown),
+    high: Math.max(round(most - joint.offset), ...shown),
+    step: 0.01,
+  };
 }
+
+/** The arm with room for poses that are told, should a slide be further out in them than usual. */
+export function withRoom(arm: Arm, poses: readonly Pose[]): Arm {
+  const shown = poses.filter((pose) =>
+    pose.some((value, i) => within(arm, i, value) !== value && isSlide(arm, i)),
+  );
+  return shown.length > 0 ? { ...arm, shown } : arm;
+}
+
+const isSlide = ({ joints }: Arm, index: number): boolean => joints[index]!.kind === "P";
 
 /** A value brought back into a joint's range: round the circle, or to the end of the slide. */
 export function within(arm: Arm, index: number, value: number): number {
@@ -108,11 +123,13 @@ export function extentOf(arm: Arm): Extent {
   const page = axonometric(FIRST_ORBIT);
   const slides = flatPlane(arm) ? 1.6 : 1;
   let [around, above, below, up, down, aside] = [0, 0, 0, 0, 0, 0];
-  for (const turns of randomPoses(300, arm.joints.length, 3)) {
-    const pose = turns.map((value, i) => {
+  const drawn = randomPoses(300, arm.joints.length, 3).map((turns) =>
+    turns.map((value, i) => {
       const { kind, offset } = arm.joints[i]!;
       return kind === "R" ? value : (0.5 + (0.8 * value) / Math.PI) * longest(arm) * slides - offset;
-    });
+    }),
+  );
+  for (const pose of [...drawn, ...(arm.shown ?? [])]) {
     const { frames, corners, point } = placesAt(arm, pose);
     for (const place of [...frames.map((frame) => frame.o), ...corners, point]) {
       const away = subtract(place, o);

@@ -16,7 +16,7 @@ import {
   stateAt,
 } from "./model.js";
 import { obstacle, stationOn } from "./path.js";
-import { firstPose, poseWithin } from "./ranges.js";
+import { firstPose, poseWithin, withRoom } from "./ranges.js";
 import { useRested } from "./size.js";
 import { firstWeld, journeyOf, type Weld } from "./weld.js";
 
@@ -25,12 +25,14 @@ export type Pane = "joints" | "jacobian" | "map" | "weld" | "layers";
 
 export interface StageWish {
   readonly robot: Robot;
-  /** The pose in which the arm is drawn first, as its printed figure has it; else one of our own choice. */
+  /** Pose and lengths with which the arm is drawn first, as its figure or its question has them; else of our own choice. */
   readonly first?: NamedPose | undefined;
   /** A pose to go to, such as a counterexample: when another is given, the arm goes there. */
   readonly pose?: NamedPose | undefined;
   readonly onPose?: ((pose: NamedPose) => void) | undefined;
   readonly factors?: readonly Factor[] | undefined;
+  /** Whether J in numbers, and what is drawn of it, would tell what is asked. */
+  readonly concealed?: boolean | undefined;
   /** What is shown first, where that is not as everywhere. */
   readonly layers?: Partial<Layers> | undefined;
 }
@@ -53,6 +55,7 @@ export interface Stage {
   /** The joint that is pointed at: its link, its arrow and its column stand out. */
   readonly lit: number | null;
   readonly point: (joint: number | null) => void;
+  readonly concealed: boolean;
   readonly layers: Layers;
   readonly toggle: (layer: keyof Layers) => void;
   readonly pane: Pane | null;
@@ -77,12 +80,19 @@ export const FIRST_LAYERS: Layers = {
 };
 
 export function useStage(
-  { robot: told, first: printed, pose: given, onPose, factors, layers: wished }: StageWish,
+  { robot: told, first: printed, pose: given, onPose, factors, concealed = false, layers: wished }: StageWish,
   pane: Pane | null,
 ): Stage {
-  const letters = JSON.stringify(Object.keys(told.values).map((name) => given?.[name]));
-  const robot = useMemo(() => withLetters(told, given), [told, letters]);
-  const arm = useMemo(() => armOf(robot), [robot]);
+  const asked = JSON.stringify(given ?? null);
+  const [left, setLeft] = useState(""); // what was asked for when the first pose, with its lengths, was gone back to
+  const isBack = left === asked;
+  const numbers = { ...printed, ...(isBack ? {} : given) };
+  const letters = JSON.stringify(Object.keys(told.values).map((name) => numbers[name]));
+  const robot = useMemo(() => withLetters(told, numbers), [told, letters]);
+  const arm = useMemo(() => {
+    const arm = armOf(robot);
+    return withRoom(arm, [toldIn(arm, printed), toldIn(arm, given)]);
+  }, [robot, printed, asked]);
   const reach = useMemo(() => reachOf(arm), [arm]);
   const first = useMemo(
     () =>
@@ -100,17 +110,25 @@ export function useStage(
   const [pose, setPose] = useState<Pose>(() => posed(arm, given, first));
   const [chosen, choose] = useState(0);
   const [lit, point] = useState<number | null>(null);
-  const [layers, setLayers] = useState<Layers>({ ...FIRST_LAYERS, ...wished });
+  const [chosenLayers, setLayers] = useState<Layers>({ ...FIRST_LAYERS, ...wished });
+  const layers = useMemo(
+    () => (concealed ? { ...chosenLayers, columns: false, ellipse: false } : chosenLayers),
+    [chosenLayers, concealed],
+  );
   const [opened, setOpened] = useState<Pane | null>(pane);
   const [weld, setWeld] = useState<Weld | null>(null);
   const [place, setPlace] = useState(0);
 
   useEffect(() => {
-    const next = posed(arm, given, pose.length === arm.joints.length && given ? pose : first);
+    if (!isBack) setLeft("");
+  }, [asked]);
+  useEffect(() => {
+    const isSame = pose.length === arm.joints.length;
+    const next = isBack && isSame ? pose : posed(arm, given, isSame && given ? pose : first);
     if (next.every((value, i) => Math.abs(value - (pose[i] ?? Infinity)) < 1e-9)) return;
     setWeld(null);
     setPose(next);
-  }, [arm, given && JSON.stringify(given)]);
+  }, [arm, asked]);
 
   const state = useMemo(() => stateAt(arm, pose), [arm, pose]);
   const measures = useMemo(() => measuresOf(state), [state]);
@@ -125,7 +143,10 @@ export function useStage(
     },
     [arm, onPose],
   );
-  const reset = useCallback(() => move(first), [move, first]);
+  const reset = useCallback(() => {
+    setLeft(asked);
+    move(first);
+  }, [move, first, asked]);
   const toggle = useCallback(
     (layer: keyof Layers): void => setLayers((before) => ({ ...before, [layer]: !before[layer] })),
     [],
@@ -151,18 +172,22 @@ export function useStage(
   }, []);
   return {
     ...{ robot, arm, reach, pose, state, measures, rested, factors: live, most, move, reset },
-    ...{ chosen, choose, lit, point, layers, toggle },
+    ...{ chosen, choose, lit, point, concealed, layers, toggle },
     pane: opened,
     open,
     welding: opened === "weld" && weld && journey ? { weld, journey, place, change, goTo } : null,
   };
 }
 
-/** The robot with the lengths and angles that a counterexample tells for the letters of its table. */
-function withLetters(robot: Robot, given: NamedPose | undefined): Robot {
-  const values = Object.entries(robot.values).map(([name, value]) => [name, given?.[name] ?? value] as const);
+/** The robot with the lengths and angles that a question or a counterexample tells for the letters of its table. */
+function withLetters(robot: Robot, given: NamedPose): Robot {
+  const values = Object.entries(robot.values).map(([name, value]) => [name, given[name] ?? value] as const);
   return { ...robot, values: Object.fromEntries(values) };
 }
+
+/** What is told of the joints; of the others, where their tables begin. */
+const toldIn = (arm: Arm, given: NamedPose | undefined): Pose =>
+  arm.joints.map(({ name, kind, offset }) => given?.[name] ?? (kind === "P" ? -offset : 0));
 
 /** A told pose, joints that it leaves out as in another. */
 function posed(arm: Arm, given: NamedPose | undefined, other: Pose): Pose {

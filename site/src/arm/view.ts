@@ -101,10 +101,13 @@ export function viewOf(arm: Arm, extent: Extent, width: number, height: number, 
       height / (room * (high.high - high.low)),
     ) * orbit.zoom;
   const upright = along(o, [0, 0, 1], middle(high) / Math.cos(FIRST_ORBIT.elevation));
+  const axes = axonometric(orbit);
+  const shown = (arm.task.every((row) => row > 2) ? 0.7 : 1) * scale;
+  const beside = BUTTONS / 2 / shown; // the arm is in the middle of what the buttons leave
   return {
-    ...axonometric(orbit),
-    scale: (arm.task.every((row) => row > 2) ? 0.7 : 1) * scale,
-    centre: along(upright, page.right, middle(across)),
+    ...axes,
+    scale: shown,
+    centre: along(along(upright, page.right, middle(across)), axes.right, beside),
     width,
     height,
   };

@@ -5,7 +5,7 @@ import { useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { Field } from "./field.js";
 import { Chart } from "./chart.js";
-import { Letters, plainLetters } from "./letters.js";
+import { Dotted, Letters, plainLetters } from "./letters.js";
 import type { Arm, Pose } from "./model.js";
 import { stateAt } from "./model.js";
 import { crossings, follow, type Journey, obstacle, pathTo, stationOn, suggested } from "./path.js";
@@ -44,11 +44,34 @@ export interface WeldProps {
 
 const STEPS = 20;
 
+/** The size of a rate. */
+const Rate = ({ of }: { of: string }): JSX.Element => (
+  <>
+    |<Dotted letter={of} />|
+  </>
+);
+
 /** What is set by numbers besides the place of B. */
 const FIELDS = [
   { name: "speed", text: "arm.weld.speed", label: "v", unit: "m/s", step: 0.01, least: 0.01, most: 2 },
-  { name: "turns", text: "arm.weld.turns", label: "|θ̇|", unit: "rad/s", step: 0.1, least: 0.1, most: 20 },
-  { name: "slides", text: "arm.weld.slides", label: "|ḋ|", unit: "m/s", step: 0.05, least: 0.05, most: 10 },
+  {
+    name: "turns",
+    text: "arm.weld.turns",
+    label: <Rate of="θ" />,
+    unit: "rad/s",
+    step: 0.1,
+    least: 0.1,
+    most: 20,
+  },
+  {
+    name: "slides",
+    text: "arm.weld.slides",
+    label: <Rate of="d" />,
+    unit: "m/s",
+    step: 0.05,
+    least: 0.05,
+    most: 10,
+  },
 ] as const;
 
 export function Welding(props: WeldProps): JSX.Element {

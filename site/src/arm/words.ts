@@ -22,9 +22,11 @@ export function kindHere(arm: Arm, state: State): Exclude<Kind, "regular"> | nul
 
 /** Pose, point, determinant and nearness, in sentences. */
 export function inWords(arm: Arm, state: State, say: Say): string {
-  return [poseInWords(arm, state, say), pointInWords(state, say), singularityInWords(arm, state, say)].join(
-    " ",
-  );
+  return `${poseAndPoint(arm, state, say)} ${singularityInWords(arm, state, say)}`;
+}
+
+export function poseAndPoint(arm: Arm, state: State, say: Say): string {
+  return `${poseInWords(arm, state, say)} ${pointInWords(state, say)}`;
 }
 
 export function poseInWords(arm: Arm, { pose }: State, say: Say): string {

@@ -4,7 +4,7 @@ import type { JSX } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 
 import type { Index } from "../bank.js";
-import { Current, type Judged } from "../practice/current.js";
+import { Current } from "../practice/current.js";
 import { inDigits, message, type Message, said } from "../text/text.js";
 import { type Given, isComplete, isPassed, type News, type Recipient } from "./recipient.js";
 import {
@@ -74,7 +74,6 @@ export function RoundView({ index, round, recipient }: RoundViewProps): JSX.Elem
         closed={isDone(round, tried)}
         factored={false} // another question may ask for them
         onVerdict={(_, __, judged) => {
-          if (!isRead(judged)) return;
           const now = answered(round, latest.current, place, judged.verdict.share);
           if (now !== latest.current) tell(now, { place, ...judged });
         }}
@@ -86,10 +85,6 @@ export function RoundView({ index, round, recipient }: RoundViewProps): JSX.Elem
     </div>
   );
 }
-
-/** Whether an answer could be read: what is no answer at all is told so, and is no try. */
-const isRead = ({ verdict: { reasons } }: Judged): boolean =>
-  !reasons.some(({ key }) => key.startsWith("read."));
 
 interface HeadProps {
   readonly round: Round;

@@ -82,6 +82,9 @@ function column(
   return ofScalars(shaped(matrixOf(typed, known, labels, shape), shape));
 }
 
+/** Below this tolerance numbers are whole ones, or due exactly: there is nothing to say of digits. */
+const EXACT = 1e-5;
+
 function numbers(entries: readonly Node[], key: NumbersKey): Verdict {
   const symbols = new Set(entries.flatMap((entry) => [...namesIn(entry)]));
   if (symbols.size > 0) return wrong("read.numbers", { names: [...symbols].sort().slice(0, 5).join(", ") });
@@ -89,7 +92,10 @@ function numbers(entries: readonly Node[], key: NumbersKey): Verdict {
   const near = (value: number, due: number, more = 0) =>
     Math.abs(value - due) <= Math.max((key.tolerance + more) * Math.abs(due), key.floor);
   const right = mine.map((value, i) => near(value, key.right[i] as number));
-  if (right.every(Boolean)) return correct(message("verdict.numbers", { percent: 100 * key.tolerance }));
+  if (right.every(Boolean))
+    return correct(
+      key.tolerance < EXACT ? undefined : message("verdict.numbers", { percent: 100 * key.tolerance }),
+    );
   const first = right.indexOf(false);
   const reason = message("verdict.number", {
     index: first + 1,

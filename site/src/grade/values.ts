@@ -376,10 +376,17 @@ export function anyNumber(name: string, k: number): number {
   return 0.3 + ((turned * GOLDEN) % 1.4);
 }
 
-/** The symbols that an entry has, at point k; all joints where it has none. */
+/** All by which the difference can be followed, at point k: joints, lengths, what the entry has, and all rates if it has any. */
 function shownAt(key: ValuesKey, k: number, entry: Node): At {
-  const used = [...namesIn(entry)].filter((symbol) => key.symbols.includes(symbol)).sort();
-  const shown = used.length > 0 ? used : key.symbols.filter((symbol) => /^(theta|d)\d/.test(symbol));
+  const used = namesIn(entry);
+  const isMoving = [...used].some(isRate);
+  const shown = key.symbols.filter(
+    (symbol) =>
+      /^(theta|d)\d/.test(symbol) ||
+      (key.constants ?? []).includes(symbol) ||
+      used.has(symbol) ||
+      (isMoving && isRate(symbol)),
+  );
   return Object.fromEntries(
     shown.map((symbol) => [symbol, key.points[k]?.[key.symbols.indexOf(symbol)] ?? NaN]),
   );
@@ -398,6 +405,7 @@ function asOnSliders(symbol: string, value: number): number {
   return Number((degrees - 360 * Math.round(degrees / 360)).toFixed(1));
 }
 
+const isRate = (symbol: string): boolean => /^qd\d+$/.test(symbol);
 const isAngle = (symbol: string): boolean => /^theta\d+$/.test(symbol);
 const unitOf = (symbol: string): string => (isAngle(symbol) ? "°" : /^[ad]\d+$/.test(symbol) ? " m" : "");
 const seen = (symbol: string): string => symbol.replace(/^theta(?=\d)/, "θ");

@@ -33,6 +33,9 @@ export function wrong(key: TextKey, values: Values = {}): Verdict {
   return { outcome: "wrong", share: 0, reasons: [message(key, values)], sure: true };
 }
 
+/** Whether an answer could be read at all; what could not is told so, and is no try. */
+export const isRead = ({ reasons }: Verdict): boolean => !reasons.some(({ key }) => key.startsWith("read."));
+
 export function unreadable(why: Message): Verdict {
   return wrong("read.unreadable", { why });
 }

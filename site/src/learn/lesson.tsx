@@ -15,11 +15,11 @@ import { Current } from "../practice/current.js";
 import { keep, kept } from "../practice/progress.js";
 import { storage } from "../practice/storage.js";
 import { Offline } from "../offline/offline.js";
-import { language, message, said } from "../text/text.js";
+import { language, message, type Message, said } from "../text/text.js";
 import { Dots } from "./dots.js";
 import { type Lesson, LESSONS } from "./lessons.js";
 import { Rich } from "./rich.js";
-import { answered, armsIn, itemsOf, NEEDED, NEW, nextIn, type Skill } from "./skills.js";
+import { answered, armsIn, isDue, itemsOf, NEEDED, NEW, nextIn, outcomeOf, type Skill } from "./skills.js";
 import { DialBoard, FIRST_DIALS, ratesOf, Shares, velocityOf } from "./tools.js";
 
 export interface LessonProps {
@@ -36,7 +36,7 @@ export function LessonView(props: LessonProps): JSX.Element {
   const [practising, setPractising] = useState(props.practising);
   const items = useMemo(() => itemsOf(index, lesson.questions, lesson.families), [index, lesson]);
   return practising && items.length > 0 ? (
-    <Practice {...props} items={items} onIdea={() => setPractising(false)} />
+    <Practice {...props} items={items} arrived={!props.practising} onIdea={() => setPractising(false)} />
   ) : (
     <Idea {...props} items={items} onPractise={() => setPractising(true)} />
   );
@@ -170,11 +170,14 @@ function Practice({
   index,
   skill,
   items,
+  arrived,
   onSkill,
   onIdea,
-}: LessonProps & { items: readonly Item[]; onIdea: () => void }): JSX.Element {
+}: LessonProps & { items: readonly Item[]; arrived: boolean; onIdea: () => void }): JSX.Element {
   const [item, setItem] = useState<Item | null>(() => nextIn(items, skill, "", Math.random));
   const [count, setCount] = useState(0);
+  const [note, setNote] = useState<Message | null>(null);
+  const again = useRef(false); // whether this question was answered before, and not rightly
   const most = armsIn(items);
   return (
     <div class="workspace">
@@ -190,7 +193,7 @@ function Practice({
           {skill.mastered !== undefined
             ? said(message("lesson.mastered"))
             : skill.learned !== undefined
-              ? said(message("lesson.learned"))
+              ? said(message(isDue(skill, Date.now()) ? "lesson.due" : "lesson.learned"))
               : said(message("lesson.row", { count: skill.row.length, needed: Math.min(NEEDED, most) }))}
         </p>
         {skill.learned !== undefined ? (
@@ -204,13 +207,20 @@ function Practice({
           key={`${nameOf(item)} ${count}`}
           item={item}
           level={index.feedback}
-          arrived={count > 0}
+          arrived={arrived || count > 0}
+          note={note ? said(note) : undefined}
           onVerdict={(right, helped) => {
             const now = Date.now();
-            onSkill(answered(skill, item, { right, helped, now, most }));
+            const how = { right, helped, again: again.current };
+            const after = answered(skill, item, { ...how, now, most });
+            again.current ||= !right;
+            setNote(outcomeOf(skill, after, how));
+            onSkill(after);
             keep(storage, attempted(kept(storage), item, right, now)); // what is wrong comes again where one practises
           }}
           onNext={() => {
+            again.current = false;
+            setNote(null);
             setItem(nextIn(items, skill, nameOf(item), Math.random));
             setCount(count + 1);
           }}

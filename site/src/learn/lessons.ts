@@ -76,7 +76,7 @@ export const LESSONS: readonly Lesson[] = [
           norm(velocity) > 0.05 && cosine(velocity, stage.state.point) < -0.99,
       },
     ],
-    questions: ["joint-effect", "velocity", "velocity-component"],
+    questions: ["joint-effect", "speed", "velocity-component", "velocity"],
     families: FLAT,
   },
   {
@@ -96,7 +96,7 @@ export const LESSONS: readonly Lesson[] = [
         reached: ({ stage }) => Math.abs(cosine(column(stage, 1), column(stage, 2))) > 0.999,
       },
     ],
-    questions: ["match-columns", "jacobian-size", "jacobian"],
+    questions: ["match-columns", "joint-effect", "jacobian-size"],
     families: FLAT,
   },
   {

@@ -12,6 +12,7 @@ export function SkillMap({ places }: { places: readonly Place[] }): JSX.Element 
   return (
     <section class="skills" aria-labelledby="skills-title">
       <h2 id="skills-title">{said(message("skills.title"))}</h2>
+      <p class="muted">{said(message("skills.legend"))}</p>
       <div class="skill-map" style={{ "--layers": layers, "--most": most }}>
         <Lines places={places} layers={layers} most={most} />
         <ol>

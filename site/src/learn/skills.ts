@@ -2,7 +2,8 @@
 // mastered with one more after a day. Kept in this browser.
 
 import type { Index } from "../bank.js";
-import { type Item, items, ANYTHING, nameOf, STEPS } from "../practice/choice.js";
+import { type Item, nameOf, STEPS } from "../practice/choice.js";
+import { message, type Message } from "../text/text.js";
 
 export const NEEDED = 3;
 const DAY = 24 * 3600 * 1000;
@@ -22,18 +23,38 @@ export const NEW: Skill = { row: [], goals: [] };
 
 const armOf = ({ family, key }: Item): string => `${family}/${key}`;
 
+/** How a question was answered: `helped` by hints or the solution, `again` after an answer to it that was not right. */
+export interface Answered {
+  readonly right: boolean;
+  readonly helped: boolean;
+  readonly again: boolean;
+}
+
 /** The skill after an answer; `most` is how many arms there are, where there are fewer than are needed. */
 export function answered(
   skill: Skill,
   item: Item,
-  { right, helped, now, most }: { right: boolean; helped: boolean; now: number; most: number },
+  { right, helped, again, now, most }: Answered & { now: number; most: number },
 ): Skill {
   if (!right) return { ...skill, row: [] };
-  if (helped) return skill;
+  if (helped || again) return skill;
   const row = skill.row.includes(armOf(item)) ? skill.row : [...skill.row, armOf(item)];
   if (skill.learned !== undefined)
     return now - skill.learned >= DAY && skill.mastered === undefined ? { ...skill, mastered: now } : skill;
   return row.length >= Math.min(NEEDED, most) ? { ...skill, row, learned: now } : { ...skill, row };
+}
+
+/** What comes of an answer to a question of a lesson, in words; null where the lesson is learned, and no day has gone by. */
+export function outcomeOf(before: Skill, after: Skill, { right, helped, again }: Answered): Message | null {
+  if (before.mastered !== undefined) return null;
+  if (after.mastered !== undefined) return message("lesson.mastered");
+  if (before.learned !== undefined && !right) return null;
+  if (right && helped) return message("lesson.counts-not-helped");
+  if (right && again) return message("lesson.counts-not-again");
+  if (before.learned !== undefined) return null;
+  if (after.learned !== undefined) return message("lesson.learned");
+  if (!right && before.row.length > 0) return message("lesson.row-broken");
+  return right ? message("lesson.state-row", { count: after.row.length, needed: NEEDED }) : null;
 }
 
 /** Whether a lesson that was learned is to be looked at again: a day has gone by, and it is not mastered yet. */
@@ -41,39 +62,48 @@ export function isDue(skill: Skill | undefined, now: number): boolean {
   return skill?.learned !== undefined && skill.mastered === undefined && now - skill.learned >= DAY;
 }
 
-/** The items of a lesson: its questions about its arms, those first that are next to the chapter's. */
+/**
+ * The items of a lesson, its questions about its arms, the easiest first: plain arms before long ones, those of the chapter
+ * before such as are turned and offset, and what is asked in the order in which the lesson has it.
+ */
 export function itemsOf(index: Index, questions: readonly string[], families: readonly string[]): Item[] {
   const steps: readonly string[] = STEPS;
-  const ranked = items(index, ANYTHING)
-    .filter(({ question }) => questions.includes(question))
-    .map((item) => {
-      const family = families.indexOf(item.family);
-      const listed = index.families
-        .find(({ name }) => name === item.family)
-        ?.problems.find(({ key }) => key === item.key);
-      return {
-        item,
-        family: family < 0 ? families.length : family,
-        step: steps.indexOf(listed?.variation ?? ""),
-        question: questions.indexOf(item.question),
-      };
-    });
-  const own = ranked.filter(({ family }) => family < families.length);
-  return (own.length > 0 ? own : ranked)
-    .sort((a, b) => a.family - b.family || a.step - b.step || a.question - b.question)
+  const all = index.families.flatMap(({ name, problems }) =>
+    problems.flatMap((problem) =>
+      problem.questions
+        .filter((question) => questions.includes(question))
+        .map((question) => ({
+          item: { family: name, key: problem.key, question },
+          family: families.includes(name) ? families.indexOf(name) : families.length,
+          step: Math.max(0, steps.indexOf(problem.variation)),
+          question: questions.indexOf(question),
+        })),
+    ),
+  );
+  const own = all.filter(({ family }) => family < families.length);
+  return (own.length > 0 ? own : all)
+    .map(({ item, family, step, question }) => ({ item, family, hardness: 2 * step + family + question }))
+    .sort((a, b) => a.hardness - b.hardness || a.family - b.family)
     .map(({ item }) => item);
 }
 
-/** The next item: from the plainest arms to the others as the row grows, an arm that is not in it if there is one. */
+/** Of the items in their order, from where to where one is drawn when so many of the row are right: of the first, few. */
+const CLIMB = [
+  [0, 0],
+  [0, 0.25],
+  [0.15, 0.5],
+] as const;
+const FEW = 3;
+
+/** The next item: an easy one first, harder ones as the row grows, about an arm that is not in it if there is one. */
 export function nextIn(all: readonly Item[], skill: Skill, last: string, random: () => number): Item | null {
   const fresh = all.filter((item) => !skill.row.includes(armOf(item)));
   const others = (fresh.length > 0 ? fresh : all).filter((item) => nameOf(item) !== last);
   const pool = others.length > 0 ? others : all;
-  const part = Math.ceil(pool.length / NEEDED);
-  const start = Math.min(skill.learned === undefined ? skill.row.length : NEEDED - 1, NEEDED - 1) * part;
-  const some = pool.slice(start, start + part);
-  const chosen = some.length > 0 ? some : pool;
-  return chosen[Math.floor(random() * chosen.length)] ?? null;
+  const [from, to] = CLIMB[Math.min(skill.learned === undefined ? skill.row.length : 2, 2)]!;
+  const start = Math.min(Math.floor(from * pool.length), pool.length - 1);
+  const some = pool.slice(start, Math.max(start + FEW, Math.ceil(to * pool.length)));
+  return some[Math.floor(random() * some.length)] ?? null;
 }
 
 /** How many arms a lesson's items are about. */

@@ -17,7 +17,7 @@ import { tomlOf } from "./file.js";
 import { type Known, type KnownArms, tableOf } from "./known.js";
 import { asFragment, fromFragment } from "./link.js";
 import { robotOf } from "./standard.js";
-import { type Faults, noteOn, numbersOf, type Table } from "./table.js";
+import { type Faults, newRow, noteOn, numbersOf, type Table, ZEROS } from "./table.js";
 
 /** What is told: a table, the known arm that it is, and a pose to begin with (degrees, metres). */
 interface Own {
@@ -28,6 +28,12 @@ interface Own {
   readonly fault: "own.no-table" | "own.no-robot" | null;
 }
 
+/** What a table of one's own begins with. */
+const PLAINEST: Table = {
+  ...{ name: "", convention: "dh", angles: "radians", task: null },
+  rows: [0, 1].map((row) => ({ ...newRow("R", row), a: "0.5" })),
+  ...{ tool: ZEROS, place: ZEROS, turn: ZEROS },
+};
 const NOTHING_WRONG: Faults = new Map();
 
 export function OwnArm({ known }: { known: KnownArms }): JSX.Element {
@@ -79,16 +85,17 @@ export function OwnArm({ known }: { known: KnownArms }): JSX.Element {
 
   const typed = useCallback(
     (table: Table): void => {
-      pose.current ??= first; // that of the link, until the arm is moved
+      pose.current ??= first ?? (stage ? named(stage) : undefined); // until the arm is moved, as it stands
       setOwn({ table, robot: null, at: null, fault: null });
     },
-    [first],
+    [first, stage?.pose],
   );
   const begin = useCallback(
     (key: string): void => {
       const found = all.find((each) => each.key === key);
-      if (!found) return;
+      if (key && !found) return;
       pose.current = undefined;
+      if (!found) return setOwn({ table: PLAINEST, robot: null, at: null, fault: null });
       setOwn({ table: tableOf(found, language().code), robot: key, at: null, fault: null });
     },
     [all],
@@ -152,6 +159,10 @@ function kept(robot: Robot | null, pose: NamedPose | undefined): NamedPose | und
   return armOf(robot).joints.every(({ name }) => name in pose) ? pose : undefined;
 }
 
+/** The pose of a stage by the names of the joints. */
+const named = ({ arm, pose }: Stage): NamedPose =>
+  Object.fromEntries(arm.joints.map(({ name }, i) => [name, pose[i]!]));
+
 /** The pose of a link by the names of the joints (rad, m). */
 function poseOf({ at, table }: Own): NamedPose | undefined {
   if (at?.length !== table.rows.length) return undefined;
@@ -193,9 +204,7 @@ const Begin = memo((props: BeginProps): JSX.Element => {
     <label>
       {said(message("own.begin"))}
       <select value={props.chosen ?? ""} onChange={(event) => props.onBegin(event.currentTarget.value)}>
-        <option value="" disabled>
-          {said(message("own.typed"))}
-        </option>
+        <option value="">{said(message("own.typed"))}</option>
         <optgroup label={said(message("own.plain"))}>{options(props.known.plain)}</optgroup>
         <optgroup label={said(message("own.robots"))}>{options(props.known.robots)}</optgroup>
       </select>

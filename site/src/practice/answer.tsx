@@ -45,7 +45,6 @@ function Single({ problem, part, onAnswer, onCheck, first = "" }: Field & { firs
   const place = useRef<HTMLDivElement>(null);
   const set = part.key.type === "configurations";
   const unit = part.key.type === "numbers" ? part.key.units[0] : "";
-  const rows = part.shape?.[0] ?? 1;
   const change = (value: string) => {
     setText(value);
     onAnswer(value);
@@ -68,7 +67,6 @@ function Single({ problem, part, onAnswer, onCheck, first = "" }: Field & { firs
       {set ? <p class="help">{said(message("answer.set-help"))}</p> : null}
       <Toggle text={said(message(math ? "answer.plain" : "answer.math"))} onToggle={toggle} />
       <Symbols problem={problem} part={part} place={place} />
-      <Preview text={set ? text : withPoints(text)} problem={problem} rows={rows} />
     </div>
   );
 }
@@ -143,11 +141,6 @@ function Entries({
       <Toggle text={said(message("answer.as-text"))} onToggle={toText} />
       <Toggle text={said(message(math ? "answer.plain" : "answer.math"))} onToggle={toggle} />
       {part.key.type === "numbers" ? null : <Symbols problem={problem} part={part} place={place} />}
-      <Preview
-        text={entries.some((entry) => entry.trim()) ? matrixText(entries, columns) : ""}
-        problem={problem}
-        rows={rows}
-      />
     </div>
   );
 }
@@ -255,19 +248,23 @@ const FUNCTIONS = [
 /** So long a formula can still be looked at; one that some program wrote is only judged. */
 const SHOWN = 5000;
 
-/** So many rows of a matrix have their room before it is typed. */
-const MOST_ROWS = 4;
-
-/** The answer as it is read, typeset as one types. */
-function Preview({ text, problem, rows }: { text: string; problem: Problem; rows: number }) {
+/** The answer as it is read, typeset as one types. It stands below Check, which would jump away else while it is pressed. */
+export function Preview({
+  answer,
+  problem,
+  part,
+}: Pick<Field, "problem" | "part"> & { answer: string }): JSX.Element | null {
+  const { type } = part.key;
+  const text = type === "configurations" ? answer : withPoints(answer);
   const [shown, setShown] = useState(text);
   useEffect(() => {
     const wait = setTimeout(() => setShown(text), 150);
     return () => clearTimeout(wait);
   }, [text]);
   const found = useMemo(() => previewOf(shown, problem), [shown, problem]);
+  if (type === "choice" || type === "selection" || type === "matching") return null;
   return (
-    <p class="preview" aria-live="polite" style={{ "--rows": Math.min(rows, MOST_ROWS) }}>
+    <p class="preview" aria-live="polite">
       {found === null ? null : "latex" in found ? (
         <>
           <span class="muted">{said(message("answer.read-as"))}</span> <Tex latex={found.latex} block />

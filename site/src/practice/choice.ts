@@ -91,8 +91,33 @@ export function next(
   const due = others.filter((item) => (progress[nameOf(item)]?.due ?? Infinity) <= now);
   const wrong = due.filter((item) => isMissed(progress[nameOf(item)]));
   const fresh = others.filter((item) => !progress[nameOf(item)]);
-  const pool = [wrong, fresh, due, others, all].find((each) => each.length > 0);
+  const easy = Object.keys(progress).length < BEGINNING ? easiest(index, fresh) : [];
+  const pool = [wrong, easy, fresh, due, others, all].find((each) => each.length > 0);
   return pool?.[Math.floor(random() * pool.length)] ?? null;
+}
+
+/** So many questions of a beginner are easy ones. */
+const BEGINNING = 3;
+/** What can be seen on the arm, or worked out of a picture with two lengths and two angles. */
+const PLAIN = ["joint-effect", "position", "speed", "velocity-component", "jacobian-size"];
+
+/** Of some items in the bank's order those about the first of the families with the easiest arms, plain ones if there are. */
+function easiest(index: Index, some: readonly Item[]): Item[] {
+  const steps: readonly string[] = STEPS;
+  const hardness = new Map(
+    index.families.flatMap(({ name, problems }) =>
+      problems.map(({ key, difficulty, variation }): [string, number] => [
+        `${name}/${key}`,
+        5 * Math.max(0, steps.indexOf(variation)) + Math.max(1, difficulty),
+      ]),
+    ),
+  );
+  const of = ({ family, key }: Item): number => hardness.get(`${family}/${key}`) ?? Infinity;
+  const least = Math.min(...some.map(of));
+  const easy = some.filter((item) => of(item) === least);
+  const first = easy.filter(({ family }) => family === easy[0]!.family);
+  const plain = first.filter(({ question }) => PLAIN.includes(question));
+  return plain.length > 0 ? plain : first;
 }
 
 /** What went wrong before and is due again, of what the bank has, the longest due first. */

@@ -19,6 +19,7 @@ export function Current({
   arrived,
   closed = false,
   factored = true,
+  note,
   onVerdict,
   onSolution = () => undefined,
   onNext,
@@ -30,7 +31,9 @@ export function Current({
   closed?: boolean;
   /** Whether the factors of det J may be shown, where they don't tell this very answer. */
   factored?: boolean;
-  /** Told whether an answer is right, whether hints or the solution were seen before, and how it was judged. */
+  /** What is said below a verdict of what comes of it. */
+  note?: string | undefined;
+  /** Told whether an answer that could be read is right, whether hints or the solution were seen before, and how it was judged. */
   onVerdict: (right: boolean, helped: boolean, judged: Judged) => void;
   /** Told that the solution is seen before the answer is right. */
   onSolution?: () => void;
@@ -69,6 +72,7 @@ export function Current({
         arrived={arrived}
         closed={closed}
         factored={factored}
+        note={note}
         onVerdict={(judged, helped) => onVerdict(judged.verdict.outcome === "correct", helped, judged)}
         onSolution={onSolution}
         onNext={onNext}

@@ -1,8 +1,8 @@
 // What is said of an answer: the verdict, where it differs, the mistake, the pose.
 
 import type { JSX } from "preact";
-import type { Problem } from "../bank.js";
-import type { At, Verdict } from "../grade/verdict.js";
+import type { Problem, Row } from "../bank.js";
+import { type At, isRead, type Verdict } from "../grade/verdict.js";
 import { message, said } from "../text/text.js";
 
 const TITLES = {
@@ -17,14 +17,18 @@ interface FeedbackProps {
   readonly verdict: Verdict;
   /** Whether the columns of the answer are drawn beside the true ones. */
   readonly isDrawn: boolean;
+  /** What comes of it where it was practised. */
+  readonly note?: string | undefined;
 }
 
-export function Feedback({ problem, verdict, isDrawn }: FeedbackProps): JSX.Element {
+export function Feedback({ problem, verdict, isDrawn, note }: FeedbackProps): JSX.Element {
   const mistake = verdict.mistake === undefined ? undefined : problem.said[verdict.mistake];
   const pose = poseOf(problem, verdict);
+  const title =
+    isRead(verdict) || verdict.outcome === "missing" ? TITLES[verdict.outcome] : "practice.unread";
   return (
-    <section class={`verdict ${verdict.outcome}`}>
-      <h3>{said(message(TITLES[verdict.outcome]))}</h3>
+    <section class={`verdict ${isRead(verdict) ? verdict.outcome : "missing"}`}>
+      <h3>{said(message(title))}</h3>
       {verdict.reasons.map((reason) => (
         <p key={reason.key}>{said(reason)}</p>
       ))}
@@ -40,6 +44,7 @@ export function Feedback({ problem, verdict, isDrawn }: FeedbackProps): JSX.Elem
         <Marks entries={verdict.entries} />
       ) : null}
       {isDrawn ? <p>{said(message("practice.own-columns"))}</p> : null}
+      {note && isRead(verdict) ? <p class="verdict-note">{note}</p> : null}
       {pose ? (
         <p>
           <a href="#arm">{said(message("practice.pose"))}</a>
@@ -71,8 +76,12 @@ function Marks({ entries }: { entries: readonly (readonly boolean[])[] }) {
   );
 }
 
+/** What the variable of a joint is called. */
+export const nameOfJoint = ({ kind }: Row, index: number): string =>
+  `${kind === "R" ? "theta" : "d"}${index + 1}`;
+
 /** The joint values at which an answer differs, where all joints are told. */
 export function poseOf(problem: Problem, { at }: Verdict): At | undefined {
-  const joints = problem.robot.joints.map((joint, i) => `${joint.kind === "R" ? "theta" : "d"}${i + 1}`);
+  const joints = problem.robot.joints.map(nameOfJoint);
   return at && joints.every((joint) => at[joint] !== undefined) ? at : undefined;
 }

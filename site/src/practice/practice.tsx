@@ -97,7 +97,13 @@ function Session({ index }: { index: Index }) {
         <Settings index={index} wish={wish} progress={progress} onWish={wished} onProgress={noted} />
         {order && order.length > 0 ? (
           <p class="muted set-place">
-            {said(message("practice.set-place", { number: (place % order.length) + 1, count: order.length }))}
+            {said(
+              message("practice.set-place", {
+                number: (place % order.length) + 1,
+                count: order.length,
+                set: wish.set,
+              }),
+            )}
           </p>
         ) : null}
       </div>

@@ -10,13 +10,14 @@ import type { View } from "../arm/view.js";
 import type { Factor, Part, Problem, Solutions } from "../bank.js";
 import { atLeast, type Level, told } from "../grade/levels.js";
 import type { OwnColumns } from "../grade/own.js";
-import type { At, Verdict } from "../grade/verdict.js";
+import { type At, isRead, type Verdict } from "../grade/verdict.js";
 import { loadSolutions } from "../load.js";
 import { language, message, said } from "../text/text.js";
 import { afterPaint, useSteps } from "../later.js";
-import { Answer } from "./answer.js";
+import { bringIntoView } from "./in-view.js";
+import { Answer, Preview } from "./answer.js";
 import { type Item, nameOf } from "./choice.js";
-import { Feedback, poseOf } from "./feedback.js";
+import { Feedback, nameOfJoint, poseOf } from "./feedback.js";
 import { Html } from "./math.js";
 import { Own } from "./own.js";
 import { promptOf } from "./prompt.js";
@@ -49,6 +50,8 @@ interface TaskProps {
   readonly arrived: boolean;
   readonly closed: boolean;
   readonly factored: boolean;
+  /** What is said below a verdict of what comes of it. */
+  readonly note?: string | undefined;
   /** Told of a verdict, and whether hints or the solution were seen before it. */
   readonly onVerdict: (judged: Judged, helped: boolean) => void;
   readonly onSolution: () => void;
@@ -56,7 +59,8 @@ interface TaskProps {
 }
 
 export function Task(props: TaskProps): JSX.Element {
-  const { item, problem, part, level, arrived, closed, factored, onVerdict, onSolution, onNext } = props;
+  const { item, problem, part, level, arrived, closed, factored, note } = props;
+  const { onVerdict, onSolution, onNext } = props;
   const [answer, setAnswer] = useState("");
   const [verdict, setVerdict] = useState<Verdict | null>(null);
   const [failed, setFailed] = useState("");
@@ -67,8 +71,12 @@ export function Task(props: TaskProps): JSX.Element {
   const prepared = useRef(false);
   const judged = useRef<string | null>(null);
   const start = useRef<HTMLElement>(null);
+  const verdictPlace = useRef<HTMLDivElement>(null);
   const step = useSteps(3); // the question first: a phone shows little else
-  const figure = (part.pose && part.figure) || problem.figure;
+  const isPosed = problem.robot.joints.every((joint, i) => part.pose?.[nameOfJoint(joint, i)] !== undefined);
+  const first = useMemo(() => ({ ...problem.pose, ...part.pose }), [problem, part]);
+  const figure = (isPosed && part.figure) || problem.figure;
+  const isOpen = !closed && verdict?.outcome !== "correct" && !helped; // still to be answered
   const hidden = TOLD_BY_FACTORS.has(part.kind) && verdict?.outcome !== "correct" && !helped;
   const over = useMemo(
     () => (own ? (stage: Stage, view: View) => <Own stage={stage} view={view} columns={own} /> : undefined),
@@ -105,15 +113,18 @@ export function Task(props: TaskProps): JSX.Element {
     setOwn(() => columns);
     const isNew = answer !== judged.current && !(helped && found.outcome === "correct");
     judged.current = answer;
-    if (found.outcome !== "missing" && isNew)
-      onVerdict({ part, answer, verdict: found }, hinted.current || helped);
-    afterPaint(() => setPose(poseOf(problem, shown))); // what is said of the answer is there before the arm goes
+    if (isRead(found) && isNew) onVerdict({ part, answer, verdict: found }, hinted.current || helped);
+    afterPaint(() => {
+      setPose(poseOf(problem, shown)); // what is said of the answer is there before the arm goes
+      afterPaint(() => verdictPlace.current && bringIntoView(verdictPlace.current)); // what changes meanwhile ends a scroll
+    });
   };
   useEffect(() => {
     if (!arrived) return;
     start.current?.focus({ preventScroll: true });
     start.current?.scrollIntoView({ block: "start" });
   }, []);
+  const isDone = closed || verdict?.outcome === "correct";
   const answering = (
     <>
       <form
@@ -125,24 +136,25 @@ export function Task(props: TaskProps): JSX.Element {
       >
         <Answer problem={problem} part={part} onAnswer={setAnswer} onCheck={() => void check()} />
         <p class="actions">
-          <button type="submit" class="button" aria-disabled={closed}>
+          <button type="submit" class={isDone ? "quiet" : "button"} aria-disabled={closed}>
             {said(message("practice.check"))}
           </button>
-          <button type="button" class="quiet" onClick={onNext}>
-            {said(message(closed || verdict?.outcome === "correct" ? "practice.next" : "practice.skip"))}
+          <button type="button" class={isDone ? "button" : "quiet"} onClick={onNext}>
+            {said(message(isDone ? "practice.next" : "practice.skip"))}
           </button>
         </p>
+        <Preview problem={problem} part={part} answer={answer} />
       </form>
       {failed ? <p role="alert">{said(message("practice.failed", { why: failed }))}</p> : null}
-      <div role="status">
-        {verdict ? <Feedback problem={problem} verdict={verdict} isDrawn={own !== null} /> : null}
+      <div role="status" ref={verdictPlace}>
+        {verdict ? <Feedback problem={problem} verdict={verdict} isDrawn={own !== null} note={note} /> : null}
       </div>
       <Help
         item={item}
         part={part}
         lang={problem.lang}
         solvable={atLeast(level, "solutions")}
-        solved={closed || verdict?.outcome === "correct"}
+        solved={isDone}
         onHint={() => (hinted.current = true)}
         onSolution={() => {
           setHelped(verdict?.outcome !== "correct");
@@ -166,22 +178,27 @@ export function Task(props: TaskProps): JSX.Element {
         </p>
         <h2 lang={problem.lang ?? "en"}>{part.title}</h2>
         {language().code === "en" ? null : (
-          <p class="muted">
+          <p class={problem.lang ? "visually-hidden" : "muted"}>
             {said(message(problem.lang ? "practice.english-drawings" : "practice.english"))}
           </p>
         )}
         <figure class="printed" lang="en" dangerouslySetInnerHTML={{ __html: problem.figure }} />
         {part.figure ? (
           <figure
-            class={part.pose ? "printed" : ""}
+            class={isPosed ? "printed" : ""}
             lang="en"
             dangerouslySetInnerHTML={{ __html: part.figure }}
           />
         ) : null}
         {step > 0 ? <Html html={promptOf(part)} class="prompt" lang={problem.lang} /> : null}
+        {step > 1 ? (
+          <p class="muted to-given">
+            <a href="#given">{said(message("practice.to-given"))}</a>
+          </p>
+        ) : null}
         {step > 1 ? answering : null}
         {step > 1 ? (
-          <details open class="given">
+          <details open class="given" id="given">
             <summary>{said(message("practice.given"))}</summary>
             <Html html={problem.statement} class="statement" lang={problem.lang} />
           </details>
@@ -193,7 +210,8 @@ export function Task(props: TaskProps): JSX.Element {
             <Arm
               robot={problem.robot}
               symbols={problem.symbols}
-              first={part.pose ?? problem.pose}
+              first={first}
+              concealed={isPosed && isOpen && !ALONG_A_PATH.has(part.kind)}
               pose={pose}
               over={over}
               factors={factors}
@@ -214,6 +232,9 @@ const TOLD_BY_FACTORS: ReadonlySet<string> = new Set([
   ...["singular-angles", "singularity-type", "singularity-meaning", "rank", "invertibility"],
   ...["arm-block", "wrist-block", "block-determinants"],
 ]);
+
+/** Questions that begin in a pose, and ask nothing of it. */
+const ALONG_A_PATH: ReadonlySet<string> = new Set(["path-rates", "path-limit"]);
 
 /** The printed figure in the stage's place, until the arm that moves has come. */
 function Drawn({ figure }: { figure: string }) {

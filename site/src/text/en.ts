@@ -152,11 +152,13 @@ export const en = {
   "practice.typed": "As it can be typed",
   "practice.points": "Difficulty {difficulty} of 4",
   "practice.given": "The arm",
+  "practice.to-given": "The arm's table and its point P are below",
   "practice.move": "Move the arm",
   "practice.right": "Right",
   "practice.partly": "Right in part",
   "practice.wrong": "Not right",
   "practice.missing": "No answer yet",
+  "practice.unread": "Can't be read, and does not count",
   "practice.mistake": "It looks like this:",
   "practice.own-columns":
     "The columns of your J are drawn dashed at P, beside the true ones: move the arm to see where they part.",
@@ -173,7 +175,7 @@ export const en = {
   "practice.set": "Set",
   "practice.set-help": "All who open this link practise the same problems in the same order:",
   "practice.make-set": "Make a set link",
-  "practice.set-place": "Problem {number} of {count} of the set",
+  "practice.set-place": "Problem {number} of {count} of the set “{set}”",
   "lesson.all": "All lessons",
   "lesson.number": "Lesson {number} of {count}",
   "lesson.lead":
@@ -245,13 +247,16 @@ export const en = {
   "lesson.practise-already": "Practise already",
   "lesson.next": "Next: {title}",
   "lesson.back": "Back to the idea",
-  "lesson.row": "{count} of {needed} right in a row, each for another arm and without hints.",
+  "lesson.row": "{count} of {needed} right in a row: each at the first try, without hints, for another arm.",
+  "lesson.row-broken": "The row begins anew.",
+  "lesson.counts-not-helped": "With hints or the solution it does not count for the row.",
+  "lesson.counts-not-again": "Right now; for the row, only a first try counts.",
   "lesson.learned": "Learned. Answer one more tomorrow, and it is mastered.",
   "lesson.mastered": "Mastered.",
   "lesson.state-row": "{count} of {needed} right in a row",
   "lesson.state-learned": "learned",
   "lesson.state-mastered": "mastered",
-  "lesson.goals": "{count} of {all} tried out",
+  "lesson.goals": "things to try: {count} of {all} done",
   "lesson.due": "Due today: one question, and it is mastered.",
   "lesson.rate-of": "Rate of joint angle {joint}",
   "lesson.direction": "Direction in which P is to go, in degrees",
@@ -259,7 +264,7 @@ export const en = {
   "lesson.rates-due": "For that, the joints turn at {first} and {second} rad/s.",
   "lesson.rates": "Rates make velocity",
   "lesson.rates.idea-1":
-    "Turn the dials. Each joint that turns pushes P along an arrow of its own; P goes where the two arrows lead, " +
+    "Move the sliders. Each joint that turns pushes P along an arrow of its own; P goes where the two arrows lead, " +
     "one after the other.",
   "lesson.rates.idea-2":
     "Turn a joint twice as fast, and its arrow is twice as long; turn it the other way, and its arrow points the " +
@@ -272,7 +277,7 @@ export const en = {
     "Column i of J is the velocity of P when joint i turns at 1 rad/s and all others stand. It is drawn at P, in " +
     "the colour of its joint; point at a column of J to see which.",
   "lesson.columns.idea-2":
-    "For a revolute joint it is square to the line from the joint to P, and as long as that line.",
+    "For a revolute joint it is perpendicular to the line from the joint to P, and as long as that line.",
   "lesson.columns.goal-1": "Make column 2 point straight up.",
   "lesson.columns.goal-2": "Make column 1 as short as you can. Where is P then?",
   "lesson.columns.goal-3": "Bring both columns onto one line.",
@@ -292,11 +297,12 @@ export const en = {
     "the vector $p^*$ from the joint to $P$. These vectors are drawn dashed.",
   "lesson.propagation.idea-2":
     "For a prismatic joint the column is $z$ itself: the whole arm behind it is pushed along its axis.",
-  "lesson.propagation.goal-1": "Make the two vectors $p^*$ square to each other. What are the columns then?",
+  "lesson.propagation.goal-1":
+    "Make the two vectors $p^*$ perpendicular to each other. What are the columns then?",
   "lesson.propagation.goal-2": "Make both point the same way.",
   "lesson.inverse": "Back again",
   "lesson.inverse.idea-1":
-    "Now the other way: P is to go at 0.5 m/s in the direction of the dial. The rates are those with which the " +
+    "Now the other way: P is to go at 0.5 m/s in the direction of the slider. The rates are those with which the " +
     "two arrows add up to that: $\\dot q = J^{- 1} v$.",
   "lesson.inverse.idea-2":
     "Where the columns close up, it takes long arrows to add up to a short one: the joints have to race.",
@@ -330,7 +336,9 @@ export const en = {
   "lesson.path.goal-1": "Play a path to its end.",
   "lesson.path.goal-2": "Set B so that a joint exceeds its limit on the way.",
   "lesson.path.goal-3": "Set B, or the speed, so that all joints keep their limits.",
-  "skills.title": "What you know",
+  "skills.title": "Your way through the lessons",
+  "skills.legend":
+    "Each group of dots is a question of the lesson, and leads to it: a dot is filled for every arm for which you had it right.",
   "skills.new": "not begun",
   "skills.begun": "begun",
   "skills.learned": "learned",
@@ -467,7 +475,7 @@ export const en = {
   "own.pitch": "pitch",
   "own.yaw": "yaw",
   "own.task": "Rows of J that count",
-  "own.wrong": "Cells that can't be read: {count}. The arm stays as it was until they can.",
+  "own.wrong": "{count} of the cells can't be read: the arm stays as it was until then.",
   "own.no-arm": "There is no arm yet: the table has cells that can't be read.",
   "own.figures": "In numbers",
   "own.condition": "condition number {value}",
@@ -518,7 +526,7 @@ export const en = {
   "arm.hint.point": "Keys: arrows move the point P, 1, 2, … choose a joint; with Shift in larger steps.",
   "arm.hint.space": "A D W S turn the view, + − 0 its size.",
   "arm.hint.drag": "Drag a link, or the point P.",
-  "arm.hint.drag-space": "Drag a link or the point P; drag beside the arm to look from elsewhere.",
+  "arm.hint.drag-space": "Drag a link or P; beside the arm, the view.",
   "arm.fold": "Fold",
   "arm.unfold": "Show the arm",
   "arm.jacobian.title":
@@ -545,6 +553,7 @@ export const en = {
   "arm.layer.ellipse": "velocity ellipse",
   "arm.reset": "First pose",
   "arm.lengths": "Drawn with",
+  "arm.concealed": "J is in sight once this is answered: in numbers it would tell the answer.",
   "arm.figures.det": "det J",
   "arm.figures.volume": "√det JJᵀ",
   "arm.figures.tall": "√det JᵀJ",

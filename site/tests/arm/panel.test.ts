@@ -5,14 +5,18 @@ import { h, render } from "preact";
 import { act } from "preact/test-utils";
 import { beforeEach, describe, expect, it, vi } from "vitest";
 
-import { Arm, type NamedPose } from "../../src/arm/panel.js";
-import { PLAIN } from "./robots.js";
+import { Arm, type ArmProps, type NamedPose } from "../../src/arm/panel.js";
+import { PLAIN, ROBOTS } from "./robots.js";
 
 const symbols = {};
 
-function show(props: { pose?: NamedPose; onPose?: (pose: NamedPose) => void }): void {
+function show(props: Partial<ArmProps>): void {
   void act(() => render(h(Arm, { robot: PLAIN, symbols, ...props }), document.body));
 }
+
+const press = (button: string): void =>
+  void act(() => document.querySelector<HTMLButtonElement>(button)!.click());
+const lengths = (): string => document.querySelector(".arm-lengths")?.textContent ?? "";
 
 function numbers(): string[] {
   return [...document.querySelectorAll<HTMLInputElement>(".arm-joint-row input[type=number]")].map(
@@ -32,6 +36,51 @@ describe("the panel", () => {
     show({ pose: { theta1: 0, theta2: -Math.PI / 2 } });
     expect(numbers()).toEqual(["0", "-90"]);
     expect(document.querySelector(".arm-figures")?.textContent).toContain("−0.2");
+  });
+
+  it("has the lengths and joint values of its question, and again after a counterexample", () => {
+    const first = { theta1: Math.PI / 6, theta2: 1, a1: 3 };
+    show({ first });
+    expect(numbers()).toEqual(["30", "57.3"]);
+    expect(lengths()).toContain("a1 = 3 m");
+    show({ first, pose: { theta1: 0, theta2: -Math.PI / 2, a1: 7 } });
+    expect(numbers()).toEqual(["0", "-90"]);
+    expect(lengths()).toContain("a1 = 7 m");
+    press(".arm-reset");
+    expect(numbers()).toEqual(["30", "57.3"]);
+    expect(lengths()).toContain("a1 = 3 m");
+    show({ first, pose: { theta1: 1, theta2: 1 } });
+    expect(numbers()).toEqual(["57.3", "57.3"]);
+  });
+
+  it("shows a slide where its question has it, also beyond its usual travel", () => {
+    const robot = ROBOTS["scara"]!;
+    const slide = robot.joints.findIndex(({ kind }) => kind === "P");
+    const name = `d${slide + 1}`;
+    const told = Object.fromEntries(
+      robot.joints.map(({ kind }, i) => [`${kind === "R" ? "theta" : "d"}${i + 1}`, 0.5]),
+    );
+    for (const value of [9.5, -8.25]) {
+      render(null, document.body);
+      show({ robot, first: { ...told, [name]: value } });
+      expect(numbers()[slide]).toBe(String(value));
+    }
+  });
+
+  it("tells nothing of J while that would answer its question", () => {
+    const first = { theta1: 0, theta2: 0 };
+    const told = (): string => document.querySelector(".arm")!.textContent!;
+    show({ first, concealed: true });
+    expect(
+      document.querySelector(".arm-jacobian, .arm-factors, .arm-column, .arm-ellipse, .arm-lost"),
+    ).toBeNull();
+    expect(told()).toContain("once this is answered");
+    expect(told()).not.toMatch(/ingular|determinant/);
+    show({ first, concealed: false });
+    expect(
+      document.querySelectorAll(".arm-jacobian, .arm-column, .arm-ellipse, .arm-lost").length,
+    ).toBeGreaterThan(3);
+    expect(told()).toContain("Singular");
   });
 
   it("tells where its sliders lead", () => {

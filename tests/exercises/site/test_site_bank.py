@@ -13,11 +13,11 @@ from exercises.answers import Choice, Matching, Number, Selection
 from exercises.arm.derivation import derive
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.stages import numbers
-from exercises.generation import generate
+from exercises.generation import generate, listed, short_quiz
 from exercises.problem import Part, Problem, ProblemId
 from exercises.questions.results import is_derived, result
 from exercises.site.keys import key_of, weight
-from exercises.site.record import determinant_factors, site_record, solutions_record, typed_names
+from exercises.site.record import arm_record, determinant_factors, site_record, solutions_record, typed_names
 from exercises.site.supply import of_families
 from exercises.variation import STEPS
 from exercises.writing.statement import prompt
@@ -106,6 +106,43 @@ def test_a_record_says_what_a_page_needs() -> None:
     assert [part["name"] for part in solved["parts"]] == ["position", "jacobian", "singular-angles"]
     assert solved["parts"][2]["figure"].startswith("<svg")
     assert 'class="tex"' in solved["parts"][0]["solution"]
+
+
+LENGTH = re.compile(r"([ad])_\{(\d)\} = (-?[\d.]+)\\,\\text\{m\}")
+ANGLE = re.compile(r"\\theta_\{(\d)\} = (-?[\d.]+)\^\\circ")
+
+
+@pytest.mark.parametrize("family", ["planar-2r", "polar-rp", "elbow", "scara"])
+@pytest.mark.parametrize("quiz", [False, True])
+def test_the_arm_beside_a_question_has_the_numbers_of_its_text(family: str, quiz: bool) -> None:
+    asked = short_quiz(family, "") if quiz else tuple(set(listed(family).questions) & set(GIVEN))
+    problem = generate(ProblemId(family, 1, asked))
+    found = 0
+    for part, told in zip(problem.parts, site_record(problem)["parts"], strict=True):
+        if part.kind in OF_ALL_POSES:
+            continue
+        text = prompt(problem, part).split("- **A.**")[0]
+        said = {f"{letter}{index}": float(value) for letter, index, value in LENGTH.findall(text)}
+        said |= {f"theta{index}": np.radians(float(value)) for index, value in ANGLE.findall(text)}
+        assert not said or told["pose"] == pytest.approx(said | (told["pose"] or {}), abs=1e-4), part.kind
+        found += len(said)
+    assert found > 3
+
+
+GIVEN = ["joint-effect", "joint-rates", "path-limit", "rank", "unreachable-velocity", "singularity-type"]
+OF_ALL_POSES = ["singularity-meaning", "lost-motion"]
+"""Of the configurations with one joint at a value, not of one of them."""
+
+
+@pytest.mark.parametrize("variation", list(STEPS))
+def test_a_letter_is_drawn_with_no_length_of_the_table(variation: str) -> None:
+    for seed in range(1, 9):
+        chain = generate(ProblemId("planar-2r", seed, ("position",), variation=variation)).chain
+        values = arm_record(generate(ProblemId("planar-2r", seed, ("position",), variation=variation)))["robot"][
+            "values"
+        ]
+        lengths = {float(length) for joint in chain.joints for length in (joint.a, joint.d) if length.is_number}
+        assert not {round(value, 6) for value in values.values()} & {round(length, 6) for length in lengths}, seed
 
 
 @pytest.mark.parametrize("family", ["planar-2r", "elbow-3r", "polar-rp"])
