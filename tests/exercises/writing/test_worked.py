@@ -92,7 +92,10 @@ def test_a_half_twist_is_told_where_there_is_one(problem_id: str, turned: bool) 
     assert ("a twist of 180° turns it round" in solved(problem_id, "joint-axes")["joint-axes"]) == turned
 
 
-SCREWS = ("home-screws", "position", "joint-axes", "space-jacobian", "space-twist")
+SCREWS = (
+    "home-screws", "position", "joint-axes", "joint-effect", "geometric-jacobian", "space-jacobian",
+    "space-twist", "body-pose",
+)  # fmt: skip
 
 
 def told(problem: Problem) -> str:
@@ -103,6 +106,7 @@ def told(problem: Problem) -> str:
 
 def test_slides_are_spoken_of_where_there_are_some() -> None:
     revolute = told(generate("elbow-lateral/295@full@screws", list(SCREWS)))
-    assert not [word for word in ("slide", "prismatic", "v_i'") if word in revolute]
-    both = told(generate("scara/1@chapter@screws", list(SCREWS[1:])))
+    wrist = told(generate("wrist-rpy/745@zeros@screws", ["jacobian", "joint-axes"]))
+    assert not [word for word in ("slide", "prismatic", "v_i'", "v_{i}'") if word in revolute + wrist]
+    both = told(generate("scara/1@chapter@screws", ["position", "joint-axes", "space-jacobian", "space-twist"]))
     assert "a prismatic one slides along" in both and "v_i'" in both
