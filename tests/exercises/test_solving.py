@@ -43,7 +43,7 @@ from exercises.solving import (
 from exercises.solving_in_time import write_solution
 from exercises.special_lengths import _plain
 from exercises.writing.markup import to_text
-from exercises.writing.statement import worked_solution
+from exercises.writing.statement import worked_solution, worked_steps
 from exercises.writing.worked import SingularComponent, Worked
 from tests.repository.test_schemas import errors
 from tests.support import DATA
@@ -652,6 +652,7 @@ def test_what_a_test_in_numbers_finds_amiss_is_told(
     solution = solve(read_robot(path))
     assert said in (solution.note or "") and (said == "") == (solution.note is None)
     monkeypatch.setattr(Worked, "found", [])
+    worked_steps.cache_clear()
     note = solve(read_robot(path)).note
     assert note is not None and "60 ended in configurations that none of these conditions accounts for" in note
 
