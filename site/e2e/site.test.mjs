@@ -272,9 +272,9 @@ test("where there is no translation a problem is in English, marked as such", as
 
 test("the next problem begins at its beginning, for keyboards, too", async () => {
   const { page } = await open("practice.html?arm=planar-2r&set=a");
-  await page.getByText(/^Problem 1 of \d+ of the set$/).waitFor();
+  await page.getByText(/^Problem 1 of \d+ of the set “.+”$/).waitFor();
   await page.getByRole("button", { name: "Skip" }).click();
-  await page.getByText(/^Problem 2 of \d+ of the set$/).waitFor();
+  await page.getByText(/^Problem 2 of \d+ of the set “.+”$/).waitFor();
   await page.waitForFunction(() => document.activeElement?.matches("article.task"));
 });
 

@@ -6,6 +6,7 @@ import { chosenLetters, judgeLetters } from "../src/grade/letters.js";
 import { judgeDirection, judgeNumbers } from "../src/grade/numbers.js";
 import { judgeSet } from "../src/grade/sets.js";
 import { atText, judgeValues } from "../src/grade/values.js";
+import { isRead } from "../src/grade/verdict.js";
 import { withPoints } from "../src/read/points.js";
 
 const CHOICE: LettersKey = {
@@ -221,6 +222,35 @@ test.each([
   const found = judgeValues(typed, key);
   expect(found.share).toBeCloseTo(share);
   expect(found.reasons[0]?.key).toBe(said);
+});
+
+test("where an answer differs, all is told by which it can be followed", () => {
+  const key: ValuesKey = {
+    type: "values",
+    symbols: ["a1", "fx", "qd1", "qd2", "theta1", "theta2"],
+    points: [[0.5, 9, 1, 2, 0, 0.5]],
+    rows: 1,
+    columns: 1,
+    right: [[1.5]],
+    constants: ["a1"],
+    mistakes: [],
+  };
+  const told = (typed: string) =>
+    judgeValues(typed, key).reasons.find((reason) => reason.key === "verdict.differs")!.values["at"];
+  expect(told("a1*qd1")).toBe("a1 = 0.5 m, qd1 = 1, qd2 = 2, θ1 = 0°, θ2 = 28.6°");
+  expect(told("sin(theta2)")).toBe("a1 = 0.5 m, θ1 = 0°, θ2 = 28.6°");
+});
+
+test("of whole numbers it is not said to what percentage they are right", () => {
+  const whole = { ...NUMBERS, units: ["", ""], tolerance: 1e-9, right: [2, 3] };
+  expect(judgeNumbers("[2, 3]", whole).reasons).toEqual([]);
+  expect(judgeNumbers("[0.5, -1.25]", NUMBERS).reasons.map(({ key }) => key)).toEqual(["verdict.numbers"]);
+});
+
+test("what can't be read is no answer", () => {
+  expect(isRead(judgeNumbers("[0.5, a1", NUMBERS))).toBe(false);
+  expect(isRead(judgeNumbers("", NUMBERS))).toBe(false);
+  expect(isRead(judgeNumbers("[0.5, 7]", NUMBERS))).toBe(true);
 });
 
 test("terms that hide an entry leave the browser unsure", () => {

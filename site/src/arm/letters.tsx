@@ -24,7 +24,7 @@ export function plainLetters(name: string): string {
 export const Dotted = ({ letter }: { letter: string }): JSX.Element => (
   <i class="dotted">
     {letter}
-    <span class="dot-said">{"\u0307"}</span>
+    <span class="dot-said">˙</span>
   </i>
 );
 

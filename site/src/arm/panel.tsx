@@ -117,8 +117,9 @@ function Panel(props: ArmProps): JSX.Element {
         <div class="arm-strip">
           {wide ? (
             <div class="arm-side">
-              <Numbers stage={stage} />
+              {concealed ? null : <Jacobian {...stage} onLit={stage.point} />}
               <Joints {...stage} onChoose={stage.choose} onPose={stage.move} />
+              <Figures {...stage} />
               <Lengths robot={robot} symbols={symbols} />
             </div>
           ) : null}

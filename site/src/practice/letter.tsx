@@ -2,18 +2,17 @@
 
 import type { JSX } from "preact";
 
-import { Dotted } from "../arm/letters.js";
 import { Tex } from "./math.js";
 
 const GREEK: Readonly<Record<string, string>> = { theta: "θ", alpha: "α", beta: "β", omega: "ω", tau: "τ" };
 
-/** Letter and index of a symbol such as \dot{\theta}_{1}, and whether it has a dot; null where it is more than that. */
-export function lettersOf(latex: string): readonly [letter: string, index: string, dotted: boolean] | null {
+/** Letter and index of a symbol such as \dot{\theta}_{1}; null where it is more than that. */
+export function lettersOf(latex: string): readonly [letter: string, index: string] | null {
   const [, dotted, plain, index = ""] =
     /^(?:\\dot\{([^{}]+)\}|(\\?[A-Za-z]+))(?:_\{?(\w+)\}?)?$/.exec(latex) ?? [];
   const name = dotted ?? plain;
   const letter = name?.startsWith("\\") ? GREEK[name.slice(1)] : name;
-  return letter === undefined ? null : [letter, index, dotted !== undefined];
+  return letter === undefined ? null : [dotted === undefined ? letter : `${letter}\u0307`, index];
 }
 
 /** What a symbol's button is called: as it is seen, which who steers by voice says, and as it is typed. */
@@ -29,10 +28,10 @@ export function called(name: string, latex: string): string {
 export function Letter({ latex }: { latex: string }): JSX.Element {
   const found = lettersOf(latex);
   if (!found) return <Tex latex={latex} />;
-  const [letter, index, dotted] = found;
+  const [letter, index] = found;
   return (
     <span class="letter">
-      {dotted ? <Dotted letter={letter} /> : <i>{letter}</i>}
+      <i>{letter}</i>
       {index ? <sub>{index}</sub> : null}
     </span>
   );

@@ -4,10 +4,10 @@ import { describe, expect, it } from "vitest";
 
 import { armOf, measuresOf, pStar, signedVolume, stateAt } from "../../src/arm/model.js";
 import { evenNumbers, randomPoses } from "../../src/arm/random.js";
-import { firstPose, rangeOf, within } from "../../src/arm/ranges.js";
+import { extentOf, firstPose, rangeOf, within } from "../../src/arm/ranges.js";
 import { leastSquares, right, singularValues } from "../../src/arm/svd.js";
 import { add, dot, norm, subtract, times, transposed } from "../../src/arm/vector.js";
-import { flatPlane } from "../../src/arm/view.js";
+import { FIRST_ORBIT, flatPlane, pixel, viewOf } from "../../src/arm/view.js";
 import { ELBOW, PLAIN, ROBOTS, SIX } from "./robots.js";
 
 const ALL = { ...ROBOTS, PLAIN, ELBOW, SIX };
@@ -136,6 +136,25 @@ describe("what is drawn", () => {
   it("is flat for planar arms", () => {
     const planes = Object.values(ALL).map((robot) => flatPlane(armOf(robot)));
     expect(planes).toEqual(["z", "z", null, null, "z", null, null]);
+  });
+
+  it("is in the middle of what the buttons at the side leave, also on a phone", () => {
+    for (const robot of [ROBOTS["scara"]!, ROBOTS["elbow-3r"]!]) {
+      const arm = armOf(robot);
+      const view = viewOf(arm, extentOf(arm), 362, 286, FIRST_ORBIT);
+      const across = randomPoses(200, arm.joints.length, 5).map(
+        (pose) =>
+          pixel(
+            view,
+            stateAt(
+              arm,
+              pose.map((value, i) => within(arm, i, value)),
+            ).point,
+          )[0],
+      );
+      expect(Math.max(...across)).toBeLessThan(362 - 45);
+      expect(Math.min(...across)).toBeGreaterThan(0);
+    }
   });
 
   it("has slides with ends and turns that go round", () => {

@@ -83,6 +83,13 @@ describe("the panel", () => {
     expect(told()).toContain("Singular");
   });
 
+  it("draws the dot of a rate itself, and says it: fonts let it sink into a θ", () => {
+    show({});
+    const heads = [...document.querySelectorAll(".arm-jacobian thead th .dotted")];
+    expect(heads.map((head) => head.textContent)).toEqual(["θ˙", "θ˙"]);
+    expect(document.querySelector(".arm-joints .dotted")).toBeNull();
+  });
+
   it("tells where its sliders lead", () => {
     const onPose = vi.fn();
     show({ pose: { theta1: 0, theta2: 1 }, onPose });

@@ -1,0 +1,51 @@
+// @vitest-environment happy-dom
+// The page of one's own arm: its pose stays while the table is typed, and a table of one's own can be begun with.
+
+import { h, render } from "preact";
+import { act } from "preact/test-utils";
+import { afterEach, expect, test } from "vitest";
+
+import type { Known } from "../src/own/known.js";
+import { OwnArm } from "../src/own/own.js";
+import { newRow, ZEROS } from "../src/own/table.js";
+
+const ARM: Known = {
+  ...{ key: "plain", name: "Plain", convention: "dh", angles: "radians", task: null },
+  rows: [0, 1, 2].map((row) => ({ ...newRow("R", row), a: "0.5" })),
+  ...{ tool: ZEROS, place: ZEROS, turn: ZEROS },
+};
+const angles = (): string[] =>
+  [...document.querySelectorAll<HTMLInputElement>(".arm-joint-row input[type=number]")].map(
+    ({ value }) => value,
+  );
+const lengths = (): HTMLInputElement[] =>
+  [...document.querySelectorAll<HTMLInputElement>('.own-row input[aria-label^="a"]')].filter(
+    ({ ariaLabel, value }) => !ariaLabel?.includes("alpha") && value === "0.5",
+  );
+
+afterEach(() => {
+  render(null, document.body);
+  window.location.hash = "";
+});
+
+test("an arm that was not moved yet stays in its pose while a length is typed", () => {
+  void act(() => render(h(OwnArm, { known: { format: 1, plain: [ARM], robots: [] } }), document.body));
+  const before = angles();
+  expect(before).toHaveLength(3);
+  const [first] = lengths();
+  first!.value = "0.05";
+  void act(() => void first!.dispatchEvent(new Event("input", { bubbles: true })));
+  expect(lengths()).toHaveLength(2);
+  expect(angles()).toEqual(before);
+});
+
+test("one may begin with a table of one's own", () => {
+  void act(() => render(h(OwnArm, { known: { format: 1, plain: [ARM], robots: [] } }), document.body));
+  const choice = document.querySelector<HTMLSelectElement>(".own-begin select")!;
+  const [own] = choice.options;
+  expect(own!.disabled).toBe(false);
+  choice.value = "";
+  void act(() => void choice.dispatchEvent(new Event("change", { bubbles: true })));
+  expect(document.querySelectorAll(".own-row")).toHaveLength(2);
+  expect(angles()).toHaveLength(2);
+});
