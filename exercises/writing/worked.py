@@ -579,6 +579,11 @@ class Worked(AxisNames):
             for component in singular_set(self.chain) or ()
         ]
 
+    @property
+    def all_at_boundary(self) -> bool:
+        """Whether all of the singular set is at the boundary, so that nothing else is where conditions meet."""
+        return all(one.kind.kind == "boundary" and one.kind.uniform for one in self.found)
+
     @cached_property
     def found(self) -> list[SingularComponent]:
         """The same, classified."""

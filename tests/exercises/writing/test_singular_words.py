@@ -95,3 +95,10 @@ def test_determinants_of_blocks_are_not_worked_out_twice() -> None:
     explained: set[str] = set()
     texts = [next_solution(Problem(problem.id, problem.chain, problem.parts[: k + 1]), explained) for k in range(2)]
     assert "found above" in texts[1] and "The wrist" not in texts[1]
+
+
+def test_where_conditions_meet_it_may_be_of_the_other_kind_only_where_there_is_one() -> None:
+    """The boundary of what is reached is closed: where all conditions are at it, so are their common configurations."""
+    other = "it may be of the other kind"
+    assert other not in solution("elbow-lateral/607@zeros", "singular-angles")
+    assert other in solution("industrial-6r/305@chapter", "singular-angles")
