@@ -7,7 +7,7 @@ joints are told whose columns of J are dependent, and what rests while they move
 from collections.abc import Callable, Iterator, Sequence, Set
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import combinations, permutations
+from itertools import combinations, permutations, product
 
 import numpy as np
 import sympy as sp
@@ -374,16 +374,27 @@ def _as_far_or_near(chain: Chain, axis: int, moving: int, signs: set[int]) -> st
 
 
 def _stretched(samples: Sequence[Sample], axis: int, movers: Sequence[int]) -> Statement:
-    """Return how an arm with parallel axes lies: folded back where at least one of its joints is."""
+    """Return how an arm with parallel axes lies: folded back where its joints can together bring the point farther."""
     told = [_extremes(samples, axis, moving) for moving in movers]
-    every = [set(signs) - {None} for signs in zip(*told, strict=True)]
-    how = frozenset(-1 if -1 in signs else 1 for signs in every if signs)
+    tells = [any(sign is not None for sign in signs) for signs in zip(*told, strict=True)]
+    how = frozenset(_reach(sample, axis, movers) for sample, it_tells in zip(samples, tells, strict=True) if it_tells)
     said = _extreme_statement(_EXTENDED[how], axis, movers, {1, -1})
 
     def true(sample: Sample) -> bool:  # where the point lies on the axis, every joint is at an end of what it can do
         return said.true(sample) and sample.off(partial(distance, joint=axis)) > APART
 
     return replace(said, true=true)
+
+
+def _reach(sample: Sample, axis: int, movers: Sequence[int]) -> int:
+    """Tell an arm whose joints are each at an end: stretched out (1), or farther with some turned by 180° (-1).
+
+    Each alone can have the point farthest and two together not: where links lie there, back and there again.
+    """
+    turned = np.zeros((2 ** len(movers), len(sample.q)))
+    turned[:, list(movers)] = np.pi * np.array(list(product((0, 1), repeat=len(movers))))
+    distances = distance(sample.arm, sample.q + turned, axis)
+    return -1 if distances.max() > distances[0] + NEAR else 1
 
 
 def _extreme_statement(words: str, axis: int, movers: Sequence[int], signs: set[int]) -> Statement:

@@ -204,14 +204,21 @@ def _stretched(said: _Said) -> bool:
 
 
 def _how_stretched(sample: Sample, place: Place, turning: Sequence[int]) -> str:
-    """Tell how an arm lies from the first of some joints on; nothing where another one is bent, or not parallel."""
+    """Tell how an arm lies from the first of some joints on; nothing where another one is bent, or not parallel.
+
+    It is stretched out where its links, seen along the axes, run one way from each to the next and to the end.
+    """
     axis, *later = turning
     moving = {joint: _away(sample, place(_brought(sample, joint)), axis) for joint in later}
-    told = {joint: _extreme(distances) for joint, distances in moving.items() if np.ptp(distances) > SAME}
+    told = [joint for joint, distances in moving.items() if np.ptp(distances) > SAME]
     z = _axis(sample, axis)[0]
-    if not told or "" in told.values() or any(abs(z @ _axis(sample, joint)[0]) < 1 - SAME for joint in told):
+    if not told or any(_extreme(moving[joint]) == "" for joint in told):
         return ""
-    return "stretched out" if set(told.values()) == {"far"} else "folded back"
+    if any(abs(z @ _axis(sample, joint)[0]) < 1 - SAME for joint in told):
+        return ""
+    stops = [_axis(sample, joint)[1] for joint in (axis, *told)] + [place(sample.q[None])[0]]
+    links = np.diff([stop - (stop @ z) * z for stop in stops], axis=0)
+    return "stretched out" if np.all(links @ links.sum(axis=0) > -SAME) else "folded back"
 
 
 def _parallel(said: _Said) -> bool:

@@ -91,6 +91,14 @@ def test_what_is_so_for_most_lengths_only_is_not_said_of_all(identity: str) -> N
     assert certify(generate(replace(ProblemId.parse(identity), questions=asked))).passed
 
 
+def test_an_arm_that_is_folded_twice_is_not_stretched_out() -> None:
+    """Each joint alone has the point farthest, both together do not: the links run there, back and there again."""
+    chain, twice = chain_of("planar-3r/1@chapter"), "theta2 = pi and theta3 = pi"
+    assert ([twice], "arm folded back") in list(parts(chain))
+    assert are_so(chain, [twice], "arm folded back") == {True}
+    assert are_so(chain, [twice], "arm stretched out") == {False}
+
+
 def test_words_that_are_not_known_are_not_so() -> None:
     chain = chain_of("planar-2r/1@chapter")
     assert are_so(chain, ["theta2 = 0"], "arm stretched out") == {True}
