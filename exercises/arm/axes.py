@@ -97,6 +97,17 @@ def off_line(arm: NumericChain, q: np.ndarray, i: int, j: int) -> np.ndarray:
     return _size(cross(axis, frames[..., j, :3, 2])) + _size(cross(axis, between))
 
 
+def along(arm: NumericChain, q: np.ndarray, i: int) -> np.ndarray:
+    """Return the most that a joint at unit rate moves a point of the last link, on the axis of another, along that."""
+    frames = arm.frames(q)
+    line, start = frames[..., i, :3, 2], frames[..., i, :3, 3]
+    moved = [
+        cross(frames[..., k, :3, 2], start - frames[..., k, :3, 3]) if kind == "R" else frames[..., k, :3, 2]
+        for k, kind in enumerate(arm.kinds)
+    ]
+    return np.asarray(np.max([np.abs(np.sum(move * line, axis=-1)) for move in moved], axis=0))
+
+
 def off_plane(arm: NumericChain, q: np.ndarray, row: Sequence[int]) -> np.ndarray:
     """Return how far three or more parallel axes are from lying in one plane: areas between where they start."""
     frames = arm.frames(q)

@@ -13,11 +13,11 @@ import numpy as np
 import sympy as sp
 
 from exercises.arm.appearance import dependence
-from exercises.arm.axes import Sample, slope
+from exercises.arm.axes import Sample, along, slope
 from exercises.arm.chain import TASK_ROWS, Chain, Point
 from exercises.arm.classification import Kind, Values, by_value, classify
 from exercises.arm.conventions import axes_of
-from exercises.arm.derivation import Derivation, derive, structure, task_velocity
+from exercises.arm.derivation import Derivation, TooLong, derive, structure, task_velocity
 from exercises.arm.kinematics import NumericChain, frame_behind, joint_rotation, link_frames, link_vector
 from exercises.arm.needs import Need, need_of
 from exercises.arm.precise import determinant, four_digits, inverse, numeric, shown, solved
@@ -575,9 +575,17 @@ class Worked(AxisNames):
     def components(self) -> list[Component]:
         """The components of the singular set, their conditions as they are shown."""
         return [
-            replace(component, conditions=tuple(map(self._as_shown, component.conditions)))
+            replace(component, conditions=tuple(map(self.as_shown, component.conditions)))
             for component in singular_set(self.chain) or ()
         ]
+
+    @property
+    def may_be_singular(self) -> bool:
+        """Whether the arm is singular anywhere, as far as that is known."""
+        try:
+            return singular_set(self.chain) != ()
+        except TooLong:
+            return True
 
     @property
     def all_at_boundary(self) -> bool:
@@ -590,12 +598,12 @@ class Worked(AxisNames):
         return [self._classified(component) for component in singular_set(self.chain) or ()]
 
     def _classified(self, component: Component) -> SingularComponent:
-        conditions = tuple(map(self._as_shown, component.conditions))
+        conditions = tuple(map(self.as_shown, component.conditions))
         kind = classify(self.chain, component)
         need = next(filter(None, (need_of(condition, self.chain) for condition in conditions)), None)
         return SingularComponent(conditions, component.solutions, kind, self._cases(component, kind), need)
 
-    def _as_shown(self, condition: sp.Expr) -> sp.Expr:
+    def as_shown(self, condition: sp.Expr) -> sp.Expr:
         """Return a condition without numbers before it, and a sum with the signs that it has in det J, as shown."""
         plain = without_factor(condition)
         if not plain.is_Add or not self.d.is_square:
@@ -624,6 +632,13 @@ class Worked(AxisNames):
         sample, later = self._sample(asked), range(axis, self.chain.point.frame)
         return sample is not None and sample.off(partial(slope, joint=axis - 1, movers=[*later])) < 1e-9
 
+    def moves_none_along(self, asked: MeaningAsked, axis: int) -> bool:
+        """Tell whether no joint of a revolute arm moves a point of the last link along an axis that it lies on."""
+        sample = self._sample(asked)
+        if sample is None or self.chain.task != TASK_ROWS or "P" in sample.arm.kinds:
+            return False
+        return sample.off(partial(along, i=axis - 1)) < 1e-9
+
     def dependence_at(self, asked: MeaningAsked) -> str:
         """Return in words which joints have dependent columns at singular poses."""
         sample = self._sample(asked)
@@ -647,7 +662,7 @@ class Worked(AxisNames):
         component, here = found
         if here is component:
             return self._classified(component)
-        conditions = tuple(map(self._as_shown, component.conditions))
+        conditions = tuple(map(self.as_shown, component.conditions))
         return SingularComponent(conditions, component.solutions, classify(self.chain, here))
 
     # --- numbers ---

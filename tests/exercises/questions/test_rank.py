@@ -10,11 +10,13 @@ import pytest
 import sympy as sp
 
 from exercises.answers import Choice, Direction, Number
+from exercises.arm.axes import along, off_line
 from exercises.arm.chain import Point
 from exercises.arm.derivation import structure
 from exercises.arm.directions import clear_rank, lost_direction, lost_formula, value_sets
+from exercises.arm.kinematics import NumericChain
 from exercises.arm.singularity import singular_set
-from exercises.generation import generate, questions_of
+from exercises.generation import generate, questions_of, sample_chain
 from exercises.problem import ProblemId
 from exercises.questions import QUESTIONS
 from exercises.questions.geometry import (
@@ -29,6 +31,7 @@ from exercises.questions.geometry import (
 from exercises.questions.rank import OfMotion, OfRank
 from exercises.stream import Stream
 from exercises.verify import certify
+from exercises.writing.statement import worked_solution
 from tests.support.problems import asked, drawn, with_answer
 from tests.support.suites import of_families, several
 
@@ -286,3 +289,25 @@ def test_numbers_are_rounded_as_sympy_rounds_them(digits: int) -> None:
     others = [sp.Float(str(stream.below(10**9) - 5 * 10**8), digits) / 7 ** stream.below(9) for _ in range(60)]
     for value in (*halves, *others, sp.S.Zero, sp.Integer(-3), sp.Rational(-7, 2), sp.pi):
         assert nearest_integer(value) == round(value)
+
+
+@pytest.mark.parametrize("seed", range(1, several(2, 6)))
+def test_axes_in_line_are_the_reason_by_what_no_joint_can_do(seed: int) -> None:
+    """Of seven joints, two with one axis leave six others: the line that all axes meet is the direction lost."""
+    problem = generate(ProblemId("lbr-7r", seed, ("singularity-meaning",)))
+    assert "No joint then moves a point of the last link" in worked_solution(problem, problem.parts[0])
+
+
+def test_two_axes_in_line_lose_no_direction_along_themselves_in_a_puma() -> None:
+    """Its other axes do not meet that line: there the two columns are dependent."""
+    chain = sample_chain(ProblemId("puma-560", 1).varied("chapter"))
+    arm = NumericChain(chain, {symbol.name: 0.5 for symbol in chain.parameters})
+    q = np.array([0.3, 0.5, 0.7, 0.4, 0.0, 0.2])
+    assert off_line(arm, q, 3, 5) < 1e-12 < 0.01 < along(arm, q, 3)
+
+
+def test_a_factor_has_one_sign_throughout_a_solution() -> None:
+    asked = ("determinant", "singularity-type", "singularity-meaning")
+    problem = generate(replace(ProblemId.parse("elbow-lateral/607@zeros"), questions=asked))
+    for part in problem.parts:
+        assert r"0.45 c_{2} - a_{3} \cos \varphi_{23}" in worked_solution(problem, part)

@@ -108,3 +108,9 @@ def test_arms_of_many_terms_are_refused(family: str) -> None:
     assert "too many to be worked out by hand" in (
         QUESTIONS["joint-torques"].refusal(sample_chain(ProblemId(family, 1))) or ""
     )
+
+
+@pytest.mark.parametrize(("identity", "is_lost"), [("random-3/638@zeros", False), ("planar-2r/1@chapter", True)])
+def test_no_lost_direction_is_told_of_an_arm_without_one(identity: str, is_lost: bool) -> None:
+    problem = generate(replace(ProblemId.parse(identity), questions=("joint-torques",)))
+    assert ("that is lost" in worked_solution(problem, problem.parts[0])) == is_lost

@@ -108,7 +108,7 @@ def test_elbow_solution_speaks_of_the_books_mistake(drawn: Draw) -> None:
     problem = drawn("elbow-3r", 0)
     part = next(part for part in problem.parts if part.kind == "singular-angles")
     text = worked_solution(problem, part)
-    assert "Straightening joint 2 alone" in text and "axis of joint 1" in text
+    assert "The printed chapter gives" in text and "the chapter misses that $J$ loses rank where $P$ is on" in text
 
 
 def test_statement_gives_table_point_task_and_symbols(problem: Problem) -> None:
