@@ -16,12 +16,16 @@ from exercises.arm.derivation import Derivation, TooLong, derive
 from exercises.arm.relations import Relation, by_half_angle, relation_of
 from exercises.arm.together import follows, may_hold_together, without_needless
 from exercises.arm.trigonometry import Factored, factored, substitute
+from exercises.formula.text import ByText
+from exercises.stream import Stream
 
 MOST_WAYS, MOST_PARTS = 300, 40
 """Ways in which minors vanish together that are looked at, and those of them that anyone would read."""
 MOST_ZEROS = 10_000
 """How much work it may be to see of long conditions that they follow from others, as `together` counts it."""
 _NOTHING = sp.Float("1e-20")
+_SIGNS, _CLEAR = 12, 1e-6
+"""Places at which the sign of an expression is looked at, and from what size on it has one."""
 RIGHT_ANGLES = (sp.S.Zero, sp.pi / 2, sp.pi, -sp.pi / 2)
 
 
@@ -460,6 +464,8 @@ def _is_never_zero(expression: sp.Expr, search: Search) -> bool:
 
     The same of one that has no real root as a quadratic in a sine, cosine or slide, as (3 cos(theta5) - 2)^2 + 9.
     """
+    if _changes_sign(expression, search):
+        return False
     plain = sp.expand(expression)
     trigs = plain.atoms(sp.sin, sp.cos)
     real = {
@@ -472,6 +478,20 @@ def _is_never_zero(expression: sp.Expr, search: Search) -> bool:
     quadratics = [sp.Poly(plain, x) for x in plain.free_symbols if not x.is_nonzero]
     parts = (polynomial.all_coeffs() for polynomial in quadratics if polynomial.degree() == 2)
     return any(sp.expand(b**2 - 4 * a * c).is_negative for a, b, c in parts)
+
+
+def _changes_sign(expression: sp.Expr, search: Search) -> bool:
+    """Tell whether an expression has both signs for some real numbers in place of what joints change."""
+    draws = Stream("signs")
+    atoms = sorted(expression.atoms(sp.sin, sp.cos) | expression.free_symbols, key=ByText)
+    signs = set()
+    for _ in range(_SIGNS):
+        values = {
+            atom: sp.Float(draws.uniform(-3, 3) if search.moves(atom) else draws.uniform(0.2, 2)) for atom in atoms
+        }
+        number = expression.xreplace(values)
+        signs.add(sp.sign(number) if number.is_Float and abs(number) > _CLEAR else 0)
+    return {1, -1} <= signs
 
 
 def _settled(conjunction: Conjunction, search: Search) -> Iterator[Conjunction]:

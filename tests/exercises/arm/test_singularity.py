@@ -14,7 +14,16 @@ from exercises.arm.classification import domain_of
 from exercises.arm.derivation import derive
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.searched import tried
-from exercises.arm.singularity import Component, Search, common_zeros, singular_set, solve_condition, tidied
+from exercises.arm.singularity import (
+    Component,
+    Search,
+    _changes_sign,
+    _is_never_zero,
+    common_zeros,
+    singular_set,
+    solve_condition,
+    tidied,
+)
 from exercises.arm.trigonometry import factored
 from exercises.formula.conditions import Space, compare_sets
 from exercises.formula.expression import read
@@ -429,3 +438,12 @@ def test_two_lines_whose_slopes_are_never_in_line_never_hold_together() -> None:
     sometimes = (-3 * s4 + 3 * c4 * c5 - 2 * c4, 3 * s4 * c5 - 2 * s4 - 3 * c4)
     assert tidied([never], Search((t4, t5)), "") == []
     assert len(tidied([sometimes], Search((t4, t5)), "")) == 1
+
+
+def test_a_sum_of_squares_has_one_sign_and_a_difference_two() -> None:
+    """What has both signs vanishes somewhere, and no algebra is needed to see it."""
+    search, c3 = Search((T2, T3)), sp.cos(T3)
+    square = (A1 * sp.cos(T2) - A2) ** 2
+    for never, expression in ((True, square + A2**2), (True, -square - A2**2), (False, square - A2**2 * c3)):
+        assert _changes_sign(expression, search) is not never
+        assert _is_never_zero(expression, search) is never
