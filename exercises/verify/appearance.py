@@ -206,7 +206,7 @@ def _stretched(said: _Said) -> bool:
 def _how_stretched(sample: Sample, place: Place, turning: Sequence[int]) -> str:
     """Tell how an arm lies from the first of some joints on; nothing where another one is bent, or not parallel.
 
-    It is stretched out where its links, seen along the axes, run one way from each to the next and to the end.
+    It is stretched out where all of its links, seen along the axes, run one way.
     """
     axis, *later = turning
     moving = {joint: _away(sample, place(_brought(sample, joint)), axis) for joint in later}
@@ -218,7 +218,7 @@ def _how_stretched(sample: Sample, place: Place, turning: Sequence[int]) -> str:
         return ""
     stops = [_axis(sample, joint)[1] for joint in (axis, *told)] + [place(sample.q[None])[0]]
     links = np.diff([stop - (stop @ z) * z for stop in stops], axis=0)
-    return "stretched out" if np.all(links @ links.sum(axis=0) > -SAME) else "folded back"
+    return "stretched out" if np.all(links @ links.T > -SAME) else "folded back"
 
 
 def _parallel(said: _Said) -> bool:

@@ -84,7 +84,7 @@ def test_a_piece_that_is_there_for_few_lengths_is_found() -> None:
     assert certify(generate(ProblemId("random-3", 10091, ("singular-angles",)).varied("chapter"))).passed
 
 
-@pytest.mark.parametrize("identity", ["planar-3r/10001@full", "planar-3r/10157@lengths"])
+@pytest.mark.parametrize("identity", ["planar-3r/10001@full", "planar-3r/10157@lengths", "planar-3r/10007@lengths"])
 def test_what_is_so_for_most_lengths_only_is_not_said_of_all(identity: str) -> None:
     """Folded so, the first arm is at the boundary only where a link is long; the other is not always stretched out."""
     asked = ("singular-angles", "singularity-type")
