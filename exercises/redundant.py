@@ -8,12 +8,12 @@ import sympy as sp
 from exercises.arm.appearance import reason_of
 from exercises.arm.axes import Sample
 from exercises.arm.chain import Chain
-from exercises.arm.classification import Kind
+from exercises.arm.classification import Kind, kind_is_sure
 from exercises.arm.reciprocal import Found, Left, plain_chain, reciprocal_set
 from exercises.arm.searched import Tried, tried
 from exercises.arm.singularity import Component, solved_together
 from exercises.arm.trigonometry import substitute
-from exercises.sound import sound_words
+from exercises.sound import sound_component, sound_words
 from exercises.writing.worked import SingularComponent
 
 MOST_SHOWN = 700
@@ -121,12 +121,19 @@ def redundant_stages(chain: Chain) -> Iterator[str | Redundant]:
     known = Redundant(found, matrix, rests, plain_ones, False, out, *of_test, described=False)
     yield known
     yield "what the configurations look like in which J loses rank"
-    components = tuple(_described(component, _looks(chain, samples)) for component, samples in held)
+    components = tuple(_told(chain, component, samples) for component, samples in held)
     yield replace(known, components=components, described=True)
 
 
 def _described(component: Component, meaning: str) -> SingularComponent:
     return SingularComponent(component.conditions, component.solutions, Kind("", False, meaning))
+
+
+def _told(chain: Chain, component: Component, samples: list[Sample]) -> SingularComponent:
+    """Return a component with what configurations look like, and their kind where that can be established."""
+    if kind_is_sure(chain):
+        return sound_component(chain, component)
+    return _described(component, _looks(chain, samples))
 
 
 def _looks(chain: Chain, samples: list[Sample]) -> str:

@@ -1,7 +1,7 @@
 """Everything the chapter derives for a user's own arm: as data, step by step for a terminal, and as LaTeX."""
 
 import json
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -155,28 +155,42 @@ def singular_stages(chain: Chain) -> Iterator[str | Kept | Singularities]:
 
     The last of these are all.
     """
+    yield "the determinant of J" if derive(chain).is_square else "the minors of J"
+    ways = [_by_elimination, _by_minors] if applies(chain) else [_by_minors]
+    for way in ways:
+        try:
+            found = yield from way(chain)
+            break
+        except TooLong as error:
+            failed = error
+    else:
+        yield Singularities(None, None, NOT_WORKED_OUT.format(failed))
+        return
+    if SPECIAL in found.left:
+        yield from _for_special_lengths(chain, found)
+
+
+Found = Generator[str | Kept | Singularities, None, Singularities]
+"""Stages of the singular set, and what is known of it in the end, for lengths in general."""
+
+
+def _by_minors(chain: Chain) -> Found:
+    """Yield the stages of the zeros of all minors, of a square J its determinant. Raises TooLong."""
     d = derive(chain)
     what = "the determinant of J" if d.is_square else "the minors of J"
     later = (TESTED, SPECIAL) if chain.parameters else (TESTED,)
-    yield what
-    if applies(chain):
-        yield from _redundant_singular(chain)
-        return
-    try:
-        determinant = d.determinant if d.is_square else None
-        if all(minor.is_zero for minor in d.generic_minors):
-            yield Singularities(determinant, None, ALWAYS_SINGULAR)
-            return
-        yield Kept(partial(_known_so_far, chain, True), dict, (WHERE,))
-        yield f"where {what} {'is' if d.is_square else 'are all'} zero"
-        singular_set(chain)
-        yield Kept(partial(_known_so_far, chain, False), partial(_conditions_json, chain), (MEANING, *later))
-        yield "what the configurations look like in which J loses rank"
-        singular = sound_components(chain)
-        lengths = "" if singular else _only_for_special_lengths(chain)
-    except TooLong as error:
-        yield Singularities(None, None, NOT_WORKED_OUT.format(error))
-        return
+    determinant = d.determinant if d.is_square else None
+    if all(minor.is_zero for minor in d.generic_minors):
+        found = Singularities(determinant, None, ALWAYS_SINGULAR)
+        yield found
+        return found
+    yield Kept(partial(_known_so_far, chain, True), dict, (WHERE,))
+    yield f"where {what} {'is' if d.is_square else 'are all'} zero"
+    singular_set(chain)
+    yield Kept(partial(_known_so_far, chain, False), partial(_conditions_json, chain), (MEANING, *later))
+    yield "what the configurations look like in which J loses rank"
+    singular = sound_components(chain)
+    lengths = "" if singular else _only_for_special_lengths(chain)
     never = "" if singular else NEVER_IN_GENERAL if lengths else NEVER_SINGULAR
     found = Singularities(determinant, singular, never, lengths=lengths, left=later)
     yield found
@@ -184,13 +198,18 @@ def singular_stages(chain: Chain) -> Iterator[str | Kept | Singularities]:
     remarks = " ".join(filter(None, (never, _doubt(chain, singular))))
     found = replace(found, remarks=remarks, left=later[1:])
     yield found
-    if SPECIAL not in later:
-        return
+    return found
+
+
+def _for_special_lengths(chain: Chain, found: Singularities) -> Iterator[str | Singularities]:
+    """Yield what is looked at, and the results with what differs where open lengths are related to each other."""
     yield "lengths of a special relation to each other"
-    wanted = " ".join(f"{need}." for need in needs(chain, singular))
-    found = replace(found, lengths=" ".join(filter(None, (wanted, _only_for_special_lengths(chain)))))
+    wanted = [f"{need}." for need in needs(chain, found.singular or ())]
+    if found.redundant is None:
+        wanted.append(_only_for_special_lengths(chain))
+    found = replace(found, lengths=" ".join(filter(None, wanted)))
     special = []
-    for stage in special_lengths(chain, singular):
+    for stage in special_lengths(chain, found.singular or ()):
         if isinstance(stage, Special):
             special.append(stage)
         else:
@@ -231,21 +250,23 @@ def _undecided(conditions: Iterable[sp.Expr], searches: int) -> str:
     )
 
 
-def _redundant_singular(chain: Chain) -> Iterator[str | Kept | Singularities]:
-    """Yield the same of an arm with more joints than rows, by elimination."""
-    try:
-        for stage in redundant_stages(chain):
-            if isinstance(stage, str):
-                yield stage
-            elif stage.always:
-                yield Singularities(None, None, ALWAYS_SINGULAR, stage)
-            elif not stage.described:
-                parts = partial(_redundant_so_far, chain, stage), partial(_redundant_json, chain, stage)
-                yield Kept(*parts, (MEANING,))
-            else:
-                yield Singularities(None, stage.components, _said_of_test(chain, stage), stage)
-    except TooLong as error:
-        yield Singularities(None, None, NOT_WORKED_OUT.format(error))
+def _by_elimination(chain: Chain) -> Found:
+    """Yield the same of an arm with more joints than rows whose minors are long. Raises TooLong."""
+    later = (SPECIAL,) if chain.parameters else ()
+    found = Singularities(None, None, ALWAYS_SINGULAR)
+    for stage in redundant_stages(chain):
+        if isinstance(stage, str):
+            yield stage
+        elif stage.always:
+            found = replace(found, redundant=stage)
+            yield found
+        elif not stage.described:
+            parts = partial(_redundant_so_far, chain, stage), partial(_redundant_json, chain, stage)
+            yield Kept(*parts, (MEANING, *later))
+        else:
+            found = Singularities(None, stage.components, _said_of_test(chain, stage), stage, left=later)
+            yield found
+    return found
 
 
 def _redundant_so_far(chain: Chain, stage: Redundant) -> str:
@@ -456,6 +477,8 @@ def _singular_text(chain: Chain, robot: Robot | None, parts: list[Part], explain
             continue
         name, blocks, title = next(names), [], "Remarks"
         if name == SECTIONS[-1]:
+            if stage.redundant is not None:  # its test comes with it
+                names = iter(("special lengths",))
             yield "the singular configurations, step by step"
             blocks.append(_singular_section(chain, robot, stage, parts, explained))
             number += bool(blocks[0])

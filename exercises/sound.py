@@ -28,6 +28,11 @@ def sound_components(chain: Chain) -> tuple[SingularComponent, ...]:
     return tuple(steps.found)
 
 
+def sound_component(chain: Chain, component: Component) -> SingularComponent:
+    """Return the same of one component, however it was found; its conditions stay as they are."""
+    return replace(_sound(chain, worked_steps(chain).classified(component)), conditions=component.conditions)
+
+
 def sound_words(chain: Chain, words: str, samples: Sequence[Sample]) -> str:
     """Return words on singular configurations, nothing where they are false of one of these, or these are none."""
     return words if samples and all(holds(chain, words, sample) for sample in samples) else ""

@@ -13,9 +13,12 @@ from itertools import combinations
 import sympy as sp
 
 from exercises.arm.chain import Chain, Joint, Point
-from exercises.arm.classification import kind_is_sure
+from exercises.arm.classification import Kind, kind_is_sure
 from exercises.arm.derivation import TooLong, derive
 from exercises.arm.needs import Need, need_of
+from exercises.arm.reciprocal import applies
+from exercises.arm.searched import lies_on
+from exercises.redundant import Redundant, redundant_stages
 from exercises.sound import sound_components
 from exercises.writing.worked import SingularComponent
 
@@ -85,14 +88,60 @@ def special_lengths(chain: Chain, general: tuple[SingularComponent, ...]) -> Ite
     for length, value in relations(chain, general):
         yield f"whether anything differs where {length} = {value}"
         there = with_lengths(chain, {length: value})
-        known = {_told(_put_in(one, {length: value}), chain) for one in general}
+        known = [_put_in(one, {length: value}) for one in general]
         try:
-            found = sound_components(there)
+            found = _components(there)
         except TooLong:
             continue
-        others = tuple(one for one in found if _told(one, there) not in known)
+        others = tuple(one for one in found if not _is_known(one, known, there))
         if others:
             yield Special(length, value, there, others)
+
+
+def _components(chain: Chain) -> tuple[SingularComponent, ...]:
+    """Return the singular set of an arm by the way that is shorter for it. Raises TooLong."""
+    if not applies(chain):
+        return sound_components(chain)
+    *_, last = redundant_stages(chain)
+    assert isinstance(last, Redundant)
+    return last.components
+
+
+def _is_known(one: SingularComponent, known: list[SingularComponent], there: Chain) -> bool:
+    """Tell whether what is so for special lengths is what is told in general, with these put in.
+
+    By elimination, the same may be told by other conditions: then its configurations tell.
+    """
+    conditions = _conditions(one, there)
+    if any(conditions == _conditions(other, there) and _says_no_more(one, other, there) for other in known):
+        return True
+    if not applies(there):
+        return False
+    numbers = lies_on(there, one.conditions, [other.conditions for other in known])
+    return numbers is not None and all(_says_no_more(one, known[number], there) for number in numbers)
+
+
+def _says_no_more(one: SingularComponent, general: SingularComponent, chain: Chain) -> bool:
+    """Tell whether a component is of no other kind than is told in general; of both kinds, it is told of neither."""
+    if not kind_is_sure(chain):
+        return True
+    for at, kind in _kinds(one, chain).items():
+        told = [other for there, other in _kinds(general, chain).items() if at in (there, ()) or there == ()]
+        same = [other for other in told if not other.uniform or replace(other, meaning=kind.meaning) == kind]
+        if not told or same != told:
+            return False
+    return True
+
+
+def _kinds(one: SingularComponent, chain: Chain) -> dict[tuple[str, ...], Kind]:
+    """Return the kind of a component by values of joints where these are told apart, else of all of it."""
+    turning = {q.name for q in chain.q} - {slide.name for slide in _slides(chain)}
+    if not one.cases:
+        return {(): one.kind}
+    return {
+        tuple(str(_turned(value) if joint.name in turning else value) for joint, value in at): kind
+        for at, kind in one.cases
+    }
 
 
 def with_lengths(chain: Chain, values: Mapping[sp.Symbol, sp.Expr]) -> Chain:
@@ -110,17 +159,9 @@ def _put_in(one: SingularComponent, values: dict[sp.Symbol, sp.Expr]) -> Singula
     return replace(one, conditions=tuple(condition.xreplace(values) for condition in one.conditions), cases=cases)
 
 
-def _told(one: SingularComponent, chain: Chain) -> tuple[object, ...]:
-    """Return what two components have in common that say the same: conditions up to a factor, and the kind."""
-    conditions = frozenset(_plain(condition, chain) for condition in one.conditions)
-    if not kind_is_sure(chain):
-        return (conditions,)
-    turning = {q.name for q in chain.q} - {slide.name for slide in _slides(chain)}
-    cases = frozenset(
-        (tuple(str(_turned(value) if joint.name in turning else value) for joint, value in at), kind.kind)
-        for at, kind in one.cases
-    )
-    return conditions, one.kind.kind, one.kind.uniform, cases
+def _conditions(one: SingularComponent, chain: Chain) -> frozenset[sp.Expr]:
+    """Return the conditions of a component up to factors."""
+    return frozenset(_plain(condition, chain) for condition in one.conditions)
 
 
 def _turned(angle: sp.Expr) -> sp.Expr:

@@ -41,7 +41,7 @@ from exercises.errors import QdotError
 
 Values = dict[sp.Symbol, sp.Expr]
 
-MOST_TERMS, LONG = 3000, 1500
+MOST_TERMS, LONG = 3000, 100
 """Terms that the maximal minors of a Jacobian may have together, and beyond which another way is shorter where there is
 one. The seven of a Panda have 400."""
 

@@ -5,7 +5,7 @@ equations in n + m unknowns; Gauss and Newton's steps of least length lead from 
 the set.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -58,13 +58,9 @@ def tried(chain: Chain, ways: Sequence[Sequence[sp.Expr]], starts: int = STARTS,
     wrong: set[int] = set()
     ended, unexplained = 0, []
     draws = Stream(stream)
-    for _ in range(3 if chain.parameters else 1):
-        values = {symbol: sp.Rational(3000 + draws.below(9000), 10007) for symbol in chain.parameters}
-        try:
-            arms.append(NumericChain(chain, {symbol.name: float(value) for symbol, value in values.items()}))
-        except TypeError:  # no real number with these lengths, as sqrt(a1**2 - d1**2)
-            continue
-        rank = _Rank(arms[-1], chain.task)
+    for values, arm in _drawn(chain, draws):
+        arms.append(arm)
+        rank = _Rank(arm, chain.task)
         conditions = [_Way(way, chain, values) for way in ways]
         for k, way in enumerate(conditions):
             on_it, q = way.solved(rank.starts(starts, draws))
@@ -79,6 +75,35 @@ def tried(chain: Chain, ways: Sequence[Sequence[sp.Expr]], starts: int = STARTS,
         unexplained += list(q[~explained])
     searches = starts * len(arms)
     return Tried(tuple(arms), tuple(map(tuple, samples)), tuple(sorted(wrong)), searches, ended, tuple(unexplained))
+
+
+def lies_on(chain: Chain, way: Sequence[sp.Expr], others: Sequence[Sequence[sp.Expr]]) -> frozenset[int] | None:
+    """Return the numbers of other ways on which the configurations lie that are found on a way, of each the first.
+
+    None where one lies on none of them, or none was found.
+    """
+    draws, on = Stream("lies on"), set()
+    for values, arm in _drawn(chain, draws):
+        on_it, q = _Way(way, chain, values).solved(_Rank(arm, chain.task).starts(STARTS, draws))
+        q = q[on_it]
+        for number, other in enumerate(others):
+            beside = _Way(other, chain, values).is_beside(q)
+            on |= {number} if beside.any() else set()
+            q = q[~beside]
+        if len(q):
+            return None
+    return frozenset(on) or None
+
+
+def _drawn(chain: Chain, draws: Stream) -> Iterator[tuple[dict[sp.Symbol, sp.Rational], NumericChain]]:
+    """Yield lengths for those that are open, three times, and the arm; none where that is no real arm."""
+    for _ in range(3 if chain.parameters else 1):
+        values = {symbol: sp.Rational(3000 + draws.below(9000), 10007) for symbol in chain.parameters}
+        try:
+            arm = NumericChain(chain, {symbol.name: float(value) for symbol, value in values.items()})
+        except TypeError:  # no real number with these lengths, as sqrt(a1**2 - d1**2)
+            continue
+        yield values, arm
 
 
 class _Way:

@@ -595,9 +595,10 @@ class Worked(AxisNames):
     @cached_property
     def found(self) -> list[SingularComponent]:
         """The same, classified."""
-        return [self._classified(component) for component in singular_set(self.chain) or ()]
+        return [self.classified(component) for component in singular_set(self.chain) or ()]
 
-    def _classified(self, component: Component) -> SingularComponent:
+    def classified(self, component: Component) -> SingularComponent:
+        """Return a component of the singular set with what its configurations look like, and are."""
         conditions = tuple(map(self.as_shown, component.conditions))
         kind = classify(self.chain, component)
         need = next(filter(None, (need_of(condition, self.chain) for condition in conditions)), None)
@@ -661,7 +662,7 @@ class Worked(AxisNames):
             return None
         component, here = found
         if here is component:
-            return self._classified(component)
+            return self.classified(component)
         conditions = tuple(map(self.as_shown, component.conditions))
         return SingularComponent(conditions, component.solutions, classify(self.chain, here))
 
