@@ -89,6 +89,7 @@ def main() -> int:
             if size == min(sizes):
                 compared(folder, a_class(Path(name) / "again", size))
             rows.append(row(size, "generate", made, writing(load_assignment(folder)), folder))
+            write(rows)  # whoever stops it at grading has what there is
             hand_in(folder)
             rows.append(row(size, "grade", measured("grade", folder), cells(load_assignment(folder)), folder))
         write(rows)
