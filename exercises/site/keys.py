@@ -9,15 +9,15 @@ right values are worked out with many digits and written with 15, those of mista
     {"type": "numbers", "units", "tolerance", "floor", "right": [number], "mistakes": [{…, "values": [number]}]}
     {"type": "direction", …as "values", "tolerance": number or null}
     {"type": "configurations", "joints": [name], "symbols": [name], "pieces": [[pose]],
-     "conditions": [number of pieces of each], "mistakes": [{…, "pieces"}]}
+     "conditions": [number of pieces of each], "mistakes": []}
     {"type": "choice" | "selection" | "matching", "options": count, "items": count, "right": [index],
      "told": [sentence of each option, or null]}
 
 `print` is one number for a whole answer at a point: the sum of its entries, row by row, each times `weight(index)`.
+Slips in one place of a formula, and in conditions, the page finds by itself (site/src/grade/slips.ts, set-slips.ts).
 """
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,14 +25,15 @@ import mpmath
 import numpy as np
 
 from exercises.answers import Answer, ConditionSet, Direction, Forms, Letters, Number
-from exercises.arm.stages import numbers
+from exercises.arm.stages import Working, numbers
 from exercises.formula.conditions import Space
 from exercises.formula.expression import read
 from exercises.formula.identity import Domain
 from exercises.formula.pieces import pieces
 from exercises.formula.program import Program, compile_program, evaluate_precisely
-from exercises.formula.trees import ReadError, names
-from exercises.mistakes.catalogue import Wrong, taken, wrong_answers
+from exercises.formula.trees import names
+from exercises.mistakes import numeric
+from exercises.mistakes.catalogue import Wrong, likely, made, wrong_answers
 from exercises.mistakes.given import Values, configurations
 from exercises.problem import Part, Problem
 from exercises.questions.results import is_derived, result
@@ -47,6 +48,11 @@ HUGE = 1e8
 PRINTED = 3
 """At so many configurations a mistake's answer is known."""
 MOST_MISTAKES = 40
+ALWAYS = (
+    *(mistake.name for mistake in numeric.MISTAKES), "transposed", "cross-order", "sign", "transpose-for-inverse",
+    "determinant-forgotten", "jacobian-for-inverse", "degrees",
+)  # fmt: skip
+"""Mistakes that are told beside these: what people do most, though it comes late in the catalogue."""
 POSES = 6
 """So many poses of each piece of a singular set."""
 GOLDEN = 0.6180339887498949
@@ -86,8 +92,7 @@ class _Keys(Forms[Json]):
         return _numbers(answer) | {"mistakes": self._mistakes(_mistakes_in_numbers(self.problem, self.part, answer))}
 
     def conditions(self, answer: ConditionSet) -> Json:
-        key = _configurations(self.problem, self.part, answer)
-        return key | {"mistakes": self._mistakes(_mistakes_in_sets(self.problem, self.part))}
+        return _configurations(self.problem, self.part, answer)
 
     def letters(self, answer: Letters) -> Json:
         options = range(len(answer.options))
@@ -157,15 +162,26 @@ def _mistakes_in_formulas(problem: Problem, part: Part, points: Values) -> Itera
         few = configurations(problem.chain, part, problem.domain(), PRINTED, _stream(problem, part))
     w = numbers(problem.chain, few)
     seen = {_print(result(w, part))}
-    for wrong in wrong_answers(w, part):
-        if len(seen) > MOST_MISTAKES:
-            return
+    for wrong in _likely(w, part, seen):
         if wrong.answer.shape[:2] != (part.shape or (1, 1)):
             continue
         if not _says_something(wrong.answer) or (by := _print(wrong.answer)) in seen:
             continue
         seen.add(by)
         yield {**_said(wrong), "print": [float(text) for text in by]}
+
+
+def _likely(w: Working, part: Part, seen: Collection[object]) -> Iterator[Wrong]:
+    """Yield what mistakes make of an answer until enough are seen, then what those make of it that are always told."""
+    for wrong in wrong_answers(w, part):
+        if len(seen) > MOST_MISTAKES:
+            break
+        yield wrong
+    else:
+        return
+    for mistake in likely(part):
+        if mistake.name in ALWAYS:
+            yield from made(mistake, w, part)
 
 
 def _print(answer: np.ndarray) -> tuple[str, ...]:
@@ -197,9 +213,7 @@ def _mistakes_in_numbers(problem: Problem, part: Part, answer: Number) -> Iterat
         return
     values = configurations(problem.chain, part, problem.domain(), 1, _stream(problem, part))
     seen = {tuple(f"{float(value):.3e}" for value in answer.reference)}
-    for wrong in wrong_answers(numbers(problem.chain, values), part):
-        if len(seen) > MOST_MISTAKES:
-            return
+    for wrong in _likely(numbers(problem.chain, values), part, seen):
         flat = wrong.answer.reshape(-1, wrong.answer.shape[-1])[:, 0].real
         by = tuple(f"{value:.3e}" for value in flat)
         if len(flat) == len(answer.reference) and by not in seen and _says_something(flat):
@@ -214,16 +228,8 @@ def _configurations(problem: Problem, part: Part, answer: ConditionSet) -> Json:
     joints, symbols = _variables(problem)
     return {
         "type": "configurations", "joints": joints, "symbols": symbols, "pieces": _pieces(problem, part, answer),
-        "conditions": _conditions(problem, answer),
+        "conditions": _conditions(problem, answer), "mistakes": [],
     }  # fmt: skip
-
-
-def _mistakes_in_sets(problem: Problem, part: Part) -> Iterator[Json]:
-    for mistake, slip in taken(problem.chain, part):
-        if isinstance(slip.answer, ConditionSet):
-            said = {"name": mistake.name, "title": mistake.title, "says": mistake.sentence(slip.words)}
-            with suppress(ReadError):  # two values of a joint at once, which no reader takes
-                yield {**said, "pieces": _pieces(problem, part, slip.answer)}
 
 
 def _variables(problem: Problem) -> tuple[list[str], list[str]]:

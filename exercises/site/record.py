@@ -193,7 +193,7 @@ class _Said:
         place = self._places.setdefault(mistake["says"], len(self.rows))
         if place == len(self.rows):
             self.rows.append(row)
-        return [place, *next(mistake[name] for name in ("print", "values", "pieces") if name in mistake)]
+        return [place, *next(mistake[name] for name in ("print", "values") if name in mistake)]
 
 
 def _part(problem: Problem, part: Part, said: _Said) -> Json:

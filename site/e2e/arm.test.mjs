@@ -143,3 +143,36 @@ for (const [name, options] of [
     await context.close();
   });
 }
+
+test("an arm that leaves its first, nearer view is seen whole, and gets under the pointer again", async () => {
+  const { page, wrong } = await withArm(POSITION, WIDE);
+  const box = await page.locator(".arm-box").boundingBox();
+  const middle = async (name) => {
+    const { x, y, width, height } = await page.locator(name).first().boundingBox();
+    return [x + width / 2, y + height / 2];
+  };
+  const lengthOf = () =>
+    page
+      .locator(".arm-grip")
+      .first()
+      .evaluate((link) => link.getTotalLength());
+  const near = await lengthOf();
+  const point = await middle(".arm-point-dot");
+  const base = [box.x + box.width / 2, box.y + box.height / 2]; // where it is once all is seen
+  const drag = async ([x, y], [toX, toY], count) => {
+    for (let k = 1; k <= count; k += 1)
+      await page.mouse.move(x + ((toX - x) * k) / count, y + ((toY - y) * k) / count);
+  };
+  await page.mouse.move(...point);
+  await page.mouse.down();
+  const edge = [box.x + box.width / 2, box.y + box.height - 4];
+  await drag(point, edge, 10);
+  const there = [base[0] - 70, base[1] - 60];
+  await drag(edge, there, 50);
+  await drawn(page);
+  const [x, y] = await middle(".arm-point-dot");
+  assert.ok(Math.hypot(x - there[0], y - there[1]) < 1, `P is ${x - there[0]}, ${y - there[1]} away`);
+  await page.mouse.up();
+  assert.ok((await lengthOf()) < 0.8 * near);
+  assert.deepEqual(wrong, []);
+});

@@ -24,7 +24,7 @@ const assertNear = (found, due) =>
   found.forEach((text, i) => assert.ok(Math.abs(value(text) - due[i]) < 1e-5, `${found} in place of ${due}`));
 
 test("a link opens its table in its pose, and the address follows what is typed and moved", async () => {
-  const { page, wrong, context } = await openedAnew(there, TABLE);
+  const { page, wrong, context } = await openedAnew(there, `${TABLE}&angles=degrees`);
   await page.locator(".own-figures").waitFor();
   assertNear(await numbers(page), planar(30, 90));
   assert.equal(await page.getByLabel("a1", { exact: true }).inputValue(), "0.5");
@@ -42,6 +42,23 @@ test("a link opens its table in its pose, and the address follows what is typed 
   assert.equal(await page.getByLabel("a2", { exact: true }).inputValue(), "2/5 + 0.1");
   const [first] = await numbers(page);
   assert.ok(Math.abs(value(first) - (-0.5 * Math.sin(Math.PI / 6) - 0.5 * Math.sin(-Math.PI / 18))) < 1e-5);
+  assert.deepEqual(wrong, []);
+  await context.close();
+});
+
+test("where radians are chosen, the table is converted, and sliders and map have them", async () => {
+  const { page, wrong, context } = await openedAnew(there, "own.html#robot=scara");
+  const angle = page.locator('.arm-joints input[type="number"]').first();
+  await angle.fill("90");
+  await angle.press("Tab");
+  await page.waitForFunction(() => location.hash.includes("at=90_"));
+  const before = await numbers(page);
+  assert.equal(await page.getByLabel("α2", { exact: true }).inputValue(), "180");
+  await page.getByRole("radio", { name: "radians" }).check();
+  assert.equal(await page.getByLabel("α2", { exact: true }).inputValue(), "pi");
+  assert.equal(await angle.inputValue(), "1.571");
+  assert.ok((await page.locator(".arm-map text").allTextContents()).includes("π/2"));
+  assertNear(await numbers(page), before.map(value));
   assert.deepEqual(wrong, []);
   await context.close();
 });

@@ -109,6 +109,7 @@ test("on a phone the arm stays on top while one answers, and can be folded", asy
   const [arm, typed] = [await boxOf(page, ".arm-box"), await field.boundingBox()];
   for (const box of [arm, typed]) assert.ok(inside(box, [390, 844]), JSON.stringify(box));
   assert.equal(common(await boxOf(page, ".stage"), typed), 0, "the field is not under the arm");
+  assert.ok(typed.width > 240, `an entry that is typed is ${typed.width} pixels wide`);
   await page.getByRole("button", { name: "Map", exact: true }).tap();
   await page.locator(".arm-map-frame").waitFor();
   const [drawing, map] = [await boxOf(page, ".arm-box"), await boxOf(page, ".arm-map-frame")];

@@ -49,3 +49,16 @@ test("one may begin with a table of one's own", () => {
   expect(document.querySelectorAll(".own-row")).toHaveLength(2);
   expect(angles()).toHaveLength(2);
 });
+
+test("sliders and the table have the unit that is chosen, which is degrees first", () => {
+  void act(() => render(h(OwnArm, { known: { format: 1, plain: [ARM], robots: [] } }), document.body));
+  const units = (): string[] => [...document.querySelectorAll(".arm-unit")].map((each) => each.textContent!);
+  const chosen = (): HTMLInputElement[] => [
+    ...document.querySelectorAll<HTMLInputElement>(".own-choice:nth-child(2) input"),
+  ];
+  const degrees = angles().map(Number);
+  expect([units(), chosen().map(({ checked }) => checked)]).toEqual([Array(3).fill("°"), [false, true]]);
+  void act(() => chosen()[0]!.click());
+  expect(units()).toEqual(Array(3).fill("rad"));
+  angles().forEach((value, i) => expect(Number(value)).toBeCloseTo((degrees[i]! * Math.PI) / 180, 3));
+});

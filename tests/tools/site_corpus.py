@@ -1,7 +1,8 @@
 """What the site's own tests hold it against: what Python's reader and grader say. `python -m tests.tools.site_corpus`.
 
 corpus.json in site/tests has the checked answers of corpus.jsonl with keys, readings.json texts with their trees, and
-answers to problems with their outcomes (`readers`), forms.json the texts of tests/data/forms.jsonl in the same form.
+answers to problems with their outcomes (`readers`), forms.json the texts of tests/data/forms.jsonl in the same form,
+slips.json slips in right answers (`site_slips`).
 """
 
 import json
@@ -20,9 +21,11 @@ from tests.grader.test_forms import TEXTS, part_of, problem
 from tests.support import ROOT
 from tests.tools.fuzz import KNOWN
 from tests.tools.readers import kept_question, part_json, tree_text, verdict, verdict_on
+from tests.tools.site_slips import slips_text
 
 TARGET = ROOT / "site" / "tests" / "corpus.json"
 FORMS = ROOT / "site" / "tests" / "forms.json"
+SLIPS = ROOT / "site" / "tests" / "slips.json"
 READINGS = ROOT / "site" / "tests" / "readings.json"
 
 
@@ -101,3 +104,4 @@ if __name__ == "__main__":
     write_atomically(TARGET, corpus_text())
     write_atomically(READINGS, readings_text())
     write_atomically(FORMS, forms_text())
+    write_atomically(SLIPS, slips_text())

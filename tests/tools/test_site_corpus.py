@@ -6,7 +6,8 @@ import numpy as np
 
 from tests.tools.site_arms import TARGET as ARMS
 from tests.tools.site_arms import arms_text
-from tests.tools.site_corpus import FORMS, READINGS, TARGET, corpus_text, forms_text, readings_text
+from tests.tools.site_corpus import FORMS, READINGS, SLIPS, TARGET, corpus_text, forms_text, readings_text
+from tests.tools.site_slips import slips_text
 
 
 def test_the_corpus_of_the_site_is_up_to_date() -> None:
@@ -22,6 +23,11 @@ def test_trees_and_verdicts_for_the_site_are_up_to_date() -> None:
 def test_forms_for_the_site_are_up_to_date() -> None:
     """Where this fails, run: python -m tests.tools.site_corpus"""
     assert FORMS.read_text(encoding="utf-8") == forms_text()
+
+
+def test_slips_for_the_site_are_up_to_date() -> None:
+    """Where this fails, run: python -m tests.tools.site_corpus"""
+    assert SLIPS.read_text(encoding="utf-8") == slips_text()
 
 
 def test_arms_for_the_site_are_up_to_date() -> None:

@@ -2,12 +2,13 @@
 
 import type { ComponentChildren, JSX } from "preact";
 import { memo } from "preact/compat";
-import { useCallback, useEffect, useMemo, useRef, useState } from "preact/hooks";
+import { useCallback, useEffect, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { Body, inPixels } from "./flat.js";
 import { plainLetters } from "./letters.js";
 import { drawnColumns, type Layers, Marks } from "./marks.js";
 import type { Arm, Measures, Pose, State } from "./model.js";
+import { framed, framingOf, isSame, isSeen } from "./framing.js";
 import { linkDragged, pointMoved } from "./moves.js";
 import { extentOf, within } from "./ranges.js";
 import { atShare, linkOf, nearestShare } from "./shape.js";
@@ -32,6 +33,8 @@ export interface DrawingProps {
   readonly onPose: (pose: Pose) => void;
   readonly label: string;
   readonly describedBy: string;
+  /** Whether it is looked at from nearer, as long as it is where it was first. */
+  readonly near?: boolean;
   /** A place that can be dragged besides the arm: the end of a path, with what is drawn of the path. */
   readonly target?: { readonly at: Vec3; readonly move: (to: Vec3) => void } | undefined;
   readonly overlay?: ((view: View) => ComponentChildren) | undefined;
@@ -45,6 +48,8 @@ type Held =
   | { readonly from: Orbit; readonly at: Pixel };
 
 const TURN = Math.PI / 180;
+/** What is held is by so much nearer to the pointer after each of its moves, once the view has changed meanwhile. */
+const CAUGHT_UP = 0.85;
 
 export function Drawing(props: DrawingProps): JSX.Element {
   const { arm, state, reach, layers, chosen, onChoose, lit, onLit, onPose, target } = props;
@@ -57,7 +62,8 @@ export function Drawing(props: DrawingProps): JSX.Element {
   const [solid, setSolid] = useState(false);
   const extent = useMemo(() => extentOf(arm), [arm]);
   const flat = useMemo(() => flatPlane(arm) !== null, [arm]);
-  const view = useMemo(() => viewOf(arm, extent, width, height, orbit), [arm, extent, width, height, orbit]);
+  const whole = useMemo(() => viewOf(arm, extent, width, height, orbit), [arm, extent, width, height, orbit]);
+  const view = useNear(props, whole, flat);
   const columns = useMemo(
     () => (layers.ellipse ? drawnColumns(arm, state, reach) : null),
     [arm, state, reach, layers.ellipse],
@@ -73,12 +79,24 @@ export function Drawing(props: DrawingProps): JSX.Element {
     if (event.button !== 0) return;
     event.stopPropagation();
     box.current!.setPointerCapture(event.pointerId);
+    pointer.current = placeOf(event);
+    slipped.current = [0, 0];
     setHeld(what(placeOf(event)));
     setKnown(true);
   };
+  const pointer = useRef<Pixel>([0, 0]);
+  const slipped = useRef<Pixel>([0, 0]); // how far what is held is from the pointer since the view has changed
+  const holding = held === "point" ? state.point : held === "target" ? target?.at : heldOn(held, links);
+  useLayoutEffect(() => {
+    if (!holding) return;
+    const [x, y] = pixel(view, holding);
+    slipped.current = [pointer.current[0] - x, pointer.current[1] - y];
+  }, [view.scale, view.centre]);
   const moved = (event: PointerEvent): void => {
     if (held === null) return;
-    const [x, y] = placeOf(event);
+    pointer.current = placeOf(event);
+    slipped.current = [CAUGHT_UP * slipped.current[0], CAUGHT_UP * slipped.current[1]];
+    const [x, y] = [pointer.current[0] - slipped.current[0], pointer.current[1] - slipped.current[1]];
     const from = (place: Vec3): Pixel => {
       const [px, py] = pixel(view, place);
       return [x - px, y - py];
@@ -185,6 +203,35 @@ export function Drawing(props: DrawingProps): JSX.Element {
       </p>
     </div>
   );
+}
+
+/** The place on a link that is held. */
+function heldOn(held: Held | null, links: readonly (readonly Vec3[])[]): Vec3 | null {
+  return held !== null && typeof held === "object" && "link" in held
+    ? atShare(links[held.link]!, held.share)
+    : null;
+}
+
+/** The view of all, or a nearer one of the pose that is seen first, as long as the arm is in it. */
+function useNear({ arm, state, reach, layers, near }: DrawingProps, whole: View, flat: boolean): View {
+  const [first, setFirst] = useState({ arm, state });
+  const [left, setLeft] = useState(false);
+  const begun = first.arm === arm ? first.state : state;
+  const { width, height } = whole;
+  const framing = useMemo(() => {
+    if (!near) return null;
+    const arrows = layers.columns ? drawnColumns(arm, begun, reach) : [];
+    const page = viewOf(arm, extentOf(arm), width, height, FIRST_ORBIT);
+    return framingOf(arm, begun, arrows, page, flat);
+  }, [near, arm, begun, width, height, layers.columns]);
+  const nearer = useMemo(() => (framing ? framed(whole, framing) : whole), [framing, whole]);
+  const isBack = isSame(state.pose, begun.pose);
+  const isOut = !isBack && (left || !isSeen(arm, state, nearer));
+  useEffect(() => {
+    setLeft(isOut);
+    if (first.arm !== arm) setFirst({ arm, state });
+  }, [arm, isOut]);
+  return isOut ? whole : nearer;
 }
 
 /** What a finger takes hold of. */

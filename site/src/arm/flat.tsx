@@ -118,7 +118,7 @@ export function Arrow({
   const [dx, dy] = drawn(view, vector);
   const length = Math.hypot(dx, dy);
   if (length < 3) return null;
-  const size = Math.min(9, 0.6 * length);
+  const size = Math.min(11, 0.6 * length);
   const [ux, uy] = [dx / length, dy / length];
   const head = (back: number): string => {
     const [tx, ty] = [x + dx - back * ux, y + dy - back * uy];

@@ -1,13 +1,13 @@
-// A slider and a number for each joint: native inputs, in degrees and metres.
+// A slider and a number for each joint: native inputs, in degrees or radians and in metres.
 
 import type { JSX } from "preact";
 import { memo } from "preact/compat";
-import { useCallback, useRef } from "preact/hooks";
+import { useCallback, useContext, useRef } from "preact/hooks";
 
 import { Letters, plainLetters } from "./letters.js";
 import type { Arm, Pose } from "./model.js";
 import { rangeOf, within } from "./ranges.js";
-import { decimals, useSay } from "./speech.js";
+import { angleIn, decimals, InRadians, useSay } from "./speech.js";
 
 export interface JointsProps {
   readonly arm: Arm;
@@ -28,7 +28,7 @@ export function Joints(props: JointsProps): JSX.Element {
     onPose(pose.map((old, k) => (k === joint ? within(arm, joint, value) : old)));
   }, []);
   return (
-    <fieldset class="arm-joints">
+    <fieldset class="arm-joints" data-many={arm.joints.length > 3 ? "" : undefined}>
       <legend>{say("arm.joints")}</legend>
       {arm.joints.map(({ name }, i) => (
         <Row
@@ -59,9 +59,10 @@ const Row = memo(({ arm, index, value, chosen, onChoose, onValue }: RowProps): J
   const say = useSay();
   const joint = arm.joints[index]!;
   const turns = joint.kind === "R";
-  const unit = turns ? Math.PI / 180 : 1;
+  const radians = useContext(InRadians) && turns;
+  const unit = turns && !radians ? Math.PI / 180 : 1;
   const { low, high } = rangeOf(arm, index);
-  const shown = decimals(value / unit, turns ? 1 : 3);
+  const shown = turns ? angleIn(radians, value) : decimals(value, 3);
   const name = plainLetters(joint.name);
   const set = (text: string): void => {
     const typed = Number(text);
@@ -80,17 +81,22 @@ const Row = memo(({ arm, index, value, chosen, onChoose, onValue }: RowProps): J
       </span>
       <input
         type="range"
-        step={turns ? 0.5 : 0.005}
+        step={radians ? 0.01 : turns ? 0.5 : 0.005}
         {...common}
         aria-label={say(turns ? "arm.joint.turn" : "arm.joint.slide", { joint: name })}
-        aria-valuetext={say(turns ? "arm.value.degrees" : "arm.value.metres", { value: shown })}
+        aria-valuetext={say(
+          radians ? "arm.value.radians" : turns ? "arm.value.degrees" : "arm.value.metres",
+          { value: shown },
+        )}
         onInput={(event) => set(event.currentTarget.value)}
       />
       <input
         type="number"
-        step={turns ? 1 : 0.01}
+        step={turns && !radians ? 1 : 0.01}
         {...common}
-        aria-label={say(turns ? "arm.joint.degrees" : "arm.joint.metres", { joint: name })}
+        aria-label={say(radians ? "arm.joint.radians" : turns ? "arm.joint.degrees" : "arm.joint.metres", {
+          joint: name,
+        })}
         onChange={({ currentTarget: field }) => {
           const text = field.value;
           field.value = String(shown); // what it is, should this be none, or the same in another turn
@@ -98,7 +104,7 @@ const Row = memo(({ arm, index, value, chosen, onChoose, onValue }: RowProps): J
         }}
       />
       <span class="arm-unit" aria-hidden="true">
-        {turns ? "°" : "m"}
+        {radians ? "rad" : turns ? "°" : "m"}
       </span>
     </div>
   );

@@ -12,6 +12,8 @@ export interface Wanted {
   readonly toward: Pixel;
   /** Pixels that are to be left free besides (the half width of a body). */
   readonly gap?: number;
+  /** Whether it is left out where there is no room just beside: at an arrow's head nobody looks for a line. */
+  readonly beside?: boolean;
 }
 
 export interface Placed {
@@ -32,7 +34,9 @@ interface Half {
 const HALF_HEIGHT = 9;
 const TURNS = [0, 35, -35, 70, -70, 110, -110, 150, -150, 180].map((angle) => (angle * Math.PI) / 180);
 /** How far away the edge of a label is tried, ring by ring. */
-const AWAY = [4, 12, 22, 34, 49, 67];
+const AWAY: readonly number[] = [4, 12, 22, 34, 49, 67];
+/** So many rings are just beside. */
+const BESIDE = 2;
 /** From here on a line leads back. */
 const FAR = 30;
 /** What it costs to lie over another label (never done), over the arm, over the edge, and to be on a ring further out. */
@@ -48,12 +52,14 @@ export function placed(
   const taken: { at: Pixel; half: Half }[] = [];
   const covered = lines.flatMap(sampled);
   const found: Placed[] = [];
-  for (const { name, style, at, toward, gap = 0 } of [...wanted].sort((a, b) => rankOf(a) - rankOf(b))) {
+  for (const { name, style, at, toward, gap = 0, beside = false } of [...wanted].sort(
+    (a, b) => rankOf(a) - rankOf(b),
+  )) {
     const half = halfOf(name);
     const heading = Math.hypot(...toward) > 1e-6 ? Math.atan2(toward[1], toward[0]) : -Math.PI / 4;
     let best: Pixel = at;
     let least = Infinity;
-    AWAY.forEach((away, ring) => {
+    (beside ? AWAY.slice(0, BESIDE) : AWAY).forEach((away, ring) => {
       if (least < RING * ring) return; // nothing further out is better
       TURNS.forEach((turn, k) => {
         const angle = heading + turn;

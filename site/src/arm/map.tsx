@@ -9,7 +9,7 @@ import type { Arm, Measures, Pose } from "./model.js";
 import { rangeOf, within } from "./ranges.js";
 import { useRested, useSize } from "./size.js";
 import { onSchemeChange } from "./space.js";
-import { degrees, decimals, digits, Spoken, useDigits, useSay } from "./speech.js";
+import { degrees, decimals, digits, InRadians, Spoken, useDigits, useSay } from "./speech.js";
 import { type Pair, poseAtSpot, type Shown, telling } from "./terrain.js";
 import { shade } from "./shade.js";
 import { sizeName } from "./words.js";
@@ -28,6 +28,7 @@ const NONE: readonly Stretch[] = [];
 
 export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Element {
   const say = useSay();
+  const radians = useContext(InRadians);
   const signed = useDigits();
   const language = useContext(Spoken);
   const [pair, setPair] = useState<Pair>(() => telling(arm));
@@ -93,7 +94,7 @@ export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Elem
   const ticks = useMemo(
     () => (
       <>
-        {ticksOf(arm, pair[0], signed).map(([value, text]) => (
+        {ticksOf(arm, pair[0], signed, radians).map(([value, text]) => (
           <g key={text} class="arm-tick">
             <path d={`M${px([value, up.low])[0]} ${EDGE + h}v4`} />
             <text x={px([value, up.low])[0]} y={EDGE + h + 16}>
@@ -101,7 +102,7 @@ export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Elem
             </text>
           </g>
         ))}
-        {ticksOf(arm, pair[1], signed).map(([value, text]) => (
+        {ticksOf(arm, pair[1], signed, radians).map(([value, text]) => (
           <g key={text} class="arm-tick arm-tick-left">
             <path d={`M${LEFT} ${px([across.low, value])[1]}h-4`} />
             <text x={LEFT - 7} y={px([across.low, value])[1] + 4}>
@@ -274,14 +275,27 @@ const Axis = memo(({ arm, label, value, onPick }: AxisProps): JSX.Element => (
 ));
 
 /** Where an axis is marked: every quarter turn, or five places along a slide. */
-function ticksOf(arm: Arm, joint: number, signed: (value: number) => string): (readonly [number, string])[] {
+function ticksOf(
+  arm: Arm,
+  joint: number,
+  signed: (value: number) => string,
+  radians: boolean,
+): (readonly [number, string])[] {
   const { low, high } = rangeOf(arm, joint);
   const turns = arm.joints[joint]!.kind === "R";
   return [0, 1, 2, 3, 4].map((k) => {
     const value = low + (k * (high - low)) / 4;
+    if (turns && radians) return [value, inParts(value, signed)];
     const number = turns ? degrees(value) : decimals(value, 2);
     return [value, `${signed(number)}${turns ? "°" : ""}`];
   });
+}
+
+/** An angle as a half or whole multiple of π where it is one. */
+function inParts(angle: number, signed: (value: number) => string): string {
+  const halves = (2 * angle) / Math.PI;
+  if (Math.abs(halves - Math.round(halves)) > 1e-9) return signed(decimals(angle, 2));
+  return ["−π", "−π/2", "0", "π/2", "π"][Math.round(halves) + 2] ?? signed(decimals(angle, 2));
 }
 
 function Legend({ kinds, lost }: { kinds: readonly Stretch[]; lost: boolean }): JSX.Element {

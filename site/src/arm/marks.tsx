@@ -26,10 +26,10 @@ export interface Layers {
 export const LAYERS = ["frames", "lengths", "vectors", "columns", "ellipse"] as const;
 
 /** Metres on the drawing for one m/s, less for a small arm. */
-const BY_SPEED = 0.32;
-/** Length of the axes of a frame in pixels. */
-function axisOf({ width, height }: View): number {
-  return Math.min(44, 0.105 * Math.min(width, height));
+const BY_SPEED = 0.4;
+/** Length of the axes of a frame in pixels; in space they come out of the bodies of joints. */
+function axisOf({ width, height }: View, flat: boolean): number {
+  return Math.min(flat ? 44 : 58, (flat ? 0.12 : 0.16) * Math.min(width, height));
 }
 
 const LOST = 0.03;
@@ -99,13 +99,15 @@ export function Marks(props: MarksProps): JSX.Element {
       {layers.frames &&
         state.frames.map(({ o, x, y, z }, i) => (
           <g key={i}>
-            <Arrow view={view} from={o} vector={ofPixels(view, x, axisOf(view))} style="arm-x" />
-            {flat && <Arrow view={view} from={o} vector={ofPixels(view, y, axisOf(view))} style="arm-x" />}
+            <Arrow view={view} from={o} vector={ofPixels(view, x, axisOf(view, flat))} style="arm-x" />
+            {flat && (
+              <Arrow view={view} from={o} vector={ofPixels(view, y, axisOf(view, flat))} style="arm-x" />
+            )}
             {!flat && (
               <Arrow
                 view={view}
                 from={o}
-                vector={ofPixels(view, z, axisOf(view))}
+                vector={ofPixels(view, z, axisOf(view, flat))}
                 style={`arm-z ${jointStyle(arm, i)}`}
               />
             )}
@@ -128,6 +130,7 @@ export function Marks(props: MarksProps): JSX.Element {
           [
             ...arm.joints.map((_, i) => linkOf(arm, state, i + 1).map((point) => pixel(view, point))),
             ...(flat ? [groundAt(pixel(view, state.frames[0]!.o))] : []),
+            ...arrowLines(props, columns),
           ],
           view.width,
           view.height,
@@ -151,6 +154,18 @@ function groundAt([x, y]: Pixel): Pixel[] {
     [x, y + 26],
     [x - 30, y + 26],
     [x + 30, y + 26],
+  ];
+}
+
+/** The axes of the frames and the columns of J that are drawn, as lines that letters leave free. */
+function arrowLines({ state, view, layers, flat }: MarksProps, columns: readonly Vec3[]): Pixel[][] {
+  const line = (from: Vec3, vector: Vec3): Pixel[] => [pixel(view, from), pixel(view, add(from, vector))];
+  const axes = state.frames.flatMap((frame) =>
+    shownAxes(frame, flat).map(([, axis]) => line(frame.o, ofPixels(view, axis, axisOf(view, flat)))),
+  );
+  return [
+    ...(layers.frames ? axes : []),
+    ...(layers.columns ? columns.map((column) => line(state.point, column)) : []),
   ];
 }
 
@@ -220,10 +235,16 @@ function wantedLabels({ arm, state, view, reach, layers, flat }: MarksProps, sig
     frames.forEach((frame, i) => {
       const [x, y] = pixel(view, frame.o);
       for (const [letter, axis] of shownAxes(frame, flat)) {
-        const way = drawn(view, ofPixels(view, axis, axisOf(view)));
+        const way = drawn(view, ofPixels(view, axis, axisOf(view, flat)));
         const style = letter === "z" ? jointStyle(arm, i) : "arm-x";
         if (Math.hypot(...way) > 14 && (flat || letter === "z"))
-          wanted.push({ name: `${letter}${i}`, style, at: [x + way[0], y + way[1]], toward: way });
+          wanted.push({
+            name: `${letter}${i}`,
+            style,
+            at: [x + way[0], y + way[1]],
+            toward: way,
+            beside: true,
+          });
       }
     });
   }

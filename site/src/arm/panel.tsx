@@ -20,7 +20,7 @@ import { LAYERS, type Layers } from "./marks.js";
 import { obstacle } from "./path.js";
 import { Route } from "./route.js";
 import { useSize } from "./size.js";
-import { digits, sayIn, Spoken, useDigits, useSay } from "./speech.js";
+import { digits, InRadians, sayIn, Spoken, useDigits, useSay } from "./speech.js";
 import { type Pane, type Stage, type StageWish, useStage } from "./stage.js";
 import type { View } from "./view.js";
 import { Welding } from "./weld.js";
@@ -31,6 +31,8 @@ export type { NamedPose };
 export interface ArmProps extends StageWish {
   readonly symbols: Readonly<Record<string, SymbolInfo>>;
   readonly language?: Language | undefined;
+  /** Whether sliders and map have angles in radians. */
+  readonly radians?: boolean | undefined;
   /** The pane that is open first, where that is not as everywhere. */
   readonly pane?: Pane | null | undefined;
   /** Told of the stage whenever something of it has changed. */
@@ -42,7 +44,9 @@ export interface ArmProps extends StageWish {
 /** The stage; what is around it may be told of every move, and shows the same arm on. */
 export const Arm = memo((props: ArmProps): JSX.Element => (
   <Spoken.Provider value={props.language ?? ENGLISH}>
-    <Panel {...props} />
+    <InRadians.Provider value={props.radians ?? false}>
+      <Panel {...props} />
+    </InRadians.Provider>
   </Spoken.Provider>
 ));
 
@@ -98,6 +102,7 @@ function Panel(props: ArmProps): JSX.Element {
             onChoose={stage.choose}
             onPose={stage.move}
             onLit={stage.point}
+            near
             label={say("arm.drawing.label", { robot: robot.title })}
             describedBy={`${ids}words`}
             target={

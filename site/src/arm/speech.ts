@@ -8,6 +8,9 @@ import { ENGLISH, inDigits, type Language, message, said, type Values } from "..
 
 export const Spoken = createContext<Language>(ENGLISH);
 
+/** Whether angles are told in radians, as in a table that is typed so; else in degrees. */
+export const InRadians = createContext(false);
+
 /** A text of the catalogue in the page's language. */
 export type Say = (key: TextKey, values?: Values) => string;
 
@@ -36,6 +39,11 @@ export function decimals(value: number, count: number): number {
 /** Three significant digits. */
 export function digits(value: number): number {
   return Math.abs(value) < 5e-7 ? 0 : Number(value.toPrecision(3));
+}
+
+/** An angle in its unit, with a decimal in degrees and three in radians. */
+export function angleIn(radians: boolean, angle: number): number {
+  return radians ? decimals(angle, 3) : degrees(angle);
 }
 
 export function degrees(angle: number): number {

@@ -21,6 +21,7 @@ import { VOCABULARY } from "../read/vocabulary.js";
 import { message } from "../text/text.js";
 import { claimedPieces, isTied, type Piece } from "./pieces.js";
 import { shareOfSet } from "./credit.js";
+import { slipInSet } from "./set-slips.js";
 import { type At, correct, graded, missing, unreadable, type Verdict, wrong } from "./verdict.js";
 import { anyNumber, atText, isBlank } from "./values.js";
 
@@ -165,15 +166,31 @@ function compared(
       .map((pieces) => [pieces.length - uncoveredIn(sound, pieces).length, pieces.length] as const),
     bad.length,
   );
+  const slip = slipInSet({
+    claims,
+    bad: claims.filter((_, i) => found[i] !== null && found[i] !== "nowhere"),
+    open: poses.filter((piece) => piece.some((at) => !claims.some((claim) => holds(claim, at, space)))),
+    ...space,
+    holds: (claim, at) => holds(claim, at, space),
+    isSound: (claim, instead) =>
+      counterexample(claim, [], space, (at) => isSingular(instead({ ...poses.flat()[0], ...at })), 0) ===
+      null,
+  });
+  const more = slip ? { slip } : {};
   const [off] = bad.filter((each) => each !== "close");
   const isRounded = claims.some((claim, i) => {
     const at = found[i];
     return at && typeof at === "object" && isRoundedAt(claim, at, poses, space);
   });
   if (off && isRounded) return graded(share, [message("verdict.rounded")], { at: off });
-  if (off) return graded(share, [message("verdict.unsound", { at: atText(shown(off, space)) })], { at: off });
+  if (off)
+    return graded(share, [message("verdict.unsound", { at: atText(shown(off, space)) })], {
+      at: off,
+      ...more,
+    });
   const [at] = open;
-  if (at) return graded(share, [message("verdict.uncovered", { at: atText(shown(at, space)) })], { at });
+  if (at)
+    return graded(share, [message("verdict.uncovered", { at: atText(shown(at, space)) })], { at, ...more });
   const nowhere = found.findIndex((each) => each === "nowhere" || each === "close") + 1;
   return graded(share, [message("verdict.nowhere", { text: String(nowhere) })]);
 }

@@ -19,6 +19,7 @@ import { table, VOCABULARY } from "../read/vocabulary.js";
 import { inDigits, message, type Message } from "../text/text.js";
 import type { TextKey } from "../text/en.js";
 import { shareButForFactor, shareOfEntries } from "./credit.js";
+import { slipIn } from "./slips.js";
 import { type At, correct, graded, missing, unreadable, type Verdict, wrong } from "./verdict.js";
 
 /** Share of the size of the terms that rounding may take. */
@@ -204,11 +205,20 @@ function compared(rows: readonly (readonly Node[])[], key: ValuesKey): Verdict {
   const k = differing[first] as number;
   const reason = unknownSymbols(names, key) ?? difference(entries, first, mine(k)[first] ?? null, key, k);
   const mistake = mistakeBehind(mine, key);
+  const isRight = (i: number, entry: Node) =>
+    key.points.every((_, j) =>
+      same(evaluate(entry, configuration(key, j, names)), key.right[i]?.[j] ?? null),
+    );
+  const wrong = differing.flatMap((j, i) => (j >= 0 && !blank[i] ? [i] : []));
+  const at = (j: number) => configuration(key, j, names);
+  const slip =
+    mistake === undefined && wrong.length > 0 ? slipIn({ entries, wrong, at, isRight }, key) : null;
   const but = amiss === 0 ? [] : [message(amiss.says)];
   return graded(share, [...but, ...counted(right, zeros), reason], {
     entries: marks,
     at: configuration(key, k, NOTHING),
     ...(mistake === undefined ? {} : { mistake }),
+    ...(slip ? { slip } : {}),
   });
 }
 

@@ -9,7 +9,7 @@ export type At = Readonly<Record<string, number>>;
 /**
  * `share` of the points, from 0 to 1; `sure` where the exact method would say the same but for a chance that is none;
  * `at` the configuration at which it differs; `entries` which entries of a matrix are right; `mistake` an index into
- * what the problem says of mistakes.
+ * what the problem says of mistakes, `slip` what else seems to have gone wrong.
  */
 export interface Verdict {
   readonly outcome: "correct" | "partial" | "wrong" | "missing";
@@ -19,6 +19,7 @@ export interface Verdict {
   readonly at?: At;
   readonly entries?: readonly (readonly boolean[])[];
   readonly mistake?: number;
+  readonly slip?: Message;
 }
 
 export function correct(reason?: Message, sure = true): Verdict {

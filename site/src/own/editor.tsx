@@ -8,6 +8,7 @@ import { useId } from "preact/hooks";
 import { ROWS } from "../arm/model.js";
 import { Letters } from "../arm/letters.js";
 import { message, said } from "../text/text.js";
+import { inAngles } from "./angles.js";
 import {
   ANGLES,
   type Cell,
@@ -52,7 +53,7 @@ export const Editor = memo(({ table, faults, usual, onTable }: EditorProps): JSX
           all={ANGLES}
           chosen={table.angles}
           text={(each) => said(message(`own.angles-${each}`))}
-          onChoose={(angles) => onTable({ ...table, angles })}
+          onChoose={(angles) => onTable(inAngles(table, angles))}
         />
       </div>
       <p class="own-head" aria-hidden="true">

@@ -11,6 +11,7 @@ import type { Stage } from "../arm/stage.js";
 import type { NamedPose, Robot } from "../bank.js";
 import { Copied } from "../pages/copied.js";
 import { language, message, said } from "../text/text.js";
+import { inAngles } from "./angles.js";
 import { Editor } from "./editor.js";
 import { Figures } from "./figures.js";
 import { tomlOf } from "./file.js";
@@ -30,7 +31,7 @@ interface Own {
 
 /** What a table of one's own begins with. */
 const PLAINEST: Table = {
-  ...{ name: "", convention: "dh", angles: "radians", task: null },
+  ...{ name: "", convention: "dh", angles: "degrees", task: null },
   rows: [0, 1].map((row) => ({ ...newRow("R", row), a: "0.5" })),
   ...{ tool: ZEROS, place: ZEROS, turn: ZEROS },
 };
@@ -95,10 +96,11 @@ export function OwnArm({ known }: { known: KnownArms }): JSX.Element {
       const found = all.find((each) => each.key === key);
       if (key && !found) return;
       pose.current = undefined;
-      if (!found) return setOwn({ table: PLAINEST, robot: null, at: null, fault: null });
-      setOwn({ table: tableOf(found, language().code), robot: key, at: null, fault: null });
+      const begun = found ? tableOf(found, language().code) : PLAINEST;
+      const table = inAngles(begun, own.table.angles); // as was chosen
+      setOwn({ table, robot: found ? key : null, at: null, fault: null });
     },
-    [all],
+    [all, own.table.angles],
   );
   const posed = useCallback((now: NamedPose) => void (pose.current = now), []);
   const source = all.find(({ key }) => key === own.robot)?.source;
@@ -142,6 +144,7 @@ export function OwnArm({ known }: { known: KnownArms }): JSX.Element {
             pose={first}
             language={language()}
             pane="map"
+            radians={own.table.angles === "radians"}
             onStage={setStage}
             onPose={posed}
           />
@@ -175,14 +178,15 @@ function poseOf({ at, table }: Own): NamedPose | undefined {
 
 /** What the address tells; the first known arm where it tells nothing. */
 function fromAddress(all: readonly Known[]): Own {
-  const first = { table: tableOf(all[0]!, language().code), robot: all[0]!.key, at: null };
+  const known = (arm: Known): Table => inAngles(tableOf(arm, language().code), PLAINEST.angles);
+  const first = { table: known(all[0]!), robot: all[0]!.key, at: null };
   const told = fromFragment(window.location.hash);
   if (told === null) return { ...first, fault: null };
   if (told === "unreadable") return { ...first, fault: "own.no-table" };
   if (told.table) return { table: told.table, robot: null, at: told.at, fault: null };
   const robot = all.find(({ key }) => key === told.robot);
   if (!robot) return { ...first, fault: "own.no-robot" };
-  return { table: tableOf(robot, language().code), robot: robot.key, at: told.at, fault: null };
+  return { table: known(robot), robot: robot.key, at: told.at, fault: null };
 }
 
 interface BeginProps {

@@ -154,14 +154,14 @@ function treeOf(text: string, known: ReadonlySet<string>): Node {
 }
 
 /** A cell's number (rad where it is an angle, else m); `angles` is null for a length. Throws ReadError. */
-function constant(text: string, angles: Angles | null): number {
+export function constant(text: string, angles: Angles | null): number {
   const tree = treeOf(text, new Set());
   refuseLetters(tree, new Set());
   return inUnit(tree, {}, angles);
 }
 
 /** What a cell adds to its joint's own variable, and whether that has a minus before it. Throws ReadError. */
-function withVariable(
+export function withVariable(
   text: string,
   kind: Kind,
   index: number,

@@ -126,7 +126,7 @@ function Entries({
     <div class="answer" ref={place}>
       <div class="grid" role="group" aria-label={said(message("answer.label"))} data-columns={columns}>
         {entries.map((entry, i) => (
-          <span class="cell" key={i}>
+          <span class="cell" key={i} onFocusIn={inSight}>
             <FormulaField
               label={label(i)}
               value={entry}
@@ -144,6 +144,19 @@ function Entries({
     </div>
   );
 }
+
+/** Where the grid is scrolled by itself, the entry that is typed is in it with all its room. */
+function inSight({ currentTarget }: { readonly currentTarget: HTMLElement }): void {
+  const grid = currentTarget.parentElement;
+  if (!grid || grid.scrollWidth <= grid.clientWidth) return;
+  const [cell, box] = [currentTarget.getBoundingClientRect(), grid.getBoundingClientRect()];
+  const [before, behind] = [cell.left - box.left - EDGE, cell.right - box.right + EDGE];
+  if (before < 0) grid.scrollLeft += before;
+  else if (behind > 0) grid.scrollLeft += Math.min(behind, before);
+}
+
+/** Pixels that stay free at the side of a grid. */
+const EDGE = 12;
 
 interface FormulaFieldProps {
   readonly label: string;

@@ -40,6 +40,11 @@ export function Feedback({ problem, verdict, isDrawn, note }: FeedbackProps): JS
           </span>
         </p>
       ) : null}
+      {verdict.slip ? (
+        <p class="mistake">
+          <strong>{said(message("practice.mistake"))}</strong> {said(verdict.slip)}
+        </p>
+      ) : null}
       {verdict.entries && verdict.entries.length * (verdict.entries[0]?.length ?? 0) > 1 ? (
         <Marks entries={verdict.entries} />
       ) : null}

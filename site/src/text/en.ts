@@ -109,6 +109,41 @@ export const en = {
     "A value in your answer is rounded: it is near a singular configuration, and not on one. Write it exactly, as in pi/3, " +
     "acos(…) or atan2(…, …), or as a condition, as in cos(theta2) = 1/3.",
   "verdict.nowhere": "No configuration could be found at which condition {text} of your answer holds.",
+  "slip.answer": "Your answer",
+  "slip.entry": "Entry ({row}, {column})",
+  "slip.row": "Entry {row}",
+  "slip.column": "Column {column}",
+  "slip.entries": "Entries {entries}",
+  "slip.whole-sign": "{where}: all of it has the wrong sign, and nothing else seems to be wrong there.",
+  "slip.wave": "{where}: in one place sine and cosine are exchanged. The rest there is as it should be.",
+  "slip.all-waves": "{where}: sines and cosines are exchanged throughout. The rest there is as it should be.",
+  "slip.relative":
+    "{where}: an angle lacks the joints before it. The angles of parallel joints add up from link to link; the rest there is as " +
+    "it should be.",
+  "slip.angle":
+    "{where}: one angle under a sine or cosine is another one than is due. The rest there is as it should be.",
+  "slip.sign": "{where}: one sign is wrong. The rest there is as it should be.",
+  "slip.symbol":
+    "{where}: one symbol stands where another of its kind is due. The rest there is as it should be.",
+  "slip.bracket": "{where}: a bracket is missing. A factor in front of a sum multiplies all of its terms.",
+  "slip.term-extra": "{where}: there is a term too many. The rest there is as it should be.",
+  "slip.factor-extra": "{where}: there is a factor too many. The rest there is as it should be.",
+  "slip.length-missing":
+    "{where}: a length is missing as a factor. Look at the units; the rest there is as it should be.",
+  "slip.number":
+    "{where}: a number that something is multiplied by is wrong by a factor of two. The rest there is as it should be.",
+  "slip.constant": "{where}: one number is another one than is due. The rest there is as it should be.",
+  "slip.term-missing": "{where}: a term is missing. The rest there is as it should be.",
+  "slip.factor-missing":
+    "{where}: a factor with a joint in it is missing. The rest there is as it should be.",
+  "slip.column-left-out":
+    "Column {column} is left out: it has nothing but zeros, and something else is due in it.",
+  "slip.degrees": "An angle seems to be typed in degrees: type radians, or put deg behind it, as in 180 deg.",
+  "slip.quarter-turn":
+    "A value of {joint} is a quarter turn off: the sine vanishes where the cosine does not. Which of them is it that has to vanish?",
+  "slip.other-joint":
+    "What you say of {joint} holds for another joint: which one does the formula that has to vanish depend on?",
+  "slip.half-turn": "You name one value of {joint}, and the arm is singular half a turn further, too.",
   "verdict.letter": "{letter} is not the right option.",
   "verdict.no-letter": "“{said}” is none of the options {letters}.",
   "verdict.letters": "{hits} of the letters are right, {misses} are not.",
@@ -542,8 +577,10 @@ export const en = {
   "arm.joint.turn": "Joint angle {joint}",
   "arm.joint.slide": "Joint distance {joint}",
   "arm.joint.degrees": "{joint} in degrees",
+  "arm.joint.radians": "{joint} in radians",
   "arm.joint.metres": "{joint} in metres",
   "arm.value.degrees": "{value} degrees",
+  "arm.value.radians": "{value} radians",
   "arm.value.metres": "{value} metres",
   "arm.layers": "Shown",
   "arm.layer.frames": "frames",

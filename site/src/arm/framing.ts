@@ -1,0 +1,76 @@
+// A nearer view of the pose with which an arm is seen first: all it reaches takes several times the room of the arm.
+//
+// It holds until the arm gets to the edge of it; from then on all that the arm reaches is seen.
+
+import type { Arm, State } from "./model.js";
+import { wayToPoint } from "./shape.js";
+import { add, along, dot, type Vec3 } from "./vector.js";
+import { pixel, type View } from "./view.js";
+
+/** What is in the middle of the drawing, and how many times larger it is than where all is seen. */
+export interface Framing {
+  readonly centre: Vec3;
+  readonly times: number;
+}
+
+const LARGEST = 1.9;
+/** A box that is too small for arrows and letters shows them as far as it can. */
+const LEAST = 0.7;
+/** Pixels at each side for arrows and letters: in a flat drawing there are arcs and the ground, too. */
+const [FLAT, SOLID] = [58, 44];
+/** Pixels that words and buttons take, above, below and to the right of an arm in space. */
+const [WORDS, BUTTONS] = [14, 60];
+/** As near to the edge (pixels) the arm may come. */
+const EDGE = 16;
+
+/** The places of an arm in a pose. */
+function places(arm: Arm, state: State): Vec3[] {
+  return [
+    arm.base.o,
+    ...state.frames.map(({ o }) => o),
+    ...state.corners,
+    ...wayToPoint(state.frames[arm.point.frame]!, arm.point.offset),
+  ];
+}
+
+/** The framing of a pose in a view of all, with arrows at P. */
+export function framingOf(
+  arm: Arm,
+  state: State,
+  arrows: readonly Vec3[],
+  view: View,
+  flat: boolean,
+): Framing {
+  const seen = [...places(arm, state), ...arrows.map((arrow) => add(state.point, arrow))];
+  const [xs, ys] = [0, 1].map((k) => seen.map((place) => pixel(view, place)[k as 0 | 1]));
+  const [left, right] = [Math.min(...xs!), Math.max(...xs!)];
+  const [top, bottom] = [Math.min(...ys!), Math.max(...ys!)];
+  const side = flat ? FLAT : SOLID;
+  const fitting = Math.min(
+    (view.width - 2 * side - (flat ? 0 : BUTTONS)) / Math.max(right - left, 1),
+    (view.height - 2 * (side + WORDS)) / Math.max(bottom - top, 1),
+  );
+  const times = Math.max(LEAST, Math.min(LARGEST, fitting));
+  const aside = flat ? 0 : BUTTONS / 2 / times;
+  const across = ((left + right) / 2 + aside - view.width / 2) / view.scale;
+  const up = (view.height / 2 - (top + bottom) / 2) / view.scale;
+  return { centre: along(along(view.centre, view.right, across), view.up, up), times };
+}
+
+/** A view of all, nearer by a framing. */
+export function framed(view: View, { centre, times }: Framing): View {
+  return { ...view, centre, scale: times * view.scale };
+}
+
+/** Whether all of an arm is to be seen in a view. */
+export function isSeen(arm: Arm, state: State, view: View): boolean {
+  return places(arm, state).every((place) => {
+    const [x, y] = pixel(view, place);
+    return x > EDGE && x < view.width - EDGE && y > EDGE && y < view.height - EDGE;
+  });
+}
+
+/** Whether two poses are the same. */
+export function isSame(one: readonly number[], other: readonly number[]): boolean {
+  return one.length === other.length && dot(one, one) - 2 * dot(one, other) + dot(other, other) < 1e-16;
+}

@@ -1,0 +1,51 @@
+// The nearer view with which an arm is seen first.
+import { describe, expect, it } from "vitest";
+
+import { framed, framingOf, isSame, isSeen } from "../../src/arm/framing.js";
+import { drawnColumns } from "../../src/arm/marks.js";
+import { armOf, reachOf, stateAt } from "../../src/arm/model.js";
+import { extentOf, firstPose } from "../../src/arm/ranges.js";
+import { add } from "../../src/arm/vector.js";
+import { FIRST_ORBIT, flatPlane, pixel, viewOf } from "../../src/arm/view.js";
+import { ELBOW, PLAIN, ROBOTS, SIX } from "./robots.js";
+
+const ALL = { ...ROBOTS, plain: PLAIN, elbow: ELBOW, six: SIX };
+const SIZES = [
+  [362, 286],
+  [475, 420],
+  [760, 420],
+] as const;
+
+describe.each(Object.entries(ALL))("the first view of %s", (_, robot) => {
+  const arm = armOf(robot);
+  const state = stateAt(arm, firstPose(arm));
+  const arrows = drawnColumns(arm, state, reachOf(arm));
+  const flat = flatPlane(arm) !== null;
+
+  it.each(SIZES)("has the arm and its arrows in %i x %i pixels", (width, height) => {
+    const whole = viewOf(arm, extentOf(arm), width, height, FIRST_ORBIT);
+    const view = framed(whole, framingOf(arm, state, arrows, whole, flat));
+    expect(isSeen(arm, state, view)).toBe(true);
+    for (const arrow of arrows) {
+      const [x, y] = pixel(view, add(state.point, arrow));
+      expect(x > 0 && x < width && y > 0 && y < height).toBe(true);
+    }
+  });
+});
+
+it("shows a planar arm half as large again as the view of all that it reaches", () => {
+  const arm = armOf(PLAIN);
+  const whole = viewOf(arm, extentOf(arm), 760, 420, FIRST_ORBIT);
+  const { times } = framingOf(arm, stateAt(arm, firstPose(arm)), [], whole, true);
+  expect(times).toBeGreaterThan(1.5);
+});
+
+it("ends where the arm gets to its edge", () => {
+  const arm = armOf(PLAIN);
+  const state = stateAt(arm, firstPose(arm));
+  const whole = viewOf(arm, extentOf(arm), 475, 420, FIRST_ORBIT);
+  const view = framed(whole, framingOf(arm, state, [], whole, true));
+  const opposite = stateAt(arm, [state.pose[0]! + Math.PI, 0]);
+  expect([isSeen(arm, opposite, view), isSeen(arm, opposite, whole)]).toEqual([false, true]);
+  expect([isSame(state.pose, [...state.pose]), isSame(state.pose, opposite.pose)]).toEqual([true, false]);
+});
