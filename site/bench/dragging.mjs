@@ -21,7 +21,7 @@ async function dragged(browser, root) {
     viewport: { width: 1280, height: 900 },
   });
   const page = await context.newPage();
-  await page.goto(`${root}/practice.html?arm=${ARM}&question=joint-rates`);
+  await page.goto(`${root}/practice.html?arm=${ARM}&question=link-velocity`);
   await page.locator(".arm-zero").first().waitFor({ state: "attached" });
   const session = await context.newCDPSession(page);
   await session.send("Performance.enable", { timeDomain: "threadTicks" });
