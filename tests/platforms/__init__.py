@@ -21,12 +21,15 @@ A platform is a module with `run(software, work) -> Record`, its line in `PLATFO
 """
 
 PLATFORMS: dict[str, str] = {
-    "moodle": "MOODLE", "stack": "STACK", "canvas": "QTI_MIGRATION", "prairielearn": "PRAIRIELEARN", "qti": "QTI_SDK",
-    "github": "GITHUB_RUNNER", "gitlab": "GITLAB_RUNNER",
+    "moodle": "MOODLE", "canvas": "QTI_MIGRATION", "qti": "QTI_SDK", "github": "GITHUB_RUNNER", "gitlab": "GITLAB_RUNNER",
     "otter": "OTTER", "nbgrader": "NBGRADER", "gradescope": "GRADESCOPE_ROOT", "jupyterlab": "JUPYTERLAB",
-    "jupyterquiz": "JUPYTERLAB", "jupyterlite": "JUPYTERLITE", "scorm": "SCORM_AGAIN",
+    "jupyterquiz": "JUPYTERLAB", "scorm": "SCORM_AGAIN", "jupyterlite": "JUPYTERLITE", "stack": "STACK",
+    "prairielearn": "PRAIRIELEARN",
 }  # fmt: skip
-"""Modules of this package by name, each with the variable of the environment that holds the path of its software."""
+"""Modules of this package by name, each with the variable of the environment that holds the path of its software.
+
+The dearest are last.
+"""
 INSTALLED: dict[str, str] = {
     "GITLAB_RUNNER": ".venvs/platforms/node_modules/.bin/gitlab-ci-local", "OTTER": ".venvs/platforms/otter",
     "NBGRADER": ".venvs/platforms/nbgrader", "GRADESCOPE_ROOT": ".venvs/platforms/debian",
