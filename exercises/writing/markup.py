@@ -112,15 +112,17 @@ def to_html_for_mathjax(text: str) -> str:
     r"""Return HTML for platforms that set mathematics themselves: formulas as LaTeX in `\(…\)` and `\[…\]`.
 
     Tables have the classes without which Moodle's themes and PrairieLearn's show neither their lines nor any space in
-    them.
+    them. In a window that is narrower than a table, the table alone is moved sideways.
     """
 
     def formula(latex: str, block: bool) -> str:
-        shown = escape(fitted_latex(latex, SCREEN) if block else latex, quote=False)
-        return rf"\[{shown}\]" if block else rf"\({shown}\)"
+        if block:
+            return rf"\[{escape(fitted_latex(latex, SCREEN), quote=False)}\]"
+        return "".join(rf"\({escape(each, quote=False)}\)" + after for each, after in _equations(latex))
 
     page = to_html(text, formula)
-    return page.replace("<table>", '<table class="generaltable table table-bordered" style="width: auto">')
+    table = '<table class="generaltable table table-bordered" style="width: auto">'
+    return page.replace("<table>", f'<div style="overflow-x: auto">{table}').replace("</table>", "</table></div>")
 
 
 # --- LaTeX ---
