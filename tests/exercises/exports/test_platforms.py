@@ -266,7 +266,9 @@ def test_a_small_window_moves_a_wide_table_and_nothing_else(order: Order, asked:
     """DH tables and matrices of boxes are wider than a telephone; a page as wide as they are is hard to read."""
     file, _ = file_of(moodle.moodle_files, order, asked)
     assert "</tbody>" in file.content
-    assert file.content.count("<table") == len(re.findall(r'<div style="overflow-x: auto">\s*<table', file.content))
+    assert file.content.count("<table") == len(
+        re.findall(r'<div style="overflow-x: auto; position: relative">\s*<table', file.content)
+    )
     assert file.content.count("</table>") == len(re.findall(r"</table>\s*</div>", file.content))
 
 

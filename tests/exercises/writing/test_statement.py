@@ -290,10 +290,12 @@ def test_the_minor_that_shows_full_rank_is_that_of_the_jacobian_there(family: st
 
 
 def test_platforms_that_set_formulas_break_such_a_line_too_and_move_a_wide_table() -> None:
-    page = to_html_for_mathjax(r"With $a_1 = 1, a_2 = 2, P = (0, 1)$, $x = 1, y = 2$ and $a < b$.")
+    page = to_html_for_mathjax(r"With $a_1 = 1,\; a_2 = 2,\; P = (0, 1)$, $x = 1, y = 2$ and $a < b$.")
     assert r"\(a_1 = 1\), \(a_2 = 2\), \(P = (0, 1)\), \(x = 1, y = 2\) and \(a &lt; b\)." in page
     page = to_html_for_mathjax("| a | b |\n|---|---|\n| 1 | 2 |\n")
-    assert re.fullmatch(r'<div style="overflow-x: auto"><table class=.*</table></div>\s*', page, re.DOTALL)
+    assert re.fullmatch(
+        r'<div style="overflow-x: auto; position: relative"><table class=.*</table></div>\s*', page, re.DOTALL
+    )
 
 
 def test_a_line_of_a_page_breaks_between_many_equations() -> None:
