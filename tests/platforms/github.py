@@ -34,7 +34,7 @@ def run(software: Path, work: Path) -> Record:
         act = _Act(software, work, own)
         grading = own.clone(f"{KEY}-grading", work / "clone", "https://github.com/")
         first = act.run("schedule", grading)
-        marks = counts(own, work / "kept" / "graded")
+        marks = counts(own, work / "kept" / "graded", first)
         (work / "kept").rename(work / "kept-first")
         again = act.run("issues", grading)
         checked = [

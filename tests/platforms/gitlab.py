@@ -1,4 +1,4 @@
-"""GitLab's jobs, run on this machine by gitlab-ci-local, whose command `software` is.
+"""GitLab's jobs, run on this machine by gitlab-ci-local, whose command `software` is; rsync is on the path.
 
 GitLab itself is a server of ours (tests.support.hosting): its repositories are real, its API has the lists of pushes.
 """
@@ -24,7 +24,7 @@ def run(software: Path, work: Path) -> Record:
         grading = own.clone(f"{KEY}-grading", work / "clone", ADDRESS)
         given = {**own.server.variables("gitlab"), "QDOT_SECRET": SECRET}
         first = _job(software, work, own, grading, {**given, "CI_PIPELINE_SOURCE": "schedule"})
-        marks = counts(own, grading / "graded")
+        marks = counts(own, grading / "graded", first)
         again = _job(software, work, own, grading, {**given, "CI_PIPELINE_SOURCE": "web"})
         checked = [
             _job(software, work, own, own.clone(f"{KEY}-{name}", work / name, ADDRESS), {}) for name in (RIGHT, BLANK)

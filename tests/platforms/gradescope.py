@@ -72,6 +72,7 @@ class _Container:
         subprocess.run(["cp", "--archive", "--reflink=auto", software, root], check=True)
         shutil.copy("/etc/resolv.conf", root / "etc" / "resolv.conf")
         self.root, self.autograder = root, root / "autograder"
+        self.environment = {"HOME": "/root", "PATH": os.defpath, **_certificates(root)}
         about = (root / "etc" / "os-release").read_text()
         system = next(line for line in about.splitlines() if line.startswith("PRETTY_NAME=")).split("=")[1].strip('"')
         python = self._called("python3", "--version").stdout.strip()
@@ -111,10 +112,20 @@ class _Container:
         kept = [word for name in CAPABILITIES for word in ("--cap-add", f"CAP_{name}")]
         inside = [
             "bwrap", "--bind", self.root, "/", "--dev", "/dev", "--proc", "/proc", "--unshare-pid", "--unshare-ipc",
-            "--cap-drop", "ALL", *kept, "--clearenv", "--setenv", "HOME", "/root", "--setenv", "PATH", os.defpath,
+            "--cap-drop", "ALL", *kept, "--clearenv",
+            *(word for name, value in self.environment.items() for word in ("--setenv", name, value)),
             "--chdir", "/autograder", "--die-with-parent", *command,
         ]  # fmt: skip
         return subprocess.run([str(word) for word in inside], capture_output=True, text=True, errors="replace")
+
+
+def _certificates(root: Path) -> dict[str, str]:
+    """Give the container the certificates by which pip trusts its registry on this machine, if it is told any."""
+    named = os.environ.get("PIP_CERT")
+    if not named:
+        return {}
+    shutil.copy(named, root / "etc" / "pip-certificates.pem")
+    return {"PIP_CERT": "/etc/pip-certificates.pem"}
 
 
 def _metadata(student: Student) -> dict[str, Any]:

@@ -134,8 +134,12 @@ function graded(string $file, stdClass $course, array $students): array {
     $mail = array_search('Email address', $header);
     $points = array_search('percent', array_map(fn($name) => str_contains($name, 'percent') ? 'percent' : '', $header));
     $form = ['id' => $course->id, 'iid' => $import->get_iid(), 'importcode' => $code, 'forceimport' => true];
-    $form += ['mapfrom' => $mail, 'mapto' => 'useremail', "mapping_$points" => 'new'];
+    $form += ['mapfrom' => $mail, 'mapto' => 'useremail'];
     $form += array_fill_keys(array_map(fn($index) => "mapping_$index", array_keys($header)), '0');
+    // Into an item that is there, as the docs tell it: Moodle takes the maximum of a "new" one from whatever item, of any
+    // course, has the number of the import's.
+    $item = ['courseid' => $course->id, 'itemtype' => 'manual', 'itemname' => 'Homework', 'grademin' => 0, 'grademax' => 100];
+    $form["mapping_$points"] = (string) (new grade_item($item, false))->insert();
     $done = $import->prepare_import_grade_data($header, (object) $form, $reader, $course->id, false, 0, false);
     if (!$done) {
         return ['done' => false, 'said' => $import->get_gradebookerrors()];

@@ -184,6 +184,7 @@ def running(software: Path, course: Path, work: Path) -> Iterator[Site]:
     config.write_text(json.dumps(settings), encoding="utf-8")
     python = software / ".venv/bin/python3.13"  # it starts anew for each phase, and keeps no bytecode itself
     subprocess.run([python, "-m", "compileall", "-q", "exercises", "grader"], cwd=REPOSITORY, check=True)
+    _need(python, "prairielearn.internal.zygote_utils", "grader.marking")
     subprocess.run(["createdb", database], check=True)
     app = software / APP
     command = [f"{app}/node_modules/.bin/tsx", "--tsconfig", "src/tsconfig.json", "--import", str(LOOPBACK)]
@@ -202,6 +203,13 @@ def running(software: Path, course: Path, work: Path) -> Iterator[Site]:
             os.killpg(server.pid, signal.SIGTERM)
             server.wait()
         subprocess.run(["dropdb", "--force", database], check=True)
+
+
+def _need(python: Path, *modules: str) -> None:
+    """Hold that Python can import what a question calls: where it can't, the server has its pages wait for long."""
+    path = os.pathsep.join((str(python.parents[2] / APP / "python"), str(REPOSITORY)))
+    for module in modules:
+        subprocess.run([python, "-c", f"import {module}"], env={**os.environ, "PYTHONPATH": path}, check=True)
 
 
 def _wait(server: subprocess.Popen[bytes], site: Site, log: Path) -> None:

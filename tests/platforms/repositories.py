@@ -52,8 +52,13 @@ def pushed(outlet: str, work: Path) -> Iterator[Class]:
         yield Class(assignment, made, server, work / "python")
 
 
-def counts(own: Class, graded: Path) -> dict[str, Count]:
-    """Return what the class was given: the marks in results.jsonl, and each student's own feedback."""
+def counts(own: Class, graded: Path, said: str) -> dict[str, Count]:
+    """Return what the class was given: the marks in results.jsonl, and each student's own feedback.
+
+    A job that left no marks tells why in what it `said`.
+    """
+    if not (graded / "results.jsonl").exists():
+        raise RuntimeError(f"no marks: {said[-3000:]}")
     lines = (graded / "results.jsonl").read_text(encoding="utf-8").splitlines()
     results = {result["student"]: result for result in map(json.loads, lines)}
     parts = {

@@ -262,6 +262,16 @@ def test_tables_have_the_class_that_moodle_shows_them_by(order: Order, asked: li
     assert all("generaltable" in table for table in tables)
 
 
+def test_a_small_window_moves_a_wide_table_and_nothing_else(order: Order, asked: list[Item]) -> None:
+    """DH tables and matrices of boxes are wider than a telephone; a page as wide as they are is hard to read."""
+    file, _ = file_of(moodle.moodle_files, order, asked)
+    assert "</tbody>" in file.content
+    assert file.content.count("<table") == len(
+        re.findall(r'<div style="overflow-x: auto; position: relative">\s*<table', file.content)
+    )
+    assert file.content.count("</table>") == len(re.findall(r"</table>\s*</div>", file.content))
+
+
 def test_figures_are_no_wider_than_the_page(order: Order, asked: list[Item]) -> None:
     """Moodle's column on a small window is narrower than our figures, which would cover what is beside it."""
     file, _ = file_of(moodle.moodle_files, order, asked)

@@ -23,7 +23,7 @@ from exercises.quizzes import ASKED
 from exercises.render import template_folder
 from exercises.showing import FORMATS, problem_json, show
 from exercises.writing.latex import tex
-from exercises.writing.markup import to_html, to_latex, to_text
+from exercises.writing.markup import to_html, to_html_for_mathjax, to_latex, to_text
 from exercises.writing.statement import (
     answer_code,
     prompt,
@@ -287,6 +287,15 @@ def test_the_minor_that_shows_full_rank_is_that_of_the_jacobian_there(family: st
         lengths = {symbol: sp.Rational(7 + 2 * i, 10) for i, symbol in enumerate(problem.chain.parameters)}
         there = sp.N(square.xreplace(place.joints).xreplace(lengths).det())
         assert abs(there) > 1e-3 and abs(there - value.xreplace(lengths)) < 2e-3 * max(1, abs(there)), problem.id
+
+
+def test_platforms_that_set_formulas_break_such_a_line_too_and_move_a_wide_table() -> None:
+    page = to_html_for_mathjax(r"With $a_1 = 1,\; a_2 = 2,\; P = (0, 1)$, $x = 1, y = 2$ and $a < b$.")
+    assert r"\(a_1 = 1\), \(a_2 = 2\), \(P = (0, 1)\), \(x = 1, y = 2\) and \(a &lt; b\)." in page
+    page = to_html_for_mathjax("| a | b |\n|---|---|\n| 1 | 2 |\n")
+    assert re.fullmatch(
+        r'<div style="overflow-x: auto; position: relative"><table class=.*</table></div>\s*', page, re.DOTALL
+    )
 
 
 def test_a_line_of_a_page_breaks_between_many_equations() -> None:

@@ -76,9 +76,10 @@ class Album:
         else:
             left, top, right, bottom = 0, 0, whole.width, whole.height
         top, bottom = (max(top, bottom - tallest), bottom) if lower else (top, min(bottom, top + tallest))
+        window = page.viewport_size["width"] if page.viewport_size else whole.width  # no wider than its reader sees it
         cut = whole.crop((
             max(0, int(left - around)), max(0, int(top - around)),
-            min(WINDOW["width"], whole.width, int(right + around)), min(whole.height, int(bottom + around)),
+            min(window, whole.width, int(right + around)), min(whole.height, int(bottom + around)),
         ))  # fmt: skip
         cut = narrower(cut) if cut.width > WINDOW["width"] else cut
         FOLDER.mkdir(exist_ok=True)

@@ -17,7 +17,7 @@ from playwright.sync_api import Browser, Error, Locator, Page  # type: ignore[im
 
 from exercises.exports.items import Choose, Item, Numeric, items
 from exercises.exports.markup import decimal
-from tests.platforms.pictures.album import PATIENCE, Album, browser, opened
+from tests.platforms.pictures.album import PATIENCE, WINDOW, Album, browser, opened
 from tests.platforms.pictures.given import ADA, HENRI, KEY, assignment, exported, order
 from tests.platforms.pictures.jupyter import DETERMINANT
 from tests.platforms.pictures.jupyter import answered as answered_notebook
@@ -25,6 +25,8 @@ from tests.support.command import run as qdot
 
 PHP = ("php", "-d", "max_input_vars=5000", str(Path(__file__).with_name("ready.php")))
 PASSWORD = "Seen-1-by-1"
+OF_GRADES = 1400
+"""Pixels of a window in which the grader report has room for its last column beside the menu of the course."""
 TEACHER = ("grace", "Grace Hopper", "grace@example.org", "editingteacher")
 ADMIN = ("emmy", "Emmy Noether", "emmy@example.org", "admin")
 MATHS_SET = """() => {
@@ -61,6 +63,7 @@ def run(software: Path, work: Path) -> None:
         quiz = slots(album, teacher, course)
         for student, turn in ((ADA.id, True), (HENRI.id, False)):
             attempt(album if turn else None, logged_in(chromium, course, student), quiz, asked)
+        teacher.set_viewport_size({**WINDOW, "width": OF_GRADES})
         teacher.goto(course.page("grade/report/grader/index.php?id="))
         album.take("grades", teacher, teacher.locator("#user-grades"))
 

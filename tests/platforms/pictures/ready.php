@@ -29,6 +29,8 @@ foreach ($request['people'] as $person) {
     }
     enrol_try_internal_enrol($course->id, $id, $DB->get_field('role', 'id', ['shortname' => $person['role']], MUST_EXIST));
 }
+// A restore is waited for, not left to the next cron.
+set_config('enableasyncbackup', 0);
 // Tours of the pages would lie over them.
 $DB->set_field('tool_usertours_tours', 'enabled', 0);
 \cache_helper::purge_by_definition('tool_usertours', 'tourdata');
