@@ -145,7 +145,7 @@ describe("in Firefox, from beginning to end", { skip: MISSING || left }, () => {
     page = await firefox();
     try {
       await page.size(1280, 900);
-      await page.open(`${site.root}/own.html#dh=R_q1_0_0.5_0~R_q2_0_0.4_0&at=30_90`);
+      await page.open(`${site.root}/own.html#dh=R_q1_0_0.5_0~R_q2_0_0.4_0&angles=degrees&at=30_90`);
       const first = () =>
         page.run(() => Number(document.querySelector(".own-figures tbody td").innerText.replace("−", "-")));
       await page.until(() => document.querySelector(".own-figures tbody td"));
