@@ -1,7 +1,7 @@
 // The drawing that is taken hold of: links and point are dragged, a spatial arm is turned, all of it by keys as well.
 
 import type { ComponentChildren, JSX } from "preact";
-import { memo } from "preact/compat";
+import { memo } from "../memo.js";
 import { useCallback, useEffect, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { Body, inPixels } from "./flat.js";

@@ -1,7 +1,7 @@
 // A slider and a number for each joint: native inputs, in degrees or radians and in metres.
 
 import type { JSX } from "preact";
-import { memo } from "preact/compat";
+import { memo } from "../memo.js";
 import { useCallback, useContext, useRef } from "preact/hooks";
 
 import { Letters, plainLetters } from "./letters.js";

@@ -1,7 +1,7 @@
 // Symbols as they are set: an italic letter, its index lowered, the star of p* raised.
 
 import type { JSX } from "preact";
-import { memo } from "preact/compat";
+import { memo } from "../memo.js";
 
 const GREEK: Readonly<Record<string, string>> = { theta: "θ", sigma: "σ" };
 

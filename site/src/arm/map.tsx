@@ -1,7 +1,7 @@
 // The map of det J over two joints, on which one walks: the arm follows, and the singular set is its zero line.
 
 import type { JSX } from "preact";
-import { memo } from "preact/compat";
+import { memo } from "../memo.js";
 import { useCallback, useContext, useEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { plainLetters } from "./letters.js";

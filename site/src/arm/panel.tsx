@@ -4,7 +4,7 @@
 import "./arm.css";
 
 import type { ComponentChildren, JSX } from "preact";
-import { memo } from "preact/compat";
+import { memo } from "../memo.js";
 import { useId, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import type { NamedPose, SymbolInfo } from "../bank.js";

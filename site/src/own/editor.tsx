@@ -2,7 +2,7 @@
 // stands below its row.
 
 import type { JSX } from "preact";
-import { memo } from "preact/compat";
+import { memo } from "../memo.js";
 import { useId } from "preact/hooks";
 
 import { ROWS } from "../arm/model.js";

@@ -2,7 +2,7 @@
 // address always is the link to what is seen.
 
 import type { JSX } from "preact";
-import { memo } from "preact/compat";
+import { memo } from "../memo.js";
 import { useCallback, useEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { Arm } from "../arm/panel.js";

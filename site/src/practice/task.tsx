@@ -1,9 +1,9 @@
 // One problem: the arm, the question, the answer, what is said of it, hints and the solution.
 
 import type { JSX } from "preact";
-import { lazy, Suspense } from "preact/compat";
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 
+import type * as Panel from "../arm/panel.js";
 import { singularIn } from "../arm/singular.js";
 import type { Stage } from "../arm/stage.js";
 import type { View } from "../arm/view.js";
@@ -22,12 +22,27 @@ import { Html } from "./math.js";
 import { Own } from "./own.js";
 import { promptOf } from "./prompt.js";
 
-const Arm = lazy(() =>
-  import("../arm/panel.js").then(
-    ({ Arm }) => Arm,
-    () => NoArm, // practising goes on without it
-  ),
-);
+/** The arm that moves, or what says that there is none: practising goes on without it. */
+type ArmPart = typeof Panel.Arm | typeof NoArm;
+let arm: ArmPart | null = null;
+
+/** The arm that moves as soon as it is wanted and there. */
+function useArm(wanted: boolean): ArmPart | null {
+  const [, setThere] = useState(arm !== null);
+  useEffect(() => {
+    if (!wanted || arm !== null) return;
+    let here = true;
+    void import("../arm/panel.js")
+      .then(
+        ({ Arm }) => (arm = Arm),
+        () => (arm = NoArm),
+      )
+      .then(() => here && setThere(true));
+    return () => void (here = false);
+  }, [wanted]);
+  return wanted ? arm : null;
+}
+
 const NoArm = () => (
   <p role="status" class="stage-failed">
     {said(message("practice.arm-failed"))}
@@ -73,6 +88,7 @@ export function Task(props: TaskProps): JSX.Element {
   const start = useRef<HTMLElement>(null);
   const verdictPlace = useRef<HTMLDivElement>(null);
   const step = useSteps(3); // the question first: a phone shows little else
+  const Arm = useArm(step > 2);
   const isPosed = problem.robot.joints.every((joint, i) => part.pose?.[nameOfJoint(joint, i)] !== undefined);
   const first = useMemo(() => ({ ...problem.pose, ...part.pose }), [problem, part]);
   const figure = (isPosed && part.figure) || problem.figure;
@@ -205,19 +221,17 @@ export function Task(props: TaskProps): JSX.Element {
         ) : null}
       </article>
       <section class="stage" id="arm" aria-label={said(message("practice.move"))}>
-        {step > 2 ? (
-          <Suspense fallback={<Drawn figure={figure} />}>
-            <Arm
-              robot={problem.robot}
-              symbols={problem.symbols}
-              first={first}
-              concealed={isPosed && isOpen && !ALONG_A_PATH.has(part.kind)}
-              pose={pose}
-              over={over}
-              factors={factors}
-              language={language()}
-            />
-          </Suspense>
+        {Arm !== null ? (
+          <Arm
+            robot={problem.robot}
+            symbols={problem.symbols}
+            first={first}
+            concealed={isPosed && isOpen && !ALONG_A_PATH.has(part.kind)}
+            pose={pose}
+            over={over}
+            factors={factors}
+            language={language()}
+          />
         ) : (
           <Drawn figure={figure} />
         )}

@@ -38,6 +38,22 @@ describe("the panel", () => {
     expect(document.querySelector(".arm-figures")?.textContent).toContain("−0.2");
   });
 
+  it("takes a number when it is typed whole: a minus alone is none, and stays", () => {
+    show({ pose: { theta1: Math.PI / 6, theta2: 1, a1: 3 } });
+    const field = document.querySelectorAll<HTMLInputElement>(".arm-joint-row input[type=number]")[1]!;
+    const typed = (value: string, event: string): void =>
+      void act(() => {
+        field.value = value;
+        field.dispatchEvent(new Event(event, { bubbles: true }));
+      });
+    typed("", "input");
+    expect(numbers()).toEqual(["30", ""]);
+    typed("-4", "input");
+    typed("-40", "input");
+    typed("-40", "change");
+    expect(numbers()).toEqual(["30", "-40"]);
+  });
+
   it("has the lengths and joint values of its question, and again after a counterexample", () => {
     const first = { theta1: Math.PI / 6, theta2: 1, a1: 3 };
     show({ first });
