@@ -287,7 +287,7 @@ def _said_of_test(chain: Chain, stage: Redundant) -> str:
         said.append(f"In numbers, J was found to lose rank at each of {count} configurations in which they hold.")
     elif stage.never:
         said.append(NEVER_SINGULAR)
-    drawn = f", with {len(out.arms)} choices of the open lengths" if chain.parameters else ""
+    drawn = f", with {out.choices} choices of the open lengths" if chain.parameters else ""
     said.append(f"Of {out.searches} searches for lost rank from random starts{drawn}, {out.ended} came to an end")
     if out.unexplained:
         said[-1] += (

@@ -19,6 +19,8 @@ from exercises.stream import Stream
 
 STARTS, STEPS = 60, 80
 """Searches for each question, and steps of each."""
+CHOICES, FURTHER = 3, 12
+"""How often open lengths are drawn, and how often once more for conditions that need lengths of their own."""
 ON_IT, LOST, BESIDE = 1e-11, 1e-7, 1e-3
 """What counts as zero: equations that are solved for, and the smallest singular value of J by the largest. And how far
 from where conditions hold a search for lost rank may end: where rank is lost to second order, rounding shifts it."""
@@ -35,13 +37,14 @@ class Tried:
     """What came out: `samples` has for each way in which rank is lost configurations at which its conditions hold.
 
     They are n joint values with the number of the arm, of `arms`. `wrong` are the numbers of ways, from 0, on which
-    some configuration keeps its rank. Of `searches` for lost rank, `ended` came to a configuration, of which
-    `unexplained` satisfy none of the ways.
+    some configuration keeps its rank. Of `searches` for lost rank with the first `choices` of arms, `ended` came to a
+    configuration, of which `unexplained` satisfy none of the ways.
     """
 
     arms: tuple[NumericChain, ...]
     samples: tuple[tuple[tuple[int, np.ndarray], ...], ...]
     wrong: tuple[int, ...]
+    choices: int
     searches: int
     ended: int
     unexplained: tuple[np.ndarray, ...]
@@ -50,15 +53,15 @@ class Tried:
 def tried(chain: Chain, ways: Sequence[Sequence[sp.Expr]], starts: int = STARTS, stream: str = "searched") -> Tried:
     """Return what becomes of ways in which J of the task is said to lose rank: conditions that hold together.
 
-    Lengths that are open are drawn three times; what makes no real arm is left out. Under another name, the `stream`
-    draws other lengths and starts.
+    Lengths that are open are drawn three times, and more often for conditions that hold at none of these; what makes no
+    real arm is left out. Under another name, the `stream` draws other lengths and starts.
     """
     arms: list[NumericChain] = []
     samples: list[list[tuple[int, np.ndarray]]] = [[] for _ in ways]
     wrong: set[int] = set()
     ended, unexplained = 0, []
     draws = Stream(stream)
-    for values, arm in _drawn(chain, draws):
+    for values, arm in _drawn(chain, draws, CHOICES):
         arms.append(arm)
         rank = _Rank(arm, chain.task)
         conditions = [_Way(way, chain, values) for way in ways]
@@ -73,8 +76,17 @@ def tried(chain: Chain, ways: Sequence[Sequence[sp.Expr]], starts: int = STARTS,
         for way in conditions:
             explained |= way.is_beside(q)
         unexplained += list(q[~explained])
-    searches = starts * len(arms)
-    return Tried(tuple(arms), tuple(map(tuple, samples)), tuple(sorted(wrong)), searches, ended, tuple(unexplained))
+    choices = len(arms)
+    for k in [k for k, found in enumerate(samples) if not found]:
+        for values, arm in _drawn(chain, draws, FURTHER, least=300):
+            rank = _Rank(arm, chain.task)
+            on_it, q = _Way(ways[k], chain, values).solved(rank.starts(starts, draws))
+            if on_it.any():
+                arms.append(arm)
+                samples[k] += [(len(arms) - 1, each) for each in q[on_it]]
+                wrong |= set() if rank.is_lost(q[on_it]).all() else {k}
+    searched = starts * choices, ended, tuple(unexplained)
+    return Tried(tuple(arms), tuple(map(tuple, samples)), tuple(sorted(wrong)), choices, *searched)
 
 
 def lies_on(chain: Chain, way: Sequence[sp.Expr], others: Sequence[Sequence[sp.Expr]]) -> frozenset[int] | None:
@@ -83,7 +95,7 @@ def lies_on(chain: Chain, way: Sequence[sp.Expr], others: Sequence[Sequence[sp.E
     None where one lies on none of them, or none was found.
     """
     draws, on = Stream("lies on"), set()
-    for values, arm in _drawn(chain, draws):
+    for values, arm in _drawn(chain, draws, CHOICES):
         on_it, q = _Way(way, chain, values).solved(_Rank(arm, chain.task).starts(STARTS, draws))
         q = q[on_it]
         for number, other in enumerate(others):
@@ -95,10 +107,15 @@ def lies_on(chain: Chain, way: Sequence[sp.Expr], others: Sequence[Sequence[sp.E
     return frozenset(on) or None
 
 
-def _drawn(chain: Chain, draws: Stream) -> Iterator[tuple[dict[sp.Symbol, sp.Rational], NumericChain]]:
-    """Yield lengths for those that are open, three times, and the arm; none where that is no real arm."""
-    for _ in range(3 if chain.parameters else 1):
-        values = {symbol: sp.Rational(3000 + draws.below(9000), 10007) for symbol in chain.parameters}
+def _drawn(
+    chain: Chain, draws: Stream, times: int, least: int = 3000
+) -> Iterator[tuple[dict[sp.Symbol, sp.Rational], NumericChain]]:
+    """Yield lengths for those that are open, so many times, and the arm; none where that is no real arm.
+
+    The shortest is `least` of 10,007 metres, the longest 1.2 m.
+    """
+    for _ in range(times if chain.parameters else 1):
+        values = {symbol: sp.Rational(least + draws.below(12000 - least), 10007) for symbol in chain.parameters}
         try:
             arm = NumericChain(chain, {symbol.name: float(value) for symbol, value in values.items()})
         except TypeError:  # no real number with these lengths, as sqrt(a1**2 - d1**2)

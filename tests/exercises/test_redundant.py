@@ -330,3 +330,13 @@ def test_equations_that_nobody_would_read_are_counted(monkeypatch: pytest.Monkey
     longest = max(len(condition.args) for one in found.components for condition in one.conditions if condition.is_Add)
     text = _redundant_block(chain, replace(found, most_terms=longest - 1), 1)
     assert f"an equation of {longest} terms in $" in text and f"Equations of more than {longest - 1} terms" in text
+
+
+def test_conditions_that_hold_for_few_lengths_are_found_with_these() -> None:
+    """4 a = cos(theta2) where a is below 0.25 m, which none of the usual lengths is; searches are with these."""
+    chain = _of_position([(0, 0, 0, 90), (0, 0, "a2", 0), (0, 0, ".3", 90), (0, 0, ".2", 0)])
+    (a2,), t2 = chain.parameters, chain.q[1]
+    out = tried(chain, [(4 * a2 - sp.cos(t2),), (2 + a2 + sp.cos(t2),)])
+    assert (out.choices, out.searches) == (3, 180)
+    assert out.samples[0] and not out.samples[1] and out.wrong == (0,)
+    assert min(number for number, _ in out.samples[0]) >= out.choices
