@@ -68,11 +68,14 @@ class Kind:
     meaning: str
 
 
-def domain_of(chain: Chain, values: Mapping[str, float] | None = None) -> Domain:
-    """Return the domain of a chain's symbols: joints, rates, task velocity, open lengths, and given values."""
+def domain_of(chain: Chain, values: Mapping[str, float] | None = None, slides: str = "signed") -> Domain:
+    """Return the domain of a chain's symbols: joints, rates, task velocity, open lengths, and given values.
+
+    `slides` is the role of slides: "signed", where answers are compared, or "travel", as far as any arm reaches.
+    """
     roles: dict[str, str | float] = {}
     for joint, q, rate in zip(chain.joints, chain.q, chain.rates, strict=True):
-        roles[q.name] = "angle" if joint.kind == "R" else "signed"
+        roles[q.name] = "angle" if joint.kind == "R" else slides
         roles[rate.name] = "signed"
     roles.update(dict.fromkeys(TASK_ROWS, "signed"))
     for symbol in chain.parameters:
@@ -93,7 +96,8 @@ def _samples(chain: Chain, condition: str, seed: str, arms: int, each: int) -> t
     for number in range(arms):
         stream = Stream(f"{seed}/{condition}/{number}")
         values = _apart(chain, stream)
-        space = Space(joints, domain_of(chain, values))
+        # far out, an arm may be at the boundary where it is not with its slides drawn in
+        space = Space(joints, domain_of(chain, values, "travel" if number % 2 else "signed"))
         arm = NumericChain(chain, values)
         for piece in pieces(read(condition), joints):
             samples += _configurations(space, piece, joints, stream, each, arm)

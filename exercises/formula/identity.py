@@ -45,7 +45,9 @@ _ROUNDING = 64 * np.finfo(float).eps
 
 @dataclass(frozen=True)
 class Domain:
-    """What each symbol may be: "angle" (whole circle), "length" (positive), "signed", or a given number.
+    """What each symbol may be: "angle" (whole circle), "length" (positive), "signed", "travel", or a given number.
+
+    "travel" is that of a slide, in metres, as far as any arm reaches, to either side.
 
     A number that no fraction is (a root) is given as a double; other doubles are the decimals that they print as.
     """
@@ -82,6 +84,9 @@ def _drawn(role: str, points: int, stream: Stream) -> np.ndarray:
     elif role == "length":
         values = 0.05 * 800.0**unit
         values[:READABLE] = 0.2 + 1.3 * unit[:READABLE]
+    elif role == "travel":
+        side = np.where(unit < 0.5, -1.0, 1.0)
+        values = side * 0.2 * 50.0 ** (2 * unit % 1)
     else:
         values = np.where(unit < 0.5, -0.2 - 3.6 * unit, 0.2 + 3.6 * (unit - 0.5))
     values[:READABLE] = np.round(values[:READABLE], 2)

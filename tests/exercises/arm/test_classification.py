@@ -310,3 +310,16 @@ def test_beside_the_first_axis_a_stanford_arm_is_at_its_boundary() -> None:
         for side, reached in ((1, True), (-1, False)):
             move = np.r_[side * 0.01 * out / np.linalg.norm(out), 0, 0, 0]
             assert _is_reached(*_turned_by(frames, move), starts) == reached
+
+
+def test_a_slide_far_out_may_be_at_the_boundary_where_it_is_not_drawn_in() -> None:
+    """Within two metres of slide 3, all that was found was internal; there are boundary singularities beyond."""
+    quarter = sp.pi / 2
+    rows = (
+        Joint("R", "theta1", "h1", "a1", sp.pi),
+        Joint("R", sp.Symbol("theta2") + quarter, "h3", "a3", -sp.pi / 6),
+        Joint("P", quarter, "d3", "a3", 3 * sp.pi / 4),
+        Joint("P", quarter, "d4", 0, quarter),
+    )
+    kind = classify_pieces(Chain("far out", rows, TASK_ROWS[:3]), ["theta2 = pi and d4 = -sqrt(2)*a3"])
+    assert (kind.kind, kind.uniform) == ("boundary", False)
