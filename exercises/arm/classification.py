@@ -51,6 +51,9 @@ _LEAST_ARMS = 3
 _MOST_VALUES = 4
 """Of more combinations of joint values nobody wants to read one after the other."""
 
+_ARM = "number of the arm"
+"""The name under which a configuration says whose it is."""
+
 _TURNS = 24
 """Turns of a joint that does not move the point, at which a corner of the reach is looked for."""
 
@@ -68,12 +71,12 @@ class Kind:
     meaning: str
 
 
-def domain_of(chain: Chain, values: Mapping[str, float] | None = None, slides: str = "signed") -> Domain:
+def domain_of(chain: Chain, values: Mapping[str, float | np.ndarray] | None = None, slides: str = "signed") -> Domain:
     """Return the domain of a chain's symbols: joints, rates, task velocity, open lengths, and given values.
 
     `slides` is the role of slides: "signed", where answers are compared, or "travel", as far as any arm reaches.
     """
-    roles: dict[str, str | float] = {}
+    roles: dict[str, str | float | np.ndarray] = {}
     for joint, q, rate in zip(chain.joints, chain.q, chain.rates, strict=True):
         roles[q.name] = "angle" if joint.kind == "R" else slides
         roles[rate.name] = "signed"
@@ -91,17 +94,17 @@ def samples_on(chain: Chain, condition: str, seed: str, arms: int = 5, each: int
 @lru_cache(maxsize=256)
 def _samples(chain: Chain, condition: str, seed: str, arms: int, each: int) -> tuple[Sample, ...]:
     """Return the same, kept: a component is looked at whole and then value by value, which are the same conditions."""
-    joints = [q.name for q in chain.q]
-    samples = []
-    for number in range(arms):
-        stream = Stream(f"{seed}/{condition}/{number}")
-        values = _apart(chain, stream)
-        # far out, an arm may be at the boundary where it is not with its slides drawn in
-        space = Space(joints, domain_of(chain, values, "travel" if number % 2 else "signed"))
-        arm = NumericChain(chain, values)
-        for piece in pieces(read(condition), joints):
-            samples += _configurations(space, piece, joints, stream, each, arm)
-    return tuple(samples)
+    found: list[list[Sample]] = [[] for _ in range(arms)]
+    slides = any(joint.kind == "P" for joint in chain.joints)
+    # far out, an arm may be at the boundary where it is not with its slides drawn in
+    for first, role in ((0, "signed"), (1, "travel")) if slides else ((0, "signed"),):
+        stream = Stream(f"{seed}/{condition}/{first}")
+        numbers = range(first, arms, 2 if slides else 1)
+        values = [_apart(chain, stream) for _ in numbers]
+        for piece in pieces(read(condition), [q.name for q in chain.q]) if values else ():
+            for number, samples in zip(numbers, _configurations(chain, piece, values, role, stream, each), strict=True):
+                found[number] += samples
+    return tuple(sample for samples in found for sample in samples)
 
 
 def _apart(chain: Chain, stream: Stream) -> dict[str, float]:
@@ -118,11 +121,20 @@ def _apart(chain: Chain, stream: Stream) -> dict[str, float]:
 
 
 def _configurations(
-    space: Space, piece: Piece, joints: Sequence[str], stream: Stream, each: int, arm: NumericChain
-) -> list[Sample]:
-    values = space.on_piece(piece, space.names_of([[piece]]), stream, count=3 * each)
-    columns = np.array([values[joint] for joint in joints])
-    return [Sample(arm, columns[:, i]) for i in range(min(each, columns.shape[1]))]
+    chain: Chain, piece: Piece, values: Sequence[Mapping[str, float]], role: str, stream: Stream, each: int
+) -> list[list[Sample]]:
+    """Return up to so many configurations of each of some arms, told by their open lengths; worked out all at once."""
+    joints, lengths = [q.name for q in chain.q], [symbol.name for symbol in chain.parameters]
+    count = 3 * each
+    roles = {name: np.repeat([value[name] for value in values], count) for name in lengths}
+    space = Space(joints, domain_of(chain, {**roles, _ARM: np.repeat(np.arange(len(values)), count)}, role))
+    there = space.on_piece(piece, {*space.names_of([[piece]]), _ARM}, stream, count=count * len(values))
+    columns = np.array([there[joint] for joint in joints]).T
+    found = []
+    for number, value in enumerate(values):
+        arm = NumericChain(chain, value)
+        found.append([Sample(arm, q) for q in columns[there[_ARM] == number][:each]])
+    return found
 
 
 def classify(chain: Chain, component: Component) -> Kind:

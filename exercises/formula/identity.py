@@ -45,25 +45,28 @@ _ROUNDING = 64 * np.finfo(float).eps
 
 @dataclass(frozen=True)
 class Domain:
-    """What each symbol may be: "angle" (whole circle), "length" (positive), "signed", "travel", or a given number.
+    """What each symbol may be: "angle" (whole circle), "length" (positive), "signed", "travel", or a given number,
+    or an array with one for each point.
 
     "travel" is that of a slide, in metres, as far as any arm reaches, to either side.
 
     A number that no fraction is (a root) is given as a double; other doubles are the decimals that they print as.
     """
 
-    roles: Mapping[str, str | float | Fraction]
+    roles: Mapping[str, str | float | Fraction | np.ndarray]
 
     def given(self) -> dict[str, Fraction | None]:
         """Return the names that stand for numbers, None for those that are known as doubles only."""
-        return {name: _exactly(role) for name, role in self.roles.items() if not isinstance(role, str)}
+        return {name: _exactly(role) for name, role in self.roles.items() if not isinstance(role, str | np.ndarray)}
 
     def sample(self, used: set[str], points: int, stream: Stream) -> dict[str, np.ndarray]:
         """Return values at `points` points for each name in use; an unknown name is a free signed number."""
         out = {}
         for name in sorted(used):
             role = self.roles.get(name, "signed")
-            if not isinstance(role, str):
+            if isinstance(role, np.ndarray):
+                out[name] = role.astype(float)
+            elif not isinstance(role, str):
                 out[name] = np.full(points, float(role))
             else:
                 out[name] = _drawn(role, points, stream)
