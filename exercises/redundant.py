@@ -14,6 +14,7 @@ from exercises.arm.searched import Tried, tried
 from exercises.arm.singularity import Component, solved_together
 from exercises.arm.trigonometry import substitute
 from exercises.sound import sound_component, sound_words
+from exercises.verify.appearance import is_of_kind
 from exercises.writing.worked import SingularComponent
 
 MOST_SHOWN = 700
@@ -132,7 +133,9 @@ def _described(component: Component, meaning: str) -> SingularComponent:
 def _told(chain: Chain, component: Component, samples: list[Sample]) -> SingularComponent:
     """Return a component with what configurations look like, and their kind where that can be established."""
     if kind_is_sure(chain):
-        return sound_component(chain, component)
+        one = sound_component(chain, component)
+        is_so = is_of_kind(chain, one.kind, samples)  # found by another search, with other lengths
+        return one if is_so else replace(one, kind=replace(one.kind, uniform=False))
     return _described(component, _looks(chain, samples))
 
 
