@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from exercises.answers import Number
 from exercises.arm.stages import numbers
 from exercises.families import FAMILIES
 from exercises.formula.expression import read
@@ -209,7 +210,8 @@ def _with_column(rows: Rows, c: int, change: Change) -> Rows:
 
 def in_rates(problem: Problem, part: Part) -> Iterator[tuple[str, list[float]]]:
     """Yield slips in joint rates."""
-    right = np.array([float(value) for value in part.answer.reference])  # type: ignore[attr-defined]
+    assert isinstance(part.answer, Number)
+    right = np.array([float(value) for value in part.answer.reference])
     turning = np.array([joint.kind == "R" for joint in problem.chain.joints])
     yield "rates in degrees per second", [*np.where(turning, np.degrees(right), right)]
     yield "everything with the other sign", [*-right]
