@@ -6,15 +6,16 @@ which a condition begins to hold, lengths that are equal, to each other or to a 
 two others together.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import combinations
 
 import sympy as sp
 
-from exercises.arm.chain import Chain, Joint, Point
+from exercises.arm.chain import Chain
 from exercises.arm.classification import Kind, kind_is_sure
 from exercises.arm.derivation import TooLong, derive
+from exercises.arm.lengths import with_lengths
 from exercises.arm.needs import Need, need_of
 from exercises.arm.reciprocal import applies
 from exercises.arm.searched import lies_on
@@ -142,16 +143,6 @@ def _kinds(one: SingularComponent, chain: Chain) -> dict[tuple[str, ...], Kind]:
         tuple(str(_turned(value) if joint.name in turning else value) for joint, value in at): kind
         for at, kind in one.cases
     }
-
-
-def with_lengths(chain: Chain, values: Mapping[sp.Symbol, sp.Expr]) -> Chain:
-    """Return an arm with values, in metres, for some of its open lengths."""
-    joints = tuple(
-        Joint(joint.kind, *(getattr(joint, name).xreplace(values) for name in ("theta", "d", "a", "alpha")))
-        for joint in chain.joints
-    )
-    tool = chain.tool and Point(chain.tool.frame, tuple(sp.expand(x.xreplace(values)) for x in chain.tool.offset))
-    return replace(chain, joints=joints, tool=tool)
 
 
 def _put_in(one: SingularComponent, values: dict[sp.Symbol, sp.Expr]) -> SingularComponent:

@@ -13,6 +13,7 @@ From the bottom up:
     singularity                 where the Jacobian loses rank
     axes, reason                how axes lie at a configuration; whether that is why it is singular
     bare                        an arm without what its singularities do not hang on: arms of a class share it
+    lengths                     an arm's lengths left open, and numbers put in for them
     reach, three_joints         which places can be reached: by plane arms and what carries them, by three joints
     beyond                      whether an arm reaches beyond where it is, by these or by a search
     reciprocal, searched        more than six joints: where the Jacobian loses rank; a singular set tested in numbers

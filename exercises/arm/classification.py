@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import product
+from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -22,7 +23,9 @@ from exercises.arm.beyond import reached_beyond, reaches_of
 from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.derivation import derive
 from exercises.arm.kinematics import NumericChain
-from exercises.arm.singularity import Component
+from exercises.arm.lengths import are_unrelated, with_open_lengths
+from exercises.arm.singularity import Component, singular_set
+from exercises.arm.trigonometry import substitute
 from exercises.formula.conditions import Space
 from exercises.formula.expression import read
 from exercises.formula.identity import Domain
@@ -41,6 +44,8 @@ _LOOKED_AT = 60
 """About how many samples are looked at to say what they have in common: few may all miss where it is not so."""
 _KIND_AT = 2
 """Of how many of these one is asked for its kind, which takes longer."""
+_PARTS = 3
+"""In how many parts these are looked at."""
 _FURTHER = 60
 """Further choices of open lengths of which the kind is looked at, before it is told of all."""
 _ARMS = 5
@@ -141,9 +146,58 @@ def classify(chain: Chain, component: Component) -> Kind:
     """Classify a component of the singular set over samples of its configurations and of the open lengths.
 
     Where some configurations are boundary and some internal, `kind` is "boundary" and `uniform` is False. It is
-    established for the bare arm, once for all arms that have the same.
+    established for the structure, for all lengths at once; where that gives several answers, for the bare arm, once for
+    all arms that have the same.
     """
-    return _classified(bare(chain), tuple(bare_pieces(chain, component)))
+    arm, conditions = bare(chain), tuple(bare_pieces(chain, component))
+    general, known = in_general(chain)
+    if all(condition in known for condition in conditions):
+        kind = _whatever_the_lengths(general, tuple(known[condition] for condition in conditions))
+        if kind is not None:
+            return kind if kind.uniform or not kind.kind else replace(kind, **_kind_of(arm, conditions))
+    return _classified(arm, conditions)
+
+
+@lru_cache(maxsize=1024)
+def in_general(chain: Chain) -> tuple[Chain, Mapping[str, str]]:
+    """Return the bare arm with open lengths in place of given ones, and each condition on it that it has in common with
+    the arm's own, as text, under the text of that one; none where the given lengths are special.
+    """
+    general, given = with_open_lengths(chain)
+    counted = [value for symbol, value in given.items() if symbol in bare(general).parameters]
+    found = {}
+    for component in singular_set(general) or () if counted and are_unrelated(counted) else ():
+        for part in _parts(component):
+            (piece,) = bare_pieces(general, part)
+            (own,) = bare_pieces(bare(chain), _filled(part, given))
+            found[own] = piece
+    return bare(general), found
+
+
+def _parts(component: Component) -> list[Component]:
+    """Return what a component is at each combination of values of joints; itself, if they are not told."""
+    if component.solutions is None:
+        return [component]
+    joints, values = zip(*component.solutions, strict=True)
+    return [part_at(component, tuple(zip(joints, each, strict=True))) for each in product(*values)]
+
+
+def _filled(component: Component, lengths: Mapping[sp.Symbol, sp.Expr]) -> Component:
+    """Return a component with numbers for lengths."""
+    conditions = tuple(substitute(condition, lengths) for condition in component.conditions)
+    if component.solutions is None:
+        return Component(conditions, None)
+    solutions = ((q, tuple(substitute(value, lengths) for value in values)) for q, values in component.solutions)
+    return Component(conditions, tuple(solutions))
+
+
+@lru_cache(maxsize=4096)
+def _whatever_the_lengths(chain: Chain, conditions: tuple[str, ...]) -> Kind | None:
+    """Return what conditions are for all lengths, where each of them looks like one thing; else None."""
+    kind = _classified(chain, conditions)
+    if len(conditions) > 1:
+        return kind if all(_whatever_the_lengths(chain, (condition,)) for condition in conditions) else None
+    return None if " or " in kind.meaning else kind
 
 
 Values = tuple[tuple[sp.Symbol, sp.Expr], ...]
@@ -176,17 +230,29 @@ def classify_pieces(chain: Chain, conditions: Sequence[str]) -> Kind:
 
 @lru_cache(maxsize=4096)
 def _classified(chain: Chain, conditions: tuple[str, ...]) -> Kind:
-    seen = seen_on(chain, conditions)
-    words = meaning(chain, seen)
-    if not kind_is_sure(chain):
-        return Kind("", False, words)
-    kinds = {kind for kind in kinds_at(chain, seen[::_KIND_AT]) if kind is not None}
+    return Kind(**_kind_of(chain, conditions), meaning=meaning(chain, seen_on(chain, conditions)))
+
+
+@lru_cache(maxsize=4096)
+def _kind_of(chain: Chain, conditions: tuple[str, ...]) -> Mapping[str, Any]:
+    """Return `kind` and `uniform` of conditions; as soon as both kinds are seen, nothing more can be."""
+    kinds: set[str] = set()
+    if kind_is_sure(chain):
+        seen = seen_on(chain, conditions)[::_KIND_AT]
+        kinds = _kinds_among(chain, [seen[first::_PARTS] for first in range(_PARTS)])
     if len(kinds) == 1 and chain.parameters:  # of other lengths it may be another
         others = [one for condition in conditions for one in samples_on(chain, condition, "lengths", _FURTHER, 1)]
-        kinds |= {kind for kind in kinds_at(chain, others) if kind is not None}
-    if not kinds:
-        return Kind("", False, words)
-    return Kind("boundary" if "boundary" in kinds else "internal", len(kinds) == 1, words)
+        kinds |= _kinds_among(chain, [others])
+    return {"kind": "boundary" if "boundary" in kinds else "internal" if kinds else "", "uniform": len(kinds) == 1}
+
+
+def _kinds_among(chain: Chain, parts: Sequence[Sequence[Sample]]) -> set[str]:
+    """Return the kinds of configurations, part by part until there are two."""
+    found: set[str] = set()
+    for samples in parts:
+        if len(found) < 2:
+            found |= {kind for kind in kinds_at(chain, samples) if kind is not None}
+    return found
 
 
 def seen_on(chain: Chain, conditions: Sequence[str]) -> list[Sample]:

@@ -11,7 +11,7 @@ from exercises.questions.base import Asked
 from exercises.questions.geometry import AtPose, precise, regular_pose, shown_pose
 from exercises.quizzes.asking import short_question
 from exercises.quizzes.options import Places
-from exercises.quizzes.places import regular_poses, several, singular_poses, with_lengths, words
+from exercises.quizzes.places import drawn_lengths, regular_poses, several, singular_poses, words
 from exercises.stream import Stream
 
 SEEN = 0.08
@@ -76,7 +76,7 @@ def _motion(chain: Chain, truth: bool, rng: Stream) -> Iterator[Said]:
 
 def _which_drawing(chain: Chain, rng: Stream) -> Asked | None:
     for _ in range(4):
-        arm, lengths = with_lengths(chain, rng)
+        arm, lengths = drawn_lengths(chain, rng)
         right = several(singular_poses(arm, rng), 1)
         wrong = several(regular_poses(arm, rng), 3, [pose for pose, _ in right])
         if right and len(wrong) == 3:

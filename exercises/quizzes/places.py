@@ -1,16 +1,16 @@
 """Configurations to choose from: an arm with lengths, and poses of it in which it is singular or not."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 import sympy as sp
 
 from exercises.answers import ConditionSet
-from exercises.arm.chain import Base, Chain, Joint
+from exercises.arm.chain import Chain
 from exercises.arm.directions import clear_rank, task_rows
 from exercises.arm.kinematics import NumericChain
+from exercises.arm.lengths import with_lengths
 from exercises.arm.singularity import Component, singular_set
 from exercises.mistakes.catalogue import taken
 from exercises.problem import Part
@@ -37,24 +37,10 @@ Found = tuple[Pose, Blame | None]
 """A pose, and the mistake by which it is taken for singular, if it is one."""
 
 
-def with_lengths(chain: Chain, rng: Stream) -> tuple[Chain, Lengths]:
+def drawn_lengths(chain: Chain, rng: Stream) -> tuple[Chain, Lengths]:
     """Return the arm with a number for each length that its table leaves open, and these numbers."""
     lengths = distinct_lengths(chain, rng)
-    return filled(chain, lengths), lengths
-
-
-def filled(chain: Chain, lengths: Lengths) -> Chain:
-    """Return the arm with these lengths in its table."""
-
-    def joint(one: Joint) -> Joint:
-        return Joint(one.kind, *(value.xreplace(lengths) for value in (one.theta, one.d, one.a, one.alpha)))
-
-    x, y, z = (value.xreplace(lengths) for value in chain.base.position)
-    base = Base((x, y, z), chain.base.yaw.xreplace(lengths), chain.base.tilt.xreplace(lengths))
-    u, v, w = (value.xreplace(lengths) for value in chain.point.offset)
-    return replace(
-        chain, joints=tuple(map(joint, chain.joints)), base=base, tool=replace(chain.point, offset=(u, v, w))
-    )
+    return with_lengths(chain, lengths), lengths
 
 
 @lru_cache(maxsize=256)
@@ -155,4 +141,4 @@ def options_drawn(chain: Chain, part: Part) -> tuple[Chain, list[dict[str, float
     if not part.has_drawn_options:
         return None
     details = part.about(Places)
-    return filled(chain, details.lengths), [place.figure for place in details.places]
+    return with_lengths(chain, details.lengths), [place.figure for place in details.places]

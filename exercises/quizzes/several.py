@@ -11,7 +11,7 @@ from exercises.problem import Details
 from exercises.questions.base import Asked, square
 from exercises.quizzes.asking import short_question
 from exercises.quizzes.options import Offered, Options, Places
-from exercises.quizzes.places import regular_poses, several, singular_poses, with_lengths, words
+from exercises.quizzes.places import drawn_lengths, regular_poses, several, singular_poses, words
 from exercises.quizzes.wrong import LONGEST, Subject, all_differ, wrong_forms
 from exercises.stream import Stream
 
@@ -22,7 +22,7 @@ OPTIONS = 5
 
 def _configurations(chain: Chain, rng: Stream) -> Asked | None:
     for _ in range(4):
-        arm, lengths = with_lengths(chain, rng)
+        arm, lengths = drawn_lengths(chain, rng)
         many = rng.choice((2, 3))
         right = several(singular_poses(arm, rng), many)
         wrong = several(regular_poses(arm, rng), OPTIONS - len(right), [pose for pose, _ in right])

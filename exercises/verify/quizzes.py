@@ -12,13 +12,13 @@ import sympy as sp
 
 from exercises.answers import Choice, ConditionSet, Expression, Matching, Matrix, Number, Selection
 from exercises.arm.chain import TASK_ROWS
+from exercises.arm.lengths import with_lengths
 from exercises.problem import Part
 from exercises.questions import QUESTIONS
 from exercises.questions.geometry import AtPose
 from exercises.quizzes.choice import CHOICES, AboutSubject
 from exercises.quizzes.drawn import Said, SaidOfJoint
 from exercises.quizzes.options import Offered, Options, Places
-from exercises.quizzes.places import filled
 from exercises.quizzes.several import EqualForms, OfQuantity, Quantity
 from exercises.quizzes.values import AtRates
 from exercises.quizzes.wrong import Subject
@@ -111,7 +111,7 @@ def _configurations(numeric: NumericReference, part: Part) -> Iterator[Check]:
     yield Check("clear", all(clear for _, clear in ranks), f"ranks {', '.join(str(rank) for rank, _ in ranks)}")
     yield Check("singular ones", singular_ones == tuple(wanted), f"of rank less than {full}, from 0: {singular_ones}")
     yield Check("different options", len(set(answer.offered)) == len(answer.offered), "no two are the same")
-    arm = filled(numeric.chain, part.about(Places).lengths)
+    arm = with_lengths(numeric.chain, part.about(Places).lengths)
     yield Check("lengths", not arm.parameters, "every length has a number")
 
 

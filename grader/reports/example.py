@@ -13,12 +13,12 @@ import sympy as sp
 
 from exercises.arm.chain import Chain
 from exercises.arm.kinematics import NumericChain
+from exercises.arm.lengths import with_lengths
 from exercises.figure import Example, examples_svg
 from exercises.formula.program import compile_program, evaluate
 from exercises.formula.trees import ReadError, as_matrix
 from exercises.problem import Part, Problem
 from exercises.questions.inversion import lengths_in_table
-from exercises.quizzes.places import filled
 from grader.function_values import SHOWN
 from grader.reading import read_answer
 
@@ -58,7 +58,7 @@ def _at(chain: Chain, caption: str, at: Mapping[str, float]) -> Example | None:
     pose = {q.name: at.get(q.name, FREE[joint.kind]) for q, joint in zip(chain.q, chain.joints, strict=True)}
     if not all(map(math.isfinite, pose.values())) or any(length <= 0 for length in lengths.values()):
         return None
-    return Example(caption, filled(chain, lengths), pose)
+    return Example(caption, with_lengths(chain, lengths), pose)
 
 
 def _beside(problem: Problem, part: Part, at: Mapping[str, float], answer: str) -> Example | None:

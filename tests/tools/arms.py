@@ -35,6 +35,7 @@ from exercises.arm.chain import TASK_ROWS, Base, Chain, Joint, Point
 from exercises.arm.classification import Kind
 from exercises.arm.entry import to_sympy
 from exercises.arm.kinematics import NumericChain
+from exercises.arm.lengths import with_lengths
 from exercises.arm.robot_file import Robot, default_task
 from exercises.arm.robot_text import robot_text
 from exercises.arm.searched import tried
@@ -43,7 +44,6 @@ from exercises.formula.expression import read
 from exercises.generation import sample_chain
 from exercises.problem import ENGINE, ProblemId
 from exercises.solving_in_time import write_solution
-from exercises.special_lengths import with_lengths
 from exercises.stream import Stream
 from exercises.verify.appearance import holds, is_of_kind
 from exercises.writing.worked import SingularComponent
