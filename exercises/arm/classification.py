@@ -96,7 +96,7 @@ def samples_on(chain: Chain, condition: str, seed: str, arms: int = 5, each: int
     return list(_samples(chain, condition, seed, arms, each))
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=64)
 def _samples(chain: Chain, condition: str, seed: str, arms: int, each: int) -> tuple[Sample, ...]:
     """Return the same, kept: a component is looked at whole and then value by value, which are the same conditions."""
     found: list[list[Sample]] = [[] for _ in range(arms)]

@@ -700,7 +700,7 @@ def _read_short(text: str, known: frozenset[str]) -> Node:
     return _Parser(plain(text, known), known).whole()
 
 
-@lru_cache(maxsize=2048)
+@lru_cache(maxsize=512)
 def tree_of_reference(text: str, known: frozenset[str]) -> Node:
     """Return the tree of a formula of our own, which is wanted for every answer that is held against it."""
     return read(text, known)

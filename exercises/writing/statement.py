@@ -175,7 +175,7 @@ def _after(
     return _tidy(template.render(solution=text, **told))
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=64)
 def worked_steps(chain: Chain) -> Worked:
     """Return the steps of an arm, kept because several parts show the same ones."""
     return Worked(chain)

@@ -165,7 +165,7 @@ def measured(verb: str, folder: Path, is_enough: Callable[[], bool] | None = Non
     process = subprocess.Popen(command, start_new_session=True, stdin=null, stdout=null, stderr=null)
     while not os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT):
         processor = max(processor, processor_time(process.pid))
-        largest = max(largest, largest_below(process.pid))
+        largest = max(largest, largest_of(process.pid))
         if is_enough is not None and is_enough():
             os.killpg(process.pid, signal.SIGKILL)
         time.sleep(0.1)
@@ -173,19 +173,21 @@ def measured(verb: str, folder: Path, is_enough: Callable[[], bool] | None = Non
     process.returncode = os.waitstatus_to_exitcode(status)
     if process.returncode != (0 if is_enough is None else -signal.SIGKILL):
         raise SystemExit(f"qdot {verb} ended with {process.returncode}")
-    scale = 1 << 20 if sys.platform == "darwin" else 1 << 10
     processor = max(processor, usage.ru_utime + usage.ru_stime)
-    return time.perf_counter() - start, processor, max(largest, usage.ru_maxrss / scale)
+    return time.perf_counter() - start, processor, largest
 
 
-def largest_below(process: int) -> float:
-    """Return the most megabytes that a process below one has had."""
+def largest_of(process: int) -> float:
+    """Return the most megabytes that a process, or one below it, has had.
+
+    What the system says of a process that has ended (`ru_maxrss`) is no less than what the one had that started it.
+    """
     found = 0.0
     with contextlib.suppress(OSError):
+        held = re.search(r"VmHWM:\s*(\d+) kB", Path(f"/proc/{process}/status").read_text())
+        found = int(held[1]) / 1024 if held else 0.0
         for child in Path(f"/proc/{process}/task/{process}/children").read_text().split():
-            with contextlib.suppress(OSError):
-                held = re.search(r"VmHWM:\s*(\d+) kB", Path(f"/proc/{child}/status").read_text())
-                found = max(found, int(held[1]) / 1024 if held else 0.0, largest_below(int(child)))
+            found = max(found, largest_of(int(child)))
     return found
 
 
