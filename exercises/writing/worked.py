@@ -400,18 +400,15 @@ class Worked(AxisNames):
         """The cofactors of the task Jacobian, (-1)^(i+j) times the minor (appendix)."""
         return self._fill(_cofactors(self._structure))
 
-    @cached_property
+    @property
     def inverse_cancels(self) -> bool:
         """Whether factors of det J cancel in the inverse, which is the transposed cofactors over det J."""
-        pairs = zip(self.d.inverse, self.cofactors.T, strict=True)
-        return any(_cancels(entry, cofactor, self.d.determinant) for entry, cofactor in pairs if entry != 0)
+        return _inverse_cancels(self._structure)
 
-    @cached_property
+    @property
     def rates_cancel(self) -> bool:
         """Whether they cancel in the joint rates, which are the inverse times the task's velocity."""
-        numerators = self.cofactors.T * self.velocity
-        pairs = zip(self.d.rate_law(), numerators, strict=True)
-        return any(_cancels(rate, sp.factor_terms(numerator), self.d.determinant) for rate, numerator in pairs)
+        return _rates_cancel(self._structure)
 
     @property
     def determinant_sign(self) -> str:
@@ -718,6 +715,21 @@ def _cofactors(generic: Chain) -> sp.Matrix:
     jacobian = derive(generic).jacobian
     n = jacobian.rows
     return sp.Matrix(n, n, lambda i, j: jacobian.cofactor(i, j) if n > 1 else sp.S.One)
+
+
+@lru_cache(maxsize=512)
+def _inverse_cancels(generic: Chain) -> bool:
+    """Tell it of a structure: of numbers, it could not be seen that a length has cancelled."""
+    pairs = zip(derive(generic).inverse, _cofactors(generic).T, strict=True)
+    return any(_cancels(entry, cofactor, derive(generic).determinant) for entry, cofactor in pairs if entry != 0)
+
+
+@lru_cache(maxsize=512)
+def _rates_cancel(generic: Chain) -> bool:
+    numerators = _cofactors(generic).T * sp.Matrix(task_velocity(generic))
+    pairs = zip(derive(generic).rate_law(), numerators, strict=True)
+    below = derive(generic).determinant
+    return any(_cancels(rate, sp.factor_terms(numerator), below) for rate, numerator in pairs)
 
 
 @lru_cache(maxsize=512)
