@@ -2,8 +2,8 @@
 
 `software` is an environment of Python with jupyterlite-core, jupyterlite-pyodide-kernel, jupyter-server and Playwright.
 In it are `pyodide`, a distribution of Pyodide with the packages that its lock file names, and `wheels`, with what the
-kernel takes from PyPI besides: `python -m tests.platforms.pyodide` puts both there, for JupyterLite 0.6. For a later one
-no registry has Pyodide's own NumPy. Chromium is on the path.
+kernel takes from PyPI besides: `python -m tests.platforms.pyodide` puts both there, for JupyterLite 0.6. For later
+ones no registry has Pyodide's own NumPy. Chromium is on the path.
 """
 
 import json
