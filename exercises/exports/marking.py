@@ -36,7 +36,8 @@ from exercises.writing.short_answer import short_answer
 MOST = 4
 """Known mistakes that a sheet lists for a part."""
 LONGEST = 400
-"""Characters of a wrong answer that is shown; of a longer one, only the mistake is told."""
+"""Characters of a wrong answer that is shown; of a longer one, only the mistake is told, and that it is longer."""
+TOO_LONG = "too long to be shown"
 ROOM, LEGIBLE = 22.0, 1.25
 """How wide a formula may be on a sheet, in em of the text; what is so many times as wide would be too small to read."""
 
@@ -93,7 +94,7 @@ def _mistakes(problem: Problem, part: Part, earns: Earns) -> Iterator[Mark]:
         wrong = replace(part, answer=part.answer.told_to(_Wrong(known)))
         typed = wrong.answer.as_typed()
         shown = _legible(short_answer(problem, wrong)) if len(typed) <= LONGEST else ""
-        yield Mark(known.title, shown, _points(part, earns(problem, part, typed)))
+        yield Mark(known.title, shown or TOO_LONG, _points(part, earns(problem, part, typed)))
 
 
 @dataclass(frozen=True)

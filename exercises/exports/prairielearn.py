@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import re
 import uuid
 from collections.abc import Generator, Mapping, Sequence
 
@@ -164,9 +165,18 @@ def _assessment(assignment: Assignment, kind: str, questions: Sequence[Mapping[s
         "type": kind,
         "title": assignment.title,
         "set": kind,
-        "number": assignment.key,
+        "number": number_of(assignment),
         "zones": [{"questions": questions}],
     }
+
+
+def number_of(assignment: Assignment) -> str:
+    """Return which homework or exam it is, as its title or its key says it: `6` of "Homework 6", else `1`.
+
+    PrairieLearn writes it right after the letters of a set: HW6.
+    """
+    told = re.search(r"(?<![\w.,-])\d+(?!\w)", assignment.title) or re.search(r"\d+$", assignment.key)
+    return told[0] if told else "1"
 
 
 def _json(content: object) -> str:

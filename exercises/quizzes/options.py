@@ -65,6 +65,11 @@ class Offered:
         return isinstance(self.shown, sp.MatrixBase) and self.shown.rows > 1
 
     @property
+    def formula(self) -> Formula:
+        """What it shows, without the brackets of a matrix where it is one number."""
+        return self.shown[0] if isinstance(self.shown, sp.MatrixBase) and self.shown.shape == (1, 1) else self.shown
+
+    @property
     def text(self) -> str:
         """What it shows as plain text, as an answer could be typed."""
         return text_of(self.shown)

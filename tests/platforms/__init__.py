@@ -10,6 +10,7 @@ table of docs/outlets.md is made from it. What a run teaches becomes a check of 
     repositories    a class that pushes to GitHub and GitLab
     records     what a run showed, as it is kept
     pictures/   the pictures of docs/, taken by a browser that clicks what the docs say
+    pyodide     the Python of JupyterLite's browser, put together from registries
     __main__    the command
 
 `make platforms` installs what the registries of Python, Node and Debian have (`INSTALLED`), and runs it without being
@@ -34,5 +35,6 @@ INSTALLED: dict[str, str] = {
     "GITLAB_RUNNER": ".venvs/platforms/node_modules/.bin/gitlab-ci-local", "OTTER": ".venvs/platforms/otter",
     "NBGRADER": ".venvs/platforms/nbgrader", "GRADESCOPE_ROOT": ".venvs/platforms/debian",
     "JUPYTERLAB": ".venvs/platforms/jupyterlab", "SCORM_AGAIN": "site/node_modules/scorm-again",
+    "JUPYTERLITE": ".venvs/platforms/jupyterlite",
 }  # fmt: skip
 """Where in the repository the Makefile installs software, by the variable that names another copy of it."""

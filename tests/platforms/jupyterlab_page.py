@@ -66,10 +66,10 @@ def open_and_run(page: Page, address: str, saved: str, name: str, picture: str) 
 
 
 def download(page: Page, path: str) -> None:
-    """Have the browser download the notebook that is open."""
+    """Have the browser download the notebook that is open, from the list of files, which all versions let one do."""
     with page.expect_download() as given:
-        page.locator(".lm-MenuBar-item", has_text="File").click()
-        page.locator(".lm-Menu-item[data-command='docmanager:download']").click()
+        page.locator(".jp-DirListing-item", has_text=path.rpartition("/")[2]).click(button="right")
+        page.locator(".lm-Menu-item[data-command='filebrowser:download']").click()
     given.value.save_as(path)
 
 

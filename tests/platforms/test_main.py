@@ -51,7 +51,7 @@ def test_a_copy_that_is_named_goes_before_the_one_that_is_installed(
 
 def test_what_is_installed_is_what_the_makefile_installs_for_a_platform() -> None:
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
-    rule = makefile.split(".venvs/platforms/.installed:\n")[1].split("\n\n")[0]
+    rule = makefile.split(".venvs/platforms/.installed: ")[1].split("\n\n")[0]
     for variable, path in INSTALLED.items():
         assert variable in PLATFORMS.values()
         folder, _, name = path.rpartition("/")

@@ -10,18 +10,21 @@ from tests.support import ROOT
 
 READERS = ROOT / ".venvs" / "readers"
 """An environment of its own for programs that read exports."""
+READER = "make .venvs/readers/.installed"
 MAXIMA = "apt-get install maxima maxima-share, or brew install maxima"
 GIT = "apt-get install git, or brew install git"
 GH = "apt-get install gh, or brew install gh"
 POPPLER = "apt-get install poppler-utils, or brew install poppler"
 LATEX = "apt-get install texlive-pictures texlive-latex-extra"
-ACTIONLINT = "go install github.com/rhysd/actionlint/cmd/actionlint@latest, or brew install actionlint"
-READER = "make .venvs/readers/.installed"
+ACTIONLINT = f"{READER}, go install github.com/rhysd/actionlint/cmd/actionlint@latest, or brew install actionlint"
 
 
 def needs(program: str, how: str, in_ci: bool = True) -> str:
-    """Return the path of a program; where it is missing the test is skipped, or fails in a CI that is to have it."""
-    found = shutil.which(program)
+    """Return the path of a program, of the machine's or else of the readers'.
+
+    Where it is missing the test is skipped, or fails in a CI that is to have it.
+    """
+    found = shutil.which(program) or shutil.which(program, path=str(READERS / "bin"))
     return found if found is not None else _missing(program, how, in_ci)
 
 

@@ -13,7 +13,7 @@ import pytest
 from exercises.assignment import Student, load_assignment
 from exercises.errors import QdotError
 from exercises.exports.boxes import box_of, options_of
-from exercises.exports.marking import marking
+from exercises.exports.marking import TOO_LONG, marking
 from exercises.exports.outlet import File, Order
 from exercises.exports.paper import compile_pdf
 from exercises.exports.registry import OUTLETS
@@ -341,6 +341,8 @@ def test_a_marking_sheet_says_what_known_mistakes_earn(six: Order, tmp_path: Pat
     wide = generate(ProblemId("planar-rpr", 5, ("inverse-velocity", "determinant")))
     told = [marking(wide, part, share_earned).marks[0].answer for part in wide.parts]
     assert told[0] == "see the key" != told[1]  # it would be printed too small to be read
+    long = marking(wide, wide.parts[0], share_earned).marks
+    assert TOO_LONG in {mark.answer for mark in long} and all(mark.answer for mark in long)  # no cell is empty
     determinant = next(part for part in sheet.parts if part.label == "5.2")
     assert determinant.marking is not None
     assert ("Determinant with the wrong sign", "0.8") in [(mark.says, mark.earns) for mark in determinant.marking.marks]

@@ -23,7 +23,7 @@ from exercises.assignment import Student, load_assignment
 from exercises.errors import QdotError
 from exercises.exports.bank import bank
 from exercises.exports.outlet import Order
-from exercises.exports.prairielearn import TRIES, input_names
+from exercises.exports.prairielearn import TRIES, input_names, number_of
 from exercises.exports.registry import OUTLETS
 from exercises.mistakes.catalogue import CATALOGUE
 from exercises.problem import Problem
@@ -229,6 +229,16 @@ def test_assessments_ask_every_question_in_order_for_its_points(course: Path, or
     assert {len(one["autoPoints"]) for one in again["zones"][0]["questions"]} == {2}
 
 
+@pytest.mark.parametrize(
+    ("title", "key", "number"),
+    [("Homework 6", "robots", "6"), ("Robots, 2nd part", "hw12", "12"), ("Arms of 2R", "velocity-3r", "1")],
+)
+def test_an_assessment_is_called_by_the_number_of_its_title_or_key(
+    order: Order, title: str, key: str, number: str
+) -> None:
+    assert number_of(replace(order.assignment, title=title, key=key)) == number
+
+
 def test_uuids_stay_and_belong_to_one_question(course: Path, order: Order) -> None:
     found = [json.loads((path / "info.json").read_text())["uuid"] for path in sorted((course / "questions").iterdir())]
     assert len({uuid.UUID(text) for text in found}) == 4
@@ -266,7 +276,7 @@ def test_a_variant_is_one_of_the_bank_by_its_seed_and_shows_no_solution(
     page = one.page("question")
     names = [name for part in problem.parts for name in input_names(part)]
     assert names == re.findall(r'answers-name="([^"]+)"', page)
-    assert "{{" not in page and page.count("<details>") == 3 * len(problem.parts)
+    assert "{{" not in page and page.count('<details class="mb-2">') == 3 * len(problem.parts)  # none sticks to a box
     assert re.search(r"<svg[^>]*>\s*<title", page) and "<desc" in page  # what the figure shows, in words
     tables = re.findall('<table class="([^"]*)"', page)
     assert tables and all({"table", "table-bordered"} <= set(table.split()) for table in tables)  # of Bootstrap
@@ -292,6 +302,8 @@ def test_options_matches_and_numbers_have_elements_of_their_own(
         "pl-checkbox", "pl-matching", "pl-multiple-choice", "pl-multiple-choice", "pl-integer-input",
         "pl-integer-input", "pl-number-input",
     ]  # fmt: skip
+    for tag in ("pl-checkbox", "pl-multiple-choice"):  # wide formulas move by themselves
+        assert len(re.findall(rf"<{tag} ", page)) == len(re.findall(rf"overflow-x: auto[^<>]*>\s*<{tag} ", page))
     for part in problem_of(question, problems["p4"]).parts:
         offered = question.data["correct_answers"]["options"].get(part.name)
         if isinstance(offered, list):

@@ -119,6 +119,7 @@ def _options_have_one_form(problem: Problem, part: Part) -> None:
     for clause in (r"\([^()$]*\b[a-z]{3,}", r"[:,;] [^$]*\b(?!or|with)[a-z]{3,}|, with ", r"rounded"):
         found = [bool(re.search(clause, re.sub(r"\$[^$]*\$", "$$", text))) for text in texts]
         assert len(set(found)) == 1, (part.name, clause, texts)
+    assert not any("matrix" in text and not re.search(r"&|\\\\", text) for text in texts), texts  # one number is none
     if isinstance(part.details, Places):
         forms = {tuple(len(number) for number in re.findall(r"\.(\d+)\^", text)) for text in texts}
         assert len(forms) == 1, (part.name, texts)
@@ -130,6 +131,7 @@ def _hints_help_and_give_nothing_away(problem: Problem, part: Part) -> None:
     for hint in given:
         _is_clean(hint)
         assert not re.search(r"\*\*|  \w|\(\)", hint), (part.name, hint)
+        assert hint.strip().endswith((".", "?", ":", "$$")), (part.name, hint)
         if isinstance(part.answer, Choice) and part.answer.options != TRUE_FALSE:
             assert part.answer.options[part.answer.correct] not in hint
 
