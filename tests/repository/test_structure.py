@@ -22,8 +22,8 @@ LAYERS = {
         formula.pieces formula.conditions
         formula.claims
         arm.chain arm.told arm.kinematics arm.trigonometry arm.needs arm.shipped arm.transforms arm.derivation
-        arm.together arm.relations arm.singularity arm.axes arm.reason arm.bare arm.lengths arm.reach arm.three_joints arm.beyond
-        arm.reciprocal arm.searched
+        arm.together arm.relations arm.singularity arm.axes arm.reason arm.bare arm.lengths arm.reach
+        arm.three_joints arm.beyond arm.reciprocal arm.searched
         arm.appearance arm.classification arm.directions arm.meanings arm.precise arm.path arm.entry arm.placing
         arm.conventions arm.urdf arm.robot_file arm.robot_text arm.library
         arm.arithmetic arm.stages
