@@ -33,6 +33,19 @@ class Entry:
     value: sp.Expr
 
 
+@dataclass(frozen=True)
+class Telling:
+    """A configuration at which formulas are held against each other: all joints at zero, but for one, if one is named.
+
+    That one is `at` a right angle, or a metre out. `value` is that of the right one there; others may be `alike`.
+    """
+
+    joint: sp.Symbol | None
+    at: sp.Expr
+    value: sp.Expr | sp.Matrix
+    alike: bool
+
+
 class HintContext:
     """What there is to tell and to show of one arm; templates read its properties."""
 
@@ -51,6 +64,21 @@ class HintContext:
     def at_zero(self) -> dict[sp.Symbol, sp.Expr]:
         """All joint variables at zero, for substitution."""
         return dict.fromkeys(self.chain.q, sp.S.Zero)
+
+    def telling(self, right: sp.Expr | sp.Matrix, others: Sequence[sp.Expr | sp.Matrix]) -> Telling | None:
+        """Return where the fewest of the others are as the right one is, joints at zero if it is the same elsewhere.
+
+        None where the right one divides by zero in each of these configurations.
+        """
+        found = []
+        at_ends = (sp.pi / 2 if joint.kind == "R" else sp.S.One for joint in self.chain.joints)
+        for joint, at in ((None, sp.S.Zero), *zip(self.chain.q, at_ends, strict=True)):
+            there = self.at_zero if joint is None else self.at_zero | {joint: at}
+            value = right.xreplace(there)
+            if not self.is_undefined(value):
+                alike = sum(_is_same(other.xreplace(there), value) for other in others)
+                found.append((alike, Telling(joint, at, value, alike > 0)))
+        return min(found, key=lambda pair: pair[0])[1] if found else None
 
     def symbols(self, matrix: sp.Matrix) -> list[str]:
         """Return the symbols in a matrix, joints first."""
@@ -209,3 +237,9 @@ def _alike(a: sp.Expr, b: sp.Expr) -> bool:
     if a.is_number and b.is_number:
         return bool(abs(abs(a) - abs(b)) <= sp.Rational(1, 200) * abs(b))
     return bool(_unsigned(a) == _unsigned(b))
+
+
+def _is_same(one: sp.Expr | sp.Matrix, other: sp.Expr | sp.Matrix) -> bool:
+    """Tell whether formulas without joint variables are the same, entry by entry."""
+    left, right = (list(formula) if isinstance(formula, sp.MatrixBase) else [formula] for formula in (one, other))
+    return len(left) == len(right) and all(sp.expand(a - b) == 0 for a, b in zip(left, right, strict=True))
