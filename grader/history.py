@@ -5,8 +5,9 @@ nothing yet, and what an earlier run gave is in the history before it is gone fr
 """
 
 import datetime
+import io
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -31,20 +32,23 @@ class Move:
 
 def earlier_results(assignment: Assignment) -> dict[str, Result]:
     """Return the results of the run before by student; what can't be read is left out."""
-    results: dict[str, Result] = {}
+    return dict(_earlier(assignment))
+
+
+def _earlier(assignment: Assignment) -> Iterator[tuple[str, Result]]:
+    """Yield the same one by one: those of a large class take as much memory again as the ones just made."""
     try:
-        lines = results_path(assignment).read_text(encoding="utf-8").split("\n")
-    except (OSError, ValueError):
-        return results
-    for line in lines:
+        written = results_path(assignment).read_bytes()
+    except OSError:
+        return
+    for line in io.BytesIO(written):
         try:
             result = json.loads(line)
             points = [result["score"], *(part["points"] or 0 for part in _parts(result).values())]
             if all(isinstance(each, (int, float)) for each in points) and {"submission", "late"} <= set(result):
-                results[str(result["student"])] = result
+                yield str(result["student"]), result
         except (ValueError, KeyError, TypeError):
             continue
-    return results
 
 
 def results_path(assignment: Assignment) -> Path:
@@ -86,13 +90,13 @@ def keep_earlier(assignment: Assignment, results: Sequence[Result]) -> None:
 
     A run that was stopped may have done so before: nothing is added twice. What is the same is not added at all.
     """
-    earlier = earlier_results(assignment)
-    now = {result["student"]: _as_written(result) for result in results}
+    by_student = {result["student"]: result for result in results}
     folder = assignment.folder / "graded" / "history"
-    remove_left_behind(folder / f"{student}.jsonl" for student in earlier)
-    for student, was in earlier.items():
-        if student not in now or _content(was) != _content(now[student]):
-            _add(folder / f"{student}.jsonl", was, reasons(was, now.get(student)))
+    remove_left_behind(folder / f"{student}.jsonl" for student, _ in _earlier(assignment))
+    for student, was in _earlier(assignment):
+        now = _as_written(by_student[student]) if student in by_student else None
+        if now is None or _content(was) != _content(now):
+            _add(folder / f"{student}.jsonl", was, reasons(was, now))
 
 
 def _add(path: Path, was: Result, why: str) -> None:

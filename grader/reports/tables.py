@@ -16,9 +16,13 @@ FORMULA_BEGINS = tuple("=+-@\uff1d\uff0b\uff0d\uff20")
 """With what a cell begins that a spreadsheet may take for a formula, the wide signs of East Asia among them."""
 
 
-def results_jsonl(results: Sequence[dict[str, Any]]) -> str:
-    """Return a JSON object a line, one for each student."""
-    return "".join(printable(json.dumps(result, ensure_ascii=False, allow_nan=False)) + "\n" for result in results)
+def results_jsonl(results: Sequence[dict[str, Any]]) -> bytes:
+    """Return a JSON object a line, one for each student, in UTF-8: of a large class, that is most of what it takes."""
+    out = io.BytesIO()
+    for result in results:
+        line = printable(json.dumps(result, ensure_ascii=False, allow_nan=False))
+        out.write(f"{line}\n".encode("utf-8", "replace"))
+    return out.getvalue()
 
 
 Cell = str | float | None

@@ -1,16 +1,20 @@
 """What earlier runs gave is kept when it is replaced, and `qdot grade --diff` says whose mark moved, and why."""
 
 import json
+import tracemalloc
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from exercises.assignment import load_assignment
+from exercises.assignment import Student, load_assignment
+from exercises.files import write_atomically
 from exercises.release import init_assignment
 from grader import history
 from grader.attempt import GRADER
-from grader.history import earlier_results, keep_earlier, moves, told
+from grader.history import earlier_results, keep_earlier, moves, results_path, told
+from grader.reports.tables import results_jsonl
 from grader.reports.write import write_reports
 from tests.grader.test_settle import DUE, HOUR, RULE, STUDENTS, TOML, hand_in, released, run
 
@@ -32,6 +36,27 @@ def kept(folder: Path) -> dict[str, list[dict[str, Any]]]:
 def diff(folder: Path) -> list[str]:
     """What --diff says, without the summary and with single spaces."""
     return [" ".join(line.split()) for line in run(folder, "--diff")[1].splitlines()[:-1]]
+
+
+def test_a_large_class_is_written_in_little_more_memory_than_its_results_take(folder: Path, released: Path) -> None:
+    """One result after another: of 100,000, those of the run before would take gigabytes."""
+    hand_in(folder, released, "s1/hw.ipynb", -1)
+    results, _ = run(folder)
+    many = [results["s1"] | {"student": f"s{number}"} for number in range(2000)]
+    students = tuple(Student(result["student"]) for result in many)
+    assignment = replace(load_assignment(folder), roster=students)
+    write_atomically(results_path(assignment), results_jsonl(many))
+    size = results_path(assignment).stat().st_size
+    tracemalloc.start()
+    try:
+        keep_earlier(assignment, many)
+        assert tracemalloc.get_traced_memory()[1] < 2.5 * size
+        tracemalloc.reset_peak()
+        assert len(results_jsonl(many)) == size
+        assert tracemalloc.get_traced_memory()[1] < 2.5 * size
+    finally:
+        tracemalloc.stop()
+    assert kept(folder) == {}
 
 
 def test_whose_mark_moved_and_why(folder: Path, released: Path) -> None:

@@ -175,7 +175,7 @@ def _handed_out_and_graded(folder: Path) -> None:
         os.utime(handed_in, (RECEIVED, RECEIVED))
     looked = find_submissions(assignment, folder / "submitted")
     results = grade_class(assignment, looked.found, 0, Limits(), lambda _: None)
-    results_path(assignment).write_text(results_jsonl(results), encoding="utf-8")
+    results_path(assignment).write_bytes(results_jsonl(results))
 
 
 def _is_answered(cell: dict[str, Any]) -> bool:

@@ -113,7 +113,7 @@ def test_thirty_of_whom_twenty_five_attack(assignment: Assignment) -> None:
 
 
 def _nothing_written_is_harmful(assignment: Assignment, results: list[dict[str, Any]]) -> None:
-    table, lines = grades_csv(results, assignment.roster), results_jsonl(results)
+    table, lines = grades_csv(results, assignment.roster), results_jsonl(results).decode()
     assert printable(table) == table and printable(lines) == lines
     for row in csv.reader(io.StringIO(table)):
         assert len(row) == 12
