@@ -21,15 +21,14 @@ from exercises.console import VariationOption, note, one_of, progress, say, work
 from exercises.families import Family
 from exercises.families.own import own_family
 from exercises.generation import family_named, listed, sample_chain, short_quiz
-from exercises.locus import check_map, write_map
 from exercises.options import ConventionOption, TwistOrderOption
 from exercises.overview import detail, overview, refusals, robots_overview
 from exercises.problem import convention_named
 from exercises.questions import QUESTIONS
 from exercises.quizzes import QUIZZES
 from exercises.sets import DEFAULT_SET, SETS, set_named
-from exercises.solving_in_time import DEFAULT as SECONDS
-from exercises.solving_in_time import LEAST, seconds_of, write_solution
+from exercises.time_limit import DEFAULT as SECONDS
+from exercises.time_limit import LEAST, seconds_of
 
 SHOW_FORMATS = ("text", "latex", "html", "json", "ipynb")
 SOLVE_FORMATS = ("text", "latex", "json")
@@ -304,6 +303,9 @@ def solve(
     has `missing` then, a list of what was not worked out. --map draws the conditions that are in three joints or fewer.
     """
     one_of(format, SOLVE_FORMATS, "--format")
+    from exercises.locus import check_map, write_map
+    from exercises.solving_in_time import write_solution
+
     seconds = seconds_of(time)
     if convention:
         one_of(convention, TABLES, "--convention")

@@ -1,7 +1,6 @@
 """`qdot solve`: results as they are ready; where time or Ctrl-C ends it, what is missing is said."""
 
 import itertools
-import re
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
@@ -11,7 +10,6 @@ from exercises.arm.chain import CONVENTIONS, Chain
 from exercises.arm.classification import kind_is_sure
 from exercises.arm.robot_file import Robot
 from exercises.arm.told import is_by_axes, twist_rows
-from exercises.errors import QdotError
 from exercises.questions import QUESTIONS
 from exercises.questions.base import BY_HAND
 from exercises.solving import (
@@ -34,23 +32,8 @@ from exercises.time_limit import OutOfTime, time_limit
 from exercises.writing.markup import to_text
 from exercises.writing.worked import SingularComponent
 
-DEFAULT, LEAST, MOST = 60.0, 0.1, 1e8
-"""Seconds of processor time after which a derivation ends if nothing else is said; and between what they are said."""
-
 Shown = Callable[[str], AbstractContextManager[object]]
 """Shows while a block lasts what is worked out in it."""
-
-
-def seconds_of(text: str) -> float:
-    """Return the seconds that `--time` names. Raises QdotError.
-
-    >>> seconds_of("300")
-    300.0
-    """
-    number = re.fullmatch(r"\s*\+?(\d+\.?\d*|\.\d+)(e[+-]?\d{1,3})?\s*", text, re.ASCII | re.IGNORECASE)
-    if number and LEAST <= float(text) <= MOST:
-        return float(text)
-    raise QdotError(f"--time {text!r} is not from {LEAST:g} to {MOST:.0f} seconds; write a number, as in --time 300")
 
 
 @dataclass

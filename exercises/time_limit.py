@@ -5,6 +5,7 @@ have the processor, or in which nothing is done, is not.
 """
 
 import ctypes
+import re
 import signal
 import threading
 import time
@@ -13,6 +14,11 @@ from contextlib import contextmanager
 from types import FrameType
 
 from sympy.core.cache import clear_cache
+
+from exercises.errors import QdotError
+
+DEFAULT, LEAST, MOST = 60.0, 0.1, 1e8
+"""Seconds of processor time after which a derivation ends if nothing else is said; and between what they are said."""
 
 AGAIN = 0.2
 """Seconds after which a stop comes again that was lost, as one that came inside of a destructor is."""
@@ -23,6 +29,18 @@ HAS_TIMER = hasattr(signal, "setitimer")
 
 class OutOfTime(BaseException):
     """The time is over. No error: whoever catches every `Exception` on the way must not keep it."""
+
+
+def seconds_of(text: str) -> float:
+    """Return the seconds that `--time` names. Raises QdotError.
+
+    >>> seconds_of("300")
+    300.0
+    """
+    number = re.fullmatch(r"\s*\+?(\d+\.?\d*|\.\d+)(e[+-]?\d{1,3})?\s*", text, re.ASCII | re.IGNORECASE)
+    if number and LEAST <= float(text) <= MOST:
+        return float(text)
+    raise QdotError(f"--time {text!r} is not from {LEAST:g} to {MOST:.0f} seconds; write a number, as in --time 300")
 
 
 @contextmanager

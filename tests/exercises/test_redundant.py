@@ -16,8 +16,7 @@ from exercises.arm.reciprocal import Found, applies, plain_chain, reciprocal_set
 from exercises.arm.searched import _Rank, lies_on, tried
 from exercises.arm.singularity import singular_set
 from exercises.solving import Solution, _redundant_block, solution_json, solution_text, solve
-from exercises.solving_in_time import DEFAULT
-from exercises.time_limit import time_limit
+from exercises.time_limit import DEFAULT, time_limit
 from tests.repository.test_schemas import errors
 from tests.support.problems import drawn
 

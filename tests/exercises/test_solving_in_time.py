@@ -15,8 +15,8 @@ import pytest
 from exercises.arm.library import robot_path
 from exercises.arm.robot_file import Robot, read_robot_file
 from exercises.solving import data_stages, solution_json, solution_latex, solution_text, solve, text_stages
-from exercises.solving_in_time import seconds_of, write_solution
-from exercises.time_limit import OutOfTime, time_limit
+from exercises.solving_in_time import write_solution
+from exercises.time_limit import OutOfTime, seconds_of, time_limit
 from tests.repository.test_schemas import errors
 from tests.support.command import fails, run
 
