@@ -22,7 +22,7 @@ KEPT = Path(__file__).with_name("robots.json")
 PAGE = Path(__file__).parents[2] / "docs" / "robots.md"
 SECTION, NEXT = "## Real robots\n", "\n## "
 LONG = ("baxter", "gen3", "panda", "sawyer")
-"""Arms of seven joints with offsets: where they are singular takes half a minute to work out, and fills lines."""
+"""Arms of seven joints with offsets: the conditions under which they are singular fill lines."""
 MOST_TERMS = 10
 """The most terms of a condition that has words; longer ones have none but that J loses rank."""
 NAMES = dict(zip(CONVENTIONS, ("standard", "modified", "axes"), strict=True))

@@ -26,7 +26,6 @@ from exercises.arm.library import FOLDER, robot_path, robots
 from exercises.arm.robot_file import Robot, read_robot_file
 from exercises.arm.robot_text import robot_text
 from exercises.assignment import load_assignment
-from exercises.docs.robots import LONG
 from exercises.errors import QdotError
 from exercises.exports.outlet import Order
 from exercises.exports.outlet import robots as robots_to_export
@@ -34,6 +33,7 @@ from exercises.release import init_assignment
 from exercises.solving import solve
 from tests.support import ROOT
 from tests.support.command import fails, run
+from tests.support.suites import several
 
 Matrix = np.ndarray
 DATA = ROOT / "tests" / "data" / "robots"
@@ -232,7 +232,7 @@ def test_a_number_that_is_wrong_by_a_millimetre_or_a_degree_is_seen() -> None:
 
 
 QUICK = ("cobra600", "kr5")
-FEW = [name if name in QUICK else pytest.param(name, marks=pytest.mark.whole) for name in robots() if name not in LONG]
+FEW = [name if name in QUICK else pytest.param(name, marks=pytest.mark.whole) for name in robots()]
 
 
 @pytest.mark.parametrize("name", FEW)
@@ -253,13 +253,14 @@ def test_where_a_robot_is_said_to_be_singular_its_jacobian_loses_rank_and_only_t
         held = [zero_of(values_of(conditions), rng.uniform(-1.5, 1.5, n)) for _ in range(15)]
         there = [q for q in held if q is not None]
         assert len(there) >= 5
-        assert max(map(least, there)) < 1e-8
+        assert max(map(least, there)) < 1e-6  # of 1 - c4 = 0, no more than the root of its 1e-12 is known
     zeros = []
-    for _ in range(40):
+    starts = several(40, 300)
+    for _ in range(starts):
         q = rng.uniform(-1.5, 1.5, n)
         zeros.append(zero_of(unmoved, np.append(q, np.linalg.svd(arm.jacobian(q)[rows])[0][:, -1])))
     reached = [x[:n] for x in zeros if x is not None and least(x[:n]) < 1e-9]
-    assert len(reached) > 20
+    assert len(reached) > starts / 2
     for q in reached:
         assert min(np.abs(values_of(conditions)(q)).max() for conditions in found) < 1e-5, q
 
