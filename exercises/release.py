@@ -137,7 +137,7 @@ def _write(assignment: Assignment, student: str, notebooks: "Sequence[NotebookNo
     write_atomically(certificate_path(assignment, student), certified, mode=0o600, lasting=False)
     if there != to_hand_out:
         write_atomically(released, to_hand_out, lasting=False)
-    write_atomically(solved, solution, lasting=False)
+    write_atomically(solved, solution, mode=0o600, lasting=False)
     return outcome
 
 

@@ -6,7 +6,7 @@ import platform
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -263,6 +263,9 @@ def grade(
     ] = 0.0,
     seconds: Annotated[float, typer.Option(min=1, help="Processor time that a notebook may take.")] = Limits().seconds,
     diff: Annotated[bool, typer.Option("--diff", help="Say whose mark moved since the last run, and why.")] = False,
+    gone: Annotated[
+        bool, typer.Option("--gone", help="Also of who had handed in at the last run and is not in SUBMISSIONS now.")
+    ] = False,
     report: Annotated[
         list[str], typer.Option(metavar="FORMAT=PATH", help="Also write the results so; repeatable. - is stdout.")
     ] = [],  # noqa: B006
@@ -305,11 +308,12 @@ def grade(
     if student:
         results = [_grade_one(assignment, submissions, student, received, seconds, tell)]
     else:
-        with opened(submissions or folder / "submitted") as root:
+        named = submissions or folder / "submitted"
+        with opened(named) as root:
             if share:
                 _grade_share(assignment, root, jobs, limits, executor, share)
                 return
-            results = _grade(assignment, root, jobs, limits, diff, tell, executor)
+            results = _grade(assignment, root, jobs, limits, diff, tell, executor, None if gone else named)
     write_asked(assignment, results, asked)
     _check_graded(results)
     if any(100 * result["score"] / result["max_score"] < fail_under for result in results):
@@ -318,7 +322,7 @@ def grade(
 
 def _grade(
     assignment: Assignment, submissions: Path, jobs: int, limits: Limits, diff: bool, tell: Callable[[str], None],
-    executor: str,
+    executor: str, whole: Path | None,
 ) -> list[Result]:  # fmt: skip
     from grader.history import earlier_results, told
     from grader.reports.write import write_page, write_reports
@@ -337,6 +341,8 @@ def _grade(
         check_sandbox(assignment.sandbox == "strict")
     with alone(assignment.folder):
         earlier = earlier_results(assignment)
+        if whole is not None:
+            _check_all_there(assignment, earlier, looked.found, whole)
         results = _results(assignment, looked.found, assignment.roster, jobs, limits, executor, write_page)
         with progress("writing feedback", len(results)) as counter:
             results = write_reports(assignment, results, min(jobs, len(results)), counter.step)
@@ -351,6 +357,24 @@ def _grade(
             f"nobody has handed in anything: put what comes back into {submissions}, as STUDENT/{assignment.key}.ipynb"
         )
     return results
+
+
+def _check_all_there(
+    assignment: Assignment, earlier: Mapping[str, Result], found: Mapping[str, Found], submissions: Path
+) -> None:
+    """Raise QdotError where students had handed in at the last run and have not now: they would lose their marks.
+
+    So it is with a second zip that has latecomers only, or where a platform's zip was graded and is not named again.
+    """
+    names = [student.id for student in assignment.roster]
+    lost = [name for name in names if name not in found and earlier.get(name, {}).get("submission") is not None]
+    if lost:
+        some = ", ".join(lost[:5]) + (f" and {len(lost) - 5} more" if len(lost) > 5 else "")
+        raise QdotError(
+            f"{submissions}: nothing is here of {len(lost)} of {len(names)} students, who had handed in at the last "
+            f"run: {some}; name what holds all that was handed in, as in 'qdot grade {assignment.folder} all.zip', or "
+            "say --gone for them to lose their marks"
+        )
 
 
 def _groups_of(results: list[Result]) -> list[str]:

@@ -108,7 +108,7 @@ def _add(path: Path, was: Result, why: str) -> None:
         lines.pop()  # a run that was stopped put it there, and may have had another reason
     replaced = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
     lines.append(json.dumps({"replaced": replaced, "why": why, "result": was}, ensure_ascii=False))
-    write_atomically(path, "".join(f"{line}\n" for line in lines))
+    write_atomically(path, "".join(f"{line}\n" for line in lines), 0o600)
 
 
 def _result_in(line: str) -> Any:

@@ -52,8 +52,8 @@ def write_reports(
         for _ in range(len(pages) - len(old)):
             each()
         keep_earlier(assignment, list(final.values()))
-        write_atomically(folder / "grades.csv", grades_csv(list(final.values()), assignment.roster))
-        write_atomically(results_path(assignment), results_jsonl(list(final.values())))
+        write_atomically(folder / "grades.csv", grades_csv(list(final.values()), assignment.roster), 0o600)
+        write_atomically(results_path(assignment), results_jsonl(list(final.values())), 0o600)
     if unwritten:
         raise QdotError(
             f"no feedback page for {', '.join(unwritten)}: what wrote it was ended by the system, probably for want of "

@@ -2,6 +2,7 @@
 
 import json
 import tracemalloc
+import zipfile
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ from grader.history import earlier_results, keep_earlier, moves, results_path, t
 from grader.reports.tables import results_jsonl
 from grader.reports.write import write_reports
 from tests.grader.test_settle import DUE, HOUR, RULE, STUDENTS, TOML, hand_in, released, run
+from tests.support.command import fails
 
 __all__ = ["released"]
 
@@ -57,6 +59,31 @@ def test_a_large_class_is_written_in_little_more_memory_than_its_results_take(fo
     finally:
         tracemalloc.stop()
     assert kept(folder) == {}
+
+
+def test_nobody_loses_a_mark_by_a_run_that_was_given_less(folder: Path, released: Path, tmp_path: Path) -> None:
+    """As by a second zip, of latecomers, or by the folder's own after a platform's zip was graded."""
+    for student in ("s1", "s2"):
+        hand_in(folder, released, f"{student}/hw.ipynb", -1)
+    run(folder)
+    before = results_path(load_assignment(folder)).read_bytes()
+    late = tmp_path / "late"
+    (folder / "submitted" / "s2").rename(late)
+    said = fails("grade", str(folder))
+    assert (
+        f"{folder / 'submitted'}: nothing is here of 1 of 3 students, who had handed in at the last run: s2; " in said
+    )
+    assert results_path(load_assignment(folder)).read_bytes() == before
+    with zipfile.ZipFile(tmp_path / "late.zip", "w") as packed:
+        packed.write(late / "hw.ipynb", "s2/hw.ipynb")
+    assert f"{tmp_path / 'late.zip'}: nothing is here of 1 of 3" in fails(
+        "grade", str(folder), str(tmp_path / "late.zip")
+    )
+    gone, _ = run(folder, "--gone")
+    kept_for_staff = [*(folder / "graded").glob("*.*"), *(folder / "graded" / "history").glob("*")]
+    assert len(kept_for_staff) > 2 and {path.stat().st_mode & 0o777 for path in kept_for_staff} == {0o600}
+    assert gone["s2"]["submission"] is None and gone["s1"]["submission"] is not None
+    run(folder)  # once is enough
 
 
 def test_whose_mark_moved_and_why(folder: Path, released: Path) -> None:
