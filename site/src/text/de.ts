@@ -510,6 +510,7 @@ export const de: Catalogue = {
   "arm.figures.ratio": "Der kleinste Singulärwert ist {percent} % des größten.",
   "arm.words.pose": "Gelenke: {joints}.",
   "arm.words.turned": "{joint} {value} Grad",
+  "arm.words.turned-radians": "{joint} {value} Radiant",
   "arm.words.slid": "{joint} {value} Meter",
   "arm.words.point": "Der Punkt P ist bei x {x}, y {y}, z {z} Meter.",
   "arm.words.det": "Die Determinante von J ist {value}.",

@@ -598,6 +598,7 @@ export const en = {
 
   "arm.words.pose": "Joints: {joints}.",
   "arm.words.turned": "{joint} {value} degrees",
+  "arm.words.turned-radians": "{joint} {value} radians",
   "arm.words.slid": "{joint} {value} metres",
   "arm.words.point": "The point P is at x {x}, y {y}, z {z} metres.",
   "arm.words.det": "The determinant of J is {value}.",
