@@ -4,7 +4,7 @@ import type { JSX } from "preact";
 
 import { Arrow, type BodyProps, ofPixels } from "./flat.js";
 import { Angles, arcOf } from "./angles.js";
-import { placed, type Wanted } from "./labels.js";
+import { type Covered, placed, type Wanted } from "./labels.js";
 import { DrawnLetters } from "./letters.js";
 import { lostDirection } from "./lost.js";
 import { type Arm, arrowsOf, type Frame, pStar, type State } from "./model.js";
@@ -61,6 +61,8 @@ export interface MarksProps extends BodyProps {
   readonly concealed: boolean;
   /** The joint that is pointed at, whose column stands out. */
   readonly lit: number | null;
+  /** What lies over the drawing: letters stand beside it. */
+  readonly covered: Covered;
 }
 
 export function Marks(props: MarksProps): JSX.Element {
@@ -132,8 +134,7 @@ export function Marks(props: MarksProps): JSX.Element {
             ...(flat ? [groundAt(pixel(view, state.frames[0]!.o))] : []),
             ...arrowLines(props, columns),
           ],
-          view.width,
-          view.height,
+          { width: view.width, height: view.height, covered: props.covered },
         ).map(({ name, style, x, y, from }, k, all) => (
           <g key={`${name} ${all.slice(0, k).filter((other) => other.name === name).length}`} class={style}>
             {from ? <path class="arm-leader" d={`M${from[0]} ${from[1]}L${x} ${y}`} /> : null}

@@ -103,6 +103,7 @@ function Panel(props: ArmProps): JSX.Element {
             onPose={stage.move}
             onLit={stage.point}
             near
+            readout={wide || concealed ? null : <Readout {...stage} />}
             label={say("arm.drawing.label", { robot: robot.title })}
             describedBy={`${ids}words`}
             target={
@@ -117,7 +118,6 @@ function Panel(props: ArmProps): JSX.Element {
               </>
             )}
           />
-          {wide || concealed ? null : <Readout {...stage} />}
         </div>
         <div class="arm-strip">
           {wide ? (
