@@ -227,19 +227,21 @@ function heldOn(held: Held | null, links: readonly (readonly Vec3[])[]): Vec3 | 
 
 /** The view of all, or a nearer one of the pose in which the arm stands first, as long as the arm is in it. */
 function useNear(props: DrawingProps, whole: View, flat: boolean): View {
-  const { arm, state, home, reach, layers, near } = props;
+  const { arm, state, home, reach, layers, near, target } = props;
+  const aims = target ? [target.at] : []; // where it is put first: the view stays while it is dragged
   const [left, setLeft] = useState(false);
   const { width, height } = whole;
   const framing = useMemo(() => {
     if (!near) return null;
     const begun = stateAt(arm, home);
     const arrows = layers.columns ? drawnColumns(arm, begun, reach) : [];
+    const heads = arrows.map((arrow) => shifted(begun.point, arrow));
     const page = viewOf(arm, extentOf(arm), width, height, FIRST_ORBIT);
-    return framingOf(arm, begun, arrows, page, flat);
-  }, [near, arm, home, width, height, layers.columns]);
+    return framingOf(arm, begun, [...heads, ...aims], page, flat);
+  }, [near, arm, home, width, height, layers.columns, aims.length]);
   const nearer = useMemo(() => (framing ? framed(whole, framing) : whole), [framing, whole]);
-  const isBack = isSame(state.pose, home);
-  const isOut = !isBack && (left || !isSeen(arm, state, nearer));
+  const isBack = isSame(state.pose, home) && isSeen(arm, state, nearer, aims);
+  const isOut = !isBack && (left || !isSeen(arm, state, nearer, aims));
   useEffect(() => setLeft(isOut), [arm, isOut]);
   return isOut ? whole : nearer;
 }

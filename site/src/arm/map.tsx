@@ -172,7 +172,7 @@ export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Elem
           value: name,
           number: digits(shown === "least" ? measures.least : (measures.det ?? measures.volume)),
         })}{" "}
-        {say("arm.map.hint")}
+        <span class="arm-how">{say("arm.map.hint")}</span>
       </p>
     </section>
   );

@@ -632,6 +632,10 @@ export const en = {
   "arm.weld.tab": "Path",
   "arm.weld.task":
     "P goes straight from A to B at the speed v. Drag B in the drawing or type where it is; play, and see which joint rates exceed their limits.",
+  "arm.weld.parts": "What of the path is shown",
+  "arm.weld.part-chart": "Chart",
+  "arm.weld.part-rates": "Rates",
+  "arm.weld.part-setup": "Set it up",
   "arm.weld.here": "A: where P is now",
   "arm.weld.regular": "A regular path",
   "arm.weld.singular": "Towards a singularity",
@@ -653,6 +657,7 @@ export const en = {
   "arm.weld.stops": "The arm cannot go on after {s} m of {length} m: J loses rank.",
   "arm.weld.exceeds-turn": "{joint} would have to turn faster than {limit} rad/s from {s} m on.",
   "arm.weld.exceeds-slide": "{joint} would have to slide faster than {limit} m/s from {s} m on.",
+  "arm.weld.exceed": "{count} joints would have to exceed their limits: {joint} first, from {s} m on.",
   "arm.weld.keeps": "All joint rates stay within their limits.",
   "arm.weld.no-way": "A and B are the same point.",
   "arm.weld.not-turns":
