@@ -99,7 +99,7 @@ test("the difficulty climbs with the row, from the plainest arms of the chapter"
   const all = itemsOf(index, ["joint-effect", "velocity"], families);
   const rows = [[], ["a/1"], ["a/1", "a/2"]];
   const [first, second, third] = rows.map((row) =>
-    [0, 0.5, 0.999].map((luck) => all.indexOf(nextIn(all, { row, goals: [] }, "", () => luck)!)),
+    [0, 0.5, 0.999].map((luck) => all.indexOf(nextIn(all, { row }, "", () => luck)!)),
   ) as [number[], number[], number[]];
   for (const place of first)
     expect(all[place]).toMatchObject({
@@ -148,10 +148,16 @@ test("what a browser keeps is read back, and nonsense is nothing", () => {
     getItem: (key: string) => kept.get(key) ?? null,
     setItem: (key: string, value: string) => void kept.set(key, value),
   } as unknown as Storage;
-  const skills = { rates: { row: ["a/1"], goals: [0], learned: 3 } };
+  const skills = {
+    rates: { row: ["a/1"], goals: [0], learned: 3 },
+    columns: { row: [], goals: [], beyond: { space: { row: ["b/1"], learned: 4 } } },
+  };
   keepSkills(storage, skills);
   expect(keptSkills(storage)).toEqual(skills);
-  kept.set([...kept.keys()][0]!, '{"rates": {"row": 3}, "path": 7}');
+  kept.set(
+    [...kept.keys()][0]!,
+    '{"rates": {"row": 3}, "path": 7, "kinds": {"row": [], "goals": [], "beyond": {"space": 1}}}',
+  );
   expect(keptSkills(storage)).toEqual({});
   kept.set([...kept.keys()][0]!, "no JSON");
   expect(keptSkills(storage)).toEqual({});

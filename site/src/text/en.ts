@@ -215,7 +215,7 @@ export const en = {
   "lesson.number": "Lesson {number} of {count}",
   "lesson.lead":
     "Eight lessons, each of some five minutes: something to do with the arm, then questions about arms of their " +
-    "own until three in a row are right. A day later one more makes sure.",
+    "own until three in a row are right. A day later one more makes sure. Plain arms come first, then arms in space, then any.",
   "round.title": "Questions with a score",
   "round.done": "{done} of {count} answered",
   "round.points": "{points} of {max} points",
@@ -382,6 +382,10 @@ export const en = {
   "skills.next": "comes next",
   "skills.after": "It builds on: {titles}.",
   "skills.asked": "Its questions",
+  "classes.title": "Classes of arms",
+  "classes.plain": "plain arms",
+  "classes.space": "arms in space",
+  "classes.any": "any arms",
   "skills.of": "right for {right} of {needed} arms",
   "skills.of-missed": "right for {right} of {needed} arms, and wrong for one",
   "offline.lesson": "Keep this lesson for offline",
