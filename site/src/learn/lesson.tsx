@@ -182,11 +182,14 @@ function Practice({
   onIdea,
 }: LessonProps & Classes & { arrived: boolean; onIdea: () => void }): JSX.Element {
   /** The question that is asked next, and the class whose arm it is about. */
-  const drawn = (last: string): { at: number; item: Item | null } => {
+  const drawn = (): { at: number; item: Item | null } => {
     const at = currentClass(skill, classes, Date.now());
-    return { at, item: nextIn(classes[at]!.items, rowOf(skill, classes, at), last, Math.random) };
+    const item = nextIn(classes[at]!.items, rowOf(skill, classes, at), asked.current, Math.random);
+    if (item) asked.current.push(nameOf(item));
+    return { at, item };
   };
-  const [{ at, item }, setAsked] = useState(() => drawn(""));
+  const asked = useRef<string[]>([]);
+  const [{ at, item }, setCurrent] = useState(drawn);
   const [count, setCount] = useState(0);
   const [note, setNote] = useState<Message | null>(null);
   const again = useRef(false); // whether this question was answered before, and not rightly
@@ -203,7 +206,11 @@ function Practice({
           </button>
         </p>
         <p class="muted" role="status">
-          {classes.length > 1 ? `${said(message(`classes.${classes[at]!.name}`))}: ` : ""}
+          {classes.length > 1 ? (
+            <>
+              <strong class="class-name">{said(message(`classes.${classes[at]!.name}`))}</strong> ·{" "}
+            </>
+          ) : null}
           {row.mastered !== undefined
             ? said(message("lesson.mastered"))
             : row.learned !== undefined
@@ -235,7 +242,7 @@ function Practice({
           onNext={() => {
             again.current = false;
             setNote(null);
-            setAsked(drawn(nameOf(item)));
+            setCurrent(drawn());
             setCount(count + 1);
           }}
         />

@@ -30,7 +30,8 @@ export type Skills = Readonly<Record<string, Skill>>;
 export const NEW_ROW: Row = { row: [] };
 export const NEW: Skill = { ...NEW_ROW, goals: [] };
 
-const armOf = ({ family, key }: Item): string => `${family}/${key}`;
+/** The arm of an item; that of a set of short questions is the one whose number it has. */
+const armOf = ({ family, key }: Item): string => `${family}/${key.replace(/-quiz$/, "")}`;
 
 /** How a question was answered: `helped` by hints or the solution, `again` after an answer to it that was not right. */
 export interface Answered {
@@ -104,10 +105,20 @@ const CLIMB = [
 ] as const;
 const FEW = 3;
 
-/** The next item: an easy one first, harder ones as the row grows, about an arm that is not in it if there is one. */
-export function nextIn(all: readonly Item[], skill: Row, last: string, random: () => number): Item | null {
+/**
+ * The next item: an easy one first, harder ones as the row grows, about an arm that is not in it if there is one; and none of
+ * those that were `asked` in this sitting while there are others.
+ */
+export function nextIn(
+  all: readonly Item[],
+  skill: Row,
+  asked: readonly string[],
+  random: () => number,
+): Item | null {
   const fresh = all.filter((item) => !skill.row.includes(armOf(item)));
-  const others = (fresh.length > 0 ? fresh : all).filter((item) => nameOf(item) !== last);
+  const about = fresh.length > 0 ? fresh : all;
+  const unasked = about.filter((item) => !asked.includes(nameOf(item)));
+  const others = unasked.length > 0 ? unasked : about.filter((item) => nameOf(item) !== asked.at(-1));
   const pool = others.length > 0 ? others : all;
   const [from, to] = CLIMB[Math.min(skill.learned === undefined ? skill.row.length : 2, 2)]!;
   const start = Math.min(Math.floor(from * pool.length), pool.length - 1);

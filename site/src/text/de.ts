@@ -263,7 +263,7 @@ export const de: Catalogue = {
   "lesson.direction": "Richtung, in die P gehen soll, in Grad",
   "lesson.velocity": "P bewegt sich mit ({vx}; {vy}) m/s.",
   "lesson.rates-due": "Dafür drehen sich die Gelenke mit {first} und {second} rad/s.",
-  "lesson.rates": "Gelenk­geschwindig­keiten machen Geschwindigkeit",
+  "lesson.rates": "Gelenk­geschwindig­keiten machen Geschwindig­keit",
   "lesson.rates.idea-1": "Beweg die Regler. Jedes Gelenk, das sich dreht, schiebt P einen eigenen Pfeil entlang; P geht dorthin, wohin die beiden Pfeile hintereinander führen.",
   "lesson.rates.idea-2": "Dreht sich ein Gelenk doppelt so schnell, ist sein Pfeil doppelt so lang; dreht es sich anders herum, zeigt er anders herum. Mehr geschieht nicht, und mehr sagt eine Jacobi-Matrix nicht.",
   "lesson.rates.goal-1": "Lass nur Gelenk 2 drehen. Bevor du hinsiehst: Wohin geht P?",
