@@ -130,9 +130,12 @@ export const en = {
   "slip.factor-extra": "{where}: there is a factor too many. The rest there is as it should be.",
   "slip.length-missing":
     "{where}: a length is missing as a factor. Look at the units; the rest there is as it should be.",
+  "slip.lengths-missing":
+    "{where}: several lengths are missing as factors. Look at the units; the rest there is as it should be.",
   "slip.number":
     "{where}: a number that something is multiplied by is wrong by a factor of two. The rest there is as it should be.",
   "slip.constant": "{where}: one number is another one than is due. The rest there is as it should be.",
+  "slip.zero": "{where}: zero, where something else is due.",
   "slip.term-missing": "{where}: a term is missing. The rest there is as it should be.",
   "slip.factor-missing":
     "{where}: a factor with a joint in it is missing. The rest there is as it should be.",
