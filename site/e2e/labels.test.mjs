@@ -54,6 +54,13 @@ for (const [name, options] of Object.entries({
         await drawn(page);
         assert.deepEqual(await crowded(page), [], `${robot}, moved`);
       }
+      await page.getByRole("button", { name: "Path", exact: true }).click();
+      await page.locator(".arm-target").waitFor({ state: "attached" });
+      await drawn(page);
+      assert.deepEqual(await crowded(page), [], `${robot}, with a path`);
+      const ends = await page.locator(".arm-letter-layer .arm-end text").allTextContents();
+      assert.deepEqual([...ends].sort(), ["A", "B"], `${robot}: both ends are named`);
+      await page.getByRole("button", { name: name === "wide" ? "Map" : "Path", exact: true }).click();
     }
     await context.close();
   });

@@ -40,8 +40,8 @@ export interface DrawingProps {
   readonly near?: boolean;
   /** What is told in a corner of the drawing. */
   readonly readout?: ComponentChildren;
-  /** A place that can be dragged besides the arm: the end of a path, with what is drawn of the path. */
-  readonly target?: { readonly at: Vec3; readonly move: (to: Vec3) => void } | undefined;
+  /** The ends A and B of a path, the second of which can be dragged besides the arm, with what is drawn of the path. */
+  readonly target?: { readonly from: Vec3; readonly at: Vec3; readonly move: (to: Vec3) => void } | undefined;
   readonly overlay?: ((view: View) => ComponentChildren) | undefined;
 }
 
@@ -177,6 +177,7 @@ export function Drawing(props: DrawingProps): JSX.Element {
             concealed={props.concealed}
             lit={lit}
             covered={covered}
+            ends={target ? { A: target.from, B: target.at } : NO_ENDS}
           />
           {links.map((line, i) => (
             <polyline
@@ -272,6 +273,7 @@ function useCovered(box: { readonly current: HTMLElement | null }, changes: read
 }
 
 const NOTHING: Covered = [];
+const NO_ENDS = {};
 /** Words and buttons over a drawing; of the hint its words, which are as long as they are. */
 const OVER = ".arm-readout, .arm-hint > span, .arm-view";
 
@@ -367,9 +369,6 @@ function Target({ at: [x, y], onDown }: Grip): JSX.Element {
       <circle class="arm-point-grip" cx={x} cy={y} r={18} />
       <path d={`M${x - 7} ${y}h14M${x} ${y - 7}v14`} />
       <circle cx={x} cy={y} r={9} />
-      <text x={x + 14} y={y + 16}>
-        <tspan class="arm-italic">B</tspan>
-      </text>
     </g>
   );
 }

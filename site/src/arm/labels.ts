@@ -95,9 +95,9 @@ export function placed(
 
 const POINT: Half = { width: 2, height: 2 };
 
-/** What is placed first, and is the last to be left out: the point, the joints, columns of J, lengths, then frames. */
+/** What is placed first, and is the last to be left out: the point and the ends of a path, the joints, columns of J, lengths, then frames. */
 function rankOf({ name, style }: Wanted): number {
-  if (/^P/.test(name)) return 0;
+  if (/^[PAB]/.test(name)) return 0;
   if (/^(theta|d)\d/.test(name) && style !== "arm-length") return 1;
   if (/^J\d/.test(name)) return 2;
   if (style === "arm-length") return 3;

@@ -61,6 +61,8 @@ export interface MarksProps extends BodyProps {
   readonly concealed: boolean;
   /** The joint that is pointed at, whose column stands out. */
   readonly lit: number | null;
+  /** The ends of a path by their names. */
+  readonly ends: Readonly<Record<string, Vec3>>;
   /** What lies over the drawing: letters stand beside it. */
   readonly covered: Covered;
 }
@@ -196,7 +198,7 @@ function shownAxes({ x, y, z }: Frame, flat: boolean): readonly (readonly [lette
       ];
 }
 
-function wantedLabels({ arm, state, view, reach, layers, flat }: MarksProps, signed: Signed): Wanted[] {
+function wantedLabels({ arm, state, view, reach, layers, flat, ends }: MarksProps, signed: Signed): Wanted[] {
   const { point, frames } = state;
   const wanted: Wanted[] = [];
   const names = layers.frames && Math.min(view.width, view.height) >= ROOMY;
@@ -217,6 +219,8 @@ function wantedLabels({ arm, state, view, reach, layers, flat }: MarksProps, sig
       gap: flat ? FACE : 4,
     }),
   );
+  for (const [name, place] of Object.entries(ends))
+    wanted.push({ name, style: "arm-end", at: pixel(view, place), toward: [-0.7, 0.7], gap: FACE });
   wanted.push(...worldLabels(arm, view, flat));
   if (layers.lengths) wanted.push(...lengthLabels(arm, state, view, signed));
   if (layers.columns) {

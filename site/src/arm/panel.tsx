@@ -17,7 +17,7 @@ import { Joints } from "./joints.js";
 import { Lengths } from "./lengths.js";
 import { SingularMap } from "./map.js";
 import { LAYERS, type Layers } from "./marks.js";
-import { obstacle } from "./path.js";
+import { obstacle, pointOn } from "./path.js";
 import { Route } from "./route.js";
 import { useSize } from "./size.js";
 import { digits, InRadians, sayIn, Spoken, useDigits, useSay } from "./speech.js";
@@ -108,7 +108,11 @@ function Panel(props: ArmProps): JSX.Element {
             describedBy={`${ids}words`}
             target={
               welding
-                ? { at: welding.weld.target, move: (target) => welding.change({ ...welding.weld, target }) }
+                ? {
+                    from: pointOn(welding.journey.path, 0),
+                    at: welding.weld.target,
+                    move: (target) => welding.change({ ...welding.weld, target }),
+                  }
                 : undefined
             }
             overlay={(view) => (
