@@ -18,6 +18,7 @@ from pathlib import Path
 from exercises.difficulty import step
 from exercises.drawing import Failures, GivenUp
 from exercises.families import FAMILIES
+from exercises.figure.plane import is_flat
 from exercises.files import write_atomically
 from exercises.languages import LANGUAGES, LOCALE, catalogue
 from exercises.parallel import ordered_map
@@ -40,7 +41,7 @@ def write_bank(
     folder: Path, wanted: Sequence[Wanted], failures: Failures, jobs: int, each: Callable[[], None],
     left_out: Callable[[GivenUp], None], solved: bool = True,
 ) -> list[Json]:  # fmt: skip
-    """Write the problems and return what index.json lists of each: family, key, difficulty, title, questions.
+    """Write the problems and return what index.json lists of each: family, key, difficulty, title, questions, flat.
 
     `left_out` is told of one of which no draw passes its certificate. Without `solved`, there are no solutions.
     """
@@ -82,6 +83,7 @@ def _write(state: _State, wanted: Wanted) -> Json | GivenUp:
     listed = {
         "family": wanted.family, "key": wanted.key, "difficulty": step(problem.chain), "title": record["title"],
         "questions": [part.kind for part in problem.parts], "variation": problem.id.variation,
+        **({"flat": True} if is_flat(problem.chain) else {}),
     }  # fmt: skip
     if wanted.problem is not None:
         record["id"] = wanted.key  # its own would tell the seed
@@ -171,7 +173,7 @@ def titles_text(language: str, titles: Sequence[tuple[str, str, str]]) -> str:
 def _of(listed: Sequence[Json], family: str) -> Iterator[Json]:
     for entry in listed:
         if entry["family"] == family:
-            yield {name: entry[name] for name in ("key", "difficulty", "variation", "title", "questions")}
+            yield {name: value for name, value in entry.items() if name != "family"}
 
 
 def _text(content: Json) -> str:

@@ -100,7 +100,9 @@ test("the path is played, and the arm runs into its limits", async () => {
   assert.equal(await at(), paused);
   await place.focus();
   await page.keyboard.press("End");
+  await page.getByRole("button", { name: "Rates", exact: true }).click();
   await page.locator(".arm-rates .arm-over").first().waitFor();
+  await place.focus();
   await page.keyboard.press("Home");
   assert.equal(await at(), 0);
   assert.deepEqual(wrong, []);

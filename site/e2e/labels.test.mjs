@@ -1,8 +1,10 @@
-// The letters of the stage lie over no other, for arms of all kinds, wide and on a phone, as they stand and moved.
+// The letters of the stage lie over no other, for arms of all kinds, wide and on a phone, as they stand and moved; nor
+// over the words and buttons on it, also where a counterexample has been gone to.
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { drawn, inChromium, openedAnew, PHONE } from "./opened.mjs";
+import { bankOf } from "./site.mjs";
 
 const there = inChromium();
 const ROBOTS = ["planar-2r", "scara", "anthropomorphic-6r", "puma560", "ur5e", "panda", "stanford"];
@@ -52,7 +54,75 @@ for (const [name, options] of Object.entries({
         await drawn(page);
         assert.deepEqual(await crowded(page), [], `${robot}, moved`);
       }
+      await page.getByRole("button", { name: "Path", exact: true }).click();
+      await page.locator(".arm-target").waitFor({ state: "attached" });
+      await drawn(page);
+      assert.deepEqual(await crowded(page), [], `${robot}, with a path`);
+      const ends = await page.locator(".arm-letter-layer .arm-end text").allTextContents();
+      assert.deepEqual([...ends].sort(), ["A", "B"], `${robot}: both ends are named`);
+      await page.getByRole("button", { name: name === "wide" ? "Map" : "Path", exact: true }).click();
     }
     await context.close();
   });
 }
+
+/** Letters that lie over words or buttons, and what of the arm and its arrows ends outside of the drawing. */
+const hidden = (page) =>
+  page.locator(".arm-scene").evaluate((scene) => {
+    const boxOf = (element) => element.getBoundingClientRect();
+    const over = [...scene.querySelectorAll(".arm-readout, .arm-hint > span, .arm-view")]
+      .map((element) => [element.textContent, boxOf(element)])
+      .filter(([, { width }]) => width > 0);
+    const letters = [...scene.querySelectorAll(".arm-letter-layer text")].flatMap((text) => {
+      const { left, right, top, bottom } = boxOf(text);
+      const middle = (top + bottom) / 2;
+      return over
+        .filter(([, b]) => left + 1 < b.right && b.left < right - 1)
+        .filter(([, b]) => middle - 6 < b.bottom && b.top < middle + 6)
+        .map(([words]) => `${text.textContent} over “${words}”`);
+    });
+    const frame = boxOf(scene.querySelector(".arm-box"));
+    const outside = [...scene.querySelectorAll(".arm-grip, .arm-point-ring, .arm-column, .arm-view")]
+      .filter((element) => element.getClientRects().length > 0)
+      .filter((element) => {
+        const { left, right, top, bottom } = boxOf(element);
+        return left < frame.left || right > frame.right || top < frame.top || bottom > frame.bottom;
+      });
+    return [...letters, ...outside.map((element) => `${element.getAttribute("class")} is cut off`)];
+  });
+
+/** A wrong entry, which is typed into every field: far from where the arm stands first, or near. */
+const WRONG = [
+  ["planar-2r", "jacobian", "a1*c1 - a2*s12"],
+  ["planar-2r", "position", "1000*s12"],
+  ["scara", "position", "a1*c1 + d3"],
+  ["scara", "jacobian", "a2*s1"],
+  ["elbow-3r", "jacobian", "a2*c23*s1"],
+];
+
+for (const [name, options] of Object.entries({
+  "on a narrow phone": { ...PHONE, viewport: { width: 360, height: 740 } },
+  "on a phone": PHONE,
+  "on a German phone": { ...PHONE, locale: "de-DE" },
+  wide: { viewport: { width: 1440, height: 900 } },
+}))
+  test(`at a counterexample letters keep off the words, and the arm and its arrows are in view: ${name}`, async () => {
+    const { page, context } = await openedAnew(there, "404.html", options);
+    const families = bankOf(there.site.folder)
+      .bank("index")
+      .families.map((family) => family.name);
+    for (const [arm, question, answer] of WRONG.filter(([arm]) => families.includes(arm))) {
+      await page.goto(`${there.server.root}/practice.html?arm=${arm}&question=${question}&variation=chapter`);
+      await page.locator(".arm-letter-layer text").first().waitFor({ state: "attached" });
+      await drawn(page);
+      assert.deepEqual(await hidden(page), [], `${arm} as it stands first`);
+      const fields = page.locator(".formula-field");
+      for (let i = 0; i < (await fields.count()); i += 1) await fields.nth(i).fill(answer);
+      await fields.last().press("Enter");
+      await page.locator(".verdict").waitFor();
+      await drawn(page);
+      assert.deepEqual(await hidden(page), [], `${arm} at a counterexample`);
+      assert.deepEqual(await crowded(page), [], arm);
+    }
+    await context.close();
+  });

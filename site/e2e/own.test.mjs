@@ -59,6 +59,9 @@ test("where radians are chosen, the table is converted, and sliders and map have
   assert.equal(await page.getByLabel("α2", { exact: true }).inputValue(), "pi");
   assert.equal(await angle.inputValue(), "1.571");
   assert.ok((await page.locator(".arm-map text").allTextContents()).includes("π/2"));
+  const spoken = page.locator('.arm > [aria-live="polite"]');
+  await spoken.getByText("θ1 1.571 radians").waitFor({ state: "attached" });
+  assert.doesNotMatch(await spoken.textContent(), /degrees/);
   assertNear(await numbers(page), before.map(value));
   assert.deepEqual(wrong, []);
   await context.close();

@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { ON_PHONE } from "./kinds.mjs";
-import { armOf, assertAccessible, drawn, inChromium, opened, PHONE } from "./opened.mjs";
+import { armOf, assertAccessible, drawn, inChromium, opened, openedAnew, PHONE } from "./opened.mjs";
 
 const there = inChromium();
 
@@ -83,3 +83,57 @@ test("a finger that begins beside the arm scrolls the first page", async () => {
   const start = [x + 12, y + height - 30];
   assert.ok((await dragged(page, start, [start[0], start[1] - 90])) > 30);
 });
+
+const PANES = { Joints: [], J: [], Map: [], Path: ["Rates", "Set it up", "Chart"], Shown: [] };
+
+for (const [width, height] of [
+  [360, 740],
+  [390, 844],
+])
+  test(`what a pane of the stage shows is in view, without scrolling in it: ${width} x ${height}`, async () => {
+    const options = { ...PHONE, viewport: { width, height } };
+    const { page, context } = await openedAnew(there, "own.html", options);
+    const scrolled = () =>
+      page
+        .locator(".arm-pane, .arm-part, .arm-verdict")
+        .evaluateAll((all) =>
+          all
+            .filter((each) => each.scrollHeight > each.clientHeight + 1)
+            .map((each) => `${each.className} by ${each.scrollHeight - each.clientHeight}`),
+        );
+    for (const robot of ["planar-2r", "scara", "puma560", "panda"]) {
+      await page.evaluate((key) => (location.hash = `#robot=${key}`), robot);
+      await page.waitForFunction((key) => document.querySelector(".own-begin select")?.value === key, robot);
+      for (const [pane, parts] of Object.entries(PANES)) {
+        const tab = page.getByRole("button", { name: pane, exact: true });
+        if ((await tab.getAttribute("aria-expanded")) === "false") await tab.tap();
+        await drawn(page);
+        if (pane === "Map") await page.locator(".arm-legend").waitFor();
+        assert.deepEqual(await scrolled(), [], `${robot}, ${pane}`);
+        for (const part of parts) {
+          const button = page.getByRole("button", { name: part, exact: true });
+          if ((await button.count()) === 0) continue; // the arm has no path
+          await button.tap();
+          await drawn(page);
+          assert.deepEqual(await scrolled(), [], `${robot}, ${pane}, ${part}`);
+        }
+        const [arm, opened] = [
+          await page.locator(".arm-box").boundingBox(),
+          await page.locator(".arm-pane").boundingBox(),
+        ];
+        assert.ok(
+          arm.height > 110 && opened.y >= arm.y + arm.height,
+          `${robot}, ${pane}: the arm is above it`,
+        );
+        assert.ok(
+          opened.y + opened.height - arm.y < 0.72 * height,
+          `${robot}, ${pane}: words have room below`,
+        );
+      }
+    }
+    const chart = page.locator(".arm-chart-frame");
+    await page.evaluate(() => (location.hash = "#robot=planar-2r"));
+    await page.getByRole("button", { name: "Path", exact: true }).tap();
+    assert.ok((await chart.boundingBox()).height > 80, "the chart is high enough to be read");
+    await context.close();
+  });

@@ -27,7 +27,10 @@ for (const [name, options] of Object.entries({
     const boxes = await page.locator(".skill").evaluateAll((all) =>
       all.map((each) => {
         const { left, top, right, bottom } = each.getBoundingClientRect();
-        return { left, top, right, bottom, cut: each.scrollWidth > each.clientWidth + 1 };
+        // a word that is broken without a hyphen has a letter or two on a line of its own
+        const lines = [...each.querySelector("a").getClientRects()].map(({ width }) => width);
+        const cut = each.scrollWidth > each.clientWidth + 1 || Math.min(...lines) < 14;
+        return { left, top, right, bottom, cut };
       }),
     );
     boxes.forEach((a, i) => {

@@ -229,6 +229,10 @@ test("on a German phone the stage's tabs end in sight with its fold, and the pag
   await fold.waitFor();
   const { x, width } = await fold.boundingBox();
   assert.ok(x + width <= 390, `the fold ends at ${x + width}`);
+  const tabs = await page
+    .locator(".arm-tabs button:not(.arm-fold)")
+    .evaluateAll((all) => all.map((tab) => tab.getBoundingClientRect().right));
+  assert.ok(Math.max(...tabs) <= x, `the last tab ends at ${Math.max(...tabs)}, and the fold begins at ${x}`);
   assert.ok((await page.evaluate(() => document.documentElement.scrollWidth)) <= 390);
   await context.close();
 });

@@ -27,6 +27,8 @@ export interface Listed {
   readonly difficulty: number;
   /** A step of exercises/variation.py, from "chapter" to "full", or axes of an instructor's own. */
   readonly variation: string;
+  /** Of an arm that never leaves a plane. */
+  readonly flat?: true;
   readonly questions: readonly string[];
 }
 

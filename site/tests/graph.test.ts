@@ -70,6 +70,13 @@ test.each([
   [{ ...NEW, learned: 1, mastered: 2 * DAY }, "mastered"],
 ] as const)("%o is %s", (skill, due) => expect(standingOf(skill, 5 * DAY)).toBe(due));
 
+test("a lesson is mastered when it is for all classes of arms, and due when one of them is", () => {
+  const mastered = { ...NEW, learned: 1, mastered: 2 * DAY };
+  expect(standingOf(mastered, 5 * DAY, [mastered])).toBe("mastered");
+  expect(standingOf(mastered, 5 * DAY, [{ row: ["a/1"] }])).toBe("learned");
+  expect(standingOf(mastered, 5 * DAY, [{ row: [], learned: 4 * DAY }])).toBe("due");
+});
+
 test("a question stands by the arms of which it was answered rightly last; one the bank lacks is not there", () => {
   const progress = {
     "planar-2r/1/jacobian": attempt(true),

@@ -9,6 +9,7 @@ import { firstWeld, journeyOf, type Weld } from "../src/arm/weld.js";
 import { LESSONS, type Seen } from "../src/learn/lessons.js";
 import {
   answered,
+  armsIn,
   isDue,
   itemsOf,
   keepSkills,
@@ -51,11 +52,25 @@ test("a wrong answer begins the row anew, and a bank of two arms asks for no thi
 
 test("what comes next is an arm that is not in the row, plain ones first", () => {
   const all = ["001", "002", "003"].map((key) => item(key));
-  expect(nextIn(all, NEW, "", () => 0)?.key).toBe("001");
+  expect(nextIn(all, NEW, [], () => 0)?.key).toBe("001");
   const row = right(NEW, "001");
-  expect(nextIn(all, row, "planar-2r/001/jacobian", () => 0.99)?.key).not.toBe("001");
-  expect(nextIn([item("001")], row, "planar-2r/001/jacobian", () => 0)?.key).toBe("001");
-  expect(nextIn([], NEW, "", () => 0)).toBeNull();
+  expect(nextIn(all, row, ["planar-2r/001/jacobian"], () => 0.99)?.key).not.toBe("001");
+  expect(nextIn([item("001")], row, ["planar-2r/001/jacobian"], () => 0)?.key).toBe("001");
+  expect(nextIn([], NEW, [], () => 0)).toBeNull();
+});
+
+test("what was asked in this sitting does not come again while there are others, whatever went wrong", () => {
+  const all = ["001", "002", "003"].map((key) => item(key));
+  const names = all.map(({ key }) => `planar-2r/${key}/jacobian`);
+  for (const luck of [0, 0.5, 0.999]) {
+    expect(nextIn(all, NEW, [names[0]!, names[2]!], () => luck)?.key).toBe("002");
+    expect(nextIn(all, NEW, names, () => luck)?.key).not.toBe("003");
+  }
+});
+
+test("short questions about an arm are about no other arm", () => {
+  expect(right(right(NEW, "001"), "001-quiz").row).toEqual(["planar-2r/001"]);
+  expect(armsIn(["001", "001-quiz", "002"].map((key) => item(key)))).toBe(2);
 });
 
 test("what was wrong first counts neither for the row nor as mastered, and it is said why", () => {
@@ -99,7 +114,7 @@ test("the difficulty climbs with the row, from the plainest arms of the chapter"
   const all = itemsOf(index, ["joint-effect", "velocity"], families);
   const rows = [[], ["a/1"], ["a/1", "a/2"]];
   const [first, second, third] = rows.map((row) =>
-    [0, 0.5, 0.999].map((luck) => all.indexOf(nextIn(all, { row, goals: [] }, "", () => luck)!)),
+    [0, 0.5, 0.999].map((luck) => all.indexOf(nextIn(all, { row }, [], () => luck)!)),
   ) as [number[], number[], number[]];
   for (const place of first)
     expect(all[place]).toMatchObject({
@@ -148,10 +163,16 @@ test("what a browser keeps is read back, and nonsense is nothing", () => {
     getItem: (key: string) => kept.get(key) ?? null,
     setItem: (key: string, value: string) => void kept.set(key, value),
   } as unknown as Storage;
-  const skills = { rates: { row: ["a/1"], goals: [0], learned: 3 } };
+  const skills = {
+    rates: { row: ["a/1"], goals: [0], learned: 3 },
+    columns: { row: [], goals: [], beyond: { space: { row: ["b/1"], learned: 4 } } },
+  };
   keepSkills(storage, skills);
   expect(keptSkills(storage)).toEqual(skills);
-  kept.set([...kept.keys()][0]!, '{"rates": {"row": 3}, "path": 7}');
+  kept.set(
+    [...kept.keys()][0]!,
+    '{"rates": {"row": 3}, "path": 7, "kinds": {"row": [], "goals": [], "beyond": {"space": 1}}}',
+  );
   expect(keptSkills(storage)).toEqual({});
   kept.set([...kept.keys()][0]!, "no JSON");
   expect(keptSkills(storage)).toEqual({});

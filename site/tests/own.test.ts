@@ -39,7 +39,7 @@ test("a wrong one differs, and what is no Jacobian has no columns", () => {
   expect(
     ownColumns(problem, part("jacobian"), "[[1/0, 1], [1, 1]]")?.({ theta1: 0, theta2: 0 }) ?? null,
   ).toBeNull();
-  for (const typed of ["", "a1", "[[1, 2]]", "[[a1,"])
+  for (const typed of ["", "a1", "[[1, 2]]", "[[a1,", "[[a1, blank], [blank, blank]]"])
     expect(ownColumns(problem, part("jacobian"), typed)).toBeNull();
   expect(ownColumns(problem, part("position"), RIGHT)).toBeNull();
 });

@@ -2,17 +2,18 @@
 
 import type { ComponentChildren, JSX } from "preact";
 import { memo } from "../memo.js";
-import { useCallback, useEffect, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
+import { useCallback, useContext, useEffect, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { Body, inPixels } from "./flat.js";
+import type { Covered } from "./labels.js";
 import { plainLetters } from "./letters.js";
 import { drawnColumns, type Layers, Marks } from "./marks.js";
-import type { Arm, Measures, Pose, State } from "./model.js";
+import { type Arm, type Measures, type Pose, type State, stateAt } from "./model.js";
 import { framed, framingOf, isSame, isSeen } from "./framing.js";
 import { linkDragged, pointMoved } from "./moves.js";
 import { extentOf, within } from "./ranges.js";
 import { atShare, linkOf, nearestShare } from "./shape.js";
-import { useSay } from "./speech.js";
+import { Spoken, useSay } from "./speech.js";
 import { Space } from "./space.js";
 import { subtract, type Vec3 } from "./vector.js";
 import { FIRST_ORBIT, flatPlane, lifted, type Orbit, pixel, type Pixel, type View, viewOf } from "./view.js";
@@ -21,6 +22,8 @@ import { useSize } from "./size.js";
 export interface DrawingProps {
   readonly arm: Arm;
   readonly state: State;
+  /** Where it stands before it is moved. */
+  readonly home: Pose;
   readonly measures: Measures;
   readonly reach: number;
   readonly layers: Layers;
@@ -33,10 +36,12 @@ export interface DrawingProps {
   readonly onPose: (pose: Pose) => void;
   readonly label: string;
   readonly describedBy: string;
-  /** Whether it is looked at from nearer, as long as it is where it was first. */
+  /** Whether it is looked at from nearer, as long as it is where it stands before it is moved. */
   readonly near?: boolean;
-  /** A place that can be dragged besides the arm: the end of a path, with what is drawn of the path. */
-  readonly target?: { readonly at: Vec3; readonly move: (to: Vec3) => void } | undefined;
+  /** What is told in a corner of the drawing. */
+  readonly readout?: ComponentChildren;
+  /** The ends A and B of a path, the second of which can be dragged besides the arm, with what is drawn of the path. */
+  readonly target?: { readonly from: Vec3; readonly at: Vec3; readonly move: (to: Vec3) => void } | undefined;
   readonly overlay?: ((view: View) => ComponentChildren) | undefined;
 }
 
@@ -69,6 +74,10 @@ export function Drawing(props: DrawingProps): JSX.Element {
     [arm, state, reach, layers.ellipse],
   );
   const links = arm.joints.map((_, i) => linkOf(arm, state, i + 1));
+  const [focused, setFocused] = useState(false); // then it says what keys do
+  const language = useContext(Spoken);
+  const told = [known, focused, chosen, language, Boolean(props.readout)];
+  const covered = useCovered(box, [width, height, flat, ...told]);
 
   const placeOf = (event: PointerEvent): Pixel => {
     const corner = box.current!.getBoundingClientRect();
@@ -145,6 +154,8 @@ export function Drawing(props: DrawingProps): JSX.Element {
         aria-describedby={props.describedBy}
         tabIndex={0}
         onKeyDown={pressed}
+        onFocus={() => setFocused(true)}
+        onBlur={() => setFocused(false)}
         onPointerDown={(event) => !flat && hold(event, (at) => ({ from: orbit, at }))}
         onPointerMove={moved}
         onPointerUp={() => setHeld(null)}
@@ -165,6 +176,8 @@ export function Drawing(props: DrawingProps): JSX.Element {
             ratio={props.measures.ratio}
             concealed={props.concealed}
             lit={lit}
+            covered={covered}
+            ends={target ? { A: target.from, B: target.at } : NO_ENDS}
           />
           {links.map((line, i) => (
             <polyline
@@ -192,6 +205,7 @@ export function Drawing(props: DrawingProps): JSX.Element {
         </svg>
         {!flat && <ViewButtons onKey={looked} />}
       </div>
+      {props.readout}
       <p class={`arm-hint${known ? " arm-known" : ""}`}>
         <span>{say(flat ? "arm.hint.drag" : "arm.hint.drag-space")}</span>{" "}
         <span class="arm-keys">
@@ -212,27 +226,56 @@ function heldOn(held: Held | null, links: readonly (readonly Vec3[])[]): Vec3 | 
     : null;
 }
 
-/** The view of all, or a nearer one of the pose that is seen first, as long as the arm is in it. */
-function useNear({ arm, state, reach, layers, near }: DrawingProps, whole: View, flat: boolean): View {
-  const [first, setFirst] = useState({ arm, state });
+/** The view of all, or a nearer one of the pose in which the arm stands first, as long as the arm is in it. */
+function useNear(props: DrawingProps, whole: View, flat: boolean): View {
+  const { arm, state, home, reach, layers, near, target } = props;
+  const aims = target ? [target.at] : []; // where it is put first: the view stays while it is dragged
   const [left, setLeft] = useState(false);
-  const begun = first.arm === arm ? first.state : state;
   const { width, height } = whole;
   const framing = useMemo(() => {
     if (!near) return null;
+    const begun = stateAt(arm, home);
     const arrows = layers.columns ? drawnColumns(arm, begun, reach) : [];
+    const heads = arrows.map((arrow) => shifted(begun.point, arrow));
     const page = viewOf(arm, extentOf(arm), width, height, FIRST_ORBIT);
-    return framingOf(arm, begun, arrows, page, flat);
-  }, [near, arm, begun, width, height, layers.columns]);
+    return framingOf(arm, begun, [...heads, ...aims], page, flat);
+  }, [near, arm, home, width, height, layers.columns, aims.length]);
   const nearer = useMemo(() => (framing ? framed(whole, framing) : whole), [framing, whole]);
-  const isBack = isSame(state.pose, begun.pose);
-  const isOut = !isBack && (left || !isSeen(arm, state, nearer));
-  useEffect(() => {
-    setLeft(isOut);
-    if (first.arm !== arm) setFirst({ arm, state });
-  }, [arm, isOut]);
+  const isBack = isSame(state.pose, home) && isSeen(arm, state, nearer, aims);
+  const isOut = !isBack && (left || !isSeen(arm, state, nearer, aims));
+  useEffect(() => setLeft(isOut), [arm, isOut]);
   return isOut ? whole : nearer;
 }
+
+/**
+ * What words and buttons over the drawing take of it, in its pixels: letters stand beside that. It is looked at when they
+ * come and go, not while the arm moves.
+ */
+function useCovered(box: { readonly current: HTMLElement | null }, changes: readonly unknown[]): Covered {
+  const [covered, setCovered] = useState<Covered>(NOTHING);
+  useLayoutEffect(() => {
+    const around = box.current?.parentElement;
+    if (!box.current || !around) return;
+    const { left, top } = box.current.getBoundingClientRect();
+    const { clientLeft, clientTop } = box.current;
+    const found = [...around.querySelectorAll(OVER)]
+      .map((element) => element.getBoundingClientRect())
+      .filter(({ width, height }) => width > 0 && height > 0)
+      .map((rect) => ({
+        left: rect.left - left - clientLeft,
+        right: rect.right - left - clientLeft,
+        top: rect.top - top - clientTop,
+        bottom: rect.bottom - top - clientTop,
+      }));
+    setCovered((before) => (JSON.stringify(before) === JSON.stringify(found) ? before : found));
+  }, changes);
+  return covered;
+}
+
+const NOTHING: Covered = [];
+const NO_ENDS = {};
+/** Words and buttons over a drawing; of the hint its words, which are as long as they are. */
+const OVER = ".arm-readout, .arm-hint > span, .arm-view";
 
 /** What a finger takes hold of. */
 const GRIPS = ".arm-grip, .arm-point, .arm-target";
@@ -326,9 +369,6 @@ function Target({ at: [x, y], onDown }: Grip): JSX.Element {
       <circle class="arm-point-grip" cx={x} cy={y} r={18} />
       <path d={`M${x - 7} ${y}h14M${x} ${y - 7}v14`} />
       <circle cx={x} cy={y} r={9} />
-      <text x={x + 14} y={y + 16}>
-        <tspan class="arm-italic">B</tspan>
-      </text>
     </g>
   );
 }

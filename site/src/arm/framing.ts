@@ -4,7 +4,7 @@
 
 import type { Arm, State } from "./model.js";
 import { wayToPoint } from "./shape.js";
-import { add, along, dot, type Vec3 } from "./vector.js";
+import { along, dot, type Vec3 } from "./vector.js";
 import { pixel, type View } from "./view.js";
 
 /** What is in the middle of the drawing, and how many times larger it is than where all is seen. */
@@ -16,8 +16,9 @@ export interface Framing {
 const LARGEST = 1.9;
 /** A box that is too small for arrows and letters shows them as far as it can. */
 const LEAST = 0.7;
-/** Pixels at each side for arrows and letters: in a flat drawing there are arcs and the ground, too. */
+/** Pixels at each side for arrows and letters, less in a low drawing: in a flat one there are arcs and the ground, too. */
 const [FLAT, SOLID] = [58, 44];
+const SHARE = 0.2;
 /** Pixels that words and buttons take, above, below and to the right of an arm in space. */
 const [WORDS, BUTTONS] = [14, 60];
 /** As near to the edge (pixels) the arm may come. */
@@ -33,22 +34,22 @@ function places(arm: Arm, state: State): Vec3[] {
   ];
 }
 
-/** The framing of a pose in a view of all, with arrows at P. */
+/** The framing of a pose in a view of all, with what else is to be seen: heads of arrows at P, the end of a path. */
 export function framingOf(
   arm: Arm,
   state: State,
-  arrows: readonly Vec3[],
+  besides: readonly Vec3[],
   view: View,
   flat: boolean,
 ): Framing {
-  const seen = [...places(arm, state), ...arrows.map((arrow) => add(state.point, arrow))];
+  const seen = [...places(arm, state), ...besides];
   const [xs, ys] = [0, 1].map((k) => seen.map((place) => pixel(view, place)[k as 0 | 1]));
   const [left, right] = [Math.min(...xs!), Math.max(...xs!)];
   const [top, bottom] = [Math.min(...ys!), Math.max(...ys!)];
-  const side = flat ? FLAT : SOLID;
+  const side = Math.min(flat ? FLAT : SOLID, SHARE * view.height);
   const fitting = Math.min(
     (view.width - 2 * side - (flat ? 0 : BUTTONS)) / Math.max(right - left, 1),
-    (view.height - 2 * (side + WORDS)) / Math.max(bottom - top, 1),
+    (view.height - 2 * (side + Math.min(WORDS, 0.05 * view.height))) / Math.max(bottom - top, 1),
   );
   const times = Math.max(LEAST, Math.min(LARGEST, fitting));
   const aside = flat ? 0 : BUTTONS / 2 / times;
@@ -62,9 +63,9 @@ export function framed(view: View, { centre, times }: Framing): View {
   return { ...view, centre, scale: times * view.scale };
 }
 
-/** Whether all of an arm is to be seen in a view. */
-export function isSeen(arm: Arm, state: State, view: View): boolean {
-  return places(arm, state).every((place) => {
+/** Whether all of an arm is to be seen in a view, and what else is given. */
+export function isSeen(arm: Arm, state: State, view: View, besides: readonly Vec3[] = []): boolean {
+  return [...places(arm, state), ...besides].every((place) => {
     const [x, y] = pixel(view, place);
     return x > EDGE && x < view.width - EDGE && y > EDGE && y < view.height - EDGE;
   });

@@ -28,7 +28,7 @@ export function Joints(props: JointsProps): JSX.Element {
     onPose(pose.map((old, k) => (k === joint ? within(arm, joint, value) : old)));
   }, []);
   return (
-    <fieldset class="arm-joints" data-many={arm.joints.length > 3 ? "" : undefined}>
+    <fieldset class="arm-joints" data-joints={arm.joints.length}>
       <legend>{say("arm.joints")}</legend>
       {arm.joints.map(({ name }, i) => (
         <Row

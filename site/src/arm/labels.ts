@@ -16,6 +16,16 @@ export interface Wanted {
   readonly beside?: boolean;
 }
 
+/** Boxes of a drawing, in its pixels, over which words or buttons lie. */
+export type Covered = readonly Readonly<Record<"left" | "right" | "top" | "bottom", number>>[];
+
+/** Where letters may stand: in a drawing of so many pixels, but not under what lies over it. */
+export interface Room {
+  readonly width: number;
+  readonly height: number;
+  readonly covered: Covered;
+}
+
 export interface Placed {
   readonly name: string;
   readonly style: string;
@@ -39,18 +49,17 @@ const AWAY: readonly number[] = [4, 12, 22, 34, 49, 67];
 const BESIDE = 2;
 /** From here on a line leads back. */
 const FAR = 30;
-/** What it costs to lie over another label (never done), over the arm, over the edge, and to be on a ring further out. */
+/** What it costs to lie over another label (never done), over the arm, where it is not seen, and on a ring further out. */
 const [OVER_LABEL, OVER_ARM, OVER_EDGE, RING] = [1000, 6, 400, 5];
 
 /** Places for labels in the order of their rank; `lines` are what they should not cover, corner by corner. */
 export function placed(
   wanted: readonly Wanted[],
   lines: readonly (readonly Pixel[])[],
-  width: number,
-  height: number,
+  room: Room,
 ): Placed[] {
   const taken: { at: Pixel; half: Half }[] = [];
-  const covered = lines.flatMap(sampled);
+  const inTheWay = lines.flatMap(sampled);
   const found: Placed[] = [];
   for (const { name, style, at, toward, gap = 0, beside = false } of [...wanted].sort(
     (a, b) => rankOf(a) - rankOf(b),
@@ -66,10 +75,10 @@ export function placed(
         const edge = half.width * Math.abs(Math.cos(angle)) + 0.8 * HALF_HEIGHT * Math.abs(Math.sin(angle));
         const out = away + gap + edge;
         const spot: Pixel = [at[0] + out * Math.cos(angle), at[1] + out * Math.sin(angle)];
-        let cost = RING * ring + 0.4 * k + (isInside(spot, half, width, height) ? 0 : OVER_EDGE);
+        let cost = RING * ring + 0.4 * k + (isInside(spot, half, room) ? 0 : OVER_EDGE);
         if (cost >= least) return;
         for (const other of taken) if (areOver(spot, half, other.at, other.half)) cost += OVER_LABEL;
-        for (const other of covered) {
+        for (const other of inTheWay) {
           if (cost >= least) return;
           if (areOver(spot, half, other, POINT)) cost += OVER_ARM;
         }
@@ -86,9 +95,9 @@ export function placed(
 
 const POINT: Half = { width: 2, height: 2 };
 
-/** What is placed first, and is the last to be left out: the point, the joints, columns of J, lengths, then frames. */
+/** What is placed first, and is the last to be left out: the point and the ends of a path, the joints, columns of J, lengths, then frames. */
 function rankOf({ name, style }: Wanted): number {
-  if (/^P/.test(name)) return 0;
+  if (/^[PAB]/.test(name)) return 0;
   if (/^(theta|d)\d/.test(name) && style !== "arm-length") return 1;
   if (/^J\d/.test(name)) return 2;
   if (style === "arm-length") return 3;
@@ -105,9 +114,16 @@ function halfOf(name: string): Half {
   return { width: width / 2, height: HALF_HEIGHT };
 }
 
-function isInside([x, y]: Pixel, half: Half, width: number, height: number): boolean {
+function isInside([x, y]: Pixel, half: Half, { width, height, covered }: Room): boolean {
   return (
-    x > half.width + 1 && x < width - half.width - 1 && y > HALF_HEIGHT + 1 && y < height - HALF_HEIGHT - 1
+    x > half.width + 1 &&
+    x < width - half.width - 1 &&
+    y > HALF_HEIGHT + 1 &&
+    y < height - HALF_HEIGHT - 1 &&
+    covered.every(
+      ({ left, right, top, bottom }) =>
+        x + half.width < left || x - half.width > right || y + HALF_HEIGHT < top || y - HALF_HEIGHT > bottom,
+    )
   );
 }
 

@@ -1,10 +1,11 @@
 // The lengths and angles with which an arm is drawn, for the letters that its problem leaves open or gives.
 
 import type { JSX } from "preact";
+import { useContext } from "preact/hooks";
 
 import type { Robot, SymbolInfo } from "../bank.js";
 import { Letters } from "./letters.js";
-import { decimals, degrees, useDigits, useSay } from "./speech.js";
+import { angleIn, decimals, InRadians, useDigits, useSay } from "./speech.js";
 
 export interface LengthsProps {
   readonly robot: Robot;
@@ -14,6 +15,7 @@ export interface LengthsProps {
 export function Lengths({ robot, symbols }: LengthsProps): JSX.Element | null {
   const say = useSay();
   const signed = useDigits();
+  const radians = useContext(InRadians);
   const given = Object.entries(symbols).flatMap(([name, { role, value }]): [string, string, number][] =>
     (role === "length" || role === "angle") && value !== undefined ? [[name, role, value]] : [],
   );
@@ -32,7 +34,9 @@ export function Lengths({ robot, symbols }: LengthsProps): JSX.Element | null {
           {i > 0 && ", "}
           <Letters name={name} />
           {" = "}
-          {role === "angle" ? `${signed(degrees(value))}°` : `${signed(decimals(value, 3))} m`}
+          {role === "angle"
+            ? `${signed(angleIn(radians, value))}${radians ? " rad" : "°"}`
+            : `${signed(decimals(value, 3))} m`}
         </span>
       ))}
     </p>

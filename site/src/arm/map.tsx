@@ -112,7 +112,7 @@ export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Elem
         ))}
       </>
     ),
-    [arm, pair, language, ...place],
+    [arm, pair, language, radians, ...place],
   );
   const legend = useMemo(
     () => (terrain ? <Legend kinds={kinds} lost={terrain.most < 1e-9} /> : null),
@@ -172,7 +172,7 @@ export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Elem
           value: name,
           number: digits(shown === "least" ? measures.least : (measures.det ?? measures.volume)),
         })}{" "}
-        {say("arm.map.hint")}
+        <span class="arm-how">{say("arm.map.hint")}</span>
       </p>
     </section>
   );

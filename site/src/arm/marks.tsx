@@ -4,7 +4,7 @@ import type { JSX } from "preact";
 
 import { Arrow, type BodyProps, ofPixels } from "./flat.js";
 import { Angles, arcOf } from "./angles.js";
-import { placed, type Wanted } from "./labels.js";
+import { type Covered, placed, type Wanted } from "./labels.js";
 import { DrawnLetters } from "./letters.js";
 import { lostDirection } from "./lost.js";
 import { type Arm, arrowsOf, type Frame, pStar, type State } from "./model.js";
@@ -61,6 +61,10 @@ export interface MarksProps extends BodyProps {
   readonly concealed: boolean;
   /** The joint that is pointed at, whose column stands out. */
   readonly lit: number | null;
+  /** The ends of a path by their names. */
+  readonly ends: Readonly<Record<string, Vec3>>;
+  /** What lies over the drawing: letters stand beside it. */
+  readonly covered: Covered;
 }
 
 export function Marks(props: MarksProps): JSX.Element {
@@ -132,8 +136,7 @@ export function Marks(props: MarksProps): JSX.Element {
             ...(flat ? [groundAt(pixel(view, state.frames[0]!.o))] : []),
             ...arrowLines(props, columns),
           ],
-          view.width,
-          view.height,
+          { width: view.width, height: view.height, covered: props.covered },
         ).map(({ name, style, x, y, from }, k, all) => (
           <g key={`${name} ${all.slice(0, k).filter((other) => other.name === name).length}`} class={style}>
             {from ? <path class="arm-leader" d={`M${from[0]} ${from[1]}L${x} ${y}`} /> : null}
@@ -195,7 +198,7 @@ function shownAxes({ x, y, z }: Frame, flat: boolean): readonly (readonly [lette
       ];
 }
 
-function wantedLabels({ arm, state, view, reach, layers, flat }: MarksProps, signed: Signed): Wanted[] {
+function wantedLabels({ arm, state, view, reach, layers, flat, ends }: MarksProps, signed: Signed): Wanted[] {
   const { point, frames } = state;
   const wanted: Wanted[] = [];
   const names = layers.frames && Math.min(view.width, view.height) >= ROOMY;
@@ -216,6 +219,8 @@ function wantedLabels({ arm, state, view, reach, layers, flat }: MarksProps, sig
       gap: flat ? FACE : 4,
     }),
   );
+  for (const [name, place] of Object.entries(ends))
+    wanted.push({ name, style: "arm-end", at: pixel(view, place), toward: [-0.7, 0.7], gap: FACE });
   wanted.push(...worldLabels(arm, view, flat));
   if (layers.lengths) wanted.push(...lengthLabels(arm, state, view, signed));
   if (layers.columns) {

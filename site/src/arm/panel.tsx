@@ -17,7 +17,7 @@ import { Joints } from "./joints.js";
 import { Lengths } from "./lengths.js";
 import { SingularMap } from "./map.js";
 import { LAYERS, type Layers } from "./marks.js";
-import { obstacle } from "./path.js";
+import { obstacle, pointOn } from "./path.js";
 import { Route } from "./route.js";
 import { useSize } from "./size.js";
 import { digits, InRadians, sayIn, Spoken, useDigits, useSay } from "./speech.js";
@@ -31,7 +31,7 @@ export type { NamedPose };
 export interface ArmProps extends StageWish {
   readonly symbols: Readonly<Record<string, SymbolInfo>>;
   readonly language?: Language | undefined;
-  /** Whether sliders and map have angles in radians. */
+  /** Whether angles are in radians: of sliders and map, and where the pose is spoken. */
   readonly radians?: boolean | undefined;
   /** The pane that is open first, where that is not as everywhere. */
   readonly pane?: Pane | null | undefined;
@@ -62,7 +62,7 @@ const TITLES: Readonly<Record<Pane, TextKey>> = {
 };
 
 function Panel(props: ArmProps): JSX.Element {
-  const { language = ENGLISH, symbols } = props;
+  const { language = ENGLISH, radians = false, symbols } = props;
   const say = useSay();
   const box = useRef<HTMLElement>(null);
   const [width] = useSize(box, [720, 600]);
@@ -79,9 +79,9 @@ function Panel(props: ArmProps): JSX.Element {
   const shown = { layers: stage.layers, concealed, toggle: stage.toggle, reset: stage.reset };
   const [folded, setFolded] = useState(false);
   const words = useMemo(() => {
-    const say = sayIn(language);
-    return concealed ? poseAndPoint(arm, rested, say) : inWords(arm, rested, say);
-  }, [arm, rested, language, concealed]);
+    const voice = { say: sayIn(language), radians };
+    return concealed ? poseAndPoint(arm, rested, voice) : inWords(arm, rested, voice);
+  }, [arm, rested, language, radians, concealed]);
   const ids = useId();
   const panes: Pane[] = wide ? ["map", "weld"] : ["joints", "jacobian", "map", "weld", "layers"];
   const open = wide && !panes.includes(stage.pane!) ? null : stage.pane; // sliders and J are there anyway
@@ -103,11 +103,16 @@ function Panel(props: ArmProps): JSX.Element {
             onPose={stage.move}
             onLit={stage.point}
             near
+            readout={wide || concealed ? null : <Readout {...stage} />}
             label={say("arm.drawing.label", { robot: robot.title })}
             describedBy={`${ids}words`}
             target={
               welding
-                ? { at: welding.weld.target, move: (target) => welding.change({ ...welding.weld, target }) }
+                ? {
+                    from: pointOn(welding.journey.path, 0),
+                    at: welding.weld.target,
+                    move: (target) => welding.change({ ...welding.weld, target }),
+                  }
                 : undefined
             }
             overlay={(view) => (
@@ -117,7 +122,6 @@ function Panel(props: ArmProps): JSX.Element {
               </>
             )}
           />
-          {wide || concealed ? null : <Readout {...stage} />}
         </div>
         <div class="arm-strip">
           {wide ? (

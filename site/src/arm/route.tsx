@@ -1,4 +1,4 @@
-// The path as it is drawn over the arm: what can be followed, what cannot, and its beginning.
+// The path as it is drawn over the arm: what can be followed, what cannot, and its beginning; its ends are named with all other letters.
 
 import type { JSX } from "preact";
 
@@ -28,9 +28,6 @@ export function Route({
       <path class="arm-path-way" d={`M${ax} ${ay}L${ex} ${ey}`} />
       <path class="arm-path-done" d={`M${ax} ${ay}L${px} ${py}`} />
       <circle cx={ax} cy={ay} r={3.4} />
-      <text x={ax - 16} y={ay + 16}>
-        <tspan class="arm-italic">A</tspan>
-      </text>
     </g>
   );
 }

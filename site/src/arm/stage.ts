@@ -42,6 +42,8 @@ export interface Stage {
   readonly arm: Arm;
   readonly reach: number;
   readonly pose: Pose;
+  /** Where the arm stands before it is moved: as its figure or its question has it, or at the pose to go to. */
+  readonly home: Pose;
   readonly state: State;
   readonly measures: Measures;
   readonly rested: State;
@@ -107,7 +109,8 @@ export function useStage(
   );
   const live = useMemo(() => liveFactors(arm, robot, factors ?? []), [arm, factors]);
   const most = useMemo(() => mostVolume(arm), [arm]);
-  const [pose, setPose] = useState<Pose>(() => posed(arm, given, first));
+  const home = useMemo(() => (isBack ? first : posed(arm, given, first)), [arm, first, asked, isBack]);
+  const [pose, setPose] = useState<Pose>(home);
   const [chosen, choose] = useState(0);
   const [lit, point] = useState<number | null>(null);
   const [chosenLayers, setLayers] = useState<Layers>({ ...FIRST_LAYERS, ...wished });
@@ -171,7 +174,7 @@ export function useStage(
     if (pane === "weld") open("weld");
   }, []);
   return {
-    ...{ robot, arm, reach, pose, state, measures, rested, factors: live, most, move, reset },
+    ...{ robot, arm, reach, pose, home, state, measures, rested, factors: live, most, move, reset },
     ...{ chosen, choose, lit, point, concealed, layers, toggle },
     pane: opened,
     open,

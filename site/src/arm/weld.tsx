@@ -43,6 +43,8 @@ export interface WeldProps {
 }
 
 const STEPS = 20;
+/** What is beside the path's slider, one at a time, so that it is in view with the arm. */
+const PARTS = ["chart", "rates", "setup"] as const;
 
 /** The size of a rate. */
 const Rate = ({ of }: { of: string }): JSX.Element => (
@@ -75,13 +77,15 @@ const FIELDS = [
 ] as const;
 
 export function Welding(props: WeldProps): JSX.Element {
-  const { arm, pose, reach, weld, journey, place, onWeld, onPlace } = props;
+  const { arm, weld, journey, place, onWeld, onPlace } = props;
   const say = useSay();
   const still = useStillness();
   const end = journey.stations.at(-1)!.s;
   const [playing, setPlaying] = useClock(place, end, weld.speed, onPlace);
   const limits = limitsOf(arm, weld);
   const station = useMemo(() => stationOn(journey, place), [journey, place]);
+  const rates = station.slopes.map((slope) => slope * weld.speed);
+  const [part, setPart] = useState<(typeof PARTS)[number]>("chart");
   const set = (part: Partial<Weld>): void => {
     setPlaying(false);
     onWeld({ ...weld, ...part });
@@ -92,106 +96,141 @@ export function Welding(props: WeldProps): JSX.Element {
     if (place >= end - 1e-9) onPlace(0);
     setPlaying(!playing);
   };
+  return (
+    <section class="arm-weld" data-part={part} aria-label={say("arm.weld.title")}>
+      <div class="arm-play">
+        <button type="button" class="arm-main" disabled={end <= 0} onClick={still ? step : play}>
+          {say(still ? "arm.weld.step" : playing ? "arm.weld.pause" : "arm.weld.play")}
+        </button>
+        <input
+          type="range"
+          min={0}
+          max={end}
+          step={end / 200 || 1}
+          value={place}
+          aria-label={say("arm.weld.place")}
+          aria-valuetext={say("arm.weld.at", {
+            s: decimals(place, 3),
+            time: decimals(place / weld.speed, 2),
+          })}
+          onInput={(event) => {
+            setPlaying(false);
+            onPlace(Number(event.currentTarget.value));
+          }}
+        />
+        <output>
+          {say("arm.weld.at", { s: decimals(place, 3), time: decimals(place / weld.speed, 2) })}
+        </output>
+      </div>
+      <div class="arm-parts" role="group" aria-label={say("arm.weld.parts")}>
+        {PARTS.map((name) => (
+          <button key={name} type="button" aria-pressed={part === name} onClick={() => setPart(name)}>
+            {say(`arm.weld.part-${name}`)}
+          </button>
+        ))}
+      </div>
+      <div class="arm-part">
+        {part === "chart" ? (
+          <Chart arm={arm} journey={journey} speed={weld.speed} limits={limits} time={place / weld.speed} />
+        ) : null}
+        {part === "rates" ? <Rates arm={arm} rates={rates} limits={limits} /> : null}
+        {part === "setup" ? <SetUp {...props} onSet={set} /> : null}
+      </div>
+      <p class="arm-verdict" role="status">
+        {verdict(arm, journey, weld, say)}
+      </p>
+    </section>
+  );
+}
+
+/** The rates of the joints at the place that is shown, and which of them exceed their limits. */
+function Rates({
+  arm,
+  rates,
+  limits,
+}: Pick<WeldProps, "arm"> & Readonly<Record<"rates" | "limits", readonly number[]>>): JSX.Element {
+  const say = useSay();
+  return (
+    <table class="arm-rates">
+      <caption>{say("arm.weld.rates")}</caption>
+      <tbody>
+        {arm.joints.map(({ kind, name }, i) => {
+          const rate = rates[i]!;
+          const over = Math.abs(rate) > limits[i]!;
+          return (
+            <tr key={name} class={over ? "arm-over" : ""}>
+              <th scope="row" class={`arm-j${(i % 7) + 1}`}>
+                <Letters name={name} dot />
+              </th>
+              <td>
+                {say(kind === "R" ? "arm.weld.rate-turn" : "arm.weld.rate-slide", { rate: digits(rate) })}
+              </td>
+              <td>
+                {say(over ? "arm.weld.over" : "arm.weld.within", {
+                  percent: Math.round((100 * Math.abs(rate)) / limits[i]!),
+                })}
+              </td>
+            </tr>
+          );
+        })}
+      </tbody>
+    </table>
+  );
+}
+
+/** Where the path begins and ends, how fast P goes on it, and the limits of the joints. */
+function SetUp({
+  arm,
+  pose,
+  reach,
+  weld,
+  onSet,
+}: WeldProps & { readonly onSet: (part: Partial<Weld>) => void }): JSX.Element {
+  const say = useSay();
   const suggest = (regular: boolean) => (): void =>
-    set({ from: pose, target: suggested(arm, pose, reach, regular) });
+    onSet({ from: pose, target: suggested(arm, pose, reach, regular) });
   const starts = [
-    ["arm.weld.here", () => set({ from: pose })],
+    ["arm.weld.here", () => onSet({ from: pose })],
     ["arm.weld.regular", suggest(true)],
     ["arm.weld.singular", suggest(false)],
   ] as const;
   const axes = arm.task.filter((row) => row < 3);
   const slides = arm.joints.some(({ kind }) => kind === "P");
   return (
-    <section class="arm-weld" aria-label={say("arm.weld.title")}>
-      <div>
-        <p class="arm-hint">{say("arm.weld.task")}</p>
-        <div class="arm-row">
-          {starts.map(([text, start]) => (
-            <button key={text} type="button" onClick={start}>
-              {say(text)}
-            </button>
-          ))}
-        </div>
-        <div class="arm-row">
-          {axes.map((row) => (
-            <Field
-              key={row}
-              label={`B${"xyz"[row]}`}
-              say={say("arm.weld.target", { axis: "xyz"[row]! })}
-              unit="m"
-              value={weld.target[row]!}
-              step={0.01}
-              onSet={(value) =>
-                set({ target: weld.target.map((old, k) => (k === row ? value : old)) as unknown as Vec3 })
-              }
-            />
-          ))}
-          {FIELDS.filter(({ name }) => name !== "slides" || slides).map(({ name, text, ...field }) => (
-            <Field
-              key={name}
-              {...field}
-              say={say(text)}
-              value={weld[name]}
-              onSet={(value) => set({ [name]: value })}
-            />
-          ))}
-        </div>
-        <div class="arm-play">
-          <button type="button" class="arm-main" disabled={end <= 0} onClick={still ? step : play}>
-            {say(still ? "arm.weld.step" : playing ? "arm.weld.pause" : "arm.weld.play")}
+    <>
+      <div class="arm-row">
+        {starts.map(([text, start]) => (
+          <button key={text} type="button" onClick={start}>
+            {say(text)}
           </button>
-          <input
-            type="range"
-            min={0}
-            max={end}
-            step={end / 200 || 1}
-            value={place}
-            aria-label={say("arm.weld.place")}
-            aria-valuetext={say("arm.weld.at", {
-              s: decimals(place, 3),
-              time: decimals(place / weld.speed, 2),
-            })}
-            onInput={(event) => {
-              setPlaying(false);
-              onPlace(Number(event.currentTarget.value));
-            }}
+        ))}
+      </div>
+      <div class="arm-row">
+        {axes.map((row) => (
+          <Field
+            key={row}
+            label={`B${"xyz"[row]}`}
+            say={say("arm.weld.target", { axis: "xyz"[row]! })}
+            unit="m"
+            value={weld.target[row]!}
+            step={0.01}
+            onSet={(value) =>
+              onSet({ target: weld.target.map((old, k) => (k === row ? value : old)) as unknown as Vec3 })
+            }
           />
-          <output>
-            {say("arm.weld.at", { s: decimals(place, 3), time: decimals(place / weld.speed, 2) })}
-          </output>
-        </div>
-        <table class="arm-rates">
-          <caption>{say("arm.weld.rates")}</caption>
-          <tbody>
-            {arm.joints.map(({ kind, name }, i) => {
-              const rate = station.slopes[i]! * weld.speed;
-              const over = Math.abs(rate) > limits[i]!;
-              return (
-                <tr key={name} class={over ? "arm-over" : ""}>
-                  <th scope="row" class={`arm-j${(i % 7) + 1}`}>
-                    <Letters name={name} dot />
-                  </th>
-                  <td>
-                    {say(kind === "R" ? "arm.weld.rate-turn" : "arm.weld.rate-slide", { rate: digits(rate) })}
-                  </td>
-                  <td>
-                    {say(over ? "arm.weld.over" : "arm.weld.within", {
-                      percent: Math.round((100 * Math.abs(rate)) / limits[i]!),
-                    })}
-                  </td>
-                </tr>
-              );
-            })}
-          </tbody>
-        </table>
+        ))}
+        {FIELDS.filter(({ name }) => name !== "slides" || slides).map(({ name, text, ...field }) => (
+          <Field
+            key={name}
+            {...field}
+            say={say(text)}
+            value={weld[name]}
+            onSet={(value) => onSet({ [name]: value })}
+          />
+        ))}
       </div>
-      <div>
-        <Chart arm={arm} journey={journey} speed={weld.speed} limits={limits} time={place / weld.speed} />
-        <p class="arm-verdict" role="status">
-          {verdict(arm, journey, weld, say)}
-        </p>
-      </div>
-    </section>
+      <p class="arm-hint">{say("arm.weld.task")}</p>
+    </>
   );
 }
 
@@ -206,6 +245,9 @@ export function verdictOf(
   return journey.arrives ? "keeps" : "stops";
 }
 
+/** So many joints that exceed their limits are told one by one; of more, the first. */
+const FEW = 2;
+
 /** How the journey goes, in words: whether it arrives, and which joints exceed their limits from where on. */
 export function verdict(arm: Arm, journey: Journey, weld: Weld, say: Say): string {
   const limits = limitsOf(arm, weld);
@@ -217,11 +259,20 @@ export function verdict(arm: Arm, journey: Journey, weld: Weld, say: Say): strin
         ? say("arm.weld.arrives", { length: decimals(end, 3), time: decimals(end / weld.speed, 1) })
         : say("arm.weld.stops", { s: decimals(end, 3), length: decimals(journey.path.length, 3) }),
   ];
-  crossings(journey, weld.speed, limits).forEach((s, i) => {
-    if (s === null) return;
-    const values = { joint: plainLetters(arm.joints[i]!.name), s: decimals(s, 3), limit: limits[i]! };
-    said.push(say(arm.joints[i]!.kind === "R" ? "arm.weld.exceeds-turn" : "arm.weld.exceeds-slide", values));
-  });
+  const exceeding = crossings(journey, weld.speed, limits)
+    .flatMap((s, i) => (s === null ? [] : [{ s, i }]))
+    .sort((a, b) => a.s - b.s);
+  const joint = (i: number): string => plainLetters(arm.joints[i]!.name);
+  if (exceeding.length > FEW) {
+    const { s, i } = exceeding[0]!;
+    said.push(say("arm.weld.exceed", { count: exceeding.length, joint: joint(i), s: decimals(s, 3) }));
+  } else
+    for (const { s, i } of exceeding) {
+      const values = { joint: joint(i), s: decimals(s, 3), limit: limits[i]! };
+      said.push(
+        say(arm.joints[i]!.kind === "R" ? "arm.weld.exceeds-turn" : "arm.weld.exceeds-slide", values),
+      );
+    }
   if (said.length === 1 && journey.path.length > 0) said.push(say("arm.weld.keeps"));
   return said.join(" ");
 }

@@ -4,7 +4,13 @@ import { type Kind, kindAt, kindIsSure } from "./classify.js";
 import { plainLetters } from "./letters.js";
 import { lostDirection } from "./lost.js";
 import { type Arm, isMixed, type Measures, measuresOf, type State } from "./model.js";
-import { decimals, degrees, digits, type Say } from "./speech.js";
+import { angleIn, decimals, digits, type Say } from "./speech.js";
+
+/** In which language the arm is told, and whether its angles are told in radians. */
+export interface Voice {
+  readonly say: Say;
+  readonly radians: boolean;
+}
 
 export type Nearness = "regular" | "near" | "singular";
 
@@ -21,19 +27,20 @@ export function kindHere(arm: Arm, state: State): Exclude<Kind, "regular"> | nul
 }
 
 /** Pose, point, determinant and nearness, in sentences. */
-export function inWords(arm: Arm, state: State, say: Say): string {
-  return `${poseAndPoint(arm, state, say)} ${singularityInWords(arm, state, say)}`;
+export function inWords(arm: Arm, state: State, voice: Voice): string {
+  return `${poseAndPoint(arm, state, voice)} ${singularityInWords(arm, state, voice.say)}`;
 }
 
-export function poseAndPoint(arm: Arm, state: State, say: Say): string {
-  return `${poseInWords(arm, state, say)} ${pointInWords(state, say)}`;
+export function poseAndPoint(arm: Arm, state: State, voice: Voice): string {
+  return `${poseInWords(arm, state, voice)} ${pointInWords(state, voice.say)}`;
 }
 
-export function poseInWords(arm: Arm, { pose }: State, say: Say): string {
+export function poseInWords(arm: Arm, { pose }: State, { say, radians }: Voice): string {
+  const turned = radians ? "arm.words.turned-radians" : "arm.words.turned";
   const joints = arm.joints.map(({ kind, name }, i) =>
-    say(kind === "R" ? "arm.words.turned" : "arm.words.slid", {
+    say(kind === "R" ? turned : "arm.words.slid", {
       joint: plainLetters(name),
-      value: kind === "R" ? degrees(pose[i]!) : decimals(pose[i]!, 3),
+      value: kind === "R" ? angleIn(radians, pose[i]!) : decimals(pose[i]!, 3),
     }),
   );
   return say("arm.words.pose", { joints: joints.join(", ") });

@@ -3,7 +3,7 @@
 import type { Part, Problem, TaskRow } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
 import { read } from "../read/reader.js";
-import { ReadError } from "../read/tree.js";
+import { hasBlank, ReadError } from "../read/tree.js";
 import { matrixOf, shaped } from "./values.js";
 
 /** The columns of a typed Jacobian at a pose, three linear components each (m/s for 1 rad/s or 1 m/s); null if they are no numbers. */
@@ -12,7 +12,7 @@ export type OwnColumns = (pose: Readonly<Record<string, number>>) => readonly (r
 const LINEAR: readonly TaskRow[] = ["vx", "vy", "vz"];
 const ALL: readonly TaskRow[] = [...LINEAR, "wx", "wy", "wz"];
 
-/** An answer to a question for J as a function of the pose; null for other questions, and for what can't be read. */
+/** An answer to a question for J as a function of the pose; null for other questions, and for what can't be read or has blanks. */
 export function ownColumns(problem: Problem, part: Part, answer: string): OwnColumns | null {
   const { robot, symbols } = problem;
   const rows = { jacobian: robot.task, "geometric-jacobian": ALL }[part.kind];
@@ -20,7 +20,7 @@ export function ownColumns(problem: Problem, part: Part, answer: string): OwnCol
   const known = new Set(Object.keys(symbols));
   try {
     const matrix = shaped(matrixOf(read(answer, known), known, part.labels, part.key), part.key);
-    if ("outcome" in matrix || matrix.length !== rows.length) return null;
+    if ("outcome" in matrix || matrix.length !== rows.length || matrix.flat().some(hasBlank)) return null;
     const given = Object.fromEntries(
       Object.entries(symbols).flatMap(([name, { value }]) => (value === undefined ? [] : [[name, value]])),
     );

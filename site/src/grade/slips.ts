@@ -39,8 +39,10 @@ const KINDS = [
   "slip.term-extra",
   "slip.factor-extra",
   "slip.length-missing",
+  "slip.lengths-missing",
   "slip.constant",
   "slip.number",
+  "slip.zero",
   "slip.term-missing",
   "slip.factor-missing",
 ] as const satisfies readonly TextKey[];
@@ -72,10 +74,11 @@ export function slipIn(answer: Answer, key: ValuesKey): Message | null {
 function leftOut({ entries, wrong }: Answer, { columns }: ValuesKey): number | null {
   if (columns < 2) return null;
   const inColumn = (c: number) => entries.map((_, i) => i).filter((i) => i % columns === c);
-  const isZero = ({ kind, value }: Node) => kind === "number" && value === 0;
   const found = [...new Set(wrong.map((i) => i % columns))];
   return found.find((c) => inColumn(c).every((i) => isZero(entries[i] as Node))) ?? null;
 }
+
+const isZero = ({ kind, value }: Node): boolean => kind === "number" && value === 0;
 
 /** Entries in words: one, those of a column, or all that there are. */
 function whereOf(entries: readonly number[], { rows, columns }: ValuesKey): Message {
@@ -95,6 +98,7 @@ function kindsOf(answer: Answer, index: number, key: ValuesKey, means: Means): S
   const kinds = new Set<Kind>();
   const due = key.right[index]?.[0];
   if (sizeOf(entry) > LONGEST || typeof due !== "number") return kinds;
+  if (isZero(entry)) return kinds.add("slip.zero"); // there is nothing to which a term could be added
   for (const { kind, entry: changed } of changes(entry, due, means))
     if (!kinds.has(kind) && answer.isRight(index, changed)) kinds.add(kind);
   return kinds;
@@ -146,6 +150,7 @@ function* changes(entry: Node, due: number, means: Means): Generator<Change> {
       "slip.relative",
       everyWave(entry, (wave) => countedFrom(first, wave, library)),
     );
+  yield* lengthened(entry, due, means);
   for (const piece of piecesOf(entry)) {
     yield* bracketed(piece);
     const wanted = wantedOf(piece, due, at);
@@ -215,6 +220,47 @@ function* bracketed({ tree, put }: Piece): Generator<Change> {
     put(node("*", factor, node(tree.kind, inner, rest)));
   if (left.kind === "*")
     yield { kind: "slip.bracket", entry: outer(left.args[0] as Node, left.args[1] as Node, right) };
+}
+
+/** So many ways are tried in which lengths may have been left out. */
+const MOST_WAYS = 3000;
+
+/** The entry with two lengths or more that were left out: one or two in each of its terms. */
+function* lengthened(entry: Node, due: number, { library, at }: Means): Generator<Change> {
+  const terms = summandsOf(entry).map(({ tree, sign }) => ({ tree, sign, value: evaluate(tree, at).re }));
+  const lengths = library.lengths.map((each) => known(each, at));
+  const pairs = lengths.flatMap((a, i) =>
+    lengths.slice(i).map((b) => ({ count: 2, value: a.value * b.value, tree: node("*", a.tree, b.tree) })),
+  );
+  const factors = [{ count: 0, value: 1, tree: null }, ...lengths.map((a) => ({ count: 1, ...a })), ...pairs];
+  if (factors.length ** terms.length > MOST_WAYS) return;
+  const ways = function* (k: number, left: number, chosen: typeof factors): Generator<typeof factors> {
+    const term = terms[k];
+    if (!term) {
+      const missing = chosen.reduce((sum, { count }) => sum + count, 0);
+      if (missing > 1 && Math.abs(left) <= NEAR * Math.abs(due)) yield chosen;
+      return;
+    }
+    for (const factor of factors)
+      yield* ways(k + 1, left - term.sign * term.value * factor.value, [...chosen, factor]);
+  };
+  for (const way of ways(0, due, [])) {
+    const mended = terms.map(({ tree, sign }, k) => {
+      const factor = way[k]!.tree;
+      const whole = factor ? node("*", factor, tree) : tree;
+      return sign < 0 ? node("neg", whole) : whole;
+    });
+    yield { kind: "slip.lengths-missing", entry: mended.reduce((sum, each) => node("+", sum, each)) };
+  }
+}
+
+/** The terms of a sum with their signs. */
+function summandsOf(tree: Node, sign = 1): { tree: Node; sign: number }[] {
+  const [left, right] = tree.args;
+  if (tree.kind === "neg" && left) return summandsOf(left, -sign);
+  if ((tree.kind === "+" || tree.kind === "-") && left && right)
+    return [...summandsOf(left, sign), ...summandsOf(right, tree.kind === "-" ? -sign : sign)];
+  return [{ tree, sign }];
 }
 
 // --- pieces ---

@@ -1,23 +1,39 @@
-// How far a lesson is, as dots and in words: a dot for each right answer of the row.
+// How far a lesson is, as dots and in words: a dot for each right answer of the row, of the class of arms that is asked next.
 
 import type { JSX } from "preact";
 
 import { message, said } from "../text/text.js";
-import { NEEDED, type Skill } from "./skills.js";
+import { currentClass, rowOf, type Stretch } from "./classes.js";
+import { NEEDED, type Row, type Skill } from "./skills.js";
 
-export function Dots({ skill }: { skill: Skill }): JSX.Element {
-  const isLearned = skill.learned !== undefined;
-  const full = isLearned ? NEEDED : Math.min(skill.row.length, NEEDED);
-  const text =
-    skill.mastered !== undefined
-      ? said(message("lesson.state-mastered"))
-      : isLearned
-        ? said(message("lesson.state-learned"))
-        : said(message("lesson.state-row", { count: full, needed: NEEDED }));
+interface DotsProps {
+  readonly skill: Skill;
+  readonly classes: readonly Stretch[];
+}
+
+export function Dots({ skill, classes }: DotsProps): JSX.Element | null {
+  if (classes.length === 0) return null;
+  const at = currentClass(skill, classes, Date.now());
+  const row = rowOf(skill, classes, at);
+  const full = filled(row);
+  const text = classes.length > 1 ? inClass(classes[at]!, row) : rowInWords(row);
   return (
-    <span class={`dots${skill.mastered !== undefined ? " mastered" : ""}`} title={text}>
+    <span class={`dots${row.mastered !== undefined ? " mastered" : ""}`} title={text}>
       <span aria-hidden="true">{"●".repeat(full) + "○".repeat(NEEDED - full)}</span>
       <span class="visually-hidden">{text}</span>
     </span>
   );
+}
+
+const filled = ({ row, learned }: Row): number =>
+  learned !== undefined ? NEEDED : Math.min(row.length, NEEDED);
+
+/** How a class stands, with its name. */
+export const inClass = ({ name }: Stretch, row: Row): string =>
+  `${said(message(`classes.${name}`))}: ${rowInWords(row)}`;
+
+function rowInWords(row: Row): string {
+  if (row.mastered !== undefined) return said(message("lesson.state-mastered"));
+  if (row.learned !== undefined) return said(message("lesson.state-learned"));
+  return said(message("lesson.state-row", { count: filled(row), needed: NEEDED }));
 }

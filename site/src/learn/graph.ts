@@ -3,7 +3,8 @@
 import type { Index } from "../bank.js";
 import { ANYTHING, items, nameOf, type Progress } from "../practice/choice.js";
 import { type Lesson, LESSONS } from "./lessons.js";
-import { isDue, NEEDED, NEW, type Skill, type Skills } from "./skills.js";
+import { classesOf, rowOf, type Stretch } from "./classes.js";
+import { isDue, NEEDED, NEW, type Row, type Skill, type Skills } from "./skills.js";
 
 export type Standing = "new" | "begun" | "learned" | "due" | "mastered";
 
@@ -24,15 +25,18 @@ export interface Place {
   readonly next: boolean;
   /** What it builds on that is not learned yet. */
   readonly missing: readonly Lesson[];
+  /** How the classes of its arms stand, each by itself. */
+  readonly classes: readonly (readonly [Stretch, Row])[];
   readonly asked: readonly Asked[];
   /** From the first layer on, and across it, counted in lessons from the layer's middle. */
   readonly layer: number;
   readonly across: number;
 }
 
-export function standingOf(skill: Skill, now: number): Standing {
-  if (skill.mastered !== undefined) return "mastered";
-  if (isDue(skill, now)) return "due";
+/** How a lesson stands; it is mastered where it is for all classes of arms, of which `rows` are those beyond the first. */
+export function standingOf(skill: Skill, now: number, rows: readonly Row[] = []): Standing {
+  if ([skill, ...rows].some((row) => isDue(row, now))) return "due";
+  if ([skill, ...rows].every(({ mastered }) => mastered !== undefined)) return "mastered";
   if (skill.learned !== undefined) return "learned";
   return skill.row.length > 0 || skill.goals.length > 0 ? "begun" : "new";
 }
@@ -67,9 +71,17 @@ export function placesOf(index: Index, skills: Skills, progress: Progress, now: 
     const missing = lesson.needs
       .filter((need) => !isLearned(need))
       .map((need) => LESSONS.find(({ id }) => id === need)!);
+    const skill = skills[lesson.id] ?? NEW;
+    const all = classesOf(index, lesson);
+    const classes = all.map((each, at) => [each, rowOf(skill, all, at)] as const);
     return {
       lesson,
-      standing: standingOf(skills[lesson.id] ?? NEW, now),
+      standing: standingOf(
+        skill,
+        now,
+        classes.slice(1).map(([, row]) => row),
+      ),
+      classes,
       next: missing.length === 0 && !isLearned(lesson.id),
       missing,
       asked: lesson.questions.flatMap((name) => askedOf(index, name, progress)),

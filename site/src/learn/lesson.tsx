@@ -16,10 +16,11 @@ import { keep, kept } from "../practice/progress.js";
 import { storage } from "../practice/storage.js";
 import { Offline } from "../offline/offline.js";
 import { language, message, type Message, said } from "../text/text.js";
+import { classesOf, currentClass, rowOf, type Stretch, withRow } from "./classes.js";
 import { Dots } from "./dots.js";
 import { type Lesson, LESSONS } from "./lessons.js";
 import { Rich } from "./rich.js";
-import { answered, armsIn, isDue, itemsOf, NEEDED, NEW, nextIn, outcomeOf, type Skill } from "./skills.js";
+import { answered, armsIn, isDue, NEEDED, NEW, nextIn, outcomeOf, type Skill } from "./skills.js";
 import { DialBoard, FIRST_DIALS, ratesOf, Shares, velocityOf } from "./tools.js";
 
 export interface LessonProps {
@@ -34,22 +35,27 @@ export interface LessonProps {
 export function LessonView(props: LessonProps): JSX.Element {
   const { lesson, index } = props;
   const [practising, setPractising] = useState(props.practising);
-  const items = useMemo(() => itemsOf(index, lesson.questions, lesson.families), [index, lesson]);
+  const classes = useMemo(() => classesOf(index, lesson), [index, lesson]);
+  const items = useMemo(() => classes.flatMap(({ items }) => items), [classes]);
   return practising && items.length > 0 ? (
-    <Practice {...props} items={items} arrived={!props.practising} onIdea={() => setPractising(false)} />
+    <Practice {...props} classes={classes} arrived={!props.practising} onIdea={() => setPractising(false)} />
   ) : (
-    <Idea {...props} items={items} onPractise={() => setPractising(true)} />
+    <Idea {...props} classes={classes} items={items} onPractise={() => setPractising(true)} />
   );
 }
 
+interface Classes {
+  readonly classes: readonly Stretch[];
+}
+
 /** Which lesson this is, and the way to the others. */
-function Head({ lesson, skill }: Pick<LessonProps, "lesson" | "skill">): JSX.Element {
+function Head({ lesson, skill, classes }: Pick<LessonProps, "lesson" | "skill"> & Classes): JSX.Element {
   const number = LESSONS.indexOf(lesson) + 1;
   return (
     <p class="kicker">
       <a href="learn.html">{said(message("lesson.all"))}</a>
       <span class="muted"> · {said(message("lesson.number", { number, count: LESSONS.length }))}</span>{" "}
-      <Dots skill={skill} />
+      <Dots skill={skill} classes={classes} />
     </p>
   );
 }
@@ -58,10 +64,11 @@ function Idea({
   lesson,
   told,
   skill,
+  classes,
   items,
   onSkill,
   onPractise,
-}: LessonProps & { items: readonly Item[]; onPractise: () => void }): JSX.Element {
+}: LessonProps & Classes & { items: readonly Item[]; onPractise: () => void }): JSX.Element {
   const [stage, setStage] = useState<Stage | null>(null);
   const problems = useMemo(() => items.map(({ family, key }) => `${family}/${key}`), [items]);
   const [dials, setDials] = useState(FIRST_DIALS);
@@ -94,7 +101,7 @@ function Idea({
   return (
     <div class="workspace">
       <article class="task lesson">
-        <Head lesson={lesson} skill={skill} />
+        <Head lesson={lesson} skill={skill} classes={classes} />
         <h2>{said(message(lesson.title))}</h2>
         {lesson.idea.map((text) => (
           <p key={text}>
@@ -169,20 +176,29 @@ function Practice({
   lesson,
   index,
   skill,
-  items,
+  classes,
   arrived,
   onSkill,
   onIdea,
-}: LessonProps & { items: readonly Item[]; arrived: boolean; onIdea: () => void }): JSX.Element {
-  const [item, setItem] = useState<Item | null>(() => nextIn(items, skill, "", Math.random));
+}: LessonProps & Classes & { arrived: boolean; onIdea: () => void }): JSX.Element {
+  /** The question that is asked next, and the class whose arm it is about. */
+  const drawn = (): { at: number; item: Item | null } => {
+    const at = currentClass(skill, classes, Date.now());
+    const item = nextIn(classes[at]!.items, rowOf(skill, classes, at), asked.current, Math.random);
+    if (item) asked.current.push(nameOf(item));
+    return { at, item };
+  };
+  const asked = useRef<string[]>([]);
+  const [{ at, item }, setCurrent] = useState(drawn);
   const [count, setCount] = useState(0);
   const [note, setNote] = useState<Message | null>(null);
   const again = useRef(false); // whether this question was answered before, and not rightly
-  const most = armsIn(items);
+  const most = armsIn(classes[at]!.items);
+  const row = rowOf(skill, classes, at);
   return (
     <div class="workspace">
       <div class="choosing">
-        <Head lesson={lesson} skill={skill} />
+        <Head lesson={lesson} skill={skill} classes={classes} />
         <p class="lesson-title">
           <strong>{said(message(lesson.title))}</strong>{" "}
           <button type="button" class="quiet small" onClick={onIdea}>
@@ -190,11 +206,16 @@ function Practice({
           </button>
         </p>
         <p class="muted" role="status">
-          {skill.mastered !== undefined
+          {classes.length > 1 ? (
+            <>
+              <strong class="class-name">{said(message(`classes.${classes[at]!.name}`))}</strong> ·{" "}
+            </>
+          ) : null}
+          {row.mastered !== undefined
             ? said(message("lesson.mastered"))
-            : skill.learned !== undefined
-              ? said(message(isDue(skill, Date.now()) ? "lesson.due" : "lesson.learned"))
-              : said(message("lesson.row", { count: skill.row.length, needed: Math.min(NEEDED, most) }))}
+            : row.learned !== undefined
+              ? said(message(isDue(row, Date.now()) ? "lesson.due" : "lesson.learned"))
+              : said(message("lesson.row", { count: row.row.length, needed: Math.min(NEEDED, most) }))}
         </p>
         {skill.learned !== undefined ? (
           <p class="actions">
@@ -212,16 +233,16 @@ function Practice({
           onVerdict={(right, helped) => {
             const now = Date.now();
             const how = { right, helped, again: again.current };
-            const after = answered(skill, item, { ...how, now, most });
+            const after = answered(row, item, { ...how, now, most });
             again.current ||= !right;
-            setNote(outcomeOf(skill, after, how));
-            onSkill(after);
+            setNote(outcomeOf(row, after, how));
+            onSkill(withRow(skill, classes, at, after));
             keep(storage, attempted(kept(storage), item, right, now)); // what is wrong comes again where one practises
           }}
           onNext={() => {
             again.current = false;
             setNote(null);
-            setItem(nextIn(items, skill, nameOf(item), Math.random));
+            setCurrent(drawn());
             setCount(count + 1);
           }}
         />

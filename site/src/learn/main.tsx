@@ -19,7 +19,7 @@ import { SkillMap } from "./skill-map.js";
 import { LessonView, NEW } from "./lesson.js";
 import { LESSONS } from "./lessons.js";
 import { Rich } from "./rich.js";
-import { isDue, keepSkills, keptSkills, type Skill, type Skills } from "./skills.js";
+import { keepSkills, keptSkills, type Skill, type Skills } from "./skills.js";
 
 /** The arms of the ideas, as Python wrote them. */
 type Arms = Readonly<Record<"plain" | "elbow", Told>>;
@@ -69,16 +69,19 @@ function List({ skills, wrong, index }: { skills: Skills; wrong: string | null; 
     [index],
   );
   const now = Date.now();
-  const next = LESSONS.find(({ id }) => skills[id]?.learned === undefined);
+  const places = placesOf(index, skills, kept(storage), now);
+  const next =
+    LESSONS.find(({ id }) => skills[id]?.learned === undefined) ??
+    places.find(({ classes }) => classes.some(([, { learned }]) => learned === undefined))?.lesson;
   return (
     <div class="way">
       {wrong ? <p role="alert">{said(message("lesson.unknown", { name: wrong }))}</p> : null}
       <p class="lead">{said(message("lesson.lead"))}</p>
-      <SkillMap places={placesOf(index, skills, kept(storage), now)} />
+      <SkillMap places={places} />
       <ol>
-        {LESSONS.map(({ id, title, idea, goals }) => {
+        {places.map(({ lesson: { id, title, idea, goals }, standing, classes }) => {
           const skill = skills[id] ?? NEW;
-          const due = isDue(skill, now);
+          const due = standing === "due";
           return (
             <li key={id} class={due || (next?.id === id && !due) ? "current" : ""}>
               <h2>
@@ -90,7 +93,7 @@ function List({ skills, wrong, index }: { skills: Skills; wrong: string | null; 
                 <Rich text={said(message(idea[0]!))} />
               </p>
               <p class="muted">
-                <Dots skill={skill} />{" "}
+                <Dots skill={skill} classes={classes.map(([each]) => each)} />{" "}
                 {due
                   ? said(message("lesson.due"))
                   : said(message("lesson.goals", { count: skill.goals.length, all: goals.length }))}

@@ -4,7 +4,9 @@
 import type { JSX } from "preact";
 
 import { message, said } from "../text/text.js";
+import { inClass } from "./dots.js";
 import type { Asked, Place } from "./graph.js";
+import type { Row } from "./skills.js";
 
 export function SkillMap({ places }: { places: readonly Place[] }): JSX.Element {
   const layers = Math.max(...places.map(({ layer }) => layer)) + 1;
@@ -71,10 +73,13 @@ function Lines({
 
 const flipped = ([x, y]: readonly [number, number]): [number, number] => [y, x];
 
+const rowStanding = ({ row, learned, mastered }: Row): keyof typeof SIGNS =>
+  mastered !== undefined ? "mastered" : learned !== undefined ? "learned" : row.length > 0 ? "begun" : "new";
+
 const SIGNS = { new: "○", begun: "◔", learned: "◕", due: "◕", mastered: "●" } as const;
 
 function Skill({ place }: { place: Place }): JSX.Element {
-  const { lesson, standing, next, missing, asked } = place;
+  const { lesson, standing, next, missing, classes, asked } = place;
   const title = ({ title }: Place["lesson"]): string => said(message(title));
   return (
     <>
@@ -83,6 +88,18 @@ function Skill({ place }: { place: Place }): JSX.Element {
         <span aria-hidden="true">{SIGNS[standing]}</span> {said(message(`skills.${standing}`))}
         {next ? `, ${said(message("skills.next"))}` : ""}
       </span>
+      {classes.length > 1 && standing !== "new" && standing !== "begun" ? (
+        <ul class="skill-classes" aria-label={said(message("classes.title"))}>
+          {classes.map(([each, row]) => (
+            <li key={each.name} class={`is-${rowStanding(row)}`} title={inClass(each, row)}>
+              <span aria-hidden="true">
+                {SIGNS[rowStanding(row)]} {said(message(`classes.${each.name}`))}
+              </span>
+              <span class="visually-hidden">{inClass(each, row)}</span>
+            </li>
+          ))}
+        </ul>
+      ) : null}
       {missing.length > 0 ? (
         <span class="visually-hidden">
           {said(message("skills.after", { titles: missing.map(title).join(", ") }))}

@@ -1,5 +1,5 @@
 // How far one is in the lessons: right answers in a row without help, each to another arm; learned at three of them, and
-// mastered with one more after a day. Kept in this browser.
+// mastered with one more after a day; for each class of arms by itself (classes.ts). Kept in this browser.
 
 import type { Index } from "../bank.js";
 import { type Item, nameOf, STEPS } from "../practice/choice.js";
@@ -9,19 +9,29 @@ export const NEEDED = 3;
 const DAY = 24 * 3600 * 1000;
 const KEY = "qdot-lessons";
 
-/** What is known of a lesson: the arms of the row, when it was learned and mastered, and which of its goals were reached. */
-export interface Skill {
+/** What is known of a lesson for a class of arms: the arms of the row, and when it was learned and mastered. */
+export interface Row {
   readonly row: readonly string[];
   readonly learned?: number;
   readonly mastered?: number;
+}
+
+/**
+ * What is known of a lesson: which of its goals were reached, its row for the first class of arms, and those for the classes
+ * beyond. What was kept before there were classes has the first alone.
+ */
+export interface Skill extends Row {
   readonly goals: readonly number[];
+  readonly beyond?: Readonly<Record<string, Row>>;
 }
 
 export type Skills = Readonly<Record<string, Skill>>;
 
-export const NEW: Skill = { row: [], goals: [] };
+export const NEW_ROW: Row = { row: [] };
+export const NEW: Skill = { ...NEW_ROW, goals: [] };
 
-const armOf = ({ family, key }: Item): string => `${family}/${key}`;
+/** The arm of an item; that of a set of short questions is the one whose number it has. */
+const armOf = ({ family, key }: Item): string => `${family}/${key.replace(/-quiz$/, "")}`;
 
 /** How a question was answered: `helped` by hints or the solution, `again` after an answer to it that was not right. */
 export interface Answered {
@@ -30,12 +40,12 @@ export interface Answered {
   readonly again: boolean;
 }
 
-/** The skill after an answer; `most` is how many arms there are, where there are fewer than are needed. */
-export function answered(
-  skill: Skill,
+/** The row after an answer; `most` is how many arms there are, where there are fewer than are needed. */
+export function answered<R extends Row>(
+  skill: R,
   item: Item,
   { right, helped, again, now, most }: Answered & { now: number; most: number },
-): Skill {
+): R {
   if (!right) return { ...skill, row: [] };
   if (helped || again) return skill;
   const row = skill.row.includes(armOf(item)) ? skill.row : [...skill.row, armOf(item)];
@@ -45,7 +55,7 @@ export function answered(
 }
 
 /** What comes of an answer to a question of a lesson, in words; null where the lesson is learned, and no day has gone by. */
-export function outcomeOf(before: Skill, after: Skill, { right, helped, again }: Answered): Message | null {
+export function outcomeOf(before: Row, after: Row, { right, helped, again }: Answered): Message | null {
   if (before.mastered !== undefined) return null;
   if (after.mastered !== undefined) return message("lesson.mastered");
   if (before.learned !== undefined && !right) return null;
@@ -57,8 +67,8 @@ export function outcomeOf(before: Skill, after: Skill, { right, helped, again }:
   return right ? message("lesson.state-row", { count: after.row.length, needed: NEEDED }) : null;
 }
 
-/** Whether a lesson that was learned is to be looked at again: a day has gone by, and it is not mastered yet. */
-export function isDue(skill: Skill | undefined, now: number): boolean {
+/** Whether what was learned is to be looked at again: a day has gone by, and it is not mastered yet. */
+export function isDue(skill: Row | undefined, now: number): boolean {
   return skill?.learned !== undefined && skill.mastered === undefined && now - skill.learned >= DAY;
 }
 
@@ -95,10 +105,20 @@ const CLIMB = [
 ] as const;
 const FEW = 3;
 
-/** The next item: an easy one first, harder ones as the row grows, about an arm that is not in it if there is one. */
-export function nextIn(all: readonly Item[], skill: Skill, last: string, random: () => number): Item | null {
+/**
+ * The next item: an easy one first, harder ones as the row grows, about an arm that is not in it if there is one; and none of
+ * those that were `asked` in this sitting while there are others.
+ */
+export function nextIn(
+  all: readonly Item[],
+  skill: Row,
+  asked: readonly string[],
+  random: () => number,
+): Item | null {
   const fresh = all.filter((item) => !skill.row.includes(armOf(item)));
-  const others = (fresh.length > 0 ? fresh : all).filter((item) => nameOf(item) !== last);
+  const about = fresh.length > 0 ? fresh : all;
+  const unasked = about.filter((item) => !asked.includes(nameOf(item)));
+  const others = unasked.length > 0 ? unasked : about.filter((item) => nameOf(item) !== asked.at(-1));
   const pool = others.length > 0 ? others : all;
   const [from, to] = CLIMB[Math.min(skill.learned === undefined ? skill.row.length : 2, 2)]!;
   const start = Math.min(Math.floor(from * pool.length), pool.length - 1);
@@ -127,15 +147,21 @@ export function keepSkills(storage: Storage | null, skills: Skills): void {
 }
 
 function isSkill(skill: unknown): skill is Skill {
-  if (typeof skill !== "object" || skill === null) return false;
-  const { row, goals, learned, mastered } = skill as Partial<Record<keyof Skill, unknown>>;
-  const time = (value: unknown): boolean => value === undefined || Number.isFinite(value);
+  if (!isRow(skill)) return false;
+  const { goals, beyond = {} } = skill as Partial<Record<keyof Skill, unknown>>;
   return (
-    Array.isArray(row) &&
-    row.every((each) => typeof each === "string") &&
     Array.isArray(goals) &&
     goals.every(Number.isInteger) &&
-    time(learned) &&
-    time(mastered)
+    typeof beyond === "object" &&
+    Object.values(beyond ?? {}).every(isRow)
+  );
+}
+
+function isRow(found: unknown): found is Row {
+  if (typeof found !== "object" || found === null) return false;
+  const { row, learned, mastered } = found as Partial<Record<keyof Row, unknown>>;
+  const time = (value: unknown): boolean => value === undefined || Number.isFinite(value);
+  return (
+    Array.isArray(row) && row.every((each) => typeof each === "string") && time(learned) && time(mastered)
   );
 }

@@ -28,7 +28,10 @@ function Shown({ told, language }: { told: StageWish; language: Language }): JSX
   const say = useSay();
   const stage = useStage(told, null);
   const { arm, rested, robot } = stage;
-  const words = useMemo(() => inWords(arm, rested, sayIn(language)), [arm, rested, language]);
+  const words = useMemo(
+    () => inWords(arm, rested, { say: sayIn(language), radians: false }),
+    [arm, rested, language],
+  );
   const id = useId();
   const step = useSteps(2); // what the arm is, its drawing, its numbers: no piece of work holds up a phone for long
   if (step === 0) return <div class="arm" />;

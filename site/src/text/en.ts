@@ -130,9 +130,12 @@ export const en = {
   "slip.factor-extra": "{where}: there is a factor too many. The rest there is as it should be.",
   "slip.length-missing":
     "{where}: a length is missing as a factor. Look at the units; the rest there is as it should be.",
+  "slip.lengths-missing":
+    "{where}: several lengths are missing as factors. Look at the units; the rest there is as it should be.",
   "slip.number":
     "{where}: a number that something is multiplied by is wrong by a factor of two. The rest there is as it should be.",
   "slip.constant": "{where}: one number is another one than is due. The rest there is as it should be.",
+  "slip.zero": "{where}: zero, where something else is due.",
   "slip.term-missing": "{where}: a term is missing. The rest there is as it should be.",
   "slip.factor-missing":
     "{where}: a factor with a joint in it is missing. The rest there is as it should be.",
@@ -215,7 +218,7 @@ export const en = {
   "lesson.number": "Lesson {number} of {count}",
   "lesson.lead":
     "Eight lessons, each of some five minutes: something to do with the arm, then questions about arms of their " +
-    "own until three in a row are right. A day later one more makes sure.",
+    "own until three in a row are right. A day later one more makes sure. Plain arms come first, then arms in space, then any.",
   "round.title": "Questions with a score",
   "round.done": "{done} of {count} answered",
   "round.points": "{points} of {max} points",
@@ -382,6 +385,10 @@ export const en = {
   "skills.next": "comes next",
   "skills.after": "It builds on: {titles}.",
   "skills.asked": "Its questions",
+  "classes.title": "Classes of arms",
+  "classes.plain": "plain arms",
+  "classes.space": "arms in space",
+  "classes.any": "any arms",
   "skills.of": "right for {right} of {needed} arms",
   "skills.of-missed": "right for {right} of {needed} arms, and wrong for one",
   "offline.lesson": "Keep this lesson for offline",
@@ -598,6 +605,7 @@ export const en = {
 
   "arm.words.pose": "Joints: {joints}.",
   "arm.words.turned": "{joint} {value} degrees",
+  "arm.words.turned-radians": "{joint} {value} radians",
   "arm.words.slid": "{joint} {value} metres",
   "arm.words.point": "The point P is at x {x}, y {y}, z {z} metres.",
   "arm.words.det": "The determinant of J is {value}.",
@@ -631,6 +639,10 @@ export const en = {
   "arm.weld.tab": "Path",
   "arm.weld.task":
     "P goes straight from A to B at the speed v. Drag B in the drawing or type where it is; play, and see which joint rates exceed their limits.",
+  "arm.weld.parts": "What of the path is shown",
+  "arm.weld.part-chart": "Chart",
+  "arm.weld.part-rates": "Rates",
+  "arm.weld.part-setup": "Set it up",
   "arm.weld.here": "A: where P is now",
   "arm.weld.regular": "A regular path",
   "arm.weld.singular": "Towards a singularity",
@@ -652,6 +664,7 @@ export const en = {
   "arm.weld.stops": "The arm cannot go on after {s} m of {length} m: J loses rank.",
   "arm.weld.exceeds-turn": "{joint} would have to turn faster than {limit} rad/s from {s} m on.",
   "arm.weld.exceeds-slide": "{joint} would have to slide faster than {limit} m/s from {s} m on.",
+  "arm.weld.exceed": "{count} joints would have to exceed their limits: {joint} first, from {s} m on.",
   "arm.weld.keeps": "All joint rates stay within their limits.",
   "arm.weld.no-way": "A and B are the same point.",
   "arm.weld.not-turns":

@@ -11,6 +11,7 @@ import { ELBOW, PLAIN, ROBOTS, SIX } from "./robots.js";
 
 const ALL = { ...ROBOTS, plain: PLAIN, elbow: ELBOW, six: SIX };
 const SIZES = [
+  [362, 150],
   [362, 286],
   [475, 420],
   [760, 420],
@@ -19,15 +20,15 @@ const SIZES = [
 describe.each(Object.entries(ALL))("the first view of %s", (_, robot) => {
   const arm = armOf(robot);
   const state = stateAt(arm, firstPose(arm));
-  const arrows = drawnColumns(arm, state, reachOf(arm));
+  const heads = drawnColumns(arm, state, reachOf(arm)).map((arrow) => add(state.point, arrow));
   const flat = flatPlane(arm) !== null;
 
   it.each(SIZES)("has the arm and its arrows in %i x %i pixels", (width, height) => {
     const whole = viewOf(arm, extentOf(arm), width, height, FIRST_ORBIT);
-    const view = framed(whole, framingOf(arm, state, arrows, whole, flat));
+    const view = framed(whole, framingOf(arm, state, heads, whole, flat));
     expect(isSeen(arm, state, view)).toBe(true);
-    for (const arrow of arrows) {
-      const [x, y] = pixel(view, add(state.point, arrow));
+    for (const head of heads) {
+      const [x, y] = pixel(view, head);
       expect(x > 0 && x < width && y > 0 && y < height).toBe(true);
     }
   });
@@ -48,4 +49,14 @@ it("ends where the arm gets to its edge", () => {
   const opposite = stateAt(arm, [state.pose[0]! + Math.PI, 0]);
   expect([isSeen(arm, opposite, view), isSeen(arm, opposite, whole)]).toEqual([false, true]);
   expect([isSame(state.pose, [...state.pose]), isSame(state.pose, opposite.pose)]).toEqual([true, false]);
+});
+
+it("has the end of a path in it, and ends where that leaves it", () => {
+  const arm = armOf(PLAIN);
+  const state = stateAt(arm, firstPose(arm));
+  const whole = viewOf(arm, extentOf(arm), 760, 420, FIRST_ORBIT);
+  const far = [0, 1.1, 0] as const;
+  const alone = framed(whole, framingOf(arm, state, [], whole, true));
+  const view = framed(whole, framingOf(arm, state, [far], whole, true));
+  expect([isSeen(arm, state, alone, [far]), isSeen(arm, state, view, [far])]).toEqual([false, true]);
 });

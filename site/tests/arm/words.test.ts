@@ -9,11 +9,11 @@ import { inWords, kindHere, nearness } from "../../src/arm/words.js";
 import { ENGLISH } from "../../src/text/text.js";
 import { PLAIN, ROBOTS } from "./robots.js";
 
-const say = sayIn(ENGLISH);
+const voice = { say: sayIn(ENGLISH), radians: false };
 
 describe("the planar arm in words", () => {
   const arm = armOf(PLAIN);
-  const told = (pose: number[]): string => inWords(arm, stateAt(arm, pose), say);
+  const told = (pose: number[]): string => inWords(arm, stateAt(arm, pose), voice);
 
   it("is told by pose, point and determinant", () => {
     expect(told([Math.PI / 6, -Math.PI / 2])).toBe(
@@ -21,6 +21,12 @@ describe("the planar arm in words", () => {
         "The determinant of J is −0.2. The smallest singular value is 0.286, 41 percent of the largest. " +
         "Away from singularities.",
     );
+  });
+
+  it("has its angles in radians where they are chosen", () => {
+    const text = inWords(arm, stateAt(arm, [Math.PI / 6, -Math.PI / 2]), { ...voice, radians: true });
+    expect(text).toContain("Joints: θ1 0.524 radians, θ2 −1.571 radians. The point P");
+    expect(text).not.toContain("degrees");
   });
 
   it("is slow near a singularity, along the direction that will be lost", () => {
@@ -33,7 +39,7 @@ describe("the planar arm in words", () => {
     const state = stateAt(arm, [0.5, 0]);
     expect(nearness(arm, measuresOf(state))).toBe("singular");
     expect(kindHere(arm, state)).toBe("boundary");
-    expect(inWords(arm, state, say)).toContain(
+    expect(inWords(arm, state, voice)).toContain(
       "At the boundary of what the arm reaches. The point can't be moved",
     );
   });
@@ -42,12 +48,12 @@ describe("the planar arm in words", () => {
 describe("other arms in words", () => {
   it("have no determinant where J is not square", () => {
     const arm = armOf(ROBOTS["planar-3r"]!);
-    expect(inWords(arm, stateAt(arm, [0.3, 0.4, 0.5]), say)).toContain("J is not square");
+    expect(inWords(arm, stateAt(arm, [0.3, 0.4, 0.5]), voice)).toContain("J is not square");
   });
 
   it("slide by metres", () => {
     const arm = armOf(ROBOTS["scara"]!);
-    expect(inWords(arm, stateAt(arm, [0, 0, 0.25, 0]), say)).toContain("d3 0.25 metres");
+    expect(inWords(arm, stateAt(arm, [0, 0, 0.25, 0]), voice)).toContain("d3 0.25 metres");
   });
 
   it("call their symbols by their letters", () => {

@@ -53,6 +53,7 @@ def test_a_site_is_built_and_a_rerun_keeps_the_bank(assets: Assets, tmp_path: Pa
     index = json.loads((site / "bank" / "index.json").read_text())
     assert [family["name"] for family in index["families"]] == ["polar-rp"]
     problems = index["families"][0]["problems"]
+    assert [problem["flat"] for problem in problems] == [True, True]  # it never leaves a plane
     _sizes_are_told(site)
     _examples_are_told_in_german(site)
     assert [(problem["key"], problem["variation"]) for problem in problems] == [

@@ -1,0 +1,86 @@
+// Classes of arms: which there are of a lesson, each with a row of its own, and which of them is asked next.
+import { describe, expect, test } from "vitest";
+
+import type { Index, Listed } from "../src/bank.js";
+import { classesOf, currentClass, rowOf, withRow } from "../src/learn/classes.js";
+import { LESSONS } from "../src/learn/lessons.js";
+import { answered, NEW, type Skill } from "../src/learn/skills.js";
+import { STEPS } from "../src/practice/choice.js";
+
+const DAY = 24 * 3600 * 1000;
+const LESSON = LESSONS.find(({ id }) => id === "differentiation")!;
+const arms = (name: string, flat: boolean) => ({
+  name,
+  title: name,
+  source: "",
+  problems: STEPS.map((variation): Listed => {
+    const listed = { key: variation, title: "", difficulty: 1, variation, questions: ["jacobian"] };
+    return flat ? { ...listed, flat: true } : listed;
+  }),
+});
+const indexOf = (...families: Index["families"]): Index => ({
+  format: 1,
+  feedback: "solutions",
+  questions: [],
+  families,
+});
+const INDEX = indexOf(arms("random-3", false), arms("elbow-3r", false), arms("planar-2r", true));
+const CLASSES = classesOf(INDEX, LESSON);
+
+describe("the classes of a lesson", () => {
+  test("are the chapter's plain arms, such in space, and any: varied ones, and of further families", () => {
+    const named = CLASSES.map(({ name, items }) => [
+      name,
+      items.map(({ family, key }) => `${family}/${key}`),
+    ]);
+    expect(named.slice(0, 2)).toEqual([
+      ["plain", ["planar-2r/chapter", "planar-2r/lengths"]],
+      ["space", ["elbow-3r/chapter", "elbow-3r/lengths"]],
+    ]);
+    const any = named[2]![1]!;
+    expect(any).toHaveLength(3 + 3 + 5);
+    expect(any).toContain("planar-2r/full");
+    expect(any).toContain("random-3/chapter");
+  });
+
+  test("are those of which the bank has arms", () => {
+    expect(classesOf(indexOf(arms("elbow-3r", false)), LESSON).map(({ name }) => name)).toEqual([
+      "space",
+      "any",
+    ]);
+    expect(classesOf(indexOf(), LESSON)).toEqual([]);
+    // an instructor's own arms, in families of their own names
+    expect(classesOf(indexOf(arms("place-1", false)), LESSON).map(({ name }) => name)).toEqual([
+      "space",
+      "any",
+    ]);
+  });
+
+  test("a bank of random arms alone has them once", () => {
+    const all = classesOf(indexOf(arms("random-3", false)), LESSON).flatMap(({ items }) => items);
+    expect(all).toHaveLength(STEPS.length);
+  });
+});
+
+test("what was kept before there were classes stands for the first of them, and the next one is asked", () => {
+  const old: Skill = { row: ["a/1", "a/2", "a/3"], learned: 1, mastered: 2 * DAY, goals: [0] };
+  expect(CLASSES.map((_, at) => rowOf(old, CLASSES, at).mastered)).toEqual([2 * DAY, undefined, undefined]);
+  expect(currentClass(old, CLASSES, 9 * DAY)).toBe(1);
+});
+
+test("rows of the classes are counted by themselves: a wrong answer for an arm in space leaves plain ones", () => {
+  const plain: Skill = { ...NEW, row: ["planar-2r/chapter"], learned: 0, mastered: DAY };
+  const how = { helped: false, again: false, now: 2 * DAY, most: 2 };
+  const right = (skill: Skill, at: number, key: string, isRight = true): Skill => {
+    const item = { family: "elbow-3r", key, question: "jacobian" };
+    return withRow(skill, CLASSES, at, answered(rowOf(skill, CLASSES, at), item, { ...how, right: isRight }));
+  };
+  const begun = right(plain, 1, "chapter");
+  expect(rowOf(begun, CLASSES, 1).row).toEqual(["elbow-3r/chapter"]);
+  const wrong = right(begun, 1, "lengths", false);
+  expect([rowOf(wrong, CLASSES, 1).row, wrong.mastered]).toEqual([[], DAY]);
+  const learned = right(begun, 1, "lengths");
+  expect(rowOf(learned, CLASSES, 1).learned).toBe(2 * DAY);
+  expect(currentClass(learned, CLASSES, 2 * DAY)).toBe(2); // on with the next, and back when it is due
+  expect(currentClass(learned, CLASSES, 3 * DAY)).toBe(1);
+});
