@@ -71,7 +71,7 @@ def _files(order: Order, ending: str, write: Write, whole: bool) -> Generator[Fi
     """Yield a file for each sheet, then one of all: of a key everybody's answers by question, else all, if `whole`."""
     key = order.sheet == "key"
     check_sheet(order)
-    private = order.sheet in (*STAFF, "exam") or order.solutions  # an exam, until its day
+    private = order.sheet in STAFF or order.solutions
     stem = f"{order.sheet}{'-versions' if order.versions else ''}{'-solutions' if order.solutions else ''}"
     made: list[Sheet] = []
     for sheet in sheets(order):
