@@ -45,6 +45,7 @@ FILE = "assignment.toml"
 SECRET_FILE = "secret.txt"  # noqa: S105 - a file's name
 SECRET_VARIABLE = "QDOT_SECRET"  # noqa: S105 - a variable's name
 _MISSING = "'qdot init' makes a folder that has one"
+NO_CLASS = "name the file that has your class, as Canvas, Moodle or a spreadsheet saves it"
 
 
 class ProblemEntry(pydantic.BaseModel):
@@ -493,14 +494,14 @@ def _band(difficulty: int | list[int] | None) -> tuple[int, int] | None:
     return ends[0], ends[1]
 
 
-def read_roster(path: Path) -> tuple[Student, ...]:
+def read_roster(path: Path, missing: str = _MISSING) -> tuple[Student, ...]:
     """Read roster.csv: the first column is `student`; others may follow. Commas or semicolons separate.
 
-    What Canvas or Moodle exports is a roster, too.
+    What Canvas or Moodle exports is a roster, too. Where there is no such file, `missing` says what to do.
     """
     students: list[Student] = []
     lines: dict[str, int] = {}
-    for number, cells in roster_table(path):
+    for number, cells in roster_table(path, missing):
         where = f"{path}: line {number}"
         identifier = identifier_of(cells["student"])
         _check_identifier(where, identifier)
@@ -516,10 +517,10 @@ def read_roster(path: Path) -> tuple[Student, ...]:
     return tuple(students)
 
 
-def roster_table(path: Path) -> list[tuple[int, dict[str, str]]]:
+def roster_table(path: Path, missing: str = _MISSING) -> list[tuple[int, dict[str, str]]]:
     """Return the lines of a roster, or of an export that is one: the number of each, and its cells by column."""
     export = read_export(path)
-    return read_table(path, "student", "student,name,email", _MISSING) if export is None else export.table
+    return read_table(path, "student", "student,name,email", missing) if export is None else export.table
 
 
 def _due(where: str, said: str) -> datetime.datetime | None:

@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from exercises.assignment import SECRET_FILE, Assignment, Student, read_roster
+from exercises.assignment import NO_CLASS, SECRET_FILE, Assignment, Student, read_roster
 from exercises.drawing import GivenUp, Vouch, draws_of, own_failure, recorded
 from exercises.errors import QdotError
 from exercises.files import made_lasting, make_folder, tidied, write_atomically
@@ -38,7 +38,7 @@ def init_assignment(
     `roster` is a file that becomes roster.csv as it stands, in the place of `students`; `problems` is what is asked.
     """
     if roster is not None:
-        read_roster(roster)
+        read_roster(roster, NO_CLASS)
     names = ("assignment.toml", "roster.csv", ".gitignore", SECRET_FILE, "README.md")
     there = [name for name in names if (folder / name).exists()]
     if there:

@@ -418,6 +418,7 @@ def _why_missing(
     stopped = next((index for index in places if index in failed), None)
     if stopped is not None:
         behind = _without(book, stopped, run, order.index(stopped)) or _behind(failed[stopped], stopped, book, stops)
+        behind = behind or next((meant for error, meant in _MEANT.items() if error in failed[stopped]), "")
         return f"its cell stopped: {failed[stopped]}" + (f"; {behind}" if behind else "")
     if run.end != "done":
         return _end(run, order)
@@ -432,6 +433,10 @@ def _why_missing(
 def _end(run: Run, order: Sequence[int]) -> str:
     """Say how a notebook ended that did not come to its end, and in which cell."""
     return run.note() if run.begun is None else run.note(_cells([order[run.begun]]))
+
+
+_MEANT = {"for ^:": "in Python, a power is written **, as in a1**2"}
+"""What is said of an error that tells a beginner little."""
 
 
 def _behind(error: str, stopped: int, book: _Book, stops: Mapping[int, str]) -> str:

@@ -52,7 +52,7 @@ REMEDIES = {
     "landlock": "Use Linux 5.13 or later with Landlock on ('landlock' in the kernel's parameter lsm=)",
     "seccomp": "Use Linux on x86_64 or aarch64 that allows seccomp filters",
     "namespaces": "Allow user namespaces: sysctl kernel.apparmor_restrict_unprivileged_userns=0 (Ubuntu), "
-    "kernel.unprivileged_userns_clone=1 (Debian), or --security-opt seccomp=unconfined (Docker)",
+    "kernel.unprivileged_userns_clone=1 (Debian). A container can do without them where it has Landlock",
     "user": "Run qdot as an ordinary user, or put Python where others than root can read it",
     "privileges": "Use Linux, and run qdot as an ordinary user",
     "limits": "Raise the hard limits (ulimit -H), or use Linux",

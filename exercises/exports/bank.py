@@ -67,7 +67,8 @@ def worked_out(order: Order, work: Work[Made]) -> Generator[tuple[Variant, Made]
             order.note(f"{slot.name}: {len(failed)} draws did not pass, and others were taken; the first: {failed[0]}")
         if count < order.variants:
             number = "one such problem" if count == 1 else f"{count} such problems that differ"
-            order.note(f"{slot.name}: {slot.family.name} has only {number} ({how_varied(slot.family, slot.variation)})")
+            varied = how_varied(slot.family, slot.variation)
+            order.note(f"{slot.name}: {slot.family.name} has only {number} ({varied}), not {order.variants}")
         for _ in range(order.variants - count):
             order.each()
 

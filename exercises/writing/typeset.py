@@ -30,6 +30,7 @@ _CONSTANTS = {"pi": "π", "E": "e", "I": "i"}
 _TALL = frozenset(("fraction", "root", "matrix"))
 _IN, _AND, _OR = (Layout("sign", "∈"),), (Layout("text", " and "),), (Layout("text", " or "), layout.QQUAD)
 _SYMBOL = re.compile(r"(?:theta|alpha|beta|qd|[a-zA-Z])\d*|[vwfm][xyz]")
+_PI, _HALF_TURN = Node("name", value="pi"), Node("number", value=Fraction(180))
 _ONE = Node("number", value=Fraction(1))
 _ANGLE = re.compile(r"theta(\d)")
 
@@ -127,6 +128,9 @@ class _Setter:
         return _Set(layout.joined((), [self.set(node).at(_SUM), *reversed(terms)]), _SUM)
 
     def product(self, node: Node) -> _Set:
+        degrees = _degrees(node)
+        if degrees is not None:
+            return _Set(layout.raised(self.set(degrees).shown, layout.DEGREE), _FACTOR)
         above, below = _factors(node)
         if not below:
             return _Set(self.row(above), _PRODUCT)
@@ -251,6 +255,14 @@ def _rows(node: Node) -> list[list[Node]] | None:
     except ReadError:
         return None
     return rows if rows != [[node]] else None
+
+
+def _degrees(node: Node) -> Node | None:
+    """Return the number of degrees that an angle is written in, as 30*pi/180 is how 30 degrees are read."""
+    if node.kind != "/" or node.args[1] != _HALF_TURN or node.args[0].kind != "*":
+        return None
+    number, pi = node.args[0].args
+    return number if number.kind in ("number", "decimal") and pi == _PI else None
 
 
 def _number(node: Node) -> _Set:

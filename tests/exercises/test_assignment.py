@@ -19,6 +19,7 @@ from exercises.errors import QdotError
 from exercises.release import Released, init_assignment, notebook_path, release
 from exercises.store import store_path
 from grader.certify import CERTIFIER
+from tests.support.command import fails
 
 PROBLEM = '[[problem]]\nfamily = "planar-2r"\nquestions = ["position"]\n'
 TOML = f'title = "T"\nkey = "hw"\n\n{PROBLEM}'
@@ -28,6 +29,11 @@ TOML = f'title = "T"\nkey = "hw"\n\n{PROBLEM}'
 def folder(tmp_path: Path) -> Path:
     init_assignment(tmp_path / "hw", "A title", "hw")
     return tmp_path / "hw"
+
+
+def test_a_class_whose_file_is_missing_is_told_what_to_name(tmp_path: Path) -> None:
+    said = fails("init", tmp_path / "hw", "--roster", tmp_path / "class.csv")
+    assert f"{tmp_path / 'class.csv'}: there is no such file; name the file that has your class" in said
 
 
 def test_a_new_folder_is_an_assignment(folder: Path) -> None:

@@ -57,7 +57,7 @@ def test_a_family_with_few_problems_gives_all_it_has_and_says_so(order: Order, m
     assert len(list(worked_out(asked, lambda _order, _slot, problem: worked.append(problem)))) == 1
     assert worked == [same]
     assert len(told) == 4
-    assert notes == ["p1: planar-2r has only one such problem (variation zeros)"]
+    assert notes == ["p1: planar-2r has only one such problem (variation zeros), not 4"]
 
 
 def test_a_robot_of_fixed_lengths_is_told_to_be_the_same_for_all(tmp_path: Path) -> None:
@@ -68,7 +68,7 @@ def test_a_robot_of_fixed_lengths_is_told_to_be_the_same_for_all(tmp_path: Path)
     assignment = load_assignment(tmp_path)
     notes: list[str] = []
     assert len(list(bank(Order(assignment, failures_of, variants=3, note=notes.append)))) == 1
-    assert notes == ["p1: scorbot has only one such problem (one arm for all, as no length is drawn)"]
+    assert notes == ["p1: scorbot has only one such problem (one arm for all, as no length is drawn), not 3"]
 
 
 def test_what_is_made_of_a_bank_is_made_by_many_processes_and_is_the_same(order: Order) -> None:

@@ -30,6 +30,8 @@ SET = [
     ("sin(theta1)^2*cos(theta1 - theta2)**2", r"s_{1}^{2} \cos^{2}(\theta_{1} - \theta_{2})"),
     ("cos(theta1 + pi/6)", r"\cos\left(\theta_{1} + \tfrac{\pi}{6}\right)"),
     ("sin(2*theta1) + sin(theta1 + theta1)", r"\sin(2 \theta_{1}) + \sin(\theta_{1} + \theta_{1})"),
+    ("30 deg + 22.5°", r"30^{\circ} + 22.5^{\circ}"),
+    ("-180*pi/180 + a1*pi/180", r"-180^{\circ} + \tfrac{1}{180}\, a_{1} \pi"),
     ("c321", "c_{123}"),
     ("(-a1)^2 - a1^2 + (a1*a2)^(1/2)", "(-a_{1})^{2} - a_{1}^{2} + (a_{1} a_{2})^{1/2}"),
     ("sqrt(a1)^3", r"\left(\sqrt{a_{1}}\right)^{3}"),
