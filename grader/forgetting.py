@@ -10,8 +10,9 @@ import json
 import re
 import shutil
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
 
 from exercises.assignment import Student, read_roster, roster_table
@@ -232,10 +233,17 @@ def _mentions(folder: Path, student: Student, kept: set[Path]) -> list[tuple[str
             packed.append(path)
         elif pattern is not None and _has(path, pattern):
             found.append((_shown(path, folder), _advice(path.relative_to(folder))))
-    found += [(_shown(path, folder), "it can't be looked into; remove it, or make it anew") for path in packed]
+    found += [(name, "it can't be looked into; remove it, or make it anew") for name in _by_folder(packed, folder)]
     if any((top / ".git").exists() for top in (folder.resolve(), *folder.resolve().parents)):
         found.append((".git", "git keeps whatever was committed"))
     return found
+
+
+def _by_folder(paths: Iterable[Path], top: Path) -> Iterator[str]:
+    """Yield the names of files, of which there may be one for each student, a folder with several of them as one."""
+    for folder, inside in groupby(sorted(paths), key=lambda path: path.parent):
+        first, *others = inside
+        yield f"{_shown(folder, top)}/ ({len(others) + 1} files, as {first.name})" if others else _shown(first, top)
 
 
 def _has(path: Path, pattern: re.Pattern[bytes]) -> bool:

@@ -89,6 +89,15 @@ def test_nothing_is_left_of_a_student(folder: Path) -> None:
     )
 
 
+def test_a_folder_of_files_that_nothing_can_be_seen_in_is_told_once(folder: Path) -> None:
+    sheets = folder / "exports" / "pdf" / "exam"
+    sheets.mkdir(parents=True)
+    for name in ("bo", "cy", "dan"):
+        (sheets / f"{name}.pdf").write_bytes(b"%PDF-1.7")
+    (told,) = [line for line in forget(folder) if "exports/pdf" in line]
+    assert "exports/pdf/exam/ (3 files, as bo.pdf)" in told
+
+
 def test_nothing_is_lost_of_the_others(folder: Path) -> None:
     before = contents(folder)
     forget(folder)
