@@ -48,6 +48,35 @@ for (const [width, height] of SIZES) {
   });
 }
 
+for (const robot of ["anthropomorphic-6r", "lbr-7r"])
+  test(`J and the map of ${robot} are whole in a narrow column`, async () => {
+    const options = { viewport: { width: 1280, height: 900 } };
+    const { page, context } = await openedAnew(there, `own.html#robot=${robot}`, options);
+    await page.locator(".arm-jacobian td").first().waitFor();
+    await page.locator(".arm-zero").first().waitFor({ state: "attached" });
+    await drawn(page);
+    const cut = await page.locator(".arm-jacobian").evaluate((table) => {
+      const last = table.querySelector("tbody td:last-child").getBoundingClientRect();
+      return last.right - table.parentElement.getBoundingClientRect().right;
+    });
+    assert.ok(cut <= 1, `${cut} pixels of J are cut off`);
+    const parts = [".arm-map .arm-row", ".arm-map-frame", ".arm-map .arm-legend", ".arm-map > .arm-hint"];
+    const boxes = await Promise.all(parts.map((part) => boxOf(page, part)));
+    for (let i = 1; i < boxes.length; i += 1) {
+      const above = boxes[i - 1].y + boxes[i - 1].height;
+      assert.ok(
+        boxes[i].y >= above - 1,
+        `${parts[i]} lies ${above - boxes[i].y} pixels over what is above it`,
+      );
+    }
+    const lines = await page.locator(".arm-map .arm-legend").evaluate((list) => {
+      const inner = [...list.children].map((one) => one.getBoundingClientRect().bottom);
+      return Math.max(...inner) - list.getBoundingClientRect().bottom;
+    });
+    assert.ok(lines <= 1, `${lines} pixels of the legend have no room`);
+    await context.close();
+  });
+
 for (const [name, options] of [
   ["at 1440 x 900", { viewport: { width: 1440, height: 900 } }],
   ["on a phone", PHONE],
