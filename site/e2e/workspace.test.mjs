@@ -48,10 +48,11 @@ for (const [width, height] of SIZES) {
   });
 }
 
-for (const robot of ["anthropomorphic-6r", "lbr-7r"])
+for (const robot of ["anthropomorphic-6r", "panda"])
   test(`J and the map of ${robot} are whole in a narrow column`, async () => {
     const options = { viewport: { width: 1280, height: 900 } };
     const { page, context } = await openedAnew(there, `own.html#robot=${robot}`, options);
+    await page.waitForFunction((key) => document.querySelector(".own-begin select")?.value === key, robot);
     await page.locator(".arm-jacobian td").first().waitFor();
     await page.locator(".arm-zero").first().waitFor({ state: "attached" });
     await drawn(page);
