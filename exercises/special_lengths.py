@@ -63,6 +63,7 @@ def _where_it_begins(need: Need) -> tuple[sp.Symbol, sp.Expr] | None:
 def relations(chain: Chain, general: tuple[SingularComponent, ...] = ()) -> list[tuple[sp.Symbol, sp.Expr]]:
     """Return what is looked at: an open length that J of the task depends on, and what it is as long as.
 
+    >>> from exercises.arm.chain import Joint
     >>> rows = [Joint("R", f"theta{i}", 0, f"a{i}", 0) for i in (1, 2)]
     >>> relations(Chain("two", tuple(rows), ("vx", "vy")))
     [(a1, a2)]

@@ -166,6 +166,7 @@ def grade_attempt(
     answers = find_answers(cells, parts, lambda cells, names: _run(sandbox, cells, names, asked, setup))
     said += oddities(submission, assignment, student)
     said += [Note(note, note) for note in answers.notes if note]
+    said += [Note(f"refused: {stop}") for stop in answers.refused if stop not in answers.notes]
     return _marked(assignment, copies, student, problems, submission, answers, None, said)
 
 

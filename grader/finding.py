@@ -29,11 +29,15 @@ RunCells = Callable[[Sequence[str], Sequence[str]], Run]
 
 @dataclass
 class Answers:
-    """What a notebook answers: the run, why each missing part is missing, by variable, and what is to be said."""
+    """What a notebook answers: the run, why each missing part is missing, by variable, and what is to be said.
+
+    `refused` has the cells that stopped at what no notebook may do, for the staff.
+    """
 
     run: Run
     reasons: dict[str, str] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
+    refused: list[str] = field(default_factory=list)
 
     def of(self, slot: str, problem: Problem) -> dict[str, str]:
         """Return the texts of the answers to a problem, by part."""
@@ -58,6 +62,7 @@ def find_answers(cells: Sequence[Cell], parts: Sequence[str], run: RunCells) -> 
     stops = {order[place]: _stop(book, order[place], result, place) for place in {*result.cell_errors, *result.missed}}
     answers = Answers(result, notes=book.notes)
     answers.notes += _first_stop(book, stops)
+    answers.refused += [stops[index] for index in sorted(failed) if failed[index].startswith("PermissionError")]
     answers.notes += [_lost(name, order[index], value) for name, (index, value) in result.lost.items()]
     answers.notes += [*_stopped(failed, result, book), *([end] if (end := _end(result, order)) else [])]
     again = _Again(run, sources, order, failed)

@@ -522,6 +522,21 @@ def test_the_cell_that_was_to_make_a_name_is_told(sandbox: Sandbox) -> None:
     assert reasons["p1_b"].endswith("; cell 1 stopped at line 1, 1/0 (ZeroDivisionError: division by zero)")
 
 
+def test_every_cell_that_was_refused_something_is_told_to_the_staff(sandbox: Sandbox) -> None:
+    cells = [
+        Cell("p1_a = 1", "p1.a"),
+        Cell("secret = open('/etc/passwd').read()"),
+        Cell("x = 1/0"),
+        Cell("import os\nos.system('ls')"),
+    ]
+    found = find_answers(cells, ["p1.a"], sandbox.run)
+    assert [told.split(" (")[0] for told in found.refused] == [
+        "cell 2 stopped at line 1, secret = open('/etc/passwd').read()",
+        "cell 4 stopped at line 2, os.system('ls')",
+    ]
+    assert find_answers([Cell("p1_a = 1", "p1.a"), Cell("x = 1/0")], ["p1.a"], sandbox.run).refused == []
+
+
 def test_what_is_deep_or_long_is_run_though_it_is_not_looked_into(sandbox: Sandbox) -> None:
     deep = "p1_a = " + "(" * 5000 + "1" + ")" * 5000
     long = "p1_b = " + " + ".join(["x"] * 20_000) + "\n"

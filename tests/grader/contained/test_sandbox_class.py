@@ -130,7 +130,7 @@ def test_names_of_strangers_do_not_steer_the_terminal(assignment: Assignment, tm
     handed_in = tmp_path / "in"
     (handed_in / "evil\x1b[2J\u202e<b>").mkdir(parents=True)
     (handed_in / "evil\x1b[2J\u202e<b>" / "hw.ipynb").write_text("{}")
-    result = CliRunner().invoke(app, ["grade", str(assignment.folder), str(handed_in), "--jobs", "1"])
+    result = CliRunner().invoke(app, ["grade", str(assignment.folder), str(handed_in), "--jobs", "1", "--gone"])
     assert result.exit_code == 0, result.output
     assert "evil" in result.stderr and not set("\x1b\u202e") & set(result.output)
 
