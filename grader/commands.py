@@ -264,7 +264,7 @@ def grade(
     seconds: Annotated[float, typer.Option(min=1, help="Processor time that a notebook may take.")] = Limits().seconds,
     diff: Annotated[bool, typer.Option("--diff", help="Say whose mark moved since the last run, and why.")] = False,
     gone: Annotated[
-        bool, typer.Option("--gone", help="Also of who had handed in at the last run and is not in SUBMISSIONS now.")
+        bool, typer.Option("--gone", help="Take marks away where nothing of a student is left in SUBMISSIONS.")
     ] = False,
     report: Annotated[
         list[str], typer.Option(metavar="FORMAT=PATH", help="Also write the results so; repeatable. - is stdout.")
