@@ -372,8 +372,8 @@ def _check_all_there(
         some = ", ".join(lost[:5]) + (f" and {len(lost) - 5} more" if len(lost) > 5 else "")
         raise QdotError(
             f"{submissions}: nothing is here of {len(lost)} of {len(names)} students, who had handed in at the last "
-            f"run: {some}; name what holds all that was handed in, as in 'qdot grade {assignment.folder} all.zip', or "
-            "say --gone for them to lose their marks"
+            f"run: {some}; put theirs with the rest, everybody's into one folder or zip, or say --gone for them to "
+            "lose their marks"
         )
 
 

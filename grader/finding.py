@@ -440,7 +440,10 @@ def _end(run: Run, order: Sequence[int]) -> str:
     return run.note() if run.begun is None else run.note(_cells([order[run.begun]]))
 
 
-_MEANT = {"for ^:": "in Python, a power is written **, as in a1**2"}
+_MEANT = {
+    "for ^:": "in Python, a power is written **, as in a1**2; or put the answer into quotes, as text",
+    "invalid character": "put an answer with such a character into quotes, as text",
+}
 """What is said of an error that tells a beginner little."""
 
 

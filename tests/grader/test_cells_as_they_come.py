@@ -513,9 +513,13 @@ def test_the_cell_that_was_to_make_a_name_is_told(sandbox: Sandbox) -> None:
         Cell("p1_b = lost", "p1.b"),
         Cell("import scipy_not_here.linalg as la\np1_c = la.norm([1, 2])", "p1.c"),
         Cell("p1_d = 0.5^2", "p1.d"),
+        Cell("p1_e = 90\u00b0", "p1.e"),
     ]
-    reasons = find_answers(cells, ["p1.a", "p1.b", "p1.c", "p1.d"], sandbox.run).reasons
-    assert reasons["p1_d"].endswith("; in Python, a power is written **, as in a1**2")
+    reasons = find_answers(cells, ["p1.a", "p1.b", "p1.c", "p1.d", "p1.e"], sandbox.run).reasons
+    assert reasons["p1_d"].endswith(
+        "; in Python, a power is written **, as in a1**2; or put the answer into quotes, as text"
+    )
+    assert reasons["p1_e"].endswith("; put an answer with such a character into quotes, as text")
     assert reasons["p1_c"].startswith("its cell stopped: NameError: name 'la' is not defined; cell 5 went on without ")
     assert "line 1, import scipy_not_here.linalg as la (ModuleNotFoundError: No module named" in reasons["p1_c"]
     assert "; cell 2 went on without line 2, import nosuchlibrary as no (Module" in reasons["p1_a"]
