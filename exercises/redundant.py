@@ -8,7 +8,8 @@ import sympy as sp
 from exercises.arm.appearance import reason_of
 from exercises.arm.axes import Sample
 from exercises.arm.chain import Chain
-from exercises.arm.classification import Kind, kind_is_sure
+from exercises.arm.classification import Kind
+from exercises.arm.kinds import kind_is_sure
 from exercises.arm.reciprocal import Found, Left, plain_chain, reciprocal_set
 from exercises.arm.searched import Tried, tried
 from exercises.arm.singularity import Component, solved_together

@@ -10,8 +10,8 @@ from typing import Any
 import sympy as sp
 
 from exercises.arm.chain import Chain
-from exercises.arm.classification import kind_is_sure
 from exercises.arm.derivation import TooLong, derive
+from exercises.arm.kinds import kind_is_sure
 from exercises.arm.reciprocal import applies
 from exercises.arm.robot_file import Limits, Robot, read_robot
 from exercises.arm.searched import tried

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from exercises.arm.chain import CONVENTIONS, Chain
-from exercises.arm.classification import kind_is_sure
+from exercises.arm.kinds import kind_is_sure
 from exercises.arm.robot_file import Robot
 from exercises.arm.told import is_by_axes, twist_rows
 from exercises.questions import QUESTIONS

@@ -13,8 +13,9 @@ from itertools import combinations
 import sympy as sp
 
 from exercises.arm.chain import Chain
-from exercises.arm.classification import Kind, kind_is_sure
+from exercises.arm.classification import Kind
 from exercises.arm.derivation import TooLong, derive
+from exercises.arm.kinds import kind_is_sure
 from exercises.arm.lengths import with_lengths
 from exercises.arm.needs import Need, need_of
 from exercises.arm.reciprocal import applies

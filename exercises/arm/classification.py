@@ -1,13 +1,6 @@
-"""Boundary or internal: what kind of singularity a configuration is, established by computation.
+"""What singular sets are: of which kind, whether all of each is, and what its configurations look like."""
 
-At a singular configuration let u span the directions that J cannot produce (u J = 0) and k the joint motions that do
-not move the task (J k = 0). To second order the arm moves by u . (dJ/dk k) along u. If that has one sign for all k,
-small motions reach one side of a surface only: the arm's reach folds back there. It is a boundary of the reach if,
-besides, no other configuration leads to the far side; otherwise, and where the sign changes or the second-order
-motion vanishes, the singularity is internal. Unlimited joint travel is assumed, as in the chapter.
-"""
-
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import product
@@ -16,12 +9,11 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from exercises.arm.appearance import meaning, wrist_centre
+from exercises.arm.appearance import meaning
 from exercises.arm.axes import Sample
 from exercises.arm.bare import bare, bare_pieces
-from exercises.arm.beyond import reached_beyond, reaches_of
 from exercises.arm.chain import TASK_ROWS, Chain
-from exercises.arm.derivation import derive
+from exercises.arm.kinds import kind_is_sure, kinds_at
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.lengths import are_unrelated, with_open_lengths
 from exercises.arm.singularity import Component, singular_set
@@ -31,14 +23,6 @@ from exercises.formula.expression import read
 from exercises.formula.identity import Domain
 from exercises.formula.pieces import Piece, pieces
 from exercises.stream import Stream
-
-__all__ = [
-    "Kind", "Values", "by_value", "classify", "classify_pieces", "domain_of", "kind_at", "kind_is_sure", "kinds_at",
-    "part_at", "samples_on", "seen_on", "wrist_centre",
-]  # fmt: skip
-
-REGULAR = 1e-7
-"""A singular value counts as zero below this part of the largest."""
 
 _LOOKED_AT = 60
 """About how many samples are looked at to say what they have in common: few may all miss where it is not so."""
@@ -58,9 +42,6 @@ _MOST_VALUES = 4
 
 _ARM = "number of the arm"
 """The name under which a configuration says whose it is."""
-
-_TURNS = 24
-"""Turns of a joint that does not move the point, at which a corner of the reach is looked for."""
 
 
 @dataclass(frozen=True)
@@ -262,199 +243,3 @@ def seen_on(chain: Chain, conditions: Sequence[str]) -> list[Sample]:
     each = -(-_LOOKED_AT // (arms * len(conditions)))
     samples = [sample for condition in conditions for sample in samples_on(chain, condition, "seen", arms, each)]
     return samples[:: max(1, len(samples) // _LOOKED_AT)]
-
-
-def kind_is_sure(chain: Chain) -> bool:
-    """Whether boundary or internal can be established, and means something: else nothing is asked or told of it.
-
-    It can for up to four rows, and for all six of an arm with a spherical wrist; for others the search for
-    configurations beyond a fold is no proof. It means something where the rows are rates of coordinates, which have a
-    reach: an angular velocity has none, but an orientation, or one angle about a fixed axis, has. With more rows than
-    joints the reach is a surface, to whose boundary no one would think of.
-    """
-    if chain.n == 6 and set(chain.task) == set(TASK_ROWS):
-        return wrist_centre(chain) is not None
-    return len(chain.task) <= min(4, chain.n) and _has_coordinates(chain)
-
-
-def _has_coordinates(chain: Chain) -> bool:
-    """Whether the angular rows of the task are all three, or the only one about which the arm turns at all."""
-    turns = [row for row in chain.task if row[0] == "w"]
-    if len(turns) in (0, 3):
-        return True
-    return len(turns) == 1 and all(
-        row in turns or derive(chain).geometric[i, :].is_zero_matrix for i, row in enumerate(TASK_ROWS) if row[0] == "w"
-    )
-
-
-def kind_at(chain: Chain, sample: Sample) -> str | None:
-    """Return "regular", "boundary" or "internal" for one configuration; None where more rank is lost than nearby.
-
-    A hand on a spherical wrist is at the boundary where the wrist's centre is at the boundary of what the arm reaches:
-    the wrist itself reaches every orientation.
-    """
-    return kinds_at(chain, [sample])[0]
-
-
-def kinds_at(chain: Chain, samples: Sequence[Sample]) -> list[str | None]:
-    """Return the same of many configurations of arms of one structure, in less time than one by one."""
-    if not samples:
-        return []
-    carrying = [_without_wrist(chain, sample) for sample in samples]
-    kinds: list[str | None] = ["regular"] * len(samples)
-    plain = [k for k, hand in enumerate(carrying) if hand is None]
-    _put(kinds, plain, _kinds_of_places([samples[k] for k in plain], [TASK_ROWS.index(row) for row in chain.task]))
-    on_wrist = [k for k, hand in enumerate(carrying) if hand is not None and _is_singular(samples[k])]
-    places = _kinds_of_places([hand for k in on_wrist if (hand := carrying[k]) is not None], [0, 1, 2])
-    _put(kinds, on_wrist, ["internal" if kind == "regular" else kind for kind in places])
-    return kinds
-
-
-def _put(kinds: list[str | None], at: Sequence[int], found: Sequence[str | None]) -> None:
-    for k, kind in zip(at, found, strict=True):
-        kinds[k] = kind
-
-
-def _without_wrist(chain: Chain, sample: Sample) -> Sample | None:
-    """Return the first three joints of an arm of six with a spherical wrist, their point being the wrist's centre."""
-    if chain.n != 6 or set(chain.task) != set(TASK_ROWS) or wrist_centre(chain) is None:
-        return None
-    if any(abs(np.cos(sample.arm.fixed[joint][2])) > REGULAR for joint in (3, 4)):
-        return None  # such a wrist does not reach every orientation
-    return Sample(sample.arm.first(3, (0.0, 0.0, sample.arm.fixed[3][0])), sample.q[:3])
-
-
-def _is_singular(sample: Sample) -> bool:
-    """Tell whether a Jacobian of six rows and columns loses rank."""
-    sigma = np.linalg.svd(sample.arm.jacobian(sample.q), compute_uv=False)
-    return bool(_ranks(sigma[None], [sample])[0] < len(sigma))
-
-
-def _ranks(sigma: np.ndarray, samples: Sequence[Sample]) -> np.ndarray:
-    """Return the ranks of Jacobians with these singular values (k x m).
-
-    One whose entries are all next to nothing, against the arm's reach, has rank zero.
-    """
-    scale = sigma[:, 0].copy()
-    short = np.flatnonzero(scale < 1.0).tolist()
-    if short:
-        scale[short] = np.maximum(scale[short], np.minimum(reaches_of([samples[k].arm for k in short]), 1.0))
-    return np.asarray(np.sum(sigma > REGULAR * scale[:, None], axis=1))
-
-
-def _kinds_of_places(samples: Sequence[Sample], task: list[int]) -> list[str | None]:
-    """Return the kinds of configurations; where a joint can turn without moving the point, of the worst it turns to.
-
-    Boundary or not is a matter of where the point is. A corner of the reach is seen from some of its configurations, so
-    that those that are looked at are the same for all configurations with the point there.
-    """
-    kinds = _kinds_seen(samples, task)
-    if max(task) > 2:
-        return kinds
-    asked = [k for k, kind in enumerate(kinds) if kind == "internal"]
-    for joint in range(1, min(len(samples[0].q), samples[0].arm.point_frame) if asked else 0):
-        if samples[0].arm.kinds[joint] == "R":
-            turned = _turned([samples[k] for k in asked], joint)
-            still = [k for k, poses in zip(asked, turned, strict=True) if poses]
-            seen = iter(_kinds_seen([sample for poses in turned for sample in poses], task))
-            for k in still:
-                worst = [next(seen) for _ in range(_TURNS)]
-                kinds[k] = "boundary" if "boundary" in worst else "internal"
-            asked = [k for k in asked if k not in still]
-            if not asked:
-                break
-    return kinds
-
-
-def _turned(samples: Sequence[Sample], joint: int) -> list[list[Sample]]:
-    """Return of each sample what a joint turns it to, if that does not move the point."""
-    q = np.tile(np.stack([sample.q for sample in samples])[:, None], (1, _TURNS, 1))
-    q[..., joint] = np.linspace(-np.pi, np.pi, _TURNS, endpoint=False)
-    places = NumericChain.several([sample.arm for sample in samples]).point(q)
-    still = np.ptp(places, axis=1).max(axis=1) < REGULAR
-    return [
-        [Sample(sample.arm, pose) for pose in poses] if stays else []
-        for sample, poses, stays in zip(samples, q, still, strict=True)
-    ]
-
-
-def _kinds_seen(samples: Sequence[Sample], task: list[int]) -> list[str | None]:
-    """Return the kinds that configurations show by their own small motions and by the search for others."""
-    if not samples:
-        return []
-    arms = NumericChain.several([sample.arm for sample in samples])
-    u, sigma, vt = np.linalg.svd(arms.jacobian(np.stack([sample.q for sample in samples])[:, None])[:, 0, task])
-    ranks = _ranks(sigma, samples)
-    kinds: list[str | None] = ["regular"] * len(samples)
-    for rank in sorted({int(rank) for rank in ranks if rank < sigma.shape[1]}):
-        at = np.flatnonzero(ranks == rank)
-        places = [samples[k] for k in at.tolist()]
-        bending = _bending(places, task, vt[at, rank:])
-        is_edge = np.zeros(len(at), dtype=bool)
-        for lost in _directions(u[at, :, rank:], is_square=len(task) <= vt.shape[1]):
-            rest = np.flatnonzero(~is_edge)
-            if len(rest):
-                own = _Bending(bending.still[rest], bending.change[rest])
-                is_edge[rest] = _are_edges([places[k] for k in rest.tolist()], task, lost[rest], own)
-        _put(kinds, at.tolist(), ["boundary" if edge else "internal" for edge in is_edge])
-    return kinds
-
-
-def _directions(lost: np.ndarray, is_square: bool) -> Iterator[np.ndarray]:
-    """Yield directions of each sample that are lost (k x m): the only one, else some of them.
-
-    Where several are lost at once, it is a boundary only if one of them folds.
-    """
-    count = lost.shape[2]
-    if count == 1:
-        if is_square:
-            yield lost[:, :, 0]
-        return
-    stream = Stream("directions")
-    for _ in range(12):
-        direction = lost @ np.array([stream.uniform(-1, 1) for _ in range(count)])
-        yield direction / np.linalg.norm(direction, axis=1, keepdims=True)
-
-
-@dataclass(frozen=True)
-class _Bending:
-    """Still motions of samples (k x s x n), and for each how J changes along it (k x s x rows of the task x n)."""
-
-    still: np.ndarray
-    change: np.ndarray
-
-
-_STEP = 1e-4
-
-
-def _bending(samples: Sequence[Sample], task: list[int], still: np.ndarray) -> _Bending:
-    """Return how J changes along still motions, by central differences, twice the step not yet divided out."""
-    arms, q = NumericChain.several([sample.arm for sample in samples]), np.stack([sample.q for sample in samples])
-    ways = np.concatenate([still, -still], axis=1)
-    ahead, behind = np.split(arms.jacobian(q[:, None] + _STEP * ways)[:, :, task], 2, axis=1)
-    return _Bending(still, ahead - behind)
-
-
-def _are_edges(samples: Sequence[Sample], task: list[int], lost: np.ndarray, bending: _Bending) -> np.ndarray:
-    """Tell whether no configuration reaches beyond each place, on a side to which small motions do not lead.
-
-    A still motion of second order zero (a joint that moves nothing) takes no part; if all are, either side may be
-    the far one.
-    """
-    forward, backward = _folds(lost, bending)
-    # The search is sure for a point that can move in as many directions as are counted, and only for that.
-    either = max(task) < 3 and len(task) <= len(samples[0].q)
-    is_edge = np.zeros(len(samples), dtype=bool)
-    for side, asked in ((1, ~forward & (backward | either)), (-1, ~backward & (forward | either))):
-        at = np.flatnonzero(asked & ~is_edge)
-        if len(at):
-            is_edge[at] = ~reached_beyond([samples[k] for k in at.tolist()], task, side * lost[at])
-    return is_edge
-
-
-def _folds(lost: np.ndarray, bending: _Bending) -> tuple[np.ndarray, np.ndarray]:
-    """Tell whether still motions lead, to second order, forward along `lost`, and whether they lead backward."""
-    along = np.einsum("km,ksmn->ksn", lost, bending.change) / (2 * _STEP)
-    form = along @ bending.still.swapaxes(1, 2)
-    eigenvalues = np.linalg.eigvalsh((form + form.swapaxes(1, 2)) / 2)
-    return np.any(eigenvalues > 1e-5, axis=1), np.any(eigenvalues < -1e-5, axis=1)

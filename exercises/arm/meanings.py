@@ -26,7 +26,7 @@ from exercises.arm.axes import (
     spread,
 )
 from exercises.arm.chain import Chain
-from exercises.arm.classification import kinds_at
+from exercises.arm.kinds import kinds_at
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.reason import is_reason
 from exercises.arm.told import place_name

@@ -15,7 +15,8 @@ import sympy as sp
 
 from exercises.arm.bare import bare, bare_pieces
 from exercises.arm.chain import TASK_ROWS, Base, Chain, Joint
-from exercises.arm.classification import REGULAR, samples_on
+from exercises.arm.classification import samples_on
+from exercises.arm.kinds import REGULAR
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.singularity import Component, singular_set
 from exercises.figure.arm import scene

@@ -10,7 +10,7 @@ import sympy as sp
 
 from exercises.answers import Choice, Direction, Number
 from exercises.arm.chain import Chain
-from exercises.arm.classification import kind_at, kind_is_sure, seen_on
+from exercises.arm.classification import seen_on
 from exercises.arm.derivation import derive, structure
 from exercises.arm.directions import (
     Line,
@@ -19,6 +19,7 @@ from exercises.arm.directions import (
     lost_formula,
     value_sets,
 )
+from exercises.arm.kinds import kind_at, kind_is_sure
 from exercises.arm.meanings import Meaning, Reading, one_kind, read_meanings
 from exercises.arm.singularity import Component, singular_set
 from exercises.problem import Details

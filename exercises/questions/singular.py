@@ -12,8 +12,9 @@ from exercises.answers import Choice, ConditionSet
 from exercises.arm.axes import Sample
 from exercises.arm.bare import bare, bare_values, turns_all
 from exercises.arm.chain import Chain
-from exercises.arm.classification import classify, kind_is_sure, kinds_at
+from exercises.arm.classification import classify
 from exercises.arm.derivation import derive
+from exercises.arm.kinds import kind_is_sure, kinds_at
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.singularity import Component, singular_set
 from exercises.arm.told import told_words

@@ -11,9 +11,9 @@ import numpy as np
 import sympy as sp
 
 from exercises.answers import Matrix
+from exercises.arm.appearance import wrist_centre
 from exercises.arm.arithmetic import determinant
 from exercises.arm.chain import TASK_ROWS, Chain
-from exercises.arm.classification import wrist_centre
 from exercises.arm.derivation import derive, structure
 from exercises.arm.kinematics import Z, frame_behind, frames_and_point, joint_rotation, rot_x, rot_z
 from exercises.arm.stages import Working

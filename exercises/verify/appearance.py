@@ -15,7 +15,8 @@ import numpy as np
 from exercises.arm.axes import Sample
 from exercises.arm.bare import bare, bare_pieces
 from exercises.arm.chain import TASK_ROWS, Chain
-from exercises.arm.classification import Kind, by_value, classify, kinds_at, samples_on
+from exercises.arm.classification import Kind, by_value, classify, samples_on
+from exercises.arm.kinds import kinds_at
 from exercises.arm.singularity import Component, singular_set
 from exercises.verify.numeric_reference import Check, NumericReference
 

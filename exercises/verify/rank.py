@@ -7,8 +7,8 @@ import sympy as sp
 
 from exercises.answers import Choice, Direction, Number
 from exercises.arm.axes import Sample
-from exercises.arm.classification import kinds_at
 from exercises.arm.directions import directions
+from exercises.arm.kinds import kinds_at
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.meanings import Meaning
 from exercises.problem import Part

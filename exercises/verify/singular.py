@@ -11,7 +11,8 @@ from exercises.answers import Choice, ConditionSet
 from exercises.arm.axes import Sample
 from exercises.arm.bare import bare
 from exercises.arm.chain import TASK_ROWS, Chain
-from exercises.arm.classification import REGULAR, domain_of, kinds_at
+from exercises.arm.classification import domain_of
+from exercises.arm.kinds import REGULAR, kinds_at
 from exercises.arm.kinematics import NumericChain
 from exercises.formula.conditions import Space
 from exercises.formula.expression import read

@@ -8,9 +8,10 @@ import sympy as sp
 
 from exercises.arm.bare import turns_all
 from exercises.arm.chain import TASK_ROWS, Base, Chain, Point
-from exercises.arm.classification import Kind, Values, kind_is_sure
+from exercises.arm.classification import Kind, Values
 from exercises.arm.conventions import axes_of
 from exercises.arm.derivation import derive
+from exercises.arm.kinds import kind_is_sure
 from exercises.arm.told import (
     is_modified,
     place_name,

@@ -5,7 +5,8 @@ import sympy as sp
 
 from exercises.arm.bare import bare, bare_pieces, turns_all
 from exercises.arm.chain import TASK_ROWS, Base, Chain, Joint
-from exercises.arm.classification import classify, classify_pieces, kind_at, kinds_at, samples_on
+from exercises.arm.classification import classify, classify_pieces, samples_on
+from exercises.arm.kinds import kind_at, kinds_at
 from exercises.arm.singularity import singular_set
 from exercises.generation import sample_chain
 from exercises.problem import ProblemId

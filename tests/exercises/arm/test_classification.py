@@ -9,10 +9,8 @@ import pytest
 import sympy as sp
 
 from exercises.arm.appearance import meaning
-from exercises.arm.axes import Sample
 from exercises.arm.chain import TASK_ROWS, Chain, Joint
-from exercises.arm.classification import classify, classify_pieces, domain_of, kind_at, kind_is_sure
-from exercises.arm.kinematics import NumericChain
+from exercises.arm.classification import classify, classify_pieces, domain_of
 from exercises.arm.singularity import Component, singular_set
 from exercises.generation import sample_chain
 from exercises.problem import ProblemId
@@ -50,47 +48,6 @@ def test_textbook_kinds(name: str, number: int, textbook_arms: Mapping[str, Any]
     assert (found.kind, found.uniform) == expected(part["classification"])
 
 
-def planar(*lengths: float) -> tuple[Chain, NumericChain]:
-    angles = sp.symbols("theta1 theta2 theta3")
-    joints = (Joint("R", q, 0, sp.Float(a), 0) for q, a in zip(angles, lengths, strict=False))
-    chain = Chain("planar", tuple(joints), ("vx", "vy"))
-    return chain, NumericChain(chain, {})
-
-
-@pytest.mark.parametrize(
-    ("lengths", "q", "kind"),
-    [
-        ((0.5, 0.3), (0.4, 0.0), "boundary"),
-        ((0.5, 0.3), (0.4, np.pi), "boundary"),
-        ((0.4, 0.4), (0.4, np.pi), "internal"),
-        ((0.5, 0.3), (0.4, 1.0), "regular"),
-        ((0.9, 0.3, 0.2), (0.4, np.pi, 0.0), "boundary"),
-        ((0.9, 0.3, 0.2), (0.4, 0.0, np.pi), "internal"),
-        ((0.5, 0.4, 0.3), (0.4, np.pi, np.pi), "internal"),
-        ((0.5, 0.4, 0.3), (0.4, 0.0, 0.0), "boundary"),
-    ],
-)
-def test_the_kind_of_a_planar_pose_is_that_of_its_reach(
-    lengths: tuple[float, ...], q: tuple[float, ...], kind: str
-) -> None:
-    """A fold is an edge of the annulus between the longest link less the others and all of them, or inside it."""
-    chain, arm = planar(*lengths)
-    assert kind_at(chain, Sample(arm, np.array(q))) == kind
-
-
-def test_planar_kinds_are_those_of_the_annulus() -> None:
-    """For every way to fold three links, the distance from the base tells the kind."""
-    for lengths in [(0.9, 0.3, 0.2), (0.2, 0.9, 0.35), (0.5, 0.45, 0.3), (0.31, 0.22, 0.8)]:
-        chain, arm = planar(*lengths)
-        edges = {sum(lengths), max(0.0, 2 * max(lengths) - sum(lengths))}
-        for second in (0.0, np.pi):
-            for third in (0.0, np.pi):
-                q = np.array([0.3, second, third])
-                reach = float(np.linalg.norm(arm.point(q)))
-                on_edge = any(abs(reach - edge) < 1e-9 and edge > 0 for edge in edges)
-                assert kind_at(chain, Sample(arm, q)) == ("boundary" if on_edge else "internal"), (lengths, q)
-
-
 def test_what_a_pose_looks_like_is_said() -> None:
     chain = Chain("2R", (Joint("R", T1, 0, sp.Symbol("a1"), 0), Joint("R", T2, 0, sp.Symbol("a2"), 0)), ("vx", "vy"))
     assert classify_pieces(chain, ["theta2 = 0"]).meaning == "arm stretched out"
@@ -102,12 +59,6 @@ def test_the_roles_of_an_arms_symbols() -> None:
     roles = domain_of(chain, {"a1": 0.5}).roles
     expected_roles = {"theta1": "angle", "d2": "signed", "qd1": "signed", "vx": "signed", "alpha1": "angle", "a1": 0.5}
     assert {name: roles[name] for name in expected_roles} == expected_roles
-
-
-def test_a_narrow_hole_in_the_reach_is_a_boundary_still() -> None:
-    for gap in (0.02, 0.005, 0.001):
-        chain, arm = planar(0.5, 0.5 - gap)
-        assert kind_at(chain, Sample(arm, np.array([0.4, np.pi]))) == "boundary"
 
 
 def robot(rows: list[tuple[str, str, str, str]], task: tuple[str, ...] = TASK_ROWS) -> Chain:
@@ -180,20 +131,6 @@ def test_every_singularity_of_a_random_arm_looks_like_something(size: int) -> No
         chain = sample_chain(ProblemId(f"random-{size}", seed))
         for component in singular_set(chain) or ():
             assert "linearly dependent" not in classify(chain, component).meaning
-
-
-def test_kinds_are_told_only_where_the_rows_are_rates_of_coordinates_with_a_reach() -> None:
-    def sure(*rows: tuple[float, float, float], task: tuple[str, ...]) -> bool:
-        angles = sp.symbols("theta1:5")
-        joints = (Joint("R", q, d, a, alpha * sp.pi / 2) for q, (d, a, alpha) in zip(angles, rows, strict=False))
-        return kind_is_sure(Chain("arm", tuple(joints), task))
-
-    planar, turning = [(0, 1, 0)] * 3, [(0, 0, 1), (0, 1, 1), (0, 0, 0)]
-    assert sure(*planar, task=("vx", "vy", "wz"))
-    assert sure(*turning, task=("wx", "wy", "wz"))
-    assert not sure(*turning, task=("wx", "wy"))  # no angles whose rates these are
-    assert not sure(*turning, task=("vx", "vy", "wz"))
-    assert not sure(*turning[:2], task=("vx", "vy", "vz"))  # the reach is a surface
 
 
 def test_one_joint_is_at_the_boundary_where_it_goes_no_farther() -> None:
