@@ -38,7 +38,7 @@ def reaches(arm: NumericChain, task: Sequence[int], place: np.ndarray) -> bool |
     there = place - known.foot
     height = float(there @ known.axis)
     out = float(np.linalg.norm(there - height * known.axis))
-    beside, size = known.beside, known.size
+    beside, size = known.beside, known.size + float(np.linalg.norm(there))  # a slide may be all that is long
     if abs(beside) > _EXACT * size and abs(out - abs(beside)) < _SURE * size:
         return None
     if abs(beside) > _EXACT * size and out < abs(beside):

@@ -7,6 +7,7 @@ import pytest
 
 from exercises.arm import beyond
 from exercises.arm.axes import Sample
+from exercises.arm.bare import bare
 from exercises.arm.chain import TASK_ROWS
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.reach import reaches, reaches_beside
@@ -38,6 +39,14 @@ def test_where_a_pose_has_the_point_it_is_reached(family: str) -> None:
         found = [reaches(arm, task, place) for place in places]
         assert False not in found
         assert found.count(True) > 45
+
+
+def test_a_place_on_the_first_axis_is_reached_by_a_slide_through_it() -> None:
+    """The arm has no length but its slide, so that rounding is not small against its links."""
+    arm = NumericChain(bare(sample_chain(ProblemId.parse("spherical/10007").varied("full"))), {})
+    for height in (1.0, 1e-2, 1e-4, -1e-4):
+        for aside in (0.0, 1e-17, -1e-19):
+            assert reaches(arm, [0, 1, 2], np.array([0.0, aside, height])), (height, aside)
 
 
 @of_families(BESIDE)
