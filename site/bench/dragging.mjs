@@ -1,6 +1,6 @@
 // What a drag of P takes, of an arm of six joints on the practice page: processor time of the page's main thread for each
-// move, nothing throttled. The page has a quarter of a frame, 4.2 ms, where a phone is four times as slow. What else
-// the machine does makes it more: two builds are held against each other by turns.
+// move, one in each frame, nothing throttled. The page has a quarter of a frame, 4.2 ms, where a phone is four times as
+// slow. What else the machine does makes it more: two builds are held against each other by turns.
 //
 //     QDOT=../.venv/bin/qdot node bench/dragging.mjs [SITE [OTHER SITE]]        # folders of built sites with anthropomorphic-6r
 import { execFileSync } from "node:child_process";
@@ -11,7 +11,7 @@ import { join } from "node:path";
 import { launched, served } from "../tools/browser.mjs";
 
 const ARM = "anthropomorphic-6r";
-const MOVES = 40;
+const MOVES = 60;
 const ROUNDS = Number(process.env.ROUNDS ?? 3);
 
 /** Processor time (ms) of the main thread, of each move and of as many frames in which nothing moves. */
@@ -30,22 +30,29 @@ async function dragged(browser, root) {
     (await session.send("Performance.getMetrics")).metrics.find(({ name }) => name === "TaskDuration").value;
   const box = await page.locator(".arm-point-ring").boundingBox();
   const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
-  const moved = async () => {
+  const moved = async (by) => {
     const before = await spent();
-    for (let i = 0; i < MOVES; i += 1) {
-      await page.mouse.move(x + 40 * Math.sin(i / 8), y + 30 * Math.sin(i / 11));
-      await page.evaluate(
-        () => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))),
-      );
-    }
+    await page.evaluate(
+      async ([x, y, by, moves]) => {
+        const box = document.querySelector(".arm-box");
+        for (let i = 0; i < moves; i += 1) {
+          await new Promise((done) => requestAnimationFrame(done));
+          const to = { clientX: x + by * Math.sin(i / 8), clientY: y + by * Math.sin(i / 11) };
+          box.dispatchEvent(
+            new PointerEvent("pointermove", { bubbles: true, pointerId: 1, buttons: 1, ...to }),
+          );
+        }
+      },
+      [x, y, by, MOVES],
+    );
     return ((await spent()) - before) / MOVES;
   };
   await page.mouse.move(x, y);
-  const still = await moved();
+  const still = await moved(30); // nothing is held yet
   await page.mouse.move(x, y);
   await page.mouse.down();
-  await moved(); // what runs for the first time takes longer
-  const all = await moved();
+  await moved(30); // what runs for the first time takes longer
+  const all = await moved(30);
   await context.close();
   return all - still;
 }

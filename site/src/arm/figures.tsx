@@ -2,6 +2,7 @@
 
 import type { JSX } from "preact";
 
+import { paced } from "../pace.js";
 import type { LiveFactor } from "./factors.js";
 import { Determinant } from "./jacobian.js";
 import type { Arm, Measures, State } from "./model.js";
@@ -20,32 +21,43 @@ export interface FiguresProps {
   readonly concealed: boolean;
 }
 
-export function Figures(props: FiguresProps): JSX.Element {
-  const { arm, state, measures, rested, factors, most, concealed } = props;
-  const say = useSay();
-  const signed = useDigits();
-  const near = nearness(arm, measures);
-  const kind = near === "singular" && rested === state ? kindHere(arm, state) : null;
-  const between = signed(0.5).includes(",") ? "; " : ", ";
-  const point = (
-    <>
-      <i>P</i> = ({state.point.map((value) => signed(decimals(value, 3))).join(between)}) m.
-    </>
-  );
-  if (concealed)
+export const Figures = paced(
+  (props: FiguresProps): JSX.Element => {
+    const { arm, state, measures, rested, factors, most, concealed } = props;
+    const say = useSay();
+    const signed = useDigits();
+    const near = nearness(arm, measures);
+    const kind = near === "singular" && rested === state ? kindHere(arm, state) : null;
+    const between = signed(0.5).includes(",") ? "; " : ", ";
+    const point = (
+      <>
+        <i>P</i> = ({state.point.map((value) => signed(decimals(value, 3))).join(between)}) m.
+      </>
+    );
+    if (concealed)
+      return (
+        <div class="arm-figures">
+          <p class="arm-concealed">{say("arm.concealed")}</p>
+          <p class="arm-nearness">{point}</p>
+        </div>
+      );
     return (
-      <div class="arm-figures">
-        <p class="arm-concealed">{say("arm.concealed")}</p>
-        <p class="arm-nearness">{point}</p>
+      <div class={`arm-figures arm-${near}-pose`}>
+        <Determinant arm={arm} state={state} measures={measures} factors={factors} most={most} />
+        <p class="arm-nearness">
+          {point} {say("arm.figures.ratio", { percent: decimals(100 * measures.ratio, 1) })}{" "}
+          <strong>{say(`arm.words.${near}`)}</strong> {kind && say(`arm.words.${kind}`)}
+        </p>
       </div>
     );
-  return (
-    <div class={`arm-figures arm-${near}-pose`}>
-      <Determinant arm={arm} state={state} measures={measures} factors={factors} most={most} />
-      <p class="arm-nearness">
-        {point} {say("arm.figures.ratio", { percent: decimals(100 * measures.ratio, 1) })}{" "}
-        <strong>{say(`arm.words.${near}`)}</strong> {kind && say(`arm.words.${kind}`)}
-      </p>
-    </div>
-  );
-}
+  },
+  {
+    arm: "at once",
+    state: "in turn",
+    measures: "in turn",
+    rested: "in turn",
+    factors: "at once",
+    most: "at once",
+    concealed: "at once",
+  },
+);

@@ -3,6 +3,7 @@
 
 import type { JSX } from "preact";
 
+import { paced } from "../pace.js";
 import type { LiveFactor } from "./factors.js";
 import { Letters } from "./letters.js";
 import { type Arm, type Measures, ROWS, type State } from "./model.js";
@@ -16,52 +17,55 @@ export interface JacobianProps {
   readonly onLit: (joint: number | null) => void;
 }
 
-export function Jacobian({ arm, state, lit, onLit }: JacobianProps): JSX.Element {
-  const say = useSay();
-  const point = say("number.point");
-  const column = (i: number): string => `arm-j${(i % 7) + 1}${lit === i ? " arm-lit" : ""}`;
-  /** The column that is pointed at, the first of a row being its name. */
-  const pointed = ({ target }: PointerEvent): void => {
-    const index = (target as Element).closest<HTMLTableCellElement>("td, th")?.cellIndex ?? 0;
-    onLit(index > 0 ? index - 1 : null);
-  };
-  return (
-    <table
-      class="arm-jacobian"
-      data-columns={arm.joints.length}
-      onPointerOver={pointed}
-      onPointerLeave={() => onLit(null)}
-    >
-      <caption class="arm-unseen">{say("arm.jacobian.title")}</caption>
-      <thead>
-        <tr>
-          <th scope="col">
-            <i>J</i>
-          </th>
-          {arm.joints.map(({ name }, i) => (
-            <th key={name} scope="col" class={column(i)}>
-              <Letters name={name} dot />
+export const Jacobian = paced(
+  ({ arm, state, lit, onLit }: JacobianProps): JSX.Element => {
+    const say = useSay();
+    const point = say("number.point");
+    const column = (i: number): string => `arm-j${(i % 7) + 1}${lit === i ? " arm-lit" : ""}`;
+    /** The column that is pointed at, the first of a row being its name. */
+    const pointed = ({ target }: PointerEvent): void => {
+      const index = (target as Element).closest<HTMLTableCellElement>("td, th")?.cellIndex ?? 0;
+      onLit(index > 0 ? index - 1 : null);
+    };
+    return (
+      <table
+        class="arm-jacobian"
+        data-columns={arm.joints.length}
+        onPointerOver={pointed}
+        onPointerLeave={() => onLit(null)}
+      >
+        <caption class="arm-unseen">{say("arm.jacobian.title")}</caption>
+        <thead>
+          <tr>
+            <th scope="col">
+              <i>J</i>
             </th>
-          ))}
-        </tr>
-      </thead>
-      <tbody>
-        {arm.task.map((row, k) => (
-          <tr key={row}>
-            <th scope="row">
-              <Letters name={rowName(row)} />
-            </th>
-            {state.counted[k]!.map((value, i) => (
-              <td key={i} class={column(i)}>
-                {fixed(value, point)}
-              </td>
+            {arm.joints.map(({ name }, i) => (
+              <th key={name} scope="col" class={column(i)}>
+                <Letters name={name} dot />
+              </th>
             ))}
           </tr>
-        ))}
-      </tbody>
-    </table>
-  );
-}
+        </thead>
+        <tbody>
+          {arm.task.map((row, k) => (
+            <tr key={row}>
+              <th scope="row">
+                <Letters name={rowName(row)} />
+              </th>
+              {state.counted[k]!.map((value, i) => (
+                <td key={i} class={column(i)}>
+                  {fixed(value, point)}
+                </td>
+              ))}
+            </tr>
+          ))}
+        </tbody>
+      </table>
+    );
+  },
+  { arm: "at once", state: "in turn", lit: "at once", onLit: "at once" },
+);
 
 /** v_x as a name that `Letters` sets. */
 function rowName(row: number): string {

@@ -2,6 +2,7 @@
 
 import type { JSX } from "preact";
 import { memo } from "../memo.js";
+import { paced } from "../pace.js";
 import { useCallback, useContext, useRef } from "preact/hooks";
 
 import { Letters, plainLetters } from "./letters.js";
@@ -17,33 +18,36 @@ export interface JointsProps {
   readonly onPose: (pose: Pose) => void;
 }
 
-export function Joints(props: JointsProps): JSX.Element {
-  const { arm, pose, chosen } = props;
-  const say = useSay();
-  const now = useRef(props);
-  now.current = props;
-  const choose = useCallback((joint: number) => now.current.onChoose(joint), []);
-  const set = useCallback((joint: number, value: number): void => {
-    const { arm, pose, onPose } = now.current;
-    onPose(pose.map((old, k) => (k === joint ? within(arm, joint, value) : old)));
-  }, []);
-  return (
-    <fieldset class="arm-joints" data-joints={arm.joints.length}>
-      <legend>{say("arm.joints")}</legend>
-      {arm.joints.map(({ name }, i) => (
-        <Row
-          key={name}
-          arm={arm}
-          index={i}
-          value={pose[i]!}
-          chosen={chosen === i}
-          onChoose={choose}
-          onValue={set}
-        />
-      ))}
-    </fieldset>
-  );
-}
+export const Joints = paced(
+  (props: JointsProps): JSX.Element => {
+    const { arm, pose, chosen } = props;
+    const say = useSay();
+    const now = useRef(props);
+    now.current = props;
+    const choose = useCallback((joint: number) => now.current.onChoose(joint), []);
+    const set = useCallback((joint: number, value: number): void => {
+      const { arm, pose, onPose } = now.current;
+      onPose(pose.map((old, k) => (k === joint ? within(arm, joint, value) : old)));
+    }, []);
+    return (
+      <fieldset class="arm-joints" data-joints={arm.joints.length}>
+        <legend>{say("arm.joints")}</legend>
+        {arm.joints.map(({ name }, i) => (
+          <Row
+            key={name}
+            arm={arm}
+            index={i}
+            value={pose[i]!}
+            chosen={chosen === i}
+            onChoose={choose}
+            onValue={set}
+          />
+        ))}
+      </fieldset>
+    );
+  },
+  { arm: "at once", pose: "in turn", chosen: "at once", onChoose: "at once", onPose: "at once" },
+);
 
 interface RowProps {
   readonly arm: Arm;

@@ -2,6 +2,7 @@
 
 import type { JSX } from "preact";
 import { memo } from "../memo.js";
+import { paced } from "../pace.js";
 import { useCallback, useContext, useEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { plainLetters } from "./letters.js";
@@ -167,16 +168,26 @@ export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Elem
           <li>{say("practice.loading")}</li>
         </ul>
       )}
-      <p class="arm-hint">
-        {say("arm.map.here", {
-          value: name,
-          number: digits(shown === "least" ? measures.least : (measures.det ?? measures.volume)),
-        })}{" "}
-        <span class="arm-how">{say("arm.map.hint")}</span>
-      </p>
+      <Here
+        value={name}
+        number={digits(shown === "least" ? measures.least : (measures.det ?? measures.volume))}
+      />
     </section>
   );
 }
+
+/** What is shown, in numbers, of the place where one is. */
+const Here = paced(
+  (here: { value: string; number: number }): JSX.Element => {
+    const say = useSay();
+    return (
+      <p class="arm-hint">
+        {say("arm.map.here", here)} <span class="arm-how">{say("arm.map.hint")}</span>
+      </p>
+    );
+  },
+  { value: "at once", number: "in turn" },
+);
 
 /** The singular set: lines, and spots where it is no more than that. */
 function Lines(props: {

@@ -140,9 +140,11 @@ export function Marks(props: MarksProps): JSX.Element {
         ).map(({ name, style, x, y, from }, k, all) => (
           <g key={`${name} ${all.slice(0, k).filter((other) => other.name === name).length}`} class={style}>
             {from ? <path class="arm-leader" d={`M${from[0]} ${from[1]}L${x} ${y}`} /> : null}
-            <text x={x} y={y + 5}>
-              <DrawnLetters name={name} />
-            </text>
+            <g transform={`translate(${x} ${y})`}>
+              <text y={5}>
+                <DrawnLetters name={name} />
+              </text>
+            </g>
           </g>
         ))}
       </g>

@@ -1,6 +1,7 @@
 // The chapter's welding task: the point goes along a straight line at a steady speed, and the joints have to keep up.
 
 import type { JSX } from "preact";
+import { moving } from "../pace.js";
 import { useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { Field } from "./field.js";
@@ -298,7 +299,11 @@ function useClock(
       if (s >= end) setPlaying(false);
       else request = requestAnimationFrame(tick);
     });
-    return () => cancelAnimationFrame(request);
+    const stopped = moving();
+    return () => {
+      cancelAnimationFrame(request);
+      stopped();
+    };
   }, [playing, end, speed]);
   return [playing, setPlaying];
 }

@@ -1,0 +1,69 @@
+// Numbers beside an arm that is dragged or runs: nobody reads them sixty times a second. The arm is drawn in every frame; of the
+// parts that only follow it one is drawn in every other frame, in turn: words and tables make a browser lay out all of the
+// page, which takes as long as the arm. What rests is all shown, and what a key or a typed number changes at once.
+
+import { Component, type ComponentType, type FunctionComponent, h, type JSX } from "preact";
+
+/** When a part shows what has changed. */
+export type When = "at once" | "in turn";
+
+const waiting = new Set<{ forceUpdate: () => void }>();
+
+let isHeld = false; // something, by a finger or the mouse
+let running = 0;
+if (typeof addEventListener === "function") {
+  const on = { capture: true, passive: true };
+  addEventListener("pointerdown", () => void (isHeld = true), on);
+  for (const end of ["pointerup", "pointercancel", "blur"]) addEventListener(end, letGo, on);
+}
+
+function letGo(): void {
+  isHeld = false;
+  for (const part of waiting) part.forceUpdate();
+  waiting.clear();
+}
+
+/** Say that the arm moves by itself, until what is returned is called. */
+export function moving(): () => void {
+  running += 1;
+  return () => void (running -= 1);
+}
+
+/** A part that is drawn at once where some of what it is given is another, and waits for its turn where only others are. */
+export function paced<P extends object>(
+  part: FunctionComponent<P>,
+  when: Readonly<Record<keyof P, When>>,
+): ComponentType<P> {
+  const names = Object.keys(when) as (keyof P)[];
+  return class extends Component<P> {
+    override shouldComponentUpdate(next: Readonly<P>): boolean {
+      const others = names.filter((name) => !Object.is((this.props as P)[name], next[name]));
+      if (others.length === 0) return false;
+      const isMoving = (isHeld || running > 0) && !document.hidden;
+      if (!isMoving || others.some((name) => when[name] === "at once")) return true;
+      if (waiting.size === 0) requestAnimationFrame(nextTurn);
+      waiting.add(this);
+      return false;
+    }
+
+    override componentDidUpdate(): void {
+      waiting.delete(this);
+    }
+
+    override componentWillUnmount(): void {
+      waiting.delete(this);
+    }
+
+    override render(): JSX.Element {
+      return h(part, this.props as P);
+    }
+  };
+}
+
+function nextTurn(): void {
+  const [first] = waiting;
+  if (!first) return;
+  waiting.delete(first);
+  if (waiting.size > 0) requestAnimationFrame(() => requestAnimationFrame(nextTurn));
+  first.forceUpdate();
+}

@@ -1,0 +1,101 @@
+// @vitest-environment happy-dom
+// Numbers beside the arm follow a drag in turn, one part in a frame, and anything else at once.
+
+import { h, render } from "preact";
+import { act } from "preact/test-utils";
+import { afterEach, beforeEach, expect, it, vi } from "vitest";
+
+import { moving, paced } from "../../src/pace.js";
+
+const drawn: string[] = [];
+const Part = paced(
+  ({ name, value }: { name: string; value: number }) => {
+    drawn.push(`${name}${value}`);
+    return h("p", null, value);
+  },
+  { name: "at once", value: "in turn" },
+);
+const frames: (() => void)[] = [];
+const frame = (): void => {
+  for (const due of frames.splice(0)) void act(due);
+};
+const show = (value: number, names = ["a", "b", "c"]): void =>
+  void act(() =>
+    render(
+      names.map((name, key) => h(Part, { key, name, value })),
+      document.body,
+    ),
+  );
+const pointer = (event: string): void => void dispatchEvent(new Event(event));
+const since = (): string[] => drawn.splice(0);
+
+beforeEach(() => {
+  vi.stubGlobal("requestAnimationFrame", (due: () => void) => frames.push(due));
+  show(0);
+  since();
+});
+
+afterEach(() => {
+  pointer("pointerup");
+  for (let i = 0; i < 9; i += 1) frame();
+  render(null, document.body);
+});
+
+it("shows all at once where nothing is held", () => {
+  show(1);
+  expect(since()).toEqual(["a1", "b1", "c1"]);
+});
+
+it("shows one part in every other frame while something is held, with what is so by then", () => {
+  pointer("pointerdown");
+  show(1);
+  expect(since()).toEqual([]);
+  const found: string[][] = [];
+  for (let value = 2; value < 10; value += 1) {
+    frame();
+    found.push(since());
+    show(value);
+  }
+  expect(found).toEqual([["a1"], [], ["b3"], [], ["c5"], [], ["a7"], []]);
+});
+
+it("shows all once it is let go", () => {
+  pointer("pointerdown");
+  for (let value = 1; value < 5; value += 1) show(value);
+  void act(() => pointer("pointerup"));
+  expect(since()).toEqual(["a4", "b4", "c4"]);
+});
+
+it("shows the last of all parts once nothing changes", () => {
+  pointer("pointerdown");
+  for (let value = 1; value < 5; value += 1) show(value);
+  for (let i = 0; i < 6; i += 1) frame();
+  expect(since()).toEqual(["a4", "b4", "c4"]);
+  expect(document.body.textContent).toBe("444");
+});
+
+it("shows another thing at once, also while something is held", () => {
+  pointer("pointerdown");
+  show(1, ["d", "e", "f"]);
+  expect(since()).toEqual(["d1", "e1", "f1"]);
+  frame();
+  frame();
+  expect(since()).toEqual([]);
+});
+
+it("forgets a part that has gone", () => {
+  pointer("pointerdown");
+  show(1);
+  render(null, document.body);
+  for (let i = 0; i < 6; i += 1) frame();
+  expect(since()).toEqual([]);
+});
+
+it("holds while an arm runs by itself, too", () => {
+  const stopped = moving();
+  show(1);
+  expect(since()).toEqual([]);
+  stopped();
+  show(2);
+  expect(since()).toEqual(["a2", "b2", "c2"]);
+});
