@@ -1,5 +1,5 @@
 <?php
-// Moodle made ready, and our file imported by its own reader: what moodle.php and stack.php begin with. The request is JSON
+// Moodle made ready, and our file imported by its own reader: what moodle.php, moodle_scorm.php and stack.php begin with. The request is JSON
 // on standard input; its `config` is Moodle's config.php.
 
 define('CLI_SCRIPT', true);

@@ -1,61 +1,25 @@
 // Packages under SCORM's run-time in Chromium, each question answered wrong and then right: what the run-time has of it.
 //
 //     node scorm_page.mjs SCORM-AGAIN FOLDER        # FOLDER has the packages, unpacked, as scorm12 and scorm2004
-import { cpSync, readFileSync, writeFileSync } from "node:fs";
+import { cpSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 
 import { launched, served } from "../../site/tools/browser.mjs";
+import { about, answer } from "./scorm_answers.mjs";
 
 const [runtime, folder] = process.argv.slice(2);
 const VERSIONS = {
-  scorm12: { api: "API", Class: "Scorm12API", learner: { core: { student_id: "ada" } } },
-  scorm2004: { api: "API_1484_11", Class: "Scorm2004API", learner: { learner_id: "ada" } },
+  scorm12: {
+    api: "API",
+    Class: "Scorm12API",
+    learner: { core: { student_id: "ada" } },
+  },
+  scorm2004: {
+    api: "API_1484_11",
+    Class: "Scorm2004API",
+    learner: { learner_id: "ada" },
+  },
 };
-const parts = {};
-
-/** What a package's bank says of a question, with the answer as it is typed. */
-function about(name, item) {
-  const [family, key, kind] = item.split("/");
-  const bank = (ending) => JSON.parse(readFileSync(join(folder, name, "bank", family, `${key}${ending}`), "utf8"));
-  const found = (parts[`${name} ${family}/${key}`] ??= [bank(".json").parts, bank(".solutions.json").parts]);
-  const [part, solved] = found.map((each) => each.find((one) => (one.kind ?? one.name) === kind));
-  return { ...part, typed: solved.typed };
-}
-
-/** An answer that can be read and is wrong. */
-function wrongText({ key }) {
-  if (key.type === "configurations") return `${key.joints[0]} = 0.1234`;
-  const rows = key.rows ?? key.right.length;
-  const columns = key.columns ?? 1;
-  const row = (i) => Array.from({ length: columns }, (_, k) => 12345 + 7 * i + k);
-  const all = Array.from({ length: rows }, (_, i) => row(i));
-  if (columns > 1) return JSON.stringify(all);
-  return rows > 1 ? JSON.stringify(all.flat()) : `${all[0][0]}`;
-}
-
-async function answer(frame, part, isRight) {
-  const { key } = part;
-  const other = (index) => (index + 1) % key.options;
-  const chosen = key.right?.map((index) => (isRight ? index : other(index)));
-  if (key.type === "choice") await frame.locator('form input[type="radio"]').nth(chosen[0]).check();
-  else if (key.type === "selection") {
-    const boxes = frame.locator('form input[type="checkbox"]');
-    const wanted = isRight || key.right.length === key.options ? key.right : [other(key.right.at(-1))];
-    for (let i = 0; i < key.options; i += 1)
-      await boxes.nth(i).setChecked(isRight ? wanted.includes(i) : wanted.includes(i) && i > 0);
-    if (!isRight && !(await frame.locator("form input:checked").count())) await boxes.nth(wanted[0]).check();
-  } else if (key.type === "matching") {
-    const options = await frame.locator("form select").first().locator("option").count();
-    for (let i = 0; i < key.items; i += 1)
-      await frame.locator("form select").nth(i).selectOption({ index: chosen[i] + options - key.options });
-  } else {
-    const asText = frame.getByRole("button", { name: "Type it as text" });
-    if (await asText.count()) await asText.click();
-    await frame.getByLabel("Your answer").fill(isRight ? part.typed : wrongText(part));
-  }
-  await frame.getByRole("button", { name: "Check" }).click();
-}
-
 async function ran(browser, root, name, { api, Class, learner }) {
   cpSync(join(runtime, "dist", `${name}.min.js`), join(folder, `${name}.js`));
   writeFileSync(
@@ -65,7 +29,9 @@ async function ran(browser, root, name, { api, Class, learner }) {
     api.loadFromJSON(${JSON.stringify(learner)}, "cmi");</script>
     <iframe src="${name}/index.html" width="1200" height="860" title="package"></iframe>`,
   );
-  const page = await browser.newPage({ viewport: { width: 1280, height: 900 } });
+  const page = await browser.newPage({
+    viewport: { width: 1280, height: 900 },
+  });
   let errors = [];
   page.on("pageerror", (error) => errors.push(String(error)));
   page.on("console", (said) => said.type() === "error" && errors.push(said.text()));
@@ -83,10 +49,13 @@ async function ran(browser, root, name, { api, Class, learner }) {
   for (let place = 0; place < (await places.count()); place += 1) {
     errors = [];
     await places.nth(place).click();
-    await frame.locator('.round-places button[aria-current="true"]').getByText(`${place + 1}`, { exact: true }).waitFor();
+    await frame
+      .locator('.round-places button[aria-current="true"]')
+      .getByText(`${place + 1}`, { exact: true })
+      .waitFor();
     await frame.locator(".task[data-item] form .answer").waitFor();
     const item = await frame.locator(".task").getAttribute("data-item");
-    const part = about(name, item);
+    const part = about(join(folder, name), item);
     const prompt = (await frame.locator(".task").innerText()).length > part.title.length + 20;
     const results = [];
     for (const isRight of [false, true]) {
@@ -98,11 +67,22 @@ async function ran(browser, root, name, { api, Class, learner }) {
       const [count, result] = await last();
       results.push(count > before ? result : `nothing: ${await frame.locator(".verdict").allInnerTexts()}`);
     }
-    questions.push({ item, shown: prompt && errors.length === 0, errors, wrong: results[0], right: results[1] });
+    questions.push({
+      item,
+      shown: prompt && errors.length === 0,
+      errors,
+      wrong: results[0],
+      right: results[1],
+    });
   }
   const now = await cmi();
   await page.close();
-  return { version: name, questions, score: now.core?.score ?? now.score, status: now.core?.lesson_status ?? now.completion_status };
+  return {
+    version: name,
+    questions,
+    score: now.core?.score ?? now.score,
+    status: now.core?.lesson_status ?? now.completion_status,
+  };
 }
 
 const server = await served(folder);
