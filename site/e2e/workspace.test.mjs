@@ -148,6 +148,18 @@ test("on a phone the arm stays on top while one answers, and can be folded", asy
   assert.ok((await boxOf(page, ".stage")).height < 80);
   await page.getByRole("button", { name: "Show the arm" }).tap();
   await page.locator(".arm-box").waitFor();
+  const pulled = async (by) => {
+    const { x, y, height } = await boxOf(page, ".arm-tabs");
+    await page.mouse.move(x + 60, y + height / 2);
+    await page.mouse.down();
+    await page.mouse.move(x + 66, y + height / 2 + by, { steps: 5 });
+    await page.mouse.up();
+  };
+  await pulled(-90);
+  await page.getByRole("button", { name: "Show the arm" }).waitFor();
+  assert.ok((await boxOf(page, ".stage")).height < 80, "folded by a pull");
+  await pulled(90);
+  await page.locator(".arm-box").waitFor();
 });
 
 test("a column that is pointed at in J stands out in the drawing, and a link in J", async () => {

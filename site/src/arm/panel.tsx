@@ -18,6 +18,7 @@ import { Lengths } from "./lengths.js";
 import { SingularMap } from "./map.js";
 import { LAYERS, type Layers } from "./marks.js";
 import { obstacle, pointOn } from "./path.js";
+import { onPull } from "./pull.js";
 import { Route } from "./route.js";
 import { useSize } from "./size.js";
 import { digits, InRadians, sayIn, Spoken, useDigits, useSay } from "./speech.js";
@@ -78,6 +79,7 @@ function Panel(props: ArmProps): JSX.Element {
   const { arm, robot, rested, welding, concealed } = stage;
   const shown = { layers: stage.layers, concealed, toggle: stage.toggle, reset: stage.reset };
   const [folded, setFolded] = useState(false);
+  const pull = onPull((way) => setFolded(way === "up"));
   const words = useMemo(() => {
     const voice = { say: sayIn(language), radians };
     return concealed ? poseAndPoint(arm, rested, voice) : inWords(arm, rested, voice);
@@ -133,7 +135,7 @@ function Panel(props: ArmProps): JSX.Element {
             </div>
           ) : null}
           <div class="arm-sheets">
-            <div class="arm-tabs">
+            <div class="arm-tabs" onPointerDown={wide ? undefined : pull}>
               {panes.map((name) => (
                 <button
                   key={name}

@@ -1,0 +1,19 @@
+// A pull up or down at a bar, by a finger or the mouse.
+
+/** A shorter way (pixels) is a tap. */
+const LEAST = 24;
+
+/** What a bar listens to, to be told which way it is pulled; it has `touch-action: pan-x`, so that nothing is scrolled. */
+export function onPull(pulled: (way: "up" | "down") => void): (start: PointerEvent) => void {
+  return (start) => {
+    const over = new AbortController();
+    const end = ({ type, clientX, clientY }: PointerEvent): void => {
+      over.abort();
+      const [across, down] = [clientX - start.clientX, clientY - start.clientY];
+      if (type === "pointerup" && Math.abs(down) > Math.max(LEAST, Math.abs(across)))
+        pulled(down < 0 ? "up" : "down");
+    };
+    for (const event of ["pointerup", "pointercancel"] as const)
+      addEventListener(event, end, { signal: over.signal }); // wherever it is let go
+  };
+}
