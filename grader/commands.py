@@ -305,6 +305,8 @@ def grade(
         raise QdotError("--share writes no reports; --student, --report, --diff and --fail-under go without it")
     if student and executor:
         raise QdotError("--student is graded here; --executor is for a class")
+    if gone and (student or share):
+        raise QdotError("--gone is about a whole class; --student and --share take no marks away")
     if student:
         results = [_grade_one(assignment, submissions, student, received, seconds, tell)]
     else:

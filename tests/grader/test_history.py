@@ -87,6 +87,11 @@ def test_nobody_loses_a_mark_by_a_run_that_was_given_less(folder: Path, released
     run(folder)  # once is enough
 
 
+@pytest.mark.parametrize("option", ["--student=ada", "--share=1/2"])
+def test_marks_are_taken_away_of_a_whole_class_only(option: str, folder: Path) -> None:
+    assert "--gone is about a whole class;" in fails("grade", str(folder), "--gone", option)
+
+
 def test_whose_mark_moved_and_why(folder: Path, released: Path) -> None:
     hand_in(folder, released, "s1/hw.ipynb", -1, position="blank")
     hand_in(folder, released, "s2/hw.ipynb", 1)
