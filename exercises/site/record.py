@@ -140,7 +140,7 @@ def solutions_record(problem: Problem) -> Json:
 
 def page(text: str) -> str:
     """Return our Markdown as HTML with formulas left as LaTeX."""
-    return to_html(text, _tex)
+    return to_html(text, _tex, whole=True)
 
 
 def _tex(latex: str, block: bool) -> str:

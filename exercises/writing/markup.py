@@ -29,6 +29,8 @@ _FORMULA = re.compile(r"```.*?```|`[^`]+`|\$\$(.+?)\$\$|\$([^$]+?)\$", re.DOTALL
 """Code, in which a dollar is a dollar, or a formula."""
 HOLDER = re.compile("\ue000(\\d+)\ue001")
 """What stands for a formula while the text around it is taken apart: its number among the formulas."""
+_WITH_SIGNS = re.compile(rf"([(„“]*){HOLDER.pattern}([.,;:!?)”]*)")
+"""A formula with the signs that belong to the same line: browsers take it for a picture, and break beside it."""
 
 
 def parsed_markdown(text: str) -> "tuple[list[Token], list[tuple[str, bool]]]":
@@ -54,10 +56,13 @@ def _parser() -> "MarkdownIt":
     return MarkdownIt("commonmark").enable("table")
 
 
-def to_html(text: str, formula: Callable[[str, bool], str] | None = None, share: float = 1.0) -> str:
+def to_html(
+    text: str, formula: Callable[[str, bool], str] | None = None, share: float = 1.0, whole: bool = False
+) -> str:
     """Return HTML, formulas as MathML; raw HTML in the text is kept. It may take a `share` of a page's width.
 
-    With `formula`, that says what becomes of LaTeX, and of whether it stands on lines of its own.
+    With `formula`, that says what becomes of LaTeX, and of whether it stands on lines of its own. MathML, and `whole`
+    formulas, are in a span of class "whole" with a full stop or bracket that belongs to them, which pages do not break.
     """
     tokens, formulas = parsed_markdown(text)
     parser = _parser()
@@ -66,7 +71,14 @@ def to_html(text: str, formula: Callable[[str, bool], str] | None = None, share:
     def made(latex: str, block: bool) -> str:
         return _mathml(latex, block, share * SCREEN) if formula is None else formula(latex, block)
 
-    return HOLDER.sub(lambda match: made(*formulas[int(match.group(1))]), str(page))
+    def with_signs(match: re.Match[str]) -> str:
+        before, number, after = match.groups()
+        latex, block = formulas[int(number)]
+        shown = f"{before}{made(latex, block)}{after}"
+        is_whole = (before or after) and (formula is None or whole) and not block and len(_equations(latex)) == 1
+        return f'<span class="whole">{shown}</span>' if is_whole else shown
+
+    return _WITH_SIGNS.sub(with_signs, str(page))
 
 
 @lru_cache(maxsize=512)

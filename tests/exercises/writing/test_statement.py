@@ -33,6 +33,7 @@ from exercises.writing.statement import (
     worked_steps,
 )
 from exercises.writing.worked import Worked
+from tests.support import ROOT
 from tests.support.problems import drawn, parts_in_turn
 from tests.support.programs import LATEX, needs
 from tests.support.suites import SHAPES, of_families, several
@@ -304,3 +305,12 @@ def test_a_line_of_a_page_breaks_between_many_equations() -> None:
     assert found.count("</math>, <math") == 2
     assert to_html(r"$d_1 = 0{,}55\,\text{m}; d_3 = 0{,}6\,\text{m}; a_2 = 1$").count("</math>; <math") == 2
     assert to_html("$x = 1, y = 2$").count("<math") == 1
+
+
+def test_no_line_ends_between_a_formula_and_the_signs_that_belong_to_it() -> None:
+    page = to_html("Of $O_0$. And ($a$), $b$ too; $x = 1, y = 2, z = 3$.")
+    held = re.findall(r'<span class="whole">(.*?)</span>', page)
+    assert [re.sub(r"<.*?>", "", each) for each in held] == ["O0.", "(a),"]
+    assert to_html("Of $O_0$.", lambda latex, _: latex) == "<p>Of O_0.</p>\n"
+    for path in ("templates/feedback.css.j2", "templates/exports/paper.css.j2", "templates/problem.html.j2"):
+        assert ".whole { white-space: nowrap; }" in (ROOT / path).read_text(encoding="utf-8"), path
