@@ -5,7 +5,7 @@ import { after, before, test } from "node:test";
 
 import { served } from "../tools/browser.mjs";
 import { chromiumPage, keyboard, touch } from "./hands.mjs";
-import { CLASSES, keptOffline, siteOfClasses, walkedToMastery } from "./lesson.mjs";
+import { answered, CLASSES, keptOffline, siteOfClasses, walkedToMastery } from "./lesson.mjs";
 import { inChromium, openedAnew, PHONE, WIDE } from "./opened.mjs";
 
 const WHOLE = process.env.QDOT_SUITE === "whole";
@@ -46,3 +46,39 @@ for (const { by, code, offline } of WALKS.filter(taken))
       server.close();
     }
   });
+
+test("free practice counts for the class of the arm, which is due by itself when a day has gone by", async () => {
+  const server = await served(site.folder);
+  const path = "practice.html?arm=elbow-3r&question=position";
+  const { page, wrong, context } = await openedAnew({ ...there, server }, path, WIDE);
+  const chromium = chromiumPage(page);
+  const practised = () => answered(chromium, keyboard(chromium), { code: "en", bank: site.bank });
+  try {
+    await practised();
+    const outcome =
+      ARMS > 1 ? `1 of ${ARMS} right in a row` : "Learned. Answer one more tomorrow, and it is mastered.";
+    await page.getByText(`By differentiation, arms in space: ${outcome}`).waitFor();
+    await page.evaluate(() => {
+      const { differentiation } = JSON.parse(localStorage.getItem("qdot-lessons"));
+      differentiation.beyond.space.learned = 1; // as it is once all are right, and days have gone by
+      localStorage.setItem("qdot-lessons", JSON.stringify({ differentiation }));
+    });
+    await page.goto(`${server.root}/practice.html`);
+    await page.getByText("1 due, about 2 minutes").waitFor();
+    await page.getByRole("button", { name: "Answer them now" }).click();
+    await page.locator(".due").getByText("By differentiation, arms in space").waitFor();
+    await page.locator('.task[data-item^="elbow-3r/"]').waitFor();
+    await practised();
+    await page.locator(".verdict").getByText("By differentiation, arms in space: Mastered.").waitFor();
+    await page.getByText("Nothing is due any more.").waitFor();
+    if (process.env.SHOTS) await page.screenshot({ path: `${process.env.SHOTS}/due.png` });
+    await page.goto(`${server.root}/learn.html`);
+    const link = page.getByRole("link", { name: "By differentiation", exact: true });
+    const skill = page.locator(".skill", { has: link }).locator(".skill-state");
+    await skill.getByText("begun").waitFor(); // plain arms are still to come
+    assert.deepEqual(wrong, []);
+  } finally {
+    await context.close();
+    server.close();
+  }
+});
