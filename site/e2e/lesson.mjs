@@ -19,7 +19,9 @@ export const WORDS = {
     learned: "Learned.",
     mastered: "Mastered.",
     isMastered: "mastered",
-    keep: ["Keep this lesson for offline", "Keep the rest", "All "],
+    offline: { lesson: "Keep this lesson for offline", course: "Keep this course for offline" },
+    keep: "Keep the rest",
+    kept: "All ",
     classes: { plain: "plain arms", space: "arms in space", any: "any arms" },
   },
   de: {
@@ -30,7 +32,9 @@ export const WORDS = {
     learned: "Gelernt.",
     mastered: "Das sitzt.",
     isMastered: "gemeistert",
-    keep: ["Diese Lektion für offline behalten", "Den Rest behalten", "Alle "],
+    offline: { lesson: "Diese Lektion für offline behalten", course: "Diesen Kurs für offline behalten" },
+    keep: "Den Rest behalten",
+    kept: "Alle ",
     classes: { plain: "einfache Arme", space: "Arme im Raum", any: "beliebige Arme" },
   },
 };
@@ -81,20 +85,20 @@ export async function answered(page, hand, { code, bank }, last = "") {
   return item;
 }
 
-/** Keeps the lesson that is open for when there is no connection. */
-export async function keptOffline(page, hand, code) {
-  const [title, keep, all] = WORDS[code].keep;
+/** Keeps what is open, a lesson or the course, for when there is no connection. */
+export async function keptOffline(page, hand, code, what = "lesson") {
+  const { offline, keep, kept } = WORDS[code];
   await page.run(() => navigator.serviceWorker.ready.then(() => true));
   await until(page, () => Boolean(document.querySelector(".offline summary")));
-  await hand.press(title);
+  await hand.press(offline[what]);
   await until(
     page,
     (keep) => [...document.querySelectorAll("button")].some((each) => each.textContent.startsWith(keep)),
     keep,
   );
   await hand.press(keep);
-  const isKept = (all) => document.querySelector(".offline [role=status]").innerText.startsWith(all);
-  await until(page, isKept, all);
+  const isKept = (kept) => document.querySelector(".offline [role=status]").innerText.startsWith(kept);
+  await until(page, isKept, kept);
 }
 
 /** Opens a lesson, tries its idea with the first dial, and goes on to the questions; goals are reached where it `isKnown`. */

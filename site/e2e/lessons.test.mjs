@@ -5,7 +5,7 @@ import { after, before, test } from "node:test";
 
 import { served } from "../tools/browser.mjs";
 import { chromiumPage, keyboard, touch } from "./hands.mjs";
-import { answered, CLASSES, keptOffline, siteOfClasses, walkedToMastery } from "./lesson.mjs";
+import { answered, CLASSES, keptOffline, siteOfClasses, walkedToMastery, WORDS } from "./lesson.mjs";
 import { inChromium, openedAnew, PHONE, WIDE } from "./opened.mjs";
 
 const WHOLE = process.env.QDOT_SUITE === "whole";
@@ -76,6 +76,46 @@ test("free practice counts for the class of the arm, which is due by itself when
     const link = page.getByRole("link", { name: "By differentiation", exact: true });
     const skill = page.locator(".skill", { has: link }).locator(".skill-state");
     await skill.getByText("begun").waitFor(); // plain arms are still to come
+    assert.deepEqual(wrong, []);
+  } finally {
+    await context.close();
+    server.close();
+  }
+});
+
+test("a course that is kept has, with no connection, the arms of every class of every lesson", async () => {
+  const server = await served(site.folder);
+  const { page, wrong, context } = await openedAnew({ ...there, server }, "learn.html", {
+    ...WIDE,
+    locale: "de-DE",
+    serviceWorkers: "allow",
+  });
+  const mastered = { row: [], learned: 1, mastered: 2e8 };
+  try {
+    await keptOffline(chromiumPage(page), keyboard(chromiumPage(page)), "de", "course");
+    await context.setOffline(true);
+    server.close();
+    const lessons = await page
+      .locator(".way > ol > li a")
+      .evaluateAll((all) => all.map(({ href }) => new URL(href).searchParams.get("lesson")));
+    assert.equal(lessons.length, 8);
+    const asked = new Set();
+    for (const lesson of lessons)
+      for (const done of [[], ["plain"], ["plain", "space"]]) {
+        const beyond = Object.fromEntries(done.slice(1).map((name) => [name, mastered]));
+        const skill = { goals: [], ...(done.length > 0 ? mastered : { row: [] }), beyond };
+        await page.evaluate(
+          (kept) => localStorage.setItem("qdot-lessons", kept),
+          JSON.stringify({ [lesson]: skill }),
+        );
+        await page.goto(`${server.root}/learn.html?lesson=${lesson}&practise=1`);
+        await page.locator(".task[data-item] form .answer").waitFor();
+        assert.equal(await page.locator(".task h2").getAttribute("lang"), "de");
+        const words = WORDS.de.classes[CLASSES[done.length]];
+        assert.equal(await page.locator(".class-name").textContent(), words, lesson);
+        asked.add((await page.locator(".task").getAttribute("data-item")).split("/")[0]);
+      }
+    assert.deepEqual([...asked].sort(), ["elbow-3r", "planar-2r", "random-2"]);
     assert.deepEqual(wrong, []);
   } finally {
     await context.close();
