@@ -130,3 +130,33 @@ test("the first page is an arm at once, which is pulled to its singularity by ke
     await page.keyboard.press("ArrowRight");
   await page.locator(".arm-vanishing").waitFor();
 });
+
+for (const [width, height] of [
+  [390, 844],
+  [1440, 900],
+])
+  test(`the arm of the first page fills its box, where it can be pulled straight out: ${width} x ${height}`, async () => {
+    const { page } = await opened(there, "index.html", { viewport: { width, height } });
+    const box = await page.locator(".arm-box").boundingBox();
+    const middleOf = async (place) => {
+      const { x, y, width, height } = await page.locator(place).first().boundingBox();
+      return [x + width / 2, y + height / 2];
+    };
+    await page.locator(".arm-box .arm-point-ring").waitFor();
+    const [P, base] = [await middleOf(".arm-point-ring"), await middleOf(".arm-joint-dot")];
+    const size = Math.hypot(P[0] - base[0], P[1] - base[1]);
+    assert.ok(
+      size > 0.4 * Math.min(box.width, box.height),
+      `from the base to P: ${size} of ${JSON.stringify(box)}`,
+    );
+    const [across, up] = [(P[0] - base[0]) / size, (P[1] - base[1]) / size];
+    await page.mouse.move(...P);
+    await page.mouse.down();
+    for (let step = 1; step <= 20; step += 1)
+      await page.mouse.move(P[0] + 0.04 * step * size * across, P[1] + 0.04 * step * size * up);
+    await page.mouse.up();
+    await page.locator(":is(.arm-near-pose, .arm-singular-pose) .arm-factors").waitFor();
+    const [now, still] = [await middleOf(".arm-point-ring"), await middleOf(".arm-joint-dot")];
+    assert.ok(Math.hypot(still[0] - base[0], still[1] - base[1]) < 1, "it is seen from as near as before");
+    assert.ok(now[0] < box.x + box.width && now[1] > box.y, "P is in the box");
+  });

@@ -41,17 +41,18 @@ export const WORDS = {
 
 export const CLASSES = ["plain", "space", "any"];
 
-/** A site with arms of every class, `variants` of each; with what is in its bank, and how to get rid of it. */
-export function siteOfClasses(variants) {
+/** A site with arms of every class, `variants` of each, and of families besides; with its bank, and how to get rid of it. */
+export function siteOfClasses(variants, besides = []) {
   const folder = mkdtempSync(join(tmpdir(), "qdot-classes-"));
-  const arms = ["--families", "planar-2r,elbow-3r,random-2", "--variation", "lengths"];
+  const families = ["planar-2r", "elbow-3r", "random-2", ...besides];
+  const arms = ["--families", families.join(), "--variation", "lengths"];
   execFileSync(
     process.env.QDOT ?? "qdot",
     ["site", "build", "--out", folder, "--variants", String(variants), ...arms],
     { stdio: "ignore" },
   );
   const bank = (name) => JSON.parse(readFileSync(join(folder, "bank", `${name}.json`), "utf8"));
-  return { folder, bank, remove: () => rmSync(folder, { recursive: true, force: true }) };
+  return { folder, families, bank, remove: () => rmSync(folder, { recursive: true, force: true }) };
 }
 
 /** What is said of the class whose arm is asked. */

@@ -6,7 +6,7 @@ import { after, before, test } from "node:test";
 import { served } from "../tools/browser.mjs";
 import { chromiumPage, keyboard, touch } from "./hands.mjs";
 import { answered, CLASSES, keptOffline, siteOfClasses, walkedToMastery, WORDS } from "./lesson.mjs";
-import { inChromium, openedAnew, PHONE, WIDE } from "./opened.mjs";
+import { drawn, inChromium, openedAnew, PHONE, WIDE } from "./opened.mjs";
 
 const WHOLE = process.env.QDOT_SUITE === "whole";
 const ARMS = WHOLE ? 3 : 1;
@@ -19,7 +19,7 @@ const taken = ({ by, code, offline }) => WHOLE || offline === ((by === "touch") 
 
 const there = inChromium();
 let site;
-before(() => (site = siteOfClasses(ARMS)));
+before(() => (site = siteOfClasses(ARMS, WHOLE ? ["puma-560", "lbr-7r"] : [])));
 after(() => site?.remove());
 
 for (const { by, code, offline } of WALKS.filter(taken))
@@ -122,3 +122,45 @@ test("a course that is kept has, with no connection, the arms of every class of 
     server.close();
   }
 });
+
+for (const locale of ["en-GB", "de-DE"])
+  test(`all numbers and sliders beside a question are in sight at 1440 x 900, whatever the arm: ${locale}`, async () => {
+    const server = await served(site.folder);
+    const options = { viewport: { width: 1440, height: 900 }, locale };
+    const { page, wrong, context } = await openedAnew({ ...there, server }, "", options);
+    const scrolled = () =>
+      page
+        .locator(".arm-side, .arm-side *, .arm-pane, .arm-pane *")
+        .evaluateAll((all) =>
+          all
+            .filter(
+              (each) =>
+                getComputedStyle(each).overflowY === "auto" && each.scrollHeight > each.clientHeight + 1,
+            )
+            .map((each) => `${each.className} by ${each.scrollHeight - each.clientHeight}`),
+        );
+    try {
+      for (const path of [
+        ...site.families.map((family) => `practice.html?arm=${family}&question=velocity`),
+        "learn.html?lesson=kinds",
+        ...["ur5", "puma560", "panda"].map((robot) => `own.html#robot=${robot}`),
+      ]) {
+        await page.goto("about:blank"); // what differs behind # alone is no new page
+        await page.goto(`${server.root}/${path}`);
+        await page.locator(".arm-side .arm-jacobian").waitFor();
+        if (path.startsWith("practice")) await page.locator(".arm-side .arm-factors > div").nth(1).waitFor();
+        await page.locator(".arm-map .arm-legend").waitFor();
+        await drawn(page);
+        assert.deepEqual(await scrolled(), [], path);
+        const { height } = await page.locator(".arm-scene").boundingBox();
+        assert.ok(height > 340, `${path}: the arm has ${height} pixels`);
+        await page.locator(".arm-tabs button").nth(1).click(); // the path
+        await drawn(page);
+        assert.deepEqual(await scrolled(), [], `${path}, its path`);
+      }
+      assert.deepEqual(wrong, []);
+    } finally {
+      await context.close();
+      server.close();
+    }
+  });

@@ -28,6 +28,7 @@ export function Jacobian({ arm, state, lit, onLit }: JacobianProps): JSX.Element
   return (
     <table
       class="arm-jacobian"
+      data-rows={arm.task.length}
       data-columns={arm.joints.length}
       onPointerOver={pointed}
       onPointerLeave={() => onLit(null)}
