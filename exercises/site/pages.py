@@ -27,7 +27,7 @@ ENTRIES = {
 }  # fmt: skip
 """The scripts that pages begin with; "package" is that of a package for learning platforms (`exports.scorm`)."""
 GREETING = {"theta1": math.radians(15), "theta2": math.radians(100)}
-"""The pose in which the arm of the first page begins, and in which its picture stands: P is pulled across the drawing."""
+"""The pose in which the arm of the first page and its picture stand: P is pulled across the drawing from there."""
 UPRIGHT = {"theta1": math.radians(60), "theta2": math.radians(100)}
 """The pose in which the arm of the lessons begins, and reaches none of their goals."""
 LONG = 3
