@@ -26,8 +26,10 @@ ENTRIES = {
     "course": "src/course/main.tsx", "package": "src/course/package.tsx", "pages": "src/pages/main.ts",
 }  # fmt: skip
 """The scripts that pages begin with; "package" is that of a package for learning platforms (`exports.scorm`)."""
-GREETING = {"theta1": math.radians(60), "theta2": math.radians(100)}
-"""The pose in which the arm of the first page and of the lessons begins, and in which its picture stands."""
+GREETING = {"theta1": math.radians(15), "theta2": math.radians(100)}
+"""The pose in which the arm of the first page and its picture stand: P is pulled across the drawing from there."""
+UPRIGHT = {"theta1": math.radians(60), "theta2": math.radians(100)}
+"""The pose in which the arm of the lessons begins, and reaches none of their goals."""
 LONG = 3
 """From so many headings on, a page of the documentation has a list of them."""
 
@@ -135,7 +137,7 @@ def pages(around: Around) -> Iterator[Page]:
     home = render("site/index.html.j2", course=around.course, has_docs=has_docs, arm=arm, figure=figure)
     yield Page("index.html", around.course or "qdot", home, section="home", kind="home")
     practice = render("site/practice.html.j2", has_docs=has_docs)
-    arms = {"plain": told_arm(robot) | {"pose": GREETING}, "elbow": told_arm(scorbot_arm())}
+    arms = {"plain": told_arm(robot) | {"pose": UPRIGHT}, "elbow": told_arm(scorbot_arm())}
     learn = render("site/learn.html.j2", arms=json.dumps(arms, ensure_ascii=False))
     yield Page("learn.html", "Learn", learn, "learn", "learn", "practice")
     yield Page("practice.html", "Practise", practice, "practice", "practice", "practice")

@@ -28,6 +28,10 @@ const PREFERENCES = [
 
 /** What Firefox says of a file that was still being loaded when its page was left; nothing is wrong with it. */
 const CUT_OFF = /A ServiceWorker intercepted the request and encountered an unexpected error/;
+/** What is said where there is no graphics card: arms in space are drawn without their solid body then. */
+const WITHOUT_WEBGL =
+  /^THREE\.WebGLRenderer: .*(WebGL context could not be created|Error creating WebGL context)/s;
+const isHarmless = (text) => CUT_OFF.test(text) || WITHOUT_WEBGL.test(text);
 
 /** A headless Firefox with an empty profile, in a language, and one page, which is told what to do. */
 export async function firefox(speaks = "en-GB, en") {
@@ -53,7 +57,7 @@ export async function firefox(speaks = "en-GB, en") {
   const errors = [];
   socket.onmessage = ({ data }) => {
     const { id, type, result, message, method, params } = JSON.parse(data);
-    if (method === "log.entryAdded" && params.level === "error" && !CUT_OFF.test(params.text))
+    if (method === "log.entryAdded" && params.level === "error" && !isHarmless(params.text))
       errors.push(params.text);
     const [kept, refused] = waiting.get(id) ?? [];
     waiting.delete(id);

@@ -1,5 +1,5 @@
-// The way through the chapter in the browser: a lesson from its idea to learned by keyboard alone, by touch, in German; a
-// wrong link; what is due on the practice page.
+// The way through the chapter in the browser: goals by touch, in German; a wrong link; what is due on the practice page.
+// Lessons are walked from their ideas to mastery in lessons.test.mjs.
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
@@ -12,64 +12,6 @@ const solved = ["planar-2r/001.solutions", "planar-2r/001-quiz.solutions"];
 const typed = (kind) =>
   solved.flatMap((name) => bankOf(there.site.folder).bank(name).parts).find(({ name }) => name === kind)
     .typed;
-
-/** Moves a slider that has the focus to a value, by keys. */
-async function slid(page, slider, value) {
-  await slider.focus();
-  await page.keyboard.press("Home");
-  for (let i = 0; i < 60 && Number(await slider.inputValue()) < value - 1e-6; i += 1)
-    await page.keyboard.press("ArrowRight");
-}
-
-test("a lesson is done by keyboard alone: goals are ticked, a row of right answers is learned and kept", async () => {
-  const { page, wrong } = await opened(there, "learn.html?lesson=rates");
-  await page.locator(".dial").first().waitFor();
-  assert.equal(await page.locator(".goals .reached").count(), 0);
-  await slid(page, page.locator(".dial input").first(), 0);
-  await page.locator(".goals li.reached").first().waitFor();
-  await page.getByRole("button", { name: "Practise already" }).focus();
-  await page.keyboard.press("Enter");
-  for (let i = 0; i < 8 && (await page.getByText("Learned.").count()) === 0; i += 1) {
-    await page.locator("form .answer").waitFor();
-    if (await page.locator('input[type="radio"]').count()) {
-      await page.locator('input[type="radio"]').first().focus();
-      const { right } = bankOf(there.site.folder)
-        .bank("planar-2r/001")
-        .parts.find(({ name }) => name === "joint-effect").key;
-      for (let k = 0; k < right[0]; k += 1) await page.keyboard.press("ArrowDown");
-      await page.keyboard.press("Space");
-    } else {
-      const asText = page.getByRole("button", { name: "Type it as text" });
-      if (await asText.count()) {
-        await asText.focus();
-        await page.keyboard.press("Enter");
-      }
-      await page.getByLabel("Your answer").focus();
-      await page.keyboard.insertText(typed(await kindOf(page)));
-    }
-    await page.keyboard.press("Enter");
-    await page.locator(".verdict").waitFor();
-    assert.equal(await page.locator(".verdict h3").innerText(), "Right");
-    await page.locator(".verdict-note").waitFor(); // what comes of it is said there
-    if (await page.getByText("Learned.").count()) break;
-    await page.getByRole("button", { name: "Next problem" }).focus();
-    await page.keyboard.press("Enter");
-  }
-  await page.locator(".choosing").getByText("Learned.").waitFor();
-  await page.getByRole("link", { name: /^Next: A column is an arrow/ }).waitFor();
-  await page.goto(`${there.server.root}/learn.html`);
-  await page.locator(".way li").first().getByText("learned").waitFor({ state: "attached" });
-  await page.locator(".way li.current").getByText("A column is an arrow").waitFor();
-  assert.deepEqual(wrong, []);
-});
-
-/** The kind of the question that is asked, by its title in the index. */
-async function kindOf(page) {
-  const title = await page.locator(".task h2").innerText();
-  return bankOf(there.site.folder)
-    .bank("index")
-    .questions.find((question) => question.title === title).name;
-}
 
 test("what is seen going is ticked by touch, too, and in German", async () => {
   const { page, wrong } = await opened(there, "learn.html?lesson=singular", { ...PHONE, locale: "de-DE" });
@@ -188,3 +130,33 @@ test("the first page is an arm at once, which is pulled to its singularity by ke
     await page.keyboard.press("ArrowRight");
   await page.locator(".arm-vanishing").waitFor();
 });
+
+for (const [width, height] of [
+  [390, 844],
+  [1440, 900],
+])
+  test(`the arm of the first page fills its box, where it can be pulled straight out: ${width} x ${height}`, async () => {
+    const { page } = await opened(there, "index.html", { viewport: { width, height } });
+    const box = await page.locator(".arm-box").boundingBox();
+    const middleOf = async (place) => {
+      const { x, y, width, height } = await page.locator(place).first().boundingBox();
+      return [x + width / 2, y + height / 2];
+    };
+    await page.locator(".arm-box .arm-point-ring").waitFor();
+    const [P, base] = [await middleOf(".arm-point-ring"), await middleOf(".arm-joint-dot")];
+    const size = Math.hypot(P[0] - base[0], P[1] - base[1]);
+    assert.ok(
+      size > 0.4 * Math.min(box.width, box.height),
+      `from the base to P: ${size} of ${JSON.stringify(box)}`,
+    );
+    const [across, up] = [(P[0] - base[0]) / size, (P[1] - base[1]) / size];
+    await page.mouse.move(...P);
+    await page.mouse.down();
+    for (let step = 1; step <= 20; step += 1)
+      await page.mouse.move(P[0] + 0.04 * step * size * across, P[1] + 0.04 * step * size * up);
+    await page.mouse.up();
+    await page.locator(":is(.arm-near-pose, .arm-singular-pose) .arm-factors").waitFor();
+    const [now, still] = [await middleOf(".arm-point-ring"), await middleOf(".arm-joint-dot")];
+    assert.ok(Math.hypot(still[0] - base[0], still[1] - base[1]) < 1, "it is seen from as near as before");
+    assert.ok(now[0] < box.x + box.width && now[1] > box.y, "P is in the box");
+  });

@@ -2,9 +2,9 @@
 import { describe, expect, test } from "vitest";
 
 import type { Index, Listed } from "../src/bank.js";
-import { classesOf, currentClass, rowOf, withRow } from "../src/learn/classes.js";
+import { classesOf, currentClass, rowOf, withRow } from "../src/practice/classes.js";
 import { LESSONS } from "../src/learn/lessons.js";
-import { answered, NEW, type Skill } from "../src/learn/skills.js";
+import { answered, NEW, type Skill } from "../src/practice/skills.js";
 import { STEPS } from "../src/practice/choice.js";
 
 const DAY = 24 * 3600 * 1000;

@@ -4,7 +4,7 @@ import { describe, expect, test } from "vitest";
 import type { Index } from "../src/bank.js";
 import { layersOf, placesOf, standingOf } from "../src/learn/graph.js";
 import { LESSONS } from "../src/learn/lessons.js";
-import { NEW } from "../src/learn/skills.js";
+import { NEW } from "../src/practice/skills.js";
 
 const DAY = 24 * 3600 * 1000;
 const INDEX: Index = {
@@ -29,6 +29,11 @@ const INDEX: Index = {
 const attempt = (right: boolean) => ({ right, box: 0, due: 0 });
 
 describe("the graph", () => {
+  test("has a lesson begun that was practised for a further class of arms alone", () => {
+    expect(standingOf(NEW, 0, [{ row: [] }])).toBe("new");
+    expect(standingOf(NEW, 0, [{ row: ["elbow-3r/1"] }])).toBe("begun");
+  });
+
   test("has every lesson behind what it needs, and nothing that is needed is unknown", () => {
     const layers = layersOf(LESSONS);
     for (const { id, needs } of LESSONS)

@@ -38,6 +38,8 @@ export interface DrawingProps {
   readonly describedBy: string;
   /** Whether it is looked at from nearer, as long as it is where it stands before it is moved. */
   readonly near?: boolean;
+  /** Places that are to be in sight of there, besides the arm. */
+  readonly besides?: readonly Vec3[];
   /** What is told in a corner of the drawing. */
   readonly readout?: ComponentChildren;
   /** The ends A and B of a path, the second of which can be dragged besides the arm, with what is drawn of the path. */
@@ -226,9 +228,11 @@ function heldOn(held: Held | null, links: readonly (readonly Vec3[])[]): Vec3 | 
     : null;
 }
 
+const NO_PLACES: readonly Vec3[] = [];
+
 /** The view of all, or a nearer one of the pose in which the arm stands first, as long as the arm is in it. */
 function useNear(props: DrawingProps, whole: View, flat: boolean): View {
-  const { arm, state, home, reach, layers, near, target } = props;
+  const { arm, state, home, reach, layers, near, target, besides = NO_PLACES } = props;
   const aims = target ? [target.at] : []; // where it is put first: the view stays while it is dragged
   const [left, setLeft] = useState(false);
   const { width, height } = whole;
@@ -238,8 +242,8 @@ function useNear(props: DrawingProps, whole: View, flat: boolean): View {
     const arrows = layers.columns ? drawnColumns(arm, begun, reach) : [];
     const heads = arrows.map((arrow) => shifted(begun.point, arrow));
     const page = viewOf(arm, extentOf(arm), width, height, FIRST_ORBIT);
-    return framingOf(arm, begun, [...heads, ...aims], page, flat);
-  }, [near, arm, home, width, height, layers.columns, aims.length]);
+    return framingOf(arm, begun, [...heads, ...aims, ...besides], page, flat);
+  }, [near, arm, home, width, height, layers.columns, aims.length, besides]);
   const nearer = useMemo(() => (framing ? framed(whole, framing) : whole), [framing, whole]);
   const isBack = isSame(state.pose, home) && isSeen(arm, state, nearer, aims);
   const isOut = !isBack && (left || !isSeen(arm, state, nearer, aims));

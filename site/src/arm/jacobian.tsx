@@ -30,6 +30,7 @@ export const Jacobian = paced(
     return (
       <table
         class="arm-jacobian"
+        data-rows={arm.task.length}
         data-columns={arm.joints.length}
         onPointerOver={pointed}
         onPointerLeave={() => onLit(null)}

@@ -3,8 +3,8 @@
 import type { JSX } from "preact";
 
 import { message, said } from "../text/text.js";
-import { currentClass, rowOf, type Stretch } from "./classes.js";
-import { NEEDED, type Row, type Skill } from "./skills.js";
+import { currentClass, rowOf, type Stretch } from "../practice/classes.js";
+import { NEEDED, type Row, type Skill } from "../practice/skills.js";
 
 interface DotsProps {
   readonly skill: Skill;

@@ -3,8 +3,8 @@
 import type { Index } from "../bank.js";
 import { ANYTHING, items, nameOf, type Progress } from "../practice/choice.js";
 import { type Lesson, LESSONS } from "./lessons.js";
-import { classesOf, rowOf, type Stretch } from "./classes.js";
-import { isDue, NEEDED, NEW, type Row, type Skill, type Skills } from "./skills.js";
+import { classesOf, rowOf, type Stretch } from "../practice/classes.js";
+import { isDue, NEEDED, NEW, type Row, type Skill, type Skills } from "../practice/skills.js";
 
 export type Standing = "new" | "begun" | "learned" | "due" | "mastered";
 
@@ -38,7 +38,7 @@ export function standingOf(skill: Skill, now: number, rows: readonly Row[] = [])
   if ([skill, ...rows].some((row) => isDue(row, now))) return "due";
   if ([skill, ...rows].every(({ mastered }) => mastered !== undefined)) return "mastered";
   if (skill.learned !== undefined) return "learned";
-  return skill.row.length > 0 || skill.goals.length > 0 ? "begun" : "new";
+  return [skill, ...rows].some(({ row }) => row.length > 0) || skill.goals.length > 0 ? "begun" : "new";
 }
 
 /** The layer of each lesson: behind all that it builds on. */

@@ -16,11 +16,11 @@ import { keep, kept } from "../practice/progress.js";
 import { storage } from "../practice/storage.js";
 import { Offline } from "../offline/offline.js";
 import { language, message, type Message, said } from "../text/text.js";
-import { classesOf, currentClass, rowOf, type Stretch, withRow } from "./classes.js";
+import { classesOf, currentClass, rowOf, type Stretch, withRow } from "../practice/classes.js";
 import { Dots } from "./dots.js";
 import { type Lesson, LESSONS } from "./lessons.js";
 import { Rich } from "./rich.js";
-import { answered, armsIn, isDue, NEEDED, NEW, nextIn, outcomeOf, type Skill } from "./skills.js";
+import { answered, armsIn, isDue, NEEDED, NEW, nextIn, outcomeOf, type Skill } from "../practice/skills.js";
 import { DialBoard, FIRST_DIALS, ratesOf, Shares, velocityOf } from "./tools.js";
 
 export interface LessonProps {
@@ -229,11 +229,11 @@ function Practice({
           item={item}
           level={index.feedback}
           arrived={arrived || count > 0}
-          note={note ? said(note) : undefined}
+          notes={note ? [said(note)] : []}
           onVerdict={(right, helped) => {
             const now = Date.now();
-            const how = { right, helped, again: again.current };
-            const after = answered(row, item, { ...how, now, most });
+            const how = { right, helped, again: again.current, most };
+            const after = answered(row, item, { ...how, now });
             again.current ||= !right;
             setNote(outcomeOf(row, after, how));
             onSkill(withRow(skill, classes, at, after));

@@ -1,5 +1,5 @@
-// The eight lessons of the way through the chapter: an idea to do with the arm, goals that the page sees reached, and what
-// is practised then. Lengths in metres, rates in rad/s.
+// The eight lessons of the way through the chapter: an idea to do with the arm, and goals that the page sees reached; what is
+// practised then stands in practice/topics.ts. Lengths in metres, rates in rad/s.
 
 import { kindHere } from "../arm/words.js";
 import { pStar } from "../arm/model.js";
@@ -7,6 +7,7 @@ import { verdictOf } from "../arm/weld.js";
 import type { Layers } from "../arm/marks.js";
 import type { Pane, Stage } from "../arm/stage.js";
 import { dot, norm, type Vec3 } from "../arm/vector.js";
+import { type Topic, topicOf } from "../practice/topics.js";
 import type { TextKey } from "../text/en.js";
 import type { Tool } from "./tools.js";
 
@@ -22,9 +23,7 @@ export interface Goal {
   readonly reached: (seen: Seen) => boolean;
 }
 
-export interface Lesson {
-  readonly id: string;
-  readonly title: TextKey;
+export interface Lesson extends Topic {
   /** The lessons that it builds on, all of which come before it. */
   readonly needs: readonly string[];
   readonly idea: readonly TextKey[];
@@ -33,13 +32,7 @@ export interface Lesson {
   readonly layers: Partial<Layers>;
   readonly pane: Pane | null;
   readonly goals: readonly Goal[];
-  /** Questions and families of the bank that are practised, in this order. */
-  readonly questions: readonly string[];
-  readonly families: readonly string[];
 }
-
-const FLAT = ["planar-2r", "polar-rp", "planar-pr", "planar-3r", "scara", "elbow-3r", "elbow"];
-const SQUARE = ["planar-2r", "polar-rp", "planar-pr", "elbow-3r", "scara", "elbow", "planar-3r-pose"];
 
 /** An entry of J: its row and column, counted from 1. */
 const entry = ({ state }: Stage, row: number, column: number): number => state.counted[row - 1]![column - 1]!;
@@ -53,8 +46,7 @@ const DEGREE = Math.PI / 180;
 
 export const LESSONS: readonly Lesson[] = [
   {
-    id: "rates",
-    title: "lesson.rates",
+    ...topicOf("rates"),
     needs: [],
     idea: ["lesson.rates.idea-1", "lesson.rates.idea-2"],
     arm: "plain",
@@ -76,12 +68,9 @@ export const LESSONS: readonly Lesson[] = [
           norm(velocity) > 0.05 && cosine(velocity, stage.state.point) < -0.99,
       },
     ],
-    questions: ["joint-effect", "speed", "velocity-component", "velocity"],
-    families: FLAT,
   },
   {
-    id: "columns",
-    title: "lesson.columns",
+    ...topicOf("columns"),
     needs: ["rates"],
     idea: ["lesson.columns.idea-1", "lesson.columns.idea-2"],
     arm: "plain",
@@ -96,12 +85,9 @@ export const LESSONS: readonly Lesson[] = [
         reached: ({ stage }) => Math.abs(cosine(column(stage, 1), column(stage, 2))) > 0.999,
       },
     ],
-    questions: ["match-columns", "joint-effect", "jacobian-size"],
-    families: FLAT,
   },
   {
-    id: "differentiation",
-    title: "lesson.differentiation",
+    ...topicOf("differentiation"),
     needs: ["columns"],
     idea: ["lesson.differentiation.idea-1", "lesson.differentiation.idea-2"],
     arm: "plain",
@@ -120,12 +106,9 @@ export const LESSONS: readonly Lesson[] = [
           Math.abs(entry(stage, 2, 1)) > 0.1 * stage.reach,
       },
     ],
-    questions: ["position", "jacobian"],
-    families: FLAT,
   },
   {
-    id: "propagation",
-    title: "lesson.propagation",
+    ...topicOf("propagation"),
     needs: ["columns"],
     idea: ["lesson.propagation.idea-1", "lesson.propagation.idea-2"],
     arm: "plain",
@@ -139,12 +122,9 @@ export const LESSONS: readonly Lesson[] = [
       },
       { text: "lesson.propagation.goal-2", reached: ({ stage }) => cosine(...twoArms(stage)) > 0.9995 },
     ],
-    questions: ["position-vectors", "link-velocity", "geometric-jacobian", "twist"],
-    families: FLAT,
   },
   {
-    id: "inverse",
-    title: "lesson.inverse",
+    ...topicOf("inverse"),
     needs: ["differentiation", "propagation"],
     idea: ["lesson.inverse.idea-1", "lesson.inverse.idea-2"],
     arm: "plain",
@@ -158,12 +138,9 @@ export const LESSONS: readonly Lesson[] = [
       },
       { text: "lesson.inverse.goal-2", reached: ({ rates }) => Math.max(...rates.map(Math.abs)) > 10 },
     ],
-    questions: ["joint-rates", "inverse-jacobian", "inverse-velocity"],
-    families: SQUARE,
   },
   {
-    id: "singular",
-    title: "lesson.singular",
+    ...topicOf("singular"),
     needs: ["differentiation"],
     idea: ["lesson.singular.idea-1", "lesson.singular.idea-2"],
     arm: "plain",
@@ -175,12 +152,9 @@ export const LESSONS: readonly Lesson[] = [
       { text: "lesson.singular.goal-2", reached: ({ stage }) => theta2(stage) > 178 * DEGREE },
       { text: "lesson.singular.goal-3", reached: ({ stage }) => Math.abs(Math.sin(theta2(stage))) > 0.995 },
     ],
-    questions: ["determinant", "singular-angles", "rank"],
-    families: SQUARE,
   },
   {
-    id: "kinds",
-    title: "lesson.kinds",
+    ...topicOf("kinds"),
     needs: ["singular"],
     idea: ["lesson.kinds.idea-1", "lesson.kinds.idea-2"],
     arm: "elbow",
@@ -197,12 +171,9 @@ export const LESSONS: readonly Lesson[] = [
         reached: ({ stage }) => kindHere(stage.arm, stage.rested) === "internal",
       },
     ],
-    questions: ["singularity-type", "singularity-meaning", "lost-direction", "lost-motion"],
-    families: [...SQUARE, "spherical", "cylindrical"],
   },
   {
-    id: "path",
-    title: "lesson.path",
+    ...topicOf("path"),
     needs: ["inverse", "singular"],
     idea: ["lesson.path.idea-1", "lesson.path.idea-2"],
     arm: "plain",
@@ -220,8 +191,6 @@ export const LESSONS: readonly Lesson[] = [
       },
       { text: "lesson.path.goal-3", reached: ({ stage }) => verdictOf(stage.arm, stage.welding) === "keeps" },
     ],
-    questions: ["path-rates", "path-limit"],
-    families: SQUARE,
   },
 ];
 

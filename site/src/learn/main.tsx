@@ -19,7 +19,7 @@ import { SkillMap } from "./skill-map.js";
 import { LessonView, NEW } from "./lesson.js";
 import { LESSONS } from "./lessons.js";
 import { Rich } from "./rich.js";
-import { keepSkills, keptSkills, type Skill, type Skills } from "./skills.js";
+import { keepSkills, keptSkills, type Skill, type Skills } from "../practice/skills.js";
 
 /** The arms of the ideas, as Python wrote them. */
 type Arms = Readonly<Record<"plain" | "elbow", Told>>;

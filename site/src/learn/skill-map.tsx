@@ -6,7 +6,7 @@ import type { JSX } from "preact";
 import { message, said } from "../text/text.js";
 import { inClass } from "./dots.js";
 import type { Asked, Place } from "./graph.js";
-import type { Row } from "./skills.js";
+import type { Row } from "../practice/skills.js";
 
 export function SkillMap({ places }: { places: readonly Place[] }): JSX.Element {
   const layers = Math.max(...places.map(({ layer }) => layer)) + 1;

@@ -8,8 +8,10 @@ import { useId, useMemo } from "preact/hooks";
 import { Drawing } from "../arm/drawing.js";
 import { Figures } from "../arm/figures.js";
 import type { Layers } from "../arm/marks.js";
+import { type Arm, type Pose, stateAt } from "../arm/model.js";
 import { sayIn, Spoken, useSay } from "../arm/speech.js";
 import { type StageWish, useStage } from "../arm/stage.js";
+import { along, norm, subtract, type Vec3 } from "../arm/vector.js";
 import { inWords } from "../arm/words.js";
 import { useSteps } from "../later.js";
 import type { Language } from "../text/text.js";
@@ -24,6 +26,12 @@ export function Hero({ language, ...told }: StageWish & { readonly language: Lan
   );
 }
 
+/** Where P is once it is pulled straight out, as the page asks for: as far as the arm reaches. */
+function pulledOut(arm: Arm, home: Pose, reach: number): Vec3 {
+  const out = subtract(stateAt(arm, home).point, arm.base.o);
+  return along(arm.base.o, out, reach / norm(out));
+}
+
 function Shown({ told, language }: { told: StageWish; language: Language }): JSX.Element {
   const say = useSay();
   const stage = useStage(told, null);
@@ -32,6 +40,7 @@ function Shown({ told, language }: { told: StageWish; language: Language }): JSX
     () => inWords(arm, rested, { say: sayIn(language), radians: false }),
     [arm, rested, language],
   );
+  const stretched = useMemo(() => [pulledOut(arm, stage.home, stage.reach)], [arm, stage.home, stage.reach]);
   const id = useId();
   const step = useSteps(2); // what the arm is, its drawing, its numbers: no piece of work holds up a phone for long
   if (step === 0) return <div class="arm" />;
@@ -40,6 +49,8 @@ function Shown({ told, language }: { told: StageWish; language: Language }): JSX
       <Drawing
         {...stage}
         layers={LAYERS}
+        near
+        besides={stretched}
         onChoose={stage.choose}
         onPose={stage.move}
         onLit={stage.point}

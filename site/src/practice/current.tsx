@@ -19,7 +19,7 @@ export function Current({
   arrived,
   closed = false,
   factored = true,
-  note,
+  notes,
   onVerdict,
   onSolution = () => undefined,
   onNext,
@@ -32,7 +32,7 @@ export function Current({
   /** Whether the factors of det J may be shown, where they don't tell this very answer. */
   factored?: boolean;
   /** What is said below a verdict of what comes of it. */
-  note?: string | undefined;
+  notes?: readonly string[];
   /** Told whether an answer that could be read is right, whether hints or the solution were seen before, and how it was judged. */
   onVerdict: (right: boolean, helped: boolean, judged: Judged) => void;
   /** Told that the solution is seen before the answer is right. */
@@ -72,7 +72,7 @@ export function Current({
         arrived={arrived}
         closed={closed}
         factored={factored}
-        note={note}
+        notes={notes}
         onVerdict={(judged, helped) => onVerdict(judged.verdict.outcome === "correct", helped, judged)}
         onSolution={onSolution}
         onNext={onNext}

@@ -1,4 +1,5 @@
-// What is due again, on top of the practice page: how much there is, and the way to answer it.
+// What is due again, on top of the practice page: how much there is, what went wrong and what was learned, and the way to
+// answer it.
 
 import type { JSX } from "preact";
 
@@ -11,15 +12,20 @@ interface DueProps {
   readonly count: number;
   /** Whether what is due is being answered. */
   readonly going: boolean;
+  /** The lesson, and the class of its arms, of which is asked now, in words; null for what went wrong. */
+  readonly of: string | null;
   readonly onStart: () => void;
 }
 
-export function Due({ count, going, onStart }: DueProps): JSX.Element | null {
+export function Due({ count, going, of, onStart }: DueProps): JSX.Element | null {
   if (count === 0 && !going) return null;
   return (
     <p class="due" role="status">
       {going ? (
-        said(count > 0 ? message("practice.due-left", { count }) : message("practice.due-done"))
+        <span>
+          {said(count > 0 ? message("practice.due-left", { count }) : message("practice.due-done"))}
+          {of && count > 0 ? <span class="muted"> · {of}</span> : null}
+        </span>
       ) : (
         <>
           <strong>{said(message("practice.due-now", { count, minutes: Math.ceil(EACH * count) }))}</strong>

@@ -18,10 +18,10 @@ interface FeedbackProps {
   /** Whether the columns of the answer are drawn beside the true ones. */
   readonly isDrawn: boolean;
   /** What comes of it where it was practised. */
-  readonly note?: string | undefined;
+  readonly notes?: readonly string[] | undefined;
 }
 
-export function Feedback({ problem, verdict, isDrawn, note }: FeedbackProps): JSX.Element {
+export function Feedback({ problem, verdict, isDrawn, notes = [] }: FeedbackProps): JSX.Element {
   const mistake = verdict.mistake === undefined ? undefined : problem.said[verdict.mistake];
   const pose = poseOf(problem, verdict);
   const title =
@@ -49,7 +49,13 @@ export function Feedback({ problem, verdict, isDrawn, note }: FeedbackProps): JS
         <Marks entries={verdict.entries} />
       ) : null}
       {isDrawn ? <p>{said(message("practice.own-columns"))}</p> : null}
-      {note && isRead(verdict) ? <p class="verdict-note">{note}</p> : null}
+      {isRead(verdict)
+        ? notes.map((note) => (
+            <p key={note} class="verdict-note">
+              {note}
+            </p>
+          ))
+        : null}
       {pose ? (
         <p>
           <a href="#arm">{said(message("practice.pose"))}</a>

@@ -1,7 +1,7 @@
 // The practice page: what to practise, one problem after the other, and how it went.
 
 import type { JSX } from "preact";
-import { useEffect, useMemo, useState } from "preact/hooks";
+import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import type { Index } from "../bank.js";
 import { loadIndex } from "../load.js";
@@ -21,11 +21,21 @@ import {
   type Progress,
   type Wish,
 } from "./choice.js";
+import {
+  type ClassOfTopic,
+  classInWords,
+  counted,
+  drawnFrom,
+  dueClasses,
+  outcomesInWords,
+  sortingOf,
+} from "./counting.js";
 import { Due } from "./due.js";
 import { keep, kept } from "./progress.js";
 import { Current, Failed } from "./current.js";
 import { Settings } from "./settings.js";
 import { Sheet, sheetFrom } from "./sheet.js";
+import { keepSkills, keptSkills, type Skills } from "./skills.js";
 import { storage } from "./storage.js";
 import { isToday, TodayDoor, TodaysArm } from "./todays-arm.js";
 
@@ -54,22 +64,48 @@ function Session({ index }: { index: Index }) {
   const [wish, setWish] = useState<Wish>(() => fromLink(window.location.search));
   const [progress, setProgress] = useState<Progress>(() => kept(storage));
   const [{ place, item }, setChosen] = useState(() => chosenBy(index, wish, progress, null, ""));
-  const [moved, setMoved] = useState(false);
+  const [skills, setSkills] = useState<Skills>(() => keptSkills(storage));
+  const [moves, setMoves] = useState(0);
   const [queued, setQueued] = useState(false); // whether what is due is being answered
+  const [aim, setAim] = useState<ClassOfTopic | null>(null); // the class of which the queue asks now
+  const [notes, setNotes] = useState<readonly string[]>([]);
+  const again = useRef(false); // whether this question was answered before, and not rightly
+  const asked = useRef<string[]>([]); // of the classes that are due
+  const sorting = useMemo(() => sortingOf(index), [index]);
   const due = dueItems(index, progress, Date.now());
+  const dueAgain = dueClasses(skills, Date.now(), sorting);
   const order = useMemo(() => (wish.set ? inOrder(index, wish) : null), [index, wish]);
 
+  const show = (chosen: { place: number; item: Item | null }, of: ClassOfTopic | null = null): void => {
+    again.current = false;
+    setNotes([]);
+    setAim(of);
+    setChosen(chosen);
+  };
   const choose = (wanted: Wish, from: number | null): void =>
-    setChosen(chosenBy(index, wanted, progress, from, item ? nameOf(item) : ""));
-  const setItem = (next: Item): void => setChosen({ place, item: next });
-  /** The first of what is due, or the next one; when there is none left, as it was wished. */
+    show(chosenBy(index, wanted, progress, from, item ? nameOf(item) : ""));
+  /** What is due next: what went wrong, then a class to be looked at again; when there is none left, as it was wished. */
   const fromQueue = (isFirst: boolean): void => {
     const [first] = due.filter((each) => isFirst || !item || nameOf(each) !== nameOf(item));
-    if (first) setItem(first);
-    else {
-      setQueued(false);
-      choose(wish, place);
+    if (first) return show({ place, item: first });
+    const isLast = ({ topic, at }: ClassOfTopic): boolean => topic === aim?.topic && at === aim.at;
+    const of = dueAgain.find((each) => !isLast(each)) ?? dueAgain[0];
+    const drawn = of && drawnFrom(of, skills, asked.current, Math.random);
+    if (drawn) {
+      asked.current.push(nameOf(drawn));
+      return show({ place, item: drawn }, of);
     }
+    setQueued(false);
+    choose(wish, place);
+  };
+  const answered = (item: Item, right: boolean, helped: boolean): void => {
+    const now = Date.now();
+    noted(attempted(progress, item, right, now));
+    const found = counted(skills, item, { right, helped, again: again.current, now }, sorting);
+    again.current ||= !right;
+    setNotes(outcomesInWords(found.outcomes));
+    setSkills(found.skills);
+    keepSkills(storage, found.skills);
   };
   const fault = useMemo(() => faultOf(index, wish, window.location.search), [index, wish]);
 
@@ -86,8 +122,9 @@ function Session({ index }: { index: Index }) {
     <div class="workspace">
       <div class="choosing">
         <Due
-          count={due.length}
+          count={due.length + dueAgain.length}
           going={queued}
+          of={aim && queued ? classInWords(aim) : null}
           onStart={() => {
             setQueued(true);
             fromQueue(true);
@@ -109,13 +146,14 @@ function Session({ index }: { index: Index }) {
       </div>
       {item && !fault ? (
         <Current
-          key={nameOf(item)}
+          key={`${nameOf(item)} ${moves}`}
           item={item}
           level={index.feedback}
-          arrived={moved}
-          onVerdict={(right) => noted(attempted(progress, item, right, Date.now()))}
+          arrived={moves > 0}
+          notes={notes}
+          onVerdict={(right, helped) => answered(item, right, helped)}
           onNext={() => {
-            setMoved(true);
+            setMoves(moves + 1);
             if (queued) fromQueue(false);
             else choose(wish, place + 1);
           }}

@@ -66,7 +66,7 @@ interface TaskProps {
   readonly closed: boolean;
   readonly factored: boolean;
   /** What is said below a verdict of what comes of it. */
-  readonly note?: string | undefined;
+  readonly notes?: readonly string[] | undefined;
   /** Told of a verdict, and whether hints or the solution were seen before it. */
   readonly onVerdict: (judged: Judged, helped: boolean) => void;
   readonly onSolution: () => void;
@@ -74,7 +74,7 @@ interface TaskProps {
 }
 
 export function Task(props: TaskProps): JSX.Element {
-  const { item, problem, part, level, arrived, closed, factored, note } = props;
+  const { item, problem, part, level, arrived, closed, factored, notes } = props;
   const { onVerdict, onSolution, onNext } = props;
   const [answer, setAnswer] = useState("");
   const [verdict, setVerdict] = useState<Verdict | null>(null);
@@ -163,7 +163,9 @@ export function Task(props: TaskProps): JSX.Element {
       </form>
       {failed ? <p role="alert">{said(message("practice.failed", { why: failed }))}</p> : null}
       <div role="status" ref={verdictPlace}>
-        {verdict ? <Feedback problem={problem} verdict={verdict} isDrawn={own !== null} note={note} /> : null}
+        {verdict ? (
+          <Feedback problem={problem} verdict={verdict} isDrawn={own !== null} notes={notes} />
+        ) : null}
       </div>
       <Help
         item={item}

@@ -7,8 +7,10 @@ import type { Index } from "../bank.js";
 import { Copied } from "../pages/copied.js";
 import { message, said } from "../text/text.js";
 import { attempted } from "./choice.js";
+import { counted, outcomesInWords, sortingOf } from "./counting.js";
 import { Current } from "./current.js";
 import { keep, kept } from "./progress.js";
+import { keepSkills, keptSkills } from "./skills.js";
 import { storage } from "./storage.js";
 import { dayOf, type Day, isSolved, itemOf, keepDay, keptDay, marks, onDay, tried } from "./today.js";
 
@@ -20,12 +22,20 @@ export function TodaysArm({ index }: { index: Index }): JSX.Element {
   const [today] = useState(() => dayOf(Date.now())); // who begins before midnight ends what was begun
   const item = useMemo(() => itemOf(index, today), [index, today]);
   const [day, setDay] = useState<Day | null>(() => item && onDay(keptDay(storage), today, item));
+  const sorting = useMemo(() => sortingOf(index), [index]);
+  const [notes, setNotes] = useState<readonly string[]>([]);
   if (!item || !day) return <p>{said(message("practice.none"))}</p>;
   const note = (right: boolean, helped: boolean): void => {
     const next = tried(day, right, helped);
     setDay(next);
     keepDay(storage, next);
-    keep(storage, attempted(kept(storage), item, right, Date.now()));
+    const now = Date.now();
+    keep(storage, attempted(kept(storage), item, right, now));
+    if (isSolved(day)) return; // it has counted
+    const again = day.tries.length > 0;
+    const found = counted(keptSkills(storage), item, { right, helped, again, now }, sorting);
+    keepSkills(storage, found.skills);
+    setNotes(outcomesInWords(found.outcomes));
   };
   return (
     <div class="workspace">
@@ -50,6 +60,7 @@ export function TodaysArm({ index }: { index: Index }): JSX.Element {
         item={item}
         level={index.feedback}
         arrived={false}
+        notes={notes}
         onVerdict={note}
         onNext={() => window.location.assign("practice.html")}
       />

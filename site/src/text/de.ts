@@ -351,6 +351,8 @@ export const de: Catalogue = {
   "practice.due-start": "Jetzt beantworten",
   "practice.due-left": "Noch {count} fällig.",
   "practice.due-done": "Nichts ist mehr fällig.",
+  "practice.of-class": "{title}, {arms}",
+  "practice.counts": "{what}: {outcome}",
   "sheet.make": "Blatt zum Drucken",
   "sheet.count": "Fragen",
   "sheet.with-key": "mit Lösungen auf einer eigenen Seite",

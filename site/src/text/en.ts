@@ -419,6 +419,8 @@ export const en = {
   "practice.due-start": "Answer them now",
   "practice.due-left": "{count} of what is due is left.",
   "practice.due-done": "Nothing is due any more.",
+  "practice.of-class": "{title}, {arms}",
+  "practice.counts": "{what}: {outcome}",
   "sheet.make": "Printable sheet",
   "sheet.count": "Questions",
   "sheet.with-key": "with a key on a page of its own",

@@ -2,9 +2,9 @@
 // space, then any. What is right for a plain arm says little of one that is turned and offset.
 
 import type { Index, Listed } from "../bank.js";
-import { type Item, STEPS } from "../practice/choice.js";
-import type { Lesson } from "./lessons.js";
+import { type Item, STEPS } from "./choice.js";
 import { isDue, itemsOf, NEW_ROW, type Row, type Skill } from "./skills.js";
+import type { Topic } from "./topics.js";
 
 export const CLASSES = ["plain", "space", "any"] as const;
 export type ArmClass = (typeof CLASSES)[number];
@@ -21,7 +21,7 @@ const FURTHER = ["cylindrical", "spherical", "orthogonal-3r", "random-2", "rando
 const PLAIN_STEPS: readonly string[] = STEPS.slice(0, 2);
 
 /** The classes of a lesson of which the bank has arms, in their order. */
-export function classesOf(index: Index, { questions, families }: Lesson): readonly Stretch[] {
+export function classesOf(index: Index, { questions, families }: Topic): readonly Stretch[] {
   const own = itemsOf(index, questions, families);
   const known = new Set(own.map(({ family }) => family));
   const further = FURTHER.filter((name) => !known.has(name));

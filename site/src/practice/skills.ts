@@ -2,7 +2,7 @@
 // mastered with one more after a day; for each class of arms by itself (classes.ts). Kept in this browser.
 
 import type { Index } from "../bank.js";
-import { type Item, nameOf, STEPS } from "../practice/choice.js";
+import { type Item, nameOf, STEPS } from "./choice.js";
 import { message, type Message } from "../text/text.js";
 
 export const NEEDED = 3;
@@ -54,8 +54,15 @@ export function answered<R extends Row>(
   return row.length >= Math.min(NEEDED, most) ? { ...skill, row, learned: now } : { ...skill, row };
 }
 
-/** What comes of an answer to a question of a lesson, in words; null where the lesson is learned, and no day has gone by. */
-export function outcomeOf(before: Row, after: Row, { right, helped, again }: Answered): Message | null {
+/**
+ * What comes of an answer to a question of a lesson, in words; null where the lesson is learned, and no day has gone by. `most`
+ * is how many arms there are.
+ */
+export function outcomeOf(
+  before: Row,
+  after: Row,
+  { right, helped, again, most }: Answered & { most: number },
+): Message | null {
   if (before.mastered !== undefined) return null;
   if (after.mastered !== undefined) return message("lesson.mastered");
   if (before.learned !== undefined && !right) return null;
@@ -64,7 +71,8 @@ export function outcomeOf(before: Row, after: Row, { right, helped, again }: Ans
   if (before.learned !== undefined) return null;
   if (after.learned !== undefined) return message("lesson.learned");
   if (!right && before.row.length > 0) return message("lesson.row-broken");
-  return right ? message("lesson.state-row", { count: after.row.length, needed: NEEDED }) : null;
+  const needed = Math.min(NEEDED, most);
+  return right ? message("lesson.state-row", { count: after.row.length, needed }) : null;
 }
 
 /** Whether what was learned is to be looked at again: a day has gone by, and it is not mastered yet. */

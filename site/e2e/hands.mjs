@@ -1,0 +1,137 @@
+// What a student moves a page with: keys alone, in Chromium and in Firefox alike, or a finger.
+//
+// A page is what can be run in it, and the keys and taps that reach it: `run(body, value)`, `open(address)`, `keys(...)`,
+// and `tap([x, y])` for a finger. Hands are `press` (a button by its name), `slide`, `choose`, `type` and `send`.
+import assert from "node:assert/strict";
+
+import { Keys } from "./bidi.mjs";
+
+/** Names that Playwright has for keys. */
+const NAMES = {
+  [Keys.right]: "ArrowRight",
+  [Keys.up]: "ArrowUp",
+  [Keys.down]: "ArrowDown",
+  [Keys.home]: "Home",
+  [Keys.enter]: "Enter",
+  [Keys.tab]: "Tab",
+};
+
+/** A page of Playwright, as hands take it. */
+export const chromiumPage = (page) => ({
+  run: (body, value) => page.evaluate(body, value),
+  open: (address) => page.goto(address),
+  keys: async (...keys) => {
+    for (const key of keys) await page.keyboard.press(NAMES[key] ?? key);
+  },
+  tap: ([x, y]) => page.touchscreen.tap(x, y),
+});
+
+/** A page of Firefox, as hands take it. */
+export const firefoxPage = (page) => ({
+  run: page.run,
+  open: page.open,
+  keys: page.keys,
+});
+
+const LOOK = 40;
+const LOOKS = 500;
+
+/** What a function of the page gives back once that is something. */
+export async function until(page, body, value) {
+  for (let looks = 0; looks < LOOKS; looks += 1) {
+    const found = await page.run(body, value);
+    if (found) return found;
+    await new Promise((later) => setTimeout(later, LOOK));
+  }
+  throw new Error(`not in time: ${body} of ${JSON.stringify(value)}`);
+}
+
+/** Whether a button, the head of what is folded, or the first element of a selector, is what has the focus. */
+const hasFocus = ({ name, selector }) => {
+  const { activeElement } = document;
+  return name === undefined
+    ? activeElement === document.querySelector(selector)
+    : activeElement?.matches("button, summary") && activeElement.textContent.trim().startsWith(name);
+};
+
+/** The keys alone: everything is a stop of the Tab key. */
+export function keyboard(page) {
+  const to = async (wanted) => {
+    for (let stops = 0; stops < 150; stops += 1) {
+      if (await page.run(hasFocus, wanted)) return;
+      await page.keys(Keys.tab);
+    }
+    throw new Error(`no stop of the Tab key is ${JSON.stringify(wanted)}`);
+  };
+  return {
+    async press(name) {
+      await to({ name });
+      await page.keys(Keys.enter);
+    },
+    /** Brings a slider to the middle of its range. */
+    async slide(selector) {
+      await to({ selector });
+      await page.keys(Keys.home);
+      const isBelow = () => {
+        const { value, min, max } = document.activeElement;
+        return Number(value) < (Number(min) + Number(max)) / 2 - 1e-6;
+      };
+      for (let steps = 0; steps < 100 && (await page.run(isBelow)); steps += 1) await page.keys(Keys.right);
+    },
+    /** Chooses the option of a number, counted from 0. */
+    async choose(selector, number) {
+      await to({ selector });
+      await page.keys(...Array.from({ length: number }, () => Keys.down), Keys.space);
+    },
+    async type(selector, text) {
+      await to({ selector });
+      await page.keys(...text.replaceAll("\n", " "));
+    },
+    /** Sends the answer: from its field, or from the option that is chosen. */
+    send: () => page.keys(Keys.enter),
+  };
+}
+
+/** A finger: everything is scrolled to, is at rest, has nothing over it, and is tapped at its middle. */
+export function touch(page) {
+  /** Where the element is that is wanted, once it is scrolled to, and what lies over its middle. */
+  const find = ({ name, selector, number = 0 }) => {
+    const all =
+      name === undefined
+        ? [...document.querySelectorAll(selector)]
+        : [...document.querySelectorAll("button, summary")].filter((each) =>
+            each.textContent.trim().startsWith(name),
+          );
+    const element = all[number];
+    if (!element) return null;
+    element.scrollIntoView({ block: "center", behavior: "instant" });
+    const { x, y, width, height } = element.getBoundingClientRect();
+    const middle = [x + width / 2, y + height / 2];
+    const over = document.elementFromPoint(...middle);
+    return { middle, over: element.contains(over) ? "" : (over?.outerHTML.slice(0, 120) ?? "nothing") };
+  };
+  const tapped = async (wanted) => {
+    let before = null;
+    for (let looks = 0; looks < LOOKS; looks += 1) {
+      const found = await page.run(find, wanted);
+      if (found && before && String(found.middle) === String(before.middle)) {
+        assert.equal(found.over, "", `lies over ${JSON.stringify(wanted)}`);
+        return page.tap(found.middle);
+      }
+      before = found; // what still moves, as the page grows, is not tapped
+      await new Promise((later) => setTimeout(later, LOOK));
+    }
+    throw new Error(`there is no ${JSON.stringify(wanted)} at rest`);
+  };
+  return {
+    press: (name) => tapped({ name }),
+    slide: (selector) => tapped({ selector }),
+    choose: (selector, number) => tapped({ selector, number }),
+    /** Types what the keyboard on the screen would. */
+    async type(selector, text) {
+      await tapped({ selector });
+      await page.keys(...text.replaceAll("\n", " "));
+    },
+    send: () => tapped({ selector: 'form button[type="submit"]' }),
+  };
+}

@@ -1,0 +1,161 @@
+// A lesson walked from its idea to mastery of every class of its arms, by any hand, in any browser and language.
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+
+import { until } from "./hands.mjs";
+
+const DAYS = 2 * 24 * 3600 * 1000;
+
+/** What the page says, in its language. */
+export const WORDS = {
+  en: {
+    practise: "Practise already",
+    asText: "Type it as text",
+    right: "Right",
+    next: "Next problem",
+    learned: "Learned.",
+    mastered: "Mastered.",
+    isMastered: "mastered",
+    offline: { lesson: "Keep this lesson for offline", course: "Keep this course for offline" },
+    keep: "Keep the rest",
+    kept: "All ",
+    classes: { plain: "plain arms", space: "arms in space", any: "any arms" },
+  },
+  de: {
+    practise: "Schon üben",
+    asText: "Als Text eingeben",
+    right: "Richtig",
+    next: "Nächste Aufgabe",
+    learned: "Gelernt.",
+    mastered: "Das sitzt.",
+    isMastered: "gemeistert",
+    offline: { lesson: "Diese Lektion für offline behalten", course: "Diesen Kurs für offline behalten" },
+    keep: "Den Rest behalten",
+    kept: "Alle ",
+    classes: { plain: "einfache Arme", space: "Arme im Raum", any: "beliebige Arme" },
+  },
+};
+
+export const CLASSES = ["plain", "space", "any"];
+
+/** A site with arms of every class, `variants` of each, and of families besides; with its bank, and how to get rid of it. */
+export function siteOfClasses(variants, besides = []) {
+  const folder = mkdtempSync(join(tmpdir(), "qdot-classes-"));
+  const families = ["planar-2r", "elbow-3r", "random-2", ...besides];
+  const arms = ["--families", families.join(), "--variation", "lengths"];
+  execFileSync(
+    process.env.QDOT ?? "qdot",
+    ["site", "build", "--out", folder, "--variants", String(variants), ...arms],
+    { stdio: "ignore" },
+  );
+  const bank = (name) => JSON.parse(readFileSync(join(folder, "bank", `${name}.json`), "utf8"));
+  return { folder, families, bank, remove: () => rmSync(folder, { recursive: true, force: true }) };
+}
+
+/** What is said of the class whose arm is asked. */
+const told = (page) => page.run(() => document.querySelector(".choosing [role=status]")?.textContent ?? "");
+
+/** Answers the question that is there rightly, once it is another than `last`; returns which it was. */
+export async function answered(page, hand, { code, bank }, last = "") {
+  const item = await until(
+    page,
+    (last) => {
+      const found = document.querySelector(".task[data-item] form .answer");
+      const name = found?.closest(".task").dataset.item;
+      return name !== last && !document.querySelector(".verdict") && name;
+    },
+    last,
+  );
+  const [family, key, kind] = item.split("/");
+  const of = (name) => bank(name).parts.find((part) => part.name === kind);
+  if (await page.run(() => Boolean(document.querySelector('form input[type="radio"]'))))
+    await hand.choose('form input[type="radio"]', of(`${family}/${key}`).key.right[0]);
+  else {
+    const { asText } = WORDS[code];
+    const isGrid = (name) =>
+      [...document.querySelectorAll("form button")].some((each) => each.textContent.trim() === name);
+    if (await page.run(isGrid, asText)) await hand.press(asText);
+    await hand.type(".formula-field", of(`${family}/${key}.solutions`).typed);
+  }
+  await hand.send();
+  const verdict = await until(page, () => document.querySelector(".verdict h3")?.innerText);
+  assert.equal(verdict, WORDS[code].right, item);
+  return item;
+}
+
+/** Keeps what is open, a lesson or the course, for when there is no connection. */
+export async function keptOffline(page, hand, code, what = "lesson") {
+  const { offline, keep, kept } = WORDS[code];
+  await page.run(() => navigator.serviceWorker.ready.then(() => true));
+  await until(page, () => Boolean(document.querySelector(".offline summary")));
+  await hand.press(offline[what]);
+  await until(
+    page,
+    (keep) => [...document.querySelectorAll("button")].some((each) => each.textContent.startsWith(keep)),
+    keep,
+  );
+  await hand.press(keep);
+  const isKept = (kept) => document.querySelector(".offline [role=status]").innerText.startsWith(kept);
+  await until(page, isKept, kept);
+}
+
+/** Opens a lesson, tries its idea with the first dial, and goes on to the questions; goals are reached where it `isKnown`. */
+async function begun(page, hand, { root, code, lesson }, isKnown) {
+  await page.open(`${root}/learn.html?lesson=${lesson}`);
+  await until(page, () => Boolean(document.querySelector(".dial input")));
+  assert.equal(await page.run(() => document.querySelector(".dials").closest("[lang]").lang), code);
+  assert.equal(await page.run(() => document.querySelector(".goals .reached") !== null), isKnown);
+  await hand.slide(".dial input");
+  await until(page, () => Boolean(document.querySelector(".goals li.reached")));
+  await hand.press(WORDS[code].practise);
+}
+
+/**
+ * Walks a lesson to mastery: `arms` different ones of each class in a row, a class after the other, then one more of each
+ * when days have gone by. `walk` has root, code, bank, lesson, and the classes in their order.
+ */
+export async function walkedToMastery(page, hand, walk, arms) {
+  const { classes, code } = walk;
+  const words = WORDS[code];
+  let last = "";
+  /** Answers about arms of a class until what is said of it begins so. */
+  const goOn = async (name, outcome, most) => {
+    const seen = new Set();
+    const wanted = classes.length > 1 ? `${words.classes[name]} · ${outcome}` : outcome;
+    for (let isDone = false; !isDone;) {
+      assert.ok(seen.size < most, `${[...seen]} are answered, and it says: ${await told(page)}`);
+      last = await answered(page, hand, walk, last);
+      await until(page, () => Boolean(document.querySelector(".verdict-note"))); // what comes of it is said there
+      const [family, key] = last.split("/");
+      seen.add(`${family}/${key.replace("-quiz", "")}`);
+      isDone = (await told(page)).startsWith(wanted);
+      if (!isDone || name !== classes.at(-1)) await hand.press(words.next);
+    }
+    assert.equal(seen.size, most, `${[...seen]}`);
+  };
+  await begun(page, hand, walk, false);
+  for (const name of classes) await goOn(name, words.learned, arms);
+  await page.run(
+    ([lesson, days]) => {
+      const skills = JSON.parse(localStorage.getItem("qdot-lessons"));
+      const { beyond = {}, ...first } = skills[lesson];
+      for (const row of [first, ...Object.values(beyond)]) row.learned -= days; // the days go by
+      localStorage.setItem("qdot-lessons", JSON.stringify({ ...skills, [lesson]: { ...first, beyond } }));
+    },
+    [walk.lesson, DAYS],
+  );
+  last = "";
+  await begun(page, hand, walk, true);
+  for (const name of classes) await goOn(name, words.mastered, 1);
+  await page.open(`${walk.root}/learn.html`);
+  const standing = await until(
+    page,
+    () => document.querySelector(".skill.is-mastered .skill-state")?.innerText,
+  );
+  assert.ok(standing.endsWith(words.isMastered), standing);
+  const next = () => document.querySelector(".way > ol > li.current a").search;
+  assert.equal(await page.run(next), "?lesson=columns");
+}

@@ -1,0 +1,166 @@
+// A lesson from its idea to mastery of all classes of its arms, in Chromium: by keys alone and by a finger, in both
+// languages, and with no connection, each class of arms by what was kept. `make whole` walks all of it, with more arms.
+import assert from "node:assert/strict";
+import { after, before, test } from "node:test";
+
+import { served } from "../tools/browser.mjs";
+import { chromiumPage, keyboard, touch } from "./hands.mjs";
+import { answered, CLASSES, keptOffline, siteOfClasses, walkedToMastery, WORDS } from "./lesson.mjs";
+import { drawn, inChromium, openedAnew, PHONE, WIDE } from "./opened.mjs";
+
+const WHOLE = process.env.QDOT_SUITE === "whole";
+const ARMS = WHOLE ? 3 : 1;
+const HANDS = { keyboard: [keyboard, WIDE], touch: [touch, PHONE] };
+const WALKS = Object.keys(HANDS).flatMap((by) =>
+  ["en", "de"].flatMap((code) => [false, true].map((offline) => ({ by, code, offline }))),
+);
+/** Every hand in either language, two of these walks with no connection. */
+const taken = ({ by, code, offline }) => WHOLE || offline === ((by === "touch") === (code === "de"));
+
+const there = inChromium();
+let site;
+before(() => (site = siteOfClasses(ARMS, WHOLE ? ["puma-560", "lbr-7r"] : [])));
+after(() => site?.remove());
+
+for (const { by, code, offline } of WALKS.filter(taken))
+  test(`a lesson to mastery by ${by}: ${code}${offline ? ", offline" : ""}`, async () => {
+    const server = await served(site.folder);
+    const [handOf, options] = HANDS[by];
+    const { page, wrong, context } = await openedAnew({ ...there, server }, "learn.html?lesson=rates", {
+      ...options,
+      locale: code === "de" ? "de-DE" : "en-GB",
+      serviceWorkers: offline ? "allow" : "block",
+    });
+    const [chromium, hand] = [chromiumPage(page), handOf(chromiumPage(page))];
+    try {
+      if (offline) {
+        await keptOffline(chromium, hand, code);
+        await context.setOffline(true);
+        server.close();
+      }
+      const walk = { root: server.root, code, bank: site.bank, lesson: "rates", classes: CLASSES };
+      await walkedToMastery(chromium, hand, walk, ARMS);
+      assert.deepEqual(wrong, []);
+    } finally {
+      await context.close();
+      server.close();
+    }
+  });
+
+test("free practice counts for the class of the arm, which is due by itself when a day has gone by", async () => {
+  const server = await served(site.folder);
+  const path = "practice.html?arm=elbow-3r&question=position";
+  const { page, wrong, context } = await openedAnew({ ...there, server }, path, WIDE);
+  const chromium = chromiumPage(page);
+  const practised = () => answered(chromium, keyboard(chromium), { code: "en", bank: site.bank });
+  try {
+    await practised();
+    const outcome =
+      ARMS > 1 ? `1 of ${ARMS} right in a row` : "Learned. Answer one more tomorrow, and it is mastered.";
+    await page.getByText(`By differentiation, arms in space: ${outcome}`).waitFor();
+    await page.evaluate(() => {
+      const { differentiation } = JSON.parse(localStorage.getItem("qdot-lessons"));
+      differentiation.beyond.space.learned = 1; // as it is once all are right, and days have gone by
+      localStorage.setItem("qdot-lessons", JSON.stringify({ differentiation }));
+    });
+    await page.goto(`${server.root}/practice.html`);
+    await page.getByText("1 due, about 2 minutes").waitFor();
+    await page.getByRole("button", { name: "Answer them now" }).click();
+    await page.locator(".due").getByText("By differentiation, arms in space").waitFor();
+    await page.locator('.task[data-item^="elbow-3r/"]').waitFor();
+    await practised();
+    await page.locator(".verdict").getByText("By differentiation, arms in space: Mastered.").waitFor();
+    await page.getByText("Nothing is due any more.").waitFor();
+    if (process.env.SHOTS) await page.screenshot({ path: `${process.env.SHOTS}/due.png` });
+    await page.goto(`${server.root}/learn.html`);
+    const link = page.getByRole("link", { name: "By differentiation", exact: true });
+    const skill = page.locator(".skill", { has: link }).locator(".skill-state");
+    await skill.getByText("begun").waitFor(); // plain arms are still to come
+    assert.deepEqual(wrong, []);
+  } finally {
+    await context.close();
+    server.close();
+  }
+});
+
+test("a course that is kept has, with no connection, the arms of every class of every lesson", async () => {
+  const server = await served(site.folder);
+  const { page, wrong, context } = await openedAnew({ ...there, server }, "learn.html", {
+    ...WIDE,
+    locale: "de-DE",
+    serviceWorkers: "allow",
+  });
+  const mastered = { row: [], learned: 1, mastered: 2e8 };
+  try {
+    await keptOffline(chromiumPage(page), keyboard(chromiumPage(page)), "de", "course");
+    await context.setOffline(true);
+    server.close();
+    const lessons = await page
+      .locator(".way > ol > li a")
+      .evaluateAll((all) => all.map(({ href }) => new URL(href).searchParams.get("lesson")));
+    assert.equal(lessons.length, 8);
+    const asked = new Set();
+    for (const lesson of lessons)
+      for (const done of [[], ["plain"], ["plain", "space"]]) {
+        const beyond = Object.fromEntries(done.slice(1).map((name) => [name, mastered]));
+        const skill = { goals: [], ...(done.length > 0 ? mastered : { row: [] }), beyond };
+        await page.evaluate(
+          (kept) => localStorage.setItem("qdot-lessons", kept),
+          JSON.stringify({ [lesson]: skill }),
+        );
+        await page.goto(`${server.root}/learn.html?lesson=${lesson}&practise=1`);
+        await page.locator(".task[data-item] form .answer").waitFor();
+        assert.equal(await page.locator(".task h2").getAttribute("lang"), "de");
+        const words = WORDS.de.classes[CLASSES[done.length]];
+        assert.equal(await page.locator(".class-name").textContent(), words, lesson);
+        asked.add((await page.locator(".task").getAttribute("data-item")).split("/")[0]);
+      }
+    assert.deepEqual([...asked].sort(), ["elbow-3r", "planar-2r", "random-2"]);
+    assert.deepEqual(wrong, []);
+  } finally {
+    await context.close();
+    server.close();
+  }
+});
+
+for (const locale of ["en-GB", "de-DE"])
+  test(`all numbers and sliders beside a question are in sight at 1440 x 900, whatever the arm: ${locale}`, async () => {
+    const server = await served(site.folder);
+    const options = { viewport: { width: 1440, height: 900 }, locale };
+    const { page, wrong, context } = await openedAnew({ ...there, server }, "", options);
+    const scrolled = () =>
+      page
+        .locator(".arm-side, .arm-side *, .arm-pane, .arm-pane *")
+        .evaluateAll((all) =>
+          all
+            .filter(
+              (each) =>
+                getComputedStyle(each).overflowY === "auto" && each.scrollHeight > each.clientHeight + 1,
+            )
+            .map((each) => `${each.className} by ${each.scrollHeight - each.clientHeight}`),
+        );
+    try {
+      for (const path of [
+        ...site.families.map((family) => `practice.html?arm=${family}&question=velocity`),
+        "learn.html?lesson=kinds",
+        ...["ur5", "puma560", "panda"].map((robot) => `own.html#robot=${robot}`),
+      ]) {
+        await page.goto("about:blank"); // what differs behind # alone is no new page
+        await page.goto(`${server.root}/${path}`);
+        await page.locator(".arm-side .arm-jacobian").waitFor();
+        await page.waitForLoadState("networkidle"); // factors of det J come last, where there are some
+        await page.locator(".arm-map .arm-legend").waitFor();
+        await drawn(page);
+        assert.deepEqual(await scrolled(), [], path);
+        const { height } = await page.locator(".arm-scene").boundingBox();
+        assert.ok(height > 340, `${path}: the arm has ${height} pixels`);
+        await page.locator(".arm-tabs button").nth(1).click(); // the path
+        await drawn(page);
+        assert.deepEqual(await scrolled(), [], `${path}, its path`);
+      }
+      assert.deepEqual(wrong, []);
+    } finally {
+      await context.close();
+      server.close();
+    }
+  });

@@ -1,0 +1,116 @@
+// What an answer in free practice counts for: the classes of arms of the lessons that ask its question; and which are due.
+import { describe, expect, test } from "vitest";
+
+import type { Index, Listed } from "../src/bank.js";
+import { STEPS } from "../src/practice/choice.js";
+import {
+  classInWords,
+  counted,
+  drawnFrom,
+  dueClasses,
+  outcomesInWords,
+  sortingOf,
+} from "../src/practice/counting.js";
+import { NEW, type Skills } from "../src/practice/skills.js";
+
+const DAY = 24 * 3600 * 1000;
+const QUESTIONS = ["jacobian", "joint-effect", "position"];
+const arms = (name: string, flat: boolean) => ({
+  name,
+  title: name,
+  source: "",
+  problems: STEPS.map((variation): Listed => {
+    const listed = { key: variation, title: "", difficulty: 1, variation, questions: QUESTIONS };
+    return flat ? { ...listed, flat: true } : listed;
+  }),
+});
+const INDEX: Index = {
+  format: 1,
+  feedback: "solutions",
+  questions: [],
+  families: [arms("planar-2r", true), arms("elbow-3r", false), arms("puma-560", false)],
+};
+const sorting = sortingOf(INDEX);
+const right = { right: true, helped: false, again: false, now: 7 };
+const item = (arm: string, question = "jacobian") => {
+  const [family, key] = arm.split("/") as [string, string];
+  return { family, key, question };
+};
+/** The skills after answers to questions about some arms. */
+const after = (skills: Skills, how: Partial<typeof right>, ...all: string[]): Skills =>
+  all.reduce((now, arm) => counted(now, item(arm), { ...right, ...how }, sorting).skills, skills);
+
+describe("an answer in free practice", () => {
+  test("counts for the class of its arm, and for no other", () => {
+    const skills = after({}, {}, "elbow-3r/chapter");
+    expect(skills).toEqual({
+      differentiation: { ...NEW, beyond: { space: { row: ["elbow-3r/chapter"] } } },
+    });
+    const more = after(skills, {}, "planar-2r/chapter", "planar-2r/full");
+    expect(more["differentiation"]).toEqual({
+      goals: [],
+      row: ["planar-2r/chapter"],
+      beyond: { space: { row: ["elbow-3r/chapter"] }, any: { row: ["planar-2r/full"] } },
+    });
+  });
+
+  test("about an arm of which no lesson speaks counts for its any arms", () => {
+    expect(after({}, {}, "puma-560/chapter")["differentiation"]!.beyond).toEqual({
+      any: { row: ["puma-560/chapter"] },
+    });
+  });
+
+  test("to a question of two lessons counts for both, and to one of none for nothing", () => {
+    const of = (question: string) =>
+      Object.keys(counted({}, item("planar-2r/chapter", question), right, sorting).skills);
+    expect(of("joint-effect")).toEqual(["rates", "columns"]);
+    expect(of("joint-torques")).toEqual([]);
+  });
+
+  test("counts as in a lesson: not with help or at a second try, and a wrong one ends its class's row alone", () => {
+    expect(after({}, { helped: true }, "planar-2r/chapter")).toEqual({});
+    expect(after({}, { again: true }, "planar-2r/chapter")).toEqual({});
+    const row = after({}, {}, "planar-2r/chapter", "elbow-3r/chapter");
+    const wrong = after(row, { right: false }, "elbow-3r/lengths");
+    expect(wrong["differentiation"]!.row).toEqual(["planar-2r/chapter"]);
+    expect(wrong["differentiation"]!.beyond).toEqual({ space: { row: [] } });
+    const learned = after(row, {}, "elbow-3r/lengths"); // there are two arms of this class
+    expect(learned["differentiation"]!.beyond!["space"]!.learned).toBe(7);
+    expect(learned["differentiation"]!.learned).toBeUndefined();
+  });
+
+  test("is told with lesson and class", () => {
+    const { outcomes } = counted({}, item("elbow-3r/chapter"), right, sorting);
+    expect(outcomesInWords(outcomes)).toEqual(["By differentiation, arms in space: 1 of 2 right in a row"]);
+    const again = counted({}, item("elbow-3r/chapter"), { ...right, again: true }, sorting).outcomes;
+    expect(outcomesInWords(again)).toEqual([
+      "By differentiation, arms in space: Right now; for the row, only a first try counts.",
+    ]);
+  });
+});
+
+describe("what is due", () => {
+  const skills: Skills = {
+    singular: { ...NEW, row: [], learned: 1 }, // of which this bank asks nothing
+    differentiation: {
+      goals: [],
+      row: ["planar-2r/chapter", "planar-2r/lengths"],
+      learned: 1,
+      mastered: DAY + 1,
+      beyond: { space: { row: ["elbow-3r/chapter", "elbow-3r/lengths"], learned: 5 } },
+    },
+  };
+
+  test("is due of a class, a day after it is learned, until one more of that class is right", () => {
+    expect(dueClasses(skills, DAY, sorting)).toEqual([]);
+    const due = dueClasses(skills, DAY + 5, sorting);
+    expect(due.map(classInWords)).toEqual(["By differentiation, arms in space"]);
+    const asked = drawnFrom(due[0]!, skills, [], () => 0)!;
+    expect(asked.family).toBe("elbow-3r");
+    expect(["chapter", "lengths"]).toContain(asked.key);
+    const now = DAY + 5;
+    const other = after(skills, { now }, "planar-2r/chapter", "elbow-3r/full");
+    expect(dueClasses(other, now, sorting)).toHaveLength(1);
+    expect(dueClasses(after(other, { now }, "elbow-3r/lengths"), now, sorting)).toEqual([]);
+  });
+});
