@@ -22,6 +22,7 @@ import numpy as np
 from exercises.answers import Number
 from exercises.arm.stages import numbers
 from exercises.families import FAMILIES
+from exercises.formula.algebra import addends, plus
 from exercises.formula.expression import read
 from exercises.formula.trees import Node, as_matrix, names, node_text
 from exercises.generation import generate
@@ -76,9 +77,15 @@ def other_wave(node: Node) -> Node:
 
 
 def relative(node: Node) -> Node:
-    """Return sin(theta2) for sin(theta1 + theta2)."""
-    if node.kind == "call" and node.value in WAVES and node.args[0].kind == "+":
-        return Node("call", (node.args[0].args[1],), node.value)
+    """Return sin(theta2) for sin(theta1 + theta2), sin(theta2 + pi/6) for sin(theta1 + theta2 + pi/6)."""
+    if node.kind == "call" and node.value in WAVES:
+        terms = addends(node.args[0])
+        turning = [k for k, term in enumerate(terms) if names(term)]
+        if len(turning) > 1:
+            kept = terms[turning[-1]]
+            for constant in (term for term in terms if not names(term)):
+                kept = plus(kept, constant)
+            return Node("call", (kept,), node.value)
     return node
 
 
@@ -174,7 +181,7 @@ def _in_columns(rows: Rows, changes: list[tuple[str, Change]], lengths: list[str
         for length in lengths:
             lost = partial(everywhere, change=partial(_no_link, name=length))
             yield "contribution dropped", _with_column(rows, c, lost)
-    if len(rows) == len(rows[0]):
+    if len(rows) > 1:
         yield "transposed", [list(column) for column in zip(*rows, strict=True)]
 
 
@@ -307,6 +314,8 @@ def _pairs(problem: Problem, part: Part, text: str) -> list[tuple[str, str]]:
     rows, every = _in_formulas(problem, part, text)
     by_kind: dict[str, list[tuple[frozenset[tuple[int, int]], Rows]]] = {}
     for name, new in every:
+        if len(new) != len(rows):
+            continue
         changed = frozenset((r, c) for r, row in enumerate(rows) for c, entry in enumerate(row) if new[r][c] != entry)
         if changed and changed != frozenset((r, c) for r, row in enumerate(rows) for c in range(len(row))):
             by_kind.setdefault(kind_of(name), []).append((changed, new))
@@ -373,8 +382,10 @@ def _shortened(mistake: dict[str, Any], said: dict[tuple[str, str, str], int]) -
 
 
 def slips_text() -> str:
-    """Return the file's text: some slips of some families, a problem a line."""
-    return "[\n" + ",\n".join(json.dumps(problem_json(name, most=FEW)) for name in KEPT) + "\n]\n"
+    """Return the file's text: some slips of some families, and some in pairs, a problem a line."""
+    pairs = (problem_json(name, most=FEW, in_pairs=True)["slips"] for name in KEPT)
+    kept = (problem_json(name, most=FEW) | {"pairs": two} for name, two in zip(KEPT, pairs, strict=True))
+    return "[\n" + ",\n".join(map(json.dumps, kept)) + "\n]\n"
 
 
 def told_of(problems: list[dict[str, Any]]) -> list[list[Any]]:
@@ -437,7 +448,7 @@ def main() -> int:
 def _named(outcome: str, mistake: str | None, reasons: list[str], left: int) -> str:
     if outcome == "correct":
         return "right"
-    slips = [key for key in reasons if key.startswith("slip.")]
+    slips = [key for key in reasons if key.startswith("slip")]
     return mistake or f"{' and '.join(slips) or 'nothing'}{IN_PART if slips and left else ''}"
 
 
