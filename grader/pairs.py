@@ -232,6 +232,6 @@ def all_but_one(alone: Sequence[Wrong], right: np.ndarray, found: InNumbers) -> 
         return None
     _, one, off, name = min(fitting, key=lambda each: each[0])
     where = _where(off)
-    more = CATALOGUE[name].sentence({"Where": where}) if name else "Something else is wrong there."
+    more = CATALOGUE[name].sentence({"Where": where, "which": ""}) if name else "Something else is wrong there."
     says = f"{where.replace('In ', 'But for ', 1)}, the answer is what this gives: {one.sentence} {more}"
     return Diagnosis((one.mistake.name, *([name] if name else [])), says)

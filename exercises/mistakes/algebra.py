@@ -50,7 +50,7 @@ def _factors(chain: Chain, _: Shape) -> Iterator[Slip]:
     for factor, _power in generic.factors:
         own = factor.xreplace(values)
         if len(generic.factors) > 1 and not own.is_number:
-            yield Slip({"determinant": _divided(own)}, {"factor": _kind_of_factor(chain, own)})
+            yield Slip({"determinant": _divided(own)}, {"factor": _told_factor(chain, own)})
 
 
 def _trig_exchanged(chain: Chain, _: Shape) -> Iterator[Slip]:
@@ -63,9 +63,11 @@ def _trig_exchanged(chain: Chain, _: Shape) -> Iterator[Slip]:
                 yield Slip({"determinant": _divided(own / other)})
 
 
-def _kind_of_factor(chain: Chain, factor: object) -> str:
-    moving = set(map(str, chain.q)) & {str(symbol) for symbol in factor.free_symbols}  # type: ignore[attr-defined]
-    return "one that depends on the joints" if moving else "a length"
+def _told_factor(chain: Chain, factor: object) -> str:
+    """Return a factor by the joints in it, one of lengths alone by these."""
+    symbols = {str(symbol) for symbol in factor.free_symbols}  # type: ignore[attr-defined]
+    moving = symbols & set(map(str, chain.q))
+    return f"one with {', '.join(sorted(moving or symbols))} in it"
 
 
 def _divided(factor: object) -> Change:
@@ -221,7 +223,7 @@ def _square_lost(chain: Chain, _: Shape) -> Iterator[Slip]:
         for factor, power in derive(chain).generic_minors[0].factors:
             own = factor.xreplace(values)
             if power > 1 and not own.is_number:
-                yield Slip({"manipulability": _divided(sp.Abs(own))}, {"factor": _kind_of_factor(chain, own)})
+                yield Slip({"manipulability": _divided(sp.Abs(own))}, {"factor": _told_factor(chain, own)})
 
 
 def _velocity_sign(chain: Chain, _: Shape) -> Iterator[Slip]:
