@@ -42,7 +42,7 @@ def said(wrongs: Sequence[Wrong], where: Sequence[str] = (), either: bool = Fals
     """Return what is said of one mistake or two, each with the entries `where` it was made, if only there."""
     places = where or [""] * len(wrongs)
     sentences = dict.fromkeys(
-        f"{place}, and only there, the answer is what this gives: {wrong.sentence}" if place else wrong.sentence
+        f"{place}, and only there, the answer is what this gives: {_sentence(wrong)}" if place else _sentence(wrong)
         for wrong, place in zip(wrongs, places, strict=True)
     )
     first = wrongs[0]
@@ -53,6 +53,11 @@ def said(wrongs: Sequence[Wrong], where: Sequence[str] = (), either: bool = Fals
         f"{known_by(wrong.mistake.name, wrong.slip.words)}{place}" for wrong, place in zip(wrongs, places, strict=True)
     )
     return Diagnosis(names, says, cause, known_by=made, either=either and len(names) > 1)
+
+
+def _sentence(wrong: Wrong) -> str:
+    missing = wrong.slip.missing
+    return f"{wrong.sentence} What is missing has {missing} in it." if missing else wrong.sentence
 
 
 # --- two in the whole answer ---

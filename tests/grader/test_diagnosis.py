@@ -119,8 +119,8 @@ def test_of_the_planar_arm(question: str, answer: str, mistake: str) -> None:
 
 
 def test_a_lost_factor_is_told_by_what_is_in_it() -> None:
-    assert "lack a factor: one with a1 in it." in said("determinant", "a2*sin(theta2)")[1]
-    assert "lack a factor: one with theta2 in it." in said("determinant", "a1*a2")[1]
+    assert "What is missing has a1 in it." in said("determinant", "a2*sin(theta2)")[1]
+    assert "What is missing has theta2 in it." in said("determinant", "a1*a2")[1]
 
 
 @pytest.mark.parametrize("answer", ["(sin(theta1) + cos(theta2) + theta1)**9**9**9", "1/0*theta1", "tan(pi/2)"])
