@@ -167,11 +167,19 @@ def in_some_entries(alone: Sequence[Wrong], right: np.ndarray, found: InNumbers)
     original = replace(found, values=right)
     for one in alone:
         covered = found.like(one.answer) & wrong
-        if covered.any() and says_something(one.answer[covered]):
+        if covered.any() and (says_something(one.answer[covered]) or _is_column_left_out(one.answer, covered)):
             elsewhere = ~original.like(one.answer) & ~covered
             telling.append((int(elsewhere.sum()), one, covered))
     # What such a mistake would change elsewhere is right here: the fewer, the truer is its name.
     return [(one, covered) for _, one, covered in sorted(telling, key=lambda each: each[0])], wrong
+
+
+def _is_column_left_out(answer: np.ndarray, covered: np.ndarray) -> bool:
+    """Tell whether what is covered is in a column with nothing but zeros, where two entries or more are due."""
+    columns = np.flatnonzero(covered.any(axis=0))
+    if len(columns) != 1 or covered.shape[1] < 2 or covered.sum() < 2:
+        return False
+    return bool(np.abs(answer[:, columns[0]]).max() == 0)
 
 
 def _where(which: np.ndarray) -> str:

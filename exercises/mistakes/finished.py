@@ -57,6 +57,7 @@ def edits(entry: Node, symbols: Iterable[str] = ()) -> Iterator[Edit]:
         return
     yield from _typed(entry, sorted(symbols))
     yield from _anywhere(entry)
+    yield from _in_every_wave(entry)
     coefficient = _coefficient(entry)
     if coefficient not in (-1, 0, 1):
         yield Edit("factor-missing", over(entry, number(abs(coefficient))))
@@ -73,6 +74,18 @@ def edits(entry: Node, symbols: Iterable[str] = ()) -> Iterator[Edit]:
             rest = [*terms[:k], *terms[k + 1 :]]
             yield Edit("term-sign-typed", _sum([*rest, negative(term)]))
             yield Edit("term-missing", _sum(rest), term)
+
+
+def _in_every_wave(entry: Node) -> Iterator[Edit]:
+    """Yield an entry of several sines and cosines with the same slip in all of them."""
+    angles = list(_angles_in(entry))
+    if len(angles) > 1:
+        yield Edit("waves-typed", _changed(entry, _other_wave))
+    sums = [angle for angle in dict.fromkeys(angles) if len(addends(angle)) > 1]
+    for keep in (True, False):
+        changed = {angle: _last_only(keep)(angle) for angle in sums}
+        if sum(new != angle for angle, new in changed.items()) > 1:
+            yield Edit("angles-typed", _changed(entry, partial(_put, changed)))
 
 
 def _anywhere(node: Node) -> Iterator[Edit]:
@@ -469,6 +482,15 @@ MISTAKES = (
         "angle-typed", "Angle in one place",
         "{Where} the angle of one sine or cosine seems to be wrong, and the rest is right: compare what stands in its "
         "sum with the other terms.", "Example 6.1",
+    ),
+    Mistake(
+        "waves-typed", "Sines for cosines in an entry",
+        "{Where} sines and cosines seem to be exchanged throughout, and the rest is right.", "Example 6.1",
+    ),
+    Mistake(
+        "angles-typed", "Relative angles in an entry",
+        "{Where} the angle of a link's own joint seems to stand wherever a sum of angles is due: the angles of "
+        "parallel joints add up from link to link.", "Example 6.1",
     ),
     Mistake(
         "symbol-typed", "One symbol for another",

@@ -44,6 +44,7 @@ RIGHT = (f"-a1*{S1} - a2*{S12}", f"-a2*{S12}", f"a1*{C1} + a2*{C12}", f"a2*{C12}
         ({2: f"a2*{C12}"}, "term-missing", "In row 2, column 1, one term (with a1 in it) seems"),
         ({3: "a2*cos(theta1 - theta2)"}, "angle-typed", "In row 2, column 2, the angle"),
         ({3: "a2*cos(theta1)*cos(theta2)"}, "sum-of-angles-split", "In row 2, column 2, the sine or cosine of a sum"),
+        ({2: f"a1*{S1} + a2*{S12}"}, "waves-typed", "In row 2, column 1, sines and cosines"),
         ({1: RIGHT[3], 3: RIGHT[1]}, "entries-exchanged", "In row 1, column 2, and row 2, column 2, two entries"),
     ],
 )
@@ -62,6 +63,22 @@ def test_terms_that_are_missing_in_two_entries_are_told_apart() -> None:
     assert found is not None and found.mistakes == ("term-missing",)
     assert "In row 1, column 1, one term (with a1 in it)" in found.says
     assert "In row 2, column 1, one term (with a2 in it)" in found.says
+
+
+def test_a_column_that_is_left_out_is_named_beside_a_slip_in_another() -> None:
+    problem = asked("jacobian", PLANAR)
+    answer = jacobian(f"-a1*{S1} - a2*{S12}", "0", f"a1*{C1} - a2*{C12}", "0")
+    found = diagnose(problem, problem.parts[0], answer, "finished")
+    assert found is not None and found.mistakes == ("joint-left-out", "term-sign")
+    assert "In row 1, column 2, and row 2, column 2, and only there" in found.says
+    assert "In row 2, column 1, and only there" in found.says
+
+
+def test_relative_angles_throughout_an_entry_are_named() -> None:
+    entry = read(f"a1*{C1} + a2*{C12} + a3*cos(theta1 + theta2 + theta3 + pi/6)", {})
+    changed = [node_text(edit.entry) for edit in edits(entry) if edit.mistake == "angles-typed"]
+    due = read("a1*cos(theta1) + a2*cos(theta2) + a3*cos(theta3 + pi/6)", {})
+    assert changed[0] == node_text(due)
 
 
 def test_what_is_missing_is_told_by_its_lengths_rates_and_numbers_else_by_its_joints() -> None:
