@@ -141,6 +141,7 @@ PHRASES = (
     ", and the constant of a joint to be left out",
     "one that depends on the joints",
     "a length",
+    " (with {names} in it)",
     "row {n}",
     "column {n}",
     "rows {n}",

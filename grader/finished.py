@@ -14,7 +14,7 @@ from exercises.formula.algebra import Matrix as Rows
 from exercises.formula.program import evaluate_each
 from exercises.formula.trees import Node, size_of
 from exercises.mistakes.catalogue import CATALOGUE
-from exercises.mistakes.finished import LONGEST, edits, throughout, waves_in
+from exercises.mistakes.finished import LONGEST, Edit, edits, throughout, waves_in
 from exercises.mistakes.given import Values
 from grader.numbers import SAME, InNumbers, says_something
 from grader.verdict import Diagnosis
@@ -104,33 +104,38 @@ def in_places(
     rows: Rows, values: Values, found: InNumbers, places: Sequence[Place], how: How = "one"
 ) -> Diagnosis | None:
     """Return the one kind of slip that was made in each of some entries, or up to two kinds."""
-    made: dict[str, list[Place]] = {}
+    made: dict[Slip, list[Place]] = {}
     for place in places:
-        names = _slips(rows[place[0]][place[1]], values, found.entry(*place), found.values[..., 0].size > 3, how)
-        if names is None:
+        slips = _slips(rows[place[0]][place[1]], values, found.entry(*place), found.values[..., 0].size > 3, how)
+        if slips is None:
             return None
-        for name in names:
-            made.setdefault(name, []).append(place)
-    if len(made) > 2:
+        for slip in slips:
+            made.setdefault(slip, []).append(place)
+    names = tuple(dict.fromkeys(name for name, _ in made))
+    if len(names) > 2:
         return None
-    said = [_said(name, where, found.values.shape) for name, where in made.items()]
+    said = [_said(name, where, found.values.shape, which) for (name, which), where in made.items()]
     known_by = tuple(name for one in said for name in one.known_by)
-    return Diagnosis(tuple(made), " ".join(one.says for one in said), known_by=known_by)
+    return Diagnosis(names, " ".join(one.says for one in said), known_by=known_by)
 
 
-def _slips(entry: Node, values: Values, found: InNumbers, beside_others: bool, how: How) -> tuple[str, ...] | None:
+Slip = tuple[str, str]
+"""The name of a mistake, and which term or factor is missing, in words."""
+
+
+def _slips(entry: Node, values: Values, found: InNumbers, beside_others: bool, how: How) -> tuple[Slip, ...] | None:
     """Return the slip that gives an entry, or two; a constant says something `beside_others` only that are right."""
     changed = list(_affordable(entry, values))
     if not changed or not (says_something(found.values) or (beside_others and found.values.any())):
         return None
-    answers = _evaluated([tree for _, tree in changed] + [entry], values)
+    answers = _evaluated([edit.entry for edit in changed] + [entry], values)
     for k in np.flatnonzero(found.like(answers[:-1, None, None])):
-        return (changed[k][0],)
+        return ((changed[k].mistake, changed[k].which),)
     if how == "any constant":
-        return ("angle-typed",) if _by_a_constant(entry, values, found) else None
+        return (("angle-typed", ""),) if _by_a_constant(entry, values, found) else None
     if how == "one" or size_of(entry) < LEAST_PAIRED:
         return None
-    return _two([name for name, _ in changed], answers[:-1], answers[-1], found)
+    return _two(changed, answers[:-1], answers[-1], found)
 
 
 def _by_a_constant(entry: Node, values: Values, found: InNumbers) -> bool:
@@ -157,7 +162,7 @@ def _by_a_constant(entry: Node, values: Values, found: InNumbers) -> bool:
     return False
 
 
-def _two(made: Sequence[str], answers: np.ndarray, right: np.ndarray, found: InNumbers) -> tuple[str, ...] | None:
+def _two(made: Sequence[Edit], answers: np.ndarray, right: np.ndarray, found: InNumbers) -> tuple[Slip, ...] | None:
     """Return two slips in different terms, whose differences add up, or in different factors, whose ratios multiply."""
     mine = found.values[0, 0]
     with np.errstate(all="ignore"):
@@ -170,13 +175,13 @@ def _two(made: Sequence[str], answers: np.ndarray, right: np.ndarray, found: InN
             near = np.abs(together - mine) <= SAME * (np.abs(some).max(axis=0) + np.abs(mine))
             for one, other in np.argwhere(near.all(axis=-1)):
                 if one < other:
-                    return tuple(dict.fromkeys((made[indices[one]], made[indices[other]])))
+                    both = (made[indices[one]], made[indices[other]])
+                    return tuple(dict.fromkeys((edit.mistake, edit.which) for edit in both))
     return None
 
 
-def _affordable(entry: Node, values: Values) -> Iterator[tuple[str, Node]]:
-    for edit in islice(edits(entry, values), MOST_EDITS):
-        yield edit.mistake, edit.entry
+def _affordable(entry: Node, values: Values) -> Iterator[Edit]:
+    return islice(edits(entry, values), MOST_EDITS)
 
 
 def _evaluated(entries: Sequence[Node], values: Values) -> np.ndarray:
@@ -184,6 +189,6 @@ def _evaluated(entries: Sequence[Node], values: Values) -> np.ndarray:
     return evaluate_each(entries, values, len(next(iter(values.values()))))
 
 
-def _said(name: str, places: Sequence[Place], shape: tuple[int, ...]) -> Diagnosis:
+def _said(name: str, places: Sequence[Place], shape: tuple[int, ...], which: str = "") -> Diagnosis:
     where = in_words(places, shape)
-    return Diagnosis((name,), CATALOGUE[name].sentence({"Where": where}), known_by=(f"{name} {where}",))
+    return Diagnosis((name,), CATALOGUE[name].sentence({"Where": where, "which": which}), known_by=(f"{name} {where}",))

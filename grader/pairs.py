@@ -42,7 +42,7 @@ def said(wrongs: Sequence[Wrong], where: Sequence[str] = (), either: bool = Fals
     """Return what is said of one mistake or two, each with the entries `where` it was made, if only there."""
     places = where or [""] * len(wrongs)
     sentences = dict.fromkeys(
-        f"{place}, and only there, the answer is what this gives: {wrong.sentence}" if place else wrong.sentence
+        f"{place}, and only there, the answer is what this gives: {_sentence(wrong)}" if place else _sentence(wrong)
         for wrong, place in zip(wrongs, places, strict=True)
     )
     first = wrongs[0]
@@ -53,6 +53,11 @@ def said(wrongs: Sequence[Wrong], where: Sequence[str] = (), either: bool = Fals
         f"{known_by(wrong.mistake.name, wrong.slip.words)}{place}" for wrong, place in zip(wrongs, places, strict=True)
     )
     return Diagnosis(names, says, cause, known_by=made, either=either and len(names) > 1)
+
+
+def _sentence(wrong: Wrong) -> str:
+    missing = wrong.slip.missing
+    return f"{wrong.sentence} What is missing has {missing} in it." if missing else wrong.sentence
 
 
 # --- two in the whole answer ---
@@ -162,11 +167,19 @@ def in_some_entries(alone: Sequence[Wrong], right: np.ndarray, found: InNumbers)
     original = replace(found, values=right)
     for one in alone:
         covered = found.like(one.answer) & wrong
-        if covered.any() and says_something(one.answer[covered]):
+        if covered.any() and (says_something(one.answer[covered]) or _is_column_left_out(one.answer, covered)):
             elsewhere = ~original.like(one.answer) & ~covered
             telling.append((int(elsewhere.sum()), one, covered))
     # What such a mistake would change elsewhere is right here: the fewer, the truer is its name.
     return [(one, covered) for _, one, covered in sorted(telling, key=lambda each: each[0])], wrong
+
+
+def _is_column_left_out(answer: np.ndarray, covered: np.ndarray) -> bool:
+    """Tell whether what is covered is in a column with nothing but zeros, where two entries or more are due."""
+    columns = np.flatnonzero(covered.any(axis=0))
+    if len(columns) != 1 or covered.shape[1] < 2 or covered.sum() < 2:
+        return False
+    return bool(np.abs(answer[:, columns[0]]).max() == 0)
 
 
 def _where(which: np.ndarray) -> str:
@@ -232,6 +245,6 @@ def all_but_one(alone: Sequence[Wrong], right: np.ndarray, found: InNumbers) -> 
         return None
     _, one, off, name = min(fitting, key=lambda each: each[0])
     where = _where(off)
-    more = CATALOGUE[name].sentence({"Where": where}) if name else "Something else is wrong there."
+    more = CATALOGUE[name].sentence({"Where": where, "which": ""}) if name else "Something else is wrong there."
     says = f"{where.replace('In ', 'But for ', 1)}, the answer is what this gives: {one.sentence} {more}"
     return Diagnosis((one.mistake.name, *([name] if name else [])), says)

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator
 from itertools import combinations
 from itertools import product as product_of
+from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -50,7 +51,7 @@ def _factors(chain: Chain, _: Shape) -> Iterator[Slip]:
     for factor, _power in generic.factors:
         own = factor.xreplace(values)
         if len(generic.factors) > 1 and not own.is_number:
-            yield Slip({"determinant": _divided(own)}, {"factor": _kind_of_factor(chain, own)})
+            yield _lost("determinant", chain, own, own)
 
 
 def _trig_exchanged(chain: Chain, _: Shape) -> Iterator[Slip]:
@@ -63,9 +64,12 @@ def _trig_exchanged(chain: Chain, _: Shape) -> Iterator[Slip]:
                 yield Slip({"determinant": _divided(own / other)})
 
 
-def _kind_of_factor(chain: Chain, factor: object) -> str:
-    moving = set(map(str, chain.q)) & {str(symbol) for symbol in factor.free_symbols}  # type: ignore[attr-defined]
-    return "one that depends on the joints" if moving else "a length"
+def _lost(stage: str, chain: Chain, factor: Any, divisor: Any) -> Slip:
+    """Return the slip by which a stage lacks a factor, which it is divided by."""
+    symbols = {str(symbol) for symbol in factor.free_symbols}
+    moving = symbols & set(map(str, chain.q))
+    kind = "one that depends on the joints" if moving else "a length"
+    return Slip({stage: _divided(divisor)}, {"factor": kind}, missing=", ".join(sorted(moving or symbols)))
 
 
 def _divided(factor: object) -> Change:
@@ -221,7 +225,7 @@ def _square_lost(chain: Chain, _: Shape) -> Iterator[Slip]:
         for factor, power in derive(chain).generic_minors[0].factors:
             own = factor.xreplace(values)
             if power > 1 and not own.is_number:
-                yield Slip({"manipulability": _divided(sp.Abs(own))}, {"factor": _kind_of_factor(chain, own)})
+                yield _lost("manipulability", chain, own, sp.Abs(own))
 
 
 def _velocity_sign(chain: Chain, _: Shape) -> Iterator[Slip]:

@@ -17,10 +17,15 @@ Shape = tuple[int, int]
 
 @dataclass(frozen=True)
 class Slip:
-    """One way in which a mistake is made on an arm: the stages that change, and the words for the sentence."""
+    """One way in which a mistake is made on an arm: the stages that change, and the words for the sentence.
+
+    `missing` are symbols of what is left out. The sentence has no place for them: it is a part of quizzes, whose ids
+    give the same for ever.
+    """
 
     changes: Mapping[str, Change]
     words: Mapping[str, object] = field(default_factory=dict)
+    missing: str = ""
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from functools import partial
 from itertools import combinations
 
 from exercises.formula.algebra import TWO, ZERO, addends, minus, negative, number, over, plus, terms_of, times
-from exercises.formula.trees import Node, names, size_of
+from exercises.formula.trees import Node, names, node_text, size_of
 from exercises.mistakes.base import Mistake
 
 LONGEST = 400
@@ -24,10 +24,28 @@ WAVES = ("sin", "cos")
 
 @dataclass(frozen=True)
 class Edit:
-    """An entry with one thing changed, and the name of the mistake."""
+    """An entry with one thing changed, the name of the mistake, and what is missing, if it is that."""
 
     mistake: str
     entry: Node
+    missing: Node | None = None
+
+    @property
+    def which(self) -> str:
+        """What is missing as sentences have it: by the lengths, rates and numbers in it, else by its joints."""
+        told = [] if self.missing is None else [*dict.fromkeys(_factors_in(self.missing))]
+        if self.missing is not None and not told:
+            told = sorted(name for name in names(self.missing) if name != "pi")
+        return f" (with {', '.join(told)} in it)" if told else ""
+
+
+def _factors_in(node: Node) -> Iterator[str]:
+    """Yield the names and decimals of a term that are in no angle."""
+    if node.kind == "decimal" or (node.kind == "name" and node.value != "pi"):
+        yield node_text(node)
+    elif node.kind != "call" or node.value not in WAVES:
+        for arg in node.args:
+            yield from _factors_in(arg)
 
 
 # --- one place ---
@@ -39,6 +57,7 @@ def edits(entry: Node, symbols: Iterable[str] = ()) -> Iterator[Edit]:
         return
     yield from _typed(entry, sorted(symbols))
     yield from _anywhere(entry)
+    yield from _in_every_wave(entry)
     coefficient = _coefficient(entry)
     if coefficient not in (-1, 0, 1):
         yield Edit("factor-missing", over(entry, number(abs(coefficient))))
@@ -54,7 +73,19 @@ def edits(entry: Node, symbols: Iterable[str] = ()) -> Iterator[Edit]:
         for k, term in enumerate(terms):
             rest = [*terms[:k], *terms[k + 1 :]]
             yield Edit("term-sign-typed", _sum([*rest, negative(term)]))
-            yield Edit("term-missing", _sum(rest))
+            yield Edit("term-missing", _sum(rest), term)
+
+
+def _in_every_wave(entry: Node) -> Iterator[Edit]:
+    """Yield an entry of several sines and cosines with the same slip in all of them."""
+    angles = list(_angles_in(entry))
+    if len(angles) > 1:
+        yield Edit("waves-typed", _changed(entry, _other_wave))
+    sums = [angle for angle in dict.fromkeys(angles) if len(addends(angle)) > 1]
+    for keep in (True, False):
+        changed = {angle: _last_only(keep)(angle) for angle in sums}
+        if sum(new != angle for angle, new in changed.items()) > 1:
+            yield Edit("angles-typed", _changed(entry, partial(_put, changed)))
 
 
 def _anywhere(node: Node) -> Iterator[Edit]:
@@ -62,7 +93,8 @@ def _anywhere(node: Node) -> Iterator[Edit]:
     yield from _here(node)
     for k, arg in enumerate(node.args):
         for edit in _anywhere(arg):
-            yield Edit(edit.mistake, Node(node.kind, (*node.args[:k], edit.entry, *node.args[k + 1 :]), node.value))
+            changed = Node(node.kind, (*node.args[:k], edit.entry, *node.args[k + 1 :]), node.value)
+            yield Edit(edit.mistake, changed, edit.missing)
 
 
 def _here(node: Node) -> Iterator[Edit]:
@@ -83,8 +115,8 @@ def _of_sum(node: Node) -> Iterator[Edit]:
     left, right = node.args
     yield Edit("term-sign-typed", Node("-" if node.kind == "+" else "+", node.args))
     yield Edit("term-sign-typed", Node(node.kind, (negative(left), right)))
-    yield Edit("term-missing", left)
-    yield Edit("term-missing", right if node.kind == "+" else negative(right))
+    yield Edit("term-missing", left, right)
+    yield Edit("term-missing", right if node.kind == "+" else negative(right), left)
     yield from _unlike(node)
     if right.kind == "*" and node.kind == "-":  # without its bracket, the minus holds for the first term only
         for edit in _of_product(right):
@@ -109,7 +141,7 @@ def _of_product(node: Node) -> Iterator[Edit]:
         first, *rest = _waves(right)  # s12 for s1 + s2, and that without its bracket
         yield Edit("sum-of-angles-split", plus(times(left, first), _sum(rest)))
     for lost, kept in ((left, right), (right, left)):
-        yield Edit("factor-missing", kept)
+        yield Edit("factor-missing", kept, lost)
         if lost.kind in ("+", "-"):  # the factor multiplies one of the terms only
             add = plus if lost.kind == "+" else minus
             yield Edit("bracket-missing", add(lost.args[0], times(lost.args[1], kept)))
@@ -125,8 +157,8 @@ def _of_quotient(node: Node) -> Iterator[Edit]:
     if below.kind in ("+", "-", "*"):  # only what stands first is divided by
         for first, second in (below.args, below.args[::-1]):
             yield Edit("bracket-missing", Node(below.kind, (over(above, first), second)))
-    yield Edit("factor-missing", node.args[0])
-    yield Edit("factor-missing", times(*node.args))
+    yield Edit("factor-missing", above, below)
+    yield Edit("factor-missing", times(above, below))
 
 
 def _of_power(node: Node) -> Iterator[Edit]:
@@ -423,11 +455,12 @@ MISTAKES = (
         "{Where} one sign seems to be wrong: the rest is as it should be.", "6.3",
     ),
     Mistake(
-        "term-missing", "Term missing", "{Where} one term seems to be missing: the rest is as it should be.", "6.3",
+        "term-missing", "Term missing", "{Where} one term{which} seems to be missing: the rest is as it should be.",
+        "6.3",
     ),
     Mistake(
         "factor-missing", "Factor missing",
-        "{Where} one factor of a product seems to be missing: check that every term has the same unit.", "6.3",
+        "{Where} one factor{which} of a product seems to be missing: check that every term has the same unit.", "6.3",
     ),
     Mistake(
         "bracket-missing", "Bracket missing",
@@ -449,6 +482,15 @@ MISTAKES = (
         "angle-typed", "Angle in one place",
         "{Where} the angle of one sine or cosine seems to be wrong, and the rest is right: compare what stands in its "
         "sum with the other terms.", "Example 6.1",
+    ),
+    Mistake(
+        "waves-typed", "Sines for cosines in an entry",
+        "{Where} sines and cosines seem to be exchanged throughout, and the rest is right.", "Example 6.1",
+    ),
+    Mistake(
+        "angles-typed", "Relative angles in an entry",
+        "{Where} the angle of a link's own joint seems to stand wherever a sum of angles is due: the angles of "
+        "parallel joints add up from link to link.", "Example 6.1",
     ),
     Mistake(
         "symbol-typed", "One symbol for another",

@@ -40,6 +40,18 @@ for (const [name, form] of Object.entries(forms)) {
   });
 }
 
+test("of several slips at once each is told, in the language of the page, with where it was made", async () => {
+  const [top, bottom] = rowsOf(typed("jacobian").replace(/\s+/g, " ")).map((row) => pieces(row));
+  const text = `[[${negated(top[0])}, 0], [${negated(bottom[0])}, 0]]`;
+  const { page, wrong } = await ask("jacobian");
+  await answered(page, text);
+  const told = await page.locator(".mistake li").allInnerTexts();
+  assert.equal(told.length, 2);
+  assert.match(told[0], /^Column 1: .*wrong sign/);
+  assert.match(told[1], /^Column 2 is left out/);
+  assert.deepEqual(wrong, []);
+});
+
 test("three mistakes are named", async () => {
   const { parts, said } = problem();
   const { key } = parts.find(({ name }) => name === "jacobian");

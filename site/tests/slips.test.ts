@@ -5,10 +5,11 @@ import { expect, test } from "vitest";
 import type { ConfigurationsKey, ValuesKey } from "../src/bank.js";
 import { told } from "../src/grade/levels.js";
 import { judgeSet } from "../src/grade/sets.js";
-import { judgeValues } from "../src/grade/values.js";
+import { judgeValues, weight } from "../src/grade/values.js";
+import type { Verdict } from "../src/grade/verdict.js";
 import { evaluate } from "../src/read/evaluate.js";
 import { read } from "../src/read/reader.js";
-import { said } from "../src/text/text.js";
+import { message, said } from "../src/text/text.js";
 import { type Slipped, toldOf } from "./slips.js";
 
 const PROBLEMS = JSON.parse(
@@ -31,8 +32,8 @@ const CALLED: Readonly<Record<string, readonly string[]>> = {
   "sign of an entry": ["slip.whole-sign"],
   "sign of a column": ["slip.whole-sign"],
   "column dropped": ["slip.column-left-out"],
-  "contribution dropped": ["slip.term-missing", "slip.zero"],
-  "term dropped, one place": ["slip.term-missing", "slip.zero"],
+  "contribution dropped": ["slip.term-missing", "slip.terms-missing", "slip.zero"],
+  "term dropped, one place": ["slip.term-missing", "slip.terms-missing", "slip.zero"],
   "factor missing": ["slip.length-missing", "slip.lengths-missing", "slip.factor-missing"],
   "condition left out": ["slip.half-turn"],
   "degrees for radians": ["slip.degrees"],
@@ -58,6 +59,27 @@ test.each(PROBLEMS.map((problem) => [problem.id, problem] as const))(
   },
 );
 
+/** The same as the sign of a column. */
+const ORDER = "z x p in the wrong order";
+
+test.each(PROBLEMS.map((problem) => [problem.id, problem] as const))(
+  "of two slips at once in answers to %s both are named, mostly, and by no other names",
+  (_, problem) => {
+    const pairs = problem.pairs ?? [];
+    const outcomes = toldOf({ ...problem, slips: pairs });
+    const others = pairs.flatMap(([part, slip], i) => {
+      const may = slip
+        .split(" & ")
+        .flatMap((each) => CALLED[each === ORDER ? "sign of a column" : each] ?? []);
+      const called = outcomes[i]![2].filter((key) => key.startsWith("slip."));
+      return called.filter((key) => !may.includes(key)).map((key) => [part, slip, key]);
+    });
+    expect(others).toEqual([]);
+    const named = outcomes.filter(([, , , left]) => left === 0);
+    expect(named.length).toBeGreaterThan(0.88 * pairs.length);
+  },
+);
+
 const SYMBOLS = ["a1", "a2", "theta1", "theta2"];
 const POINTS = [
   [0.5, 0.3, 0.31, -1.2],
@@ -79,11 +101,15 @@ const JACOBIAN = keyOf([
   ["a1*c1 + a2*c12", "a2*c12"],
 ]);
 
+/** What is said of slips, each in a sentence. */
+const toldBy = ({ slips = [] }: Verdict): string[] =>
+  slips.map((slip) => ("mistake" in slip ? `mistake ${slip.mistake}` : said(slip)));
+
 test.each([
   ["[[-a1*s1 - a2*s12, -a2*s2], [a1*c1 + a2*c12, a2*c2]]", "Column 2: an angle lacks"],
   ["[[-a1*s1 - a2*s12, -a2*s12], [a1*c1 + a2*s12, a2*c12]]", "Entry (2, 1): in one place sine and cosine"],
-  ["[[-s1 - a2*s12, -a2*s12], [c1 + a2*c12, a2*c12]]", "Column 1: a length is missing"],
-  ["[[-a2*s12, -a2*s12], [a2*c12, a2*c12]]", "Column 1: a term is missing"],
+  ["[[-s1 - a2*s12, -a2*s12], [c1 + a2*c12, a2*c12]]", "Column 1: the length a1 is missing"],
+  ["[[-a2*s12, -a2*s12], [a2*c12, a2*c12]]", "Column 1: a term with a1 in it is missing"],
   ["[[a1*s1 - a2*s12, -a2*s12], [a1*c1 + a2*c12, a2*c12]]", "Entry (1, 1): one sign"],
   ["[[-s1 - s12, -a2*s12], [c1 + c12, a2*c12]]", "Column 1: several lengths are missing"],
   ["[[-a1*s1 - a2*s12, -a2*s12], [a1*c1 + a2*c12, 0]]", "Entry (2, 2): zero, where something else is due"],
@@ -93,28 +119,135 @@ test.each([
   ["[[-a1*s1 - a2*s12, -a2*s12], [a1*c1 + a2*c12 + a2*c2, a2*c12]]", "Entry (2, 1): there is a term too"],
   ["[[3*a1*s2, 7], [a1^3, 7*a2*s1*s2]]", undefined],
 ])("%s is told: %s", (typed, says) => {
-  const { slip, outcome } = judgeValues(typed, JACOBIAN);
-  expect(outcome).not.toBe("correct");
-  if (says === undefined) expect(slip && said(slip)).toBeUndefined();
-  else expect(slip && said(slip)).toContain(says);
+  const verdict = judgeValues(typed, JACOBIAN);
+  expect(verdict.outcome).not.toBe("correct");
+  const told = toldBy(verdict);
+  if (says === undefined) expect(told).toEqual([]);
+  else expect(told).toEqual([expect.stringContaining(says)]);
+});
+
+test.each([
+  [
+    "[[-a1*s1 - a2*s12, -a2*s2], [0, 0]]", // where column 1 is right in its first entry
+    ["Entry (1, 2): an angle lacks", "Entries (2, 1), (2, 2): zero"],
+  ],
+  [
+    "[[-a1*c1 - a2*s12, a2*s12], [a1*s1 + a2*c12, -a2*c12]]",
+    ["Column 1: in one place sine and cosine", "Column 2: all of it has the wrong sign"],
+  ],
+  [
+    "[[-a1*s1 - a2*s2, 0], [a1*c1 + a2*c2, 0]]",
+    ["Column 2 is left out", "Column 1: an angle lacks the joints before it"],
+  ],
+  ["[[-a1*s1, -a2*s12], [a2*c12, a2*c12]]", ["Entry (1, 1): a term with a2", "Entry (2, 1): a term with a1"]],
+  [
+    "[[-a1*s1 + a2*s12, -a2*c12], [a1*c1 + a2*c12, 7*a1*s1]]",
+    ["Entry (1, 2): in one place sine", "Entry (1, 1): one sign"],
+  ],
+])("in %s each entry's own slip is told: %s", (typed, says) => {
+  const told = toldBy(judgeValues(typed, JACOBIAN));
+  expect(told).toHaveLength(says.length);
+  for (const each of says) expect(told).toContainEqual(expect.stringContaining(each));
+});
+
+test("of two entries in a column only that is told which a slip explains", () => {
+  const [only, ...others] = toldBy(judgeValues("[[-a1*s1 - a2*c12, -a2*s12], [7*a1^3, a2*c12]]", JACOBIAN));
+  expect(others).toEqual([]);
+  expect(only).toContain("Entry (1, 1): in one place");
+});
+
+/** The sum of an answer's entries in numbers, as keys have it of what mistakes give. */
+const print = (rows: readonly (readonly string[])[]) =>
+  POINTS.map((_, k) =>
+    keyOf(rows).right.reduce((sum, values, i) => sum + weight(i) * (values[k] as number), 0),
+  );
+
+test("a mistake of the problem's in one column is named beside a slip in another, with where", () => {
+  const next = [
+    ["-a2*s12", "-a2*s12"],
+    ["a2*c12", "a2*c12"],
+  ];
+  const key = { ...JACOBIAN, mistakes: [[5, ...print(next)]] };
+  const both = judgeValues("[[-a2*s12, a2*s12], [a2*c12, -a2*c12]]", key);
+  expect(both.mistake).toBeUndefined();
+  expect(both.slips).toHaveLength(2);
+  expect(both.slips).toContainEqual({ mistake: 5, where: message("slip.column", { row: 1, column: 1 }) });
+  expect(toldBy(both)).toContainEqual(expect.stringContaining("Column 2: all of it has the wrong sign"));
+  expect(judgeValues("[[-a2*s12, -a2*s12], [a2*c12, a2*c12]]", key).mistake).toBe(5);
+});
+
+test("two mistakes of the problem's are named in the columns in which they were made", () => {
+  const first = [
+    ["a1^2", "-a2*s12"],
+    ["a2^3", "a2*c12"],
+  ];
+  const second = [
+    ["-a1*s1 - a2*s12", "a2^3*s1"],
+    ["a1*c1 + a2*c12", "a1^2*c1"],
+  ];
+  const key = { ...JACOBIAN, mistakes: [first, second].map((rows, i) => [i, ...print(rows)]) };
+  const { slips } = judgeValues("[[a1^2, a2^3*s1], [a2^3, a1^2*c1]]", key);
+  expect(slips).toEqual(
+    [0, 1].map((i) => ({ mistake: i, where: message("slip.column", { row: 1, column: i + 1 }) })),
+  );
+});
+
+const WIDE = keyOf([
+  ["-a1*s1 - a2*s12", "-a2*s12", "0"],
+  ["a1*c1 + a2*c12", "a2*c12", "1"],
+]);
+
+test("the transpose of a matrix that is not square is told from one that is wrong besides", () => {
+  const turned = judgeValues("[[-a1*s1 - a2*s12, a1*c1 + a2*c12], [-a2*s12, a2*c12], [0, 1]]", WIDE);
+  expect(turned.reasons.map(({ key }) => key)).toEqual(["read.shape"]);
+  expect(turned.slips).toEqual([message("slip.transposed")]);
+  const other = judgeValues("[[-a1*s1 - a2*s12, a1*c1 + a2*c12], [a2*s12, a2*c12], [0, 1]]", WIDE);
+  expect(other.slips).toEqual([message("slip.turned")]);
+  expect(judgeValues("[[1, 2], [3, 4]]", WIDE).slips).toBeUndefined();
+  expect(told(turned, "outcome").slips).toBeUndefined();
+});
+
+test("angles with constants are held against those with which they are due", () => {
+  const key = keyOf([["a1*cos(theta1 + pi/6) + a2*cos(theta1 + theta2 + pi/4)"]]);
+  const says = (typed: string) => toldBy(judgeValues(typed, key));
+  expect(says("a1*cos(theta1 + pi/6) + a2*cos(theta2 + pi/4)")).toEqual([
+    expect.stringContaining("an angle lacks the joints before it"),
+  ]);
+  expect(says("a1*cos(theta1 + pi/6) + a2*cos(theta1 + theta2)")).toEqual([
+    expect.stringContaining("one angle under a sine or cosine"),
+  ]);
+  expect(says("a1*cos(theta1 + pi/6) + a2*cos(theta2)")).toEqual([]); // which lacks both
+});
+
+test("terms with constants in their angles are missed where the answer has such angles elsewhere", () => {
+  const key = keyOf([["a1*cos(theta1 + pi/6) + a2*c12"], ["a1*sin(theta1 + pi/6) + a2*s12"]]);
+  expect(toldBy(judgeValues("[a2*c12, a1*sin(theta1 + pi/6) + a2*s12]", key))).toEqual([
+    expect.stringContaining("Entry 1: a term with a1 in it is missing"),
+  ]);
+});
+
+test("two terms that are missing are told by what is in them", () => {
+  const key = keyOf([["a1*c1 + a2*c12 + a1*a2"], ["a1*s1 + a2*s12"]]);
+  expect(toldBy(judgeValues("[a1*a2, a1*s1 + a2*s12]", key))).toEqual([
+    expect.stringContaining("Entry 1: two terms are missing, with a1, a2 in them"),
+  ]);
 });
 
 test.each([
   ["a1*a2*c2", "Your answer: in one place"],
-  ["a1*s2", "Your answer: a length is missing"],
+  ["a1*s2", "Your answer: the length a2 is missing"],
   ["s2", "Your answer: several lengths are missing"],
-  ["a1*a2", "Your answer: a factor with a joint"],
+  ["a1*a2", "Your answer: a sine or cosine with θ2"],
   ["2*a1*a2*s2", "Your answer: there is a factor too many"],
   ["a1*a2*s1*c2", undefined],
 ])("of a determinant %s is told: %s", (typed, says) => {
-  const { slip } = judgeValues(typed, keyOf([["a1*a2*s2"]]));
-  if (says === undefined) expect(slip).toBeUndefined();
-  else expect(slip && said(slip)).toContain(says);
+  const told = toldBy(judgeValues(typed, keyOf([["a1*a2*s2"]])));
+  expect(told).toEqual(says === undefined ? [] : [expect.stringContaining(says)]);
 });
 
 test("a bracket that is missing in a quotient is told", () => {
-  const { slip } = judgeValues("a1*c1 + c12", keyOf([["a1*(c1 + c12)"]]));
-  expect(slip?.key).toBe("slip.bracket");
+  const { slips } = judgeValues("a1*c1 + c12", keyOf([["a1*(c1 + c12)"]]));
+  expect(slips).toEqual([message("slip.bracket", { where: message("slip.answer") })]);
 });
 
 const SET: ConfigurationsKey = {
@@ -135,11 +268,13 @@ test.each([
   ["theta2 = 1, theta2 = 2", undefined],
   ["theta1 = 1", undefined],
 ])("of the set %s is told %s", (typed, key) => {
-  expect(judgeSet(typed, SET, ANGLES, straight).slip?.key).toBe(key);
+  const slips = judgeSet(typed, SET, ANGLES, straight).slips;
+  expect(slips?.map((slip) => "key" in slip && slip.key)).toEqual(key === undefined ? undefined : [key]);
 });
 
 test("a level that names no mistakes keeps slips back", () => {
   const verdict = judgeValues("a1*s2", keyOf([["a1*a2*s2"]]));
-  expect(told(verdict, "outcome").slip).toBeUndefined();
-  expect(told(verdict, "mistake").slip).toEqual(verdict.slip);
+  expect(verdict.slips).toHaveLength(1);
+  expect(told(verdict, "outcome").slips).toBeUndefined();
+  expect(told(verdict, "mistake").slips).toEqual(verdict.slips);
 });

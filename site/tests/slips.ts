@@ -2,26 +2,62 @@
 import { singularIn } from "../src/arm/singular.js";
 import type { Part, Problem } from "../src/bank.js";
 import { judge } from "../src/grade/judge.js";
+import type { Slip, Verdict } from "../src/grade/verdict.js";
+
+type Typed = readonly [part: string, slip: string, text: string];
 
 /** A problem with what is typed: the part's name, the slip's, the text. */
 export type Slipped = Pick<Problem, "id" | "robot" | "parts" | "said"> & {
-  readonly slips: readonly (readonly [part: string, slip: string, text: string])[];
+  readonly slips: readonly Typed[];
+  /** Two slips at once, with both names. */
+  readonly pairs?: readonly Typed[];
 };
 
-/** The outcome, the names of the mistakes that are told, and the keys of what else is said. */
-export type Told = readonly [outcome: string, mistake: string | null, reasons: readonly string[]];
+/** The outcome, the name of the mistake that is told, the keys of what else is said, and how many wrong entries nothing is said of. */
+export type Told = readonly [
+  outcome: string,
+  mistake: string | null,
+  reasons: readonly string[],
+  left: number,
+];
 
 export function toldOf(problem: Slipped): readonly Told[] {
   const singular = singularIn(problem);
   return problem.slips.map(([name, , text]) => {
     const part = problem.parts.find((each) => each.name === name) as Part;
-    const { outcome, mistake, slip, reasons } = judge(problem as unknown as Problem, part, text, singular);
+    const verdict = judge(problem as unknown as Problem, part, text, singular);
+    const { outcome, mistake, slips = [], reasons } = verdict;
     return [
       outcome,
       mistake === undefined ? null : (problem.said[mistake]?.[0] ?? null),
-      [...(slip ? [slip.key] : []), ...reasons.map(({ key }) => key)],
+      [
+        ...slips.map((slip) => ("mistake" in slip ? `slip of ${problem.said[slip.mistake]?.[0]}` : slip.key)),
+        ...reasons.map(({ key }) => key),
+      ],
+      mistake === undefined ? leftBy(verdict) : 0,
     ];
   });
+}
+
+/** How many wrong entries are in no place of which something is said. */
+function leftBy({ entries = [], slips = [] }: Verdict): number {
+  const wrong = entries.flatMap((row, r) =>
+    row.flatMap((right, c) => (right ? [] : [[r + 1, c + 1] as const])),
+  );
+  const columns = entries[0]?.length ?? 1;
+  return wrong.filter(([r, c]) => !slips.some((each) => isIn(r, c, each, columns))).length;
+}
+
+function isIn(r: number, c: number, slip: Slip, columns: number): boolean {
+  if ("key" in slip && slip.key === "slip.column-left-out") return slip.values["column"] === c;
+  const where = "mistake" in slip ? slip.where : slip.values["where"];
+  if (typeof where !== "object") return false;
+  if (where.key === "slip.others") return true;
+  const { row, column, entries } = where.values;
+  if (typeof entries === "string")
+    return columns === 1 ? entries.split(", ").includes(`${r}`) : entries.includes(`(${r}, ${c})`);
+  if (where.key === "slip.row") return row === r;
+  return (where.key !== "slip.entry" || row === r) && (column === undefined || column === c);
 }
 
 export const allTold = (problems: readonly Slipped[]): readonly (readonly Told[])[] => problems.map(toldOf);

@@ -118,6 +118,11 @@ def test_of_the_planar_arm(question: str, answer: str, mistake: str) -> None:
     assert said(question, answer)[0] == mistake
 
 
+def test_a_lost_factor_is_told_by_what_is_in_it() -> None:
+    assert "What is missing has a1 in it." in said("determinant", "a2*sin(theta2)")[1]
+    assert "What is missing has theta2 in it." in said("determinant", "a1*a2")[1]
+
+
 @pytest.mark.parametrize("answer", ["(sin(theta1) + cos(theta2) + theta1)**9**9**9", "1/0*theta1", "tan(pi/2)"])
 def test_what_is_never_a_number_has_no_mistake_and_warns_nobody(answer: str) -> None:
     """An endless value may be off by anything: it was taken for that of the first mistake."""

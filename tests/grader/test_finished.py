@@ -6,6 +6,7 @@ import pytest
 from exercises.arm.stages import as_formulas, formulas
 from exercises.docs import planar_2r
 from exercises.families import FAMILIES
+from exercises.formula.expression import read
 from exercises.formula.program import compile_program, evaluate
 from exercises.formula.trees import Node, node_text, size_of
 from exercises.mistakes import finished
@@ -38,10 +39,12 @@ RIGHT = (f"-a1*{S1} - a2*{S12}", f"-a2*{S12}", f"a1*{C1} + a2*{C12}", f"a2*{C12}
     [
         ({1: f"a2*{S12}"}, "term-sign-typed", "In row 1, column 2, one sign"),
         ({0: f"-a1*{S1} - a2*{C12}"}, "wave-typed", "In row 1, column 1, a sine"),
-        ({2: f"a1*{C1} + {C12}"}, "factor-missing", "In row 2, column 1, one factor"),
-        ({2: f"a1*{C1}"}, "term-missing", "In row 2, column 1, one term"),
+        ({2: f"a1*{C1} + {C12}"}, "factor-missing", "In row 2, column 1, one factor (with a2 in it) of"),
+        ({2: f"a1*{C1} + a2"}, "factor-missing", "In row 2, column 1, one factor (with theta1, theta2 in it) of"),
+        ({2: f"a2*{C12}"}, "term-missing", "In row 2, column 1, one term (with a1 in it) seems"),
         ({3: "a2*cos(theta1 - theta2)"}, "angle-typed", "In row 2, column 2, the angle"),
         ({3: "a2*cos(theta1)*cos(theta2)"}, "sum-of-angles-split", "In row 2, column 2, the sine or cosine of a sum"),
+        ({2: f"a1*{S1} + a2*{S12}"}, "waves-typed", "In row 2, column 1, sines and cosines"),
         ({1: RIGHT[3], 3: RIGHT[1]}, "entries-exchanged", "In row 1, column 2, and row 2, column 2, two entries"),
     ],
 )
@@ -51,6 +54,38 @@ def test_what_went_wrong_in_an_entry_is_named_with_the_entry(changed: dict[int, 
     found = diagnose(problem, problem.parts[0], answer, "finished")
     assert found is not None and found.mistakes == (mistake,)
     assert found.says.startswith(where)
+
+
+def test_terms_that_are_missing_in_two_entries_are_told_apart() -> None:
+    problem = asked("jacobian", PLANAR)
+    answer = jacobian(f"-a2*{S12}", RIGHT[1], f"a1*{C1}", RIGHT[3])
+    found = diagnose(problem, problem.parts[0], answer, "finished")
+    assert found is not None and found.mistakes == ("term-missing",)
+    assert "In row 1, column 1, one term (with a1 in it)" in found.says
+    assert "In row 2, column 1, one term (with a2 in it)" in found.says
+
+
+def test_a_column_that_is_left_out_is_named_beside_a_slip_in_another() -> None:
+    problem = asked("jacobian", PLANAR)
+    answer = jacobian(f"-a1*{S1} - a2*{S12}", "0", f"a1*{C1} - a2*{C12}", "0")
+    found = diagnose(problem, problem.parts[0], answer, "finished")
+    assert found is not None and found.mistakes == ("joint-left-out", "term-sign")
+    assert "In row 1, column 2, and row 2, column 2, and only there" in found.says
+    assert "In row 2, column 1, and only there" in found.says
+
+
+def test_relative_angles_throughout_an_entry_are_named() -> None:
+    entry = read(f"a1*{C1} + a2*{C12} + a3*cos(theta1 + theta2 + theta3 + pi/6)", {})
+    changed = [node_text(edit.entry) for edit in edits(entry) if edit.mistake == "angles-typed"]
+    due = read("a1*cos(theta1) + a2*cos(theta2) + a3*cos(theta3 + pi/6)", {})
+    assert changed[0] == node_text(due)
+
+
+def test_what_is_missing_is_told_by_its_lengths_rates_and_numbers_else_by_its_joints() -> None:
+    entry = read(f"0.5*{C1} + a2*qd1*{C12} + {S1}*{S12}", {})
+    told = {edit.which for edit in edits(entry) if edit.mistake == "term-missing"}
+    assert told >= {" (with 0.5 in it)", " (with a2, qd1 in it)", " (with theta1, theta2 in it)"}
+    assert {edit.which for edit in edits(entry) if edit.mistake == "wave-typed"} == {""}
 
 
 def test_lengths_that_are_lost_everywhere_are_named_once() -> None:

@@ -1,8 +1,9 @@
-"""Classical slips in right answers, and what the site says of them. `python -m tests.tools.site_slips` measures.
+"""Classical slips in right answers, and what is said of them. `python -m tests.tools.site_slips` measures.
 
 A slip is made in the answer as the worked solution writes it, entry by entry, by what students do and not by the
-catalogue of mistakes: so it says how many of them the site names. slips.json in site/tests, which `site_corpus` writes,
-has some of some families.
+catalogue of mistakes: so it says how many of them the site names, or with --grader the grader of notebooks. With
+--pairs, two are made at once, each in entries of its own. slips.json in site/tests, which `site_corpus` writes, has
+some of some families.
 """
 
 import argparse
@@ -13,6 +14,7 @@ import sys
 from collections import Counter
 from collections.abc import Callable, Iterator
 from functools import partial
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -20,6 +22,7 @@ import numpy as np
 from exercises.answers import Number
 from exercises.arm.stages import numbers
 from exercises.families import FAMILIES
+from exercises.formula.algebra import addends, plus
 from exercises.formula.expression import read
 from exercises.formula.trees import Node, as_matrix, names, node_text
 from exercises.generation import generate
@@ -29,6 +32,10 @@ from exercises.site.keys import key_of
 from exercises.site.record import arm_record
 from exercises.stream import Stream
 from exercises.writing.statement import answer_code
+from grader.parts import judge_given
+from grader.reading import read_answer
+from grader.verdict import Outcome
+from tests.support.judging import diagnose
 from tests.support.programs import needs
 from tests.tools.readers import NODE, SITE, part_json
 
@@ -70,9 +77,15 @@ def other_wave(node: Node) -> Node:
 
 
 def relative(node: Node) -> Node:
-    """Return sin(theta2) for sin(theta1 + theta2)."""
-    if node.kind == "call" and node.value in WAVES and node.args[0].kind == "+":
-        return Node("call", (node.args[0].args[1],), node.value)
+    """Return sin(theta2) for sin(theta1 + theta2), sin(theta2 + pi/6) for sin(theta1 + theta2 + pi/6)."""
+    if node.kind == "call" and node.value in WAVES:
+        terms = addends(node.args[0])
+        turning = [k for k, term in enumerate(terms) if names(term)]
+        if len(turning) > 1:
+            kept = terms[turning[-1]]
+            for constant in (term for term in terms if not names(term)):
+                kept = plus(kept, constant)
+            return Node("call", (kept,), node.value)
     return node
 
 
@@ -168,7 +181,7 @@ def _in_columns(rows: Rows, changes: list[tuple[str, Change]], lengths: list[str
         for length in lengths:
             lost = partial(everywhere, change=partial(_no_link, name=length))
             yield "contribution dropped", _with_column(rows, c, lost)
-    if len(rows) == len(rows[0]):
+    if len(rows) > 1:
         yield "transposed", [list(column) for column in zip(*rows, strict=True)]
 
 
@@ -267,10 +280,12 @@ def _conditions(text: str) -> list[str]:
 # --- all of it ---
 
 
-def slips(problem: Problem, part: Part) -> list[tuple[str, str]]:
+def slips(problem: Problem, part: Part, in_pairs: bool = False) -> list[tuple[str, str]]:
     """Return slips by name, each with the answer as it is typed; those that are typed alike once."""
     text = answer_code(problem, part)
     found: dict[str, str] = {}
+    if in_pairs:
+        return _pairs(problem, part, text) if part.type not in ("singular", "number") else []
     if part.type == "singular":
         for name, typed in in_sets(text.replace("Matrix", ""), [q.name for q in problem.chain.q]):
             found.setdefault(typed, name)
@@ -278,14 +293,49 @@ def slips(problem: Problem, part: Part) -> list[tuple[str, str]]:
         for name, values in in_rates(problem, part):
             found.setdefault(str([float(f"{value:.5g}") for value in values]), name)
     else:
-        rows = as_matrix(read(text, problem.domain().roles))
-        kinds = "".join(joint.kind for joint in problem.chain.joints)
-        lengths = sorted(str(symbol) for symbol in problem.chain.parameters)
+        rows, every = _in_formulas(problem, part, text)
         right = _typed(rows)
-        for name, new in in_formulas(part, rows, kinds, lengths):
+        for name, new in every:
             if (typed := _typed(new)) != right:
                 found.setdefault(typed, name)
     return [(name, typed) for typed, name in found.items()]
+
+
+def _in_formulas(problem: Problem, part: Part, text: str) -> tuple[Rows, Iterator[tuple[str, Rows]]]:
+    """Return the entries of an answer, and the slips in them."""
+    rows = as_matrix(read(text, problem.domain().roles))
+    kinds = "".join(joint.kind for joint in problem.chain.joints)
+    lengths = sorted(str(symbol) for symbol in problem.chain.parameters)
+    return rows, in_formulas(part, rows, kinds, lengths)
+
+
+def _pairs(problem: Problem, part: Part, text: str) -> list[tuple[str, str]]:
+    """Return two slips at once, of each two kinds the first in entries of their own, in columns of their own if any."""
+    rows, every = _in_formulas(problem, part, text)
+    by_kind: dict[str, list[tuple[frozenset[tuple[int, int]], Rows]]] = {}
+    for name, new in every:
+        if len(new) != len(rows):
+            continue
+        changed = frozenset((r, c) for r, row in enumerate(rows) for c, entry in enumerate(row) if new[r][c] != entry)
+        if changed and changed != frozenset((r, c) for r, row in enumerate(rows) for c in range(len(row))):
+            by_kind.setdefault(kind_of(name), []).append((changed, new))
+    found = []
+    for (one, some), (other, others) in combinations(by_kind.items(), 2):
+        apart = [(a, x, y) for a, x in some for b, y in others if not a & b]
+        by_columns = [(a, x, y) for a, x in some for b, y in others if not {c for _, c in a} & {c for _, c in b}]
+        for mine, first, second in (by_columns or apart)[:1]:
+            both = [[first[r][c] if (r, c) in mine else e for c, e in enumerate(row)] for r, row in enumerate(second)]
+            found.append((f"{one} & {other}", _typed(both)))
+    return found
+
+
+def kind_of(slip: str) -> str:
+    """Return a slip's kind: its name without a length's.
+
+    >>> kind_of("length a2 missing, column")
+    'length missing, column'
+    """
+    return re.sub(r" \w+ missing", " missing", slip)
 
 
 def _typed(rows: Rows) -> str:
@@ -294,9 +344,16 @@ def _typed(rows: Rows) -> str:
     return f"[{', '.join('[' + ', '.join(map(node_text, row)) + ']' for row in rows)}]"
 
 
-def problem_json(family: str, variation: str = "chapter", most: int | None = None) -> dict[str, Any]:
+def asked(family: str, variation: str) -> Problem:
+    """Return the problem of a family in which slips are made."""
+    return generate(ProblemId(family, 1, (), variation=variation))
+
+
+def problem_json(
+    family: str, variation: str = "chapter", most: int | None = None, in_pairs: bool = False
+) -> dict[str, Any]:
     """Return a problem as the bank has it, with what is typed: {"id", "robot", "parts", "said", "slips"}."""
-    problem = generate(ProblemId(family, 1, (), variation=variation))
+    problem = asked(family, variation)
     said: dict[tuple[str, str, str], int] = {}
     parts, typed = [], []
     for part in problem.parts:
@@ -306,7 +363,7 @@ def problem_json(family: str, variation: str = "chapter", most: int | None = Non
         if "mistakes" in key:
             key["mistakes"] = [_shortened(mistake, said) for mistake in key["mistakes"]]
         parts.append(part_json(problem, part) | {"key": key})
-        every = slips(problem, part)
+        every = slips(problem, part, in_pairs)
         step = max(1, len(every) // most) if most else 1
         typed += [[part.name, name, text] for name, text in every[::step]]
     return {
@@ -325,12 +382,17 @@ def _shortened(mistake: dict[str, Any], said: dict[tuple[str, str, str], int]) -
 
 
 def slips_text() -> str:
-    """Return the file's text: some slips of some families, a problem a line."""
-    return "[\n" + ",\n".join(json.dumps(problem_json(name, most=FEW)) for name in KEPT) + "\n]\n"
+    """Return the file's text: some slips of some families, and some in pairs, a problem a line."""
+    pairs = (problem_json(name, most=FEW, in_pairs=True)["slips"] for name in KEPT)
+    kept = (problem_json(name, most=FEW) | {"pairs": two} for name, two in zip(KEPT, pairs, strict=True))
+    return "[\n" + ",\n".join(map(json.dumps, kept)) + "\n]\n"
 
 
 def told_of(problems: list[dict[str, Any]]) -> list[list[Any]]:
-    """Return what the site says of each slip: outcome, the mistake that is named, the keys of all that is said."""
+    """Return what the site says of each slip.
+
+    That is the outcome, the mistake that is named, the keys of all that is said, the wrong entries that are in none.
+    """
     node = needs("node", NODE)
     done = subprocess.run(
         [node, "tools/slips.mjs"], cwd=SITE, input=json.dumps(problems), capture_output=True, text=True, check=True
@@ -338,28 +400,60 @@ def told_of(problems: list[dict[str, Any]]) -> list[list[Any]]:
     return [told for of_problem in json.loads(done.stdout) for told in of_problem]
 
 
+def grader_says(problem: Problem, typed: list[list[str]]) -> Iterator[str]:
+    """Yield what the grader calls each slip."""
+    parts = {part.name: part for part in problem.parts}
+    for name, _, text in typed:
+        given = read_answer(problem, parts[name], text)
+        if judge_given(problem, parts[name], given, "slips").outcome is Outcome.CORRECT:
+            yield "right"
+        else:
+            found = diagnose(problem, parts[name], text, "slips")
+            yield found.names if found and found.mistakes else "nothing"
+
+
 def main() -> int:
-    """Have the site judge the slips of families, and print how many of each kind are named, and as what."""
+    """Have the slips of families judged, and print how many of each kind are named, and as what."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--family", action="append", choices=FAMILIES)
-    parser.add_argument("--variation", default="chapter")
+    parser.add_argument("--variation", action="append", help="a step or axes; chapter by default")
+    parser.add_argument("--pairs", action="store_true", help="two slips at once, in entries of their own")
+    parser.add_argument("--grader", action="store_true", help="what the grader says, and not the site")
+    parser.add_argument("--few", type=int, help="so many slips in each answer, or some more; all by default")
+    parser.add_argument("--missed", action="store_true", help="print the answers of which nothing is said")
     options = parser.parse_args()
     families = options.family or [name for name, family in FAMILIES.items() if not family.varied]
-    problems = [problem_json(name, options.variation) for name in families]
+    steps = options.variation or ["chapter"]
+    problems = [problem_json(name, step, options.few, options.pairs) for step in steps for name in families]
+    typed = [(each["id"], *one) for each in problems for one in each["slips"]]
+    if options.grader:
+        arms = [asked(name, step) for step in steps for name in families]
+        called = [one for arm, each in zip(arms, problems, strict=True) for one in grader_says(arm, each["slips"])]
+    else:
+        called = [_named(*told) for told in told_of(problems)]
     counts: dict[str, Counter[str]] = {}
-    for (_, slip, _), told in zip([one for each in problems for one in each["slips"]], told_of(problems), strict=True):
-        counts.setdefault(re.sub(r" \w+ missing", " missing", slip), Counter())[_named(*told)] += 1
+    for (arm_id, part, slip, text), name in zip(typed, called, strict=True):
+        counts.setdefault(kind_of(slip) if not options.pairs else "two slips", Counter())[name] += 1
+        if options.missed and (name == "nothing" or name.endswith(IN_PART)):
+            sys.stdout.write(f"{arm_id} {part}, {slip}: {text}\n")
     for slip, told_as in sorted(counts.items()):
         sys.stdout.write(f"{slip}: {', '.join(f'{name} {count}' for name, count in told_as.most_common())}\n")
     every = sum(counts.values(), Counter())
-    sys.stdout.write(f"{every.total()} slips, {every.total() - every['nothing'] - every['right']} named\n")
+    of_a_part = sum(count for name, count in every.items() if name.endswith(IN_PART))
+    named = every.total() - every["nothing"] - every["right"] - of_a_part
+    sys.stdout.write(f"{every.total()} slips, {named} named, {of_a_part} in part\n")
     return 0
 
 
-def _named(outcome: str, mistake: str | None, reasons: list[str]) -> str:
+def _named(outcome: str, mistake: str | None, reasons: list[str], left: int) -> str:
     if outcome == "correct":
         return "right"
-    return mistake or next((key for key in reasons if key.startswith("slip.")), "nothing")
+    slips = [key for key in reasons if key.startswith("slip")]
+    return mistake or f"{' and '.join(slips) or 'nothing'}{IN_PART if slips and left else ''}"
+
+
+IN_PART = " of a part"
+"""What is put to the name of slips that leave wrong entries unexplained."""
 
 
 if __name__ == "__main__":

@@ -31,7 +31,7 @@ export function atLeast(level: Level, wanted: Level): boolean {
 
 /** A verdict without what the level keeps back; of a right answer, and of one that can't be read, all is told. */
 export function told(verdict: Verdict, level: Level): Verdict {
-  const { outcome, share, sure, reasons, at, entries, mistake, slip } = verdict;
+  const { outcome, share, sure, reasons, at, entries, mistake, slips } = verdict;
   if (outcome === "correct" || outcome === "missing" || atLeast(level, "values")) return verdict;
   const isOfTheSet = reasons.some(({ key }) => key === "verdict.uncovered"); // a pose that belongs to the answer
   if (!atLeast(level, "mistake")) return { outcome, share, sure, reasons: reasons.filter(isOfReading) };
@@ -45,7 +45,7 @@ export function told(verdict: Verdict, level: Level): Verdict {
     ...(shown && at && !isOfTheSet ? { at } : {}),
     ...(entries ? { entries } : {}),
     ...(mistake === undefined ? {} : { mistake }),
-    ...(slip ? { slip } : {}),
+    ...(slips ? { slips } : {}),
   };
 }
 

@@ -2,11 +2,13 @@
 
 import { anyNode, integer, name, namesIn, type Node, node } from "../read/tree.js";
 import { evaluate } from "../read/evaluate.js";
+import { anglesIn, angleText } from "./angles.js";
 import type { At } from "./verdict.js";
 
-/** So many symbols of a kind are looked at, and so many angles for products of three sines and cosines. */
+/** So many symbols of a kind are looked at, so many angles of the answer's own, so many for products of three waves. */
 const MOST_SYMBOLS = 8;
-const MOST_FOR_THREE = 3;
+const MOST_OWN = 8;
+const MOST_FOR_THREE = 10;
 
 const LENGTH = /^[ad]\d+$/;
 const ANGLE = /^theta\d+$/;
@@ -15,7 +17,7 @@ const RATE = /^qd\d+$/;
 const MULTIPLIERS = [RATE, /^[vw][xyz]$/, /^[fm][xyz]$/];
 
 export interface Library {
-  /** Sums of successive joint angles, theta1 + theta2 and the like. */
+  /** Sums of successive joint angles, theta1 + theta2 and the like, and angles of the answer, which have constants. */
   readonly angles: readonly Node[];
   readonly lengths: readonly Node[];
   readonly multipliers: readonly Node[];
@@ -41,7 +43,10 @@ export function libraryOf(symbols: readonly string[], entries: readonly Node[]):
       .filter((each) => kind.test(each))
       .slice(0, MOST_SYMBOLS)
       .map(name);
-  const angles = successive(those(ANGLE));
+  const sums = successive(those(ANGLE));
+  const texts = new Set(sums.map(angleText));
+  const own = anglesIn(entries).filter((angle) => !texts.has(angleText(angle)));
+  const angles = [...sums, ...own.slice(0, MOST_OWN)];
   const multipliers = MULTIPLIERS.filter((kind) => [...used].some((each) => kind.test(each))).flatMap(those);
   const lengths = [...those(LENGTH), ...[...decimals.values()].slice(0, MOST_SYMBOLS)];
   const rates = multipliers.filter(({ text }) => RATE.test(text));
@@ -75,24 +80,28 @@ export interface Terms {
   readonly products: readonly Known[];
 }
 
-/** The terms of a library at a configuration: up to two sines and cosines, or three where there are few angles. */
-export function termsOf(library: Library, at: At): Terms {
+/**
+ * The terms of a library at a configuration: up to two sines and cosines, or three where there are few angles; of fewer
+ * where these are more than `most`.
+ */
+export function termsOf(library: Library, at: At, most = Infinity): Terms {
   const all = waves(library, at);
-  const fewer = library.angles.length <= (MOST_FOR_THREE * (MOST_FOR_THREE + 1)) / 2;
+  const lengths = [ONE, ...library.lengths.map((each) => known(each, at))];
+  const rates = [...library.multipliers, ...library.together].map((each) => known(each, at));
+  const multipliers = (rates.length > 0 ? rates : [ONE]).flatMap((rate) =>
+    lengths.map((length) => times(length, rate)),
+  );
+  const fewer = library.angles.length <= MOST_FOR_THREE;
   let products = [ONE];
   let last = products.map((product) => ({ product, from: 0 }));
   for (let count = 0; count < (fewer ? 3 : 2); count += 1) {
     last = last.flatMap(({ product, from }) =>
       all.slice(from).map((wave, k) => ({ product: times(product, wave), from: from + k })),
     );
+    if ((products.length + last.length) * multipliers.length > most) break;
     products = [...products, ...last.map(({ product }) => product)];
   }
   products.sort((one, other) => Math.abs(one.value) - Math.abs(other.value));
-  const lengths = [ONE, ...library.lengths.map((each) => known(each, at))];
-  const rates = [...library.multipliers, ...library.together].map((each) => known(each, at));
-  const multipliers = (rates.length > 0 ? rates : [ONE]).flatMap((rate) =>
-    lengths.map((length) => times(length, rate)),
-  );
   return { multipliers, products };
 }
 
@@ -116,7 +125,7 @@ export function* termsNear({ multipliers, products }: Terms, value: number, shar
 
 const ONE: Known = { tree: integer(1), value: 1 };
 
-function times(left: Known, right: Known): Known {
+export function times(left: Known, right: Known): Known {
   if (left === ONE) return right;
   return right === ONE ? left : { tree: node("*", left.tree, right.tree), value: left.value * right.value };
 }

@@ -176,7 +176,7 @@ function compared(
       counterexample(claim, [], space, (at) => isSingular(instead({ ...poses.flat()[0], ...at })), 0) ===
       null,
   });
-  const more = slip ? { slip } : {};
+  const more = slip ? { slips: [slip] } : {};
   const [off] = bad.filter((each) => each !== "close");
   const isRounded = claims.some((claim, i) => {
     const at = found[i];

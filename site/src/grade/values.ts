@@ -19,13 +19,16 @@ import { table, VOCABULARY } from "../read/vocabulary.js";
 import { inDigits, message, type Message } from "../text/text.js";
 import type { TextKey } from "../text/en.js";
 import { shareButForFactor, shareOfEntries } from "./credit.js";
-import { slipIn } from "./slips.js";
+import { slipsIn } from "./slips.js";
 import { type At, correct, graded, missing, unreadable, type Verdict, wrong } from "./verdict.js";
 
 /** Share of the size of the terms that rounding may take. */
 const SAME = 1e-9;
 /** Share by which the print of a mistake, which is kept with six digits, may differ. */
 const PRINT = 2e-5;
+/** At so many configurations mistakes have prints; by so many times the room a part of an answer has to differ there. */
+const PRINTED = 3;
+const TELLING = 100;
 /** So many times an entry its terms may be: rounding is still far below it then. */
 const HIDING = 1e4;
 const GOLDEN = 0.6180339887498949;
@@ -46,7 +49,10 @@ export function judgeValues(
     () => {
       const typed = read(answer, known);
       if (isBlank(typed)) return missing();
-      if (!isSingle) return ofScalars(shaped(matrixOf(typed, known, labels, key, vectors), key));
+      if (!isSingle) {
+        const rows = matrixOf(typed, known, labels, key, vectors);
+        return isTurned(rows, key) ? turned(rows, key) : ofScalars(shaped(rows, key));
+      }
       const other = otherComponent(typed, labels);
       if (other) return wrong("read.component", { other, asked: labels[0] as string });
       const right = alone(rightSide(typed, known, labels));
@@ -171,6 +177,22 @@ export function shaped(rows: Node[][], key: Pick<ValuesKey, "rows" | "columns">)
   });
 }
 
+/** Whether a matrix has as many rows as columns are due, and the other way round. */
+function isTurned(rows: Rows, key: ValuesKey): boolean {
+  const columns = rows[0]?.length ?? 0;
+  const isOther = rows.length === key.columns && columns === key.rows && key.rows !== key.columns;
+  return isOther && Math.min(key.rows, key.columns) > 1;
+}
+
+/** What is said of such a matrix: that it is right but for that, where it is. */
+function turned(rows: Node[][], key: ValuesKey): Verdict {
+  const columns = (rows[0] as Node[]).map((_, c) => rows.map((row) => row[c] as Node));
+  const found = ofScalars(columns);
+  const isRight = !("outcome" in found) && compared(found, key).outcome === "correct";
+  const slip = message(isRight ? "slip.transposed" : "slip.turned");
+  return { ...(shaped(rows, key) as Verdict), slips: [slip] };
+}
+
 function compared(rows: readonly (readonly Node[])[], key: ValuesKey): Verdict {
   if (key.points.length === 0) throw new Error("a key without configurations"); // else everything would be right
   const entries = rows.flat();
@@ -211,14 +233,15 @@ function compared(rows: readonly (readonly Node[])[], key: ValuesKey): Verdict {
     );
   const wrong = differing.flatMap((j, i) => (j >= 0 && !blank[i] ? [i] : []));
   const at = (j: number) => configuration(key, j, names);
-  const slip =
-    mistake === undefined && wrong.length > 0 ? slipIn({ entries, wrong, at, isRight }, key) : null;
+  const mistakeIn = (some: ReadonlySet<number>) => mistakeBehind(mine, key, some);
+  const slips =
+    mistake === undefined && wrong.length > 0 ? slipsIn({ entries, wrong, at, isRight, mistakeIn }, key) : [];
   const but = amiss === 0 ? [] : [message(amiss.says)];
   return graded(share, [...but, ...counted(right, zeros), reason], {
     entries: marks,
     at: configuration(key, k, NOTHING),
     ...(mistake === undefined ? {} : { mistake }),
-    ...(slip ? { slip } : {}),
+    ...(slips.length > 0 ? { slips } : {}),
   });
 }
 
@@ -351,15 +374,29 @@ function difference(
     : message("verdict.entry", { ...place, ...values });
 }
 
-/** The index of what is said of the mistake that gives the very same answer. */
-function mistakeBehind(mine: (k: number) => readonly (Value | null)[], key: ValuesKey): number | undefined {
-  const print = (k: number) => {
-    const entries = mine(k);
-    if (entries.some((value) => !value || value.im !== 0)) return NaN;
-    return entries.reduce((total, value, i) => total + weight(i) * (value as Value).re, 0);
-  };
+/**
+ * The index of what is said of the mistake that gives the very same answer, or the same but for entries other than
+ * `some`, which the mistake leaves as they are due.
+ */
+function mistakeBehind(
+  mine: (k: number) => readonly (Value | null)[],
+  key: ValuesKey,
+  some?: ReadonlySet<number>,
+): number | undefined {
+  const worth = (k: number) =>
+    mine(k).map((value, i) => {
+      if (some && !some.has(i)) return key.right[i]?.[k] ?? NaN;
+      return value && value.im === 0 ? value.re : NaN;
+    });
+  const sum = (values: readonly number[]) => values.reduce((total, value, i) => total + weight(i) * value, 0);
+  const prints = key.points.slice(0, PRINTED).map((_, k) => sum(worth(k)));
+  const off = (k: number) => prints[k]! - sum(key.right.map((values) => values[k] ?? NaN));
   const found = key.mistakes.find(([, ...theirs]) =>
-    theirs.every((their, k) => Math.abs(print(k) - their) <= PRINT * Math.max(Math.abs(their), 1e-9)),
+    theirs.every((their, k) => {
+      const room = PRINT * Math.max(Math.abs(their), 1e-9);
+      // a part must make a difference that is not lost in all the rest
+      return Math.abs((prints[k] ?? NaN) - their) <= room && (!some || Math.abs(off(k)) > TELLING * room);
+    }),
   );
   return found?.[0];
 }

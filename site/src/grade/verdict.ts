@@ -9,7 +9,7 @@ export type At = Readonly<Record<string, number>>;
 /**
  * `share` of the points, from 0 to 1; `sure` where the exact method would say the same but for a chance that is none;
  * `at` the configuration at which it differs; `entries` which entries of a matrix are right; `mistake` an index into
- * what the problem says of mistakes, `slip` what else seems to have gone wrong.
+ * what the problem says of mistakes, `slips` what else seems to have gone wrong, each in a part of the answer.
  */
 export interface Verdict {
   readonly outcome: "correct" | "partial" | "wrong" | "missing";
@@ -19,8 +19,11 @@ export interface Verdict {
   readonly at?: At;
   readonly entries?: readonly (readonly boolean[])[];
   readonly mistake?: number;
-  readonly slip?: Message;
+  readonly slips?: readonly Slip[];
 }
+
+/** A text, or an index into what the problem says of mistakes and where that was made. */
+export type Slip = Message | { readonly mistake: number; readonly where: Message };
 
 export function correct(reason?: Message, sure = true): Verdict {
   return { outcome: "correct", share: 1, reasons: reason ? [reason] : [], sure };

@@ -2,7 +2,7 @@
 
 import type { JSX } from "preact";
 import type { Problem, Row } from "../bank.js";
-import { type At, isRead, type Verdict } from "../grade/verdict.js";
+import { type At, isRead, type Slip, type Verdict } from "../grade/verdict.js";
 import { message, said } from "../text/text.js";
 
 const TITLES = {
@@ -22,7 +22,7 @@ interface FeedbackProps {
 }
 
 export function Feedback({ problem, verdict, isDrawn, notes = [] }: FeedbackProps): JSX.Element {
-  const mistake = verdict.mistake === undefined ? undefined : problem.said[verdict.mistake];
+  const behind: readonly Slip[] = verdict.slips ?? [];
   const pose = poseOf(problem, verdict);
   const title =
     isRead(verdict) || verdict.outcome === "missing" ? TITLES[verdict.outcome] : "practice.unread";
@@ -32,18 +32,29 @@ export function Feedback({ problem, verdict, isDrawn, notes = [] }: FeedbackProp
       {verdict.reasons.map((reason) => (
         <p key={reason.key}>{said(reason)}</p>
       ))}
-      {mistake ? (
+      {verdict.mistake === undefined ? null : (
         <p class="mistake">
           <strong>{said(message("practice.mistake"))}</strong>{" "}
-          <span lang={problem.lang ?? "en"}>
-            <strong>{mistake[1]}</strong> {mistake[2]}
-          </span>
+          <Mistake problem={problem} index={verdict.mistake} />
+        </p>
+      )}
+      {behind.length === 1 ? (
+        <p class="mistake">
+          <strong>{said(message("practice.mistake"))}</strong>{" "}
+          <Behind problem={problem} slip={behind[0] as Slip} />
         </p>
       ) : null}
-      {verdict.slip ? (
-        <p class="mistake">
-          <strong>{said(message("practice.mistake"))}</strong> {said(verdict.slip)}
-        </p>
+      {behind.length > 1 ? (
+        <div class="mistake">
+          <strong>{said(message("practice.mistakes"))}</strong>
+          <ul>
+            {behind.map((slip, i) => (
+              <li key={i}>
+                <Behind problem={problem} slip={slip} />
+              </li>
+            ))}
+          </ul>
+        </div>
       ) : null}
       {verdict.entries && verdict.entries.length * (verdict.entries[0]?.length ?? 0) > 1 ? (
         <Marks entries={verdict.entries} />
@@ -62,6 +73,25 @@ export function Feedback({ problem, verdict, isDrawn, notes = [] }: FeedbackProp
         </p>
       ) : null}
     </section>
+  );
+}
+
+/** What the problem says of a mistake, in the language of the problem. */
+function Mistake({ problem, index }: { problem: Problem; index: number }) {
+  const [, title, sentence] = problem.said[index] ?? [];
+  return (
+    <span lang={problem.lang ?? "en"}>
+      <strong>{title}</strong> {sentence}
+    </span>
+  );
+}
+
+function Behind({ problem, slip }: { problem: Problem; slip: Slip }) {
+  if (!("mistake" in slip)) return <>{said(slip)}</>;
+  return (
+    <>
+      {said(slip.where)}: <Mistake problem={problem} index={slip.mistake} />
+    </>
   );
 }
 

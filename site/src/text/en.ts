@@ -114,6 +114,7 @@ export const en = {
   "slip.row": "Entry {row}",
   "slip.column": "Column {column}",
   "slip.entries": "Entries {entries}",
+  "slip.others": "All other wrong entries",
   "slip.whole-sign": "{where}: all of it has the wrong sign, and nothing else seems to be wrong there.",
   "slip.wave": "{where}: in one place sine and cosine are exchanged. The rest there is as it should be.",
   "slip.all-waves": "{where}: sines and cosines are exchanged throughout. The rest there is as it should be.",
@@ -129,18 +130,24 @@ export const en = {
   "slip.term-extra": "{where}: there is a term too many. The rest there is as it should be.",
   "slip.factor-extra": "{where}: there is a factor too many. The rest there is as it should be.",
   "slip.length-missing":
-    "{where}: a length is missing as a factor. Look at the units; the rest there is as it should be.",
+    "{where}: the length {what} is missing as a factor. Look at the units; the rest there is as it should be.",
   "slip.lengths-missing":
     "{where}: several lengths are missing as factors. Look at the units; the rest there is as it should be.",
   "slip.number":
     "{where}: a number that something is multiplied by is wrong by a factor of two. The rest there is as it should be.",
   "slip.constant": "{where}: one number is another one than is due. The rest there is as it should be.",
   "slip.zero": "{where}: zero, where something else is due.",
-  "slip.term-missing": "{where}: a term is missing. The rest there is as it should be.",
+  "slip.term-missing": "{where}: a term with {what} in it is missing. The rest there is as it should be.",
+  "slip.terms-missing":
+    "{where}: two terms are missing, with {what} in them. The rest there is as it should be.",
   "slip.factor-missing":
-    "{where}: a factor with a joint in it is missing. The rest there is as it should be.",
+    "{where}: a sine or cosine with {what} is missing as a factor. The rest there is as it should be.",
   "slip.column-left-out":
     "Column {column} is left out: it has nothing but zeros, and something else is due in it.",
+  "slip.transposed":
+    "Your answer is the transpose of what is due: its rows are the columns that are asked for, and nothing else is wrong.",
+  "slip.turned":
+    "Are rows and columns exchanged? Your answer has as many rows as columns are due, and as many columns as rows.",
   "slip.degrees": "An angle seems to be typed in degrees: type radians, or put deg behind it, as in 180 deg.",
   "slip.quarter-turn":
     "A value of {joint} is a quarter turn off: the sine vanishes where the cosine does not. Which of them is it that has to vanish?",
@@ -198,6 +205,7 @@ export const en = {
   "practice.missing": "No answer yet",
   "practice.unread": "Can't be read, and does not count",
   "practice.mistake": "It looks like this:",
+  "practice.mistakes": "It looks like several things at once:",
   "practice.own-columns":
     "The columns of your J are drawn dashed at P, beside the true ones: move the arm to see where they part.",
   "practice.pose": "See the arm in the pose where your answer differs",
