@@ -64,6 +64,11 @@ test("a wrong link says what is wrong with it, and a set has ten problems", asyn
     const { page } = await opened(there, `practice.html?${search}`);
     await page.getByText(said).waitFor();
   }
+  const none = (await opened(there, "practice.html?question=determinant&difficulty=4")).page;
+  const found = await none.getByRole("alert").boundingBox();
+  assert.ok(found.x < 500, `beside the room of an arm that is not there: ${found.x}`);
+  await none.getByRole("button", { name: "Practise this question" }).click();
+  await none.getByRole("heading", { name: "Determinant of the Jacobian" }).waitFor();
   const { page } = await opened(there, "practice.html?set=abc");
   await page.getByText("Problem 1 of 10 of the set").waitFor();
 });

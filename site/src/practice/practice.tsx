@@ -5,6 +5,7 @@ import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import type { Index } from "../bank.js";
 import { loadIndex } from "../load.js";
+import type { TextKey } from "../text/en.js";
 import { message, said } from "../text/text.js";
 import {
   ANYTHING,
@@ -14,6 +15,7 @@ import {
   faultOf,
   fromLink,
   inOrder,
+  items,
   type Item,
   nameOf,
   placeIn,
@@ -161,12 +163,28 @@ function Session({ index }: { index: Index }) {
       ) : (
         <div class="task" role="alert">
           <p>{said(fault ?? message("practice.none"))}</p>
-          <button type="button" class="button" onClick={() => wished(ANYTHING)}>
-            {said(message("practice.all"))}
-          </button>
+          <p class="ways">
+            {waysOn(index, wish).map(([key, to]) => (
+              <button key={key} type="button" class="button" onClick={() => wished(to)}>
+                {said(message(key))}
+              </button>
+            ))}
+          </p>
         </div>
       )}
     </div>
+  );
+}
+
+/** Where one may go on from a wish that nothing fits: what is known of it by itself, or anything. */
+function waysOn(index: Index, wish: Wish): [TextKey, Wish][] {
+  const ways: [TextKey, Wish][] = [
+    ["practice.this-arm", { ...ANYTHING, family: wish.family }],
+    ["practice.this-question", { ...ANYTHING, question: wish.question }],
+    ["practice.all", ANYTHING],
+  ];
+  return ways.filter(
+    ([, to], i) => (i === 2 || asLink(to) !== asLink(ANYTHING)) && items(index, to).length > 0,
   );
 }
 

@@ -140,6 +140,8 @@ export const de: Catalogue = {
   "practice.unknown-difficulty": "Der Link verlangt die Schwierigkeit „{name}“; es gibt 0 bis 4.",
   "practice.never-asked": "„{question}“ wird zu diesem Arm nie gefragt: {arm}.",
   "practice.all": "Irgendetwas üben",
+  "practice.this-arm": "Diesen Arm üben",
+  "practice.this-question": "Diese Frage üben",
   "practice.wish": "Was geübt wird",
   "practice.arm": "Arm",
   "practice.question": "Frage",

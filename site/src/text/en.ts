@@ -171,6 +171,8 @@ export const en = {
   "practice.unknown-difficulty": "The link asks for the difficulty “{name}”; there are 0 to 4.",
   "practice.never-asked": "“{question}” is never asked of this arm: {arm}.",
   "practice.all": "Practise anything",
+  "practice.this-arm": "Practise this arm",
+  "practice.this-question": "Practise this question",
   "practice.wish": "What to practise",
   "practice.arm": "Arm",
   "practice.question": "Question",
