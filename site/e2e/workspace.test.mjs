@@ -54,6 +54,7 @@ for (const robot of ["anthropomorphic-6r", "panda"])
     const { page, context } = await openedAnew(there, `own.html#robot=${robot}`, options);
     await page.waitForFunction((key) => document.querySelector(".own-begin select")?.value === key, robot);
     await page.locator(".arm-jacobian td").first().waitFor();
+    await page.locator(".arm-map-canvas:not([hidden])").waitFor(); // the legend is there with it
     await page.locator(".arm-map .arm-legend li").first().waitFor();
     await drawn(page);
     const cut = await page.locator(".arm-jacobian").evaluate((table) => {
