@@ -207,6 +207,13 @@ test("the transpose of a matrix that is not square is told from one that is wron
   expect(told(turned, "outcome").slips).toBeUndefined();
 });
 
+test("of an entry that should be zero it is not said that an angle is wrong or a term missing", () => {
+  for (const typed of ["a1*s2", "a1*s2*s12", "a1*c1*s2"]) {
+    const rows = `[[-a1*s1 - a2*s12, -a2*s12, ${typed}], [a1*c1 + a2*c12, a2*c12, 1]]`;
+    expect(toldBy(judgeValues(rows, WIDE))).toEqual([]);
+  }
+});
+
 test("angles with constants are held against those with which they are due", () => {
   const key = keyOf([["a1*cos(theta1 + pi/6) + a2*cos(theta1 + theta2 + pi/4)"]]);
   const says = (typed: string) => toldBy(judgeValues(typed, key));

@@ -79,7 +79,14 @@ export function otherAngles(angle: Node, angles: readonly Node[]): Node[] {
     return [node(count > 0 ? "-" : "+", angle, twice)];
   });
   const more = joints.flatMap((joint) => [node("+", angle, joint), node("-", angle, joint)]);
-  return [...angles, ...withConstant(sum?.constant ?? 0, angles), ...more, ...turned];
+  const all = [...angles, ...withConstant(sum?.constant ?? 0, angles), ...more, ...turned];
+  return all.filter(turns);
+}
+
+/** Whether an angle depends on a joint: theta1 - theta1 does not. */
+function turns(angle: Node): boolean {
+  const sum = sumIn(angle);
+  return sum === null || [...sum.joints.values()].some((count) => count !== 0);
 }
 
 function withConstant(constant: number, angles: readonly Node[]): Node[] {

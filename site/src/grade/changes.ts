@@ -238,7 +238,9 @@ function* changesOf({ tree, parent, put }: Piece, wanted: number, means: Means):
     if (near(wanted, here / factor.value)) yield changed(kind, node("/", tree, factor.tree), what);
   }
   const lacking = wanted - here;
-  if (Math.abs(lacking) > NEAR * Math.abs(here))
+  // what a term would take away again is no term that is missing
+  const takesAway = () => multipliedOut(tree, at)?.some((each) => near(each, -lacking)) ?? true;
+  if (Math.abs(lacking) > NEAR * Math.abs(here) && !takesAway())
     for (const term of termsNear(means.terms, lacking, NEAR))
       yield changed(
         "slip.term-missing",
