@@ -176,6 +176,42 @@ test("the arm beside an example moves by keyboard", async () => {
   assert.deepEqual(wrong, []);
 });
 
+test("formulas answer to the arm: a term has its number and lights its link, a link lights its letters", async () => {
+  const { page, wrong } = await opened(there, "examples/6-1.html");
+  await page.locator(".live .arm-box").waitFor();
+  const line = page.locator("main math", { hasText: /^\W*x\s*y\W*=\W*a1c1\+a2c12/ }).first();
+  const number = page.locator(".arm-term");
+  const told = async (index) => {
+    await line.locator("msub").nth(index).hover();
+    await page.locator(".term-on").first().waitFor();
+    return Number((await number.innerText()).replace("here: ", "").replace("−", "-"));
+  };
+  const first = await told(0);
+  await page.locator(".arm-grip.arm-j1.arm-lit").waitFor({ state: "attached" });
+  const second = await told(2);
+  await page.locator(".arm-grip.arm-j2.arm-lit").waitFor({ state: "attached" });
+  const [, x] = /P = \((−?[\d.]+)/.exec(await page.locator(".live .arm-figures").innerText());
+  assert.ok(Math.abs(first + second - Number(x.replace("−", "-"))) < 2e-3, `${first} + ${second} = ${x}`);
+  await line.locator("msub").nth(2).click();
+  await page.mouse.move(5, 5);
+  const before = await number.innerText();
+  await page.locator('.live input[type="range"]').nth(1).focus();
+  await page.keyboard.press("Shift+ArrowRight");
+  await page.waitForFunction((old) => document.querySelector(".arm-term").innerText !== old, before);
+  await page.keyboard.press("Escape");
+  await number.waitFor({ state: "detached" });
+  await page.evaluate(() => scrollTo(0, 0));
+  await page.locator(".live .arm-box .arm-grip").nth(1).hover();
+  await line.locator(".term-lit").first().waitFor({ state: "attached" });
+  assert.deepEqual(await line.locator(".term-lit").evaluateAll((all) => all.map((one) => one.textContent)), [
+    "a2",
+    "c12",
+    "a2",
+    "s12",
+  ]);
+  assert.deepEqual(wrong, []);
+});
+
 test("the gallery leads to practice with the arm chosen", async () => {
   const { page } = await opened(there, "arms.html");
   await page.locator("#planar-2r .do a").click();

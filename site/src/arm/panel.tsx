@@ -10,6 +10,7 @@ import { useId, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks"
 import type { NamedPose, SymbolInfo } from "../bank.js";
 import type { TextKey } from "../text/en.js";
 import { ENGLISH, type Language } from "../text/text.js";
+import { Answering } from "./answering.js";
 import { Drawing } from "./drawing.js";
 import { Figures } from "./figures.js";
 import { Jacobian } from "./jacobian.js";
@@ -88,103 +89,106 @@ function Panel(props: ArmProps): JSX.Element {
   const panes: Pane[] = wide ? ["map", "weld"] : ["joints", "jacobian", "map", "weld", "layers"];
   const open = wide && !panes.includes(stage.pane!) ? null : stage.pane; // sliders and J are there anyway
   return (
-    <section
-      ref={box}
-      class="arm"
-      aria-label={say("arm.title", { robot: robot.title })}
-      data-pane={open ?? ""}
-      data-wide={wide ? "" : undefined}
-      data-folded={folded ? "" : undefined}
-    >
-      <div class="arm-panel">
-        {wide ? <Shown {...shown} /> : null}
-        <div class="arm-scene">
-          <Drawing
-            {...stage}
-            onChoose={stage.choose}
-            onPose={stage.move}
-            onLit={stage.point}
-            near
-            readout={wide || concealed ? null : <Readout {...stage} />}
-            label={say("arm.drawing.label", { robot: robot.title })}
-            describedBy={`${ids}words`}
-            target={
-              welding
-                ? {
-                    from: pointOn(welding.journey.path, 0),
-                    at: welding.weld.target,
-                    move: (target) => welding.change({ ...welding.weld, target }),
-                  }
-                : undefined
-            }
-            overlay={(view) => (
-              <>
-                {welding ? <Route journey={welding.journey} view={view} place={welding.place} /> : null}
-                {over?.(stage, view)}
-              </>
-            )}
-          />
-        </div>
-        <div class="arm-strip">
-          {wide ? (
-            <div class="arm-side">
-              {concealed ? null : <Jacobian {...stage} onLit={stage.point} />}
-              <Joints {...stage} onChoose={stage.choose} onPose={stage.move} />
-              <Figures {...stage} />
-              <Lengths robot={robot} symbols={symbols} />
-            </div>
-          ) : null}
-          <div class="arm-sheets">
-            <div class="arm-tabs" onPointerDown={wide ? undefined : pull}>
-              {panes.map((name) => (
-                <button
-                  key={name}
-                  type="button"
-                  aria-expanded={open === name}
-                  aria-controls={`${ids}pane`}
-                  onClick={() => stage.open(open === name ? null : name)}
-                >
-                  {say(TITLES[name])}
-                </button>
-              ))}
-              {wide ? null : (
-                <button
-                  type="button"
-                  class="arm-fold"
-                  aria-expanded={!folded}
-                  onClick={() => setFolded(!folded)}
-                >
-                  {folded ? (
-                    say("arm.unfold")
-                  ) : (
-                    <>
-                      <span aria-hidden="true">▴</span>
-                      <span class="arm-unseen">{say("arm.fold")}</span>
-                    </>
-                  )}
-                </button>
-              )}
-            </div>
-            <div id={`${ids}pane`} class="arm-pane" hidden={open === null}>
-              {open === "joints" ? (
+    <>
+      <section
+        ref={box}
+        class="arm"
+        aria-label={say("arm.title", { robot: robot.title })}
+        data-pane={open ?? ""}
+        data-wide={wide ? "" : undefined}
+        data-folded={folded ? "" : undefined}
+      >
+        <div class="arm-panel">
+          {wide ? <Shown {...shown} /> : null}
+          <div class="arm-scene">
+            <Drawing
+              {...stage}
+              onChoose={stage.choose}
+              onPose={stage.move}
+              onLit={stage.point}
+              near
+              readout={wide || concealed ? null : <Readout {...stage} />}
+              label={say("arm.drawing.label", { robot: robot.title })}
+              describedBy={`${ids}words`}
+              target={
+                welding
+                  ? {
+                      from: pointOn(welding.journey.path, 0),
+                      at: welding.weld.target,
+                      move: (target) => welding.change({ ...welding.weld, target }),
+                    }
+                  : undefined
+              }
+              overlay={(view) => (
                 <>
-                  <Joints {...stage} onChoose={stage.choose} onPose={stage.move} />
-                  <Figures {...stage} />
-                  <Lengths robot={robot} symbols={symbols} />
+                  {welding ? <Route journey={welding.journey} view={view} place={welding.place} /> : null}
+                  {over?.(stage, view)}
                 </>
-              ) : null}
-              {open === "jacobian" ? <Numbers stage={stage} /> : null}
-              {open === "map" ? <Map stage={stage} /> : null}
-              {open === "weld" ? <Path stage={stage} /> : null}
-              {open === "layers" ? <Shown {...shown} /> : null}
+              )}
+            />
+          </div>
+          <div class="arm-strip">
+            {wide ? (
+              <div class="arm-side">
+                {concealed ? null : <Jacobian {...stage} onLit={stage.point} />}
+                <Joints {...stage} onChoose={stage.choose} onPose={stage.move} />
+                <Figures {...stage} />
+                <Lengths robot={robot} symbols={symbols} />
+              </div>
+            ) : null}
+            <div class="arm-sheets">
+              <div class="arm-tabs" onPointerDown={wide ? undefined : pull}>
+                {panes.map((name) => (
+                  <button
+                    key={name}
+                    type="button"
+                    aria-expanded={open === name}
+                    aria-controls={`${ids}pane`}
+                    onClick={() => stage.open(open === name ? null : name)}
+                  >
+                    {say(TITLES[name])}
+                  </button>
+                ))}
+                {wide ? null : (
+                  <button
+                    type="button"
+                    class="arm-fold"
+                    aria-expanded={!folded}
+                    onClick={() => setFolded(!folded)}
+                  >
+                    {folded ? (
+                      say("arm.unfold")
+                    ) : (
+                      <>
+                        <span aria-hidden="true">▴</span>
+                        <span class="arm-unseen">{say("arm.fold")}</span>
+                      </>
+                    )}
+                  </button>
+                )}
+              </div>
+              <div id={`${ids}pane`} class="arm-pane" hidden={open === null}>
+                {open === "joints" ? (
+                  <>
+                    <Joints {...stage} onChoose={stage.choose} onPose={stage.move} />
+                    <Figures {...stage} />
+                    <Lengths robot={robot} symbols={symbols} />
+                  </>
+                ) : null}
+                {open === "jacobian" ? <Numbers stage={stage} /> : null}
+                {open === "map" ? <Map stage={stage} /> : null}
+                {open === "weld" ? <Path stage={stage} /> : null}
+                {open === "layers" ? <Shown {...shown} /> : null}
+              </div>
             </div>
           </div>
         </div>
-      </div>
-      <p id={`${ids}words`} class="arm-unseen" role="status" aria-live="polite">
-        {words}
-      </p>
-    </section>
+        <p id={`${ids}words`} class="arm-unseen" role="status" aria-live="polite">
+          {words}
+        </p>
+      </section>
+      <Answering stage={stage} radians={radians} />
+    </>
   );
 }
 

@@ -518,6 +518,7 @@ export const de: Catalogue = {
   "arm.layer.ellipse": "Ellipse",
   "arm.reset": "Zum Anfang",
   "arm.lengths": "Gezeichnet mit",
+  "arm.term": "hier: {value}",
   "arm.concealed": "J ist zu sehen, sobald dies beantwortet ist: In Zahlen verriete es die Antwort.",
   "arm.figures.det": "det J",
   "arm.figures.volume": "√det JJᵀ",

@@ -609,6 +609,7 @@ export const en = {
   "arm.layer.ellipse": "velocity ellipse",
   "arm.reset": "First pose",
   "arm.lengths": "Drawn with",
+  "arm.term": "here: {value}",
   "arm.concealed": "J is in sight once this is answered: in numbers it would tell the answer.",
   "arm.figures.det": "det J",
   "arm.figures.volume": "√det JJᵀ",

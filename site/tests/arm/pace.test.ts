@@ -30,6 +30,7 @@ const pointer = (event: string): void => void dispatchEvent(new Event(event));
 const since = (): string[] => drawn.splice(0);
 
 beforeEach(() => {
+  document.body.textContent = "";
   vi.stubGlobal("requestAnimationFrame", (due: () => void) => frames.push(due));
   show(0);
   since();
