@@ -17,7 +17,8 @@ From the bottom up:
     reach, three_joints         which places can be reached: by plane arms and what carries them, by three joints
     beyond                      whether an arm reaches beyond where it is, by these or by a search
     reciprocal, searched        more than six joints: where the Jacobian loses rank; a singular set tested in numbers
-    appearance, classification  what a singular configuration looks like; whether it is boundary or internal
+    appearance, kinds           what a singular configuration looks like; whether one is boundary or internal
+    classification              what singular sets are: of which kind, and what their configurations look like
     directions, meanings        which motion is lost there; what configurations look like
     precise, path               the arm in numbers with many digits; along a straight line
     entry                       one entry of a table
