@@ -108,7 +108,17 @@ export function touch(page) {
     const { x, y, width, height } = element.getBoundingClientRect();
     const middle = [x + width / 2, y + height / 2];
     const over = document.elementFromPoint(...middle);
+    window.isTapped = false;
+    element.addEventListener("click", () => void (window.isTapped = true), { once: true, capture: true });
     return { middle, over: element.contains(over) ? "" : (over?.outerHTML.slice(0, 120) ?? "nothing") };
+  };
+  /** Whether a tap has met its element: where a page that scrolls by itself moves it away, one taps again. */
+  const isTapped = async () => {
+    for (let looks = 0; looks < 10; looks += 1) {
+      if (await page.run(() => window.isTapped)) return true;
+      await new Promise((later) => setTimeout(later, LOOK));
+    }
+    return false;
   };
   const tapped = async (wanted) => {
     let before = null;
@@ -116,7 +126,8 @@ export function touch(page) {
       const found = await page.run(find, wanted);
       if (found && before && String(found.middle) === String(before.middle)) {
         assert.equal(found.over, "", `lies over ${JSON.stringify(wanted)}`);
-        return page.tap(found.middle);
+        await page.tap(found.middle);
+        if (await isTapped()) return;
       }
       before = found; // what still moves, as the page grows, is not tapped
       await new Promise((later) => setTimeout(later, LOOK));

@@ -138,6 +138,8 @@ export interface ValuesKey {
   readonly moving?: readonly number[];
   readonly mistakes: readonly (readonly number[])[];
   readonly tolerance?: number | null;
+  /** Rates, velocities and forces of which the question speaks. */
+  readonly spoken?: readonly string[];
 }
 
 export interface NumbersKey {

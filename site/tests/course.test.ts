@@ -22,6 +22,7 @@ import {
   begun,
   fromText,
   isDone,
+  isLastTry,
   nextPlace,
   type Round,
   scoreOf,
@@ -117,6 +118,13 @@ test.each([
   ["?seed=a&lesson=columns&arm=scara&n=3", ""],
 ])("%s: %s", (search, key) => {
   expect(saidOf(search)).toBe(key);
+});
+
+test("the last try is the one after which nothing is to be had", () => {
+  const tried = (tries: number) => ({ tries, share: 0, shown: false });
+  const of = (tries: number) => ({ ...roundBy("?seed=a&n=3"), tries });
+  expect([0, 1, 2].map((made) => isLastTry(of(2), tried(made)))).toEqual([false, true, true]);
+  expect(isLastTry(of(0), tried(5))).toBe(false);
 });
 
 test("the same seed asks the same questions, another one others, and a lesson its own", () => {

@@ -1,14 +1,25 @@
 // Letters, numbers, directions and sets, judged as the grader judges them.
 import { expect, test } from "vitest";
 
-import type { ConfigurationsKey, LettersKey, NumbersKey, ValuesKey } from "../src/bank.js";
+import type { ConfigurationsKey, LettersKey, NumbersKey, Part, Problem, ValuesKey } from "../src/bank.js";
+import { judge } from "../src/grade/judge.js";
 import { chosenLetters, judgeLetters } from "../src/grade/letters.js";
 import { judgeDirection, judgeNumbers } from "../src/grade/numbers.js";
 import { judgeSet } from "../src/grade/sets.js";
 import { atText, judgeValues } from "../src/grade/values.js";
 import { isRead } from "../src/grade/verdict.js";
 import { withPoints } from "../src/read/points.js";
+import { said } from "../src/text/text.js";
 
+const PLAIN_KEY: ValuesKey = {
+  type: "values",
+  symbols: ["theta1"],
+  points: [[0.5], [1.5]],
+  rows: 1,
+  columns: 1,
+  right: [[Math.sin(0.5), Math.sin(1.5)]],
+  mistakes: [],
+};
 const CHOICE: LettersKey = {
   type: "choice",
   options: 4,
@@ -163,6 +174,55 @@ test.each([
 ])("a set: %s is %s", (typed, outcome, share) => {
   const found = judgeSet(typed, SET, ANGLES, stretched);
   expect([found.outcome, found.share]).toEqual([outcome, share]);
+});
+
+test("where commas say too much, it is told that and would not", () => {
+  const problem = { robot: { joints: [{ kind: "R" }, { kind: "R" }] } } as unknown as Problem;
+  const part = { key: SET, labels: [], columns: [], names: [] } as unknown as Part;
+  const told = (typed: string) => judge(problem, part, typed, stretched).reasons.map(({ key }) => key);
+  expect(told("theta2 = 0, theta1 = 0")).toContain("verdict.together");
+  expect(told("theta2 = 0\ntheta1 = 0.5")).toContain("verdict.together");
+  for (const other of [
+    "theta2 = 0, theta2 = pi",
+    "theta1 = 0, theta1 = 1",
+    "theta2 = 0, theta2 = 1",
+    "theta2 = 1",
+  ])
+    expect(told(other)).not.toContain("verdict.together");
+});
+
+test("what is no number is told as undefined, and a direction of numbers without a place", () => {
+  const values = (typed: string) => said(judgeValues(typed, PLAIN_KEY, []).reasons[0]!);
+  expect(values("1/0")).toContain("undefined");
+  const numbers: ValuesKey = {
+    ...ALONG,
+    symbols: [],
+    points: [[]],
+    rows: 2,
+    right: [[0.6], [0.8]],
+    tolerance: 0.01,
+  };
+  expect(judgeDirection("[1, 2]", numbers).reasons.map(({ key }) => key)).toEqual([
+    "verdict.other-direction",
+  ]);
+});
+
+test("a difference is told with the rates of which the question speaks, though they were left out", () => {
+  const key: ValuesKey = {
+    ...PLAIN_KEY,
+    symbols: ["qd1", "theta1"],
+    points: [
+      [2, 0.5],
+      [3, 1.5],
+    ],
+    right: [[2 * Math.sin(0.5), 3 * Math.sin(1.5)]],
+  };
+  const at = (spoken?: readonly string[]) =>
+    String(
+      judgeValues("sin(theta1)", { ...key, ...(spoken ? { spoken } : {}) }, []).reasons[0]!.values?.["at"],
+    );
+  expect(at(["qd1"])).toContain("qd1 = 2");
+  expect(at()).not.toContain("qd1");
 });
 
 test("a rounded angle is told that it is rounded, and one that is far off is not", () => {

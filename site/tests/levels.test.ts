@@ -2,7 +2,7 @@
 import { expect, test } from "vitest";
 
 import type { NumbersKey, ValuesKey } from "../src/bank.js";
-import { type Level, LEVELS, told } from "../src/grade/levels.js";
+import { type Level, LEVELS, lower, told } from "../src/grade/levels.js";
 import { judgeNumbers } from "../src/grade/numbers.js";
 import { judgeValues } from "../src/grade/values.js";
 import { graded, unreadable, type Verdict } from "../src/grade/verdict.js";
@@ -35,6 +35,11 @@ const WRONG: readonly (readonly [string, Verdict, RegExp])[] = [
   ],
 ];
 const text = (verdict: Verdict): string => verdict.reasons.map((reason) => said(reason)).join(" ");
+
+test("of two levels the one that tells less", () => {
+  expect(lower("solutions", "counterexample")).toBe("counterexample");
+  expect(lower("mistake", "counterexample")).toBe("mistake");
+});
 
 test.each(WRONG)("%s: each level tells more", (_, verdict, right) => {
   const at = (level: Level): Verdict => told(verdict, level);

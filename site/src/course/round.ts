@@ -49,6 +49,9 @@ export const begun = (round: Round): Standing => round.asked.map(() => FRESH);
 export const isDone = ({ tries }: Round, tried: Tried): boolean =>
   tried.share === 1 || tried.shown || (tries > 0 && tried.tries >= tries);
 
+/** Whether an answer to a question ends it, whatever becomes of it. */
+export const isLastTry = ({ tries }: Round, tried: Tried): boolean => tries > 0 && tried.tries + 1 >= tries;
+
 /** How one stands after an answer to a question; where nothing was left to gain, as before. */
 export function answered(round: Round, standing: Standing, place: number, share: number): Standing {
   const tried = standing[place];

@@ -11,6 +11,7 @@ import {
   answered,
   fromText,
   isDone,
+  isLastTry,
   nextPlace,
   type Round,
   type Score,
@@ -70,6 +71,7 @@ export function RoundView({ index, round, recipient }: RoundViewProps): JSX.Elem
         key={`${place} ${visits}`}
         item={asked.item}
         level={index.feedback}
+        judgedAt={isLastTry(round, tried) ? "solutions" : "counterexample"}
         arrived={visits > 0}
         closed={isDone(round, tried)}
         factored={false} // another question may ask for them

@@ -2,6 +2,7 @@
 
 import type { Part, Problem } from "../bank.js";
 import { withPoints } from "../read/points.js";
+import { message } from "../text/text.js";
 import { judgeLetters } from "./letters.js";
 import { judgeDirection, judgeNumbers } from "./numbers.js";
 import { type IsSingular, judgeSet } from "./sets.js";
@@ -25,10 +26,10 @@ export function judge(problem: Problem, part: Part, answer: string, isSingular: 
 const isUnread = ({ reasons }: Verdict): boolean => reasons[0]?.key.startsWith("read.") ?? false;
 
 function judged(problem: Problem, part: Part, answer: string, isSingular: IsSingular): Verdict {
-  const { key, labels, columns } = part;
+  const { key, labels, columns, names } = part;
   switch (key.type) {
     case "values":
-      return judgeValues(answer, key, labels, columns);
+      return judgeValues(answer, { ...key, spoken: names }, labels, columns);
     case "direction":
       return judgeDirection(answer, key, labels);
     case "numbers":
@@ -37,9 +38,26 @@ function judged(problem: Problem, part: Part, answer: string, isSingular: IsSing
       const angles = new Set(
         problem.robot.joints.flatMap((joint, i) => (joint.kind === "R" ? [`theta${i + 1}`] : [])),
       );
-      return judgeSet(answer, key, angles, isSingular);
+      return perhapsTogether(answer, (text) => judgeSet(text, key, angles, isSingular));
     }
     default:
       return judgeLetters(answer, key);
   }
+}
+
+const isUnsound = ({ reasons }: Verdict): boolean => reasons.some(({ key }) => key === "verdict.unsound");
+
+/**
+ * The verdict on conditions; where values of several joints with commas between them say too much, it is told if they
+ * don't with "and".
+ */
+function perhapsTogether(answer: string, judgeText: (text: string) => Verdict): Verdict {
+  const found = judgeText(answer);
+  const parted = answer.trim().split(/\s*[,;\n]\s*/);
+  const about = new Set(parted.map((one) => /^\w+(?=\s*=[^=]+$)/.exec(one)?.[0]));
+  if (!isUnsound(found) || parted.length < 2 || about.size < parted.length || about.has(undefined))
+    return found;
+  const second = judgeText(parted.join(" and "));
+  if (isUnread(second) || isUnsound(second) || second.outcome === "missing") return found;
+  return { ...found, reasons: [...found.reasons, message("verdict.together")] };
 }

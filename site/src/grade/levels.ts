@@ -29,6 +29,9 @@ export function atLeast(level: Level, wanted: Level): boolean {
   return LEVELS.indexOf(level) >= LEVELS.indexOf(wanted);
 }
 
+/** The level that tells less. */
+export const lower = (one: Level, other: Level): Level => (atLeast(one, other) ? other : one);
+
 /** A verdict without what the level keeps back; of a right answer, and of one that can't be read, all is told. */
 export function told(verdict: Verdict, level: Level): Verdict {
   const { outcome, share, sure, reasons, at, entries, mistake, slips } = verdict;

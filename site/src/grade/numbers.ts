@@ -197,6 +197,7 @@ function alongNumbers(
 function differs(names: ReadonlySet<string>, at: Readonly<Record<string, number>>): Verdict {
   const used = [...names].filter((symbol) => symbol in at).sort();
   const shown = Object.fromEntries(used.map((symbol) => [symbol, at[symbol] as number]));
+  if (used.length === 0) return wrong("verdict.other-direction");
   return graded(0, [message("verdict.not-along", { at: atText(shown) })], { at: shown });
 }
 

@@ -16,7 +16,7 @@ import {
   ReadError,
 } from "../read/tree.js";
 import { table, VOCABULARY } from "../read/vocabulary.js";
-import { inDigits, message, type Message } from "../text/text.js";
+import { inDigits, message, said, type Message } from "../text/text.js";
 import type { TextKey } from "../text/en.js";
 import { shareButForFactor, shareOfEntries } from "./credit.js";
 import { slipsIn } from "./slips.js";
@@ -423,7 +423,10 @@ export function anyNumber(name: string, k: number): number {
   return 0.3 + ((turned * GOLDEN) % 1.4);
 }
 
-/** All by which the difference can be followed, at point k: joints, lengths, what the entry has, and all rates if it has any. */
+/**
+ * All by which the difference can be followed, at point k: joints, lengths, what the entry has, what the question speaks
+ * of, and all rates if the entry has any.
+ */
 function shownAt(key: ValuesKey, k: number, entry: Node): At {
   const used = namesIn(entry);
   const isMoving = [...used].some(isRate);
@@ -432,6 +435,7 @@ function shownAt(key: ValuesKey, k: number, entry: Node): At {
       /^(theta|d)\d/.test(symbol) ||
       (key.constants ?? []).includes(symbol) ||
       used.has(symbol) ||
+      (key.spoken ?? []).includes(symbol) ||
       (isMoving && isRate(symbol)),
   );
   return Object.fromEntries(
@@ -465,10 +469,11 @@ export function unknownSymbols(names: ReadonlySet<string>, { symbols }: ValuesKe
 }
 
 function numberText(value: number | null): string {
-  return value === null || !isFinite(value) ? "—" : inDigits(value);
+  return value === null || !isFinite(value) ? said(message("verdict.undefined")) : inDigits(value);
 }
 
 function complexText({ re, im, size }: Value): string {
+  if (!Number.isFinite(re) || !Number.isFinite(im)) return numberText(null);
   if (Math.abs(im) <= SAME * size) return numberText(re);
   return `${numberText(re)} ${im < 0 ? "−" : "+"} ${numberText(Math.abs(im))} i`;
 }

@@ -192,7 +192,7 @@ function Practice({
   const [{ at, item }, setCurrent] = useState(drawn);
   const [count, setCount] = useState(0);
   const [note, setNote] = useState<Message | null>(null);
-  const again = useRef(false); // whether this question was answered before, and not rightly
+  const again = useRef(false); // whether this question was answered before
   const most = armsIn(classes[at]!.items);
   const row = rowOf(skill, classes, at);
   return (
@@ -234,7 +234,7 @@ function Practice({
             const now = Date.now();
             const how = { right, helped, again: again.current, most };
             const after = answered(row, item, { ...how, now });
-            again.current ||= !right;
+            again.current = true;
             setNote(outcomeOf(row, after, how));
             onSkill(withRow(skill, classes, at, after));
             keep(storage, attempted(kept(storage), item, right, now)); // what is wrong comes again where one practises

@@ -16,6 +16,7 @@ export type { Judged };
 export function Current({
   item,
   level,
+  judgedAt,
   arrived,
   closed = false,
   factored = true,
@@ -26,6 +27,8 @@ export function Current({
 }: {
   item: Item;
   level: Level;
+  /** What a verdict tells at most, where there is something to be had from another try. */
+  judgedAt?: Level | undefined;
   arrived: boolean;
   /** Whether it is answered for good: the solution may be seen, and nothing more is checked. */
   closed?: boolean;
@@ -69,6 +72,7 @@ export function Current({
         problem={problem}
         part={part}
         level={level}
+        judgedAt={judgedAt}
         arrived={arrived}
         closed={closed}
         factored={factored}

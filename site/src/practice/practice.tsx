@@ -71,7 +71,7 @@ function Session({ index }: { index: Index }) {
   const [queued, setQueued] = useState(false); // whether what is due is being answered
   const [aim, setAim] = useState<ClassOfTopic | null>(null); // the class of which the queue asks now
   const [notes, setNotes] = useState<readonly string[]>([]);
-  const again = useRef(false); // whether this question was answered before, and not rightly
+  const again = useRef(false); // whether this question was answered before
   const asked = useRef<string[]>([]); // of the classes that are due
   const sorting = useMemo(() => sortingOf(index), [index]);
   const due = dueItems(index, progress, Date.now());
@@ -104,7 +104,7 @@ function Session({ index }: { index: Index }) {
     const now = Date.now();
     noted(attempted(progress, item, right, now));
     const found = counted(skills, item, { right, helped, again: again.current, now }, sorting);
-    again.current ||= !right;
+    again.current = true;
     setNotes(outcomesInWords(found.outcomes));
     setSkills(found.skills);
     keepSkills(storage, found.skills);

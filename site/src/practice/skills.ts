@@ -33,7 +33,7 @@ export const NEW: Skill = { ...NEW_ROW, goals: [] };
 /** The arm of an item; that of a set of short questions is the one whose number it has. */
 const armOf = ({ family, key }: Item): string => `${family}/${key.replace(/-quiz$/, "")}`;
 
-/** How a question was answered: `helped` by hints or the solution, `again` after an answer to it that was not right. */
+/** How a question was answered: `helped` by hints or the solution, `again` after another answer to it. */
 export interface Answered {
   readonly right: boolean;
   readonly helped: boolean;

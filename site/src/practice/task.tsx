@@ -8,7 +8,7 @@ import { singularIn } from "../arm/singular.js";
 import type { Stage } from "../arm/stage.js";
 import type { View } from "../arm/view.js";
 import type { Factor, Part, Problem, Solutions } from "../bank.js";
-import { atLeast, type Level, told } from "../grade/levels.js";
+import { atLeast, lower, type Level, told } from "../grade/levels.js";
 import type { OwnColumns } from "../grade/own.js";
 import { type At, isRead, type Verdict } from "../grade/verdict.js";
 import { loadSolutions } from "../load.js";
@@ -62,6 +62,7 @@ interface TaskProps {
   readonly problem: Problem;
   readonly part: Part;
   readonly level: Level;
+  readonly judgedAt?: Level | undefined;
   readonly arrived: boolean;
   readonly closed: boolean;
   readonly factored: boolean;
@@ -74,7 +75,7 @@ interface TaskProps {
 }
 
 export function Task(props: TaskProps): JSX.Element {
-  const { item, problem, part, level, arrived, closed, factored, notes } = props;
+  const { item, problem, part, level, judgedAt = level, arrived, closed, factored, notes } = props;
   const { onVerdict, onSolution, onNext } = props;
   const [answer, setAnswer] = useState("");
   const [verdict, setVerdict] = useState<Verdict | null>(null);
@@ -121,7 +122,7 @@ export function Task(props: TaskProps): JSX.Element {
     const loaded = await grading().catch((error: unknown) => setFailed(String(error)));
     if (!loaded) return;
     const found = loaded.judge(problem, part, answer, isSingular);
-    const shown = told(found, level);
+    const shown = told(found, lower(level, judgedAt));
     setVerdict(shown);
     const isDrawn =
       found.outcome !== "correct" && found.outcome !== "missing" && atLeast(level, "counterexample");

@@ -105,6 +105,8 @@ export const en = {
   "verdict.uncovered": "At {at} the arm is singular, and your answer does not say so.",
   "verdict.some-unsound": "Your answer calls configurations singular at which J has full rank.",
   "verdict.some-uncovered": "There are singular configurations that your answer does not name.",
+  "verdict.together":
+    "Commas and lines mean “or” here. With “and” between them, your conditions name singular configurations alone.",
   "verdict.rounded":
     "A value in your answer is rounded: it is near a singular configuration, and not on one. Write it exactly, as in pi/3, " +
     "acos(…) or atan2(…, …), or as a condition, as in cos(theta2) = 1/3.",
@@ -358,14 +360,14 @@ export const en = {
   "lesson.inverse.goal-2": "Bring the columns together until a joint has to turn faster than 10 rad/s.",
   "lesson.singular": "Where it fails",
   "lesson.singular.idea-1":
-    "$\\det J$ is the area between the columns. It is $a_1 a_2 s_2$: the bar of $s_2$ shows how much of it is " +
-    "left. Where it is zero, the columns lie on one line, and P can't leave that line.",
+    "$\\det J$ is the area between the columns, with a sign. It is $a_1 a_2 s_2$: the bar of $s_2$ shows how much of " +
+    "it is left. Where it is zero, the columns lie on one line, and P can't set off in any other direction.",
   "lesson.singular.idea-2":
     "The map has det J for all values of two joints; its lines are where it is zero. Walk on it, and the arm " +
     "follows.",
   "lesson.singular.goal-1": "Stretch the arm out, until det J is zero.",
   "lesson.singular.goal-2": "Find the other singular angle of joint 2, on the map or by hand.",
-  "lesson.singular.goal-3": "Go to where det J is as large as it gets.",
+  "lesson.singular.goal-3": "Go to where det J is as large as it gets, whatever its sign.",
   "lesson.kinds": "Edge or inside",
   "lesson.kinds.idea-1":
     "At the edge of what it reaches, an arm can't go on outwards: a boundary singularity, and it is no surprise. " +
@@ -449,7 +451,8 @@ export const en = {
   "answer.plain": "Plain text",
   "answer.read-as": "Read as",
   "answer.set-help":
-    "Conditions, as in theta2 = 0, theta2 = pi; several lines or commas between them mean “or”.",
+    "Conditions, as for another arm theta1 = pi/6, theta1 = 2*pi/3; several lines or commas between them mean “or”, " +
+    "“and” stands between what has to hold together.",
   "answer.symbols": "Symbols",
   "answer.option": "Option {letter}",
   "answer.match": "Joint {index}",
