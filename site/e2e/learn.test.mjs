@@ -24,6 +24,23 @@ test("what is seen going is ticked by touch, too, and in German", async () => {
   assert.deepEqual(wrong, []);
 });
 
+test("a wrong answer after a right one to the same question ends no row", async () => {
+  const { page, context } = await openedAnew(there, "practice.html?arm=planar-2r&question=determinant", WIDE);
+  const answer = async (text) => {
+    await page.getByLabel("Your answer").fill(text);
+    await page.getByRole("button", { name: "Check" }).click();
+  };
+  const row = () =>
+    page.evaluate(() => JSON.parse(localStorage.getItem("qdot-lessons") ?? "{}").singular?.row.length);
+  await answer(typed("determinant"));
+  await page.locator(".verdict.correct").waitFor();
+  assert.equal(await row(), 1);
+  await answer("a1*a2");
+  await page.locator(".verdict.wrong").waitFor();
+  assert.equal(await row(), 1);
+  await context.close();
+});
+
 test("a link to no lesson says so", async () => {
   const { page } = await opened(there, "learn.html?lesson=foo");
   await page.getByText("There is no lesson “foo”").waitFor();

@@ -276,7 +276,7 @@ export const de: Catalogue = {
   "lesson.rates": "Gelenk­geschwindig­keiten machen Geschwindig­keit",
   "lesson.rates.idea-1": "Beweg die Regler. Jedes Gelenk, das sich dreht, schiebt P einen eigenen Pfeil entlang; P geht dorthin, wohin die beiden Pfeile hintereinander führen.",
   "lesson.rates.idea-2": "Dreht sich ein Gelenk doppelt so schnell, ist sein Pfeil doppelt so lang; dreht es sich anders herum, zeigt er anders herum. Mehr geschieht nicht, und mehr sagt eine Jacobi-Matrix nicht.",
-  "lesson.rates.goal-1": "Lass nur Gelenk 2 drehen. Bevor du hinsiehst: Wohin geht P?",
+  "lesson.rates.goal-1": "Lass nur Gelenk 2 sich drehen. Bevor du hinsiehst: Wohin geht P?",
   "lesson.rates.goal-2": "Stell die Geschwindigkeiten so ein, dass P gerade nach oben geht.",
   "lesson.rates.goal-3": "Lass P gerade auf Gelenk 1 zukommen.",
   "lesson.columns": "Eine Spalte ist ein Pfeil",
