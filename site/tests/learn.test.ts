@@ -86,6 +86,10 @@ test("what was wrong first counts neither for the row nor as mastered, and it is
   expect(said(NEW, NEW, how(false))).toBeUndefined();
   expect(said(NEW, NEW, how(true, true))).toBe("lesson.counts-not-helped");
   expect(said(learned, learned, how(true, false, true))).toBe("lesson.counts-not-again");
+  const one: Skill = { goals: [], row: ["planar-2r/001"] };
+  const tried = { right: false, helped: false, again: true, now: 0, most: 9 };
+  expect(answered(one, item("001"), tried)).toEqual(one); // the first answer was right
+  expect(said(one, one, tried)).toBe(undefined);
   expect(said(row, learned, how(true))).toBe("lesson.learned");
   expect(said(learned, { ...learned, mastered: 9 }, how(true))).toBe("lesson.mastered");
 });

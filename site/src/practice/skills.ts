@@ -46,8 +46,9 @@ export function answered<R extends Row>(
   item: Item,
   { right, helped, again, now, most }: Answered & { now: number; most: number },
 ): R {
+  if (again) return skill;
   if (!right) return { ...skill, row: [] };
-  if (helped || again) return skill;
+  if (helped) return skill;
   const row = skill.row.includes(armOf(item)) ? skill.row : [...skill.row, armOf(item)];
   if (skill.learned !== undefined)
     return now - skill.learned >= DAY && skill.mastered === undefined ? { ...skill, mastered: now } : skill;
@@ -70,7 +71,7 @@ export function outcomeOf(
   if (right && again) return message("lesson.counts-not-again");
   if (before.learned !== undefined) return null;
   if (after.learned !== undefined) return message("lesson.learned");
-  if (!right && before.row.length > 0) return message("lesson.row-broken");
+  if (!right && !again && before.row.length > 0) return message("lesson.row-broken");
   const needed = Math.min(NEEDED, most);
   return right ? message("lesson.state-row", { count: after.row.length, needed }) : null;
 }
