@@ -128,6 +128,40 @@ test("a robot is taken by keys, a joint added and removed, and the file is what 
   assert.deepEqual(wrong, []);
 });
 
+for (const [robot, width] of [
+  ["ur5", 1440],
+  ["panda", 1440],
+  ["ur5", 2560],
+]) {
+  test(`all numbers of ${robot} are whole at ${width} pixels`, async () => {
+    const joints = robot === "panda" ? 7 : 6;
+    const at = Array.from({ length: joints }, () => "-142.7").join("_");
+    const { page } = await opened(there, `own.html#robot=${robot}&at=${at}`, {
+      viewport: { width, height: 900 },
+    });
+    await page.locator(".own-figures").waitFor();
+    await page.locator(".arm-jacobian").waitFor();
+    const found = await page.evaluate(() => {
+      const wider = (selector) =>
+        [...document.querySelectorAll(selector)].map((one) => one.scrollWidth - one.clientWidth);
+      // How far the numbers of column 1 are from the bracket on the left of their cells.
+      const off = [...document.querySelectorAll(".arm-jacobian td:nth-child(2)")].map((cell) => {
+        const text = document.createRange();
+        text.selectNodeContents(cell);
+        return text.getBoundingClientRect().left - cell.getBoundingClientRect().left;
+      });
+      return {
+        boxes: wider('.arm-joints input[type="number"]'),
+        tables: wider(".own-figures table, .arm-jacobian"),
+        off: Math.min(...off),
+      };
+    });
+    assert.deepEqual(found.boxes, Array(joints).fill(0));
+    assert.deepEqual(found.tables, [0, 0]);
+    assert.ok(found.off >= 3, `${found.off} pixels from the bracket`);
+  });
+}
+
 test("a link of which nothing can be read says so, and so does one to no robot", async () => {
   for (const [link, said] of [
     ["#dh=R_1", /holds no table/],

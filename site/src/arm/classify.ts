@@ -7,7 +7,7 @@
 import { type Arm, firstJoints, type Pose, reachOf, stateAt } from "./model.js";
 import { beyond } from "./beyond.js";
 import { evenNumbers, randomPoses } from "./random.js";
-import { right } from "./svd.js";
+import { axesOf, right } from "./svd.js";
 import { dot, type Matrix, norm, subtract, transposed } from "./vector.js";
 
 export type Kind = "regular" | "boundary" | "internal";
@@ -139,16 +139,6 @@ function folds(arm: Arm, pose: Pose, lost: readonly number[], still: Matrix): re
     return ahead!.map((value, j) => (value - behind![j]!) / (2 * STEP));
   });
   const even = form.map((row, i) => row.map((value, j) => (value + form[j]![i]!) / 2));
-  const values = eigenvalues(even);
-  return [values.some((value) => value > 1e-5), values.some((value) => value < -1e-5)];
-}
-
-/** The eigenvalues of a symmetric matrix: of A + c I, which is positive, they are the singular values. */
-function eigenvalues(symmetric: Matrix): number[] {
-  const shift = Math.max(
-    ...symmetric.map((row) => row.reduce((sum, value) => sum + Math.abs(value), 0)),
-    1e-9,
-  );
-  const moved = symmetric.map((row, i) => row.map((value, j) => (i === j ? value + shift : value)));
-  return right(moved).sigma.map((value) => value - shift);
+  const axes = axesOf(even);
+  return [axes.some(({ value }) => value > 1e-5), axes.some(({ value }) => value < -1e-5)];
 }

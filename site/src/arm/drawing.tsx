@@ -9,7 +9,7 @@ import type { Covered } from "./labels.js";
 import { plainLetters } from "./letters.js";
 import { drawnColumns, type Layers, Marks } from "./marks.js";
 import { type Arm, type Measures, type Pose, type State, stateAt } from "./model.js";
-import { framed, framingOf, isSame, isSeen } from "./framing.js";
+import { framed, framingOf, isSame, isSeen, readableFrom } from "./framing.js";
 import { linkDragged, pointMoved } from "./moves.js";
 import { extentOf, within } from "./ranges.js";
 import { atShare, linkOf, nearestShare } from "./shape.js";
@@ -22,8 +22,9 @@ import { useSize } from "./size.js";
 export interface DrawingProps {
   readonly arm: Arm;
   readonly state: State;
-  /** Where it stands before it is moved. */
+  /** Where it stands before it is moved, and whether it has gone there from where it is drawn first. */
   readonly home: Pose;
+  readonly isSent: boolean;
   readonly measures: Measures;
   readonly reach: number;
   readonly layers: Layers;
@@ -63,14 +64,14 @@ export function Drawing(props: DrawingProps): JSX.Element {
   const say = useSay();
   const box = useRef<HTMLDivElement>(null);
   const [width, height] = useSize(box, [560, 420]);
-  const [orbit, setOrbit] = useState<Orbit>(FIRST_ORBIT);
+  const [orbit, setOrbit, begun] = useOrbit(props);
   const [held, setHeld] = useState<Held | null>(null);
   const [known, setKnown] = useState(false); // how it is moved
   const [solid, setSolid] = useState(false);
   const extent = useMemo(() => extentOf(arm), [arm]);
   const flat = useMemo(() => flatPlane(arm) !== null, [arm]);
   const whole = useMemo(() => viewOf(arm, extent, width, height, orbit), [arm, extent, width, height, orbit]);
-  const view = useNear(props, whole, flat);
+  const view = useNear(props, whole, begun, flat);
   const columns = useMemo(
     () => (layers.ellipse ? drawnColumns(arm, state, reach) : null),
     [arm, state, reach, layers.ellipse],
@@ -122,10 +123,13 @@ export function Drawing(props: DrawingProps): JSX.Element {
   };
   useEffect(() => keptFromScrolling(box.current!), []);
   /** The view after a key that turns it, or that brings the first one back. */
-  const looked = useCallback((key: string): void => {
-    const turn = TURNS[key];
-    setOrbit((now) => (turn ? turned(now, ...turn) : FIRST_ORBIT));
-  }, []);
+  const looked = useCallback(
+    (key: string): void => {
+      const turn = TURNS[key];
+      setOrbit((now) => (turn ? turned(now, ...turn) : begun));
+    },
+    [begun],
+  );
   const pressed = (event: KeyboardEvent): void => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     const size = event.shiftKey ? 10 : 2;
@@ -228,22 +232,43 @@ function heldOn(held: Held | null, links: readonly (readonly Vec3[])[]): Vec3 | 
     : null;
 }
 
+/**
+ * From where it is looked at, how that is changed, and from where it is first: as its figure is drawn, but where the arm was
+ * sent to a pose in which it would be seen end-on. What a hand has turned stays, unless the arm is seen end-on there.
+ */
+function useOrbit({ arm, home, isSent }: DrawingProps): [Orbit, StateUpdater, Orbit] {
+  const begun = useMemo(
+    () => (isSent && !flatPlane(arm) ? readableFrom(arm, stateAt(arm, home), FIRST_ORBIT) : FIRST_ORBIT),
+    [arm, home, isSent],
+  );
+  const [orbit, setOrbit] = useState<Orbit>(begun);
+  const before = useRef(begun);
+  useLayoutEffect(() => {
+    const isEndOn = (now: Orbit): boolean => isSent && readableFrom(arm, stateAt(arm, home), now) !== now;
+    setOrbit((now) => (now === before.current || isEndOn(now) ? begun : now));
+    before.current = begun;
+  }, [begun, home]);
+  return [orbit, setOrbit, begun];
+}
+
+type StateUpdater = (next: Orbit | ((now: Orbit) => Orbit)) => void;
+
 const NO_PLACES: readonly Vec3[] = [];
 
 /** The view of all, or a nearer one of the pose in which the arm stands first, as long as the arm is in it. */
-function useNear(props: DrawingProps, whole: View, flat: boolean): View {
+function useNear(props: DrawingProps, whole: View, begun: Orbit, flat: boolean): View {
   const { arm, state, home, reach, layers, near, target, besides = NO_PLACES } = props;
   const aims = target ? [target.at] : []; // where it is put first: the view stays while it is dragged
   const [left, setLeft] = useState(false);
   const { width, height } = whole;
   const framing = useMemo(() => {
     if (!near) return null;
-    const begun = stateAt(arm, home);
-    const arrows = layers.columns ? drawnColumns(arm, begun, reach) : [];
-    const heads = arrows.map((arrow) => shifted(begun.point, arrow));
-    const page = viewOf(arm, extentOf(arm), width, height, FIRST_ORBIT);
-    return framingOf(arm, begun, [...heads, ...aims, ...besides], page, flat);
-  }, [near, arm, home, width, height, layers.columns, aims.length, besides]);
+    const first = stateAt(arm, home);
+    const arrows = layers.columns ? drawnColumns(arm, first, reach) : [];
+    const heads = arrows.map((arrow) => shifted(first.point, arrow));
+    const page = viewOf(arm, extentOf(arm), width, height, begun);
+    return framingOf(arm, first, [...heads, ...aims, ...besides], page, flat);
+  }, [near, arm, home, width, height, begun, layers.columns, aims.length, besides]);
   const nearer = useMemo(() => (framing ? framed(whole, framing) : whole), [framing, whole]);
   const isBack = isSame(state.pose, home) && isSeen(arm, state, nearer, aims);
   const isOut = !isBack && (left || !isSeen(arm, state, nearer, aims));

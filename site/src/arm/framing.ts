@@ -2,10 +2,10 @@
 //
 // It holds until the arm gets to the edge of it; from then on all that the arm reaches is seen.
 
-import type { Arm, State } from "./model.js";
+import { type Arm, reachOf, type State } from "./model.js";
 import { wayToPoint } from "./shape.js";
-import { along, dot, type Vec3 } from "./vector.js";
-import { pixel, type View } from "./view.js";
+import { along, dot, norm, subtract, type Vec3 } from "./vector.js";
+import { axonometric, FIRST_ORBIT, type Orbit, pixel, type View } from "./view.js";
 
 /** What is in the middle of the drawing, and how many times larger it is than where all is seen. */
 export interface Framing {
@@ -74,4 +74,42 @@ export function isSeen(arm: Arm, state: State, view: View, besides: readonly Vec
 /** Whether two poses are the same. */
 export function isSame(one: readonly number[], other: readonly number[]): boolean {
   return one.length === other.length && dot(one, one) - 2 * dot(one, other) + dot(other, other) < 1e-16;
+}
+
+/** Places of an arm that are this far from each other (share of its reach) are to be seen apart, if they can, by so much. */
+const [DISTANT, APART] = [0.1, 0.25];
+/** From so much crowding on an arm is looked at from elsewhere, if that takes away half of it. */
+const CROWDED = 0.2;
+/** Where it may be looked at from besides (rad): about the vertical from the first view on, and up. */
+const ABOUT = [0, 25, -25, 50, -50, 75, -75, 100, -100].map((angle) => (angle * Math.PI) / 180);
+const UP = [0, 16].map((angle) => (angle * Math.PI) / 180);
+
+/** How much of an arm lies one upon the other as it is looked at: 0 nothing, 1 all of it, as where it points at the reader. */
+export function crowding(arm: Arm, state: State, orbit: Orbit): number {
+  const { right, up } = axonometric(orbit);
+  const reach = reachOf(arm);
+  const all = places(arm, state);
+  const pairs = all.flatMap((one, i) => all.slice(i + 1).map((other) => subtract(other, one)));
+  const distant = pairs.filter((between) => norm(between) > DISTANT * reach);
+  const hidden = distant.map((between) =>
+    Math.max(0, 1 - Math.hypot(dot(between, right), dot(between, up)) / (APART * reach)),
+  );
+  return hidden.reduce((sum, value) => sum + value, 0) / Math.max(1, hidden.length);
+}
+
+/** From where an arm is looked at in a pose: from `now`, unless much of it then lies one upon the other. */
+export function readableFrom(arm: Arm, state: State, now: Orbit): Orbit {
+  const before = crowding(arm, state, now);
+  if (before < CROWDED) return now;
+  const { azimuth, elevation } = FIRST_ORBIT;
+  let best: Orbit = now;
+  let least = before / 2;
+  for (const higher of UP) {
+    for (const about of ABOUT) {
+      const orbit = { ...now, azimuth: azimuth + about, elevation: elevation + higher };
+      const here = crowding(arm, state, orbit);
+      if (here < least - 0.02) [best, least] = [orbit, here]; // as near to the first view as it may be
+    }
+  }
+  return best;
 }

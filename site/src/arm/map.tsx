@@ -116,7 +116,7 @@ export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Elem
     [arm, pair, language, radians, ...place],
   );
   const legend = useMemo(
-    () => (terrain ? <Legend kinds={kinds} lost={terrain.most < 1e-9} /> : null),
+    () => (terrain ? <Legend kinds={kinds} lost={terrain.most === 0} /> : null),
     [terrain, kinds, language],
   );
   const [x, y] = px(here);

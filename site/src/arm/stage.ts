@@ -44,6 +44,8 @@ export interface Stage {
   readonly pose: Pose;
   /** Where the arm stands before it is moved: as its figure or its question has it, or at the pose to go to. */
   readonly home: Pose;
+  /** Whether that is a pose that it was told to go to. */
+  readonly isSent: boolean;
   readonly state: State;
   readonly measures: Measures;
   readonly rested: State;
@@ -110,6 +112,7 @@ export function useStage(
   const live = useMemo(() => liveFactors(arm, robot, factors ?? []), [arm, factors]);
   const most = useMemo(() => mostVolume(arm), [arm]);
   const home = useMemo(() => (isBack ? first : posed(arm, given, first)), [arm, first, asked, isBack]);
+  const isSent = !isBack && given !== undefined;
   const [pose, setPose] = useState<Pose>(home);
   const [chosen, choose] = useState(0);
   const [lit, point] = useState<number | null>(null);
@@ -174,7 +177,7 @@ export function useStage(
     if (pane === "weld") open("weld");
   }, []);
   return {
-    ...{ robot, arm, reach, pose, home, state, measures, rested, factors: live, most, move, reset },
+    ...{ robot, arm, reach, pose, home, isSent, state, measures, rested, factors: live, most, move, reset },
     ...{ chosen, choose, lit, point, concealed, layers, toggle },
     pane: opened,
     open,

@@ -58,6 +58,24 @@ export function singularValues(matrix: Matrix): readonly number[] {
   return sigma.slice(0, Math.min(rows, columns));
 }
 
+/** A principal axis of a symmetric matrix: an eigenvalue and its unit vector. */
+export interface Axis {
+  readonly value: number;
+  readonly vector: readonly number[];
+}
+
+/** The principal axes of a symmetric matrix A, largest value first: of A + c I, which is positive, they are the right ones. */
+export function axesOf(symmetric: Matrix): Axis[] {
+  const shift = Math.max(
+    ...symmetric.map((row) => row.reduce((sum, value) => sum + Math.abs(value), 0)),
+    1e-9,
+  );
+  const { sigma, v } = right(
+    symmetric.map((row, i) => row.map((value, j) => (i === j ? value + shift : value))),
+  );
+  return sigma.map((size, k) => ({ value: size - shift, vector: v[k]! }));
+}
+
 /** The shortest x that brings A x nearest to b; `damping` (as large as small singular values) keeps x bounded. */
 export function leastSquares(matrix: Matrix, b: readonly number[], damping = 0): number[] {
   const { sigma, v } = right(matrix);

@@ -1,7 +1,7 @@
 // The map of det J over two joints in numbers: values on a grid, and the lines and spots where rank is lost.
 
 import { type Kind, kindAt, kindIsSure } from "./classify.js";
-import { type Arm, measuresOf, type Pose, signedVolume, stateAt } from "./model.js";
+import { type Arm, measuresOf, type Pose, reachOf, signedVolume, stateAt } from "./model.js";
 import { randomPoses } from "./random.js";
 import { rangeOf } from "./ranges.js";
 import {
@@ -20,6 +20,7 @@ export type Shown = "det" | "least";
 /** The joints along the map's two axes. */
 export type Pair = readonly [across: number, up: number];
 
+/** `most` is the largest size of a value; 0 where rank is lost everywhere, and what is left of values is rounding. */
 export interface Terrain {
   readonly grid: Grid;
   readonly most: number;
@@ -28,6 +29,13 @@ export interface Terrain {
 }
 
 const CELLS = 64;
+/** Of what det J may be, a share that no arm has but where it has lost rank, by a hair or by rounding. */
+const LOST = 1e-6;
+
+/** As large as det J may be about (its unit is metres to the number of rows that are velocities), for an arm below 1 m. */
+function sizeOf(arm: Arm): number {
+  return Math.min(1, reachOf(arm)) ** arm.task.filter((row) => row < 3).length;
+}
 
 /** The two joints on which the determinant depends most, in their order. */
 export function telling(arm: Arm): Pair {
@@ -68,7 +76,7 @@ export function terrainOf(arm: Arm, pose: Pose, pair: Pair, shown: Shown): Terra
   const grid = shown === "det" ? volumes : gridOf(...ranges, CELLS, least);
   const most = Math.max(...grid.values.flat().map(Math.abs));
   const size = Math.max(...volumes.values.flat().map(Math.abs));
-  if (size < 1e-9) return { grid, most, lines: [], spots: [] };
+  if (size < LOST * sizeOf(arm)) return { grid, most: 0, lines: [], spots: [] };
   const square = arm.task.length === arm.joints.length;
   const magnitude = (u: number, v: number): number => Math.abs(volume(u, v));
   const crossed = square ? zeroLines(volumes, volume) : [];

@@ -23,7 +23,7 @@ export function Figures({ stage }: { stage: Stage }): JSX.Element {
   return (
     <section class="own-figures" aria-label={said(message("own.figures"))}>
       <h3>{said(message("own.figures"))}</h3>
-      <table>
+      <table data-columns={arm.joints.length}>
         <caption class="visually-hidden">{said(message("arm.jacobian.title"))}</caption>
         <thead>
           <tr>

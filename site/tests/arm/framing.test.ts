@@ -1,7 +1,7 @@
 // The nearer view with which an arm is seen first.
 import { describe, expect, it } from "vitest";
 
-import { framed, framingOf, isSame, isSeen } from "../../src/arm/framing.js";
+import { crowding, framed, framingOf, isSame, isSeen, readableFrom } from "../../src/arm/framing.js";
 import { drawnColumns } from "../../src/arm/marks.js";
 import { armOf, reachOf, stateAt } from "../../src/arm/model.js";
 import { extentOf, firstPose } from "../../src/arm/ranges.js";
@@ -59,4 +59,24 @@ it("has the end of a path in it, and ends where that leaves it", () => {
   const alone = framed(whole, framingOf(arm, state, [], whole, true));
   const view = framed(whole, framingOf(arm, state, [far], whole, true));
   expect([isSeen(arm, state, alone, [far]), isSeen(arm, state, view, [far])]).toEqual([false, true]);
+});
+
+describe("an arm that points at the reader", () => {
+  const arm = armOf(SIX);
+  const turns = (...degrees: number[]) => degrees.map((angle) => (angle * Math.PI) / 180);
+  const stretched = stateAt(arm, turns(36, 24, 90, 0, 30, 0));
+
+  it("is looked at from the side", () => {
+    expect(crowding(arm, stretched, FIRST_ORBIT)).toBeCloseTo(1, 5);
+    const orbit = readableFrom(arm, stretched, FIRST_ORBIT);
+    expect(crowding(arm, stretched, orbit)).toBeLessThan(0.1);
+    const whole = viewOf(arm, extentOf(arm), 560, 420, orbit);
+    const view = framed(whole, framingOf(arm, stretched, [], whole, false));
+    expect(isSeen(arm, stretched, view)).toBe(true);
+  });
+
+  it("is looked at as first in all other poses", () => {
+    for (const pose of [turns(36, -20, 90, 0, 30, 0), turns(-60, 24, 90, 0, 30, 0), firstPose(arm)])
+      expect(readableFrom(arm, stateAt(arm, pose), FIRST_ORBIT)).toBe(FIRST_ORBIT);
+  });
 });

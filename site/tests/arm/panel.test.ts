@@ -6,7 +6,7 @@ import { act } from "preact/test-utils";
 import { beforeEach, describe, expect, it, vi } from "vitest";
 
 import { Arm, type ArmProps, type NamedPose } from "../../src/arm/panel.js";
-import { PLAIN, ROBOTS } from "./robots.js";
+import { PLAIN, ROBOTS, SIX } from "./robots.js";
 
 const symbols = {};
 
@@ -27,6 +27,28 @@ function numbers(): string[] {
 describe("the panel", () => {
   beforeEach(() => {
     render(null, document.body);
+  });
+
+  it("turns the view for a pose that it is sent to, where the arm would point at the reader, and back", () => {
+    const turns = (...degrees: number[]): NamedPose =>
+      Object.fromEntries(degrees.map((angle, i) => [`theta${i + 1}`, (angle * Math.PI) / 180]));
+    /** How far the links go on the page (pixels). */
+    const spread = (): number => {
+      const places = [...document.querySelectorAll(".arm-grip")].flatMap((link) =>
+        link
+          .getAttribute("points")!
+          .split(" ")
+          .map((place) => place.split(",").map(Number) as [number, number]),
+      );
+      return Math.max(...places.flatMap((a) => places.map((b) => Math.hypot(a[0] - b[0], a[1] - b[1]))));
+    };
+    const [first, endOn] = [turns(36, 24, 90, 0, 30, 0), turns(36, 24, 90, 10, 30, 0)];
+    show({ robot: SIX, first });
+    expect(spread()).toBeLessThan(20); // as its figure shows it
+    show({ robot: SIX, first, pose: endOn });
+    expect(spread()).toBeGreaterThan(80);
+    press(".arm-reset");
+    expect(spread()).toBeLessThan(20);
   });
 
   it("draws a pose that it is told, and the next one", () => {
