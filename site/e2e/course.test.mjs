@@ -264,6 +264,40 @@ test("a round in a frame has no header, and tells the page around it that its li
   await context.close();
 });
 
+for (const [width, height] of [
+  [900, 900],
+  [800, 900],
+  [640, 900],
+  [600, 900],
+  [480, 800],
+  [390, 700],
+]) {
+  test(`in a frame of ${width} × ${height} pixels the arm and the box of the answer are in sight`, async () => {
+    const { page } = await opened(
+      there,
+      "practice.html?embed=1&arm=planar-2r&question=determinant&seed=a&n=1",
+      {
+        viewport: { width, height },
+      },
+    );
+    await page.locator(".arm-box").waitFor();
+    await drawn(page);
+    const [box, answer] = await page.evaluate(() =>
+      [".arm-box", ".answer"].map((selector) => {
+        const place = document.querySelector(selector);
+        const { left, right, top, bottom } = (
+          place.matches(".answer") ? place.querySelector("input") : place
+        ).getBoundingClientRect();
+        return { left, right, top, bottom };
+      }),
+    );
+    for (const { top, bottom } of [box, answer])
+      assert.ok(top >= 0 && bottom <= height, JSON.stringify([box, answer]));
+    assert.ok(box.bottom < answer.top || box.right < answer.left, "one lies over the other");
+    assert.ok(box.bottom - box.top > 130 && box.right - box.left > 250, JSON.stringify(box));
+  });
+}
+
 test("another page around it is told nothing", async () => {
   for (const search of ["embed=1&n=1&seed=a", "embed=1&n=1&seed=a&origin=https%3A%2F%2Felsewhere.example"]) {
     const { page, frame, context } = await framed(search);

@@ -7,7 +7,8 @@ import { useCallback, useContext, useEffect, useLayoutEffect, useMemo, useRef, u
 import { Body, inPixels } from "./flat.js";
 import type { Covered } from "./labels.js";
 import { plainLetters } from "./letters.js";
-import { drawnColumns, type Layers, Marks } from "./marks.js";
+import { lostDirection } from "./lost.js";
+import { drawnColumns, isLostShown, type Layers, Marks } from "./marks.js";
 import { type Arm, type Measures, type Pose, type State, stateAt } from "./model.js";
 import { framed, framingOf, isSame, isSeen, readableFrom } from "./framing.js";
 import { linkDragged, pointMoved } from "./moves.js";
@@ -18,6 +19,7 @@ import { Space } from "./space.js";
 import { subtract, type Vec3 } from "./vector.js";
 import { FIRST_ORBIT, flatPlane, lifted, type Orbit, pixel, type Pixel, type View, viewOf } from "./view.js";
 import { useSize } from "./size.js";
+import { nearness } from "./words.js";
 
 export interface DrawingProps {
   readonly arm: Arm;
@@ -79,7 +81,9 @@ export function Drawing(props: DrawingProps): JSX.Element {
   const links = arm.joints.map((_, i) => linkOf(arm, state, i + 1));
   const [focused, setFocused] = useState(false); // then it says what keys do
   const language = useContext(Spoken);
-  const told = [known, focused, chosen, language, Boolean(props.readout)];
+  const isLost = isLostShown(props.measures.ratio, props.concealed) && lostDirection(arm, state) !== null;
+  const how = nearness(arm, props.measures) === "singular" ? "lost" : "slow";
+  const told = [known, focused, chosen, language, Boolean(props.readout), isLost && how];
   const covered = useCovered(box, [width, height, flat, ...told]);
 
   const placeOf = (event: PointerEvent): Pixel => {
@@ -212,6 +216,7 @@ export function Drawing(props: DrawingProps): JSX.Element {
         {!flat && <ViewButtons onKey={looked} />}
       </div>
       {props.readout}
+      {isLost && <p class="arm-lost-words">{say(`arm.drawing.${how}`)}</p>}
       <p class={`arm-hint${known ? " arm-known" : ""}`}>
         <span>{say(flat ? "arm.hint.drag" : "arm.hint.drag-space")}</span>{" "}
         <span class="arm-keys">
@@ -304,7 +309,7 @@ function useCovered(box: { readonly current: HTMLElement | null }, changes: read
 const NOTHING: Covered = [];
 const NO_ENDS = {};
 /** Words and buttons over a drawing; of the hint its words, which are as long as they are. */
-const OVER = ".arm-readout, .arm-hint > span, .arm-view";
+const OVER = ".arm-readout, .arm-lost-words, .arm-hint > span, .arm-view";
 
 /** What a finger takes hold of. */
 const GRIPS = ".arm-grip, .arm-point, .arm-target";

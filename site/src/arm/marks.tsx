@@ -12,7 +12,7 @@ import { extentOf, thicknessOf } from "./ranges.js";
 import { linkOf, placesOf, wayToPoint } from "./shape.js";
 import { useDigits } from "./speech.js";
 import { add, scaled, type Vec3 } from "./vector.js";
-import { drawn, outline, pixel, type Pixel, type View } from "./view.js";
+import { drawn, lifted, outline, pixel, type Pixel, type View } from "./view.js";
 import { wayToBase, World, worldLabels } from "./world.js";
 
 export interface Layers {
@@ -33,6 +33,9 @@ function axisOf({ width, height }: View, flat: boolean): number {
 }
 
 const LOST = 0.03;
+/** Whether the line is drawn that P can hardly leave. */
+export const isLostShown = (ratio: number, concealed: boolean): boolean => ratio < LOST && !concealed;
+
 /** Half of a joint's sign in a flat drawing (pixels), which letters are to leave free. */
 const FACE = 8;
 /** A length that is drawn shorter (pixels) has no label. */
@@ -51,6 +54,20 @@ export function drawnColumns(arm: Arm, state: State, reach: number): readonly Ve
   const { turning, columns } = arrowsOf(arm, state);
   const by = turning ? 0.35 * reach : speedScale(arm);
   return columns.map((column) => scaled(column, by));
+}
+
+/** Half of the disc of P (pixels), and the length of an arrow that comes out of it far enough to be seen. */
+const [DISC, CLEAR] = [9, 26];
+/** An arrow that is shorter (pixels) is none. */
+const LEAST = 3;
+
+/** Where the arrow of a column begins: at P, or, as it gets short, further out, up to the rim of the disc of P. */
+export function tailOf(view: View, point: Vec3, column: Vec3): Vec3 {
+  const [x, y] = drawn(view, column);
+  const length = Math.hypot(x, y);
+  if (length < LEAST || length > CLEAR) return point;
+  const out = Math.min(DISC, CLEAR - length) / length;
+  return add(point, lifted(view, [out * x, out * y]));
 }
 
 export interface MarksProps extends BodyProps {
@@ -86,7 +103,7 @@ export function Marks(props: MarksProps): JSX.Element {
           transform={`translate(${P[0]} ${P[1]}) rotate(${ellipse.turn})`}
         />
       )}
-      {ratio < LOST && !concealed && <Lost arm={arm} state={state} view={view} />}
+      {isLostShown(ratio, concealed) && <Lost arm={arm} state={state} view={view} />}
       {layers.vectors &&
         pStar(arm, state).map(
           (p, i) =>
@@ -122,7 +139,7 @@ export function Marks(props: MarksProps): JSX.Element {
           <Arrow
             key={i}
             view={view}
-            from={state.point}
+            from={tailOf(view, state.point, column)}
             vector={column}
             style={`arm-column arm-j${(i % 7) + 1}${lit === i ? " arm-lit" : ""}`}
             twin={turning}
@@ -170,7 +187,7 @@ function arrowLines({ state, view, layers, flat }: MarksProps, columns: readonly
   );
   return [
     ...(layers.frames ? axes : []),
-    ...(layers.columns ? columns.map((column) => line(state.point, column)) : []),
+    ...(layers.columns ? columns.map((column) => line(tailOf(view, state.point, column), column)) : []),
   ];
 }
 
@@ -228,11 +245,11 @@ function wantedLabels({ arm, state, view, reach, layers, flat, ends }: MarksProp
   if (layers.columns) {
     drawnColumns(arm, state, reach).forEach((column, i) => {
       const way = drawn(view, column);
-      if (Math.hypot(...way) > 12) {
+      if (Math.hypot(...way) > LEAST) {
         wanted.push({
           name: `J${i + 1}`,
           style: `arm-j${(i % 7) + 1}`,
-          at: pixel(view, add(point, column)),
+          at: pixel(view, add(tailOf(view, point, column), column)),
           toward: way,
         });
       }

@@ -487,6 +487,8 @@ export const de: Catalogue = {
   "arm.title": "Der Arm: {robot}",
   "arm.drawing.role": "Zeichnung eines Arms",
   "arm.drawing.label": "{robot}. Auf und ab wählt ein Gelenk, links und rechts bewegt es; p greift den Punkt P, den dann die Pfeile bewegen.",
+  "arm.drawing.lost": "Punktiert: Längs dieser Linie lässt sich P nicht bewegen.",
+  "arm.drawing.slow": "Punktiert: Längs dieser Linie bewegt sich P kaum.",
   "arm.hint.joint": "Tasten: ← → bewegen {joint}, ↑ ↓ wählen ein Gelenk, P den Punkt; mit Umschalt in größeren Schritten.",
   "arm.hint.point": "Tasten: Pfeile bewegen den Punkt P, 1, 2, … wählen ein Gelenk; mit Umschalt in größeren Schritten.",
   "arm.hint.space": "A D W S drehen die Ansicht, + − 0 ändern ihre Größe.",

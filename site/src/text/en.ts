@@ -579,6 +579,8 @@ export const en = {
   "arm.drawing.role": "drawing of an arm",
   "arm.drawing.label":
     "{robot}. Up and down choose a joint, left and right move it; p takes hold of the point P, which arrows then move.",
+  "arm.drawing.lost": "Dotted: P can't be moved along this line.",
+  "arm.drawing.slow": "Dotted: along this line P hardly moves.",
   "arm.hint.joint": "Keys: ← → move {joint}, ↑ ↓ choose a joint, P the point; with Shift in larger steps.",
   "arm.hint.point": "Keys: arrows move the point P, 1, 2, … choose a joint; with Shift in larger steps.",
   "arm.hint.space": "A D W S turn the view, + − 0 its size.",

@@ -51,6 +51,30 @@ describe("the panel", () => {
     expect(spread()).toBeLessThan(20);
   });
 
+  it("shows a short column of J beside the disc of P, and says what the dotted line is", () => {
+    show({ pose: { theta1: 0.5, theta2: Math.PI } });
+    const [, x0, y0, x1, y1] = /^M(\S+) (\S+)L(\S+) (\S+)$/
+      .exec(document.querySelector(".arm-column.arm-j1 .arm-shaft")!.getAttribute("d")!)!
+      .map(Number);
+    const disc = document.querySelector(".arm-point-ring")!;
+    const [x, y, r] = ["cx", "cy", "r"].map((name) => Number(disc.getAttribute(name)));
+    expect(Math.hypot(x0! - x!, y0! - y!)).toBeGreaterThan(r!);
+    expect(Math.hypot(x1! - x!, y1! - y!)).toBeGreaterThan(r! + 1);
+    const labels = [...document.querySelectorAll(".arm-letter-layer .arm-j1 text")].map(
+      (one) => one.textContent,
+    );
+    expect(labels.some((label) => label!.startsWith("J"))).toBe(true);
+    expect(document.querySelector(".arm-lost")).not.toBeNull();
+    expect(document.querySelector(".arm-lost-words")!.textContent).toContain(
+      "can't be moved along this line",
+    );
+    show({ pose: { theta1: 0.5, theta2: 1 } });
+    expect([document.querySelector(".arm-lost"), document.querySelector(".arm-lost-words")]).toEqual([
+      null,
+      null,
+    ]);
+  });
+
   it("draws a pose that it is told, and the next one", () => {
     show({ pose: { theta1: Math.PI / 6, theta2: 1, a1: 3 } });
     expect(numbers()).toEqual(["30", "57.3"]);
