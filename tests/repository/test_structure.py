@@ -24,8 +24,8 @@ LAYERS = {
         arm.chain arm.told arm.kinematics arm.trigonometry arm.needs arm.shipped arm.transforms arm.derivation
         arm.together arm.relations arm.singularity arm.axes arm.reason arm.bare arm.lengths arm.reach
         arm.three_joints arm.beyond arm.reciprocal arm.searched
-        arm.appearance arm.kinds arm.classification arm.directions arm.meanings arm.precise arm.path arm.entry arm.placing
-        arm.conventions arm.urdf arm.robot_file arm.robot_text arm.library
+        arm.appearance arm.kinds arm.classification arm.directions arm.meanings arm.precise arm.path arm.entry
+        arm.placing arm.conventions arm.urdf arm.robot_file arm.robot_text arm.library
         arm.arithmetic arm.stages
         credit decimals lateness several difficulty answers problem families questions mistakes quizzes
         generation record verify writing.gathering writing.shortening writing.angles writing.turns writing.latex
