@@ -4,7 +4,7 @@ import { readFileSync } from "node:fs";
 import { join } from "node:path";
 
 import { launched } from "../../site/tools/browser.mjs";
-import { about, answer } from "./scorm_answers.mjs";
+import { about, answer, itemAt } from "./scorm_answers.mjs";
 
 const { root, folder, students, activities } = JSON.parse(readFileSync(0, "utf8"));
 
@@ -42,13 +42,7 @@ async function ran(page, name, activity, isWhole) {
   const count = await frame.locator(".round-places button").count();
   const items = [];
   for (let place = 0; place < count; place += 1) {
-    await frame.locator(".round-places button").nth(place).click();
-    await frame
-      .locator('.round-places button[aria-current="true"]')
-      .getByText(`${place + 1}`, { exact: true })
-      .waitFor();
-    await frame.locator(".task[data-item] form .answer").waitFor();
-    const item = await frame.locator(".task").getAttribute("data-item");
+    const item = await itemAt(frame, place);
     items.push(item);
     const isRight = isWhole || place < count - 1;
     await answer(frame, about(join(folder, name), item), isRight);
@@ -60,12 +54,7 @@ async function ran(page, name, activity, isWhole) {
   frame = await opened(page, activity);
   const again = { places: await places(frame), items: [] };
   for (let place = 0; place < count; place += 1) {
-    await frame.locator(".round-places button").nth(place).click();
-    await frame
-      .locator('.round-places button[aria-current="true"]')
-      .getByText(`${place + 1}`, { exact: true })
-      .waitFor();
-    again.items.push(await frame.locator(".task[data-item]").getAttribute("data-item"));
+    again.items.push(await itemAt(frame, place));
   }
   await page.goto(`${root}/my/`);
   return { items, before, again, errors };

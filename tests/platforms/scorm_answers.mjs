@@ -50,3 +50,14 @@ export async function answer(frame, part, isRight) {
   }
   await frame.getByRole("button", { name: "Check" }).click();
 }
+
+/** Go to a place of a round, and return which question is there. */
+export async function itemAt(frame, place) {
+  await frame.locator(".round-places button").nth(place).click();
+  await frame
+    .locator('.round-places button[aria-current="true"]')
+    .getByText(`${place + 1}`, { exact: true })
+    .waitFor();
+  await frame.locator(".task[data-item] form .answer").waitFor();
+  return frame.locator(".task").getAttribute("data-item");
+}

@@ -5,7 +5,7 @@ import { cpSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 
 import { launched, served } from "../../site/tools/browser.mjs";
-import { about, answer } from "./scorm_answers.mjs";
+import { about, answer, itemAt } from "./scorm_answers.mjs";
 
 const [runtime, folder] = process.argv.slice(2);
 const VERSIONS = {
@@ -48,13 +48,7 @@ async function ran(browser, root, name, { api, Class, learner }) {
   const places = frame.locator(".round-places button");
   for (let place = 0; place < (await places.count()); place += 1) {
     errors = [];
-    await places.nth(place).click();
-    await frame
-      .locator('.round-places button[aria-current="true"]')
-      .getByText(`${place + 1}`, { exact: true })
-      .waitFor();
-    await frame.locator(".task[data-item] form .answer").waitFor();
-    const item = await frame.locator(".task").getAttribute("data-item");
+    const item = await itemAt(frame, place);
     const part = about(join(folder, name), item);
     const prompt = (await frame.locator(".task").innerText()).length > part.title.length + 20;
     const results = [];
