@@ -135,6 +135,19 @@ test("the arm moves by keyboard, and its numbers follow", async () => {
   assert.deepEqual(wrong, []);
 });
 
+test("what can't be read differs nowhere, also after an answer that did", async () => {
+  const { page } = await opened(there, "practice.html?arm=planar-2r&question=determinant");
+  for (const [text, poses] of [
+    ["a1*a2", 1],
+    ["banana + a1", 0],
+  ]) {
+    await page.getByLabel("Your answer").fill(text);
+    await page.getByRole("button", { name: "Check", exact: true }).click();
+    await page.locator(".verdict", { hasText: poses ? "Not right" : "Can't be read" }).waitFor();
+    assert.equal(await page.locator(".verdict").getByText("See the arm in the pose").count(), poses, text);
+  }
+});
+
 test("the arm goes to the pose in which a wrong answer differs, once the verdict is there", async () => {
   const { page, wrong } = await ask("position");
   await answered(page, "[a1*cos(theta1), a1*sin(theta1)]");

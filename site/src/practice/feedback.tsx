@@ -121,8 +121,10 @@ function Marks({ entries }: { entries: readonly (readonly boolean[])[] }) {
 export const nameOfJoint = ({ kind }: Row, index: number): string =>
   `${kind === "R" ? "theta" : "d"}${index + 1}`;
 
-/** The joint values at which an answer differs, where all joints are told. */
-export function poseOf(problem: Problem, { at }: Verdict): At | undefined {
+/** The joint values at which an answer differs, where all joints are told, and it could be read. */
+export function poseOf(problem: Problem, verdict: Verdict): At | undefined {
+  const { at } = verdict;
+  if (!isRead(verdict)) return undefined;
   const joints = problem.robot.joints.map(nameOfJoint);
   return at && joints.every((joint) => at[joint] !== undefined) ? at : undefined;
 }
