@@ -3,11 +3,17 @@
 
 import { h, render } from "preact";
 import { act } from "preact/test-utils";
-import { afterEach, expect, test } from "vitest";
+import { afterEach, expect, test, vi } from "vitest";
 
 import type { Known } from "../src/own/known.js";
 import { OwnArm } from "../src/own/own.js";
 import { newRow, ZEROS } from "../src/own/table.js";
+
+// All at once: what is shown is tested here, not when.
+vi.mock("../src/later.js", async (real) => ({
+  ...(await real<typeof import("../src/later.js")>()),
+  useSteps: (last: number) => last,
+}));
 
 const ARM: Known = {
   ...{ key: "plain", name: "Plain", convention: "dh", angles: "radians", task: null },

@@ -39,6 +39,8 @@ export interface DrawingProps {
   readonly onPose: (pose: Pose) => void;
   readonly label: string;
   readonly describedBy: string;
+  /** The pixels that it has, where they are known before it is there: then it is drawn once, and not once more to fit. */
+  readonly room?: readonly [number, number] | undefined;
   /** Whether it is looked at from nearer, as long as it is where it stands before it is moved. */
   readonly near?: boolean;
   /** Places that are to be in sight of there, besides the arm. */
@@ -65,7 +67,7 @@ export function Drawing(props: DrawingProps): JSX.Element {
   const { arm, state, reach, layers, chosen, onChoose, lit, onLit, onPose, target } = props;
   const say = useSay();
   const box = useRef<HTMLDivElement>(null);
-  const [width, height] = useSize(box, [560, 420]);
+  const [width, height] = useSize(box, props.room ?? [560, 420]);
   const [orbit, setOrbit, begun] = useOrbit(props);
   const [held, setHeld] = useState<Held | null>(null);
   const [known, setKnown] = useState(false); // how it is moved

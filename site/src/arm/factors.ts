@@ -16,8 +16,21 @@ export interface LiveFactor {
 
 const SAMPLES = 300;
 
+/** What det J is made of, and how large it gets. */
+export interface Sizes {
+  /** The largest size of det J, or of what stands for it, that the arm gets to. */
+  readonly most: number;
+  readonly factors: readonly LiveFactor[];
+}
+
+/** Both are searched for all over the ranges of the joints, once it is asked for them: a page on a phone may never be. */
+export function sizesOf(arm: Arm, robot: Robot, factors: readonly Factor[]): () => Sizes {
+  let found: Sizes | undefined;
+  return () => (found ??= { most: mostVolume(arm), factors: liveFactors(arm, robot, factors) });
+}
+
 /** The largest size of det J, or of what stands for it, over the ranges of the joints. */
-export function mostVolume(arm: Arm): number {
+function mostVolume(arm: Arm): number {
   return Math.max(1e-9, ...samplesOf(arm).map((pose) => Math.abs(signedVolume(arm, pose))));
 }
 
@@ -32,7 +45,7 @@ function samplesOf(arm: Arm): Pose[] {
 }
 
 /** The factors of a robot's determinant as functions of the pose; one that can't be read is left out. */
-export function liveFactors(arm: Arm, robot: Robot, factors: readonly Factor[]): LiveFactor[] {
+function liveFactors(arm: Arm, robot: Robot, factors: readonly Factor[]): LiveFactor[] {
   const names = arm.joints.map(({ name }) => name);
   const known = new Set([...names, ...Object.keys(robot.values)]);
   const samples = samplesOf(arm);

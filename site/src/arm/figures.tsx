@@ -3,7 +3,7 @@
 import type { JSX } from "preact";
 
 import { paced } from "../pace.js";
-import type { LiveFactor } from "./factors.js";
+import type { Sizes } from "./factors.js";
 import { Determinant } from "./jacobian.js";
 import type { Arm, Measures, State } from "./model.js";
 import { decimals, useDigits, useSay } from "./speech.js";
@@ -15,15 +15,14 @@ export interface FiguresProps {
   readonly measures: Measures;
   /** The pose once it rests, of which the kind of singularity is told. */
   readonly rested: State;
-  readonly factors: readonly LiveFactor[];
-  readonly most: number;
+  readonly sizes: () => Sizes;
   /** Whether all of it but the point would tell what is asked. */
   readonly concealed: boolean;
 }
 
 export const Figures = paced(
   (props: FiguresProps): JSX.Element => {
-    const { arm, state, measures, rested, factors, most, concealed } = props;
+    const { arm, state, measures, rested, sizes, concealed } = props;
     const say = useSay();
     const signed = useDigits();
     const near = nearness(arm, measures);
@@ -43,7 +42,7 @@ export const Figures = paced(
       );
     return (
       <div class={`arm-figures arm-${near}-pose`}>
-        <Determinant arm={arm} state={state} measures={measures} factors={factors} most={most} />
+        <Determinant arm={arm} state={state} measures={measures} sizes={sizes()} />
         <p class="arm-nearness">
           {point} {say("arm.figures.ratio", { percent: decimals(100 * measures.ratio, 1) })}{" "}
           <strong>{say(`arm.words.${near}`)}</strong> {kind && say(`arm.words.${kind}`)}
@@ -56,8 +55,7 @@ export const Figures = paced(
     state: "in turn",
     measures: "in turn",
     rested: "in turn",
-    factors: "at once",
-    most: "at once",
+    sizes: "at once",
     concealed: "at once",
   },
 );

@@ -4,7 +4,7 @@
 import type { JSX } from "preact";
 
 import { paced } from "../pace.js";
-import type { LiveFactor } from "./factors.js";
+import type { Sizes } from "./factors.js";
 import { Letters } from "./letters.js";
 import { type Arm, type Measures, ROWS, type State } from "./model.js";
 import { decimals, digits, useDigits, useSay } from "./speech.js";
@@ -86,13 +86,11 @@ interface DeterminantProps {
   readonly arm: Arm;
   readonly state: State;
   readonly measures: Measures;
-  readonly factors: readonly LiveFactor[];
-  /** The largest size of det J that the arm gets to. */
-  readonly most: number;
+  readonly sizes: Sizes;
 }
 
 /** det J, or what stands for it, and its factors where they are told. */
-export function Determinant({ arm, state, measures, factors, most }: DeterminantProps): JSX.Element {
+export function Determinant({ arm, state, measures, sizes }: DeterminantProps): JSX.Element {
   const say = useSay();
   const signed = useDigits();
   const near = nearness(arm, measures);
@@ -102,9 +100,9 @@ export function Determinant({ arm, state, measures, factors, most }: Determinant
       <div>
         <dt>{say(sizeName(arm))}</dt>
         <dd>{signed(digits(size))}</dd>
-        <Bar share={Math.abs(size) / most} low={near !== "regular"} />
+        <Bar share={Math.abs(size) / sizes.most} low={near !== "regular"} />
       </div>
-      {factors.map(({ html, at, most }) => {
+      {sizes.factors.map(({ html, at, most }) => {
         const value = at(state.pose);
         const share = Math.min(1, Math.abs(value) / most);
         return (

@@ -24,7 +24,7 @@ export function Lengths({ robot, symbols }: LengthsProps): JSX.Element | null {
     symbols[name]?.role ?? "length",
     value,
   ]);
-  const all = [...open, ...given].sort(([a], [b]) => a.localeCompare(b));
+  const all = [...open, ...given].sort(([a], [b]) => (a < b ? -1 : 1));
   if (all.length === 0) return null;
   return (
     <p class="arm-lengths">

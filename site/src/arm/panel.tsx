@@ -4,6 +4,7 @@
 import "./arm.css";
 
 import type { ComponentChildren, JSX } from "preact";
+import { useSteps } from "../later.js";
 import { memo } from "../memo.js";
 import { useId, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 
@@ -68,6 +69,7 @@ function Panel(props: ArmProps): JSX.Element {
   const say = useSay();
   const box = useRef<HTMLElement>(null);
   const [width] = useSize(box, [720, 600]);
+  const [room, setRoom] = useState<readonly [number, number]>();
   const wide = width >= WIDE;
   const [first] = useState(() => (isNarrowPage() ? null : (props.pane ?? "map")));
   const stage = useStage(props, first);
@@ -88,6 +90,15 @@ function Panel(props: ArmProps): JSX.Element {
   const ids = useId();
   const panes: Pane[] = wide ? ["map", "weld"] : ["joints", "jacobian", "map", "weld", "layers"];
   const open = wide && !panes.includes(stage.pane!) ? null : stage.pane; // sliders and J are there anyway
+  const step = useSteps(1); // what the arm is, and its room; then all that is shown of it
+  if (step === 0)
+    return (
+      <>
+        <section ref={box} class="arm" aria-busy="true">
+          <Room onRoom={setRoom} />
+        </section>
+      </>
+    );
   return (
     <>
       <section
@@ -103,6 +114,7 @@ function Panel(props: ArmProps): JSX.Element {
           <div class="arm-scene">
             <Drawing
               {...stage}
+              room={room}
               onChoose={stage.choose}
               onPose={stage.move}
               onLit={stage.point}
@@ -189,6 +201,20 @@ function Panel(props: ArmProps): JSX.Element {
       </section>
       <Answering stage={stage} radians={radians} />
     </>
+  );
+}
+
+/** The place of the drawing, which is measured before it is there. */
+function Room({ onRoom }: { onRoom: (room: readonly [number, number]) => void }): JSX.Element {
+  const scene = useRef<HTMLDivElement>(null);
+  useLayoutEffect(() => {
+    const { clientWidth, clientHeight } = scene.current!;
+    if (clientWidth > 0 && clientHeight > 0) onRoom([clientWidth, clientHeight]);
+  }, []);
+  return (
+    <div class="arm-panel">
+      <div ref={scene} class="arm-scene" />
+    </div>
   );
 }
 

@@ -7,15 +7,18 @@ export function useSize(
   first: readonly [number, number],
 ): readonly [number, number] {
   const [size, setSize] = useState(first);
+  const found = (width: number, height: number): void => {
+    if (width > 0 && height > 0)
+      setSize((before) => (before[0] === width && before[1] === height ? before : [width, height]));
+  };
   useLayoutEffect(() => {
-    const { clientWidth, clientHeight } = element.current ?? { clientWidth: 0, clientHeight: 0 };
-    if (clientWidth > 0 && clientHeight > 0) setSize([clientWidth, clientHeight]); // before it is seen
+    if (element.current) found(element.current.clientWidth, element.current.clientHeight); // before it is seen
   }, []);
   useEffect(() => {
     if (!element.current) return;
     const watched = new ResizeObserver(([entry]) => {
       const { width, height } = entry!.contentRect;
-      if (width > 0 && height > 0) setSize([Math.round(width), Math.round(height)]);
+      found(Math.round(width), Math.round(height));
     });
     watched.observe(element.current);
     return () => watched.disconnect();

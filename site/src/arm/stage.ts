@@ -3,7 +3,7 @@
 import { useCallback, useEffect, useMemo, useState } from "preact/hooks";
 
 import type { Factor, NamedPose, Robot } from "../bank.js";
-import { type LiveFactor, liveFactors, mostVolume } from "./factors.js";
+import { type Sizes, sizesOf } from "./factors.js";
 import type { Layers } from "./marks.js";
 import {
   type Arm,
@@ -49,8 +49,7 @@ export interface Stage {
   readonly state: State;
   readonly measures: Measures;
   readonly rested: State;
-  readonly factors: readonly LiveFactor[];
-  readonly most: number;
+  readonly sizes: () => Sizes;
   readonly move: (pose: Pose) => void;
   readonly reset: () => void;
   /** The joint that keys move, -1 for the point. */
@@ -109,8 +108,7 @@ export function useStage(
         : firstPose(arm),
     [arm, printed],
   );
-  const live = useMemo(() => liveFactors(arm, robot, factors ?? []), [arm, factors]);
-  const most = useMemo(() => mostVolume(arm), [arm]);
+  const sizes = useMemo(() => sizesOf(arm, robot, factors ?? []), [arm, factors]);
   const home = useMemo(() => (isBack ? first : posed(arm, given, first)), [arm, first, asked, isBack]);
   const isSent = !isBack && given !== undefined;
   const [pose, setPose] = useState<Pose>(home);
@@ -177,7 +175,7 @@ export function useStage(
     if (pane === "weld") open("weld");
   }, []);
   return {
-    ...{ robot, arm, reach, pose, home, isSent, state, measures, rested, factors: live, most, move, reset },
+    ...{ robot, arm, reach, pose, home, isSent, state, measures, rested, sizes, move, reset },
     ...{ chosen, choose, lit, point, concealed, layers, toggle },
     pane: opened,
     open,

@@ -8,6 +8,12 @@ import { beforeEach, describe, expect, it, vi } from "vitest";
 import { Arm, type ArmProps, type NamedPose } from "../../src/arm/panel.js";
 import { PLAIN, ROBOTS, SIX } from "./robots.js";
 
+// All at once: what is shown is tested here, not when.
+vi.mock("../../src/later.js", async (real) => ({
+  ...(await real<typeof import("../../src/later.js")>()),
+  useSteps: (last: number) => last,
+}));
+
 const symbols = {};
 
 function show(props: Partial<ArmProps>): void {
