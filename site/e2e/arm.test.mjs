@@ -68,8 +68,7 @@ test("the map is walked on by finger", async () => {
   const { page, wrong } = await withArm(POSITION, PHONE);
   await page.getByRole("button", { name: "Map", exact: true }).tap();
   await page.locator(".arm-zero").first().waitFor({ state: "attached" });
-  const here = () =>
-    page.locator(".arm-here").evaluate((dot) => [dot.cx.baseVal.value, dot.cy.baseVal.value]);
+  const here = () => page.locator(".arm-here").evaluate((dot) => dot.parentElement.getAttribute("transform"));
   for (const [across, up] of [
     [0.3, 0.7],
     [0.8, 0.3],

@@ -231,11 +231,11 @@ test("the columns of a wrong Jacobian are drawn beside the true ones, and move w
   await page.getByText("The columns of your J are drawn dashed").waitFor();
   const shaft = page.locator(".arm-own .arm-j1 .arm-shaft");
   await shaft.waitFor({ state: "attached" });
-  const before = await shaft.getAttribute("d");
+  const before = await shaft.getAttribute("points");
   await page.locator('.arm-joints input[type="range"]').first().focus();
   await page.keyboard.press("ArrowRight");
   await drawn(page);
-  assert.notEqual(await shaft.getAttribute("d"), before);
+  assert.notEqual(await shaft.getAttribute("points"), before);
   assert.deepEqual(wrong, []);
 });
 

@@ -391,20 +391,24 @@ interface Grip {
 
 function Point({ at: [x, y], chosen, onDown }: Grip & { readonly chosen: boolean }): JSX.Element {
   return (
-    <g class={`arm-point${chosen ? " arm-chosen" : ""}`} onPointerDown={onDown}>
-      <circle class="arm-point-grip" cx={x} cy={y} r={18} />
-      <circle class="arm-point-ring" cx={x} cy={y} r={7} />
-      <circle class="arm-point-dot" cx={x} cy={y} r={2.8} />
+    <g
+      class={`arm-point${chosen ? " arm-chosen" : ""}`}
+      transform={`translate(${x} ${y})`}
+      onPointerDown={onDown}
+    >
+      <circle class="arm-point-grip" r={18} />
+      <circle class="arm-point-ring" r={7} />
+      <circle class="arm-point-dot" r={2.8} />
     </g>
   );
 }
 
 function Target({ at: [x, y], onDown }: Grip): JSX.Element {
   return (
-    <g class="arm-target" onPointerDown={onDown}>
-      <circle class="arm-point-grip" cx={x} cy={y} r={18} />
-      <path d={`M${x - 7} ${y}h14M${x} ${y - 7}v14`} />
-      <circle cx={x} cy={y} r={9} />
+    <g class="arm-target" transform={`translate(${x} ${y})`} onPointerDown={onDown}>
+      <circle class="arm-point-grip" r={18} />
+      <path d="M-7 0h14M0 -7v14" />
+      <circle r={9} />
     </g>
   );
 }
@@ -422,8 +426,8 @@ function Foot({
   const [fx, fy] = pixel(view, shifted(state.point, [-height * z[0], -height * z[1], -height * z[2]]));
   return (
     <g class="arm-foot">
-      <path d={`M${px} ${py}L${fx} ${fy}`} />
-      <circle cx={fx} cy={fy} r={2.2} />
+      <polyline points={`${px},${py} ${fx},${fy}`} />
+      <circle transform={`translate(${fx} ${fy})`} r={2.2} />
     </g>
   );
 }

@@ -100,7 +100,38 @@ export function inPixels(view: View, points: readonly Vec3[]): string {
     .join(" ");
 }
 
-/** A straight arrow from a point of space along a vector, thin, with a small head; nothing for a vector of no length. */
+/** From where in space an arrow runs, and along what. */
+export type Way = readonly [from: Vec3, vector: Vec3];
+
+/** A straight arrow on the page: its shaft, and its head, with another one behind for what turns; null for one of no length. */
+function arrowOf(view: View, [from, vector]: Way, twin = false): [shaft: Pixel[], heads: Pixel[][]] | null {
+  const [x, y] = pixel(view, from);
+  const [dx, dy] = drawn(view, vector);
+  const length = Math.hypot(dx, dy);
+  if (length < 3) return null;
+  const size = Math.min(11, 0.6 * length);
+  const [ux, uy] = [dx / length, dy / length];
+  const head = (back: number): Pixel[] => {
+    const [tx, ty] = [x + dx - back * ux, y + dy - back * uy];
+    const [bx, by] = [tx - size * ux, ty - size * uy];
+    const [wx, wy] = [0.38 * size * uy, 0.38 * size * ux];
+    return [
+      [tx, ty],
+      [bx - wx, by + wy],
+      [bx + wx, by - wy],
+    ];
+  };
+  const shaft: Pixel[] = [
+    [x, y],
+    [x + dx - 0.7 * size * ux, y + dy - 0.7 * size * uy],
+  ];
+  return [shaft, twin ? [head(0), head(7)] : [head(0)]];
+}
+
+const written = (places: readonly Pixel[], between: string): string =>
+  places.map((place) => place.map((value) => value.toFixed(2)).join(",")).join(between);
+
+/** An arrow, thin, with a small head. Places of lines are no style of theirs, as the `d` of a path is: they are sooner drawn anew. */
 export function Arrow({
   view,
   from,
@@ -114,21 +145,34 @@ export function Arrow({
   readonly style: string;
   readonly twin?: boolean;
 }): JSX.Element | null {
-  const [x, y] = pixel(view, from);
-  const [dx, dy] = drawn(view, vector);
-  const length = Math.hypot(dx, dy);
-  if (length < 3) return null;
-  const size = Math.min(11, 0.6 * length);
-  const [ux, uy] = [dx / length, dy / length];
-  const head = (back: number): string => {
-    const [tx, ty] = [x + dx - back * ux, y + dy - back * uy];
-    const [bx, by] = [tx - size * ux, ty - size * uy];
-    return `M${tx} ${ty}L${bx - 0.38 * size * uy} ${by + 0.38 * size * ux}L${bx + 0.38 * size * uy} ${by - 0.38 * size * ux}Z`;
-  };
+  const arrow = arrowOf(view, [from, vector], twin);
+  if (!arrow) return null;
+  const [shaft, heads] = arrow;
   return (
     <g class={`arm-arrow ${style}`}>
-      <path class="arm-shaft" d={`M${x} ${y}L${x + dx - 0.7 * size * ux} ${y + dy - 0.7 * size * uy}`} />
-      <path class="arm-head" d={head(0) + (twin ? head(7) : "")} />
+      <polyline class="arm-shaft" points={written(shaft, " ")} />
+      {heads.map((head, i) => (
+        <polygon key={i} class="arm-head" points={written(head, " ")} />
+      ))}
+    </g>
+  );
+}
+
+/** Arrows of one style, which are drawn in one. */
+export function Arrows({
+  view,
+  ways,
+  style,
+}: {
+  readonly view: View;
+  readonly ways: readonly Way[];
+  readonly style: string;
+}): JSX.Element {
+  const arrows = ways.map((way) => arrowOf(view, way)).filter((arrow) => arrow !== null);
+  return (
+    <g class={`arm-arrow ${style}`}>
+      <path class="arm-shaft" d={arrows.map(([shaft]) => `M${written(shaft, "L")}`).join("")} />
+      <path class="arm-head" d={arrows.map(([, [head]]) => `M${written(head!, "L")}Z`).join("")} />
     </g>
   );
 }

@@ -159,8 +159,10 @@ export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Elem
           {lines}
           {ticks}
           <path class="arm-cross" d={`M${LEFT} ${y}h${w}M${x} ${EDGE}v${h}`} />
-          <circle class="arm-here-halo" cx={x} cy={y} r={8} />
-          <circle class="arm-here" cx={x} cy={y} r={5} />
+          <g transform={`translate(${x} ${y})`}>
+            <circle class="arm-here-halo" r={8} />
+            <circle class="arm-here" r={5} />
+          </g>
         </svg>
       </div>
       {legend ?? (

@@ -2,7 +2,7 @@
 
 import type { JSX } from "preact";
 
-import { Arrow, type BodyProps, ofPixels } from "./flat.js";
+import { Arrow, Arrows, type BodyProps, ofPixels, type Way } from "./flat.js";
 import { Angles, arcOf } from "./angles.js";
 import { type Covered, placed, type Wanted } from "./labels.js";
 import { DrawnLetters } from "./letters.js";
@@ -117,23 +117,7 @@ export function Marks(props: MarksProps): JSX.Element {
               />
             ),
         )}
-      {layers.frames &&
-        state.frames.map(({ o, x, y, z }, i) => (
-          <g key={i}>
-            <Arrow view={view} from={o} vector={ofPixels(view, x, axisOf(view, flat))} style="arm-x" />
-            {flat && (
-              <Arrow view={view} from={o} vector={ofPixels(view, y, axisOf(view, flat))} style="arm-x" />
-            )}
-            {!flat && (
-              <Arrow
-                view={view}
-                from={o}
-                vector={ofPixels(view, z, axisOf(view, flat))}
-                style={`arm-z ${jointStyle(arm, i)}`}
-              />
-            )}
-          </g>
-        ))}
+      {layers.frames && <Axes arm={arm} state={state} view={view} flat={flat} />}
       {layers.columns &&
         columns.map((column, i) => (
           <Arrow
@@ -165,6 +149,24 @@ export function Marks(props: MarksProps): JSX.Element {
           </g>
         ))}
       </g>
+    </g>
+  );
+}
+
+/** The axes of all frames that are drawn: those that nothing turns about are alike. */
+function Axes({ arm, state, view, flat }: Pick<MarksProps, "arm" | "state" | "view" | "flat">): JSX.Element {
+  const long = (axis: Vec3): Vec3 => ofPixels(view, axis, axisOf(view, flat));
+  const axes = state.frames.map((frame) => shownAxes(frame, flat));
+  const grey = axes.flatMap((shown, i) =>
+    shown.flatMap(([letter, axis]): Way[] => (letter === "z" ? [] : [[state.frames[i]!.o, long(axis)]])),
+  );
+  return (
+    <g>
+      <Arrows view={view} ways={grey} style="arm-x" />
+      {!flat &&
+        state.frames.map(({ o, z }, i) => (
+          <Arrow key={i} view={view} from={o} vector={long(z)} style={`arm-z ${jointStyle(arm, i)}`} />
+        ))}
     </g>
   );
 }

@@ -30,6 +30,12 @@ function numbers(): string[] {
   );
 }
 
+/** Where a disc is moved to, by the group that it is in. */
+function placeOf(disc: Element): [number, number] {
+  const [, x, y] = /^translate\((\S+) (\S+)\)$/.exec(disc.parentElement!.getAttribute("transform")!)!;
+  return [Number(x), Number(y)];
+}
+
 describe("the panel", () => {
   beforeEach(() => {
     render(null, document.body);
@@ -59,11 +65,10 @@ describe("the panel", () => {
 
   it("shows a short column of J beside the disc of P, and says what the dotted line is", () => {
     show({ pose: { theta1: 0.5, theta2: Math.PI } });
-    const [, x0, y0, x1, y1] = /^M(\S+) (\S+)L(\S+) (\S+)$/
-      .exec(document.querySelector(".arm-column.arm-j1 .arm-shaft")!.getAttribute("d")!)!
-      .map(Number);
+    const shaft = document.querySelector(".arm-column.arm-j1 .arm-shaft")!.getAttribute("points")!;
+    const [x0, y0, x1, y1] = shaft.split(/[ ,]/).map(Number);
     const disc = document.querySelector(".arm-point-ring")!;
-    const [x, y, r] = ["cx", "cy", "r"].map((name) => Number(disc.getAttribute(name)));
+    const [[x, y], r] = [placeOf(disc), Number(disc.getAttribute("r"))];
     expect(Math.hypot(x0! - x!, y0! - y!)).toBeGreaterThan(r!);
     expect(Math.hypot(x1! - x!, y1! - y!)).toBeGreaterThan(r! + 1);
     const labels = [...document.querySelectorAll(".arm-letter-layer .arm-j1 text")].map(
@@ -220,8 +225,9 @@ describe("the panel", () => {
     const [across, up] = [Math.PI / 2, -Math.PI / 4];
     show({ pose: { theta1: across, theta2: up } });
     const box = ["x", "y", "width", "height"].map((name) => of(".arm-map-edge", name));
-    expect(of(".arm-here", "cx")).toBeCloseTo(box[0]! + (across / (2 * Math.PI) + 0.5) * box[2]!);
-    expect(of(".arm-here", "cy")).toBeCloseTo(box[1]! + (0.5 - up / (2 * Math.PI)) * box[3]!);
+    const here = placeOf(document.querySelector(".arm-here")!);
+    expect(here[0]).toBeCloseTo(box[0]! + (across / (2 * Math.PI) + 0.5) * box[2]!);
+    expect(here[1]).toBeCloseTo(box[1]! + (0.5 - up / (2 * Math.PI)) * box[3]!);
   });
 
   it("labels everything that can be used", () => {
