@@ -121,6 +121,20 @@ def no_names(chain: Chain, *_: object) -> tuple[str, ...]:
     return ()
 
 
+Grid = tuple[Sequence[str], Sequence[str]]
+"""What the rows and the columns of a matrix belong to: as it is typed, or in LaTeX where that can't be typed."""
+
+
+def no_grid(chain: Chain) -> Grid:
+    """Return nothing: rows and columns are not told apart by what they belong to."""
+    return (), ()
+
+
+def rates_to(rows: Callable[[Chain], Sequence[str]]) -> Callable[[Chain], Grid]:
+    """Return the grid of a Jacobian to these components, whose columns belong to the joint rates."""
+    return lambda chain: (rows(chain), joint_rates(chain))
+
+
 def no_rows(chain: Chain) -> tuple[tuple[int, int], ...]:
     """Return no rows."""
     return ()
@@ -159,7 +173,7 @@ class Question:
     `result` tells how the answer comes out of a derivation, so that what goes wrong there shows in it: without one,
     mistakes and what follows from them are not known, but for those that are made with the answer itself. The entries
     of an answer can be given under `labels`, and are called `entry_names` in LaTeX, the columns of a
-    matrix under `columns`. Where it `is_made_of_jacobian`,
+    matrix under `columns`; its `grid` is what rows and columns belong to. Where it `is_made_of_jacobian`,
     J is there already, and where it `is_made_of_minors`, it takes minutes to work out in formulas for many joints, and
     a single formula is a product whose factors count.
 
@@ -191,6 +205,7 @@ class Question:
     labels: Callable[[Chain], tuple[str, ...]] = no_names
     entry_names: Callable[[Chain, Part], Sequence[str]] = no_names
     columns: Callable[[Chain], tuple[str, ...]] = no_names
+    grid: Callable[[Chain], Grid] = no_grid
     is_made_of_jacobian: bool = False
     is_made_of_minors: bool = False
     adds_up: Literal["", "links", "columns of links"] = ""

@@ -11,7 +11,18 @@ from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive
 from exercises.arm.stages import Change, Working
 from exercises.problem import Details, OneOfSeveral, Part
-from exercises.questions.base import Asked, Question, by_hand, number, put, put_number, square, stage, velocities
+from exercises.questions.base import (
+    Asked,
+    Question,
+    by_hand,
+    number,
+    put,
+    put_number,
+    rates_to,
+    square,
+    stage,
+    velocities,
+)
 from exercises.stream import Stream
 
 
@@ -194,6 +205,7 @@ QUESTIONS = (
         points=2.0,
         too_long=by_hand("jacobian"),
         result=stage("jacobian"),
+        grid=rates_to(lambda chain: chain.task),
         put=put("jacobian"),
         follows=(("position",),),
         adds_up="columns of links",

@@ -160,6 +160,7 @@ QUESTIONS = (
         objection=square,
         too_long=invertible_by_hand,
         result=stage("inverse"),
+        grid=lambda chain: (joint_rates(chain), chain.task),
         is_made_of_jacobian=True,
         is_made_of_minors=True,
         put=put("inverse"),

@@ -12,7 +12,7 @@ from exercises.arm.arithmetic import applied
 from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.derivation import derive
 from exercises.arm.stages import Change, Working, propagated
-from exercises.arm.told import frame_on_axis, in_twist_order, is_by_axes, twist_rows
+from exercises.arm.told import axis_symbol, frame_on_axis, in_twist_order, is_by_axes, twist_rows
 from exercises.problem import Details, OneOfSeveral, Part
 from exercises.questions.base import (
     BY_TABLE,
@@ -20,6 +20,7 @@ from exercises.questions.base import (
     Question,
     by_hand,
     put_columns,
+    rates_to,
     velocities,
 )
 from exercises.stream import Stream
@@ -63,6 +64,10 @@ def _has_inner_frame(chain: Chain) -> str | None:
     return None if chain.n > 1 else "it has one joint, so no frame between base and end"
 
 
+AXES = ("x", "y", "z")
+"""Of a frame, to which the rows of vectors belong."""
+
+
 def _names_of_axes(chain: Chain) -> tuple[str, ...]:
     """Return the axes' names as they are typed: of the frames they are axes of, or what an axis gives P."""
     if is_by_axes(chain):
@@ -102,6 +107,7 @@ QUESTIONS = (
         source="below 6.10",
         ask=_axes,
         columns=_names_of_axes,
+        grid=lambda chain: (AXES, [axis_symbol(chain, joint) for joint in range(1, chain.n + 1)]),
         too_long=by_hand("z"),
         result=lambda w, _: w["axes"][: w.n].swapaxes(0, 1),
         put=put_columns("axes", linear=propagated),
@@ -114,6 +120,7 @@ QUESTIONS = (
         ask=_vectors,
         points=2.0,
         objection=_point_on_last_link,
+        grid=lambda chain: (AXES, [f"p^*_{{{frame_on_axis(chain, joint)}}}" for joint in range(1, chain.n + 1)]),
         too_long=by_hand("p_star"),
         result=lambda w, _: w["arms"][: w.n].swapaxes(0, 1),
         put=put_columns("arms", linear=propagated),
@@ -127,6 +134,7 @@ QUESTIONS = (
         points=2.0,
         too_long=by_hand("geometric"),
         result=_derived_geometric,
+        grid=rates_to(twist_rows),
         put=_put_geometric,
         follows=(("joint-axes", "position-vectors"),),
         adds_up="columns of links",

@@ -26,7 +26,7 @@ from exercises.arm.stages import Change, Working
 from exercises.arm.told import adjoint_told, rows_of_twist, twist_rows, twist_told
 from exercises.arm.trigonometry import count_terms, textbook, without_brackets
 from exercises.problem import Details, Part
-from exercises.questions.base import BY_AXES, Asked, Put, Question, Result, too_many, velocities
+from exercises.questions.base import BY_AXES, Asked, Put, Question, Result, rates_to, too_many, velocities
 from exercises.questions.inversion import POSES, THREE_DIGITS, Configuration, draw_lengths, draw_pose
 from exercises.stream import Stream
 
@@ -434,6 +434,7 @@ QUESTIONS = (
         conventions=BY_AXES,
         ask=_home,
         result=_stage("home screws"),
+        grid=lambda chain: (twist_rows(chain), [f"S_{{{joint}}}" for joint in range(1, chain.n + 1)]),
         put=_put("home screws"),
     ),
     Question(
@@ -460,6 +461,7 @@ QUESTIONS = (
         objection=_with_body,
         too_long=_long_adjoint,
         result=lambda w, _: _adjoint_told(w, w["body adjoint"]),
+        grid=lambda chain: (twist_rows(chain), twist_rows(chain)),
         put=_put_adjoint,
         follows=(("body-pose",),),
     ),
@@ -485,6 +487,7 @@ QUESTIONS = (
         points=2.0,
         too_long=_long_space,
         result=_stage("space jacobian"),
+        grid=rates_to(twist_rows),
         put=_put("space jacobian"),
     ),
     Question(
@@ -498,6 +501,7 @@ QUESTIONS = (
         objection=_with_body,
         too_long=_long_body,
         result=_stage("body jacobian"),
+        grid=rates_to(twist_rows),
         put=_put("body jacobian"),
         follows=(("body-pose", "space-jacobian"),),
     ),

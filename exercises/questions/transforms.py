@@ -6,14 +6,14 @@ import numpy as np
 import sympy as sp
 
 from exercises.answers import Matrix
-from exercises.arm.chain import Chain
+from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.derivation import derive, structure
 from exercises.arm.kinematics import joint_rotation
 from exercises.arm.stages import Change, Working
 from exercises.arm.told import is_modified, told_rows
 from exercises.arm.transforms import in_tool_frame, poses, seen_from_tool, terms_in_tool_frame, terms_of_last_pose
 from exercises.problem import Details, Part
-from exercises.questions.base import BY_TABLE, Asked, Question, stage, too_many
+from exercises.questions.base import BY_TABLE, Asked, Question, rates_to, stage, too_many
 from exercises.stream import Stream
 
 MOST_JOINTS = 5
@@ -139,6 +139,7 @@ QUESTIONS = (
         objection=_point_on_last_link,
         too_long=_long_jacobian,
         result=stage("tool jacobian"),
+        grid=rates_to(lambda _: TASK_ROWS),
         follows=(("transform", "geometric-jacobian"),),
     ),
 )  # fmt: skip

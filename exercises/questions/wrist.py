@@ -20,7 +20,7 @@ from exercises.arm.stages import Working
 from exercises.arm.told import frame_on_axis, is_modified, told_rows
 from exercises.arm.trigonometry import Factored, factored, same, substitute, textbook
 from exercises.problem import Details, Part
-from exercises.questions.base import BY_TABLE, MOST_TERMS, Asked, Question, first_three, put, square, stage
+from exercises.questions.base import BY_TABLE, MOST_TERMS, Asked, Question, first_three, joint_rates, put, square, stage
 from exercises.stream import Stream
 
 
@@ -196,6 +196,7 @@ QUESTIONS = (
         objection=not_partitioned,
         too_long=long_block,
         result=stage("arm block"),
+        grid=lambda chain: (TASK_ROWS[:3], joint_rates(chain)[:3]),
         put=put("arm block"),
         adds_up="columns of links",
         linear_rows=first_three,
@@ -208,6 +209,7 @@ QUESTIONS = (
         ask=_wrist,
         objection=not_partitioned,
         result=stage("wrist block"),
+        grid=lambda chain: (TASK_ROWS[3:], joint_rates(chain)[3:]),
         put=put("wrist block"),
     ),
     Question(

@@ -8,6 +8,8 @@ be ten times as long. Solutions are a record of their own, loaded when asked for
 import html
 from typing import Any
 
+import sympy as sp
+
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import TooLong, derive
 from exercises.difficulty import step
@@ -33,9 +35,9 @@ def site_record(problem: Problem) -> Json:
     {"id", "family", "title", "difficulty": 0 to 4, "statement", "figure": svg, "alt", "robot": as in `qdot show`, with
     "values": {name: metres or radians} for the letters in its table, "symbols": {name: {"role", "unit", "latex"}},
     "pose": {joint: rad or m} in which the figure shows it,
-    "parts": [{"name", "kind", "title", "type", "shape", "points", "prompt", "names", "labels", "columns", "figure",
-    "alt", "pose": the joint values and lengths that it gives or null, "hints", "options", "key": as in `keys`, its
-    mistakes as [index into "said", number, …]}],
+    "parts": [{"name", "kind", "title", "type", "shape", "points", "prompt", "names", "labels", "columns",
+    "grid": [[LaTeX of what a row belongs to], [of a column]], "figure", "alt", "pose": the joint values and lengths
+    that it gives or null, "hints", "options", "key": as in `keys`, its mistakes as [index into "said", number, …]}],
     "said": [[name, title, sentence]]}
     """
     chain, said = problem.chain, _Said()
@@ -213,6 +215,7 @@ def _part(problem: Problem, part: Part, said: _Said) -> Json:
         "names": typed_names(problem, asked),
         "labels": list(ASKED[part.kind].typed_labels(problem.chain, part)),
         "columns": list(ASKED[part.kind].columns(problem.chain)),
+        "grid": _grid(problem.chain, part),
         "figure": svg,
         "alt": part_alt(problem.chain, part) if svg else "",
         "pose": _shown(problem.chain, part),
@@ -220,6 +223,20 @@ def _part(problem: Problem, part: Part, said: _Said) -> Json:
         "options": _options(problem, part),
         "key": key,
     }
+
+
+def _grid(chain: Chain, part: Part) -> list[list[str]]:
+    """Return what the rows and the columns of an answer belong to, in LaTeX; nothing where the prompt tells none."""
+    question = ASKED[part.kind]
+    rows, columns = question.grid(chain)
+    if part.shape is not None and part.shape[1] == 1:
+        names = question.entry_names(chain, part) or question.labels(chain)
+        rows = [name for name in names if r"\text" not in name]  # words of the prompt
+    return [[_label(name, chain) for name in rows], [_label(name, chain) for name in columns]]
+
+
+def _label(name: str, chain: Chain) -> str:
+    return name if "_" in name else tex(sp.Symbol(name), chain)
 
 
 SAME, SHORTER = 1e-9, 0.85

@@ -239,6 +239,40 @@ test("the columns of a wrong Jacobian are drawn beside the true ones, and move w
   assert.deepEqual(wrong, []);
 });
 
+test("rows and columns of a matrix say what they belong to, beside their entries", async () => {
+  for (const options of [{ viewport: { width: 1280, height: 900 } }, PHONE]) {
+    const { page, wrong } = await opened(
+      there,
+      "practice.html?arm=planar-2r&question=geometric-jacobian&variation=chapter",
+      options,
+    );
+    await page.locator(".grid .cell").first().waitFor();
+    const [rows, heads, cells] = await Promise.all(
+      [".of-row", ".belonging:not(.of-row)", ".cell"].map((part) =>
+        page.locator(`.grid ${part}`).evaluateAll((found) =>
+          found.map((one) => {
+            const { x, y, width, height } = one.getBoundingClientRect();
+            return { told: one.textContent, x: x + width / 2, y: y + height / 2 };
+          }),
+        ),
+      ),
+    );
+    assert.deepEqual(
+      rows.map(({ told }) => told),
+      ["vx", "vy", "vz", "ωx", "ωy", "ωz"],
+    );
+    assert.deepEqual(
+      heads.map(({ told }) => told),
+      ["θ˙1", "θ˙2"],
+    );
+    cells.forEach(({ x, y }, i) => {
+      assert.ok(Math.abs(rows[Math.floor(i / 2)].y - y) < 4 && rows[Math.floor(i / 2)].x < x);
+      assert.ok(Math.abs(heads[i % 2].x - x) < 4 && heads[i % 2].y < y);
+    });
+    assert.deepEqual(wrong, []);
+  }
+});
+
 /** Of what is in sight, the most that may jump while a page comes, as the sum of layout shifts. */
 const JUMPS = 0.05;
 

@@ -114,6 +114,8 @@ export interface Part {
   readonly labels: readonly string[];
   /** Under which the columns of a matrix may be given, as in z0 = …, z1 = …. */
   readonly columns: readonly string[];
+  /** LaTeX of what its rows and its columns belong to; none where nothing is told of them. */
+  readonly grid: readonly [rows: readonly string[], columns: readonly string[]];
   readonly figure: string;
   readonly alt: string;
   /** The joint values and lengths that it gives; its figure has a pose of its own if all joints are among them. */

@@ -124,7 +124,7 @@ function Entries({
       : said(message("answer.entry", { row: Math.floor(i / columns) + 1, column: (i % columns) + 1 }));
   return (
     <div class="answer" ref={place}>
-      <div class="grid" role="group" aria-label={said(message("answer.label"))} data-columns={columns}>
+      <Grid rows={rows} columns={columns} of={part.grid}>
         {entries.map((entry, i) => (
           <span class="cell" key={i} onFocusIn={inSight}>
             <FormulaField
@@ -137,7 +137,7 @@ function Entries({
             {units[i] ? <span class="unit">{units[i]}</span> : null}
           </span>
         ))}
-      </div>
+      </Grid>
       <Toggle text={said(message("answer.as-text"))} onToggle={toText} />
       <Toggle text={said(message(math ? "answer.plain" : "answer.math"))} onToggle={toggle} />
       {part.key.type === "numbers" ? null : <Symbols problem={problem} part={part} place={place} />}
@@ -145,12 +145,52 @@ function Entries({
   );
 }
 
+interface GridProps {
+  readonly rows: number;
+  readonly columns: number;
+  /** LaTeX of what rows and columns belong to, which stands beside them; those who don't see it are told by the prompt. */
+  readonly of: Part["grid"];
+  readonly children: readonly JSX.Element[];
+}
+
+/** Entries as a matrix. */
+function Grid({ rows, columns, of: [beside, above], children }: GridProps): JSX.Element {
+  return (
+    <div
+      class="grid"
+      role="group"
+      aria-label={said(message("answer.label"))}
+      data-columns={columns}
+      data-beside={beside.length > 0 ? "" : undefined}
+      data-above={above.length > 0 ? "" : undefined}
+      style={{ "--columns": columns, "--rows": rows }}
+    >
+      <span class="bracket" aria-hidden="true" />
+      {above.map((latex, column) => (
+        <Belonging key={`above ${column}`} latex={latex} />
+      ))}
+      {children.flatMap((cell, i) =>
+        beside.length > 0 && i % columns === 0
+          ? [<Belonging key={`beside ${i}`} latex={beside[i / columns]!} isRow />, cell]
+          : [cell],
+      )}
+    </div>
+  );
+}
+
+const Belonging = ({ latex, isRow = false }: { latex: string; isRow?: boolean }): JSX.Element => (
+  <span class={isRow ? "belonging of-row" : "belonging"} aria-hidden="true">
+    <Letter latex={latex} />
+  </span>
+);
+
 /** Where the grid is scrolled by itself, the entry that is typed is in it with all its room. */
 function inSight({ currentTarget }: { readonly currentTarget: HTMLElement }): void {
   const grid = currentTarget.parentElement;
   if (!grid || grid.scrollWidth <= grid.clientWidth) return;
   const [cell, box] = [currentTarget.getBoundingClientRect(), grid.getBoundingClientRect()];
-  const [before, behind] = [cell.left - box.left - EDGE, cell.right - box.right + EDGE];
+  const named = grid.querySelector(".of-row")?.clientWidth ?? 0; // it stays while the entries go below it
+  const [before, behind] = [cell.left - box.left - named - EDGE, cell.right - box.right + EDGE];
   if (before < 0) grid.scrollLeft += before;
   else if (behind > 0) grid.scrollLeft += Math.min(behind, before);
 }

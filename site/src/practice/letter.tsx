@@ -2,23 +2,37 @@
 
 import type { JSX } from "preact";
 
+import { Dotted } from "../arm/letters.js";
 import { Tex } from "./math.js";
 
 const GREEK: Readonly<Record<string, string>> = { theta: "θ", alpha: "α", beta: "β", omega: "ω", tau: "τ" };
 
-/** Letter and index of a symbol such as \dot{\theta}_{1}; null where it is more than that. */
-export function lettersOf(latex: string): readonly [letter: string, index: string] | null {
-  const [, dotted, plain, index = ""] =
-    /^(?:\\dot\{([^{}]+)\}|(\\?[A-Za-z]+))(?:_\{?(\w+)\}?)?$/.exec(latex) ?? [];
-  const name = dotted ?? plain;
-  const letter = name?.startsWith("\\") ? GREEK[name.slice(1)] : name;
-  return letter === undefined ? null : [dotted === undefined ? letter : `${letter}\u0307`, index];
+/** A letter, whether it has the dot of a rate, its star or prime, and its index. */
+interface Parts {
+  readonly letter: string;
+  readonly dotted: boolean;
+  readonly mark: string;
+  readonly index: string;
 }
 
-/** What a symbol's button is called: as it is seen, which who steers by voice says, and as it is typed. */
+/** What a symbol such as \dot{\theta}_{1} or p^*_{0} is made of; null where it is more than that. */
+export function partsOf(latex: string): Parts | null {
+  const [, dotted, plain, star = "", index = "", prime = ""] =
+    /^(?:\\dot\{([^{}]+)\}|(\\?[A-Za-z]+))(\^\*)?(?:_\{?(\w+)\}?)?('?)$/.exec(latex) ?? [];
+  const name = dotted ?? plain;
+  const letter = name?.startsWith("\\") ? GREEK[name.slice(1)] : name;
+  return letter === undefined
+    ? null
+    : { letter, dotted: dotted !== undefined, mark: star ? "*" : prime && "′", index };
+}
+
+/**
+ * What a symbol's button is called: as it is seen, which who steers by voice says, and as it is typed. The dot of a rate is
+ * drawn, and no letter that is seen; how it is typed tells it from its joint variable.
+ */
 export function called(name: string, latex: string): string {
   const seen = latex
-    .replace(/\\dot\{([^}]*)\}/g, "$1˙")
+    .replace(/\\dot\{([^}]*)\}/g, "$1")
     .replace(/\\([a-z]+)/g, (_, letter: string) => GREEK[letter] ?? letter)
     .replace(/[_{}]/g, "");
   return seen === name ? name : `${seen}, ${name}`;
@@ -26,12 +40,13 @@ export function called(name: string, latex: string): string {
 
 /** A symbol; what is more than a letter with its index is typeset. */
 export function Letter({ latex }: { latex: string }): JSX.Element {
-  const found = lettersOf(latex);
+  const found = partsOf(latex);
   if (!found) return <Tex latex={latex} />;
-  const [letter, index] = found;
+  const { letter, dotted, mark, index } = found;
   return (
     <span class="letter">
-      <i>{letter}</i>
+      {dotted ? <Dotted letter={letter} /> : <i>{letter}</i>}
+      {mark ? <sup>{mark}</sup> : null}
       {index ? <sub>{index}</sub> : null}
     </span>
   );

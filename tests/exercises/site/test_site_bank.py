@@ -20,6 +20,7 @@ from exercises.site.keys import key_of, weight
 from exercises.site.record import arm_record, determinant_factors, site_record, solutions_record, typed_names
 from exercises.site.supply import of_families
 from exercises.variation import STEPS
+from exercises.writing.latex import tex
 from exercises.writing.statement import prompt
 from tests.support import ROOT
 from tests.support.suites import WHOLE, few_families
@@ -50,6 +51,20 @@ def test_a_prompt_says_in_which_rates_velocities_and_forces_an_answer_is(family:
         if not isinstance(part.answer, (Choice, Selection, Matching)):
             used = set(re.findall(r"\w+", json.dumps(part.answer.as_json()))) & spoken
             assert used <= set(typed_names(problem, prompt(problem, part))), part.name
+
+
+def test_what_rows_and_columns_belong_to_is_as_the_prompt_says(family: str, drawn: Drawn) -> None:
+    problem = drawn(family, 0)
+    record = site_record(problem)
+    for part, told in zip(problem.parts, record["parts"], strict=True):
+        plain = re.sub(r"[{}]", "", prompt(problem, part))
+        for lines, count, order in zip(told["grid"], part.shape or (1, 1), ("rows", "columns"), strict=True):
+            assert len(lines) in (0, count), (part.name, order)
+            named = re.search(rf"{order} in the order \$([^$]*)\$", plain)
+            if named:
+                assert named[1].split(", ") == [re.sub(r"[{}]", "", line) for line in lines], (part.name, order)
+        if part.shape and part.shape[1] > 1 and "column $i$ belongs to joint $i$" in plain:
+            assert told["grid"][1] == [tex(rate, problem.chain) for rate in problem.chain.rates[: part.shape[1]]]
 
 
 def _values_are_right(problem: Problem, part: Part, key: dict[str, Any]) -> None:
