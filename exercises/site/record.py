@@ -38,7 +38,7 @@ def site_record(problem: Problem) -> Json:
     mistakes as [index into "said", number, …]}],
     "said": [[name, title, sentence]]}
     """
-    chain, said = problem.chain, _Said()
+    chain, said = problem.chain, Said()
     return {
         "id": str(problem.id),
         "family": problem.id.family,
@@ -180,15 +180,18 @@ def _values(chain: Chain) -> Json:
     return values
 
 
-class _Said:
+class Said:
     """What is said of mistakes: each sentence once, for many answers are wrong in the same way."""
 
     def __init__(self) -> None:
         self.rows: list[list[str]] = []
         self._places: dict[str, int] = {}
 
-    def shortened(self, mistake: Json) -> list[Any]:
-        """Return a mistake with an index in place of its words."""
+    def in_key(self, key: Json) -> Json:
+        """Return a key as the bank has it: of each mistake an index in place of its words, and its numbers."""
+        return key | {"mistakes": [self._shortened(one) for one in key["mistakes"]]} if "mistakes" in key else key
+
+    def _shortened(self, mistake: Json) -> list[Any]:
         row = [mistake["name"], mistake["title"], mistake["says"]]
         place = self._places.setdefault(mistake["says"], len(self.rows))
         if place == len(self.rows):
@@ -196,12 +199,10 @@ class _Said:
         return [place, *next(mistake[name] for name in ("print", "values") if name in mistake)]
 
 
-def _part(problem: Problem, part: Part, said: _Said) -> Json:
+def _part(problem: Problem, part: Part, said: Said) -> Json:
     svg = part_svg(problem.chain, part, part.name)
-    key = key_of(problem, part)
+    key = said.in_key(key_of(problem, part))
     asked = prompt(problem, part)
-    if "mistakes" in key:
-        key["mistakes"] = [said.shortened(mistake) for mistake in key["mistakes"]]
     return {
         "name": part.name,
         "kind": part.kind,
