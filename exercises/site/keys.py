@@ -11,7 +11,7 @@ right values are worked out with many digits and written with 15, those of mista
     {"type": "configurations", "joints": [name], "symbols": [name], "pieces": [[pose]],
      "conditions": [number of pieces of each], "mistakes": []}
     {"type": "choice" | "selection" | "matching", "options": count, "items": count, "right": [index],
-     "told": [sentence of each option, or null]}
+     "told": [[{"name", "title", "says"} of what is behind an option that is wrong]]}
 
 `print` is one number for a whole answer at a point: the sum of its entries, row by row, each times `weight(index)`.
 Slips in one place of a formula, and in conditions, the page finds by itself (site/src/grade/slips.ts, set-slips.ts).
@@ -33,11 +33,11 @@ from exercises.formula.pieces import pieces
 from exercises.formula.program import Program, compile_program, evaluate_precisely
 from exercises.formula.trees import names
 from exercises.mistakes import numeric
-from exercises.mistakes.catalogue import Wrong, likely, made, wrong_answers
+from exercises.mistakes.catalogue import CATALOGUE, Wrong, likely, made, wrong_answers
 from exercises.mistakes.given import Values, configurations
 from exercises.problem import Part, Problem
 from exercises.questions.results import is_derived, result
-from exercises.quizzes.options import blames_of
+from exercises.quizzes.behind import blames_for
 from exercises.record import Json
 from exercises.stream import Stream
 
@@ -95,12 +95,15 @@ class _Keys(Forms[Json]):
         return _configurations(self.problem, self.part, answer)
 
     def letters(self, answer: Letters) -> Json:
-        options = range(len(answer.options))
-        blamed = [dict.fromkeys(blame.sentence for blame in blames_of(self.part, index)) for index in options]
+        told = self._behind_options() if self.with_mistakes else [[] for _ in answer.options]
         return {
             "type": answer.type, "options": len(answer.options), "items": len(answer.matched),
-            "right": list(answer.right), "told": [" ".join(sentences) or None for sentences in blamed],
+            "right": list(answer.right), "told": told,
         }  # fmt: skip
+
+    def _behind_options(self) -> list[list[Json]]:
+        behind = blames_for(self.problem, self.part, _stream(self.problem, self.part))
+        return [[_named(blame.mistake, blame.sentence) for blame in blames] for blames in behind]
 
     def _mistakes(self, made: Iterator[Json]) -> list[Json]:
         return list(made) if self.with_mistakes else []
@@ -195,7 +198,11 @@ def _says_something(answer: np.ndarray) -> bool:
 
 
 def _said(wrong: Wrong) -> Json:
-    return {"name": wrong.mistake.name, "title": wrong.mistake.title, "says": wrong.sentence}
+    return _named(wrong.mistake.name, wrong.sentence)
+
+
+def _named(mistake: str, sentence: str) -> Json:
+    return {"name": mistake, "title": CATALOGUE[mistake].title, "says": sentence}
 
 
 # --- numbers ---

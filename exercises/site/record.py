@@ -35,7 +35,7 @@ def site_record(problem: Problem) -> Json:
     "pose": {joint: rad or m} in which the figure shows it,
     "parts": [{"name", "kind", "title", "type", "shape", "points", "prompt", "names", "labels", "columns", "figure",
     "alt", "pose": the joint values and lengths that it gives or null, "hints", "options", "key": as in `keys`, its
-    mistakes as [index into "said", number, …]}],
+    mistakes as [index into "said", number, …], what is behind its options as such indices}],
     "said": [[name, title, sentence]]}
     """
     chain, said = problem.chain, Said()
@@ -189,14 +189,18 @@ class Said:
 
     def in_key(self, key: Json) -> Json:
         """Return a key as the bank has it: of each mistake an index in place of its words, and its numbers."""
-        return key | {"mistakes": [self._shortened(one) for one in key["mistakes"]]} if "mistakes" in key else key
+        if "told" in key:
+            return key | {"told": [[self._place(one) for one in behind] for behind in key["told"]]}
+        return key | {"mistakes": [self._shortened(one) for one in key["mistakes"]]}
 
     def _shortened(self, mistake: Json) -> list[Any]:
-        row = [mistake["name"], mistake["title"], mistake["says"]]
+        return [self._place(mistake), *next(mistake[name] for name in ("print", "values") if name in mistake)]
+
+    def _place(self, mistake: Json) -> int:
         place = self._places.setdefault(mistake["says"], len(self.rows))
         if place == len(self.rows):
-            self.rows.append(row)
-        return [place, *next(mistake[name] for name in ("print", "values") if name in mistake)]
+            self.rows.append([mistake["name"], mistake["title"], mistake["says"]])
+        return place
 
 
 def _part(problem: Problem, part: Part, said: Said) -> Json:

@@ -167,7 +167,8 @@ export interface LettersKey {
   readonly options: number;
   readonly items: number;
   readonly right: readonly number[];
-  readonly told: readonly (string | null)[];
+  /** What is behind each option that is wrong, or stands at a wrong item: indices into what the problem says of mistakes. */
+  readonly told: readonly (readonly number[])[];
 }
 
 /** index.LANGUAGE.json: titles of families and questions by name; a family of an instructor's own has none. */

@@ -9,7 +9,7 @@ import { judgeSet } from "../src/grade/sets.js";
 import { atText, judgeValues } from "../src/grade/values.js";
 import { isRead } from "../src/grade/verdict.js";
 import { withPoints } from "../src/read/points.js";
-import { said } from "../src/text/text.js";
+import { message, said } from "../src/text/text.js";
 
 const PLAIN_KEY: ValuesKey = {
   type: "values",
@@ -25,7 +25,7 @@ const CHOICE: LettersKey = {
   options: 4,
   items: 0,
   right: [2],
-  told: [null, null, null, null],
+  told: [[0], [1, 2], [], []],
 };
 
 test.each([
@@ -60,6 +60,30 @@ test.each([
 ])("letters for items: %s earns %d", (typed, share) => {
   const key: LettersKey = { type: "matching", options: 4, items: 3, right: [1, 0, 2], told: [] };
   expect(judgeLetters(typed, key).share).toBeCloseTo(share);
+});
+
+test("of a wrong option it is told what is behind it, of several mistakes each", () => {
+  expect(judgeLetters("A", CHOICE).mistake).toBe(0);
+  const both = judgeLetters("B", CHOICE);
+  expect([both.mistake, both.slips]).toEqual([undefined, [{ mistake: 1 }, { mistake: 2 }]]);
+  for (const typed of ["C", "D"]) expect(judgeLetters(typed, CHOICE)).not.toHaveProperty("mistake");
+});
+
+test("of several letters it is told of each wrong one, with the option if it is one", () => {
+  const key: LettersKey = { type: "selection", options: 4, items: 0, right: [0], told: [[], [5], [6], [6]] };
+  expect(judgeLetters("AB", key).slips).toEqual([
+    { mistake: 5, where: message("slip.option", { letter: "B" }) },
+  ]);
+  expect(judgeLetters("CD", key).slips).toEqual([{ mistake: 6 }]);
+  expect(judgeLetters("A", { ...key, right: [0, 1] }).slips).toBeUndefined();
+});
+
+test("of items it is told what is behind letters that belong to none or another, not of one that is given twice", () => {
+  const key: LettersKey = { type: "matching", options: 3, items: 2, right: [1, 0], told: [[4], [4], [7]] };
+  const item = (item: number) => message("slip.item", { item });
+  expect(judgeLetters("BC", key).slips).toEqual([{ mistake: 7, where: item(2) }]);
+  expect(judgeLetters("AB", key).slips).toEqual([{ mistake: 4 }]);
+  expect(judgeLetters("BB", key).slips).toEqual([{ mistake: 4, where: item(2) }]);
 });
 
 test("letters in words are found", () => expect(chosenLetters("{1: 'B', 2: 'A'}", 4)).toEqual([1, 0]));

@@ -90,7 +90,8 @@ function Behind({ problem, slip }: { problem: Problem; slip: Slip }) {
   if (!("mistake" in slip)) return <>{said(slip)}</>;
   return (
     <>
-      {said(slip.where)}: <Mistake problem={problem} index={slip.mistake} />
+      {slip.where ? `${said(slip.where)}: ` : null}
+      <Mistake problem={problem} index={slip.mistake} />
     </>
   );
 }

@@ -99,6 +99,8 @@ export const de: Catalogue = {
   "slip.column": "Spalte {column}",
   "slip.entries": "Einträge {entries}",
   "slip.others": "Alle anderen falschen Einträge",
+  "slip.option": "Möglichkeit {letter}",
+  "slip.item": "Nummer {item}",
   "slip.whole-sign": "{where}: Alles davon hat das falsche Vorzeichen, sonst scheint dort nichts falsch zu sein.",
   "slip.wave": "{where}: An einer Stelle sind Sinus und Kosinus vertauscht. Der Rest ist dort, wie er sein soll.",
   "slip.all-waves": "{where}: Sinus und Kosinus sind durchweg vertauscht. Der Rest ist dort, wie er sein soll.",

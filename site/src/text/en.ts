@@ -117,6 +117,8 @@ export const en = {
   "slip.column": "Column {column}",
   "slip.entries": "Entries {entries}",
   "slip.others": "All other wrong entries",
+  "slip.option": "Option {letter}",
+  "slip.item": "Item {item}",
   "slip.whole-sign": "{where}: all of it has the wrong sign, and nothing else seems to be wrong there.",
   "slip.wave": "{where}: in one place sine and cosine are exchanged. The rest there is as it should be.",
   "slip.all-waves": "{where}: sines and cosines are exchanged throughout. The rest there is as it should be.",
