@@ -17,8 +17,9 @@ right values are worked out with many digits and written with 15, those of mista
 Slips in one place of a formula, and in conditions, the page finds by itself (site/src/grade/slips.ts, set-slips.ts).
 """
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import islice
 from typing import Any
 
 import mpmath
@@ -33,11 +34,12 @@ from exercises.formula.pieces import pieces
 from exercises.formula.program import Program, compile_program, evaluate_precisely
 from exercises.formula.trees import names
 from exercises.mistakes import numeric
-from exercises.mistakes.catalogue import CATALOGUE, Wrong, likely, made, wrong_answers
+from exercises.mistakes.catalogue import CATALOGUE, Wrong, likely, made, prior, taken, wrong_answers
 from exercises.mistakes.given import Values, configurations
 from exercises.problem import Part, Problem
 from exercises.questions.results import is_derived, result
 from exercises.quizzes.behind import blames_for
+from exercises.quizzes.values import AtRates
 from exercises.record import Json
 from exercises.stream import Stream
 
@@ -47,7 +49,8 @@ HUGE = 1e8
 """Where an entry is larger the arm is singular but for rounding, and no formula can be told from another."""
 PRINTED = 3
 """At so many configurations a mistake's answer is known."""
-MOST_MISTAKES = 40
+MOST_MISTAKES, MOST_IN_NUMBERS = 40, 160
+"""So many mistakes in formulas are told, and so many in numbers, which are short."""
 ALWAYS = (
     *(mistake.name for mistake in numeric.MISTAKES), "transposed", "cross-order", "sign", "transpose-for-inverse",
     "determinant-forgotten", "jacobian-for-inverse", "degrees",
@@ -216,16 +219,73 @@ def _numbers(answer: Number) -> Json:
 
 
 def _mistakes_in_numbers(problem: Problem, part: Part, answer: Number) -> Iterator[Json]:
-    if not is_derived(part):
+    """Yield what mistakes make of numbers, each answer once with the likeliest; all of them, as they are short."""
+    found: dict[tuple[str, ...], tuple[float, Json, list[float]]] = {}
+    right = _to_few(float(value) for value in answer.reference)
+    for chance, said, values in (*_taken_for_numbers(problem, part), *_worked_out_in_numbers(problem, part)):
+        by = _to_few(values)
+        if len(by) == len(right) and by != right and (by not in found or found[by][0] < chance):
+            found[by] = chance, said, values
+    for _, said, values in islice(found.values(), MOST_IN_NUMBERS):
+        yield {**said, "values": [float(f"{value:.6g}") + 0.0 for value in values]}
+
+
+def _taken_for_numbers(problem: Problem, part: Part) -> Iterator[tuple[float, Json, list[float]]]:
+    for mistake, slip in taken(problem.chain, part):
+        if isinstance(slip.answer, Number):
+            values = [float(value) for value in slip.answer.reference]
+            yield 1.0, _named(mistake.name, mistake.sentence(slip.words)), values
+
+
+def _worked_out_in_numbers(problem: Problem, part: Part) -> Iterator[tuple[float, Json, list[float]]]:
+    derived, of_answer = _as_derived(part)
+    if derived is None:
         return
-    values = configurations(problem.chain, part, problem.domain(), 1, _stream(problem, part))
-    seen = {tuple(f"{float(value):.3e}" for value in answer.reference)}
-    for wrong in _likely(numbers(problem.chain, values), part, seen):
-        flat = wrong.answer.reshape(-1, wrong.answer.shape[-1])[:, 0].real
-        by = tuple(f"{value:.3e}" for value in flat)
-        if len(flat) == len(answer.reference) and by not in seen and _says_something(flat):
-            seen.add(by)
-            yield {**_said(wrong), "values": [float(f"{value:.6g}") for value in flat]}
+    for wrong in wrong_answers(_in_numbers(problem, part), derived):
+        flat = of_answer(wrong.answer)
+        if _says_something(flat) and (derived is part or wrong.mistake.name not in _OF_RATES):
+            yield prior(wrong), _said(wrong), flat.tolist()
+
+
+def right_in_numbers(problem: Problem, part: Part) -> list[float] | None:
+    """Return the answer to a part as the derivation gives it in which mistakes are made; None where there is none."""
+    derived, of_answer = _as_derived(part)
+    return None if derived is None else of_answer(result(_in_numbers(problem, part), derived)).tolist()
+
+
+def _in_numbers(problem: Problem, part: Part) -> Working:
+    rates = part.details.rates if isinstance(part.details, AtRates) else {}
+    given = {rate.name: np.array([float(value)]) for rate, value in rates.items()}
+    values = configurations(problem.chain, part, problem.domain(), 1, _stream(problem, part)) | given
+    return numbers(problem.chain, values)
+
+
+def _flat(answer: np.ndarray) -> np.ndarray:
+    return answer.reshape(-1, answer.shape[-1])[:, 0].real
+
+
+def _length(answer: np.ndarray) -> np.ndarray:
+    return np.array([np.linalg.norm(_flat(answer))])
+
+
+_OF_CHAPTER = {"determinant-value": ("determinant", _flat), "speed": ("velocity", _length)}
+"""Short questions in numbers: which of the chapter's they are about, and how the number comes of its answer."""
+
+
+_OF_RATES = frozenset({"rates-in-degrees", "rates-in-turns"})
+"""Mistakes in joint rates that are asked for, which no short question does."""
+
+
+def _as_derived(part: Part) -> tuple[Part | None, Callable[[np.ndarray], np.ndarray]]:
+    """Return the part that comes out of a derivation, a short question's as the chapter's, and how its numbers do."""
+    if is_derived(part) or part.kind not in _OF_CHAPTER:
+        return (part if is_derived(part) else None), _flat
+    kind, of_answer = _OF_CHAPTER[part.kind]
+    return replace(part, kind=kind), of_answer
+
+
+def _to_few(values: Iterable[float]) -> tuple[str, ...]:
+    return tuple(f"{value + 0.0:.3e}" for value in values)
 
 
 # --- sets of configurations ---

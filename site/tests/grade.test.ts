@@ -128,6 +128,64 @@ test("a unit that can be right is no matter", () => {
 
 test("a mistake in numbers is named", () => expect(judgeNumbers("[0.5, 1.25]", NUMBERS).mistake).toBe(3));
 
+const answer = { where: message("slip.answer") };
+const entry = (row: number) => ({ where: message("slip.row", { row }) });
+const MIXED: NumbersKey = { ...NUMBERS, units: ["rad/s", "m/s"], mistakes: [] };
+
+test.each([
+  ["[28.65, -1.25]", [message("slip.per-degree", entry(1))]],
+  ["[0.00873, -0.0218]", [message("slip.radians-twice", answer)]],
+  ["[0.5, 1.25]", [message("slip.whole-sign", entry(2))]],
+  ["[5, -12.5]", [message("slip.times-ten", { ...answer, factor: 10 })]],
+  ["[0.005, -1.25]", [message("slip.over-ten", { ...entry(1), factor: 100 })]],
+  [
+    "[-0.5, -12.5]",
+    [message("slip.whole-sign", entry(1)), message("slip.times-ten", { ...entry(2), factor: 10 })],
+  ],
+  ["[0.5, -1.2]", [message("slip.rounded", { percent: 0.5 })]],
+  ["[0.51, -1.26]", [message("slip.close", { percent: 0.5 })]],
+  ["[0.5, -3.1]", undefined],
+  ["[0.5, blank]", undefined],
+  ["[28.65, 7]", undefined],
+])("of numbers %s it is told how they were written", (typed, slips) => {
+  expect(judgeNumbers(typed, { ...NUMBERS, mistakes: [] }).slips).toEqual(slips);
+});
+
+test("metres are told apart from radians", () => {
+  expect(judgeNumbers("[0.5, -1250]", MIXED).slips).toEqual([message("slip.metres-large", entry(2))]);
+  expect(judgeNumbers("[0.5, -0.0125]", MIXED).slips).toEqual([message("slip.metres-small", entry(2))]);
+  const area = { ...NUMBERS, units: ["m^2"], right: [0.124], mistakes: [] };
+  expect(judgeNumbers("124000", area).slips).toEqual([message("slip.metres-large", answer)]);
+  expect(judgeNumbers("1240", area).slips).toEqual([message("slip.metres-large", answer)]);
+});
+
+test("of two mistakes the one that gives all digits is named, else the nearest", () => {
+  const key = { ...NUMBERS, mistakes: [[1, 2.003, 3.001], [2, 2.011, 3.004]] }; // prettier-ignore
+  expect(judgeNumbers("[2.011, 3.004]", key).mistake).toBe(2);
+  expect(judgeNumbers("[2.0034, 3.0012]", key).mistake).toBe(1);
+  expect(judgeNumbers("[2, 3]", key).mistake).toBe(1);
+  expect(judgeNumbers("[2.0064, 3.0011]", key).mistake).toBe(1);
+  const one = { ...NUMBERS, units: [""], right: [0.5], mistakes: [[3, 2.003]] }; // prettier-ignore
+  expect(judgeNumbers("2.003", one).mistake).toBe(3);
+  expect(judgeNumbers("2.0071", one).mistake).toBeUndefined(); // which many others are as near to
+});
+
+test("a mistake and a way of writing it are both named, unless some pair would be met by chance", () => {
+  const key = { ...NUMBERS, mistakes: [[7, 0.81, 0.33]] };
+  const both = [{ mistake: 7 }, message("slip.per-degree", answer)];
+  expect(judgeNumbers("[46.41, 18.907]", key).slips).toEqual(both);
+  const others = Array.from({ length: 120 }, (_, k) => [k, 30 + k, 20 + 3 * k]);
+  const many = { ...key, mistakes: [...others, [200, 0.81, 0.33]] };
+  expect(judgeNumbers("[46.4, 18.9]", many).slips).toBeUndefined();
+  expect(judgeNumbers("[46.4096, 18.9076]", many).slips?.[0]).toEqual({ mistake: 200 });
+});
+
+test("of whole numbers nothing is said of digits", () => {
+  const rank = { ...NUMBERS, units: [""], right: [2], tolerance: 1e-9, floor: 1e-9, mistakes: [[4, 3]] };
+  expect(judgeNumbers("3", rank).mistake).toBe(4);
+  for (const typed of ["20", "-2", "2.01"]) expect(judgeNumbers(typed, rank).slips).toBeUndefined();
+});
+
 test("a decimal comma is no list where one number is due", () => {
   const key = { ...NUMBERS, units: [""], right: [0.5], mistakes: [] };
   expect(judgeNumbers("0,5", key).outcome).toBe("correct");

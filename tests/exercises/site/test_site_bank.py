@@ -16,7 +16,7 @@ from exercises.arm.stages import numbers
 from exercises.generation import generate, listed, short_quiz
 from exercises.problem import Part, Problem, ProblemId
 from exercises.questions.results import is_derived, result
-from exercises.site.keys import key_of, weight
+from exercises.site.keys import key_of, right_in_numbers, weight
 from exercises.site.record import arm_record, determinant_factors, site_record, solutions_record, typed_names
 from exercises.site.supply import of_families
 from exercises.variation import STEPS
@@ -83,6 +83,32 @@ def test_what_people_do_most_is_told_though_it_comes_late_in_the_catalogue() -> 
     jacobian, rates = ({mistake["name"] for mistake in key_of(problem, part)["mistakes"]} for part in problem.parts)
     assert {"transposed", "cross-order"} <= jacobian
     assert {"rates-in-degrees", "degrees-as-radians", "degrees", "transpose-for-inverse"} <= rates
+
+
+def test_all_mistakes_in_numbers_are_told_and_none_of_them_is_right() -> None:
+    """Also those that no derivation makes, and of short questions what is made of the chapter's answer."""
+    asked = ("jacobian-size", "joint-rates", "path-rates", "rank", "manipulability", "determinant-value", "speed")
+    problem = generate(ProblemId("planar-2r", 1, asked, variation="chapter"))
+    told: dict[str, set[str]] = {}
+    for part in problem.parts:
+        key = key_of(problem, part)
+        told[part.kind] = {mistake["name"] for mistake in key["mistakes"]}
+        for mistake in key["mistakes"]:
+            assert len(mistake["values"]) == len(key["right"])
+            assert not np.allclose(mistake["values"], key["right"], rtol=1e-4, atol=0.0), mistake
+    assert told["jacobian-size"] >= {"size-six-rows"} and told["rank"] >= {"rank-full"}
+    assert told["path-rates"] >= {"rates-at-start", "path-turned-round", "degrees", "rates-in-degrees"}
+    assert {"row-misread", "product-sign", "determinant-sign"} <= told["joint-rates"]
+    assert {"determinant-sign", "degrees-as-radians", "degrees"} <= told["determinant-value"]
+    assert "degrees-as-radians" in told["speed"] and "rates-in-degrees" not in told["speed"]
+
+
+@pytest.mark.parametrize("name", ["determinant-value", "speed"])
+def test_a_short_question_in_numbers_is_worked_out_as_the_chapters(name: str) -> None:
+    """With no mistake in it, the derivation gives its answer."""
+    problem = generate(ProblemId("elbow-3r", 1, (name,)))
+    (part,) = problem.parts
+    assert right_in_numbers(problem, part) == pytest.approx([float(value) for value in part.answer.as_matrix()])
 
 
 def test_arms_of_a_family_climb_the_steps_unless_one_is_asked_for() -> None:
