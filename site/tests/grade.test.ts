@@ -259,7 +259,9 @@ test.each([
 });
 
 test("where commas say too much, it is told that and would not", () => {
-  const problem = { robot: { joints: [{ kind: "R" }, { kind: "R" }] } } as unknown as Problem;
+  const problem = {
+    robot: { joints: ["theta1", "theta2"].map((theta) => ({ kind: "R", theta })) },
+  } as unknown as Problem;
   const part = { key: SET, labels: [], columns: [], names: [] } as unknown as Part;
   const told = (typed: string) => judge(problem, part, typed, stretched).reasons.map(({ key }) => key);
   expect(told("theta2 = 0, theta1 = 0")).toContain("verdict.together");

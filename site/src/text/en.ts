@@ -163,6 +163,23 @@ export const en = {
   "slip.times-ten": "{where}: {factor} times what is due. Look at the decimal point, and at the units.",
   "slip.over-ten": "{where}: what is due over {factor}. Look at the decimal point, and at the units.",
   "slip.degrees": "An angle seems to be typed in degrees: type radians, or put deg behind it, as in 180 deg.",
+  "slip.radians": "An angle seems to be typed in radians with degrees behind it: pi is 180 deg.",
+  "slip.half-radians": "A value of {joint} seems to be turned into the wrong radians: 180° is pi.",
+  "slip.value-sign": "A value of {joint} seems to have the wrong sign.",
+  "slip.offset":
+    "The constant that the table adds to {joint} seems to be left out: the sum of both is the angle of which you speak.",
+  "slip.offset-sign":
+    "The constant that the table adds to {joint} seems to be put on the wrong side: the sum of both is the angle of which you speak.",
+  "slip.called-singular":
+    "{joint} seems to be called singular by itself. Is a direction lost at that value, whatever the other joints are?",
+  "slip.tie": "The condition with several joints",
+  "slip.and-missing":
+    "What you say of {joint} is not enough by itself: another condition must hold at the same time.",
+  "slip.too-narrow": "A condition on {joint} is too many: the arm is singular there without it, too.",
+  "slip.values-left-out":
+    "Values of a joint are missing at which the arm is singular. Have you put every factor to zero?",
+  "slip.tie-left-out":
+    "A condition is missing in which several joints, or lengths, stand together: a sum can vanish, too. Have you put every factor to zero?",
   "slip.quarter-turn":
     "A value of {joint} is a quarter turn off: the sine vanishes where the cosine does not. Which of them is it that has to vanish?",
   "slip.other-joint":
