@@ -5,7 +5,9 @@ right values are worked out with many digits and written with 15, those of mista
 
     {"type": "values", "symbols": [name], "points": [[value]], "rows": r, "columns": c,
      "right": [[entry at each point]], "constants": [name], "moving": [index of an entry that depends on others],
-     "mistakes": [{"name", "title", "says", "print": [number at the first points]}]}
+     "linear": {rate, velocity or force: [[what it is multiplied by in each entry at the first points]]},
+     "mistakes": [{"name", "title", "says", "missing": symbols, "print": [number at the first points]}],
+     "throughout": [… as mistakes: the same slip everywhere in the finished formulas]}
     {"type": "numbers", "units", "tolerance", "floor", "right": [number], "mistakes": [{…, "values": [number]}]}
     {"type": "direction", …as "values", "tolerance": number or null}
     {"type": "configurations", "joints": [name], "symbols": [name], "pieces": [[pose]],
@@ -31,10 +33,11 @@ from exercises.formula.conditions import Space
 from exercises.formula.expression import read
 from exercises.formula.identity import Domain
 from exercises.formula.pieces import pieces
-from exercises.formula.program import Program, compile_program, evaluate_precisely
-from exercises.formula.trees import names
+from exercises.formula.program import Program, compile_program, evaluate, evaluate_precisely
+from exercises.formula.trees import as_matrix, names
 from exercises.mistakes import numeric
 from exercises.mistakes.catalogue import CATALOGUE, Wrong, likely, made, prior, taken, wrong_answers
+from exercises.mistakes.finished import throughout
 from exercises.mistakes.given import Values, configurations
 from exercises.problem import Part, Problem
 from exercises.questions.results import is_derived, result
@@ -42,6 +45,7 @@ from exercises.quizzes.behind import blames_for
 from exercises.quizzes.values import AtRates
 from exercises.record import Json
 from exercises.stream import Stream
+from exercises.writing.statement import answer_code
 
 POINTS, DRAWN = 16, 24
 """Configurations of a key, and how many are drawn: the first are readable, the others have lengths of all sizes."""
@@ -56,6 +60,12 @@ ALWAYS = (
     "determinant-forgotten", "jacobian-for-inverse", "degrees",
 )  # fmt: skip
 """Mistakes that are told beside these: what people do most, though it comes late in the catalogue."""
+THROUGHOUT = (
+    "lengths-missing", "relative-throughout", "wave-throughout", "constants-left-out", "constants-sign",
+    "constants-in-degrees", "constants-wrong-radians", "sum-of-angles-split",
+)  # fmt: skip
+"""Slips that are made everywhere in finished formulas, the likelier ones first; `MOST_THROUGHOUT` of them are told."""
+MOST_THROUGHOUT = 16
 POSES = 6
 """So many poses of each piece of a singular set."""
 GOLDEN = 0.6180339887498949
@@ -86,7 +96,16 @@ class _Keys(Forms[Json]):
 
     def formulas(self, answer: Answer) -> Json:
         key, points = _values(self.problem, self.part)
-        return key | {"mistakes": self._mistakes(_mistakes_in_formulas(self.problem, self.part, points))}
+        if not self.with_mistakes:
+            return key
+        key["mistakes"] = list(_mistakes_in_formulas(self.problem, self.part, points))
+        if not answer.counts_up_to_a_factor:
+            told = {
+                "linear": _linear(self.problem, self.part, points),
+                "throughout": list(_throughout(self.problem, self.part, points, key)),
+            }
+            key |= {name: some for name, some in told.items() if some}
+        return key
 
     def direction(self, answer: Direction) -> Json:
         return self.formulas(answer) | {"type": "direction", "tolerance": answer.tolerance}
@@ -124,6 +143,20 @@ def _values(problem: Problem, part: Part) -> tuple[Json, Values]:
     key["moving"] = [index for index, symbols in enumerate(used) if symbols - problem.constants]
     columns = zip(*key["points"], strict=True)
     return key, {name: np.array(column) for name, column in zip(key["symbols"], columns, strict=True)}
+
+
+def _linear(problem: Problem, part: Part, points: Values) -> Json:
+    """Return what each rate, velocity or force is multiplied by in each entry, if it is multiplied only."""
+    nodes = [read(text, problem.domain().roles) for text in part.answer.formulas()]
+    program, used = compile_program(nodes), set().union(*map(names, nodes))
+    few = {name: column[:PRINTED] for name, column in points.items() if name in used}
+    found = {}
+    for name, symbol in problem.symbols().items():
+        if name in used and symbol.role in ("rate", "velocity", "force"):
+            at = [np.real(evaluate(program, few | {name: few[name] * 0 + k}, PRINTED)[0]) for k in range(3)]
+            if np.allclose(at[2] - at[1], at[1] - at[0], rtol=1e-9, atol=1e-12):
+                found[name] = [[float(f"{value:.6g}") + 0.0 for value in entry] for entry in at[1] - at[0]]
+    return found
 
 
 def _open(problem: Problem) -> set[str]:
@@ -177,6 +210,24 @@ def _mistakes_in_formulas(problem: Problem, part: Part, points: Values) -> Itera
         yield {**_said(wrong), "print": [float(text) for text in by]}
 
 
+def _throughout(problem: Problem, part: Part, points: Values, key: Json) -> Iterator[Json]:
+    """Yield what the same slip everywhere in the finished formulas makes of them, the likelier ones first."""
+    few = {name: column[:PRINTED] for name, column in points.items()}
+    rows = as_matrix(read(answer_code(problem, part), problem.domain().roles))
+    right = set().union(*(names(entry) for row in rows for entry in row))
+    every = [(THROUGHOUT.index(name), name, new) for name, new in throughout(rows) if name in THROUGHOUT]
+    seen = {_print(np.array(key["right"])[:, :PRINTED].reshape(key["rows"], key["columns"], -1))}
+    for _, name, new in sorted(every, key=lambda one: one[0])[:MOST_THROUGHOUT]:
+        entries = [entry for row in new for entry in row]
+        values = evaluate(compile_program(entries), few, PRINTED)[0]
+        if not np.isfinite(values).all() or (by := _print(values)) in seen:
+            continue
+        seen.add(by)
+        gone = right - set().union(*map(names, entries)) if name == "lengths-missing" else set()
+        said = _named(name, CATALOGUE[name].sentence({"Where": "In your answer"}), ", ".join(sorted(gone)))
+        yield {**said, "print": [float(text) for text in by]}
+
+
 def _likely(w: Working, part: Part, seen: Collection[object]) -> Iterator[Wrong]:
     """Yield what mistakes make of an answer until enough are seen, then what those make of it that are always told."""
     for wrong in wrong_answers(w, part):
@@ -201,11 +252,12 @@ def _says_something(answer: np.ndarray) -> bool:
 
 
 def _said(wrong: Wrong) -> Json:
-    return _named(wrong.mistake.name, wrong.sentence)
+    return _named(wrong.mistake.name, wrong.sentence, wrong.slip.missing)
 
 
-def _named(mistake: str, sentence: str) -> Json:
-    return {"name": mistake, "title": CATALOGUE[mistake].title, "says": sentence}
+def _named(mistake: str, sentence: str, missing: str = "") -> Json:
+    named = {"name": mistake, "title": CATALOGUE[mistake].title, "says": sentence}
+    return named | {"missing": missing} if missing else named
 
 
 # --- numbers ---

@@ -36,7 +36,7 @@ def site_record(problem: Problem) -> Json:
     "parts": [{"name", "kind", "title", "type", "shape", "points", "prompt", "names", "labels", "columns", "figure",
     "alt", "pose": the joint values and lengths that it gives or null, "hints", "options", "key": as in `keys`, its
     mistakes as [index into "said", number, …], what is behind its options as such indices}],
-    "said": [[name, title, sentence]]}
+    "said": [[name, title, sentence, symbols of what is missing, if it is that]]}
     """
     chain, said = problem.chain, Said()
     return {
@@ -112,10 +112,10 @@ def translated_solutions(problem: Problem, language: str) -> Json:
     return {"parts": parts}
 
 
-def _said_in(words: Catalogue, name: str, _: str, sentence: str) -> list[str]:
+def _said_in(words: Catalogue, name: str, _: str, sentence: str, *missing: str) -> list[str]:
     mistake = CATALOGUE[name]
     title = words.mistake_title(name, mistake.title)
-    return [name, title, words.mistake_said(name, mistake.says, mistake.where, sentence)]
+    return [name, title, words.mistake_said(name, mistake.says, mistake.where, sentence), *missing]
 
 
 def solutions_record(problem: Problem) -> Json:
@@ -185,21 +185,25 @@ class Said:
 
     def __init__(self) -> None:
         self.rows: list[list[str]] = []
-        self._places: dict[str, int] = {}
+        self._places: dict[tuple[str, ...], int] = {}
 
     def in_key(self, key: Json) -> Json:
         """Return a key as the bank has it: of each mistake an index in place of its words, and its numbers."""
         if "told" in key:
             return key | {"told": [[self._place(one) for one in behind] for behind in key["told"]]}
-        return key | {"mistakes": [self._shortened(one) for one in key["mistakes"]]}
+        lists = {
+            name: [self._shortened(one) for one in key[name]] for name in ("mistakes", "throughout") if name in key
+        }
+        return key | lists
 
     def _shortened(self, mistake: Json) -> list[Any]:
         return [self._place(mistake), *next(mistake[name] for name in ("print", "values") if name in mistake)]
 
     def _place(self, mistake: Json) -> int:
-        place = self._places.setdefault(mistake["says"], len(self.rows))
+        missing = [mistake["missing"]] if "missing" in mistake else []
+        place = self._places.setdefault((mistake["says"], *missing), len(self.rows))
         if place == len(self.rows):
-            self.rows.append([mistake["name"], mistake["title"], mistake["says"]])
+            self.rows.append([mistake["name"], mistake["title"], mistake["says"], *missing])
         return place
 
 

@@ -7,6 +7,7 @@ import { told } from "../src/grade/levels.js";
 import { judgeSet } from "../src/grade/sets.js";
 import { judgeValues, weight } from "../src/grade/values.js";
 import type { Verdict } from "../src/grade/verdict.js";
+import { missingIn } from "../src/practice/feedback.js";
 import { evaluate } from "../src/read/evaluate.js";
 import { read } from "../src/read/reader.js";
 import type { TextKey } from "../src/text/en.js";
@@ -33,8 +34,8 @@ const CALLED: Readonly<Record<string, readonly string[]>> = {
   "sign of an entry": ["slip.whole-sign"],
   "sign of a column": ["slip.whole-sign"],
   "column dropped": ["slip.column-left-out"],
-  "contribution dropped": ["slip.term-missing", "slip.terms-missing", "slip.zero"],
-  "term dropped, one place": ["slip.term-missing", "slip.terms-missing", "slip.zero"],
+  "contribution dropped": ["slip.symbol-missing", "slip.term-missing", "slip.terms-missing", "slip.zero"],
+  "term dropped, one place": ["slip.symbol-missing", "slip.term-missing", "slip.terms-missing", "slip.zero"],
   "factor missing": ["slip.length-missing", "slip.lengths-missing", "slip.factor-missing"],
   "condition left out": ["slip.half-turn", "slip.tie-left-out", "slip.values-left-out"],
   "degrees for radians": ["slip.degrees"],
@@ -239,6 +240,68 @@ test("two terms that are missing are told by what is in them", () => {
   expect(toldBy(judgeValues("[a1*a2, a1*s1 + a2*s12]", key))).toEqual([
     expect.stringContaining("Entry 1: two terms are missing, with a1, a2 in them"),
   ]);
+});
+
+/** The velocity of the arm's tip, with what its rates are multiplied by. */
+const [RATES, AT] = [["qd1", "qd2"], [[0.7, -1.3], [-0.4, 1.1], [0.9, 0.6]]] as const; // prettier-ignore
+const VELOCITY: ValuesKey = {
+  ...JACOBIAN,
+  symbols: [...SYMBOLS, ...RATES],
+  points: POINTS.map((point, k) => [...point, ...AT[k]!]),
+  columns: 1,
+  right: [0, 2].map((i) =>
+    AT.map(([one, two], k) => one * JACOBIAN.right[i]![k]! + two * JACOBIAN.right[i + 1]![k]!),
+  ),
+  linear: Object.fromEntries(
+    RATES.map((rate, c) => [rate, [c, 2 + c].map((i) => JACOBIAN.right[i]!.slice(0, 2) as number[])]),
+  ),
+};
+const [X, Y] = ["-(a1*s1 + a2*s12)*qd1 - a2*s12*qd2", "(a1*c1 + a2*c12)*qd1 + a2*c12*qd2"];
+
+test.each([
+  [`[-a2*s12*qd2, ${Y}]`, "Entry 1: all terms with qd1 are missing"],
+  [`[${X}, -(a1*c1 + a2*c12)*qd1 + a2*c12*qd2]`, "Entry 2: one sign is wrong"],
+  [`[${X}, a1*c1 + a2*c12 + a2*c12*qd2]`, "Entry 2: qd1 is left out of the terms"],
+  [
+    `[${X}, a2*c12*qd2 - (1 + a1)*c1*qd1 - a2*c12*qd1 + c1*qd1]`,
+    "Entry 2: all terms with qd1 have the wrong sign",
+  ],
+  ["[-a2*s12*qd2, a2*c12*qd2]", "Your answer: all terms with qd1 are missing"],
+  [`[-a2*s12*qd2 + a1*qd1, ${Y}]`, undefined],
+])("of the terms with one rate in %s it is told: %s", (typed, says) => {
+  const told = toldBy(judgeValues(typed, VELOCITY)).map((each) =>
+    each.replace("Entries 1, 2", "Your answer"),
+  );
+  expect(told).toEqual(says === undefined ? [] : [expect.stringContaining(says)]);
+});
+
+test("the same slip everywhere in the formulas is named where slips in places explain less", () => {
+  const split = [
+    ["-a1*s1 - a2*(s1 + s2)", "-a2*(s1 + s2)"],
+    ["a1*c1 + a2*(c1 + c2)", "a2*(c1 + c2)"],
+  ];
+  const key = { ...JACOBIAN, throughout: [[4, ...print(split)]] };
+  const typed = `[${split.map((row) => `[${row.join(", ")}]`).join(", ")}]`;
+  expect(judgeValues(typed, key).mistake).toBe(4);
+  expect(judgeValues(typed, JACOBIAN).mistake).toBeUndefined();
+  const relative = [
+    ["-a1*s1 - a2*s2", "-a2*s2"],
+    ["a1*c1 + a2*c2", "a2*c2"],
+  ];
+  const told = judgeValues(`[${relative.map((row) => `[${row.join(", ")}]`).join(", ")}]`, {
+    ...JACOBIAN,
+    throughout: [[4, ...print(relative)]],
+  });
+  expect([told.mistake, toldBy(told)]).toEqual([
+    undefined,
+    [expect.stringContaining("an angle lacks the joints")],
+  ]);
+});
+
+test("of what is missing it is told what is in it, and what is lost with a factor that joints change", () => {
+  expect(said(missingIn("a1", true))).toBe("What is missing has a1 in it.");
+  expect(said(missingIn("theta2, theta3", false))).toBe("What is missing has θ2, θ3 in it.");
+  expect(said(missingIn("theta2", true))).toContain("has θ2 in it. Lost with it are all configurations");
 });
 
 test.each([

@@ -146,6 +146,11 @@ export const en = {
     "{where}: two terms are missing, with {what} in them. The rest there is as it should be.",
   "slip.factor-missing":
     "{where}: a sine or cosine with {what} is missing as a factor. The rest there is as it should be.",
+  "slip.symbol-missing": "{where}: all terms with {what} are missing. The rest there is as it should be.",
+  "slip.symbol-sign":
+    "{where}: all terms with {what} have the wrong sign. The rest there is as it should be.",
+  "slip.symbol-left-out":
+    "{where}: {what} is left out of the terms that are multiplied by it. The rest there is as it should be.",
   "slip.column-left-out":
     "Column {column} is left out: it has nothing but zeros, and something else is due in it.",
   "slip.transposed":
@@ -238,6 +243,9 @@ export const en = {
   "practice.missing": "No answer yet",
   "practice.unread": "Can't be read, and does not count",
   "practice.mistake": "It looks like this:",
+  "practice.missing-in": "What is missing has {what} in it.",
+  "practice.lost-with-factor":
+    "The factor that is missing has {what} in it. Lost with it are all configurations in which it vanishes: the arm is singular there.",
   "practice.mistakes": "It looks like several things at once:",
   "practice.own-columns":
     "The columns of your J are drawn dashed at P, beside the true ones: move the arm to see where they part.",
