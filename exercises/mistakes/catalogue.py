@@ -33,7 +33,7 @@ _LAST_STEPS = {mistake.name for module in (algebra, arrangement) for mistake in 
 _IN_NUMBERS = [mistake.name for mistake in numeric.MISTAKES]
 
 ONE_NUMBER = frozenset(
-    {*_IN_NUMBERS, "all-relative-angles", "determinant-sign", "sign", "square-lost"} - {"value-sign"}
+    {*_IN_NUMBERS, "all-relative-angles", "degrees", "determinant-sign", "sign", "square-lost"} - {"value-sign"}
 )
 """What is looked for behind a wrong answer of a single number, which many others would meet by chance."""
 

@@ -198,6 +198,20 @@ MISTAKES = (
         takes=_every_wrong("unreachable-velocity"),
     ),
     Mistake(
+        "motion-turned-round", "Motion of a joint in the other sense",
+        "The component seems to have the other sign: a positive rate turns counterclockwise as seen from the tip of "
+        "the axis, or slides along it.", "6.12",
+    ),
+    Mistake(
+        "joint-without-effect", "A joint that changes nothing there",
+        "A change of {joint} alone, with all other joints at rest, seems to change nothing there.", "6.4",
+    ),
+    Mistake(
+        "column-of-other-joint", "Column of another joint",
+        "A column seems to be given to another joint: it is what a unit rate of its own joint gives, while all others "
+        "rest.", "6.12",
+    ),
+    Mistake(
         "size-transposed", "Rows and columns exchanged",
         "Rows and columns of J seem to be exchanged: it has a row for each component of velocity and a column for each "
         "joint.", "6.4", takes=_numbers("jacobian-size", _size_turned),

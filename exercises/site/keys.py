@@ -5,20 +5,23 @@ right values are worked out with many digits and written with 15, those of mista
 
     {"type": "values", "symbols": [name], "points": [[value]], "rows": r, "columns": c,
      "right": [[entry at each point]], "constants": [name], "moving": [index of an entry that depends on others],
-     "mistakes": [{"name", "title", "says", "print": [number at the first points]}]}
+     "linear": {rate, velocity or force: [[what it is multiplied by in each entry at the first points]]},
+     "mistakes": [{"name", "title", "says", "missing": symbols, "print": [number at the first points]}],
+     "throughout": [… as mistakes: the same slip everywhere in the finished formulas]}
     {"type": "numbers", "units", "tolerance", "floor", "right": [number], "mistakes": [{…, "values": [number]}]}
     {"type": "direction", …as "values", "tolerance": number or null}
     {"type": "configurations", "joints": [name], "symbols": [name], "pieces": [[pose]],
      "conditions": [number of pieces of each], "mistakes": []}
     {"type": "choice" | "selection" | "matching", "options": count, "items": count, "right": [index],
-     "told": [sentence of each option, or null]}
+     "told": [[{"name", "title", "says"} of what is behind an option that is wrong]]}
 
 `print` is one number for a whole answer at a point: the sum of its entries, row by row, each times `weight(index)`.
 Slips in one place of a formula, and in conditions, the page finds by itself (site/src/grade/slips.ts, set-slips.ts).
 """
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import islice
 from typing import Any
 
 import mpmath
@@ -30,16 +33,19 @@ from exercises.formula.conditions import Space
 from exercises.formula.expression import read
 from exercises.formula.identity import Domain
 from exercises.formula.pieces import pieces
-from exercises.formula.program import Program, compile_program, evaluate_precisely
-from exercises.formula.trees import names
+from exercises.formula.program import Program, compile_program, evaluate, evaluate_precisely
+from exercises.formula.trees import as_matrix, names
 from exercises.mistakes import numeric
-from exercises.mistakes.catalogue import Wrong, likely, made, wrong_answers
+from exercises.mistakes.catalogue import CATALOGUE, Wrong, likely, made, prior, taken, wrong_answers
+from exercises.mistakes.finished import throughout
 from exercises.mistakes.given import Values, configurations
 from exercises.problem import Part, Problem
 from exercises.questions.results import is_derived, result
-from exercises.quizzes.options import blames_of
+from exercises.quizzes.behind import blames_for
+from exercises.quizzes.values import AtRates
 from exercises.record import Json
 from exercises.stream import Stream
+from exercises.writing.statement import answer_code
 
 POINTS, DRAWN = 16, 24
 """Configurations of a key, and how many are drawn: the first are readable, the others have lengths of all sizes."""
@@ -47,12 +53,19 @@ HUGE = 1e8
 """Where an entry is larger the arm is singular but for rounding, and no formula can be told from another."""
 PRINTED = 3
 """At so many configurations a mistake's answer is known."""
-MOST_MISTAKES = 40
+MOST_MISTAKES, MOST_IN_NUMBERS = 40, 160
+"""So many mistakes in formulas are told, and so many in numbers, which are short."""
 ALWAYS = (
     *(mistake.name for mistake in numeric.MISTAKES), "transposed", "cross-order", "sign", "transpose-for-inverse",
     "determinant-forgotten", "jacobian-for-inverse", "degrees",
 )  # fmt: skip
 """Mistakes that are told beside these: what people do most, though it comes late in the catalogue."""
+THROUGHOUT = (
+    "lengths-missing", "relative-throughout", "wave-throughout", "constants-left-out", "constants-sign",
+    "constants-in-degrees", "constants-wrong-radians", "sum-of-angles-split",
+)  # fmt: skip
+"""Slips that are made everywhere in finished formulas, the likelier ones first; `MOST_THROUGHOUT` of them are told."""
+MOST_THROUGHOUT = 16
 POSES = 6
 """So many poses of each piece of a singular set."""
 GOLDEN = 0.6180339887498949
@@ -83,7 +96,16 @@ class _Keys(Forms[Json]):
 
     def formulas(self, answer: Answer) -> Json:
         key, points = _values(self.problem, self.part)
-        return key | {"mistakes": self._mistakes(_mistakes_in_formulas(self.problem, self.part, points))}
+        if not self.with_mistakes:
+            return key
+        key["mistakes"] = list(_mistakes_in_formulas(self.problem, self.part, points))
+        if not answer.counts_up_to_a_factor:
+            told = {
+                "linear": _linear(self.problem, self.part, points),
+                "throughout": list(_throughout(self.problem, self.part, points, key)),
+            }
+            key |= {name: some for name, some in told.items() if some}
+        return key
 
     def direction(self, answer: Direction) -> Json:
         return self.formulas(answer) | {"type": "direction", "tolerance": answer.tolerance}
@@ -95,12 +117,15 @@ class _Keys(Forms[Json]):
         return _configurations(self.problem, self.part, answer)
 
     def letters(self, answer: Letters) -> Json:
-        options = range(len(answer.options))
-        blamed = [dict.fromkeys(blame.sentence for blame in blames_of(self.part, index)) for index in options]
+        told = self._behind_options() if self.with_mistakes else [[] for _ in answer.options]
         return {
             "type": answer.type, "options": len(answer.options), "items": len(answer.matched),
-            "right": list(answer.right), "told": [" ".join(sentences) or None for sentences in blamed],
+            "right": list(answer.right), "told": told,
         }  # fmt: skip
+
+    def _behind_options(self) -> list[list[Json]]:
+        behind = blames_for(self.problem, self.part, _stream(self.problem, self.part))
+        return [[_named(blame.mistake, blame.sentence) for blame in blames] for blames in behind]
 
     def _mistakes(self, made: Iterator[Json]) -> list[Json]:
         return list(made) if self.with_mistakes else []
@@ -118,6 +143,20 @@ def _values(problem: Problem, part: Part) -> tuple[Json, Values]:
     key["moving"] = [index for index, symbols in enumerate(used) if symbols - problem.constants]
     columns = zip(*key["points"], strict=True)
     return key, {name: np.array(column) for name, column in zip(key["symbols"], columns, strict=True)}
+
+
+def _linear(problem: Problem, part: Part, points: Values) -> Json:
+    """Return what each rate, velocity or force is multiplied by in each entry, if it is multiplied only."""
+    nodes = [read(text, problem.domain().roles) for text in part.answer.formulas()]
+    program, used = compile_program(nodes), set().union(*map(names, nodes))
+    few = {name: column[:PRINTED] for name, column in points.items() if name in used}
+    found = {}
+    for name, symbol in problem.symbols().items():
+        if name in used and symbol.role in ("rate", "velocity", "force"):
+            at = [np.real(evaluate(program, few | {name: few[name] * 0 + k}, PRINTED)[0]) for k in range(3)]
+            if np.allclose(at[2] - at[1], at[1] - at[0], rtol=1e-9, atol=1e-12):
+                found[name] = [[float(f"{value:.6g}") + 0.0 for value in entry] for entry in at[1] - at[0]]
+    return found
 
 
 def _open(problem: Problem) -> set[str]:
@@ -171,6 +210,24 @@ def _mistakes_in_formulas(problem: Problem, part: Part, points: Values) -> Itera
         yield {**_said(wrong), "print": [float(text) for text in by]}
 
 
+def _throughout(problem: Problem, part: Part, points: Values, key: Json) -> Iterator[Json]:
+    """Yield what the same slip everywhere in the finished formulas makes of them, the likelier ones first."""
+    few = {name: column[:PRINTED] for name, column in points.items()}
+    rows = as_matrix(read(answer_code(problem, part), problem.domain().roles))
+    right = set().union(*(names(entry) for row in rows for entry in row))
+    every = [(THROUGHOUT.index(name), name, new) for name, new in throughout(rows) if name in THROUGHOUT]
+    seen = {_print(np.array(key["right"])[:, :PRINTED].reshape(key["rows"], key["columns"], -1))}
+    for _, name, new in sorted(every, key=lambda one: one[0])[:MOST_THROUGHOUT]:
+        entries = [entry for row in new for entry in row]
+        values = evaluate(compile_program(entries), few, PRINTED)[0]
+        if not np.isfinite(values).all() or (by := _print(values)) in seen:
+            continue
+        seen.add(by)
+        gone = right - set().union(*map(names, entries)) if name == "lengths-missing" else set()
+        said = _named(name, CATALOGUE[name].sentence({"Where": "In your answer"}), ", ".join(sorted(gone)))
+        yield {**said, "print": [float(text) for text in by]}
+
+
 def _likely(w: Working, part: Part, seen: Collection[object]) -> Iterator[Wrong]:
     """Yield what mistakes make of an answer until enough are seen, then what those make of it that are always told."""
     for wrong in wrong_answers(w, part):
@@ -195,7 +252,12 @@ def _says_something(answer: np.ndarray) -> bool:
 
 
 def _said(wrong: Wrong) -> Json:
-    return {"name": wrong.mistake.name, "title": wrong.mistake.title, "says": wrong.sentence}
+    return _named(wrong.mistake.name, wrong.sentence, wrong.slip.missing)
+
+
+def _named(mistake: str, sentence: str, missing: str = "") -> Json:
+    named = {"name": mistake, "title": CATALOGUE[mistake].title, "says": sentence}
+    return named | {"missing": missing} if missing else named
 
 
 # --- numbers ---
@@ -209,16 +271,73 @@ def _numbers(answer: Number) -> Json:
 
 
 def _mistakes_in_numbers(problem: Problem, part: Part, answer: Number) -> Iterator[Json]:
-    if not is_derived(part):
+    """Yield what mistakes make of numbers, each answer once with the likeliest; all of them, as they are short."""
+    found: dict[tuple[str, ...], tuple[float, Json, list[float]]] = {}
+    right = _to_few(float(value) for value in answer.reference)
+    for chance, said, values in (*_taken_for_numbers(problem, part), *_worked_out_in_numbers(problem, part)):
+        by = _to_few(values)
+        if len(by) == len(right) and by != right and (by not in found or found[by][0] < chance):
+            found[by] = chance, said, values
+    for _, said, values in islice(found.values(), MOST_IN_NUMBERS):
+        yield {**said, "values": [float(f"{value:.6g}") + 0.0 for value in values]}
+
+
+def _taken_for_numbers(problem: Problem, part: Part) -> Iterator[tuple[float, Json, list[float]]]:
+    for mistake, slip in taken(problem.chain, part):
+        if isinstance(slip.answer, Number):
+            values = [float(value) for value in slip.answer.reference]
+            yield 1.0, _named(mistake.name, mistake.sentence(slip.words)), values
+
+
+def _worked_out_in_numbers(problem: Problem, part: Part) -> Iterator[tuple[float, Json, list[float]]]:
+    derived, of_answer = _as_derived(part)
+    if derived is None:
         return
-    values = configurations(problem.chain, part, problem.domain(), 1, _stream(problem, part))
-    seen = {tuple(f"{float(value):.3e}" for value in answer.reference)}
-    for wrong in _likely(numbers(problem.chain, values), part, seen):
-        flat = wrong.answer.reshape(-1, wrong.answer.shape[-1])[:, 0].real
-        by = tuple(f"{value:.3e}" for value in flat)
-        if len(flat) == len(answer.reference) and by not in seen and _says_something(flat):
-            seen.add(by)
-            yield {**_said(wrong), "values": [float(f"{value:.6g}") for value in flat]}
+    for wrong in wrong_answers(_in_numbers(problem, part), derived):
+        flat = of_answer(wrong.answer)
+        if _says_something(flat) and (derived is part or wrong.mistake.name not in _OF_RATES):
+            yield prior(wrong), _said(wrong), flat.tolist()
+
+
+def right_in_numbers(problem: Problem, part: Part) -> list[float] | None:
+    """Return the answer to a part as the derivation gives it in which mistakes are made; None where there is none."""
+    derived, of_answer = _as_derived(part)
+    return None if derived is None else of_answer(result(_in_numbers(problem, part), derived)).tolist()
+
+
+def _in_numbers(problem: Problem, part: Part) -> Working:
+    rates = part.details.rates if isinstance(part.details, AtRates) else {}
+    given = {rate.name: np.array([float(value)]) for rate, value in rates.items()}
+    values = configurations(problem.chain, part, problem.domain(), 1, _stream(problem, part)) | given
+    return numbers(problem.chain, values)
+
+
+def _flat(answer: np.ndarray) -> np.ndarray:
+    return answer.reshape(-1, answer.shape[-1])[:, 0].real
+
+
+def _length(answer: np.ndarray) -> np.ndarray:
+    return np.array([np.linalg.norm(_flat(answer))])
+
+
+_OF_CHAPTER = {"determinant-value": ("determinant", _flat), "speed": ("velocity", _length)}
+"""Short questions in numbers: which of the chapter's they are about, and how the number comes of its answer."""
+
+
+_OF_RATES = frozenset({"rates-in-degrees", "rates-in-turns"})
+"""Mistakes in joint rates that are asked for, which no short question does."""
+
+
+def _as_derived(part: Part) -> tuple[Part | None, Callable[[np.ndarray], np.ndarray]]:
+    """Return the part that comes out of a derivation, a short question's as the chapter's, and how its numbers do."""
+    if is_derived(part) or part.kind not in _OF_CHAPTER:
+        return (part if is_derived(part) else None), _flat
+    kind, of_answer = _OF_CHAPTER[part.kind]
+    return replace(part, kind=kind), of_answer
+
+
+def _to_few(values: Iterable[float]) -> tuple[str, ...]:
+    return tuple(f"{value + 0.0:.3e}" for value in values)
 
 
 # --- sets of configurations ---

@@ -37,10 +37,11 @@ def site_record(problem: Problem) -> Json:
     "pose": {joint: rad or m} in which the figure shows it,
     "parts": [{"name", "kind", "title", "type", "shape", "points", "prompt", "names", "labels", "columns",
     "grid": [[LaTeX of what a row belongs to], [of a column]], "figure", "alt", "pose": the joint values and lengths
-    that it gives or null, "hints", "options", "key": as in `keys`, its mistakes as [index into "said", number, …]}],
-    "said": [[name, title, sentence]]}
+    that it gives or null, "hints", "options", "key": as in `keys`, its mistakes as [index into "said", number, …], what
+    is behind its options as such indices}],
+    "said": [[name, title, sentence, symbols of what is missing, if it is that]]}
     """
-    chain, said = problem.chain, _Said()
+    chain, said = problem.chain, Said()
     return {
         "id": str(problem.id),
         "family": problem.id.family,
@@ -114,10 +115,10 @@ def translated_solutions(problem: Problem, language: str) -> Json:
     return {"parts": parts}
 
 
-def _said_in(words: Catalogue, name: str, _: str, sentence: str) -> list[str]:
+def _said_in(words: Catalogue, name: str, _: str, sentence: str, *missing: str) -> list[str]:
     mistake = CATALOGUE[name]
     title = words.mistake_title(name, mistake.title)
-    return [name, title, words.mistake_said(name, mistake.says, mistake.where, sentence)]
+    return [name, title, words.mistake_said(name, mistake.says, mistake.where, sentence), *missing]
 
 
 def solutions_record(problem: Problem) -> Json:
@@ -182,28 +183,37 @@ def _values(chain: Chain) -> Json:
     return values
 
 
-class _Said:
+class Said:
     """What is said of mistakes: each sentence once, for many answers are wrong in the same way."""
 
     def __init__(self) -> None:
         self.rows: list[list[str]] = []
-        self._places: dict[str, int] = {}
+        self._places: dict[tuple[str, ...], int] = {}
 
-    def shortened(self, mistake: Json) -> list[Any]:
-        """Return a mistake with an index in place of its words."""
-        row = [mistake["name"], mistake["title"], mistake["says"]]
-        place = self._places.setdefault(mistake["says"], len(self.rows))
+    def in_key(self, key: Json) -> Json:
+        """Return a key as the bank has it: of each mistake an index in place of its words, and its numbers."""
+        if "told" in key:
+            return key | {"told": [[self._place(one) for one in behind] for behind in key["told"]]}
+        lists = {
+            name: [self._shortened(one) for one in key[name]] for name in ("mistakes", "throughout") if name in key
+        }
+        return key | lists
+
+    def _shortened(self, mistake: Json) -> list[Any]:
+        return [self._place(mistake), *next(mistake[name] for name in ("print", "values") if name in mistake)]
+
+    def _place(self, mistake: Json) -> int:
+        missing = [mistake["missing"]] if "missing" in mistake else []
+        place = self._places.setdefault((mistake["says"], *missing), len(self.rows))
         if place == len(self.rows):
-            self.rows.append(row)
-        return [place, *next(mistake[name] for name in ("print", "values") if name in mistake)]
+            self.rows.append([mistake["name"], mistake["title"], mistake["says"], *missing])
+        return place
 
 
-def _part(problem: Problem, part: Part, said: _Said) -> Json:
+def _part(problem: Problem, part: Part, said: Said) -> Json:
     svg = part_svg(problem.chain, part, part.name)
-    key = key_of(problem, part)
+    key = said.in_key(key_of(problem, part))
     asked = prompt(problem, part)
-    if "mistakes" in key:
-        key["mistakes"] = [said.shortened(mistake) for mistake in key["mistakes"]]
     return {
         "name": part.name,
         "kind": part.kind,

@@ -54,7 +54,7 @@ export interface Problem {
   readonly symbols: Readonly<Record<string, SymbolInfo>>;
   readonly pose: NamedPose;
   readonly parts: readonly Part[];
-  readonly said: readonly (readonly [name: string, title: string, sentence: string])[];
+  readonly said: readonly (readonly [name: string, title: string, sentence: string, missing?: string])[];
 }
 
 /** Values of joint variables by name (rad, m), and of letters of the table if they differ from the robot's. */
@@ -138,7 +138,11 @@ export interface ValuesKey {
   /** Symbols that no motion changes, and the entries that depend on others, counted from 0. */
   readonly constants?: readonly string[];
   readonly moving?: readonly number[];
+  /** What rates, velocities and forces are multiplied by in each entry, at the first points. */
+  readonly linear?: Readonly<Record<string, readonly (readonly number[])[]>>;
   readonly mistakes: readonly (readonly number[])[];
+  /** The same slip everywhere in the finished formulas, as mistakes are told. */
+  readonly throughout?: readonly (readonly number[])[];
   readonly tolerance?: number | null;
   /** Rates, velocities and forces of which the question speaks. */
   readonly spoken?: readonly string[];
@@ -169,7 +173,8 @@ export interface LettersKey {
   readonly options: number;
   readonly items: number;
   readonly right: readonly number[];
-  readonly told: readonly (string | null)[];
+  /** What is behind each option that is wrong, or stands at a wrong item: indices into what the problem says of mistakes. */
+  readonly told: readonly (readonly number[])[];
 }
 
 /** index.LANGUAGE.json: titles of families and questions by name; a family of an instructor's own has none. */

@@ -9,7 +9,7 @@ import { judgeSet } from "../src/grade/sets.js";
 import { atText, judgeValues } from "../src/grade/values.js";
 import { isRead } from "../src/grade/verdict.js";
 import { withPoints } from "../src/read/points.js";
-import { said } from "../src/text/text.js";
+import { message, said } from "../src/text/text.js";
 
 const PLAIN_KEY: ValuesKey = {
   type: "values",
@@ -25,7 +25,7 @@ const CHOICE: LettersKey = {
   options: 4,
   items: 0,
   right: [2],
-  told: [null, null, null, null],
+  told: [[0], [1, 2], [], []],
 };
 
 test.each([
@@ -60,6 +60,30 @@ test.each([
 ])("letters for items: %s earns %d", (typed, share) => {
   const key: LettersKey = { type: "matching", options: 4, items: 3, right: [1, 0, 2], told: [] };
   expect(judgeLetters(typed, key).share).toBeCloseTo(share);
+});
+
+test("of a wrong option it is told what is behind it, of several mistakes each", () => {
+  expect(judgeLetters("A", CHOICE).mistake).toBe(0);
+  const both = judgeLetters("B", CHOICE);
+  expect([both.mistake, both.slips]).toEqual([undefined, [{ mistake: 1 }, { mistake: 2 }]]);
+  for (const typed of ["C", "D"]) expect(judgeLetters(typed, CHOICE)).not.toHaveProperty("mistake");
+});
+
+test("of several letters it is told of each wrong one, with the option if it is one", () => {
+  const key: LettersKey = { type: "selection", options: 4, items: 0, right: [0], told: [[], [5], [6], [6]] };
+  expect(judgeLetters("AB", key).slips).toEqual([
+    { mistake: 5, where: message("slip.option", { letter: "B" }) },
+  ]);
+  expect(judgeLetters("CD", key).slips).toEqual([{ mistake: 6 }]);
+  expect(judgeLetters("A", { ...key, right: [0, 1] }).slips).toBeUndefined();
+});
+
+test("of items it is told what is behind letters that belong to none or another, not of one that is given twice", () => {
+  const key: LettersKey = { type: "matching", options: 3, items: 2, right: [1, 0], told: [[4], [4], [7]] };
+  const item = (item: number) => message("slip.item", { item });
+  expect(judgeLetters("BC", key).slips).toEqual([{ mistake: 7, where: item(2) }]);
+  expect(judgeLetters("AB", key).slips).toEqual([{ mistake: 4 }]);
+  expect(judgeLetters("BB", key).slips).toEqual([{ mistake: 4, where: item(2) }]);
 });
 
 test("letters in words are found", () => expect(chosenLetters("{1: 'B', 2: 'A'}", 4)).toEqual([1, 0]));
@@ -103,6 +127,64 @@ test("a unit that can be right is no matter", () => {
 });
 
 test("a mistake in numbers is named", () => expect(judgeNumbers("[0.5, 1.25]", NUMBERS).mistake).toBe(3));
+
+const answer = { where: message("slip.answer") };
+const entry = (row: number) => ({ where: message("slip.row", { row }) });
+const MIXED: NumbersKey = { ...NUMBERS, units: ["rad/s", "m/s"], mistakes: [] };
+
+test.each([
+  ["[28.65, -1.25]", [message("slip.per-degree", entry(1))]],
+  ["[0.00873, -0.0218]", [message("slip.radians-twice", answer)]],
+  ["[0.5, 1.25]", [message("slip.whole-sign", entry(2))]],
+  ["[5, -12.5]", [message("slip.times-ten", { ...answer, factor: 10 })]],
+  ["[0.005, -1.25]", [message("slip.over-ten", { ...entry(1), factor: 100 })]],
+  [
+    "[-0.5, -12.5]",
+    [message("slip.whole-sign", entry(1)), message("slip.times-ten", { ...entry(2), factor: 10 })],
+  ],
+  ["[0.5, -1.2]", [message("slip.rounded", { percent: 0.5 })]],
+  ["[0.51, -1.26]", [message("slip.close", { percent: 0.5 })]],
+  ["[0.5, -3.1]", undefined],
+  ["[0.5, blank]", undefined],
+  ["[28.65, 7]", undefined],
+])("of numbers %s it is told how they were written", (typed, slips) => {
+  expect(judgeNumbers(typed, { ...NUMBERS, mistakes: [] }).slips).toEqual(slips);
+});
+
+test("metres are told apart from radians", () => {
+  expect(judgeNumbers("[0.5, -1250]", MIXED).slips).toEqual([message("slip.metres-large", entry(2))]);
+  expect(judgeNumbers("[0.5, -0.0125]", MIXED).slips).toEqual([message("slip.metres-small", entry(2))]);
+  const area = { ...NUMBERS, units: ["m^2"], right: [0.124], mistakes: [] };
+  expect(judgeNumbers("124000", area).slips).toEqual([message("slip.metres-large", answer)]);
+  expect(judgeNumbers("1240", area).slips).toEqual([message("slip.metres-large", answer)]);
+});
+
+test("of two mistakes the one that gives all digits is named, else the nearest", () => {
+  const key = { ...NUMBERS, mistakes: [[1, 2.003, 3.001], [2, 2.011, 3.004]] }; // prettier-ignore
+  expect(judgeNumbers("[2.011, 3.004]", key).mistake).toBe(2);
+  expect(judgeNumbers("[2.0034, 3.0012]", key).mistake).toBe(1);
+  expect(judgeNumbers("[2, 3]", key).mistake).toBe(1);
+  expect(judgeNumbers("[2.0064, 3.0011]", key).mistake).toBe(1);
+  const one = { ...NUMBERS, units: [""], right: [0.5], mistakes: [[3, 2.003]] }; // prettier-ignore
+  expect(judgeNumbers("2.003", one).mistake).toBe(3);
+  expect(judgeNumbers("2.0071", one).mistake).toBeUndefined(); // which many others are as near to
+});
+
+test("a mistake and a way of writing it are both named, unless some pair would be met by chance", () => {
+  const key = { ...NUMBERS, mistakes: [[7, 0.81, 0.33]] };
+  const both = [{ mistake: 7 }, message("slip.per-degree", answer)];
+  expect(judgeNumbers("[46.41, 18.907]", key).slips).toEqual(both);
+  const others = Array.from({ length: 120 }, (_, k) => [k, 30 + k, 20 + 3 * k]);
+  const many = { ...key, mistakes: [...others, [200, 0.81, 0.33]] };
+  expect(judgeNumbers("[46.4, 18.9]", many).slips).toBeUndefined();
+  expect(judgeNumbers("[46.4096, 18.9076]", many).slips?.[0]).toEqual({ mistake: 200 });
+});
+
+test("of whole numbers nothing is said of digits", () => {
+  const rank = { ...NUMBERS, units: [""], right: [2], tolerance: 1e-9, floor: 1e-9, mistakes: [[4, 3]] };
+  expect(judgeNumbers("3", rank).mistake).toBe(4);
+  for (const typed of ["20", "-2", "2.01"]) expect(judgeNumbers(typed, rank).slips).toBeUndefined();
+});
 
 test("a decimal comma is no list where one number is due", () => {
   const key = { ...NUMBERS, units: [""], right: [0.5], mistakes: [] };
@@ -177,7 +259,9 @@ test.each([
 });
 
 test("where commas say too much, it is told that and would not", () => {
-  const problem = { robot: { joints: [{ kind: "R" }, { kind: "R" }] } } as unknown as Problem;
+  const problem = {
+    robot: { joints: ["theta1", "theta2"].map((theta) => ({ kind: "R", theta })) },
+  } as unknown as Problem;
   const part = { key: SET, labels: [], columns: [], names: [] } as unknown as Part;
   const told = (typed: string) => judge(problem, part, typed, stretched).reasons.map(({ key }) => key);
   expect(told("theta2 = 0, theta1 = 0")).toContain("verdict.together");

@@ -7,8 +7,10 @@ import { told } from "../src/grade/levels.js";
 import { judgeSet } from "../src/grade/sets.js";
 import { judgeValues, weight } from "../src/grade/values.js";
 import type { Verdict } from "../src/grade/verdict.js";
+import { missingIn } from "../src/practice/feedback.js";
 import { evaluate } from "../src/read/evaluate.js";
 import { read } from "../src/read/reader.js";
+import type { TextKey } from "../src/text/en.js";
 import { message, said } from "../src/text/text.js";
 import { type Slipped, toldOf } from "./slips.js";
 
@@ -32,13 +34,13 @@ const CALLED: Readonly<Record<string, readonly string[]>> = {
   "sign of an entry": ["slip.whole-sign"],
   "sign of a column": ["slip.whole-sign"],
   "column dropped": ["slip.column-left-out"],
-  "contribution dropped": ["slip.term-missing", "slip.terms-missing", "slip.zero"],
-  "term dropped, one place": ["slip.term-missing", "slip.terms-missing", "slip.zero"],
+  "contribution dropped": ["slip.symbol-missing", "slip.term-missing", "slip.terms-missing", "slip.zero"],
+  "term dropped, one place": ["slip.symbol-missing", "slip.term-missing", "slip.terms-missing", "slip.zero"],
   "factor missing": ["slip.length-missing", "slip.lengths-missing", "slip.factor-missing"],
-  "condition left out": ["slip.half-turn"],
+  "condition left out": ["slip.half-turn", "slip.tie-left-out", "slip.values-left-out"],
   "degrees for radians": ["slip.degrees"],
   "quarter turn": ["slip.quarter-turn"],
-  "another joint": ["slip.other-joint", "slip.half-turn"],
+  "another joint": ["slip.other-joint", "slip.half-turn", "slip.angle", "slip.called-singular"],
 };
 
 test.each(PROBLEMS.map((problem) => [problem.id, problem] as const))(
@@ -240,6 +242,68 @@ test("two terms that are missing are told by what is in them", () => {
   ]);
 });
 
+/** The velocity of the arm's tip, with what its rates are multiplied by. */
+const [RATES, AT] = [["qd1", "qd2"], [[0.7, -1.3], [-0.4, 1.1], [0.9, 0.6]]] as const; // prettier-ignore
+const VELOCITY: ValuesKey = {
+  ...JACOBIAN,
+  symbols: [...SYMBOLS, ...RATES],
+  points: POINTS.map((point, k) => [...point, ...AT[k]!]),
+  columns: 1,
+  right: [0, 2].map((i) =>
+    AT.map(([one, two], k) => one * JACOBIAN.right[i]![k]! + two * JACOBIAN.right[i + 1]![k]!),
+  ),
+  linear: Object.fromEntries(
+    RATES.map((rate, c) => [rate, [c, 2 + c].map((i) => JACOBIAN.right[i]!.slice(0, 2) as number[])]),
+  ),
+};
+const [X, Y] = ["-(a1*s1 + a2*s12)*qd1 - a2*s12*qd2", "(a1*c1 + a2*c12)*qd1 + a2*c12*qd2"];
+
+test.each([
+  [`[-a2*s12*qd2, ${Y}]`, "Entry 1: all terms with qd1 are missing"],
+  [`[${X}, -(a1*c1 + a2*c12)*qd1 + a2*c12*qd2]`, "Entry 2: one sign is wrong"],
+  [`[${X}, a1*c1 + a2*c12 + a2*c12*qd2]`, "Entry 2: qd1 is left out of the terms"],
+  [
+    `[${X}, a2*c12*qd2 - (1 + a1)*c1*qd1 - a2*c12*qd1 + c1*qd1]`,
+    "Entry 2: all terms with qd1 have the wrong sign",
+  ],
+  ["[-a2*s12*qd2, a2*c12*qd2]", "Your answer: all terms with qd1 are missing"],
+  [`[-a2*s12*qd2 + a1*qd1, ${Y}]`, undefined],
+])("of the terms with one rate in %s it is told: %s", (typed, says) => {
+  const told = toldBy(judgeValues(typed, VELOCITY)).map((each) =>
+    each.replace("Entries 1, 2", "Your answer"),
+  );
+  expect(told).toEqual(says === undefined ? [] : [expect.stringContaining(says)]);
+});
+
+test("the same slip everywhere in the formulas is named where slips in places explain less", () => {
+  const split = [
+    ["-a1*s1 - a2*(s1 + s2)", "-a2*(s1 + s2)"],
+    ["a1*c1 + a2*(c1 + c2)", "a2*(c1 + c2)"],
+  ];
+  const key = { ...JACOBIAN, throughout: [[4, ...print(split)]] };
+  const typed = `[${split.map((row) => `[${row.join(", ")}]`).join(", ")}]`;
+  expect(judgeValues(typed, key).mistake).toBe(4);
+  expect(judgeValues(typed, JACOBIAN).mistake).toBeUndefined();
+  const relative = [
+    ["-a1*s1 - a2*s2", "-a2*s2"],
+    ["a1*c1 + a2*c2", "a2*c2"],
+  ];
+  const told = judgeValues(`[${relative.map((row) => `[${row.join(", ")}]`).join(", ")}]`, {
+    ...JACOBIAN,
+    throughout: [[4, ...print(relative)]],
+  });
+  expect([told.mistake, toldBy(told)]).toEqual([
+    undefined,
+    [expect.stringContaining("an angle lacks the joints")],
+  ]);
+});
+
+test("of what is missing it is told what is in it, and what is lost with a factor that joints change", () => {
+  expect(said(missingIn("a1", true))).toBe("What is missing has a1 in it.");
+  expect(said(missingIn("theta2, theta3", false))).toBe("What is missing has θ2, θ3 in it.");
+  expect(said(missingIn("theta2", true))).toContain("has θ2 in it. Lost with it are all configurations");
+});
+
 test.each([
   ["a1*a2*c2", "Your answer: in one place"],
   ["a1*s2", "Your answer: the length a2 is missing"],
@@ -273,10 +337,81 @@ test.each([
   ["theta2 = pi/2, theta2 = -pi/2", "slip.quarter-turn"],
   ["theta1 = 0, theta1 = pi", "slip.other-joint"],
   ["theta2 = 1, theta2 = 2", undefined],
-  ["theta1 = 1", undefined],
+  ["theta1 = 1", "slip.called-singular"],
 ])("of the set %s is told %s", (typed, key) => {
   const slips = judgeSet(typed, SET, ANGLES, straight).slips;
   expect(slips?.map((slip) => "key" in slip && slip.key)).toEqual(key === undefined ? undefined : [key]);
+});
+
+const DEGREE = Math.PI / 180;
+const IN_SPACE = ["a1", "a2", "a3", "theta1", "theta2", "theta3"];
+const of = (key: string, joint: string) => message(key as TextKey, { joint });
+
+/** An elbow with an offset: theta3 = -30° or 150°, or a1 + a2 c2 + a3 c23 = 0. */
+const ELBOW: ConfigurationsKey = {
+  type: "configurations",
+  joints: IN_SPACE.slice(3),
+  symbols: IN_SPACE,
+  mistakes: [],
+  pieces: [
+    ...[-30, 150].map((value) =>
+      [0.2, 0.5, -0.9].map((free) => [0.1, 0.5, 0.4, free, 1 - free, value * DEGREE]),
+    ),
+    [0.3, 0.45, 0.7].map((a1, k) => [a1, 0.5, 0.4, 0.2 * k, ...shoulder(a1, 0.3 + k)]),
+  ],
+};
+
+/** Values of theta2 and theta3 with a1 + 0.5 cos(theta2) + 0.4 cos(theta2 + theta3) = 0, theta2 + theta3 near pi. */
+function shoulder(a1: number, bend: number): number[] {
+  const both = Math.PI - bend / 10;
+  const theta2 = Math.acos((-a1 - 0.4 * Math.cos(both)) / 0.5);
+  return [theta2, both - theta2];
+}
+
+const folded = (at: Readonly<Record<string, number>>) => {
+  const reach =
+    at["a1"]! + at["a2"]! * Math.cos(at["theta2"]!) + at["a3"]! * Math.cos(at["theta2"]! + at["theta3"]!);
+  return Math.abs(Math.sin(at["theta3"]! + 30 * DEGREE) * reach) < 1e-6;
+};
+
+test.each([
+  ["theta3 = -pi/6, theta3 = 5*pi/6", [message("slip.tie-left-out")]],
+  ["a1 + a2*c2 + a3*c23 = 0", [message("slip.values-left-out")]],
+  ["theta3 = -pi/6, a1 + a2*c2 + a3*c23 = 0", [of("slip.half-turn", "theta3")]],
+  ["theta3 = 0, theta3 = pi, a1 + a2*c2 + a3*c23 = 0", [of("slip.offset", "theta3")]],
+  ["theta3 = pi/6, theta3 = -5*pi/6, a1 + a2*c2 + a3*c23 = 0", [of("slip.offset-sign", "theta3")]],
+  ["theta3 = -pi/12, theta3 = 5*pi/6, a1 + a2*c2 + a3*c23 = 0", [of("slip.half-radians", "theta3")]],
+  ["theta3 = -30, theta3 = 150, a1 + a2*c2 + a3*c23 = 0", [message("slip.degrees")]],
+  ["theta3 = -pi/6*pi/180, theta3 = 5*pi/6, a1 + a2*c2 + a3*c23 = 0", [message("slip.radians")]],
+  [
+    "theta3 = -pi/6, theta3 = 5*pi/6, theta1 = 0, a1 + a2*c2 + a3*c23 = 0",
+    [of("slip.called-singular", "theta1")],
+  ],
+  [
+    "theta3 = -pi/6 and theta1 = 0, theta3 = 5*pi/6, a1 + a2*c2 + a3*c23 = 0",
+    [of("slip.too-narrow", "theta1")],
+  ],
+  ["theta3 = -pi/6, theta3 = 5*pi/6, a1 + a2*c2 - a3*c23 = 0", [inTie("slip.sign")]],
+  ["theta3 = -pi/6, theta3 = 5*pi/6, a1 + a2*c2 + a3*c3 = 0", [inTie("slip.relative")]],
+  ["theta3 = -pi/6, theta3 = 5*pi/6, a2*c2 + a3*c23 = 0", [inTie("slip.term-missing", "a1")]],
+  ["theta3 = -pi/6, theta3 = 5*pi/6, a1 + a2*s2 + a3*s23 = 0", [inTie("slip.all-waves")]],
+  ["theta3 = -pi/6, theta3 = 5*pi/6, a1^3 + a2*s2 = 0", undefined],
+])("of an elbow's set %s it is told what went wrong", (typed, slips) => {
+  const offsets = new Map([["theta3", 30 * DEGREE]]);
+  expect(judgeSet(typed, ELBOW, new Set(ELBOW.joints), folded, offsets).slips).toEqual(slips);
+});
+
+function inTie(key: string, what?: string) {
+  return message(key as TextKey, { where: message("slip.tie"), ...(what ? { what } : {}) });
+}
+
+test("of values that must hold together it is told that one is not enough", () => {
+  const both: ConfigurationsKey = { ...SET, pieces: [SET.pieces[0]!.map(([a1, a2]) => [a1!, a2!, 0, 0])] };
+  const straight = (at: Readonly<Record<string, number>>) =>
+    Math.abs(Math.sin(at["theta1"]! / 2)) + Math.abs(Math.sin(at["theta2"]! / 2)) < 1e-6;
+  const told = (typed: string) => judgeSet(typed, both, ANGLES, straight).slips;
+  expect(told("theta2 = 0")).toEqual([of("slip.and-missing", "theta2")]);
+  expect(told("theta1 = 0 and theta2 = 0")).toBeUndefined();
 });
 
 test("a level that names no mistakes keeps slips back", () => {

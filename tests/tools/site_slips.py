@@ -29,7 +29,7 @@ from exercises.generation import generate
 from exercises.mistakes.given import configurations
 from exercises.problem import Part, Problem, ProblemId
 from exercises.site.keys import key_of
-from exercises.site.record import arm_record
+from exercises.site.record import Said, arm_record
 from exercises.stream import Stream
 from exercises.writing.statement import answer_code
 from grader.parts import judge_given
@@ -354,14 +354,12 @@ def problem_json(
 ) -> dict[str, Any]:
     """Return a problem as the bank has it, with what is typed: {"id", "robot", "parts", "said", "slips"}."""
     problem = asked(family, variation)
-    said: dict[tuple[str, str, str], int] = {}
+    said = Said()
     parts, typed = [], []
     for part in problem.parts:
         if part.kind not in ASKED:
             continue
-        key = key_of(problem, part)
-        if "mistakes" in key:
-            key["mistakes"] = [_shortened(mistake, said) for mistake in key["mistakes"]]
+        key = said.in_key(key_of(problem, part))
         parts.append(part_json(problem, part) | {"key": key})
         every = slips(problem, part, in_pairs)
         step = max(1, len(every) // most) if most else 1
@@ -370,15 +368,9 @@ def problem_json(
         "id": str(problem.id),
         "robot": arm_record(problem)["robot"],
         "parts": parts,
-        "said": list(said),
+        "said": said.rows,
         "slips": typed,
     }
-
-
-def _shortened(mistake: dict[str, Any], said: dict[tuple[str, str, str], int]) -> list[Any]:
-    """Return a mistake as the bank has it, with an index in place of its words."""
-    place = said.setdefault((mistake["name"], mistake["title"], mistake["says"]), len(said))
-    return [place, *(mistake["print"] if "print" in mistake else mistake["values"])]
 
 
 def slips_text() -> str:
@@ -428,11 +420,11 @@ def main() -> int:
     typed = [(each["id"], *one) for each in problems for one in each["slips"]]
     if options.grader:
         arms = [asked(name, step) for step in steps for name in families]
-        called = [one for arm, each in zip(arms, problems, strict=True) for one in grader_says(arm, each["slips"])]
+        names_of = [one for arm, each in zip(arms, problems, strict=True) for one in grader_says(arm, each["slips"])]
     else:
-        called = [_named(*told) for told in told_of(problems)]
+        names_of = [called(*told) for told in told_of(problems)]
     counts: dict[str, Counter[str]] = {}
-    for (arm_id, part, slip, text), name in zip(typed, called, strict=True):
+    for (arm_id, part, slip, text), name in zip(typed, names_of, strict=True):
         counts.setdefault(kind_of(slip) if not options.pairs else "two slips", Counter())[name] += 1
         if options.missed and (name == "nothing" or name.endswith(IN_PART)):
             sys.stdout.write(f"{arm_id} {part}, {slip}: {text}\n")
@@ -445,7 +437,8 @@ def main() -> int:
     return 0
 
 
-def _named(outcome: str, mistake: str | None, reasons: list[str], left: int) -> str:
+def called(outcome: str, mistake: str | None, reasons: list[str], left: int) -> str:
+    """Return what the site calls a slip: the mistake, or the keys of slips; "right" or "nothing"."""
     if outcome == "correct":
         return "right"
     slips = [key for key in reasons if key.startswith("slip")]

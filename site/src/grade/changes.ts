@@ -88,7 +88,7 @@ export interface Means {
   readonly factors: readonly Known[];
 }
 
-export function meansOf(entries: readonly Node[], at: At, { symbols }: ValuesKey): Means {
+export function meansOf(entries: readonly Node[], at: At, { symbols }: Pick<ValuesKey, "symbols">): Means {
   const library = libraryOf(symbols, entries);
   const factors = [...waves(library, at), ...library.lengths.map((each) => known(each, at))];
   return { library, at, terms: termsOf(library, at), fewTerms: termsOf(library, at, MOST_PAIRED), factors };

@@ -1,7 +1,9 @@
 // An answer to a part of a problem, judged by its key.
 
-import type { Part, Problem } from "../bank.js";
+import type { Part, Problem, Robot } from "../bank.js";
+import { evaluate } from "../read/evaluate.js";
 import { withPoints } from "../read/points.js";
+import { read } from "../read/reader.js";
 import { message } from "../text/text.js";
 import { judgeLetters } from "./letters.js";
 import { judgeDirection, judgeNumbers } from "./numbers.js";
@@ -38,11 +40,22 @@ function judged(problem: Problem, part: Part, answer: string, isSingular: IsSing
       const angles = new Set(
         problem.robot.joints.flatMap((joint, i) => (joint.kind === "R" ? [`theta${i + 1}`] : [])),
       );
-      return perhapsTogether(answer, (text) => judgeSet(text, key, angles, isSingular));
+      const offsets = offsetsOf(problem.robot, angles);
+      return perhapsTogether(answer, (text) => judgeSet(text, key, angles, isSingular, offsets));
     }
     default:
       return judgeLetters(answer, key);
   }
+}
+
+/** What a standard table adds to the variables of revolute joints, where it adds a constant. */
+function offsetsOf({ joints, convention }: Robot, angles: ReadonlySet<string>): Map<string, number> {
+  const found = joints.map(({ theta }, i): [string, number] => {
+    const joint = `theta${i + 1}`;
+    const isAngle = convention === undefined && angles.has(joint);
+    return [joint, isAngle ? evaluate(read(theta, angles), { [joint]: 0 }).re : 0];
+  });
+  return new Map(found.filter(([, offset]) => Number.isFinite(offset) && offset !== 0));
 }
 
 const isUnsound = ({ reasons }: Verdict): boolean => reasons.some(({ key }) => key === "verdict.unsound");
@@ -59,5 +72,8 @@ function perhapsTogether(answer: string, judgeText: (text: string) => Verdict): 
     return found;
   const second = judgeText(parted.join(" and "));
   if (isUnread(second) || isUnsound(second) || second.outcome === "missing") return found;
-  return { ...found, reasons: [...found.reasons, message("verdict.together")] };
+  const slips = (found.slips ?? []).filter((slip) => !("key" in slip) || slip.key !== "slip.and-missing");
+  const reasons = [...found.reasons, message("verdict.together")];
+  const { slips: _, ...rest } = found;
+  return { ...rest, reasons, ...(slips.length > 0 ? { slips } : {}) };
 }

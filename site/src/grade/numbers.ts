@@ -9,6 +9,7 @@ import { numbersText, tableText } from "../read/tables.js";
 import { hasBlank, namesIn, type Node, ReadError } from "../read/tree.js";
 import { message } from "../text/text.js";
 import { shareButForFactor, shareOfEntries } from "./credit.js";
+import { EXACT, slipsInNumbers } from "./number-slips.js";
 import { correct, graded, missing, unreadable, type Verdict, wrong } from "./verdict.js";
 import {
   agreed,
@@ -24,8 +25,6 @@ import {
   unknownSymbols,
 } from "./values.js";
 
-/** Share by which a mistake's number, which is kept with six digits, may differ beside what the answer may. */
-const KEPT = 1e-5;
 const SAME = 1e-9;
 /** A part below this share of a number is rounding. */
 const ZERO = 1e-12;
@@ -43,7 +42,7 @@ export function judgeNumbers(answer: string, key: NumbersKey, labels: readonly s
   );
   if ("outcome" in found) return found;
   try {
-    return numbers(found.flat(), key);
+    return numbers(found.flat(), key, answer);
   } catch (error) {
     if (error instanceof ReadError) return unreadable(error.why);
     throw error;
@@ -82,15 +81,12 @@ function column(
   return ofScalars(shaped(matrixOf(typed, known, labels, shape), shape));
 }
 
-/** Below this tolerance numbers are whole ones, or due exactly: there is nothing to say of digits. */
-const EXACT = 1e-5;
-
-function numbers(entries: readonly Node[], key: NumbersKey): Verdict {
+function numbers(entries: readonly Node[], key: NumbersKey, text: string): Verdict {
   const symbols = new Set(entries.flatMap((entry) => [...namesIn(entry)]));
   if (symbols.size > 0) return wrong("read.numbers", { names: [...symbols].sort().slice(0, 5).join(", ") });
   const mine = entries.map((entry) => (hasBlank(entry) ? NaN : real(entry)));
-  const near = (value: number, due: number, more = 0) =>
-    Math.abs(value - due) <= Math.max((key.tolerance + more) * Math.abs(due), key.floor);
+  const near = (value: number, due: number) =>
+    Math.abs(value - due) <= Math.max(key.tolerance * Math.abs(due), key.floor);
   const right = mine.map((value, i) => near(value, key.right[i] as number));
   if (right.every(Boolean))
     return correct(
@@ -102,9 +98,6 @@ function numbers(entries: readonly Node[], key: NumbersKey): Verdict {
     yours: Number.isFinite(mine[first]) ? (mine[first] as number) : "—",
     expected: Number((key.right[first] as number).toPrecision(4)),
   });
-  const found = key.mistakes.find(([, ...theirs]) =>
-    theirs.every((value, i) => near(mine[i] as number, value, KEPT)),
-  );
   const zeros = key.right.map((due) => Math.abs(due) <= key.floor);
   const isNegated =
     right.length > 1 &&
@@ -114,7 +107,7 @@ function numbers(entries: readonly Node[], key: NumbersKey): Verdict {
   const share = isNegated ? shareButForFactor(1) : shareOfEntries(right, zeros, entries.map(hasBlank));
   return graded(share, isNegated ? [message("verdict.but-sign"), reason] : [reason], {
     entries: right.map((ok) => [ok]),
-    ...(found ? { mistake: found[0] as number } : {}),
+    ...slipsInNumbers(mine, right, key, text),
   });
 }
 

@@ -21,7 +21,7 @@ import { VOCABULARY } from "../read/vocabulary.js";
 import { message } from "../text/text.js";
 import { claimedPieces, isTied, type Piece } from "./pieces.js";
 import { shareOfSet } from "./credit.js";
-import { slipInSet } from "./set-slips.js";
+import { slipsInSet } from "./set-slips.js";
 import { type At, correct, graded, missing, unreadable, type Verdict, wrong } from "./verdict.js";
 import { anyNumber, atText, isBlank } from "./values.js";
 
@@ -48,15 +48,22 @@ interface Space {
   readonly angles: ReadonlySet<string>;
 }
 
-/** Judge conditions; `angles` are the joints of which a whole turn is no difference. */
+/** What else it takes to say what went wrong: all symbols, and what the table adds to variables of joints. */
+interface Table extends Space {
+  readonly symbols: readonly string[];
+  readonly offsets: ReadonlyMap<string, number>;
+}
+
+/** Judge conditions; `angles` are the joints of which a whole turn is no difference, `offsets` what the table adds to them. */
 export function judgeSet(
   answer: string,
   key: ConfigurationsKey,
   angles: ReadonlySet<string>,
   isSingular: IsSingular,
+  offsets: ReadonlyMap<string, number> = new Map(),
 ): Verdict {
   if (!answer.trim()) return missing();
-  const space = { joints: key.joints, angles };
+  const space = { joints: key.joints, angles, offsets, symbols: key.symbols };
   try {
     const tree = read(answer, new Set(key.symbols));
     if (isBlank(tree)) return missing();
@@ -144,7 +151,7 @@ function assigned(tree: Node, { joints }: Space): Node {
 function compared(
   claims: readonly Piece[],
   poses: readonly (readonly At[])[],
-  space: Space,
+  space: Table,
   isSingular: IsSingular,
   conditions: readonly number[],
 ): Verdict {
@@ -166,9 +173,10 @@ function compared(
       .map((pieces) => [pieces.length - uncoveredIn(sound, pieces).length, pieces.length] as const),
     bad.length,
   );
-  const slip = slipInSet({
+  const slips = slipsInSet({
     claims,
     bad: claims.filter((_, i) => found[i] !== null && found[i] !== "nowhere"),
+    poses,
     open: poses.filter((piece) => piece.some((at) => !claims.some((claim) => holds(claim, at, space)))),
     ...space,
     holds: (claim, at) => holds(claim, at, space),
@@ -176,7 +184,7 @@ function compared(
       counterexample(claim, [], space, (at) => isSingular(instead({ ...poses.flat()[0], ...at })), 0) ===
       null,
   });
-  const more = slip ? { slips: [slip] } : {};
+  const more = slips.length > 0 ? { slips } : {};
   const [off] = bad.filter((each) => each !== "close");
   const isRounded = claims.some((claim, i) => {
     const at = found[i];

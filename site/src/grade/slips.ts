@@ -4,7 +4,8 @@
 // only if it gives the entries, all others being as they are due. Each entry is explained by one of them.
 
 import type { ValuesKey } from "../bank.js";
-import type { Node } from "../read/tree.js";
+import { evaluate } from "../read/evaluate.js";
+import { namesIn, type Node } from "../read/tree.js";
 import { message, type Message } from "../text/text.js";
 import {
   type Change,
@@ -49,9 +50,16 @@ interface Finding extends Told {
   readonly whole: boolean;
 }
 
+/** What went wrong in an answer, and whether that explains all of its wrong entries. */
+export interface Explained {
+  readonly slips: readonly Slip[];
+  readonly isAll: boolean;
+}
+
 /** What went wrong in an answer, and where: as few slips as explain most of its wrong entries, each entry by one. */
-export function slipsIn(answer: Answer, key: ValuesKey): Slip[] {
-  const findings = [...leftOut(answer, key), ...slipsAndMistakes(answer, key)];
+export function slipsIn(answer: Answer, key: ValuesKey): Explained {
+  const [missing, others] = ofSymbols(answer, key);
+  const findings = [...leftOut(answer, key), ...missing, ...slipsAndMistakes(answer, key), ...others];
   const told: Told[] = [];
   let open = answer.wrong;
   while (open.length > 0 && told.length < MOST_TOLD) {
@@ -72,7 +80,7 @@ export function slipsIn(answer: Answer, key: ValuesKey): Slip[] {
   if (last >= 0) wheres[last] = message("slip.others");
   const begins = (k: number) => (k === last ? Infinity : (told[k]!.places[0] as number) % key.columns);
   const order = told.map((_, k) => k).sort((a, b) => begins(a) - begins(b));
-  return order.map((k) => told[k]!.says(wheres[k]!));
+  return { slips: order.map((k) => told[k]!.says(wheres[k]!)), isAll: open.length === 0 };
 }
 
 /** Columns that have nothing but zeros where something else is due. */
@@ -89,6 +97,53 @@ function leftOut({ entries, wrong }: Answer, { columns }: ValuesKey): Finding[] 
 }
 
 const isZero = ({ kind, value }: Node): boolean => kind === "number" && value === 0;
+
+/** Share of what is due, or of its terms with a symbol, by which values of six digits may differ. */
+const SIX_DIGITS = 1e-5;
+/** How many times as large as that the terms with a symbol are, for them to be missed. */
+const TELLING = 100;
+
+/** All terms with a rate, a velocity or a force that are missing, have the other sign, or lack it. */
+const SYMBOL_SLIPS = [
+  { kind: "slip.symbol-missing", off: (x: number) => x, isIn: false },
+  { kind: "slip.symbol-sign", off: (x: number) => 2 * x, isIn: true },
+  { kind: "slip.symbol-left-out", off: (x: number) => x - 1, isIn: false },
+] as const;
+
+/** What went wrong in all terms with one symbol, which an entry has as a factor alone: first that they are missing. */
+function ofSymbols(answer: Answer, key: ValuesKey): [missing: Finding[], others: Finding[]] {
+  const found = SYMBOL_SLIPS.map(({ kind, off, isIn }) =>
+    Object.entries(key.linear ?? {})
+      .map(([symbol, factors]) => ({
+        places: answer.wrong.filter((i) => {
+          const isThere = namesIn(answer.entries[i] as Node).has(symbol);
+          return isThere === isIn && isOffBy(answer, i, key, factors[i] ?? [], symbol, off);
+        }),
+        whole: false,
+        says: (where: Message) => message(kind, { where, what: symbol }),
+      }))
+      .filter(({ places }) => places.length > 0),
+  );
+  return [found[0] ?? [], found.slice(1).flat()];
+}
+
+/** Whether an entry lacks what its terms with a symbol are worth when that has another value. */
+function isOffBy(
+  { entries, at }: Answer,
+  index: number,
+  key: ValuesKey,
+  factors: readonly number[],
+  symbol: string,
+  off: (x: number) => number,
+): boolean {
+  return factors.every((factor, k) => {
+    const due = key.right[index]?.[k] ?? NaN;
+    const change = factor * off(at(k)[symbol] ?? NaN);
+    const room = SIX_DIGITS * Math.max(Math.abs(due), Math.abs(change));
+    const lacking = due - evaluate(entries[index] as Node, at(k)).re;
+    return Math.abs(change) > TELLING * room && Math.abs(lacking - change) <= room;
+  });
+}
 
 function slipsAndMistakes(answer: Answer, key: ValuesKey): Finding[] {
   const { entries, wrong, at } = answer;

@@ -226,21 +226,24 @@ function compared(rows: readonly (readonly Node[])[], key: ValuesKey): Verdict {
   const first = differing.findIndex((k) => k >= 0);
   const k = differing[first] as number;
   const reason = unknownSymbols(names, key) ?? difference(entries, first, mine(k)[first] ?? null, key, k);
-  const mistake = mistakeBehind(mine, key);
+  const mistake = mistakeBehind(mine, key.mistakes, key);
   const isRight = (i: number, entry: Node) =>
     key.points.every((_, j) =>
       same(evaluate(entry, configuration(key, j, names)), key.right[i]?.[j] ?? null),
     );
   const wrong = differing.flatMap((j, i) => (j >= 0 && !blank[i] ? [i] : []));
   const at = (j: number) => configuration(key, j, names);
-  const mistakeIn = (some: ReadonlySet<number>) => mistakeBehind(mine, key, some);
-  const slips =
-    mistake === undefined && wrong.length > 0 ? slipsIn({ entries, wrong, at, isRight, mistakeIn }, key) : [];
+  const mistakeIn = (some: ReadonlySet<number>) => mistakeBehind(mine, key.mistakes, key, some);
+  const isOpen = mistake === undefined && wrong.length > 0;
+  const explained = isOpen ? slipsIn({ entries, wrong, at, isRight, mistakeIn }, key) : null;
+  // the same slip everywhere may come to several in places
+  const everywhere = explained && !explained.isAll ? mistakeBehind(mine, key.throughout ?? [], key) : mistake;
+  const slips = everywhere === undefined ? (explained?.slips ?? []) : [];
   const but = amiss === 0 ? [] : [message(amiss.says)];
   return graded(share, [...but, ...counted(right, zeros), reason], {
     entries: marks,
     at: configuration(key, k, NOTHING),
-    ...(mistake === undefined ? {} : { mistake }),
+    ...(everywhere === undefined ? {} : { mistake: everywhere }),
     ...(slips.length > 0 ? { slips } : {}),
   });
 }
@@ -375,11 +378,12 @@ function difference(
 }
 
 /**
- * The index of what is said of the mistake that gives the very same answer, or the same but for entries other than
+ * The index of what is said of the one of some mistakes that gives the very same answer, or the same but for entries other than
  * `some`, which the mistake leaves as they are due.
  */
 function mistakeBehind(
   mine: (k: number) => readonly (Value | null)[],
+  mistakes: ValuesKey["mistakes"],
   key: ValuesKey,
   some?: ReadonlySet<number>,
 ): number | undefined {
@@ -391,7 +395,7 @@ function mistakeBehind(
   const sum = (values: readonly number[]) => values.reduce((total, value, i) => total + weight(i) * value, 0);
   const prints = key.points.slice(0, PRINTED).map((_, k) => sum(worth(k)));
   const off = (k: number) => prints[k]! - sum(key.right.map((values) => values[k] ?? NaN));
-  const found = key.mistakes.find(([, ...theirs]) =>
+  const found = mistakes.find(([, ...theirs]) =>
     theirs.every((their, k) => {
       const room = PRINT * Math.max(Math.abs(their), 1e-9);
       // a part must make a difference that is not lost in all the rest

@@ -22,8 +22,8 @@ export interface Verdict {
   readonly slips?: readonly Slip[];
 }
 
-/** A text, or an index into what the problem says of mistakes and where that was made. */
-export type Slip = Message | { readonly mistake: number; readonly where: Message };
+/** A text, or an index into what the problem says of mistakes and where that was made, if only there. */
+export type Slip = Message | { readonly mistake: number; readonly where?: Message };
 
 export function correct(reason?: Message, sure = true): Verdict {
   return { outcome: "correct", share: 1, reasons: reason ? [reason] : [], sure };

@@ -3,7 +3,7 @@
 import type { JSX } from "preact";
 import type { Problem, Row } from "../bank.js";
 import { type At, isRead, type Slip, type Verdict } from "../grade/verdict.js";
-import { message, said } from "../text/text.js";
+import { message, type Message, said } from "../text/text.js";
 
 const TITLES = {
   correct: "practice.right",
@@ -78,19 +78,28 @@ export function Feedback({ problem, verdict, isDrawn, notes = [] }: FeedbackProp
 
 /** What the problem says of a mistake, in the language of the problem. */
 function Mistake({ problem, index }: { problem: Problem; index: number }) {
-  const [, title, sentence] = problem.said[index] ?? [];
+  const [name, title, sentence, missing] = problem.said[index] ?? [];
   return (
     <span lang={problem.lang ?? "en"}>
       <strong>{title}</strong> {sentence}
+      {missing ? ` ${said(missingIn(missing, name === "factor-lost"))}` : null}
     </span>
   );
+}
+
+/** What is said of symbols in what is missing; where a factor of det J vanishes that joints change, the arm is singular. */
+export function missingIn(symbols: string, ofDeterminant: boolean): Message {
+  const what = symbols.replaceAll("theta", "θ");
+  const isMoving = ofDeterminant && /theta|d\d/.test(symbols);
+  return message(isMoving ? "practice.lost-with-factor" : "practice.missing-in", { what });
 }
 
 function Behind({ problem, slip }: { problem: Problem; slip: Slip }) {
   if (!("mistake" in slip)) return <>{said(slip)}</>;
   return (
     <>
-      {said(slip.where)}: <Mistake problem={problem} index={slip.mistake} />
+      {slip.where ? `${said(slip.where)}: ` : null}
+      <Mistake problem={problem} index={slip.mistake} />
     </>
   );
 }

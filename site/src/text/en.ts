@@ -117,6 +117,8 @@ export const en = {
   "slip.column": "Column {column}",
   "slip.entries": "Entries {entries}",
   "slip.others": "All other wrong entries",
+  "slip.option": "Option {letter}",
+  "slip.item": "Item {item}",
   "slip.whole-sign": "{where}: all of it has the wrong sign, and nothing else seems to be wrong there.",
   "slip.wave": "{where}: in one place sine and cosine are exchanged. The rest there is as it should be.",
   "slip.all-waves": "{where}: sines and cosines are exchanged throughout. The rest there is as it should be.",
@@ -144,13 +146,45 @@ export const en = {
     "{where}: two terms are missing, with {what} in them. The rest there is as it should be.",
   "slip.factor-missing":
     "{where}: a sine or cosine with {what} is missing as a factor. The rest there is as it should be.",
+  "slip.symbol-missing": "{where}: all terms with {what} are missing. The rest there is as it should be.",
+  "slip.symbol-sign":
+    "{where}: all terms with {what} have the wrong sign. The rest there is as it should be.",
+  "slip.symbol-left-out":
+    "{where}: {what} is left out of the terms that are multiplied by it. The rest there is as it should be.",
   "slip.column-left-out":
     "Column {column} is left out: it has nothing but zeros, and something else is due in it.",
   "slip.transposed":
     "Your answer is the transpose of what is due: its rows are the columns that are asked for, and nothing else is wrong.",
   "slip.turned":
     "Are rows and columns exchanged? Your answer has as many rows as columns are due, and as many columns as rows.",
+  "slip.rounded": "Right but for rounding: it is due to {percent} %.",
+  "slip.close":
+    "Close to what is due, but not to {percent} %. Was something rounded on the way? Keep all digits until the end.",
+  "slip.per-degree": "{where}: in degrees per second, it seems. It is due in radians per second.",
+  "slip.radians-twice":
+    "{where}: turned into radians once too often, it seems. What follows from J is in radians per second already.",
+  "slip.metres-large": "{where}: in millimetres or centimetres, it seems. It is due in metres.",
+  "slip.metres-small": "{where}: millimetres or centimetres seem to be turned into metres once too often.",
+  "slip.times-ten": "{where}: {factor} times what is due. Look at the decimal point, and at the units.",
+  "slip.over-ten": "{where}: what is due over {factor}. Look at the decimal point, and at the units.",
   "slip.degrees": "An angle seems to be typed in degrees: type radians, or put deg behind it, as in 180 deg.",
+  "slip.radians": "An angle seems to be typed in radians with degrees behind it: pi is 180 deg.",
+  "slip.half-radians": "A value of {joint} seems to be turned into the wrong radians: 180° is pi.",
+  "slip.value-sign": "A value of {joint} seems to have the wrong sign.",
+  "slip.offset":
+    "The constant that the table adds to {joint} seems to be left out: the sum of both is the angle of which you speak.",
+  "slip.offset-sign":
+    "The constant that the table adds to {joint} seems to be put on the wrong side: the sum of both is the angle of which you speak.",
+  "slip.called-singular":
+    "{joint} seems to be called singular by itself. Is a direction lost at that value, whatever the other joints are?",
+  "slip.tie": "The condition with several joints",
+  "slip.and-missing":
+    "What you say of {joint} is not enough by itself: another condition must hold at the same time.",
+  "slip.too-narrow": "A condition on {joint} is too many: the arm is singular there without it, too.",
+  "slip.values-left-out":
+    "Values of a joint are missing at which the arm is singular. Have you put every factor to zero?",
+  "slip.tie-left-out":
+    "A condition is missing in which several joints, or lengths, stand together: a sum can vanish, too. Have you put every factor to zero?",
   "slip.quarter-turn":
     "A value of {joint} is a quarter turn off: the sine vanishes where the cosine does not. Which of them is it that has to vanish?",
   "slip.other-joint":
@@ -209,6 +243,9 @@ export const en = {
   "practice.missing": "No answer yet",
   "practice.unread": "Can't be read, and does not count",
   "practice.mistake": "It looks like this:",
+  "practice.missing-in": "What is missing has {what} in it.",
+  "practice.lost-with-factor":
+    "The factor that is missing has {what} in it. Lost with it are all configurations in which it vanishes: the arm is singular there.",
   "practice.mistakes": "It looks like several things at once:",
   "practice.own-columns":
     "The columns of your J are drawn dashed at P, beside the true ones: move the arm to see where they part.",

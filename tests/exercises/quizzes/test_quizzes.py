@@ -80,10 +80,10 @@ def problem_of(family: str, seed: int, name: str) -> Problem:
     return generate(_id(family, seed, name))
 
 
-def of_small(name: str) -> Problem:
+def of_small(name: str, seed: int = 1) -> Problem:
     """Return a problem of one short question, of the first of SMALL that can be asked it."""
     can = (family for family in SMALL if QUIZZES[name].refusal(sample_chain(_id(family, 1, name))) is None)
-    return problem_of(next(can), 1, name)
+    return problem_of(next(can), seed, name)
 
 
 @of_families(several([name for name in FAMILY_NAMES if name not in LONG or name == "lbr-7r"], FAMILY_NAMES))

@@ -16,8 +16,15 @@ from exercises.arm.stages import numbers
 from exercises.generation import generate, listed, short_quiz
 from exercises.problem import Part, Problem, ProblemId
 from exercises.questions.results import is_derived, result
-from exercises.site.keys import key_of, weight
-from exercises.site.record import arm_record, determinant_factors, site_record, solutions_record, typed_names
+from exercises.site.keys import key_of, right_in_numbers, weight
+from exercises.site.record import (
+    arm_record,
+    determinant_factors,
+    site_record,
+    solutions_record,
+    translated_record,
+    typed_names,
+)
 from exercises.site.supply import of_families
 from exercises.variation import STEPS
 from exercises.writing.latex import tex
@@ -100,6 +107,58 @@ def test_what_people_do_most_is_told_though_it_comes_late_in_the_catalogue() -> 
     assert {"rates-in-degrees", "degrees-as-radians", "degrees", "transpose-for-inverse"} <= rates
 
 
+def test_all_mistakes_in_numbers_are_told_and_none_of_them_is_right() -> None:
+    """Also those that no derivation makes, and of short questions what is made of the chapter's answer."""
+    asked = ("jacobian-size", "joint-rates", "path-rates", "rank", "manipulability", "determinant-value", "speed")
+    problem = generate(ProblemId("planar-2r", 1, asked, variation="chapter"))
+    told: dict[str, set[str]] = {}
+    for part in problem.parts:
+        key = key_of(problem, part)
+        told[part.kind] = {mistake["name"] for mistake in key["mistakes"]}
+        for mistake in key["mistakes"]:
+            assert len(mistake["values"]) == len(key["right"])
+            assert not np.allclose(mistake["values"], key["right"], rtol=1e-4, atol=0.0), mistake
+    assert told["jacobian-size"] >= {"size-six-rows"} and told["rank"] >= {"rank-full"}
+    assert told["path-rates"] >= {"rates-at-start", "path-turned-round", "degrees", "rates-in-degrees"}
+    assert {"row-misread", "product-sign", "determinant-sign"} <= told["joint-rates"]
+    assert {"determinant-sign", "degrees-as-radians", "degrees"} <= told["determinant-value"]
+    assert "degrees-as-radians" in told["speed"] and "rates-in-degrees" not in told["speed"]
+
+
+def test_of_a_factor_and_of_lengths_that_are_missing_it_is_told_which() -> None:
+    problem = generate(ProblemId("elbow-3r", 1, ("determinant", "inverse-velocity"), variation="chapter"))
+    record = site_record(problem)
+    lost = {row[3] for row in record["said"] if row[0] == "factor-lost"}
+    assert {"a2", "a3", "theta3", "theta2, theta3"} <= lost
+    determinant, rates = (part["key"] for part in record["parts"])
+    everywhere = [record["said"][index] for index, *_ in rates["throughout"]]
+    assert [row[3] for row in everywhere if row[0] == "lengths-missing"] == ["a1, a2, a3", "a1", "a2", "a3"]
+    assert len({tuple(values) for _, *values in rates["throughout"]}) == len(rates["throughout"])
+    assert "linear" not in determinant
+    german = translated_record(problem, record, "de")["said"]
+    assert [row[3:] for row in german] == [row[3:] for row in record["said"]]
+    assert any(row[2].startswith("In deiner Antwort: ") for row in german)
+
+
+def test_a_key_tells_what_velocities_are_multiplied_by() -> None:
+    problem = generate(ProblemId("planar-2r", 1, ("inverse-velocity",), variation="chapter"))
+    (key,) = (key_of(problem, part) for part in problem.parts)
+    assert set(key["linear"]) == {"vx", "vy"}
+    for k in range(len(key["linear"]["vx"][0])):
+        at = dict(zip(key["symbols"], key["points"][k], strict=True))
+        for i, due in enumerate(key["right"]):
+            given = sum(factors[i][k] * at[name] for name, factors in key["linear"].items())
+            assert given == pytest.approx(due[k], rel=1e-4)
+
+
+@pytest.mark.parametrize("name", ["determinant-value", "speed"])
+def test_a_short_question_in_numbers_is_worked_out_as_the_chapters(name: str) -> None:
+    """With no mistake in it, the derivation gives its answer."""
+    problem = generate(ProblemId("elbow-3r", 1, (name,)))
+    (part,) = problem.parts
+    assert right_in_numbers(problem, part) == pytest.approx([float(value) for value in part.answer.as_matrix()])
+
+
 def test_arms_of_a_family_climb_the_steps_unless_one_is_asked_for() -> None:
     drawn_at = [wanted.variation for wanted in of_families(["scara"], 6) if not wanted.asked]
     assert drawn_at == [*STEPS, "chapter"]
@@ -121,7 +180,7 @@ def test_a_record_says_what_a_page_needs() -> None:
     assert "$" not in record["statement"]
     assert record["robot"]["joints"][0]["kind"] == "R"
     named = [mistake for part in record["parts"][:2] for mistake in part["key"]["mistakes"]]
-    assert named and all(len(record["said"][mistake[0]]) == 3 for mistake in named)
+    assert named and all(len(record["said"][mistake[0]]) in (3, 4) for mistake in named)
     position = record["parts"][0]["key"]
     assert len(position["points"]) == 16 and (position["rows"], position["columns"]) == (2, 1)
     text = json.dumps(record["parts"][1]["key"])
