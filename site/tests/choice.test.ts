@@ -17,7 +17,7 @@ import {
   variations,
   WAITS,
 } from "../src/practice/choice.js";
-import { entriesOf, matrixText } from "../src/practice/entries.js";
+import { entriesOf, isUnfinished, matrixText } from "../src/practice/entries.js";
 import { asFile, fromFile, kept, merged } from "../src/practice/progress.js";
 
 const INDEX: Index = {
@@ -165,4 +165,19 @@ test("entries become a text, and the text entries again", () => {
   expect(entriesOf("[[1, 2], [3]]", 2, 2)).toBeNull();
   expect(entriesOf("a1 + 2", 1, 2)).toBeNull();
   expect(matrixText(["", " "], 2)).toBe("");
+});
+
+test.each(["[a, b; c, d]", "a, b\nc, d", "[a b\n c d]", "J = [a b; c d];"])(
+  "%j becomes the entries of the grid",
+  (text) => expect(entriesOf(text, 2, 2)).toEqual(["a", "b", "c", "d"]),
+);
+
+test("rows that are typed in lines go on until all are there", () => {
+  expect(isUnfinished("a, b", 2, 2)).toBe(true);
+  expect(isUnfinished("a, b\nc, d", 2, 2)).toBe(false);
+  expect(isUnfinished("a, b; c, d", 2, 2)).toBe(false);
+  expect(isUnfinished("a*c1", 2, 1)).toBe(true);
+  expect(isUnfinished("a, b", 2, 1)).toBe(false);
+  for (const bracketed of ["[[1, 2", "J = [1", "Matrix([1"])
+    expect(isUnfinished(bracketed, 2, 2)).toBe(false);
 });
