@@ -107,7 +107,7 @@ def _listed(cells: list[list[str]]) -> str:
 
 
 def _is_whole(cell: str) -> bool:
-    """Tell whether an entry holds no comma, semicolon or two points of a number, and as many brackets closed as open."""
+    """Tell whether an entry holds no comma, semicolon or number with two points, and its brackets are closed."""
     return (
         bool(cell.strip(SPACES))
         and not re.search(r"[,;=]|\.[0-9]{1,18}\.", cell)
