@@ -22,33 +22,42 @@ export interface Claims {
   readonly isSound: (claim: Piece, instead: (at: At) => At) => boolean;
 }
 
+/** A slip, and what it is about: a claim of the answer, or a piece of the right set that no claim covers. */
+export interface SetSlip {
+  readonly slip: Message;
+  readonly claim?: Piece;
+  readonly piece?: readonly At[];
+}
+
 /** What went wrong in a set that is not right; null where no one change helps. */
-export function slipInSet(set: Claims): Message | null {
+export function slipInSet(set: Claims): SetSlip | null {
   const { claims, bad, open, angles, holds } = set;
   for (const claim of bad) {
     const radians = claim.map((atom) => inRadians(atom, angles));
-    if (radians.some((atom, i) => atom !== claim[i]) && fits(set, radians)) return message("slip.degrees");
+    if (radians.some((atom, i) => atom !== claim[i]) && fits(set, radians))
+      return { slip: message("slip.degrees"), claim };
   }
   for (const claim of bad) {
     const said = claim.flatMap(({ joint, zero }) => (joint === null ? [...namesIn(zero)] : [joint]));
     for (const joint of new Set(said.filter((each) => angles.has(each))))
       for (const turn of [HALF_TURN / 2, -HALF_TURN / 2])
         if (fits(set, claim, turned(joint, turn), turned(joint, -turn)))
-          return message("slip.quarter-turn", { joint });
+          return { slip: message("slip.quarter-turn", { joint }), claim };
     for (const joint of new Set(said))
       for (const other of set.joints)
         if (other !== joint && angles.has(joint) === angles.has(other)) {
           const swap = exchanged(joint, other);
-          if (fits(set, claim, swap, swap)) return message("slip.other-joint", { joint });
+          if (fits(set, claim, swap, swap)) return { slip: message("slip.other-joint", { joint }), claim };
         }
   }
   if (bad.length > 0) return null;
-  const half = [...angles].find((joint) =>
-    open.some((poses) =>
+  for (const joint of angles) {
+    const piece = open.find((poses) =>
       poses.every((at) => claims.some((claim) => holds(claim, turned(joint, HALF_TURN)(at)))),
-    ),
-  );
-  return half === undefined ? null : message("slip.half-turn", { joint: half });
+    );
+    if (piece) return { slip: message("slip.half-turn", { joint }), piece };
+  }
+  return null;
 }
 
 const same = (at: At): At => at;
