@@ -381,3 +381,25 @@ test("what is shown of an answer is what is judged, also of a table", () => {
     expect(canonical(readDue(typed, known, part))).toBe("(list (list a b) (list c d))");
   expect(canonical(readDue("[-1,09 , 1,35]", new Set(), RATES))).toBe("(list (neg #109e-2) #135e-2)");
 });
+
+test.each([
+  [[], "a1, theta1"],
+  [["qd1"], "a1, qd1, theta1"],
+])("beside a name that is unknown stand those that the question uses: with %j %s", (spoken, known) => {
+  const symbols = ["a1", "fx", "qd1", "theta1", "vx"];
+  const key = {
+    ...PLAIN_KEY,
+    symbols,
+    points: [[1, 2, 3, 0.5, 4]],
+    right: [[0.5]],
+    constants: ["a1"],
+    spoken,
+  };
+  for (const verdict of [
+    judgeValues("l1*theta1", key),
+    judgeDirection("[l1, 1]", { ...key, type: "direction", rows: 2, right: [[1], [2]] }),
+  ])
+    expect(verdict.reasons.map((reason) => said(reason))).toContain(
+      `This problem has no l1; its symbols are ${known}.`,
+    );
+});

@@ -19,11 +19,13 @@ export interface FiguresProps {
   readonly most: number;
   /** Whether all of it but the point would tell what is asked. */
   readonly concealed: boolean;
+  /** Whether the pane beside says so already. */
+  readonly isToldAside?: boolean;
 }
 
 export const Figures = paced(
   (props: FiguresProps): JSX.Element => {
-    const { arm, state, measures, rested, factors, most, concealed } = props;
+    const { arm, state, measures, rested, factors, most, concealed, isToldAside } = props;
     const say = useSay();
     const signed = useDigits();
     const near = nearness(arm, measures);
@@ -37,7 +39,7 @@ export const Figures = paced(
     if (concealed)
       return (
         <div class="arm-figures">
-          <p class="arm-concealed">{say("arm.concealed")}</p>
+          {isToldAside ? null : <p class="arm-concealed">{say("arm.concealed")}</p>}
           <p class="arm-nearness">{point}</p>
         </div>
       );
@@ -59,5 +61,6 @@ export const Figures = paced(
     factors: "at once",
     most: "at once",
     concealed: "at once",
+    isToldAside: "at once",
   },
 );

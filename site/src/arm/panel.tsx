@@ -132,7 +132,7 @@ function Panel(props: ArmProps): JSX.Element {
               <div class="arm-side">
                 {concealed ? null : <Jacobian {...stage} onLit={stage.point} />}
                 <Joints {...stage} onChoose={stage.choose} onPose={stage.move} />
-                <Figures {...stage} />
+                <Figures {...stage} isToldAside={open === "map"} />
                 <Lengths robot={robot} symbols={symbols} />
               </div>
             ) : null}

@@ -38,7 +38,7 @@ function judged(problem: Problem, part: Part, answer: string, isSingular: IsSing
     case "values":
       return judgeValues(answer, { ...key, spoken: names }, labels, columns);
     case "direction":
-      return judgeDirection(answer, key, labels);
+      return judgeDirection(answer, { ...key, spoken: names }, labels);
     case "numbers":
       return judgeNumbers(answer, key, labels);
     case "configurations": {
