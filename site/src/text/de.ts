@@ -525,6 +525,8 @@ export const de: Catalogue = {
   "arm.reset": "Zum Anfang",
   "arm.lengths": "Gezeichnet mit",
   "arm.term": "hier: {value}",
+  "arm.term.spelled": "{name}, hier: {value}",
+  "arm.term.keys": "Links und rechts führen von Term zu Term, hinunter zu den Buchstaben eines Terms, hinauf zurück; mit Enter bleibt er, während der Arm bewegt wird, mit Escape nicht mehr.",
   "arm.concealed": "J ist zu sehen, sobald dies beantwortet ist: In Zahlen verriete es die Antwort.",
   "arm.figures.det": "det J",
   "arm.figures.volume": "√det JJᵀ",

@@ -620,6 +620,9 @@ export const en = {
   "arm.reset": "First pose",
   "arm.lengths": "Drawn with",
   "arm.term": "here: {value}",
+  "arm.term.spelled": "{name}, here: {value}",
+  "arm.term.keys":
+    "Left and right go from term to term, down to the letters of a term, up again; Enter keeps it while the arm is moved, Escape leaves it.",
   "arm.concealed": "J is in sight once this is answered: in numbers it would tell the answer.",
   "arm.figures.det": "det J",
   "arm.figures.volume": "√det JJᵀ",
