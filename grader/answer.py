@@ -89,7 +89,7 @@ def read_matrix(
     if given.tree is not None and (whole := _of_vectors(given.tree, shape, labels, columns)) is not None:
         given = replace(given, tree=whole)
     given = _in_rows(given, labels, "a matrix", shape)
-    given = _of_scalars(_in_shape(given, shape), "a matrix of expressions")
+    given = _of_scalars(_in_shape(given, shape, text), "a matrix of expressions")
     if given.refusal is not None and (table := table_text(text, shape)) not in (None, text):
         again = read_matrix(table, shape, domain) if table_text(table, shape) in (None, table) else given
         return replace(again, text=text)
@@ -106,7 +106,7 @@ def read_numbers(text: str, count: int, labels: Sequence[str] = (), units: Seque
     if count == 1 and (point := with_points(text)) != text:
         return replace(read_numbers(point, count, labels), text=text)
     given = _in_order(_right_side(_read(text, Domain({})), Domain({})))
-    given = _in_shape(_in_rows(given, labels, "numbers"), (count, 1))
+    given = _in_shape(_in_rows(given, labels, "numbers"), (count, 1), text)
     if given.refusal is None and given.symbols:
         left = ", ".join(sorted(given.symbols)[:5])
         due = "0.5" if count == 1 else _as_in((count, 1), "0.5")
@@ -442,7 +442,7 @@ def _label_of(name: str) -> str:
     return plain.removeprefix("p") if len(plain) > 1 else plain
 
 
-def _in_shape(given: Given, due: tuple[int, int]) -> Given:
+def _in_shape(given: Given, due: tuple[int, int], text: str) -> Given:
     """Take a row for the column that is due: a vector written the other way is the same vector."""
     if given.refusal is not None or given.rows is None:
         return given
@@ -454,7 +454,13 @@ def _in_shape(given: Given, due: tuple[int, int]) -> Given:
         return given
     turned = " (transposed?)" if shape == due[::-1] and due[0] != due[1] and 1 not in due else ""
     asked = f"; write it as in {_as_in(due)}" if shape != due[::-1] or 1 in due else ""
-    return given.refused(f"the answer is {shape[0]} x {shape[1]}, and {due[0]} x {due[1]} is due{turned}{asked}")
+    commas = "" if re.search(r"\d,\d", text) is None else _COMMAS
+    return given.refused(
+        f"the answer is {shape[0]} x {shape[1]}, and {due[0]} x {due[1]} is due{turned}{commas or asked}"
+    )
+
+
+_COMMAS = "; where 0,5 is a number, put semicolons or a comma and a space between entries, as in [0,5; 1,25]"
 
 
 def _as_in(shape: tuple[int, int], entry: str = "a") -> str:

@@ -207,7 +207,7 @@ def _of_6_3(scorbot: Chain, words: Catalogue) -> tuple[Erratum, ...]:
             gettext("Example 6.3, singular configurations"),
             pgettext("erratum", "wrong"),
             gettext("$s_2 = 0$ and $s_3 = 0$"),
-            "$s_3 = 0$, or $a_1 + a_2 c_2 + a_3 c_{23} = 0$",
+            gettext("$s_3 = 0$, or $a_1 + a_2 c_2 + a_3 c_{23} = 0$"),
             gettext(
                 r"$\theta_2 = 0$ by itself costs nothing, so that the printed set has configurations too many. And "
                 r"it lacks the shoulder singularity, $P$ on the axis of joint 1, which a program that checks the "

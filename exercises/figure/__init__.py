@@ -36,7 +36,8 @@ from exercises.figure.pose import HEIGHT, LONG, ROOM, WIDTH, Skeleton, best_pose
 from exercises.figure.shapes import FONT, Figure, extent, fixed, path, roman
 from exercises.figure.small import PANEL, cells, posed, singular_panel, thumbnail
 from exercises.figure.view import Drawn, View
-from exercises.figure.words import alt_text, panels_text, title_text
+from exercises.figure.words import alt_text, panels_text, panels_title, title_text
+from exercises.languages import ENGLISH, catalogue
 from exercises.problem import Part
 from exercises.quizzes.places import options_drawn
 from exercises.render import render
@@ -205,17 +206,17 @@ def thumbnail_svg(chain: Chain, name: str = "arm") -> str:
     )
 
 
-def singular_svg(chain: Chain, name: str = "singular") -> str:
+def singular_svg(chain: Chain, name: str = "singular", language: str = ENGLISH) -> str:
     """Return drawings of a regular and the singular configurations side by side as a self-contained SVG element.
 
     It is empty where there is nothing to draw: an arm without singular, or without regular configurations.
     """
-    panel = singular_panel(chain)
+    panel, words = singular_panel(chain, language), catalogue(language)
     if not panel.drawings:
         return ""
-    title = f"{title_text(chain)}: a regular and the singular configurations"
-    description = panels_text([caption for caption, _ in panel.drawings], panel.key, panel.remark)
-    return _side_by_side(panel.drawings, f"{panel.key} {panel.remark}", name, title, description)
+    captions = [caption for caption, _ in panel.drawings]
+    description = panels_text(captions, panel.key, panel.remark, words, panel.has_lost)
+    return _side_by_side(panel.drawings, f"{panel.key} {panel.remark}", name, panels_title(chain, words), description)
 
 
 def part_alt(chain: Chain, part: Part) -> str:

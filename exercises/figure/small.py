@@ -9,6 +9,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from string import ascii_lowercase
 
 import numpy as np
 import sympy as sp
@@ -27,6 +28,7 @@ from exercises.figure.shapes import Circle, Figure, Glyph, Pair, Polyline, Shape
 from exercises.figure.view import Drawn, View, arrow, tip
 from exercises.figure.words import left_out_text
 from exercises.formula.printers.unicode import unicode_math
+from exercises.languages import ENGLISH, Catalogue, catalogue
 from exercises.writing.latex import laid_out
 
 PANEL, THUMBNAIL = (280, 196), (320, 240)
@@ -44,7 +46,6 @@ MOST = 8
 TRIED = 24
 """Configurations found numerically where a condition ties several joints; the one easiest to read is drawn."""
 CAPTION = 24
-REGULAR_CAPTION = "regular"
 
 
 def thumbnail(chain: Chain) -> Figure:
@@ -153,24 +154,31 @@ class _Scaled:
 
 @dataclass(frozen=True)
 class Panel:
-    """Drawings with captions, a regular configuration first; what their marks mean; what is left out, if anything."""
+    """Drawings with captions, a regular configuration first; what their marks mean; what is left out, if anything.
+
+    And whether ways are marked in which P can't move.
+    """
 
     drawings: tuple[tuple[str, Figure], ...] = ()
     key: str = ""
     remark: str = ""
+    has_lost: bool = False
 
 
 @lru_cache(maxsize=64)
-def singular_panel(chain: Chain) -> Panel:
+def singular_panel(chain: Chain, language: str = ENGLISH) -> Panel:
     """Return drawings of a regular configuration, then of each singular value or condition, as far as there is room.
 
-    The captions number the components of the singular set from 1; each gets a drawing before any gets a second one.
+    The captions number the components of the singular set from 1, with letters for several drawings of one; each gets a
+    drawing before any gets a second one.
     Nothing is drawn where the arm has no singular configuration for its task, or no regular one.
     """
-    chain = exact(chain)
+    chain, words = exact(chain), catalogue(language)
     scaled = _scaled(chain)
     regular = best_poses(chain, scaled.drawn, 1)[0]
-    by_component = [_configurations(chain, scaled, component, regular) for component in singular_set(chain) or ()]
+    by_component = [
+        _configurations(chain, scaled, component, regular, words) for component in singular_set(chain) or ()
+    ]
     singular = [
         [(caption, entries, lost) for caption, entries in one
          if (lost := _lost_directions(chain, scaled, entries)) is not None]
@@ -179,21 +187,27 @@ def singular_panel(chain: Chain) -> Panel:
     shown = shares([len(one) for one in singular], MOST)
     if not any(shown):
         return Panel()
-    drawings = [(REGULAR_CAPTION, _figure(scaled.drawn, regular, PANEL))]
+    drawings = [(words.pgettext("caption of a drawing", "regular"), _figure(scaled.drawn, regular, PANEL))]
     for number, (one, count) in enumerate(zip(singular, shown, strict=True), 1):
-        for caption, entries, lost in (one[k] for k in _spread(len(one), count)):
-            drawings.append((f"{number}. {caption}", _figure(scaled.drawn, entries, PANEL, lost)))
+        for k, which in enumerate(_spread(len(one), count)):
+            caption, entries, lost = one[which]
+            letter = ascii_lowercase[k] if count > 1 else ""
+            drawings.append((f"{number}{letter}. {caption}", _figure(scaled.drawn, entries, PANEL, lost)))
     return Panel(
         tuple(drawings),
-        _key(chain, [figure for _, figure in drawings]),
-        left_out_text([len(one) for one in singular], shown),
+        _key(chain, [figure for _, figure in drawings], words),
+        left_out_text([len(one) for one in singular], shown, words),
+        any(shape.style == "lost" for _, figure in drawings for shape in figure.shapes if not isinstance(shape, Glyph)),
     )
 
 
-def _key(chain: Chain, figures: list[Figure]) -> str:
+def _key(chain: Chain, figures: list[Figure], words: Catalogue) -> str:
     """Return the meaning of the marks in some drawings, in the order in which a reader meets them."""
     styles = {shape.style for figure in figures for shape in figure.shapes if not isinstance(shape, Glyph)}
-    meanings = ("lost", "dashed: P cannot move that way"), ("axis-z", f"blue: {_text(sp.Symbol(f'z{chain.n}'), chain)}")
+    meanings = (
+        ("lost", words.gettext("dashed: P cannot move that way")),
+        ("axis-z", words.gettext("blue: %(axis)s", axis=_text(sp.Symbol(f"z{chain.n}"), chain))),
+    )
     told = "; ".join(meaning for style, meaning in meanings if style in styles)
     return f"{told[0].upper()}{told[1:]}." if told else ""
 
@@ -253,13 +267,14 @@ def _of_size_one(chain: Chain) -> tuple[Chain, float]:
 
 
 def _configurations(
-    chain: Chain, scaled: _Scaled, component: Component, regular: np.ndarray
+    chain: Chain, scaled: _Scaled, component: Component, regular: np.ndarray, words: Catalogue
 ) -> list[tuple[str, np.ndarray]]:
     """Return captions and table entries (n) of configurations on a component; none where the numbers allow none."""
     if component.solutions is None:
         entries = _on_condition(chain, scaled, component)
-        shown = " and ".join(f"{_text(condition, chain)} = 0" for condition in component.conditions)
-        return [] if entries is None else [(_short(shown), entries)]
+        both = words.pgettext("between two conditions", "and")
+        shown = f" {both} ".join(f"{_text(condition, chain)} = 0" for condition in component.conditions)
+        return [] if entries is None else [(_short(shown, words), entries)]
     configurations = []
     joints = [joint for joint, _ in component.solutions]
     for values in itertools.product(*(values for _, values in component.solutions)):
@@ -274,7 +289,7 @@ def _configurations(
         kinds = [chain.joints[chain.q.index(joint)].kind for joint in joints]
         solved = zip(joints, values, kinds, strict=True)
         caption = ", ".join(f"{_text(q, chain)} = {_value(value, kind, chain)}" for q, value, kind in solved)
-        configurations.append((_short(caption), entries))
+        configurations.append((_short(caption, words), entries))
     return configurations
 
 
@@ -312,9 +327,9 @@ def _angle(value: sp.Expr) -> str:
     return f"{decimal(degrees)}°" if degrees.is_Rational else f"{float(degrees):.2f}°"
 
 
-def _short(caption: str) -> str:
+def _short(caption: str, words: Catalogue) -> str:
     """Return a caption that fits below its drawing; the number before it says which condition is meant."""
-    return caption if len(caption) <= CAPTION else "see the condition above"
+    return words.with_decimal(caption) if len(caption) <= CAPTION else words.gettext("see the condition above")
 
 
 def _lost_directions(chain: Chain, scaled: _Scaled, entries: np.ndarray) -> tuple[np.ndarray, ...] | None:

@@ -7,14 +7,25 @@ from exercises.arm.conventions import axes_of
 from exercises.arm.told import is_by_axes, is_modified, told_base, told_point, told_rows
 from exercises.figure.plane import SEEN, exact, is_flat, plane
 from exercises.figure.shapes import signed
+from exercises.languages import ENGLISH, Catalogue, catalogue
 
+_ENGLISH = catalogue(ENGLISH)
 NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
 KINDS = {"R": "revolute", "P": "prismatic"}
 
 
-def title_text(chain: Chain) -> str:
+def title_text(chain: Chain, words: Catalogue = _ENGLISH) -> str:
     """Return a title, as in "Planar arm with joints RRR"."""
-    return f"{'Planar' if is_flat(chain) else 'Spatial'} arm with joints {''.join(j.kind for j in chain.joints)}"
+    joints = "".join(j.kind for j in chain.joints)
+    if is_flat(chain):
+        return words.gettext("Planar arm with joints %(joints)s", joints=joints)
+    return words.gettext("Spatial arm with joints %(joints)s", joints=joints)
+
+
+def panels_title(chain: Chain, words: Catalogue) -> str:
+    """Return the title of small drawings of one arm, the first of which shows a regular configuration."""
+    title = title_text(chain, words)
+    return words.gettext("%(arm)s: a regular and the singular configurations", arm=title)
 
 
 def alt_text(chain: Chain, posed: bool = False) -> str:
@@ -37,14 +48,18 @@ def alt_text(chain: Chain, posed: bool = False) -> str:
     return " ".join([*sentences, _point(chain), "Lengths are not to scale."])
 
 
-def panels_text(captions: list[str], key: str, remark: str) -> str:
+def panels_text(captions: list[str], key: str, remark: str, words: Catalogue, has_ring: bool) -> str:
     """Return a description of small drawings of one arm, the first of which shows a regular configuration."""
-    shown = f"The arm in a regular configuration and in these singular ones: {'; '.join(captions[1:])}."
-    ring = "A dashed ring: that way is at the reader." if "dashed" in key.lower() else ""
-    return " ".join(sentence for sentence in (shown, remark, "Drawn to scale.", key, ring) if sentence)
+    singular = "; ".join(captions[1:])
+    shown = words.gettext(
+        "The arm in a regular configuration and in these singular ones: %(singular)s.", singular=singular
+    )
+    ring = words.gettext("A dashed ring: that way is at the reader.") if has_ring else ""
+    scale = words.gettext("Drawn to scale.")
+    return " ".join(sentence for sentence in (shown, remark, scale, key, ring) if sentence)
 
 
-def left_out_text(counts: list[int], shown: list[int]) -> str:
+def left_out_text(counts: list[int], shown: list[int], words: Catalogue = _ENGLISH) -> str:
     """Return what small drawings leave out: of each condition so many configurations are known and so many shown.
 
     >>> left_out_text([2, 4, 3, 0], [2, 2, 0, 0])
@@ -53,12 +68,14 @@ def left_out_text(counts: list[int], shown: list[int]) -> str:
     missing = []
     for number, (count, drawn) in enumerate(zip(counts, shown, strict=True), 1):
         if count == 0:
-            missing.append(f"condition {number} (none with these lengths)")
+            missing.append(words.gettext("condition %(number)s (none with these lengths)", number=number))
+        elif drawn == 0 and count == 1:
+            missing.append(words.gettext("condition %(number)s (1 configuration)", number=number))
         elif drawn == 0:
-            missing.append(f"condition {number} ({count} configuration{'s' if count > 1 else ''})")
+            missing.append(words.gettext("condition %(number)s (%(count)s configurations)", number=number, count=count))
         elif drawn < count:
-            missing.append(f"{count - drawn} more of condition {number}")
-    return f"Not drawn: {'; '.join(missing)}." if missing else ""
+            missing.append(words.gettext("%(count)s more of condition %(number)s", number=number, count=count - drawn))
+    return words.gettext("Not drawn: %(missing)s.", missing="; ".join(missing)) if missing else ""
 
 
 def _plain(expression: sp.Expr, angle: bool) -> str:

@@ -1,45 +1,81 @@
-r"""Vectors and matrices without commas: in lines, in columns with tabs or wide gaps, Matlab's [a b; c d], 0,5; 1,25.
+r"""Vectors and matrices without commas: in lines, in columns with tabs or gaps, Matlab's [a b; c d], 0,5; 1,25.
 
 What separates entries there may mean something else elsewhere (a sum goes on in the next line, a blank is a product):
 this is looked at only where a text is of another shape than is due, and every row has the entries that are due.
 """
 
 import re
+from collections.abc import Callable, Iterator
 
 from exercises.formula.notation import without_units
 from exercises.formula.vocabulary import SPACES, VOCABULARY, pattern
 
 _FRAME, _GAP, _BLANK = pattern("frame_of_table"), pattern("gap_of_table"), pattern("gap_of_matlab")
 _GOES_ON, _MATLAB, _BETWEEN = pattern("line_goes_on"), pattern("rows_of_matlab"), pattern("between_numbers")
-_NUMBER = pattern("decimal_with_comma")
+_NUMBER, _NAME = pattern("decimal_with_comma"), pattern("name_of_table")
+_COMMA, _POINT = pattern("comma_of_list"), pattern("comma_of_number")
 _FACTORS = sorted({factor for factor in VOCABULARY["units"].values() if factor})
 MOST = 4000
 """Characters of a table that is read."""
 
+_Cells = list[list[str]]
+_Split = Callable[[str], list[str]]
+
 
 def table_text(text: str, shape: tuple[int, int]) -> str | None:
-    r"""Return a table as the text of a list of rows; None for what is none of this shape.
+    r"""Return a table as the text of a list of rows; None for what is none of this shape, or of two ways to read one.
 
-    >>> table_text("a1\ta2\n0\t1", (2, 2)), table_text("[a1 -a2; 0 1]", (2, 2))
-    ('[[a1, a2], [0, 1]]', '[[a1, -a2], [0, 1]]')
+    >>> table_text("a1\ta2\n0\t1", (2, 2)), table_text("[a1 -a2; 0 1]", (2, 2)), table_text("a1, 0,5\n0, 1", (2, 2))
+    ('[[a1, a2], [0, 1]]', '[[a1, -a2], [0, 1]]', '[[a1, 0.5], [0, 1]]')
     >>> table_text("a1\n+ a2", (2, 1))
     """
     if len(text) > MOST:
         return None
-    rows, columns = shape
+    found = [_listed(cells) for cells in _tables(_NAME.sub("", text), *shape) if _is_table(cells, shape)]
+    is_clear = len(set(found)) == 1 or not _POINT.search(text)  # 1,2 x is 1.2 and x, or 1 and 2 x
+    return found[0] if found and is_clear else None
+
+
+def _tables(text: str, rows: int, columns: int) -> Iterator[_Cells]:
+    """Yield what a text is by its lines, and by Matlab's semicolons, with each of what separates entries of a row."""
     lines = [line for line in (_FRAME.sub("", line) for line in text.split("\n")) if line.strip(SPACES)]
-    if len(lines) == rows > 1 and not any(_GOES_ON.match(line) for line in lines[1:]):
-        cells = [_GAP.split(line.strip(SPACES)) for line in lines] if columns > 1 else [[line] for line in lines]
-        if all(len(row) == columns and all(map(_is_whole, row)) for row in cells):
-            return _listed(cells)
-    matlab = _MATLAB.fullmatch(text.strip(SPACES))
-    if matlab is not None:
-        cells = [_BLANK.split(row.strip(SPACES)) for row in matlab.group(1).split(";") if row.strip(SPACES)]
-        if columns == 1 and len(cells) == 1:
-            cells = [[cell] for cell in cells[0]]
-        if len(cells) == rows and all(len(row) == columns and all(map(_is_whole, row)) for row in cells):
-            return _listed(cells)
-    return None
+    if rows > 1 and not any(_GOES_ON.match(line) for line in lines[1:]):
+        by_line: tuple[_Split, ...] = (_GAP.split, *_SPLITS) if columns > 1 else (_alone,)
+        for split in by_line:
+            yield [_entries(line, split) for line in lines]
+    if (matlab := _MATLAB.fullmatch(text.strip(SPACES))) is None:
+        return
+    inner = matlab.group(1) or matlab.group(2)
+    for between in (";", "[;\n]"):
+        filled = [row for row in re.split(between, inner) if row.strip(SPACES)]
+        for split in (_alone, *_SPLITS) if columns == 1 else _SPLITS:
+            cells = [_entries(row, split) for row in filled]
+            # a row for the column that is due, which is a list already where its commas have no blanks
+            yield (
+                [[cell] for cell in cells[0]] if columns == 1 and len(cells) == 1 and split is not _by_comma else cells
+            )
+
+
+def _alone(line: str) -> list[str]:
+    return [line]
+
+
+def _by_comma(line: str) -> list[str]:
+    return line.split(",")
+
+
+_SPLITS: tuple[_Split, ...] = (_BLANK.split, _by_comma, _COMMA.split)
+
+
+def _entries(line: str, split: _Split) -> list[str]:
+    """Return the entries of a row, 0,5 among them as a number; behind the last a comma may stand."""
+    cells = split(line.strip(SPACES).removesuffix(",").strip(SPACES))
+    return [_POINT.sub(".", cell) for cell in cells]
+
+
+def _is_table(cells: _Cells, shape: tuple[int, int]) -> bool:
+    rows, columns = shape
+    return len(cells) == rows and all(len(row) == columns and all(map(_is_whole, row)) for row in cells)
 
 
 def numbers_text(text: str, count: int) -> str | None:
@@ -71,7 +107,9 @@ def _listed(cells: list[list[str]]) -> str:
 
 
 def _is_whole(cell: str) -> bool:
-    """Tell whether an entry holds no comma or semicolon, and as many brackets closed as open."""
-    return not re.search("[,;=]", cell) and all(
-        cell.count(one) == cell.count(other) for one, other in ("()", "[]", "{}")
+    """Tell whether an entry holds no comma, semicolon or number with two points, and its brackets are closed."""
+    return (
+        bool(cell.strip(SPACES))
+        and not re.search(r"[,;=]|\.[0-9]{1,18}\.", cell)
+        and all(cell.count(one) == cell.count(other) for one, other in ("()", "[]", "{}"))
     )

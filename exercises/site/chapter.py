@@ -45,10 +45,10 @@ def _told(page: Page, told: Mapping[str, tuple[str, str]]) -> Page:
     return replace(page, told=told)
 
 
-def _listed(language: str) -> list[dict[str, str]]:
-    """Return the examples as they are listed."""
+def _listed(language: str) -> list[dict[str, object]]:
+    """Return the examples as they are listed; `told` are figures whose words are in the language."""
     return [
-        {"number": e.number, "title": e.title, "address": address(e.number), "figure": _card_figure(e)}
+        {"number": e.number, "title": e.title, "address": address(e.number)} | _card_figure(e, language)
         for e in examples(language)
     ]
 
@@ -60,10 +60,12 @@ def _start(language: str) -> tuple[str, str]:
     return title, template.render(examples=_listed(language), errata=len(corrections()), errata_at=ERRATA)
 
 
-def _card_figure(example: Example) -> str:
+def _card_figure(example: Example, language: str) -> dict[str, object]:
     name = f"card-{example.number.replace('.', '-')}"
     seen = not example.drawn  # an example before it shows the arm
-    return singular_svg(example.arm, name) if seen and example.singular else figure_svg(example.arm, name)
+    if seen and example.singular:
+        return {"figure": singular_svg(example.arm, name, language), "told": True}
+    return {"figure": figure_svg(example.arm, name), "told": False}
 
 
 def _errata(language: str) -> tuple[str, str]:
@@ -88,7 +90,7 @@ def _example(place: int, language: str) -> tuple[str, str]:
         given=to_html(given),
         figure=figure_svg(arm, f"{example.key}-arm"),
         steps=[(title, to_html(text, share=ASIDE)) for title, text in example.steps],
-        singular=singular_svg(arm, f"{example.key}-singular") if example.singular else "",
+        singular=singular_svg(arm, f"{example.key}-singular", language) if example.singular else "",
         errata=to_html(differs, share=ASIDE) if own else "",
         arm=json.dumps(told_arm(arm), ensure_ascii=False),
         before=every[place - 1] if place else None,

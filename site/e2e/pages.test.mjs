@@ -212,6 +212,56 @@ test("formulas answer to the arm: a term has its number and lights its link, a l
   assert.deepEqual(wrong, []);
 });
 
+test("keys get to the terms of formulas: a stop a formula, arrows between terms, each said with its number", async () => {
+  const { page, wrong } = await opened(there, "examples/6-1.html");
+  await page.locator(".live .arm-box").waitFor();
+  const line = page.locator("main math", { hasText: /^\W*x\s*y\W*=\W*a1c1\+a2c12/ }).first();
+  await page.waitForFunction(() => document.querySelectorAll("main math[tabindex]").length > 5);
+  assert.equal(await line.locator("[tabindex]").count(), 0, "one stop a formula");
+  await line.evaluate((math) => math.focus());
+  await page.keyboard.press("Shift+Tab");
+  await page.keyboard.press("Tab");
+  assert.ok(await line.evaluate((math) => math === document.activeElement));
+  assert.ok(await line.evaluate((math) => parseFloat(getComputedStyle(math).outlineWidth) >= 2), "a ring");
+  const said = page.locator('.live [role="status"]').last();
+  const lit = () => page.locator(".term-on").evaluateAll((all) => all.map((one) => one.textContent).join(""));
+  while ((await lit()) !== "a1c1") await page.keyboard.press("ArrowRight");
+  await page.locator(".arm-grip.arm-j1.arm-lit").waitFor({ state: "attached" });
+  assert.match(await said.textContent(), /^a1 c1, here: −?\d/);
+  await page.keyboard.press("ArrowRight");
+  assert.equal(await lit(), "a2c12");
+  await page.locator(".arm-grip.arm-j2.arm-lit").waitFor({ state: "attached" });
+  assert.match(await said.textContent(), /^a2 c12, here: −?\d/);
+  await page.keyboard.press("ArrowDown");
+  assert.match(await said.textContent(), /^a2, here: \d/);
+  await page.keyboard.press("ArrowUp");
+  await page.keyboard.press("Enter");
+  const number = page.locator(".arm-term");
+  const before = await number.innerText();
+  await page.locator('.live input[type="range"]').nth(1).focus();
+  await page.keyboard.press("Shift+ArrowRight");
+  await page.waitForFunction((old) => document.querySelector(".arm-term").innerText !== old, before);
+  await page.keyboard.press("Escape");
+  await number.waitFor({ state: "detached" });
+  assert.equal(await said.textContent(), "");
+  await assertAccessible(page);
+  assert.deepEqual(wrong, []);
+});
+
+test("a term with a rate has its number where a lesson's dials set the rates", async () => {
+  const { page } = await opened(there, "learn.html?lesson=rates");
+  await page.locator(".arm-box").waitFor();
+  await page.evaluate(() => {
+    const put = document.createElement("p");
+    put.innerHTML =
+      "<math><msub><mi>a</mi><mn>1</mn></msub><msub><mover><mi>θ</mi><mo>˙</mo></mover><mn>1</mn></msub></math>";
+    document.querySelector(".lesson").append(put);
+  });
+  const formula = page.locator(".lesson math").last();
+  await formula.locator("mover").hover();
+  assert.match(await page.locator(".arm-term").innerText(), /^here: −?0\.\d+$/);
+});
+
 test("the gallery leads to practice with the arm chosen", async () => {
   const { page } = await opened(there, "arms.html");
   await page.locator("#planar-2r .do a").click();

@@ -17,8 +17,11 @@ import {
   variations,
   WAITS,
 } from "../src/practice/choice.js";
-import { entriesOf, matrixText } from "../src/practice/entries.js";
-import { asFile, fromFile, kept, merged } from "../src/practice/progress.js";
+import { entriesOf, isUnfinished, matrixText } from "../src/practice/entries.js";
+import { type AllKept, asFile, fromFile, keepAll, merged, NOTHING_KEPT } from "../src/practice/all-kept.js";
+import { kept } from "../src/practice/progress.js";
+import { keptSkills } from "../src/practice/skills.js";
+import { keptDay } from "../src/practice/today.js";
 
 const INDEX: Index = {
   format: 1,
@@ -124,13 +127,71 @@ test("a link that asks for what is not here is told what is", () => {
   expect(fault("?arm=scara&question=position")).toBe("practice.never-asked");
 });
 
-test("progress survives a file, and a file of something else is refused", () => {
-  const progress = { "scara/001/determinant": { right: true, box: 2, due: 5 } };
-  expect(fromFile(asFile(progress))).toEqual(progress);
+const ALL: AllKept = {
+  progress: { "scara/001/determinant": { right: true, box: 2, due: 5 } },
+  lessons: {
+    columns: { goals: [0, 2], row: ["scara/001"], learned: 7, beyond: { space: { row: ["elbow-3r/001"] } } },
+  },
+  today: {
+    day: "2026-11-25",
+    item: "scara/001/rank",
+    tries: [false, true],
+    helped: false,
+    row: 3,
+    last: "2026-11-25",
+  },
+};
+
+test("all that is kept survives a file: problems, lessons and today's arm; a file of something else is refused", () => {
+  expect(fromFile(asFile(ALL))).toEqual(ALL);
   expect(fromFile("{}")).toBeNull();
   expect(fromFile("no JSON")).toBeNull();
-  expect(fromFile('{"qdot": "progress", "progress": {"a": {"right": 1}}}')).toEqual({});
-  expect(merged(progress, { "scara/001/determinant": { right: false, box: 0, due: 1 } })).toEqual(progress);
+  expect(
+    fromFile('{"qdot": "progress", "progress": {"a": {"right": 1}}, "lessons": {"b": 1}, "today": 2}'),
+  ).toEqual(NOTHING_KEPT);
+});
+
+test("a file of before holds progress, and takes nothing of the lessons away", () => {
+  const old = fromFile(JSON.stringify({ qdot: "progress", version: 1, progress: ALL.progress }))!;
+  expect(old).toEqual({ ...NOTHING_KEPT, progress: ALL.progress });
+  expect(merged({ ...ALL, progress: {} }, old)).toEqual(ALL);
+});
+
+test("of what is kept and what is loaded the further stays", () => {
+  const less: AllKept = {
+    progress: { "scara/001/determinant": { right: false, box: 0, due: 1 } },
+    lessons: { columns: { goals: [1], row: [], beyond: { any: { row: ["a", "b"] } } } },
+    today: { ...ALL.today!, tries: [false, false, false] },
+  };
+  const both = {
+    ...ALL,
+    lessons: {
+      columns: {
+        ...ALL.lessons["columns"],
+        goals: [0, 2, 1],
+        beyond: { space: { row: ["elbow-3r/001"] }, any: { row: ["a", "b"] } },
+      },
+    },
+  };
+  expect(merged(ALL, less)).toEqual(both);
+  expect(merged(less, ALL).lessons["columns"]).toMatchObject({ row: ["scara/001"], learned: 7 });
+  expect(merged(less, ALL).today).toEqual(ALL.today);
+});
+
+test("what is restored is where the practice page and the lessons look for it", () => {
+  const store = new Map<string, string>();
+  const storage = {
+    getItem: (key: string) => store.get(key) ?? null,
+    setItem: (key: string, text: string) => void store.set(key, text),
+  } as unknown as Storage;
+  keepAll(storage, ALL);
+  expect([kept(storage), keptSkills(storage), keptDay(storage)]).toEqual([
+    ALL.progress,
+    ALL.lessons,
+    ALL.today,
+  ]);
+  keepAll(storage, NOTHING_KEPT);
+  expect([kept(storage), keptSkills(storage), keptDay(storage)]).toEqual([{}, {}, null]);
   expect(kept(null)).toEqual({});
 });
 
@@ -142,9 +203,10 @@ test("what went wrong once comes before anything new when it is due, though it w
   expect(nameOf(next(INDEX, ANYTHING, attempted({}, first, true, 0), DAY, () => 0) as Item)).toBe(
     nameOf(second),
   );
-  const back = fromFile(asFile(once)) ?? {};
+  const back = fromFile(asFile({ ...NOTHING_KEPT, progress: once }))!.progress;
   expect(nameOf(next(INDEX, ANYTHING, back, DAY, () => 0) as Item)).toBe(nameOf(first));
-  expect(fromFile('{"qdot":"progress","progress":{"a/1/b":{"right":true,"box":99,"due":0}}}')).toEqual({});
+  const wrong = '{"qdot":"progress","progress":{"a/1/b":{"right":true,"box":99,"due":0}}}';
+  expect(fromFile(wrong)).toEqual(NOTHING_KEPT);
 });
 
 test("a set goes on where it was left", () => {
@@ -165,4 +227,19 @@ test("entries become a text, and the text entries again", () => {
   expect(entriesOf("[[1, 2], [3]]", 2, 2)).toBeNull();
   expect(entriesOf("a1 + 2", 1, 2)).toBeNull();
   expect(matrixText(["", " "], 2)).toBe("");
+});
+
+test.each(["[a, b; c, d]", "a, b\nc, d", "[a b\n c d]", "J = [a b; c d];"])(
+  "%j becomes the entries of the grid",
+  (text) => expect(entriesOf(text, 2, 2)).toEqual(["a", "b", "c", "d"]),
+);
+
+test("rows that are typed in lines go on until all are there", () => {
+  expect(isUnfinished("a, b", 2, 2)).toBe(true);
+  expect(isUnfinished("a, b\nc, d", 2, 2)).toBe(false);
+  expect(isUnfinished("a, b; c, d", 2, 2)).toBe(false);
+  expect(isUnfinished("a*c1", 2, 1)).toBe(true);
+  expect(isUnfinished("a, b", 2, 1)).toBe(false);
+  for (const bracketed of ["[[1, 2", "J = [1", "Matrix([1"])
+    expect(isUnfinished(bracketed, 2, 2)).toBe(false);
 });

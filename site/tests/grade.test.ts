@@ -2,6 +2,7 @@
 import { expect, test } from "vitest";
 
 import type { ConfigurationsKey, LettersKey, NumbersKey, Part, Problem, ValuesKey } from "../src/bank.js";
+import { readDue } from "../src/grade/due.js";
 import { judge } from "../src/grade/judge.js";
 import { chosenLetters, judgeLetters } from "../src/grade/letters.js";
 import { judgeDirection, judgeNumbers } from "../src/grade/numbers.js";
@@ -10,6 +11,7 @@ import { atText, judgeValues } from "../src/grade/values.js";
 import { isRead } from "../src/grade/verdict.js";
 import { withPoints } from "../src/read/points.js";
 import { message, said } from "../src/text/text.js";
+import { canonical } from "./readings.js";
 
 const PLAIN_KEY: ValuesKey = {
   type: "values",
@@ -436,3 +438,52 @@ test.each([["omega = [1, 2, 3], v = [4, 5, 6]"], ["v: [4, 5, 6]; ω: [1, 2, 3]"]
     expect(judgeValues(typed, key, labels).outcome).toBe("correct");
   },
 );
+
+const RATES = {
+  labels: ["qd1", "qd2"],
+  shape: [2, 1],
+  key: { type: "numbers", right: [-1.09, 1.35], units: ["", ""], tolerance: 1e-3, floor: 0, mistakes: [] },
+} as unknown as Part;
+
+test.each(["[-1,09 , 1,35]", "-1,09, 1,35", "[-1,09; 1,35]", "-1,09\n1,35"])(
+  "decimal commas are read where a blank or a semicolon parts the numbers: %j",
+  (typed) => expect(judge({} as Problem, RATES, typed, () => false).outcome).toBe("correct"),
+);
+
+test("where nothing tells the commas apart, what does is said", () => {
+  const { reasons } = judge({} as Problem, RATES, "[-1,09,1,35]", () => false);
+  expect(reasons.map((reason) => said(reason))).toEqual([
+    "The answer has 4 × 1 entries; it should have 2 × 1 (rows × columns). Where 0,5 is a number, put semicolons, or a " +
+      "comma and a space, between entries, as in [0,5; 1,25].",
+  ]);
+});
+
+test("what is shown of an answer is what is judged, also of a table", () => {
+  const known = new Set(["a", "b", "c", "d"]);
+  const part = { shape: [2, 2], key: { type: "values" } } as unknown as Part;
+  for (const typed of ["a b\nc d", "a, b\nc, d", "[a b; c d]", "[[a, b], [c, d]]"])
+    expect(canonical(readDue(typed, known, part))).toBe("(list (list a b) (list c d))");
+  expect(canonical(readDue("[-1,09 , 1,35]", new Set(), RATES))).toBe("(list (neg #109e-2) #135e-2)");
+});
+
+test.each([
+  [[], "a1, theta1"],
+  [["qd1"], "a1, qd1, theta1"],
+])("beside a name that is unknown stand those that the question uses: with %j %s", (spoken, known) => {
+  const symbols = ["a1", "fx", "qd1", "theta1", "vx"];
+  const key = {
+    ...PLAIN_KEY,
+    symbols,
+    points: [[1, 2, 3, 0.5, 4]],
+    right: [[0.5]],
+    constants: ["a1"],
+    spoken,
+  };
+  for (const verdict of [
+    judgeValues("l1*theta1", key),
+    judgeDirection("[l1, 1]", { ...key, type: "direction", rows: 2, right: [[1], [2]] }),
+  ])
+    expect(verdict.reasons.map((reason) => said(reason))).toContain(
+      `This problem has no l1; its symbols are ${known}.`,
+    );
+});

@@ -414,6 +414,30 @@ test("of values that must hold together it is told that one is not enough", () =
   expect(told("theta1 = 0 and theta2 = 0")).toBeUndefined();
 });
 
+/** Singular where the second joint or the third is at 0 or pi; the third joint's pieces come first. */
+const TWO: ConfigurationsKey = {
+  ...SET,
+  joints: ["theta1", "theta2", "theta3"],
+  symbols: ["theta1", "theta2", "theta3"],
+  pieces: [
+    ...[0, Math.PI].map((value) => [0.4, -1.3].map((other) => [other, 0.7 + other, value])),
+    ...[0, Math.PI].map((value) => [0.4, -1.3].map((other) => [other, value, 0.7 + other])),
+  ],
+};
+
+test.each([
+  ["theta2 = 0, theta3 = 0", "theta2"],
+  ["theta2 = 0, theta2 = pi, theta3 = 0", "theta3"],
+  ["theta2 = pi/2, theta1 = 1", "theta2"],
+])("of %s the pose that is told is one of what is said of the mistake first: %s", (typed, joint) => {
+  const isSingular = (at: Readonly<Record<string, number>>) =>
+    ["theta2", "theta3"].some((each) => Math.abs(Math.sin(at[each]!)) < 1e-6);
+  const { slips, at } = judgeSet(typed, TWO, new Set(TWO.joints), isSingular);
+  expect(slips![0]).toEqual(expect.objectContaining({ values: { joint } }));
+  const value = Math.abs(at![joint]!);
+  expect([Math.PI, Math.PI / 2].some((due) => Math.abs(value - due) < 1e-6)).toBe(true);
+});
+
 test("a level that names no mistakes keeps slips back", () => {
   const verdict = judgeValues("a1*s2", keyOf([["a1*a2*s2"]]));
   expect(verdict.slips).toHaveLength(1);

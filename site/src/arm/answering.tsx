@@ -1,22 +1,26 @@
 // Formulas of the page answer to the arm: what is pointed at lights its link, its angle or its column, and has its value at
-// the pose, which follows the arm where it was clicked; and a link that is pointed at lights its letters.
+// the pose, which follows the arm where it was clicked; and a link that is pointed at lights its letters. Keys get to all of
+// it as the pointer does (formula-keys.ts).
 
 import type { JSX } from "preact";
-import { useEffect, useRef, useState } from "preact/hooks";
+import { useEffect, useId, useRef, useState } from "preact/hooks";
 
 import { read } from "../read/reader.js";
 import { realValue } from "../read/real.js";
+import { stepped, useFormulaStops } from "./formula-keys.js";
+import type { State } from "./model.js";
+import { stationOn } from "./path.js";
 import { angleIn, digits, useDigits, useSay } from "./speech.js";
 import type { Stage } from "./stage.js";
-import { jointOf, symbolsOf, termAt, typed } from "./terms.js";
+import { jointOf, SYMBOL, symbolsIn, symbolsOf, termAt, typed } from "./terms.js";
 
-/** A term that is pointed at, and whether it stays though the pointer goes. */
+/** A term that is pointed at, whether it stays though the pointer or the focus goes, and whether keys have led to it. */
 interface Term {
   readonly parts: readonly Element[];
   readonly stays: boolean;
+  readonly byKey?: boolean;
 }
 
-const SYMBOL = "msub, msubsup";
 /** How far the middle of a number keeps from the page's sides (pixels). */
 const EDGE = 64;
 
@@ -29,32 +33,47 @@ function pointedAt({ target }: Event): { parts: readonly Element[]; symbol: Elem
 
 /** The only symbol with an index in a term, if there is one alone. */
 function onlySymbol(parts: readonly Element[]): Element | null {
-  const found = parts.flatMap((part) => [
-    ...(part.matches(SYMBOL) ? [part] : []),
-    ...part.querySelectorAll(SYMBOL),
-  ]);
+  const found = symbolsIn(parts);
   return found.length === 1 ? found[0]! : null;
 }
 
 /** The number beside a term, and the letters that are lit, while the arm of this stage is on the page. */
-export function Answering({ stage, radians }: { stage: Stage; radians: boolean }): JSX.Element | null {
+export function Answering({ stage, radians, rates }: Omit<ValueProps, "parts">): JSX.Element {
+  const say = useSay();
+  const help = useId();
   const [term, setTerm] = useState<Term | null>(null);
   const [, setScrolled] = useState(0);
   const { arm, point, lit } = stage;
   const isOurs = useRef(false); // whether the joint that is lit is lit by a formula
   const now = useRef(term);
   now.current = term;
+  useFormulaStops(arm, help);
 
   useEffect(() => {
     const over = new AbortController();
     const listen = (name: string, listener: (event: Event) => void): void =>
       document.addEventListener(name, listener, { signal: over.signal, passive: true });
-    const show = (event: Event, stays: boolean): void => {
-      const found = pointedAt(event);
-      setTerm(found && { parts: found.parts, stays });
-      const joint = found?.symbol ? jointOf(found.symbol, arm) : null;
+    const light = (next: Term | null, symbol: Element | null | undefined): void => {
+      setTerm(next);
+      const joint = symbol ? jointOf(symbol, arm) : null;
       if (joint !== null || isOurs.current) point(joint);
       isOurs.current = joint !== null;
+    };
+    const show = (event: Event, stays: boolean): void => {
+      const found = pointedAt(event);
+      light(found && { parts: found.parts, stays }, found?.symbol);
+    };
+    /** Keys go on from the term that is lit in this formula, and from the first where there is none. */
+    const step = (math: Element, key: string): boolean => {
+      const from = now.current && math.contains(now.current.parts[0]!) ? now.current.parts : null;
+      const parts = key === "Enter" ? from : stepped(math, from, key);
+      if (!parts) return false;
+      const stays = key === "Enter" && !now.current?.stays;
+      light(
+        { parts, stays, byKey: true },
+        symbolsIn(parts).find((symbol) => jointOf(symbol, arm) !== null),
+      );
+      return true;
     };
     listen("pointerover", (event) => {
       if (!now.current?.stays) show(event, false);
@@ -63,9 +82,19 @@ export function Answering({ stage, radians }: { stage: Stage; radians: boolean }
       const found = pointedAt(event);
       if (found || (now.current && !(event.target as Element).closest(".arm"))) show(event, found !== null);
     });
-    listen("keydown", (event) => {
-      if ((event as KeyboardEvent).key === "Escape" && now.current) show(event, false);
+    listen("focusin", ({ target }) => {
+      if (isFormula(target) && target.matches(":focus-visible")) step(target, "Home");
     });
+    listen("focusout", ({ target }) => {
+      if (isFormula(target) && now.current?.byKey && !now.current.stays) light(null, null);
+    });
+    const pressed = (event: KeyboardEvent): void => {
+      const { key, target, ctrlKey, metaKey, altKey } = event;
+      if (key === "Escape" && now.current) light(null, null);
+      else if (isFormula(target) && !ctrlKey && !metaKey && !altKey && step(target, key))
+        event.preventDefault();
+    };
+    document.addEventListener("keydown", pressed, { signal: over.signal });
     addEventListener("scroll", () => now.current && setScrolled(scrollY), {
       signal: over.signal,
       passive: true,
@@ -90,39 +119,84 @@ export function Answering({ stage, radians }: { stage: Stage; radians: boolean }
     };
   }, [lit, arm]);
 
-  return term ? <Value parts={term.parts} stage={stage} radians={radians} /> : null;
+  return (
+    <>
+      <p id={help} class="arm-unseen">
+        {say("arm.term.keys")}
+      </p>
+      <p class="arm-unseen" role="status">
+        {term?.byKey ? <Spelled {...{ stage, radians, rates }} parts={term.parts} /> : null}
+      </p>
+      {term ? <Value {...{ stage, radians, rates }} parts={term.parts} /> : null}
+    </>
+  );
+}
+
+/** A formula that keys have got to. */
+function isFormula(target: EventTarget | null): target is Element {
+  return target instanceof Element && target.localName === "math" && target.hasAttribute("tabindex");
 }
 
 interface ValueProps {
   readonly parts: readonly Element[];
   readonly stage: Stage;
   readonly radians: boolean;
+  /** Rates of the joints in a pose, where the page knows them. */
+  readonly rates?: ((state: State) => readonly number[]) | undefined;
+}
+
+/** A term by its letters and its number, for who does not see which is lit. */
+function Spelled(props: ValueProps): JSX.Element {
+  const say = useSay();
+  const name = spelled(typed(props.parts) ?? props.parts.map(({ textContent }) => textContent).join(" "));
+  const value = useShown(props);
+  return <>{value === null ? name : say("arm.term.spelled", { name, value })}</>;
+}
+
+/** What is typed of a term as it is said: a1 sin θ1, with the rate of a joint by its letter. */
+const spelled = (text: string): string =>
+  text
+    .replaceAll("*", " ")
+    .replaceAll("theta", "θ")
+    .replace(/\bqd(\d+)/g, "q̇$1");
+
+/** The number of a term at the pose, as it is shown; null where it can't be told. */
+function useShown({ parts, stage, radians, rates }: ValueProps): string | null {
+  const signed = useDigits();
+  const text = typed(parts);
+  const value = text === null ? null : valueOf(text, stage, rates);
+  if (value === null || !parts[0]!.isConnected) return null;
+  const isAngle = /^theta\d+$/.test(text!);
+  return isAngle ? `${signed(angleIn(radians, value))}${radians ? "" : "°"}` : signed(digits(value));
 }
 
 /** What a term is at the pose, below it; nothing where it can't be told. */
-function Value({ parts, stage, radians }: ValueProps): JSX.Element | null {
+function Value(props: ValueProps): JSX.Element | null {
   const say = useSay();
-  const signed = useDigits();
-  const text = typed(parts);
-  const value = text === null ? null : valueOf(text, stage);
-  if (value === null || !parts[0]!.isConnected) return null;
-  const [first, last] = [parts[0]!.getBoundingClientRect(), parts.at(-1)!.getBoundingClientRect()];
-  const bottom = Math.max(...parts.map((part) => part.getBoundingClientRect().bottom));
-  const left = Math.max(EDGE, Math.min((first.left + last.right) / 2, innerWidth - EDGE));
-  const isAngle = /^theta\d+$/.test(text!);
-  const shown = isAngle ? `${signed(angleIn(radians, value))}${radians ? "" : "°"}` : signed(digits(value));
+  const value = useShown(props);
+  if (value === null) return null;
+  const boxes = props.parts.map((part) => part.getBoundingClientRect());
+  const bottom = Math.max(...boxes.map((box) => box.bottom));
+  const middle = (boxes[0]!.left + boxes.at(-1)!.right) / 2;
+  const left = Math.max(EDGE, Math.min(middle, innerWidth - EDGE));
   return (
-    <output class="arm-term" style={{ left: `${left}px`, top: `${bottom + 4}px` }}>
-      {say("arm.term", { value: shown })}
-    </output>
+    <div class="arm-term" style={{ left: `${left}px`, top: `${bottom + 4}px` }} aria-hidden="true">
+      {say("arm.term", { value })}
+    </div>
   );
 }
 
-/** A term's value at the stage's pose, with its lengths; null where it has no letter, or one that is not the arm's. */
-function valueOf(text: string, { arm, robot, pose }: Stage): number | null {
+/**
+ * A term's value at the stage's pose, with its lengths, and with the rates that are given or those on a path; null where it
+ * has no letter, or one of which nothing is known.
+ */
+function valueOf(text: string, stage: Stage, ratesIn: ValueProps["rates"]): number | null {
+  const { arm, robot, pose } = stage;
+  const rates = ratesIn?.(stage.state) ?? ratesOnPath(stage);
   const values = {
     ...robot.values,
     ...Object.fromEntries(arm.joints.map(({ name }, i) => [name, pose[i]!])),
+    ...Object.fromEntries(rates.map((rate, i) => [`qd${i + 1}`, rate])),
   };
   if (!/[a-z]/.test(text)) return null;
   try {
@@ -131,4 +205,11 @@ function valueOf(text: string, { arm, robot, pose }: Stage): number | null {
   } catch {
     return null; // a letter of something else
   }
+}
+
+/** The rates of the joints where the arm stands on a path; none where there is no path. */
+function ratesOnPath({ welding }: Stage): readonly number[] {
+  if (!welding) return [];
+  const { journey, place, weld } = welding;
+  return stationOn(journey, place).slopes.map((slope) => slope * weld.speed);
 }

@@ -18,7 +18,7 @@ export interface ChartProps {
   readonly time: number;
 }
 
-const [LEFT, BOTTOM, TOP, RIGHT] = [54, 26, 16, 30];
+const [LEFT, BOTTOM, TOP] = [54, 26, 16];
 
 /** Rates as parts of their limits, so that turns and slides share one axis. */
 export function Chart({ arm, journey, speed, limits, time }: ChartProps): JSX.Element {
@@ -28,7 +28,9 @@ export function Chart({ arm, journey, speed, limits, time }: ChartProps): JSX.El
   const total = journey.path.length / speed || 1;
   const shares = limits.map((limit, i) => journey.stations.map(({ slopes }) => (slopes[i]! * speed) / limit));
   const most = Math.min(3, Math.max(1.25, 1.08 * Math.max(...shares.flat().map(Math.abs))));
-  const [w, h] = [width - LEFT - RIGHT, height - TOP - BOTTOM];
+  const h = height - TOP - BOTTOM;
+  const columns = columnsFor(limits.length, h);
+  const w = width - LEFT - LEAD - COLUMN * columns;
   const x = (t: number): number => LEFT + (t / total) * w;
   const y = (share: number): number =>
     TOP + (h * (most - Math.max(-most, Math.min(most, share)))) / (2 * most);
@@ -65,16 +67,20 @@ export function Chart({ arm, journey, speed, limits, time }: ChartProps): JSX.El
           ))}
           {spread(
             shares.map((row) => y(row.at(-1)!)),
-            TOP,
-            TOP + h,
-          ).map((at, i) => (
-            <g key={i} class={`arm-rate-name arm-j${(i % 7) + 1}`}>
-              <text x={x(end) + 5} y={at + 4}>
-                <DrawnLetters name={arm.joints[i]!.name} />
-              </text>
-              <circle cx={x(end) + 5 + DOT.right} cy={at + 4 - DOT.up} r={1.3} />
-            </g>
-          ))}
+            [TOP + DOT.up / 2, TOP + h],
+            columns,
+          ).map((name, i) => {
+            const [left, middle] = [x(end) + LEAD + COLUMN * name.column, name.at + 4];
+            return (
+              <g key={i} class={`arm-rate-name arm-j${(i % 7) + 1}`}>
+                <path class="arm-leader" d={`M${x(end)} ${y(shares[i]!.at(-1)!)}L${left - 3} ${name.at}`} />
+                <text x={left} y={middle}>
+                  <DrawnLetters name={arm.joints[i]!.name} />
+                </text>
+                <circle cx={left + DOT.right} cy={middle - DOT.up} r={1.3} />
+              </g>
+            );
+          })}
           <path class="arm-now" d={`M${x(time)} ${TOP}v${h}`} />
         </svg>
       </div>
@@ -85,16 +91,37 @@ export function Chart({ arm, journey, speed, limits, time }: ChartProps): JSX.El
 /** Where the dot of a rate is, from where its letter begins (pixels). */
 const DOT = { right: 5, up: 12.5 };
 
-/** Heights moved apart so that letters at them can be told apart. */
-function spread(heights: readonly number[], top: number, bottom: number): number[] {
+/** Pixels from the end of a curve to its name, across a column of names, and down from one name of a column to the next. */
+const [LEAD, COLUMN, STEP] = [14, 26, 19];
+
+/** In how many columns so many names stand one below the other, each clear of the next. */
+export function columnsFor(count: number, height: number): number {
+  return Math.max(1, Math.ceil(((count - 1) * STEP) / Math.max(height, STEP)));
+}
+
+interface Name {
+  readonly at: number;
+  readonly column: number;
+}
+
+/**
+ * Where names of curves stand that end at these heights: moved apart, in their order from above, one after the other in
+ * the next column, so that two in one column are a step apart.
+ */
+export function spread(
+  heights: readonly number[],
+  [top, bottom]: readonly [number, number],
+  columns: number,
+): readonly Name[] {
   const order = heights.map((_, i) => i).sort((a, b) => heights[a]! - heights[b]!);
-  const moved = heights.map((value) => Math.max(top + 9, value));
+  const step = Math.min(STEP / columns, (bottom - top) / Math.max(1, heights.length - 1));
+  const moved = heights.map((value) => Math.max(top, value));
   order.forEach((i, k) => {
-    if (k > 0) moved[i] = Math.max(moved[i]!, moved[order[k - 1]!]! + 15);
+    if (k > 0) moved[i] = Math.max(moved[i]!, moved[order[k - 1]!]! + step);
   });
   // back up from the bottom, where there is no room below
   [...order].reverse().forEach((i, k, all) => {
-    moved[i] = Math.min(moved[i]!, k === 0 ? bottom : moved[all[k - 1]!]! - 15);
+    moved[i] = Math.min(moved[i]!, k === 0 ? bottom : moved[all[k - 1]!]! - step);
   });
-  return moved;
+  return moved.map((at, i) => ({ at, column: order.indexOf(i) % columns }));
 }

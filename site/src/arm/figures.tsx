@@ -18,11 +18,13 @@ export interface FiguresProps {
   readonly sizes: () => Sizes;
   /** Whether all of it but the point would tell what is asked. */
   readonly concealed: boolean;
+  /** Whether the pane beside says so already. */
+  readonly isToldAside?: boolean;
 }
 
 export const Figures = paced(
   (props: FiguresProps): JSX.Element => {
-    const { arm, state, measures, rested, sizes, concealed } = props;
+    const { arm, state, measures, rested, sizes, concealed, isToldAside } = props;
     const say = useSay();
     const signed = useDigits();
     const near = nearness(arm, measures);
@@ -36,7 +38,7 @@ export const Figures = paced(
     if (concealed)
       return (
         <div class="arm-figures">
-          <p class="arm-concealed">{say("arm.concealed")}</p>
+          {isToldAside ? null : <p class="arm-concealed">{say("arm.concealed")}</p>}
           <p class="arm-nearness">{point}</p>
         </div>
       );
@@ -57,5 +59,6 @@ export const Figures = paced(
     rested: "in turn",
     sizes: "at once",
     concealed: "at once",
+    isToldAside: "at once",
   },
 );

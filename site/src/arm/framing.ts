@@ -3,7 +3,8 @@
 // It holds until the arm gets to the edge of it; from then on all that the arm reaches is seen.
 
 import { type Arm, reachOf, type State } from "./model.js";
-import { wayToPoint } from "./shape.js";
+import { thicknessOf } from "./ranges.js";
+import { bodyOf, placesOf, wayToPoint } from "./shape.js";
 import { along, dot, norm, subtract, type Vec3 } from "./vector.js";
 import { axonometric, FIRST_ORBIT, type Orbit, pixel, type View } from "./view.js";
 
@@ -21,6 +22,8 @@ const [FLAT, SOLID] = [58, 44];
 const SHARE = 0.2;
 /** Pixels that words and buttons take, above, below and to the right of an arm in space. */
 const [WORDS, BUTTONS] = [14, 60];
+/** Pixels below the bodies of joints in space, where it is said how the arm is moved. */
+const FOOT = 28;
 /** As near to the edge (pixels) the arm may come. */
 const EDGE = 16;
 
@@ -46,16 +49,31 @@ export function framingOf(
   const [xs, ys] = [0, 1].map((k) => seen.map((place) => pixel(view, place)[k as 0 | 1]));
   const [left, right] = [Math.min(...xs!), Math.max(...xs!)];
   const [top, bottom] = [Math.min(...ys!), Math.max(...ys!)];
+  const lowest = flat ? -Infinity : footOf(arm, state, view);
   const side = Math.min(flat ? FLAT : SOLID, SHARE * view.height);
+  const beside = side + Math.min(WORDS, 0.05 * view.height);
+  const foot = Math.min(FOOT, 0.1 * view.height);
   const fitting = Math.min(
     (view.width - 2 * side - (flat ? 0 : BUTTONS)) / Math.max(right - left, 1),
-    (view.height - 2 * (side + Math.min(WORDS, 0.05 * view.height))) / Math.max(bottom - top, 1),
+    (view.height - 2 * beside) / Math.max(bottom - top, 1),
+    (view.height - beside - foot) / Math.max(lowest - top, 1),
   );
   const times = Math.max(LEAST, Math.min(LARGEST, fitting));
   const aside = flat ? 0 : BUTTONS / 2 / times;
+  const below = Math.max(bottom + beside / times, lowest + foot / times);
   const across = ((left + right) / 2 + aside - view.width / 2) / view.scale;
-  const up = (view.height / 2 - (top + bottom) / 2) / view.scale;
+  const up = (view.height / 2 - (top - beside / times + below) / 2) / view.scale;
   return { centre: along(along(view.centre, view.right, across), view.up, up), times };
+}
+
+/** Where the lowest body of a joint in space ends on the page (pixels). */
+export function footOf(arm: Arm, state: State, view: View): number {
+  const radius = thicknessOf(arm) * view.scale;
+  const ends = placesOf(arm, state, reachOf(arm)).flatMap((place, i) => {
+    const rim = radius * Math.sqrt(Math.max(0, 1 - dot(state.frames[i]!.z, view.up) ** 2));
+    return bodyOf(arm, state, i, place).map((end) => pixel(view, end)[1] + rim);
+  });
+  return Math.max(...ends);
 }
 
 /** A view of all, nearer by a framing. */

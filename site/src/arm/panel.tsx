@@ -10,6 +10,7 @@ import { useId, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks"
 
 import type { NamedPose, SymbolInfo } from "../bank.js";
 import type { TextKey } from "../text/en.js";
+import type { State } from "./model.js";
 import { ENGLISH, type Language } from "../text/text.js";
 import { Answering } from "./answering.js";
 import { Drawing } from "./drawing.js";
@@ -38,6 +39,8 @@ export interface ArmProps extends StageWish {
   readonly radians?: boolean | undefined;
   /** The pane that is open first, where that is not as everywhere. */
   readonly pane?: Pane | null | undefined;
+  /** The rates of the joints in a pose, where the page has them. */
+  readonly rates?: ((state: State) => readonly number[]) | undefined;
   /** Told of the stage whenever something of it has changed. */
   readonly onStage?: ((stage: Stage) => void) | undefined;
   /** What is drawn besides. */
@@ -144,7 +147,7 @@ function Panel(props: ArmProps): JSX.Element {
               <div class="arm-side">
                 {concealed ? null : <Jacobian {...stage} onLit={stage.point} />}
                 <Joints {...stage} onChoose={stage.choose} onPose={stage.move} />
-                <Figures {...stage} />
+                <Figures {...stage} isToldAside={open === "map"} />
                 <Lengths robot={robot} symbols={symbols} />
               </div>
             ) : null}
@@ -199,7 +202,7 @@ function Panel(props: ArmProps): JSX.Element {
           {words}
         </p>
       </section>
-      <Answering stage={stage} radians={radians} />
+      <Answering stage={stage} radians={radians} rates={props.rates} />
     </>
   );
 }

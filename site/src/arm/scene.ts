@@ -24,7 +24,7 @@ import {
 
 import { type Arm, reachOf, type State } from "./model.js";
 import { extentOf, thicknessOf } from "./ranges.js";
-import { linkOf, placesOf } from "./shape.js";
+import { bodyOf, linkOf, placesOf } from "./shape.js";
 import { right } from "./svd.js";
 import { along, norm, subtract, unit, type Vec3 } from "./vector.js";
 import type { View } from "./view.js";
@@ -173,9 +173,7 @@ function piecesOf(arm: Arm, state: State, paints: Paints): Piece[] {
       ]),
     ),
     ...arm.joints.flatMap(({ kind }, i) => {
-      const { z } = state.frames[i]!;
-      const half = kind === "R" ? 1.25 * joint : 1.9 * joint;
-      const [low, high] = [along(places[i]!, z, -half), along(places[i]!, z, half)];
+      const [low, high] = bodyOf(arm, state, i, places[i]!);
       const color = paints.joints[i % paints.joints.length]!;
       return kind === "R"
         ? between("bar", low, high, joint, color)

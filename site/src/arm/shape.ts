@@ -1,6 +1,7 @@
 // What of the arm is drawn where: the links as lines in space, and where the glyphs of the joints stand.
 
 import { type Arm, type Frame, fromFrame, type State } from "./model.js";
+import { thicknessOf } from "./ranges.js";
 import { add, along, norm, scaled, subtract, type Vec3 } from "./vector.js";
 
 /** The corners of link i (from 1): O_{i-1}, O_{i-1} + d_i z_{i-1}, O_i, and P if the link carries it. */
@@ -36,6 +37,13 @@ export function placesOf(arm: Arm, state: State, reach: number): readonly Vec3[]
     if (joint.other !== 0) return along(o, z, 0.45 * joint.other);
     return along(o, z, 0.13 * reach * (crowd % 2 === 1 ? 1 : -1));
   });
+}
+
+/** Where the body of a joint (from 0) begins and ends along its axis, in space. */
+export function bodyOf(arm: Arm, state: State, joint: number, place: Vec3): readonly [low: Vec3, high: Vec3] {
+  const { z } = state.frames[joint]!;
+  const half = (arm.joints[joint]!.kind === "R" ? 1.25 : 1.9) * thicknessOf(arm);
+  return [along(place, z, -half), along(place, z, half)];
 }
 
 /** The point on a link nearest to a place on the page, as a share of the way along its corners. */

@@ -67,10 +67,11 @@ export function termAt(target: Element): Element[] {
 /** How far a term goes in one direction from a place in it. */
 function reach(all: readonly Element[], at: number, step: 1 | -1): number {
   const [into, out] = step > 0 ? [OPEN, CLOSED] : [CLOSED, OPEN];
-  let depth = 0;
+  const signAt = (i: number): string => (all[i]!.localName === "mo" ? all[i]!.textContent!.trim() : "");
+  let depth = into.has(signAt(at)) ? 1 : 0; // a bracket that is pointed at has what is in it
   let end = at;
   for (let i = at + step; i >= 0 && i < all.length; i += step) {
-    const sign = all[i]!.localName === "mo" ? all[i]!.textContent!.trim() : "";
+    const sign = signAt(i);
     if (depth === 0 && (BETWEEN.has(sign) || out.has(sign))) break;
     if (into.has(sign)) depth += 1;
     else if (out.has(sign)) depth -= 1;
@@ -78,6 +79,27 @@ function reach(all: readonly Element[], at: number, step: 1 | -1): number {
   }
   return end;
 }
+
+/** A letter with an index. */
+export const SYMBOL = "msub, msubsup";
+
+/** The letters with an index in a term. */
+export const symbolsIn = (term: readonly Element[]): Element[] =>
+  term.flatMap((part) => [...(part.matches(SYMBOL) ? [part] : []), ...part.querySelectorAll(SYMBOL)]);
+
+/** All terms of a formula, in order; one with a bracket comes before those in it. */
+export function termsOf(math: Element): Element[][] {
+  const found: Element[][] = [];
+  for (const leaf of math.querySelectorAll("mi, mn, mo")) {
+    const term = termAt(leaf);
+    if (term.length > 0 && !found.some((other) => isSame(other, term))) found.push(term);
+  }
+  return found;
+}
+
+/** Whether two terms are the same. */
+export const isSame = (one: readonly Element[], other: readonly Element[]): boolean =>
+  one[0] === other[0] && one.length === other.length;
 
 const FUNCTIONS = new Set(["sin", "cos", "tan"]);
 const SIGNS: Readonly<Record<string, string>> = {
@@ -122,6 +144,13 @@ export function typed(parts: readonly Element[]): string | null {
   return called ? null : text;
 }
 
+/** A letter with an index by its name, the rate of a joint as qd1. */
+function typedSymbol(part: Element): string | null {
+  const [letter = "", index = ""] = partsOf(part) ?? [];
+  if (/^[θdq]˙$/.test(letter)) return `qd${index}`;
+  return /^[a-zθ]$/.test(letter) ? `${GREEK[letter] ?? letter}${index}` : null;
+}
+
 function typedPart(part: Element): string | null {
   const children = [...part.children];
   const [first, second] = children.map((child) => typed([child]));
@@ -130,16 +159,11 @@ function typedPart(part: Element): string | null {
       return GREEK[part.textContent!] ?? part.textContent!;
     case "mn":
       return part.textContent!.replace(",", ".");
-    case "msub": {
-      const parts = partsOf(part);
-      return parts && /^[a-zθ]$/.test(parts[0]) ? `${GREEK[parts[0]] ?? parts[0]}${parts[1]}` : null;
-    }
+    case "msub":
+      return typedSymbol(part);
     case "msubsup": {
-      const parts = partsOf(part);
-      const power = children[2] ? typed([children[2]]) : null;
-      return parts && /^[a-zθ]$/.test(parts[0]) && power
-        ? `(${GREEK[parts[0]] ?? parts[0]}${parts[1]})^(${power})`
-        : null;
+      const [symbol, power] = [typedSymbol(part), children[2] ? typed([children[2]]) : null];
+      return symbol && power ? `(${symbol})^(${power})` : null;
     }
     case "msup":
       return first && second ? `(${first})^(${second})` : null;

@@ -20,9 +20,16 @@ export { ownColumns } from "./own.js";
 export function judge(problem: Problem, part: Part, answer: string, isSingular: IsSingular): Verdict {
   const first = judged(problem, part, answer, isSingular);
   const pointed = withPoints(answer);
-  if (pointed === answer || part.key.type !== "values" || !isUnread(first)) return first;
+  if (pointed === answer || part.key.type !== "values" || !isUnread(first)) return withRemedy(first, answer);
   const second = judged(problem, part, pointed, isSingular);
-  return isUnread(second) ? first : second;
+  return isUnread(second) ? withRemedy(first, answer) : second;
+}
+
+/** A list of which 0,5 makes too many entries: how numbers with a comma are set apart is told. */
+function withRemedy(verdict: Verdict, answer: string): Verdict {
+  const [reason] = verdict.reasons;
+  if (reason?.key !== "read.shape" || !/\p{Nd},\p{Nd}/u.test(answer)) return verdict;
+  return { ...verdict, reasons: [message("read.shape-commas", reason.values)] };
 }
 
 const isUnread = ({ reasons }: Verdict): boolean => reasons[0]?.key.startsWith("read.") ?? false;
@@ -33,7 +40,7 @@ function judged(problem: Problem, part: Part, answer: string, isSingular: IsSing
     case "values":
       return judgeValues(answer, { ...key, spoken: names }, labels, columns);
     case "direction":
-      return judgeDirection(answer, key, labels);
+      return judgeDirection(answer, { ...key, spoken: names }, labels);
     case "numbers":
       return judgeNumbers(answer, key, labels);
     case "configurations": {

@@ -35,11 +35,24 @@ export interface Claims {
   readonly isSound: (claim: Piece, instead: (at: At) => At) => boolean;
 }
 
+/** A slip, and what it is about: a claim of the answer, or a piece of the right set that no claim covers. */
+export interface SetSlip {
+  readonly slip: Message;
+  readonly claim?: Piece;
+  readonly piece?: readonly At[];
+}
+
 /** What went wrong in a set that is not right, the conditions that say too much first. */
-export function slipsInSet(set: Claims): Message[] {
-  const named = new Map<string, Message>();
-  const add = (slip: Message | null) => slip && named.set(JSON.stringify(slip), slip);
-  set.bad.forEach((claim) => add(slipInClaim(set, claim)));
+export function slipsInSet(set: Claims): SetSlip[] {
+  const named = new Map<string, SetSlip>();
+  const add = (found: SetSlip): void => {
+    const known = JSON.stringify(found.slip);
+    if (!named.has(known)) named.set(known, found);
+  };
+  for (const claim of set.bad) {
+    const slip = slipInClaim(set, claim);
+    if (slip) add({ slip, claim });
+  }
   if (set.bad.length === 0) missing(set).forEach(add);
   return [...named.values()].slice(0, MOST_TOLD);
 }
@@ -210,23 +223,24 @@ const spokenOf = ({ joint, zero }: Atom, joints: readonly string[]): string =>
   joint ?? joints.filter((each) => namesIn(zero).has(each)).join(", ");
 
 /** What is missing where all that is claimed is singular. */
-function missing({ claims, open, angles, joints, holds, isSound }: Claims): Message[] {
+function missing({ claims, open, angles, joints, holds, isSound }: Claims): SetSlip[] {
   for (const claim of claims.filter(({ length }) => length > 1))
     for (const atom of claim) {
       const rest = claim.filter((each) => each !== atom);
-      const covers = open.some((poses) => poses.every((at) => holds(rest, at)));
-      if (covers && isSound(rest, same))
-        return [message("slip.too-narrow", { joint: spokenOf(atom, joints) })];
+      const piece = open.find((poses) => poses.every((at) => holds(rest, at)));
+      if (piece && isSound(rest, same))
+        return [{ slip: message("slip.too-narrow", { joint: spokenOf(atom, joints) }), piece }];
     }
-  const half = [...angles].find((joint) =>
-    open.some((poses) =>
+  for (const joint of angles) {
+    const piece = open.find((poses) =>
       poses.every((at) => claims.some((claim) => holds(claim, turned(joint, HALF_TURN)(at)))),
-    ),
-  );
-  if (half !== undefined) return [message("slip.half-turn", { joint: half })];
+    );
+    if (piece) return [{ slip: message("slip.half-turn", { joint }), piece }];
+  }
   const isOfJoints = (piece: readonly At[]) => joints.some((joint) => isFixed(piece, joint, angles));
+  const [values, tie] = [open.find(isOfJoints), open.find((piece) => !isOfJoints(piece))];
   return [
-    ...(open.some(isOfJoints) ? [message("slip.values-left-out")] : []),
-    ...(open.some((piece) => !isOfJoints(piece)) ? [message("slip.tie-left-out")] : []),
+    ...(values ? [{ slip: message("slip.values-left-out"), piece: values }] : []),
+    ...(tie ? [{ slip: message("slip.tie-left-out"), piece: tie }] : []),
   ];
 }

@@ -157,10 +157,10 @@ function compared(
 ): Verdict {
   const found = claims.map((claim, i) => counterexample(claim, poses, space, isSingular, i));
   const bad = found.filter((each) => each !== null && each !== "nowhere");
+  const openIn = (piece: readonly At[], by: readonly Piece[]) =>
+    piece.find((at) => !by.some((claim) => holds(claim, at, space)));
   const uncoveredIn = (by: readonly Piece[], pieces: readonly (readonly At[])[]) =>
-    pieces
-      .map((piece) => piece.find((at) => !by.some((claim) => holds(claim, at, space))))
-      .filter((at) => at !== undefined);
+    pieces.map((piece) => openIn(piece, by)).filter((at) => at !== undefined);
   const uncovered = (by: readonly Piece[]) => uncoveredIn(by, poses);
   const open = uncovered(claims.filter((_, i) => found[i] !== "nowhere"));
   if (claims.length > 0 && open.length === 0 && bad.length === 0)
@@ -177,15 +177,18 @@ function compared(
     claims,
     bad: claims.filter((_, i) => found[i] !== null && found[i] !== "nowhere"),
     poses,
-    open: poses.filter((piece) => piece.some((at) => !claims.some((claim) => holds(claim, at, space)))),
+    open: poses.filter((piece) => openIn(piece, claims) !== undefined),
     ...space,
     holds: (claim, at) => holds(claim, at, space),
     isSound: (claim, instead) =>
       counterexample(claim, [], space, (at) => isSingular(instead({ ...poses.flat()[0], ...at })), 0) ===
       null,
   });
-  const more = slips.length > 0 ? { slips } : {};
-  const [off] = bad.filter((each) => each !== "close");
+  const [slip] = slips;
+  const more = slip ? { slips: slips.map((each) => each.slip) } : {};
+  // the pose that is told is one of what the first slip is about
+  const ofSlip = slip?.claim && found[claims.indexOf(slip.claim)];
+  const off = [ofSlip, ...bad].find((each) => typeof each === "object" && each !== null);
   const isRounded = claims.some((claim, i) => {
     const at = found[i];
     return at && typeof at === "object" && isRoundedAt(claim, at, poses, space);
@@ -196,7 +199,7 @@ function compared(
       at: off,
       ...more,
     });
-  const [at] = open;
+  const at = (slip?.piece && openIn(slip.piece, claims)) ?? open[0];
   if (at)
     return graded(share, [message("verdict.uncovered", { at: atText(shown(at, space)) })], { at, ...more });
   const nowhere = found.findIndex((each) => each === "nowhere" || each === "close") + 1;

@@ -436,7 +436,7 @@ function shownAt(key: ValuesKey, k: number, entry: Node): At {
   const isMoving = [...used].some(isRate);
   const shown = key.symbols.filter(
     (symbol) =>
-      /^(theta|d)\d/.test(symbol) ||
+      isJoint(symbol) ||
       (key.constants ?? []).includes(symbol) ||
       used.has(symbol) ||
       (key.spoken ?? []).includes(symbol) ||
@@ -460,16 +460,22 @@ function asOnSliders(symbol: string, value: number): number {
   return Number((degrees - 360 * Math.round(degrees / 360)).toFixed(1));
 }
 
+const isJoint = (symbol: string): boolean => /^(theta|d)\d/.test(symbol);
 const isRate = (symbol: string): boolean => /^qd\d+$/.test(symbol);
 const isAngle = (symbol: string): boolean => /^theta\d+$/.test(symbol);
 const unitOf = (symbol: string): string => (isAngle(symbol) ? "°" : /^[ad]\d+$/.test(symbol) ? " m" : "");
 const seen = (symbol: string): string => symbol.replace(/^theta(?=\d)/, "θ");
 
 /** What is said of words in an answer that are no symbols of the problem; null where there are none. */
-export function unknownSymbols(names: ReadonlySet<string>, { symbols }: ValuesKey): Message | null {
+export function unknownSymbols(names: ReadonlySet<string>, key: ValuesKey): Message | null {
+  const { symbols, constants, spoken = [] } = key;
   const unknown = [...names].filter((each) => !symbols.includes(each)).sort();
   if (unknown.length === 0) return null;
-  return message("read.unknown", { names: unknown.slice(0, 5).join(", "), known: symbols.join(", ") });
+  // of rates, velocities and forces those of which the question speaks
+  const isUsed = (each: string): boolean =>
+    !constants || isJoint(each) || constants.includes(each) || spoken.includes(each);
+  const known = symbols.filter(isUsed).join(", ");
+  return message("read.unknown", { names: unknown.slice(0, 5).join(", "), known });
 }
 
 function numberText(value: number | null): string {

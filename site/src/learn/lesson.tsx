@@ -5,6 +5,7 @@ import type { JSX } from "preact";
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { Arm } from "../arm/panel.js";
+import type { State } from "../arm/model.js";
 import type { Stage } from "../arm/stage.js";
 import { ZERO } from "../arm/vector.js";
 import type { View } from "../arm/view.js";
@@ -97,6 +98,10 @@ function Idea({
         : undefined,
     [tool, dials],
   );
+  const ratesIn = useMemo(
+    () => (tool ? (state: State): readonly number[] => ratesOf(tool, dials, state) : undefined),
+    [tool, dials],
+  );
   const done = goals.every((_, i) => skill.goals.includes(i));
   return (
     <div class="workspace">
@@ -156,6 +161,7 @@ function Idea({
           pane={lesson.pane}
           onStage={setStage}
           over={over}
+          rates={ratesIn}
         />
       </section>
     </div>

@@ -5,12 +5,13 @@ import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import type { Part, Problem } from "../bank.js";
 import { withPoints } from "../read/points.js";
+import { readDue } from "../grade/due.js";
 import { read } from "../read/reader.js";
 import { ReadError } from "../read/tree.js";
 import { typesetTree } from "../read/typeset.js";
 import { message, said } from "../text/text.js";
 import { Html, Tex } from "./math.js";
-import { entriesOf, matrixText } from "./entries.js";
+import { entriesOf, isUnfinished, matrixText } from "./entries.js";
 import { called, Letter } from "./letter.js";
 import { MathField, putInto } from "./mathfield.js";
 
@@ -39,7 +40,13 @@ export function Answer(field: Field): JSX.Element {
 
 // --- formulas ---
 
-function Single({ problem, part, onAnswer, onCheck, first = "" }: Field & { first?: string }) {
+interface SingleProps extends Field {
+  readonly first?: string;
+  /** The shape of a matrix that is typed as text. */
+  readonly shape?: readonly [rows: number, columns: number];
+}
+
+function Single({ problem, part, onAnswer, onCheck, first = "", shape }: SingleProps) {
   const [text, setText] = useState(first);
   const [math, setMath] = useState(false);
   const place = useRef<HTMLDivElement>(null);
@@ -62,9 +69,13 @@ function Single({ problem, part, onAnswer, onCheck, first = "" }: Field & { firs
         onEnter={onCheck}
         math={math}
         wide
+        goesOn={set ? () => false : shape && ((typed) => isUnfinished(typed, ...shape))}
       />
       {unit ? <span class="unit">{unit}</span> : null}
       {set ? <p class="help">{said(message("answer.set-help"))}</p> : null}
+      {shape ? (
+        <p class="help">{said(message(shape[1] > 1 ? "answer.matrix-help" : "answer.vector-help"))}</p>
+      ) : null}
       <Toggle text={said(message(math ? "answer.plain" : "answer.math"))} onToggle={toggle} />
       <Symbols problem={problem} part={part} place={place} />
     </div>
@@ -101,7 +112,7 @@ function Entries({
     const first = matrixText(entries, columns) || typed.current; // a text that is no grid is not lost
     return (
       <>
-        <Single problem={problem} part={part} onAnswer={told} onCheck={onCheck} first={first} />
+        <Single {...{ problem, part, onCheck, first }} onAnswer={told} shape={[rows, columns]} />
         <Toggle text={said(message("answer.as-entries"))} onToggle={back} />
       </>
     );
@@ -118,13 +129,19 @@ function Entries({
     if (!math) fill(entries.map((entry) => latexOf(entry, problem)));
     setMath(!math);
   };
+  const paste = (event: ClipboardEvent) => {
+    const whole = entriesOf(event.clipboardData?.getData("text") ?? "", rows, columns);
+    if (!whole || math) return;
+    event.preventDefault(); // a matrix that is pasted into an entry fills them all
+    fill(whole);
+  };
   const label = (i: number) =>
     columns === 1
       ? said(message("answer.component", { row: i + 1 }))
       : said(message("answer.entry", { row: Math.floor(i / columns) + 1, column: (i % columns) + 1 }));
   return (
     <div class="answer" ref={place}>
-      <Grid rows={rows} columns={columns} of={part.grid}>
+      <Grid rows={rows} columns={columns} of={part.grid} onPaste={paste}>
         {entries.map((entry, i) => (
           <span class="cell" key={i} onFocusIn={inSight}>
             <FormulaField
@@ -150,11 +167,12 @@ interface GridProps {
   readonly columns: number;
   /** LaTeX of what rows and columns belong to, which stands beside them; those who don't see it are told by the prompt. */
   readonly of: Part["grid"];
+  readonly onPaste: (event: ClipboardEvent) => void;
   readonly children: readonly JSX.Element[];
 }
 
 /** Entries as a matrix. */
-function Grid({ rows, columns, of: [beside, above], children }: GridProps): JSX.Element {
+function Grid({ rows, columns, of: [beside, above], onPaste, children }: GridProps): JSX.Element {
   return (
     <div
       class="grid"
@@ -163,6 +181,7 @@ function Grid({ rows, columns, of: [beside, above], children }: GridProps): JSX.
       data-columns={columns}
       data-beside={beside.length > 0 ? "" : undefined}
       data-above={above.length > 0 ? "" : undefined}
+      onPaste={onPaste}
       style={{ "--columns": columns, "--rows": rows }}
     >
       <span class="bracket" aria-hidden="true" />
@@ -203,29 +222,51 @@ interface FormulaFieldProps {
   readonly value: string;
   readonly wide?: boolean;
   readonly math: boolean;
+  /** Of a text in lines: whether Enter behind it begins another line, and does not check; Shift and Enter always does. */
+  readonly goesOn?: ((text: string) => boolean) | undefined;
   readonly onValue: (text: string) => void;
   readonly onEnter: () => void;
 }
 
 /** A field for a formula, as text or as mathematics. */
-function FormulaField({ label, value, onValue, onEnter, math, wide = false }: FormulaFieldProps) {
+function FormulaField({ label, value, onValue, onEnter, math, wide = false, goesOn }: FormulaFieldProps) {
   if (math) return <MathField label={label} value={value} onValue={onValue} onEnter={onEnter} />;
+  const common = {
+    class: wide ? "formula-field wide" : "formula-field",
+    "aria-label": label,
+    value,
+    spellcheck: false,
+    autocomplete: "off",
+    autocapitalize: "none",
+  } as const;
+  if (!goesOn)
+    return (
+      <input
+        type="text"
+        {...common}
+        onInput={(event) => onValue(event.currentTarget.value)}
+        onKeyDown={(event) => {
+          if (event.key === "Enter") onEnter();
+        }}
+      />
+    );
   return (
-    <input
-      type="text"
-      class={wide ? "formula-field wide" : "formula-field"}
-      aria-label={label}
-      value={value}
-      spellcheck={false}
-      autocomplete="off"
-      autocapitalize="none"
+    <textarea
+      {...common}
+      rows={Math.min(MOST_LINES, value.split("\n").length)}
       onInput={(event) => onValue(event.currentTarget.value)}
       onKeyDown={(event) => {
-        if (event.key === "Enter") onEnter();
+        if (event.key !== "Enter" || event.shiftKey || event.isComposing) return;
+        if (goesOn(event.currentTarget.value)) return;
+        event.preventDefault();
+        onEnter();
       }}
     />
   );
 }
+
+/** So many lines of a text are in sight at once. */
+const MOST_LINES = 8;
 
 function Toggle({ text, onToggle }: { text: string; onToggle: () => void }) {
   return (
@@ -252,7 +293,7 @@ function Symbols({
   }, []);
   const put = (text: string, latex: string) => {
     const held = last.current?.isConnected ? last.current : place.current?.querySelector(FIELDS);
-    if (held instanceof HTMLInputElement) {
+    if (held instanceof HTMLInputElement || held instanceof HTMLTextAreaElement) {
       held.setRangeText(
         text,
         held.selectionStart ?? held.value.length,
@@ -290,7 +331,7 @@ function Symbols({
   );
 }
 
-const FIELDS = "input.formula-field, math-field";
+const FIELDS = "input.formula-field, textarea.formula-field, math-field";
 const FUNCTIONS = [
   ["sin", "sin(", "\\sin\\left(#?\\right)"],
   ["cos", "cos(", "\\cos\\left(#?\\right)"],
@@ -314,7 +355,7 @@ export function Preview({
     const wait = setTimeout(() => setShown(text), 150);
     return () => clearTimeout(wait);
   }, [text]);
-  const found = useMemo(() => previewOf(shown, problem), [shown, problem]);
+  const found = useMemo(() => previewOf(shown, problem, part), [shown, problem, part]);
   if (type === "choice" || type === "selection" || type === "matching") return null;
   return (
     <p class="preview" aria-live="polite">
@@ -335,10 +376,15 @@ function latexOf(text: string, problem: Problem): string {
   return found && "latex" in found ? found.latex.replaceAll("{,}", ".") : "";
 }
 
-function previewOf(text: string, problem: Problem): { latex: string } | { why: string } | null {
+function previewOf(
+  text: string,
+  problem: Problem,
+  part: Part | null = null,
+): { latex: string } | { why: string } | null {
   if (!text.trim() || text.length > SHOWN) return null;
+  const known = new Set(Object.keys(problem.symbols));
   try {
-    return { latex: typesetTree(read(text, new Set(Object.keys(problem.symbols))), problem.symbols) };
+    return { latex: typesetTree(part ? readDue(text, known, part) : read(text, known), problem.symbols) };
   } catch (error) {
     if (error instanceof ReadError) return { why: said(error.why) };
     throw error;

@@ -35,10 +35,12 @@ import {
 import { Due } from "./due.js";
 import { keep, kept } from "./progress.js";
 import { Current, Failed } from "./current.js";
+import { type AllKept, keepAll } from "./all-kept.js";
 import { Settings } from "./settings.js";
 import { Sheet, sheetFrom } from "./sheet.js";
 import { keepSkills, keptSkills, type Skills } from "./skills.js";
 import { storage } from "./storage.js";
+import { keptDay } from "./today.js";
 import { isToday, TodayDoor, TodaysArm } from "./todays-arm.js";
 
 export function Practice(): JSX.Element {
@@ -120,6 +122,11 @@ function Session({ index }: { index: Index }) {
     setProgress(now);
     keep(storage, now);
   };
+  const restored = (all: AllKept) => {
+    setProgress(all.progress);
+    setSkills(all.lessons);
+    keepAll(storage, all);
+  };
   return (
     <div class="workspace">
       <div class="choosing">
@@ -133,7 +140,13 @@ function Session({ index }: { index: Index }) {
           }}
         />
         {wish.set ? null : <TodayDoor index={index} />}
-        <Settings index={index} wish={wish} progress={progress} onWish={wished} onProgress={noted} />
+        <Settings
+          index={index}
+          wish={wish}
+          kept={{ progress, lessons: skills, today: keptDay(storage) }}
+          onWish={wished}
+          onKept={restored}
+        />
         {order && order.length > 0 ? (
           <p class="muted set-place">
             {said(

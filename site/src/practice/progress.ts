@@ -1,4 +1,4 @@
-// Progress kept in this browser, and as a file that the student can take along.
+// Which problems were answered, and when they come again, kept in this browser.
 
 import { type Attempted, type Progress, WAITS } from "./choice.js";
 
@@ -7,7 +7,7 @@ const KEY = "qdot-progress";
 /** What is kept; nothing where the browser keeps nothing, or something else stands there. */
 export function kept(storage: Storage | null): Progress {
   try {
-    return checked(JSON.parse(storage?.getItem(KEY) ?? "{}"));
+    return checkedProgress(JSON.parse(storage?.getItem(KEY) ?? "{}"));
   } catch {
     return {};
   }
@@ -21,24 +21,8 @@ export function keep(storage: Storage | null, progress: Progress): void {
   }
 }
 
-export function asFile(progress: Progress): string {
-  return `${JSON.stringify({ qdot: "progress", version: 1, progress }, null, 1)}\n`;
-}
-
-/** The progress in a file; null where it is none. */
-export function fromFile(text: string): Progress | null {
-  try {
-    const content: unknown = JSON.parse(text);
-    if (typeof content !== "object" || content === null || !("qdot" in content) || !("progress" in content))
-      return null;
-    return checked(content.progress);
-  } catch {
-    return null;
-  }
-}
-
 /** Both together; of an item in both, the attempt of the higher box. */
-export function merged(mine: Progress, other: Progress): Progress {
+export function mergedProgress(mine: Progress, other: Progress): Progress {
   const found: Record<string, Attempted> = { ...mine };
   for (const [name, attempt] of Object.entries(other)) {
     const own = found[name];
@@ -47,7 +31,8 @@ export function merged(mine: Progress, other: Progress): Progress {
   return found;
 }
 
-function checked(content: unknown): Progress {
+/** What of it is progress. */
+export function checkedProgress(content: unknown): Progress {
   const found: Record<string, Attempted> = {};
   for (const [name, entry] of Object.entries(content ?? {})) {
     if (isAttempted(entry)) {

@@ -5,26 +5,16 @@ import { useRef, useState } from "preact/hooks";
 
 import type { Index } from "../bank.js";
 import { message, said } from "../text/text.js";
-import {
-  ANYTHING,
-  asLink,
-  isMissed,
-  items,
-  type Progress,
-  STEPS,
-  variations,
-  WAITS,
-  type Wish,
-} from "./choice.js";
-import { asFile, fromFile, merged } from "./progress.js";
+import { ANYTHING, asLink, isMissed, items, STEPS, variations, WAITS, type Wish } from "./choice.js";
+import { type AllKept, asFile, fromFile, merged, NOTHING_KEPT } from "./all-kept.js";
 import { sheetLink } from "./sheet.js";
 
 interface SettingsProps {
   readonly index: Index;
   readonly wish: Wish;
-  readonly progress: Progress;
+  readonly kept: AllKept;
   readonly onWish: (wish: Wish) => void;
-  readonly onProgress: (progress: Progress) => void;
+  readonly onKept: (all: AllKept) => void;
 }
 
 export function Settings(props: SettingsProps): JSX.Element {
@@ -147,20 +137,20 @@ export function variationName(name: string): string {
   return step ? said(message(`variation.${step}`)) : name.replaceAll("+", ", ");
 }
 
-function More({ wish, progress, onWish, onProgress }: SettingsProps) {
+function More({ wish, kept, onWish, onKept }: SettingsProps) {
   const [told, setTold] = useState("");
   const [fresh] = useState(newSet);
   const file = useRef<HTMLInputElement>(null);
-  const tried = Object.values(progress);
+  const tried = Object.values(kept.progress);
   const due = tried.filter((each) => isMissed(each) && each.box < WAITS.length - 1).length;
   const load = async () => {
     const found = fromFile((await file.current?.files?.[0]?.text()) ?? "");
     setTold(found ? "" : said(message("practice.not-progress")));
-    if (found) onProgress(merged(progress, found));
+    if (found) onKept(merged(kept, found));
     if (file.current) file.current.value = ""; // so that the same file may be chosen again
   };
   const save = () => {
-    const address = URL.createObjectURL(new Blob([asFile(progress)], { type: "application/json" }));
+    const address = URL.createObjectURL(new Blob([asFile(kept)], { type: "application/json" }));
     const link = Object.assign(document.createElement("a"), {
       href: address,
       download: "qdot-progress.json",
@@ -192,7 +182,7 @@ function More({ wish, progress, onWish, onProgress }: SettingsProps) {
           type="button"
           class="quiet"
           onClick={() => {
-            if (window.confirm(said(message("practice.forget-sure")))) onProgress({});
+            if (window.confirm(said(message("practice.forget-sure")))) onKept(NOTHING_KEPT);
           }}
         >
           {said(message("practice.forget"))}

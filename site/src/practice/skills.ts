@@ -140,11 +140,49 @@ export const armsIn = (all: readonly Item[]): number => new Set(all.map(armOf)).
 
 export function keptSkills(storage: Storage | null): Skills {
   try {
-    const found: unknown = JSON.parse(storage?.getItem(KEY) ?? "{}");
-    return Object.fromEntries(Object.entries(found ?? {}).filter(([, skill]) => isSkill(skill)));
+    return checkedSkills(JSON.parse(storage?.getItem(KEY) ?? "{}"));
   } catch {
     return {};
   }
+}
+
+/** What of it are skills. */
+export function checkedSkills(content: unknown): Skills {
+  return Object.fromEntries(Object.entries(content ?? {}).filter(([, skill]) => isSkill(skill)));
+}
+
+/** Both together: all goals that were reached, and of each row the one that is further. */
+export function mergedSkills(mine: Skills, other: Skills): Skills {
+  const found: Record<string, Skill> = { ...mine };
+  for (const [name, skill] of Object.entries(other)) {
+    const own = found[name];
+    found[name] = own ? mergedSkill(own, skill) : skill;
+  }
+  return found;
+}
+
+function mergedSkill(own: Skill, other: Skill): Skill {
+  const goals = [...new Set([...own.goals, ...other.goals])];
+  const classes = new Set([...Object.keys(own.beyond ?? {}), ...Object.keys(other.beyond ?? {})]);
+  const beyond = Object.fromEntries(
+    [...classes].map((name) => [
+      name,
+      further(own.beyond?.[name] ?? NEW_ROW, other.beyond?.[name] ?? NEW_ROW),
+    ]),
+  );
+  return { ...further(own, other), goals, ...(classes.size > 0 ? { beyond } : {}) };
+}
+
+/** Of two rows the one that is mastered, else learned, else longer, the first where both are alike. */
+function further({ row, learned, mastered }: Row, other: Row): Row {
+  const own: Row = {
+    row,
+    ...(learned === undefined ? {} : { learned }),
+    ...(mastered === undefined ? {} : { mastered }),
+  };
+  const lengthOf = (one: Row): number =>
+    (one.mastered !== undefined ? 2000 : one.learned !== undefined ? 1000 : 0) + one.row.length;
+  return lengthOf(other) > lengthOf(own) ? further(other, NEW_ROW) : own;
 }
 
 export function keepSkills(storage: Storage | null, skills: Skills): void {

@@ -70,14 +70,23 @@ export function tried(now: Day, right: boolean, helped: boolean): Day {
 
 export function keptDay(storage: Storage | null): Day | null {
   try {
-    const found: unknown = JSON.parse(storage?.getItem(KEY) ?? "null");
-    return isDay(found) ? found : null;
+    return checkedDay(JSON.parse(storage?.getItem(KEY) ?? "null"));
   } catch {
     return null;
   }
 }
 
-export function keepDay(storage: Storage | null, day: Day): void {
+export const checkedDay = (found: unknown): Day | null => (isDay(found) ? found : null);
+
+/** Of two the later; of the same day that which has more tries, unless it is the first that is solved. */
+export function laterDay(mine: Day | null, other: Day | null): Day | null {
+  if (!mine || !other) return mine ?? other;
+  if (mine.day !== other.day) return mine.day > other.day ? mine : other;
+  if (isSolved(mine) !== isSolved(other)) return isSolved(mine) ? mine : other;
+  return other.tries.length > mine.tries.length ? other : mine;
+}
+
+export function keepDay(storage: Storage | null, day: Day | null): void {
   try {
     storage?.setItem(KEY, JSON.stringify(day));
   } catch {

@@ -1,4 +1,4 @@
-// Vectors and matrices without commas: entries in lines, in columns with tabs or wide gaps, Matlab's [a b; c d], 0,5; 1,25.
+// Vectors and matrices without commas: entries in lines, in columns with tabs or gaps, Matlab's [a b; c d], 0,5; 1,25.
 // The rules of ../../../exercises/formula/tables.py: a text is looked at so only where it is of another shape than is due.
 
 import { withoutUnits } from "./notation.js";
@@ -9,6 +9,10 @@ const GAP = pattern("gap_of_table");
 const BLANK = pattern("gap_of_matlab");
 const GOES_ON = compiled(VOCABULARY.patterns.line_goes_on);
 const MATLAB = whole("rows_of_matlab");
+const NAME = pattern("name_of_table");
+/** A comma between entries, by the blank beside it, and one in a number. */
+const COMMA = pattern("comma_of_list");
+const POINT = pattern("comma_of_number", "g");
 const BETWEEN = pattern("between_numbers");
 const NUMBER = whole("decimal_with_comma");
 const FACTORS = ["", ...new Set(Object.values(VOCABULARY.units))];
@@ -16,26 +20,51 @@ const FACTORS = ["", ...new Set(Object.values(VOCABULARY.units))];
 const MOST = 4000;
 
 type Cells = readonly (readonly string[])[];
+type Split = (line: string) => readonly string[];
 
-/** A table as the text of a list of rows; null for what is none of this shape. */
+/** A table as the text of a list of rows; null for what is none of this shape, or of two ways to read one. */
 export function tableText(text: string, rows: number, columns: number): string | null {
   if ([...text].length > MOST) return null;
   const isTable = (cells: Cells): boolean =>
     cells.length === rows && cells.every((row) => row.length === columns && row.every(isWhole));
+  const found = new Set(tablesIn(text.replace(NAME, ""), rows, columns).filter(isTable).map(listed));
+  const isClear = found.size === 1 || !text.match(POINT); // 1,2 x is 1.2 and x, or 1 and 2 x
+  return isClear ? ([...found][0] ?? null) : null;
+}
+
+/** What a text is by its lines, and by Matlab's semicolons, with each of what separates entries of a row. */
+function tablesIn(text: string, rows: number, columns: number): Cells[] {
+  const found: Cells[] = [];
   const lines = text
     .split("\n")
     .map((line) => line.replace(FRAME, ""))
     .filter((line) => stripped(line) !== "");
-  if (lines.length === rows && rows > 1 && !lines.slice(1).some((line) => GOES_ON.test(line))) {
-    const cells = lines.map((line) => (columns > 1 ? stripped(line).split(GAP) : [line]));
-    if (isTable(cells)) return listed(cells);
-  }
+  if (rows > 1 && !lines.slice(1).some((line) => GOES_ON.test(line)))
+    for (const split of columns > 1 ? [byGap, ...SPLITS] : [alone])
+      found.push(lines.map((line) => entriesOf(line, split)));
   const matlab = MATLAB.exec(stripped(text));
-  if (!matlab) return null;
-  const filled = (matlab[1] as string).split(";").filter((row) => stripped(row) !== "");
-  const found = filled.map((row) => stripped(row).split(BLANK));
-  const cells = columns === 1 && found.length === 1 ? (found[0] as string[]).map((cell) => [cell]) : found;
-  return isTable(cells) ? listed(cells) : null;
+  if (!matlab) return found;
+  const inner = (matlab[1] ?? matlab[2]) as string;
+  for (const between of [/;/, /[;\n]/]) {
+    const filled = inner.split(between).filter((row) => stripped(row) !== "");
+    for (const split of columns === 1 ? [alone, ...SPLITS] : SPLITS) {
+      const cells = filled.map((row) => entriesOf(row, split));
+      // a row for the column that is due, which is a list already where its commas have no blanks
+      const isRow = columns === 1 && cells.length === 1 && split !== byComma;
+      found.push(isRow ? (cells[0] as readonly string[]).map((cell) => [cell]) : cells);
+    }
+  }
+  return found;
+}
+
+const alone: Split = (line) => [line];
+const byGap: Split = (line) => line.split(GAP);
+const byComma: Split = (line) => line.split(",");
+const SPLITS: readonly Split[] = [(line) => line.split(BLANK), byComma, (line) => line.split(COMMA)];
+
+/** The entries of a row, 0,5 among them as a number; behind the last a comma may stand. */
+function entriesOf(line: string, split: Split): readonly string[] {
+  return split(stripped(stripped(line).replace(/,$/, ""))).map((cell) => cell.replace(POINT, "."));
 }
 
 /** Numbers that are separated by anything but commas as the text of a list; null for what is none. */
@@ -62,11 +91,12 @@ function listed(cells: Cells): string {
   return `[${(cells[0]?.length === 1 ? rows : rows.map((row) => `[${row}]`)).join(", ")}]`;
 }
 
-/** Whether an entry holds no comma or semicolon, and as many brackets closed as open. */
+/** Whether an entry holds no comma, semicolon or two points of a number, and as many brackets closed as open. */
 function isWhole(cell: string): boolean {
   const count = (sign: string): number => cell.split(sign).length - 1;
   return (
-    !/[,;=]/.test(cell) &&
+    stripped(cell) !== "" &&
+    !/[,;=]|\.[0-9]{1,18}\./.test(cell) &&
     ["()", "[]", "{}"].every(([one, other]) => count(one as string) === count(other as string))
   );
 }

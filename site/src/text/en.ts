@@ -6,6 +6,9 @@ export const en = {
   "read.unreadable": "This can't be read as an answer: {why}.",
   "read.shape":
     "The answer has {found} entries; it should have {due} (rows × columns): write it as in {typed}.",
+  "read.shape-commas":
+    "The answer has {found} entries; it should have {due} (rows × columns). Where 0,5 is a number, put semicolons, or a " +
+    "comma and a space, between entries, as in [0,5; 1,25].",
   "read.list": "A list or matrix stands where a single expression is due.",
   "read.component": "{other} is named, and {asked} is asked; write {asked} = …, or the formula alone.",
   "read.unknown": "This problem has no {names}; its symbols are {known}.",
@@ -490,6 +493,8 @@ export const en = {
   "answer.set-help":
     "Conditions, as for another arm theta1 = pi/6, theta1 = 2*pi/3; several lines or commas between them mean “or”, " +
     "“and” stands between what has to hold together.",
+  "answer.matrix-help": "Rows in lines, or between semicolons: [a, b; c, d]. Brackets may be left out.",
+  "answer.vector-help": "Entries in lines, or between commas: [a, b]. Brackets may be left out.",
   "answer.symbols": "Symbols",
   "answer.option": "Option {letter}",
   "answer.match": "Joint {index}",
@@ -652,6 +657,9 @@ export const en = {
   "arm.reset": "First pose",
   "arm.lengths": "Drawn with",
   "arm.term": "here: {value}",
+  "arm.term.spelled": "{name}, here: {value}",
+  "arm.term.keys":
+    "Left and right go from term to term, down to the letters of a term, up again; Enter keeps it while the arm is moved, Escape leaves it.",
   "arm.concealed": "J is in sight once this is answered: in numbers it would tell the answer.",
   "arm.figures.det": "det J",
   "arm.figures.volume": "√det JJᵀ",

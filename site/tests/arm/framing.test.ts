@@ -1,15 +1,15 @@
 // The nearer view with which an arm is seen first.
 import { describe, expect, it } from "vitest";
 
-import { crowding, framed, framingOf, isSame, isSeen, readableFrom } from "../../src/arm/framing.js";
+import { crowding, footOf, framed, framingOf, isSame, isSeen, readableFrom } from "../../src/arm/framing.js";
 import { drawnColumns } from "../../src/arm/marks.js";
 import { armOf, reachOf, stateAt } from "../../src/arm/model.js";
 import { extentOf, firstPose } from "../../src/arm/ranges.js";
 import { add } from "../../src/arm/vector.js";
 import { FIRST_ORBIT, flatPlane, pixel, viewOf } from "../../src/arm/view.js";
-import { ELBOW, PLAIN, ROBOTS, SIX } from "./robots.js";
+import { ELBOW, PLAIN, PUMA, ROBOTS, SIX } from "./robots.js";
 
-const ALL = { ...ROBOTS, plain: PLAIN, elbow: ELBOW, six: SIX };
+const ALL = { ...ROBOTS, plain: PLAIN, elbow: ELBOW, six: SIX, puma: PUMA };
 const SIZES = [
   [362, 150],
   [362, 286],
@@ -33,6 +33,18 @@ describe.each(Object.entries(ALL))("the first view of %s", (_, robot) => {
     }
   });
 });
+
+it.each(SIZES)(
+  "leaves the words below free of the joints of a PUMA 560 in %i x %i pixels",
+  (width, height) => {
+    const arm = armOf(PUMA);
+    const state = stateAt(arm, firstPose(arm));
+    const heads = drawnColumns(arm, state, reachOf(arm)).map((arrow) => add(state.point, arrow));
+    const whole = viewOf(arm, extentOf(arm), width, height, FIRST_ORBIT);
+    const view = framed(whole, framingOf(arm, state, heads, whole, false));
+    expect(footOf(arm, state, view)).toBeLessThanOrEqual(height - Math.min(28, 0.1 * height) + 1);
+  },
+);
 
 it("shows a planar arm half as large again as the view of all that it reaches", () => {
   const arm = armOf(PLAIN);

@@ -61,3 +61,18 @@ export const SIX = robot(
   ["vx", "vy", "vz", "wx", "wy", "wz"],
   { a2: 0.5, d4: 0.4 },
 );
+
+/** The PUMA 560, whose second joint is the lowest that is drawn. */
+export const PUMA = robot(
+  "puma",
+  [
+    row("0", "pi/2", "theta1"),
+    row("a2", "0", "theta2"),
+    row("a3", "-pi/2", "theta3", "d3"),
+    row("0", "pi/2", "theta4", "d4"),
+    row("0", "-pi/2", "theta5"),
+    row("0", "0", "theta6"),
+  ],
+  ["vx", "vy", "vz", "wx", "wy", "wz"],
+  { a2: 0.4318, a3: 0.0203, d3: 0.15005, d4: 0.4318 },
+);

@@ -6,7 +6,8 @@ import { describe, expect, it } from "vitest";
 import { read } from "../../src/read/reader.js";
 import { realValue } from "../../src/read/real.js";
 import { armOf } from "../../src/arm/model.js";
-import { jointOf, symbolsOf, termAt, typed } from "../../src/arm/terms.js";
+import { stepped } from "../../src/arm/formula-keys.js";
+import { jointOf, symbolsOf, termAt, termsOf, typed } from "../../src/arm/terms.js";
 import { PLAIN } from "./robots.js";
 
 const ARM = armOf(PLAIN);
@@ -79,7 +80,8 @@ describe("what is read of a term", () => {
     [`<msqrt>${sub("a", "1")}</msqrt>`, "sqrt(a1)"],
     [`<mrow>${sum}</mrow>${sub("s", "1")}`, "(a1*c1+a2*c12)*s1"],
     [`<mn>0,5</mn>${sub("a", "1")}`, "0.5*a1"],
-    [`<msub><mover><mi>θ</mi><mo>˙</mo></mover><mn>1</mn></msub>`, null],
+    [`${sub("a", "1")}<msub><mover><mi>θ</mi><mo>˙</mo></mover><mn>1</mn></msub>`, "a1*qd1"],
+    [`<msubsup><mover><mi>θ</mi><mo>˙</mo></mover><mn>2</mn><mn>2</mn></msubsup>`, "(qd2)^(2)"],
     [`<mtext>so</mtext>${sub("a", "1")}`, null],
   ];
 
@@ -94,5 +96,34 @@ describe("what is read of a term", () => {
     const row = formula(sum).firstElementChild!;
     const value = realValue(read(typed([...row.children])!, new Set(names)), at);
     expect(value).toBeCloseTo(0.5 * Math.cos(0.3) + 0.4 * Math.cos(-0.8), 12);
+  });
+});
+
+describe("keys", () => {
+  const math = (): Element =>
+    formula(`<mi>x</mi><mo>=</mo>${sub("c", "1")}<mo>(</mo>${sum}<mo>)</mo><mo>−</mo>${sub("d", "1")}`);
+
+  it("find all terms, one with a bracket before those in it", () => {
+    expect(termsOf(math()).map(words)).toEqual(["x", "c1(a1c1+a2c12)", "a1c1", "a2c12", "d1"]);
+  });
+
+  it("go from term to term, to the letters of one and back, and no further than the ends", () => {
+    const whole = math();
+    let parts: readonly Element[] | null = null;
+    const after = (key: string): string => words((parts = stepped(whole, parts, key))!);
+    expect(["Home", "ArrowRight", "ArrowRight", "ArrowRight"].map(after)).toEqual([
+      ...["x", "c1(a1c1+a2c12)", "a1c1", "a2c12"],
+    ]);
+    expect(["ArrowDown", "ArrowDown", "ArrowDown", "ArrowUp", "ArrowUp"].map(after)).toEqual([
+      ...["a2", "c12", "c12", "a2", "a2c12"],
+    ]);
+    expect(["ArrowDown", "ArrowRight", "ArrowRight", "ArrowLeft"].map(after)).toEqual([
+      "a2",
+      "d1",
+      "d1",
+      "a2c12",
+    ]);
+    expect(after("End")).toBe("d1");
+    expect(stepped(whole, parts, "Tab")).toBeNull();
   });
 });

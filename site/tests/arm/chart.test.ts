@@ -1,0 +1,30 @@
+// Where the names of joint rates stand beside their curves.
+import { describe, expect, it } from "vitest";
+
+import { columnsFor, spread } from "../../src/arm/chart.js";
+
+const HEIGHTS = [
+  [60, 60, 60, 60, 60, 60, 60],
+  [10, 12, 14, 100, 101, 102, 103],
+  [-40, 300, 20, 21, 22, 23, 24],
+  [50, 20],
+];
+
+describe.each(HEIGHTS)("names of curves that end at %i, %i, …", (...heights) => {
+  it.each([[40], [80], [180]])("are clear of each other in %i pixels, in the order of the curves", (room) => {
+    const columns = columnsFor(heights.length, room);
+    const names = spread(heights, [16, 16 + room], columns);
+    for (const { at } of names) expect(at >= 16 - 1e-9 && at <= 16 + room + 1e-9).toBe(true);
+    names.forEach((one, i) =>
+      names.forEach((other, k) => {
+        if (i !== k && one.column === other.column)
+          expect(Math.abs(one.at - other.at)).toBeGreaterThanOrEqual(15);
+        if (heights[i]! < heights[k]!) expect(one.at).toBeLessThanOrEqual(other.at);
+      }),
+    );
+  });
+});
+
+it("takes a second column where one has no room", () => {
+  expect([columnsFor(2, 60), columnsFor(7, 180), columnsFor(7, 80), columnsFor(7, 40)]).toEqual([1, 1, 2, 3]);
+});
