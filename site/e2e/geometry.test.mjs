@@ -1,6 +1,6 @@
 // Every page by its geometry, from a small phone to the widest screen, light and dark, in English and in German: nothing lies
 // over anything, nothing is wider than the screen or cut off, and no hole is left between what there is. QDOT_SUITE=whole
-// looks at every page in every size and language; else one of each kind in every size, kinds of questions and lessons in two.
+// looks at every page in every size and language; else at one of each kind, kinds of questions and lessons in two sizes.
 import assert from "node:assert/strict";
 import { readdirSync } from "node:fs";
 import { test } from "node:test";
@@ -33,7 +33,12 @@ const WHOLE = process.env.QDOT_SUITE === "whole";
 
 /** Pages that are looked at in the size with this number. */
 function pages(size) {
-  if (!WHOLE) return [...KINDS, ...MORE, ...IN_TURN.filter((_, i) => (i + size) % 3 === 0)];
+  const isOutermost = size === 0 || size === SIZES.length - 1;
+  if (!WHOLE)
+    return [
+      ...[...KINDS, ...MORE].filter((_, i) => !isOutermost || (i + size) % 2 === 0),
+      ...IN_TURN.filter((_, i) => (i + size) % 3 === 0),
+    ];
   const all = readdirSync(there.site.folder, { recursive: true, encoding: "utf8" })
     .map((name) => name.replaceAll("\\", "/"))
     .filter((name) => name.endsWith(".html"));

@@ -240,9 +240,7 @@ test("signs are put where the cursor is, as text and as mathematics; what was ty
 
 test("a matrix is typed a row a line: Enter goes on until all rows are there, and a paste fills the grid", async () => {
   const { page, wrong } = await ask("jacobian");
-  const rows = typed("jacobian")
-    .replace(/^\[\[|\]\]$/g, "")
-    .split("], [");
+  const rows = rowsOf(typed("jacobian").replace(/\s+/g, " "));
   await page.getByRole("button", { name: "Type it as text" }).click();
   const field = page.getByLabel("Your answer");
   await field.fill(rows[0]);
@@ -266,7 +264,7 @@ test("a matrix is typed a row a line: Enter goes on until all rows are there, an
   );
   assert.deepEqual(
     await entries.evaluateAll((all) => all.map(({ value }) => value)),
-    rows.flatMap((row) => row.split(", ")),
+    rows.flatMap((row) => pieces(row)),
   );
   assert.deepEqual(wrong, []);
 });
