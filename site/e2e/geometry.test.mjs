@@ -1,115 +1,63 @@
-// Every page by its geometry, from a phone to a wide screen, light and dark: nothing lies over anything, nothing is wider
-// than the screen or cut off, and no hole is left between what there is. QDOT_SUITE=whole looks at every page, else one of
-// each kind.
+// Every page by its geometry, from a small phone to the widest screen, light and dark, in English and in German: nothing lies
+// over anything, nothing is wider than the screen or cut off, and no hole is left between what there is. QDOT_SUITE=whole
+// looks at every page in every size and language; else at one of each kind, kinds of questions and lessons in two sizes.
 import assert from "node:assert/strict";
 import { readdirSync } from "node:fs";
 import { test } from "node:test";
 
+import { faults } from "./faults.mjs";
 import { KINDS } from "./kinds.mjs";
 import { armOf, drawn, inChromium, opened } from "./opened.mjs";
 
 const there = inChromium();
 const SIZES = [
+  [360, 740],
   [390, 844],
   [900, 800],
   [1440, 900],
   [2560, 1440],
+  [3840, 2160],
 ];
 const MORE = ["practice.html?today=1", "own.html#robot=panda", "course.html", "404.html", "licences.html"];
+const ROUND = "practice.html?embed=1&arm=planar-2r&n=3&seed=a";
+/** A question of each kind of answer: a vector, conditions, numbers, a direction, letters of three kinds. */
+const QUESTIONS = [
+  ...["position", "singular-angles", "joint-rates", "lost-direction", "inverse-velocity", "joint-torques"],
+  ...["joint-effect", "singularity-type", "jacobian-size", "path-rates", "invertibility"],
+].map((question) => `practice.html?arm=planar-2r&question=${question}`);
+const LESSONS = ["rates", "columns", "differentiation", "propagation", "singular", "kinds", "path"].map(
+  (lesson) => `learn.html?lesson=${lesson}`,
+);
+const IN_TURN = [...QUESTIONS, ...LESSONS, ROUND, `${ROUND}&lesson=columns`];
+const WHOLE = process.env.QDOT_SUITE === "whole";
 
-/** Pages that are looked at. */
-function pages() {
-  if (process.env.QDOT_SUITE !== "whole") return [...KINDS, ...MORE];
+/** Pages that are looked at in the size with this number. */
+function pages(size) {
+  const isOutermost = size === 0 || size === SIZES.length - 1;
+  if (!WHOLE)
+    return [
+      ...[...KINDS, ...MORE].filter((_, i) => !isOutermost || (i + size) % 2 === 0),
+      ...IN_TURN.filter((_, i) => (i + size) % 3 === 0),
+    ];
   const all = readdirSync(there.site.folder, { recursive: true, encoding: "utf8" })
     .map((name) => name.replaceAll("\\", "/"))
     .filter((name) => name.endsWith(".html"));
-  return [...new Set([...KINDS, ...MORE, ...all.sort()])];
+  return [...new Set([...KINDS, ...MORE, ...IN_TURN, ...all.sort()])];
 }
 
-/** What is wrong with a page as it stands: overlaps, what is too wide or cut off, holes. */
-function faults() {
-  const wrong = [];
-  const seen = (element) => {
-    for (let each = element; each; each = each.parentElement) {
-      const style = getComputedStyle(each);
-      if (style.visibility === "hidden" || style.display === "none" || Number(style.opacity) === 0)
-        return false;
-      if (each.matches(".visually-hidden, .arm-unseen, .skip, noscript, details:not([open]) > :not(summary)"))
-        return false;
-    }
-    return true;
-  };
-  const scrolled = (element) => {
-    for (let each = element.parentElement; each && each !== document.body; each = each.parentElement)
-      if (/auto|scroll|hidden|clip/.test(getComputedStyle(each).overflowX)) return true;
-    return false;
-  };
-  const name = (element) =>
-    `${element.tagName.toLowerCase()}${[...element.classList].map((one) => `.${one}`).join("")} “${element.textContent.trim().slice(0, 30)}”`;
-  const hasText = (element) =>
-    [...element.childNodes].some((node) => node.nodeType === Node.TEXT_NODE && node.data.trim());
-  const ATOMS = "img, input, select, textarea, button, svg, canvas, math, math-field, progress";
-  const blocks = [...document.querySelectorAll("header *, main *, footer *")].filter(
-    (element) =>
-      (element.matches(ATOMS) || hasText(element)) &&
-      !element.parentElement.closest("svg, math, button, select, .arm-drawing, .arm-map-frame, math-field") &&
-      !element.matches(".skill-lines, option, optgroup") &&
-      seen(element),
-  );
-  const boxes = blocks
-    .map((element) => ({ element, rects: [...element.getClientRects()] }))
-    .filter(({ rects }) => rects.some(({ width, height }) => width > 1 && height > 1));
-  for (const { element, rects } of boxes) {
-    if (!scrolled(element) && rects.some(({ left, right }) => left < -1 || right > innerWidth + 1))
-      wrong.push(`too wide: ${name(element)}`);
-  }
-  const over = (a, b) => {
-    const across = Math.min(a.right, b.right) - Math.max(a.left, b.left);
-    const down = Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top);
-    return across > 2 && down > 4; // lines of a text share some pixels
-  };
-  // what is in a pane of its own, that is scrolled, is seen as far as the pane goes
-  const pane = (element) => element.closest(".arm-pane, .arm-side, .stage, .beside, .live");
-  for (let i = 0; i < boxes.length; i += 1) {
-    for (let k = i + 1; k < boxes.length; k += 1) {
-      const [a, b] = [boxes[i], boxes[k]];
-      if (a.element.contains(b.element) || b.element.contains(a.element)) continue;
-      if (pane(a.element) !== pane(b.element)) continue;
-      if (a.rects.some((one) => b.rects.some((other) => over(one, other))))
-        wrong.push(`${name(a.element)} and ${name(b.element)} lie over each other`);
-    }
-  }
-  const main = document.querySelector("main").getBoundingClientRect();
-  const rows = new Uint8Array(Math.ceil(document.documentElement.scrollHeight) + 1);
-  for (const { rects } of boxes)
-    for (const { top, bottom } of rects)
-      rows.fill(1, Math.max(0, Math.floor(top + scrollY)), Math.ceil(bottom + scrollY));
-  for (const frame of document.querySelectorAll(".arm-drawing, .arm-map-frame, .sheet-room, iframe")) {
-    const { top, bottom } = frame.getBoundingClientRect();
-    rows.fill(1, Math.max(0, Math.floor(top + scrollY)), Math.ceil(bottom + scrollY));
-  }
-  const inMain = boxes.filter(({ element }) => element.closest("main")).flatMap(({ rects }) => rects);
-  const end = Math.floor(Math.max(main.top, ...inMain.map(({ bottom }) => bottom)) + scrollY);
-  for (let row = Math.floor(main.top + scrollY), empty = 0; row <= end; row += 1) {
-    empty = rows[row] ? 0 : empty + 1;
-    if (empty === 200 && row < end) wrong.push(`a hole of 200 pixels above ${row}`);
-  }
-  const wider = document.documentElement.scrollWidth - innerWidth;
-  if (wider > 0) wrong.push(`${wider} pixels wider than the screen`);
-  return [...new Set(wrong)].slice(0, 8);
-}
-
-for (const [width, height] of SIZES) {
-  test(`nothing lies over anything, is too wide or leaves a hole at ${width} pixels`, async () => {
+for (const [k, [width, height]] of SIZES.entries()) {
+  test(`nothing lies over anything, is cut off, too wide or leaves a hole at ${width} pixels`, async () => {
     const found = {};
-    for (const [i, path] of pages().entries()) {
+    for (const [i, path] of pages(k).entries()) {
       const colorScheme = i % 2 === 0 ? "light" : "dark";
-      const { page } = await opened(there, path, { viewport: { width, height }, colorScheme });
-      await armOf(page).catch(() => undefined); // a page whose arm has no map is looked at as it is
-      await page.evaluate(() => scrollTo(0, 0));
-      await drawn(page);
-      const wrong = await page.evaluate(faults);
-      if (wrong.length > 0) found[path] = wrong;
+      for (const locale of WHOLE ? ["en-GB", "de-DE"] : [(i + k) % 4 < 2 ? "en-GB" : "de-DE"]) {
+        const { page } = await opened(there, path, { viewport: { width, height }, colorScheme, locale });
+        await armOf(page).catch(() => undefined); // a page whose arm has no map is looked at as it is
+        await page.evaluate(() => scrollTo(0, 0));
+        await drawn(page);
+        const wrong = await page.evaluate(faults);
+        if (wrong.length > 0) found[`${path} ${locale}`] = wrong;
+      }
     }
     assert.deepEqual(found, {});
   });
@@ -126,6 +74,7 @@ test("what lies over something, is too wide or leaves a hole is found", async ()
     put("position: absolute; left: 30px; top: 120px");
     put("margin-top: 400px");
     put("width: 2000px");
+    put("width: 20px; overflow: hidden; white-space: nowrap");
   });
   const wrong = (await page.evaluate(faults)).join("; ");
   for (const due of [
@@ -133,6 +82,7 @@ test("what lies over something, is too wide or leaves a hole is found", async ()
     /too wide: p “put here”/,
     /a hole of 200 pixels/,
     /wider than the screen/,
+    /cut off: p “put here”/,
   ])
     assert.match(wrong, due);
 });

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { inChromium, opened, openedAnew, PHONE, WIDE } from "./opened.mjs";
+import { drawn, inChromium, opened, openedAnew, PHONE, WIDE } from "./opened.mjs";
 import { bankOf } from "./site.mjs";
 
 const there = inChromium();
@@ -22,6 +22,18 @@ test("what is seen going is ticked by touch, too, and in German", async () => {
   await angle.press("Enter");
   await page.locator(".goals li.reached").first().waitFor();
   assert.deepEqual(wrong, []);
+});
+
+test("a path as it is laid first reaches no goal; one that is changed does", async () => {
+  const { page } = await opened(there, "learn.html?lesson=path", WIDE);
+  await page.locator(".arm-chart").waitFor();
+  await drawn(page);
+  await page.waitForTimeout(300);
+  assert.equal(await page.locator(".goals li.reached").count(), 0);
+  await page.getByRole("button", { name: "Set it up" }).click();
+  await page.getByLabel("Speed of P").fill("3");
+  await page.getByLabel("Speed of P").press("Enter");
+  await page.locator(".goals li.reached").first().waitFor();
 });
 
 test("a wrong answer after a right one to the same question ends no row", async () => {

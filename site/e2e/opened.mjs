@@ -114,7 +114,7 @@ export async function armOf(page) {
   await page.locator(".arm-box").waitFor();
   if (await page.locator("[data-hero]").count()) await page.locator(".arm-factors").waitFor();
   else {
-    const map = page.getByRole("button", { name: "Map", exact: true });
+    const map = page.getByRole("button", { name: /^(Map|Karte)$/ });
     if ((await map.getAttribute("aria-expanded")) === "false") await map.evaluate((button) => button.click()); // the focus stays where it is
     await page.locator(".arm-zero").first().waitFor({ state: "attached" });
   }

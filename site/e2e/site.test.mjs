@@ -238,6 +238,37 @@ test("signs are put where the cursor is, as text and as mathematics; what was ty
   assert.deepEqual(wrong, []);
 });
 
+test("a matrix is typed a row a line: Enter goes on until all rows are there, and a paste fills the grid", async () => {
+  const { page, wrong } = await ask("jacobian");
+  const rows = rowsOf(typed("jacobian").replace(/\s+/g, " "));
+  await page.getByRole("button", { name: "Type it as text" }).click();
+  const field = page.getByLabel("Your answer");
+  await field.fill(rows[0]);
+  await field.press("Enter");
+  assert.equal(await field.inputValue(), `${rows[0]}\n`);
+  assert.equal(await page.locator(".verdict").count(), 0);
+  await field.fill(rows.join("\n"));
+  await page.locator(".preview mtable").waitFor();
+  await field.press("Enter");
+  await page.locator(".verdict.correct").waitFor();
+  await page.getByRole("button", { name: "Type it by entry" }).click();
+  const entries = page.locator(".grid .formula-field");
+  await entries.nth(3).fill("0");
+  await entries.first().evaluate(
+    (entry, text) => {
+      const clipboardData = new DataTransfer();
+      clipboardData.setData("text", text);
+      entry.dispatchEvent(new ClipboardEvent("paste", { clipboardData, bubbles: true, cancelable: true }));
+    },
+    `[${rows.join("; ")}]`,
+  );
+  assert.deepEqual(
+    await entries.evaluateAll((all) => all.map(({ value }) => value)),
+    rows.flatMap((row) => pieces(row)),
+  );
+  assert.deepEqual(wrong, []);
+});
+
 test("a matrix typed as text is there by entry, and is right as mathematics", async () => {
   const { page, wrong } = await ask("jacobian");
   await page.getByRole("button", { name: "Type it as text" }).click();

@@ -10,7 +10,7 @@ import { plainLetters } from "./letters.js";
 import { lostDirection } from "./lost.js";
 import { drawnColumns, isLostShown, type Layers, Marks } from "./marks.js";
 import { type Arm, type Measures, type Pose, type State, stateAt } from "./model.js";
-import { framed, framingOf, isSame, isSeen, readableFrom } from "./framing.js";
+import { edgesOf, framed, framingOf, isSame, isSeen, readableFrom } from "./framing.js";
 import { linkDragged, pointMoved } from "./moves.js";
 import { extentOf, within } from "./ranges.js";
 import { atShare, linkOf, nearestShare } from "./shape.js";
@@ -271,11 +271,12 @@ function useNear(props: DrawingProps, whole: View, begun: Orbit, flat: boolean):
   const framing = useMemo(() => {
     if (!near) return null;
     const first = stateAt(arm, home);
-    const arrows = layers.columns ? drawnColumns(arm, first, reach) : [];
-    const heads = arrows.map((arrow) => shifted(first.point, arrow));
     const page = viewOf(arm, extentOf(arm), width, height, begun);
+    const arrows = layers.columns || layers.ellipse ? drawnColumns(arm, first, reach) : [];
+    const around = [...(layers.columns ? arrows : []), ...(layers.ellipse ? edgesOf(arrows, page) : [])];
+    const heads = around.map((arrow) => shifted(first.point, arrow));
     return framingOf(arm, first, [...heads, ...aims, ...besides], page, flat);
-  }, [near, arm, home, width, height, begun, layers.columns, aims.length, besides]);
+  }, [near, arm, home, width, height, begun, layers.columns, layers.ellipse, aims.length, besides]);
   const nearer = useMemo(() => (framing ? framed(whole, framing) : whole), [framing, whole]);
   const isBack = isSame(state.pose, home) && isSeen(arm, state, nearer, aims);
   const isOut = !isBack && (left || !isSeen(arm, state, nearer, aims));

@@ -5,7 +5,7 @@
 import { type Arm, reachOf, type State } from "./model.js";
 import { thicknessOf } from "./ranges.js";
 import { bodyOf, placesOf, wayToPoint } from "./shape.js";
-import { along, dot, norm, subtract, type Vec3 } from "./vector.js";
+import { along, dot, norm, scaled, subtract, type Vec3 } from "./vector.js";
 import { axonometric, FIRST_ORBIT, type Orbit, pixel, type View } from "./view.js";
 
 /** What is in the middle of the drawing, and how many times larger it is than where all is seen. */
@@ -74,6 +74,14 @@ export function footOf(arm: Arm, state: State, view: View): number {
     return bodyOf(arm, state, i, place).map((end) => pixel(view, end)[1] + rim);
   });
   return Math.max(...ends);
+}
+
+/** The vectors from the middle of the ellipse of arrows to where it ends on the page: left, right, above and below. */
+export function edgesOf(arrows: readonly Vec3[], { right, up }: View): readonly Vec3[] {
+  return [right, up].flatMap((axis) => {
+    const far = Math.hypot(...arrows.map((arrow) => dot(arrow, axis)));
+    return [scaled(axis, far), scaled(axis, -far)];
+  });
 }
 
 /** A view of all, nearer by a framing. */

@@ -81,10 +81,13 @@ function Idea({
     : [];
   const moved = useRef(false); // the arm as it stands first reaches nothing
   const first = useRef("");
+  const hasPath = useRef(false); // nor does the path as it is laid first
   useEffect(() => {
     if (!stage) return;
     const now = JSON.stringify([stage.pose, dials, stage.welding?.place, stage.welding?.weld]);
-    if (!first.current) first.current = now;
+    const isLaid = stage.welding !== null && !hasPath.current;
+    if (!first.current || isLaid) [first.current, moved.current] = [now, false];
+    if (isLaid) hasPath.current = true;
     if (now !== first.current) moved.current = true;
     const fresh = reached.filter((i) => !skill.goals.includes(i));
     if (moved.current && fresh.length > 0) onSkill({ ...skill, goals: [...skill.goals, ...fresh] });

@@ -1,12 +1,21 @@
 // The nearer view with which an arm is seen first.
 import { describe, expect, it } from "vitest";
 
-import { crowding, footOf, framed, framingOf, isSame, isSeen, readableFrom } from "../../src/arm/framing.js";
+import {
+  crowding,
+  edgesOf,
+  footOf,
+  framed,
+  framingOf,
+  isSame,
+  isSeen,
+  readableFrom,
+} from "../../src/arm/framing.js";
 import { drawnColumns } from "../../src/arm/marks.js";
 import { armOf, reachOf, stateAt } from "../../src/arm/model.js";
 import { extentOf, firstPose } from "../../src/arm/ranges.js";
 import { add } from "../../src/arm/vector.js";
-import { FIRST_ORBIT, flatPlane, pixel, viewOf } from "../../src/arm/view.js";
+import { FIRST_ORBIT, flatPlane, outline, pixel, viewOf } from "../../src/arm/view.js";
 import { ELBOW, PLAIN, PUMA, ROBOTS, SIX } from "./robots.js";
 
 const ALL = { ...ROBOTS, plain: PLAIN, elbow: ELBOW, six: SIX, puma: PUMA };
@@ -45,6 +54,24 @@ it.each(SIZES)(
     expect(footOf(arm, state, view)).toBeLessThanOrEqual(height - Math.min(28, 0.1 * height) + 1);
   },
 );
+
+it("has all of an ellipse that goes beyond its arrows", () => {
+  const arm = armOf(PUMA);
+  const state = stateAt(arm, firstPose(arm));
+  const arrows = drawnColumns(arm, state, reachOf(arm));
+  const whole = viewOf(arm, extentOf(arm), 760, 420, FIRST_ORBIT);
+  const ends = edgesOf(arrows, whole).map((edge) => add(state.point, edge));
+  const view = framed(whole, framingOf(arm, state, ends, whole, false));
+  const drawn = outline(view, arrows);
+  const [x, y] = pixel(view, state.point);
+  const turn = (drawn.turn * Math.PI) / 180;
+  const across = Math.hypot(drawn.major * Math.cos(turn), drawn.minor * Math.sin(turn));
+  const high = Math.hypot(drawn.major * Math.sin(turn), drawn.minor * Math.cos(turn));
+  expect(x - across > 0 && x + across < 760 && y - high > 0 && y + high < 420).toBe(true);
+  const edges = edgesOf(arrows, view).map((edge) => pixel(view, add(state.point, edge)));
+  expect(edges[1]![0]).toBeCloseTo(x - across, 6);
+  expect(edges[2]![1]).toBeCloseTo(y - high, 6);
+});
 
 it("shows a planar arm half as large again as the view of all that it reaches", () => {
   const arm = armOf(PLAIN);

@@ -1,0 +1,82 @@
+// The geometry of a page: what is wrong with where things stand on it.
+
+/** What is wrong with a page as it stands: overlaps, what is too wide or cut off, holes. It runs in the page. */
+export function faults() {
+  const wrong = [];
+  const seen = (element) => {
+    for (let each = element; each; each = each.parentElement) {
+      const style = getComputedStyle(each);
+      if (style.visibility === "hidden" || style.display === "none" || Number(style.opacity) === 0)
+        return false;
+      if (each.matches(".visually-hidden, .arm-unseen, .skip, noscript, details:not([open]) > :not(summary)"))
+        return false;
+    }
+    return true;
+  };
+  const scrolled = (element) => {
+    for (let each = element.parentElement; each && each !== document.body; each = each.parentElement)
+      if (/auto|scroll|hidden|clip/.test(getComputedStyle(each).overflowX)) return true;
+    return false;
+  };
+  const name = (element) =>
+    `${element.tagName.toLowerCase()}${[...element.classList].map((one) => `.${one}`).join("")} “${element.textContent.trim().slice(0, 30)}”`;
+  const hasText = (element) =>
+    [...element.childNodes].some((node) => node.nodeType === Node.TEXT_NODE && node.data.trim());
+  const ATOMS = "img, input, select, textarea, button, svg, canvas, math, math-field, progress";
+  const blocks = [...document.querySelectorAll("header *, main *, footer *")].filter(
+    (element) =>
+      (element.matches(ATOMS) || hasText(element)) &&
+      !element.parentElement.closest("svg, math, button, select, .arm-drawing, .arm-map-frame, math-field") &&
+      !element.matches(".skill-lines, option, optgroup") &&
+      seen(element),
+  );
+  const boxes = blocks
+    .map((element) => ({ element, rects: [...element.getClientRects()] }))
+    .filter(({ rects }) => rects.some(({ width, height }) => width > 1 && height > 1));
+  for (const { element, rects } of boxes) {
+    if (!scrolled(element) && rects.some(({ left, right }) => left < -1 || right > innerWidth + 1))
+      wrong.push(`too wide: ${name(element)}`);
+  }
+  // words that end where their box does, and are not scrolled: a select shows as much of its choice as it has room for
+  for (const { element } of boxes) {
+    const { overflowX, textOverflow } = getComputedStyle(element);
+    const isCut = element.scrollWidth > element.clientWidth + 1 && element.clientWidth > 0;
+    if (isCut && (/hidden|clip/.test(overflowX) || textOverflow === "ellipsis") && !element.matches(ATOMS))
+      wrong.push(`cut off: ${name(element)}`);
+    if (element.matches("button") && isCut) wrong.push(`cut off: ${name(element)}`);
+  }
+  const over = (a, b) => {
+    const across = Math.min(a.right, b.right) - Math.max(a.left, b.left);
+    const down = Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top);
+    return across > 2 && down > 4; // lines of a text share some pixels
+  };
+  // what is in a pane of its own, that is scrolled, is seen as far as the pane goes
+  const pane = (element) => element.closest(".arm-pane, .arm-side, .stage, .beside, .live");
+  for (let i = 0; i < boxes.length; i += 1) {
+    for (let k = i + 1; k < boxes.length; k += 1) {
+      const [a, b] = [boxes[i], boxes[k]];
+      if (a.element.contains(b.element) || b.element.contains(a.element)) continue;
+      if (pane(a.element) !== pane(b.element)) continue;
+      if (a.rects.some((one) => b.rects.some((other) => over(one, other))))
+        wrong.push(`${name(a.element)} and ${name(b.element)} lie over each other`);
+    }
+  }
+  const main = document.querySelector("main").getBoundingClientRect();
+  const rows = new Uint8Array(Math.ceil(document.documentElement.scrollHeight) + 1);
+  for (const { rects } of boxes)
+    for (const { top, bottom } of rects)
+      rows.fill(1, Math.max(0, Math.floor(top + scrollY)), Math.ceil(bottom + scrollY));
+  for (const frame of document.querySelectorAll(".arm-drawing, .arm-map-frame, .sheet-room, iframe")) {
+    const { top, bottom } = frame.getBoundingClientRect();
+    rows.fill(1, Math.max(0, Math.floor(top + scrollY)), Math.ceil(bottom + scrollY));
+  }
+  const inMain = boxes.filter(({ element }) => element.closest("main")).flatMap(({ rects }) => rects);
+  const end = Math.floor(Math.max(main.top, ...inMain.map(({ bottom }) => bottom)) + scrollY);
+  for (let row = Math.floor(main.top + scrollY), empty = 0; row <= end; row += 1) {
+    empty = rows[row] ? 0 : empty + 1;
+    if (empty === 200 && row < end) wrong.push(`a hole of 200 pixels above ${row}`);
+  }
+  const wider = document.documentElement.scrollWidth - innerWidth;
+  if (wider > 0) wrong.push(`${wider} pixels wider than the screen`);
+  return [...new Set(wrong)].slice(0, 8);
+}
