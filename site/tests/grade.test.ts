@@ -6,7 +6,7 @@ import { judge } from "../src/grade/judge.js";
 import { chosenLetters, judgeLetters } from "../src/grade/letters.js";
 import { judgeDirection, judgeNumbers } from "../src/grade/numbers.js";
 import { judgeSet } from "../src/grade/sets.js";
-import { atText, judgeValues } from "../src/grade/values.js";
+import { atText, judgeValues, weight } from "../src/grade/values.js";
 import { isRead } from "../src/grade/verdict.js";
 import { withPoints } from "../src/read/points.js";
 import { message, said } from "../src/text/text.js";
@@ -207,6 +207,27 @@ const ALONG: ValuesKey = {
   mistakes: [],
   tolerance: null,
 };
+
+test("the mistake behind a direction is named, whatever its length", () => {
+  const print = (vectors: readonly (readonly [number, number])[]) =>
+    vectors.map(([x, y]) => Math.abs(weight(0) * x + weight(1) * y) / Math.hypot(x, y));
+  const turned = [0.3, -2].map((angle) => [-Math.sin(angle), Math.cos(angle)] as const);
+  const key = { ...ALONG, mistakes: [[6, ...print(turned)]] };
+  for (const typed of ["[-s1, c1]", "[2*a1*s1, -2*a1*c1]"])
+    expect(judgeDirection(typed, key).mistake).toBe(6);
+  expect(judgeDirection("[s1, c1]", key)).not.toHaveProperty("mistake");
+  const inNumbers = {
+    ...ALONG,
+    tolerance: 0.005,
+    rows: 3,
+    right: [[0.6], [0.8], [0]],
+    mistakes: [[7, 0.6, -0.8, 0]],
+  };
+  expect(judgeDirection("[-3, 4, 0]", inNumbers).mistake).toBe(7);
+  expect(judgeDirection("[3, 4, 1]", inNumbers)).not.toHaveProperty("mistake");
+  const flat = { ...inNumbers, rows: 2, right: [[0.6], [0.8]], mistakes: [[7, 0.6, -0.8]] };
+  expect(judgeDirection("[-3, 4]", flat)).not.toHaveProperty("mistake");
+});
 
 test.each([
   ["[cos(theta1), sin(theta1)]", "correct"],

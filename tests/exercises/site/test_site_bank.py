@@ -125,6 +125,18 @@ def test_of_a_factor_and_of_lengths_that_are_missing_it_is_told_which() -> None:
     assert any(row[2].startswith("In deiner Antwort: ") for row in german)
 
 
+def test_what_mistakes_make_of_a_direction_is_told_up_to_a_factor() -> None:
+    """At the configurations of the key, with the joints where the question has them."""
+    problem = generate(ProblemId("planar-2r", 1, ("lost-direction",), variation="chapter"))
+    (key,) = (key_of(problem, part) for part in problem.parts)
+    prints = {mistake["name"]: mistake["print"] for mistake in key["mistakes"]}
+    for k, (one, other) in enumerate(zip(*key["right"], strict=True)):
+        if k < len(prints["direction-that-moves"]):
+            moves = abs(-other + weight(1) * one) / np.hypot(one, other)
+            assert prints["direction-that-moves"][k] == pytest.approx(moves, rel=1e-4)
+    assert all(len(set(values)) > 1 for values in prints.values())
+
+
 def test_a_key_tells_what_velocities_are_multiplied_by() -> None:
     problem = generate(ProblemId("planar-2r", 1, ("inverse-velocity",), variation="chapter"))
     (key,) = (key_of(problem, part) for part in problem.parts)
