@@ -22,7 +22,7 @@ Slips in one place of a formula, and in conditions, the page finds by itself (si
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import islice
+from itertools import chain, islice
 from typing import Any
 
 import mpmath
@@ -299,7 +299,8 @@ def _mistakes_in_numbers(problem: Problem, part: Part, answer: Number) -> Iterat
     """Yield what mistakes make of numbers, each answer once with the likeliest; all of them, as they are short."""
     found: dict[tuple[str, ...], tuple[float, Json, list[float]]] = {}
     right = _to_few(float(value) for value in answer.reference)
-    for chance, said, values in (*_taken_for_numbers(problem, part), *_worked_out_in_numbers(problem, part)):
+    every = _taken_for_numbers(problem, part), _instead_of_speed(problem, part), _worked_out_in_numbers(problem, part)
+    for chance, said, values in chain.from_iterable(every):
         by = _to_few(values)
         if len(by) == len(right) and by != right and (by not in found or found[by][0] < chance):
             found[by] = chance, said, values
@@ -328,6 +329,20 @@ def right_in_numbers(problem: Problem, part: Part) -> list[float] | None:
     """Return the answer to a part as the derivation gives it in which mistakes are made; None where there is none."""
     derived, of_answer = _as_derived(part)
     return None if derived is None else of_answer(result(_in_numbers(problem, part), derived)).tolist()
+
+
+def _instead_of_speed(problem: Problem, part: Part) -> Iterator[tuple[float, Json, list[float]]]:
+    """Yield what else is made of the components of a velocity whose length is asked for."""
+    if part.kind != "speed":
+        return
+    derived, _ = _as_derived(part)
+    assert derived is not None
+    velocity = _flat(result(_in_numbers(problem, part), derived))
+    moving = np.abs(velocity[np.abs(velocity) > 1e-9])
+    made = [("components-added", moving.sum()), ("components-added", abs(velocity.sum()))]
+    made += [("component-alone", component) for component in moving]
+    for name, value in [*made, ("speed-squared", (moving**2).sum())]:
+        yield 1.0, _named(name, CATALOGUE[name].sentence({})), [float(value)]
 
 
 def _in_numbers(problem: Problem, part: Part) -> Working:

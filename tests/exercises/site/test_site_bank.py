@@ -107,6 +107,7 @@ def test_all_mistakes_in_numbers_are_told_and_none_of_them_is_right() -> None:
     assert told["path-rates"] >= {"rates-at-start", "path-turned-round", "degrees", "rates-in-degrees"}
     assert {"row-misread", "product-sign", "determinant-sign"} <= told["joint-rates"]
     assert {"determinant-sign", "degrees-as-radians", "degrees"} <= told["determinant-value"]
+    assert {"components-added", "component-alone", "speed-squared"} <= told["speed"]
     assert "degrees-as-radians" in told["speed"] and "rates-in-degrees" not in told["speed"]
 
 
