@@ -8,7 +8,8 @@ right values are worked out with many digits and written with 15, those of mista
      "linear": {rate, velocity or force: [[what it is multiplied by in each entry at the first points]]},
      "mistakes": [{"name", "title", "says", "missing": symbols, "print": [number at the first points]}],
      "throughout": [… as mistakes: the same slip everywhere in the finished formulas]}
-    {"type": "numbers", "units", "tolerance", "floor", "right": [number], "mistakes": [{…, "values": [number]}]}
+    {"type": "numbers", "units", "tolerance", "floor", "right": [number], "mistakes": [{…, "values": [number]}],
+     "precise": [… as mistakes: what is looked for behind a single number that has many digits]}
     {"type": "direction", …as "values", "tolerance": number or null}
     {"type": "configurations", "joints": [name], "symbols": [name], "pieces": [[pose]],
      "conditions": [number of pieces of each], "mistakes": []}
@@ -118,7 +119,13 @@ class _Keys(Forms[Json]):
         return key | {"mistakes": self._mistakes(_mistakes_in_direction(self.problem, self.part, right))}
 
     def numbers(self, answer: Number) -> Json:
-        return _numbers(answer) | {"mistakes": self._mistakes(_mistakes_in_numbers(self.problem, self.part, answer))}
+        told = self._mistakes(_mistakes_in_numbers(self.problem, self.part, answer))
+        key = _numbers(answer) | {"mistakes": told}
+        if answer.shape == (1, 1):  # to few digits, many others give the same number
+            known = {tuple(mistake["values"]) for mistake in told}
+            precise = self._mistakes(_mistakes_in_numbers(self.problem, self.part, answer, precise=True))
+            key["precise"] = [mistake for mistake in precise if tuple(mistake["values"]) not in known]
+        return key
 
     def conditions(self, answer: ConditionSet) -> Json:
         return _configurations(self.problem, self.part, answer)
@@ -295,11 +302,17 @@ def _numbers(answer: Number) -> Json:
     }  # fmt: skip
 
 
-def _mistakes_in_numbers(problem: Problem, part: Part, answer: Number) -> Iterator[Json]:
-    """Yield what mistakes make of numbers, each answer once with the likeliest; all of them, as they are short."""
+def _mistakes_in_numbers(problem: Problem, part: Part, answer: Number, precise: bool = False) -> Iterator[Json]:
+    """Yield what mistakes make of numbers, each answer once with the likeliest; all of them, as they are short.
+
+    Those of single numbers are told that come to mind by few digits, all if it is `precise`.
+    """
     found: dict[tuple[str, ...], tuple[float, Json, list[float]]] = {}
     right = _to_few(float(value) for value in answer.reference)
-    every = _taken_for_numbers(problem, part), _instead_of_speed(problem, part), _worked_out_in_numbers(problem, part)
+    every = (
+        _taken_for_numbers(problem, part), _instead_of_speed(problem, part),
+        _worked_out_in_numbers(problem, part, precise),
+    )  # fmt: skip
     for chance, said, values in chain.from_iterable(every):
         by = _to_few(values)
         if len(by) == len(right) and by != right and (by not in found or found[by][0] < chance):
@@ -315,11 +328,13 @@ def _taken_for_numbers(problem: Problem, part: Part) -> Iterator[tuple[float, Js
             yield 1.0, _named(mistake.name, mistake.sentence(slip.words)), values
 
 
-def _worked_out_in_numbers(problem: Problem, part: Part) -> Iterator[tuple[float, Json, list[float]]]:
+def _worked_out_in_numbers(
+    problem: Problem, part: Part, precise: bool = False
+) -> Iterator[tuple[float, Json, list[float]]]:
     derived, of_answer = _as_derived(part)
     if derived is None:
         return
-    for wrong in wrong_answers(_in_numbers(problem, part), derived):
+    for wrong in wrong_answers(_in_numbers(problem, part), derived, precise):
         flat = of_answer(wrong.answer)
         if _says_something(flat) and (derived is part or wrong.mistake.name not in _OF_RATES):
             yield prior(wrong), _said(wrong), flat.tolist()

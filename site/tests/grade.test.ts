@@ -170,6 +170,12 @@ test("of two mistakes the one that gives all digits is named, else the nearest",
   expect(judgeNumbers("2.0071", one).mistake).toBeUndefined(); // which many others are as near to
 });
 
+test("more mistakes are looked for behind a single number of many digits", () => {
+  const key = { ...NUMBERS, units: ["m"], right: [0.5], mistakes: [], precise: [[8, 0.71342]] };
+  expect(judgeNumbers("0.71342", key).mistake).toBe(8);
+  for (const typed of ["0.713", "0.71301"]) expect(judgeNumbers(typed, key)).not.toHaveProperty("mistake");
+});
+
 test("a mistake and a way of writing it are both named, unless some pair would be met by chance", () => {
   const key = { ...NUMBERS, mistakes: [[7, 0.81, 0.33]] };
   const both = [{ mistake: 7 }, message("slip.per-degree", answer)];

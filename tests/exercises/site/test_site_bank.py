@@ -149,6 +149,18 @@ def test_a_key_tells_what_velocities_are_multiplied_by() -> None:
             assert given == pytest.approx(due[k], rel=1e-4)
 
 
+def test_behind_a_single_number_of_many_digits_more_mistakes_are_told() -> None:
+    problem = generate(ProblemId("elbow-3r", 1, ("joint-rates", "manipulability", "speed"), variation="chapter"))
+    rates, measure, speed = (key_of(problem, part) for part in problem.parts)
+    assert "precise" not in rates
+    for key in (measure, speed):
+        assert len(key["precise"]) > 20
+        assert not {tuple(one["values"]) for one in key["precise"]} & {tuple(one["values"]) for one in key["mistakes"]}
+    assert {"sine-for-cosine", "link-left-out"} <= {one["name"] for one in speed["precise"]}
+    kept = site_record(problem)["parts"][1]["key"]["precise"]
+    assert all(isinstance(index, int) for index, _ in kept)
+
+
 @pytest.mark.parametrize("name", ["determinant-value", "speed"])
 def test_a_short_question_in_numbers_is_worked_out_as_the_chapters(name: str) -> None:
     """With no mistake in it, the derivation gives its answer."""
