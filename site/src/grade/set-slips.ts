@@ -15,6 +15,8 @@ const DEGREES_FROM = 10;
 const RADIANS_TO = 0.12;
 /** So many slips are told of a set. */
 const MOST_TOLD = 3;
+/** So many claims that say too much are looked at: whole numbers make hundreds. */
+const MOST_CLAIMS = 24;
 /** What vanishes in a pose whose values are told with nine decimals, of the size of its terms. */
 const VANISHES = 1e-7;
 /** A symbol that nobody types. */
@@ -41,7 +43,7 @@ export interface Claims {
 export function slipsInSet(set: Claims): Message[] {
   const named = new Map<string, Message>();
   const add = (slip: Message | null) => slip && named.set(JSON.stringify(slip), slip);
-  set.bad.forEach((claim) => add(slipInClaim(set, claim)));
+  for (const claim of set.bad.slice(0, MOST_CLAIMS)) if (named.size < MOST_TOLD) add(slipInClaim(set, claim));
   if (set.bad.length === 0) missing(set).forEach(add);
   return [...named.values()].slice(0, MOST_TOLD);
 }
