@@ -204,7 +204,7 @@ MISTAKES = (
     ),
     Mistake(
         "joint-without-effect", "A joint that changes nothing there",
-        "A change of {joint} alone, with all other joints at rest, seems to change nothing there.", "6.4",
+        "A change of {joint} alone, with all other joints at rest, changes nothing there.", "6.4",
     ),
     Mistake(
         "column-of-other-joint", "Column of another joint",

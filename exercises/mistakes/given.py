@@ -22,7 +22,12 @@ def configurations(chain: Chain, part: Part, domain: Domain, count: int, stream:
     given = part.details.given_values(chain)
     if given:
         return _fixed(drawn, given)
-    return drawn | {q.name: _at(value, drawn) for q, value in part.details.given_joints.items()}
+    return at_given_joints(part, drawn)
+
+
+def at_given_joints(part: Part, values: Values) -> Values:
+    """Return values of symbols with the joints where a part has them."""
+    return values | {q.name: _at(value, values) for q, value in part.details.given_joints.items()}
 
 
 def _fixed(drawn: Values, given: Mapping[str, float]) -> Values:

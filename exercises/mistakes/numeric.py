@@ -195,6 +195,19 @@ _ALL = (
         _stage("manipulability", lambda w, _: w["gram determinant"]),
     ),
     Mistake(
+        "components-added", "Components added for the speed",
+        "The components of the velocity seem to be added: the speed is the root of the sum of their squares.", "6.4",
+    ),
+    Mistake(
+        "component-alone", "One component for the speed",
+        "One component of the velocity seems to be given: the speed is made of all of them.", "6.4",
+    ),
+    Mistake(
+        "speed-squared", "Square of the speed",
+        "The square root seems to be forgotten: the speed is the root of the sum of the squares of the components.",
+        "6.4",
+    ),
+    Mistake(
         "value-sign", "Value of a joint with the wrong sign",
         "The value of {variable} seems to be put in with the wrong sign.", "6.1", _value_sign, rare=True,
     ),

@@ -5,16 +5,17 @@ where a derivation with a mistake in it gives the option; of the rest, it is the
 """
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from exercises.answers import TRUE_FALSE, Letters
-from exercises.arm.stages import numbers
+from exercises.arm.stages import Working, numbers
 from exercises.mistakes.catalogue import CATALOGUE, prior, taken, wrong_answers
 from exercises.mistakes.given import configurations
 from exercises.problem import Part, Problem
-from exercises.questions.concepts import option_numbers
-from exercises.questions.results import is_derived
+from exercises.questions.concepts import OfJoint, option_numbers
+from exercises.questions.results import is_derived, result
 from exercises.quizzes.drawn import Said
 from exercises.quizzes.options import Blame, Places, blames_of
 from exercises.quizzes.several import OfQuantity
@@ -54,8 +55,8 @@ def _worked_out(problem: Problem, part: Part, stream: Stream) -> Mapping[int, Bl
     """Return what is behind options in numbers that a derivation with a mistake in it gives, the likeliest of each."""
     if not is_derived(part):
         return {}
-    values = configurations(problem.chain, part, problem.domain(), 1, stream)
-    every = list(wrong_answers(numbers(problem.chain, values), part))
+    w = numbers(problem.chain, configurations(problem.chain, part, problem.domain(), 1, stream))
+    every = list(wrong_answers(w, part))
     found: dict[int, Blames] = {}
     for index, option in enumerate(part.answer.offered):
         due = np.array(option_numbers(option))[:, None, None]
@@ -63,7 +64,16 @@ def _worked_out(problem: Problem, part: Part, stream: Stream) -> Mapping[int, Bl
         if same:
             first = max(same, key=prior)
             found[index] = (Blame.of(first.mistake, first.slip.words.items()),)
+        elif isinstance(part.details, OfJoint) and _is_of_other_joint(w, part, due):
+            found[index] = (Blame.of(CATALOGUE["column-of-other-joint"], ()),)
     return found
+
+
+def _is_of_other_joint(w: Working, part: Part, due: np.ndarray) -> bool:
+    """Tell whether what one joint does is what another does."""
+    effect = part.about(OfJoint).effect
+    others = (replace(effect, joint=joint) for joint in range(1, w.n + 1) if joint != effect.joint)
+    return any(_is_near(result(w, replace(part, details=OfJoint(effect=other))), due) for other in others)
 
 
 def _is_near(one: np.ndarray, other: np.ndarray) -> bool:

@@ -8,20 +8,22 @@ right values are worked out with many digits and written with 15, those of mista
      "linear": {rate, velocity or force: [[what it is multiplied by in each entry at the first points]]},
      "mistakes": [{"name", "title", "says", "missing": symbols, "print": [number at the first points]}],
      "throughout": [… as mistakes: the same slip everywhere in the finished formulas]}
-    {"type": "numbers", "units", "tolerance", "floor", "right": [number], "mistakes": [{…, "values": [number]}]}
+    {"type": "numbers", "units", "tolerance", "floor", "right": [number], "mistakes": [{…, "values": [number]}],
+     "precise": [… as mistakes: what is looked for behind a single number that has many digits]}
     {"type": "direction", …as "values", "tolerance": number or null}
     {"type": "configurations", "joints": [name], "symbols": [name], "pieces": [[pose]],
      "conditions": [number of pieces of each], "mistakes": []}
     {"type": "choice" | "selection" | "matching", "options": count, "items": count, "right": [index],
      "told": [[{"name", "title", "says"} of what is behind an option that is wrong]]}
 
-`print` is one number for a whole answer at a point: the sum of its entries, row by row, each times `weight(index)`.
+`print` is one number for a whole answer at a point: the sum of its entries, row by row, each times `weight(index)`; of
+a direction, the size of that for the unit vector along it. A direction in numbers has that vector itself as "values".
 Slips in one place of a formula, and in conditions, the page finds by itself (site/src/grade/slips.ts, set-slips.ts).
 """
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import islice
+from itertools import chain, islice
 from typing import Any
 
 import mpmath
@@ -38,7 +40,7 @@ from exercises.formula.trees import as_matrix, names
 from exercises.mistakes import numeric
 from exercises.mistakes.catalogue import CATALOGUE, Wrong, likely, made, prior, taken, wrong_answers
 from exercises.mistakes.finished import throughout
-from exercises.mistakes.given import Values, configurations
+from exercises.mistakes.given import Values, at_given_joints, configurations
 from exercises.problem import Part, Problem
 from exercises.questions.results import is_derived, result
 from exercises.quizzes.behind import blames_for
@@ -51,9 +53,9 @@ POINTS, DRAWN = 16, 24
 """Configurations of a key, and how many are drawn: the first are readable, the others have lengths of all sizes."""
 HUGE = 1e8
 """Where an entry is larger the arm is singular but for rounding, and no formula can be told from another."""
-PRINTED = 3
-"""At so many configurations a mistake's answer is known."""
-MOST_MISTAKES, MOST_IN_NUMBERS = 40, 160
+FEWEST_POINTS, PRINTED = 3, 2
+"""So many configurations a key needs, and at so many a mistake's answer is known, to six digits."""
+MOST_MISTAKES, MOST_IN_NUMBERS = 60, 160
 """So many mistakes in formulas are told, and so many in numbers, which are short."""
 ALWAYS = (
     *(mistake.name for mistake in numeric.MISTAKES), "transposed", "cross-order", "sign", "transpose-for-inverse",
@@ -108,10 +110,22 @@ class _Keys(Forms[Json]):
         return key
 
     def direction(self, answer: Direction) -> Json:
-        return self.formulas(answer) | {"type": "direction", "tolerance": answer.tolerance}
+        key = self.formulas(answer) if answer.tolerance is None else self._direction_in_numbers()
+        return key | {"type": "direction", "tolerance": answer.tolerance}
+
+    def _direction_in_numbers(self) -> Json:
+        key, _ = _values(self.problem, self.part)
+        right = np.array([entry[0] for entry in key["right"]], dtype=float)
+        return key | {"mistakes": self._mistakes(_mistakes_in_direction(self.problem, self.part, right))}
 
     def numbers(self, answer: Number) -> Json:
-        return _numbers(answer) | {"mistakes": self._mistakes(_mistakes_in_numbers(self.problem, self.part, answer))}
+        told = self._mistakes(_mistakes_in_numbers(self.problem, self.part, answer))
+        key = _numbers(answer) | {"mistakes": told}
+        if answer.shape == (1, 1):  # to few digits, many others give the same number
+            known = {tuple(mistake["values"]) for mistake in told}
+            precise = self._mistakes(_mistakes_in_numbers(self.problem, self.part, answer, precise=True))
+            key["precise"] = [mistake for mistake in precise if tuple(mistake["values"]) not in known]
+        return key
 
     def conditions(self, answer: ConditionSet) -> Json:
         return _configurations(self.problem, self.part, answer)
@@ -180,7 +194,7 @@ def values_key(texts: Sequence[str], shape: tuple[int, int], domain: Domain, str
         if len(right) < POINTS and all(value is not None and abs(value) < HUGE for value in values):
             rows_of_points.append(row)
             right.append(values)
-    if len(right) < PRINTED:
+    if len(right) < FEWEST_POINTS:
         raise ValueError(f"the reference is defined at {len(right)} of {DRAWN} configurations: {texts}")
     return {
         "type": "values", "symbols": symbols, "points": rows_of_points, "rows": shape[0], "columns": shape[1],
@@ -197,14 +211,15 @@ def _mistakes_in_formulas(problem: Problem, part: Part, points: Values) -> Itera
     if not is_derived(part):
         return
     few = {name: column[:PRINTED] for name, column in points.items()}
-    if part.answer.counts_up_to_a_factor:
-        few = configurations(problem.chain, part, problem.domain(), PRINTED, _stream(problem, part))
-    w = numbers(problem.chain, few)
-    seen = {_print(result(w, part))}
+    is_direction = part.answer.counts_up_to_a_factor
+    w = numbers(problem.chain, at_given_joints(part, few) if is_direction else few)
+    seen = {_print(result(w, part), is_direction)}
     for wrong in _likely(w, part, seen):
         if wrong.answer.shape[:2] != (part.shape or (1, 1)):
             continue
-        if not _says_something(wrong.answer) or (by := _print(wrong.answer)) in seen:
+        if not _says_something(wrong.answer) or (by := _print(wrong.answer, is_direction)) in seen:
+            continue
+        if is_direction and len(set(by)) == 1:  # one that never changes may come from anything
             continue
         seen.add(by)
         yield {**_said(wrong), "print": [float(text) for text in by]}
@@ -241,10 +256,27 @@ def _likely(w: Working, part: Part, seen: Collection[object]) -> Iterator[Wrong]
             yield from made(mistake, w, part)
 
 
-def _print(answer: np.ndarray) -> tuple[str, ...]:
+def _mistakes_in_direction(problem: Problem, part: Part, right: np.ndarray) -> Iterator[Json]:
+    """Yield the unit vectors that mistakes make of a direction in numbers, each once with the likeliest."""
+    found: dict[tuple[str, ...], tuple[float, Json, list[float]]] = {}
+    for chance, said, values in _worked_out_in_numbers(problem, part):
+        unit = np.array(values) / np.linalg.norm(values)
+        way = np.sign(unit @ right)
+        by = _to_few(unit * (way or 1.0))
+        if unit.shape == right.shape and (by not in found or found[by][0] < chance):
+            found[by] = chance, said, [float(value) for value in unit * (way or 1.0)]
+    found.pop(_to_few(right / np.linalg.norm(right)), None)
+    for _, said, values in islice(found.values(), MOST_IN_NUMBERS):
+        yield {**said, "values": [float(f"{value:.6g}") + 0.0 for value in values]}
+
+
+def _print(answer: np.ndarray, up_to_a_factor: bool = False) -> tuple[str, ...]:
     flat = answer.reshape(-1, answer.shape[-1])
+    if up_to_a_factor:
+        flat = flat / np.sqrt((np.abs(flat) ** 2).sum(axis=0))
     total = sum(weight(i) * entry for i, entry in enumerate(flat))
-    return tuple(f"{value:.5e}" for value in np.asarray(total).real)
+    values = np.asarray(total).real
+    return tuple(f"{value:.5e}" for value in (np.abs(values) if up_to_a_factor else values))
 
 
 def _says_something(answer: np.ndarray) -> bool:
@@ -270,11 +302,18 @@ def _numbers(answer: Number) -> Json:
     }  # fmt: skip
 
 
-def _mistakes_in_numbers(problem: Problem, part: Part, answer: Number) -> Iterator[Json]:
-    """Yield what mistakes make of numbers, each answer once with the likeliest; all of them, as they are short."""
+def _mistakes_in_numbers(problem: Problem, part: Part, answer: Number, precise: bool = False) -> Iterator[Json]:
+    """Yield what mistakes make of numbers, each answer once with the likeliest; all of them, as they are short.
+
+    Those of single numbers are told that come to mind by few digits, all if it is `precise`.
+    """
     found: dict[tuple[str, ...], tuple[float, Json, list[float]]] = {}
     right = _to_few(float(value) for value in answer.reference)
-    for chance, said, values in (*_taken_for_numbers(problem, part), *_worked_out_in_numbers(problem, part)):
+    every = (
+        _taken_for_numbers(problem, part), _instead_of_speed(problem, part),
+        _worked_out_in_numbers(problem, part, precise),
+    )  # fmt: skip
+    for chance, said, values in chain.from_iterable(every):
         by = _to_few(values)
         if len(by) == len(right) and by != right and (by not in found or found[by][0] < chance):
             found[by] = chance, said, values
@@ -289,11 +328,13 @@ def _taken_for_numbers(problem: Problem, part: Part) -> Iterator[tuple[float, Js
             yield 1.0, _named(mistake.name, mistake.sentence(slip.words)), values
 
 
-def _worked_out_in_numbers(problem: Problem, part: Part) -> Iterator[tuple[float, Json, list[float]]]:
+def _worked_out_in_numbers(
+    problem: Problem, part: Part, precise: bool = False
+) -> Iterator[tuple[float, Json, list[float]]]:
     derived, of_answer = _as_derived(part)
     if derived is None:
         return
-    for wrong in wrong_answers(_in_numbers(problem, part), derived):
+    for wrong in wrong_answers(_in_numbers(problem, part), derived, precise):
         flat = of_answer(wrong.answer)
         if _says_something(flat) and (derived is part or wrong.mistake.name not in _OF_RATES):
             yield prior(wrong), _said(wrong), flat.tolist()
@@ -303,6 +344,20 @@ def right_in_numbers(problem: Problem, part: Part) -> list[float] | None:
     """Return the answer to a part as the derivation gives it in which mistakes are made; None where there is none."""
     derived, of_answer = _as_derived(part)
     return None if derived is None else of_answer(result(_in_numbers(problem, part), derived)).tolist()
+
+
+def _instead_of_speed(problem: Problem, part: Part) -> Iterator[tuple[float, Json, list[float]]]:
+    """Yield what else is made of the components of a velocity whose length is asked for."""
+    if part.kind != "speed":
+        return
+    derived, _ = _as_derived(part)
+    assert derived is not None
+    velocity = _flat(result(_in_numbers(problem, part), derived))
+    moving = np.abs(velocity[np.abs(velocity) > 1e-9])
+    made = [("components-added", moving.sum()), ("components-added", abs(velocity.sum()))]
+    made += [("component-alone", component) for component in moving]
+    for name, value in [*made, ("speed-squared", (moving**2).sum())]:
+        yield 1.0, _named(name, CATALOGUE[name].sentence({})), [float(value)]
 
 
 def _in_numbers(problem: Problem, part: Part) -> Working:

@@ -183,6 +183,10 @@ def _values(chain: Chain) -> Json:
     return values
 
 
+LISTS = ("mistakes", "throughout", "precise")
+"""Lists of mistakes in a key."""
+
+
 class Said:
     """What is said of mistakes: each sentence once, for many answers are wrong in the same way."""
 
@@ -194,9 +198,7 @@ class Said:
         """Return a key as the bank has it: of each mistake an index in place of its words, and its numbers."""
         if "told" in key:
             return key | {"told": [[self._place(one) for one in behind] for behind in key["told"]]}
-        lists = {
-            name: [self._shortened(one) for one in key[name]] for name in ("mistakes", "throughout") if name in key
-        }
+        lists = {name: [self._shortened(one) for one in key[name]] for name in LISTS if name in key}
         return key | lists
 
     def _shortened(self, mistake: Json) -> list[Any]:

@@ -191,6 +191,22 @@ test("a choice is made and checked by keyboard alone", async () => {
   await page.locator(".verdict").waitFor();
 });
 
+test("a wrong option tells what is behind it, also in another language", async () => {
+  const { page, wrong } = await ask("singularity-type");
+  const { key } = problem().parts.find(({ kind }) => kind === "singularity-type");
+  const other = page.locator('input[type="radio"]').nth(key.right[0] === 0 ? 1 : 0);
+  const told = async (button) => {
+    await other.check();
+    await page.getByRole("button", { name: button }).click();
+    return page.locator(".verdict.wrong .mistake").innerText();
+  };
+  assert.match(await told("Check"), /See (below )?\(6/);
+  await page.getByLabel("Language").selectOption("de");
+  await page.getByRole("link", { name: "Üben" }).waitFor();
+  assert.match(await told("Prüfen"), /Siehe .*\(6/);
+  assert.deepEqual(wrong, []);
+});
+
 test("another language is chosen and stays, with its decimal comma", async () => {
   const { page, wrong } = await ask("jacobian");
   await page.getByLabel("Language").selectOption("de");

@@ -155,6 +155,8 @@ export interface NumbersKey {
   readonly floor: number;
   readonly right: readonly number[];
   readonly mistakes: readonly (readonly number[])[];
+  /** What else is looked for behind a single number of many digits. */
+  readonly precise?: readonly (readonly number[])[];
 }
 
 /** Poses on each piece of a singular set: values of `symbols`, the joints among them. */

@@ -7,7 +7,7 @@ import { judge } from "../src/grade/judge.js";
 import { chosenLetters, judgeLetters } from "../src/grade/letters.js";
 import { judgeDirection, judgeNumbers } from "../src/grade/numbers.js";
 import { judgeSet } from "../src/grade/sets.js";
-import { atText, judgeValues } from "../src/grade/values.js";
+import { atText, judgeValues, weight } from "../src/grade/values.js";
 import { isRead } from "../src/grade/verdict.js";
 import { withPoints } from "../src/read/points.js";
 import { message, said } from "../src/text/text.js";
@@ -172,6 +172,12 @@ test("of two mistakes the one that gives all digits is named, else the nearest",
   expect(judgeNumbers("2.0071", one).mistake).toBeUndefined(); // which many others are as near to
 });
 
+test("more mistakes are looked for behind a single number of many digits", () => {
+  const key = { ...NUMBERS, units: ["m"], right: [0.5], mistakes: [], precise: [[8, 0.71342]] };
+  expect(judgeNumbers("0.71342", key).mistake).toBe(8);
+  for (const typed of ["0.713", "0.71301"]) expect(judgeNumbers(typed, key)).not.toHaveProperty("mistake");
+});
+
 test("a mistake and a way of writing it are both named, unless some pair would be met by chance", () => {
   const key = { ...NUMBERS, mistakes: [[7, 0.81, 0.33]] };
   const both = [{ mistake: 7 }, message("slip.per-degree", answer)];
@@ -209,6 +215,27 @@ const ALONG: ValuesKey = {
   mistakes: [],
   tolerance: null,
 };
+
+test("the mistake behind a direction is named, whatever its length", () => {
+  const print = (vectors: readonly (readonly [number, number])[]) =>
+    vectors.map(([x, y]) => Math.abs(weight(0) * x + weight(1) * y) / Math.hypot(x, y));
+  const turned = [0.3, -2].map((angle) => [-Math.sin(angle), Math.cos(angle)] as const);
+  const key = { ...ALONG, mistakes: [[6, ...print(turned)]] };
+  for (const typed of ["[-s1, c1]", "[2*a1*s1, -2*a1*c1]"])
+    expect(judgeDirection(typed, key).mistake).toBe(6);
+  expect(judgeDirection("[s1, c1]", key)).not.toHaveProperty("mistake");
+  const inNumbers = {
+    ...ALONG,
+    tolerance: 0.005,
+    rows: 3,
+    right: [[0.6], [0.8], [0]],
+    mistakes: [[7, 0.6, -0.8, 0]],
+  };
+  expect(judgeDirection("[-3, 4, 0]", inNumbers).mistake).toBe(7);
+  expect(judgeDirection("[3, 4, 1]", inNumbers)).not.toHaveProperty("mistake");
+  const flat = { ...inNumbers, rows: 2, right: [[0.6], [0.8]], mistakes: [[7, 0.6, -0.8]] };
+  expect(judgeDirection("[-3, 4]", flat)).not.toHaveProperty("mistake");
+});
 
 test.each([
   ["[cos(theta1), sin(theta1)]", "correct"],

@@ -355,7 +355,7 @@ const ELBOW: ConfigurationsKey = {
   mistakes: [],
   pieces: [
     ...[-30, 150].map((value) =>
-      [0.2, 0.5, -0.9].map((free) => [0.1, 0.5, 0.4, free, 1 - free, value * DEGREE]),
+      [0.2, 0.5, -0.9].map((free) => [0.1, 0.5, 0.4, free, free ** 2 + 0.3, value * DEGREE]),
     ),
     [0.3, 0.45, 0.7].map((a1, k) => [a1, 0.5, 0.4, 0.2 * k, ...shoulder(a1, 0.3 + k)]),
   ],
@@ -395,7 +395,9 @@ test.each([
   ["theta3 = -pi/6, theta3 = 5*pi/6, a1 + a2*c2 + a3*c3 = 0", [inTie("slip.relative")]],
   ["theta3 = -pi/6, theta3 = 5*pi/6, a2*c2 + a3*c23 = 0", [inTie("slip.term-missing", "a1")]],
   ["theta3 = -pi/6, theta3 = 5*pi/6, a1 + a2*s2 + a3*s23 = 0", [inTie("slip.all-waves")]],
+  ["theta3 = -pi/6, theta3 = 5*pi/6, a1 + a2*c2 + a3*c23 + a1*a2 = 0", [inTie("slip.term-extra")]],
   ["theta3 = -pi/6, theta3 = 5*pi/6, a1^3 + a2*s2 = 0", undefined],
+  ["theta1 + theta2 = 0", undefined], // sin(theta3 + pi/6) times this vanishes, too
 ])("of an elbow's set %s it is told what went wrong", (typed, slips) => {
   const offsets = new Map([["theta3", 30 * DEGREE]]);
   expect(judgeSet(typed, ELBOW, new Set(ELBOW.joints), folded, offsets).slips).toEqual(slips);

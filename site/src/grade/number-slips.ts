@@ -15,6 +15,8 @@ const FEWEST_DIGITS = 3;
 const BY_CHANCE = 0.01;
 /** Share by which numbers are close to what is due, also of the tenth part of the largest. */
 const CLOSE = 0.03;
+/** A number that may be off so little is hardly met by another mistake, as in ../../../grader/numbers.py. */
+const PRECISE = 1e-4;
 const DEGREES = 180 / Math.PI;
 
 /** What is named: the index of what is said of a mistake, or slips, or nothing. */
@@ -76,7 +78,8 @@ function areNear(
 
 /** The likeliest mistake that gives the numbers to all their digits, or the one nearest to several within what is tolerated. */
 function mistakeBehind({ mine, key, relative }: Typed): number | undefined {
-  const within = (room: number) => key.mistakes.filter(([, ...theirs]) => areNear(mine, theirs, key, room));
+  const known = relative <= PRECISE ? [...key.mistakes, ...(key.precise ?? [])] : key.mistakes;
+  const within = (room: number) => known.filter(([, ...theirs]) => areNear(mine, theirs, key, room));
   const [exactly] = within(relative);
   if (exactly || mine.length < 2) return exactly?.[0];
   const off = ([, ...theirs]: readonly number[]) =>

@@ -23,6 +23,7 @@ import {
   type Rows,
   shaped,
   unknownSymbols,
+  weight,
 } from "./values.js";
 
 const SAME = 1e-9;
@@ -162,8 +163,26 @@ function along(entries: readonly Node[], key: ValuesKey): Verdict {
   });
   if (off < 0) return agreed(entries, message("verdict.direction"), found);
   const unknown = unknownSymbols(names, key);
-  return unknown ? graded(0, [unknown]) : differs(names, configuration(key, off, new Set()));
+  if (unknown) return graded(0, [unknown]);
+  const vectors = found.map((values) => values.map(({ re, im }) => (im === 0 ? re : NaN)));
+  const mistake = key.mistakes.find(([, ...theirs]) =>
+    theirs.every(
+      (their, k) => Math.abs(printOf(vectors[k] ?? []) - their) <= PRINT * Math.max(their, PRINT_FROM),
+    ),
+  );
+  return named(differs(names, configuration(key, off, new Set())), mistake);
 }
+
+/** Share by which the print of a direction, which is kept with six digits, may differ, of that or of this at least. */
+const PRINT = 1e-5;
+const PRINT_FROM = 0.1;
+
+/** What tells a direction from others, whatever its length: as in ../../../exercises/site/keys.py. */
+const printOf = (vector: readonly number[]): number =>
+  Math.abs(vector.reduce((sum, each, i) => sum + weight(i) * each, 0)) / Math.hypot(...vector);
+
+const named = (verdict: Verdict, mistake: readonly number[] | undefined): Verdict =>
+  mistake ? { ...verdict, mistake: mistake[0] as number } : verdict;
 
 /** Numbers, whose direction may be off by `tolerance`. */
 function alongNumbers(
@@ -178,13 +197,12 @@ function alongNumbers(
   const isReal = mine.every(({ re, im }) => Number.isFinite(re) && Math.abs(im) <= ZERO * Math.hypot(re, im));
   const size = Math.hypot(...mine.map(({ re }) => re));
   if (isReal && size === 0) return wrong("verdict.zero-vector");
-  const isAlong =
-    isReal &&
-    apart(
-      mine.map(({ re }) => re / size),
-      due,
-    ) <= tolerance;
-  return isAlong ? correct(message("verdict.direction")) : differs(names, configuration(key, 0, new Set()));
+  const unit = mine.map(({ re }) => re / size);
+  if (isReal && apart(unit, due) <= tolerance) return correct(message("verdict.direction"));
+  // in a plane many directions are as near to some mistake's
+  const mistakes = isReal && unit.length > 2 ? key.mistakes : [];
+  const mistake = mistakes.find(([, ...theirs]) => apart(unit, theirs) <= tolerance);
+  return named(differs(names, configuration(key, 0, new Set())), mistake);
 }
 
 function differs(names: ReadonlySet<string>, at: Readonly<Record<string, number>>): Verdict {

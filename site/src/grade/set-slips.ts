@@ -2,9 +2,9 @@
 // much or too little, and what is missing beside them.
 
 import { evaluate } from "../read/evaluate.js";
-import { integer, namesIn, type Node, node } from "../read/tree.js";
+import { name, namesIn, type Node, node } from "../read/tree.js";
 import { message, type Message } from "../text/text.js";
-import { changes, type Kind, meansOf } from "./changes.js";
+import { changes, type Kind, KINDS, meansOf } from "./changes.js";
 import type { Atom, Piece } from "./pieces.js";
 import type { At } from "./verdict.js";
 
@@ -15,8 +15,12 @@ const DEGREES_FROM = 10;
 const RADIANS_TO = 0.12;
 /** So many slips are told of a set. */
 const MOST_TOLD = 3;
+/** So many claims that say too much are looked at: whole numbers make hundreds. */
+const MOST_CLAIMS = 24;
 /** What vanishes in a pose whose values are told with nine decimals, of the size of its terms. */
 const VANISHES = 1e-7;
+/** A symbol that nobody types. */
+const ONE = " one";
 
 export interface Claims {
   readonly claims: readonly Piece[];
@@ -49,7 +53,8 @@ export function slipsInSet(set: Claims): SetSlip[] {
     const known = JSON.stringify(found.slip);
     if (!named.has(known)) named.set(known, found);
   };
-  for (const claim of set.bad) {
+  for (const claim of set.bad.slice(0, MOST_CLAIMS)) {
+    if (named.size === MOST_TOLD) break;
     const slip = slipInClaim(set, claim);
     if (slip) add({ slip, claim });
   }
@@ -169,34 +174,28 @@ function inTie({ open, symbols, joints }: Claims, claim: Piece): Message | null 
   const [atom, ...more] = claim;
   if (!atom || atom.joint !== null || more.length > 0) return null;
   // one more than what should be zero: shares of it can be compared
-  const entry = node("+", atom.zero, integer(1));
+  const entry = node("+", atom.zero, name(ONE));
+  const found = new Map<Kind, string>();
   for (const poses of open) {
-    const means = meansOf([atom.zero], poses[0] as At, { symbols });
+    const means = meansOf([atom.zero], { ...poses[0], [ONE]: 1 }, { symbols });
     for (const { kind, what = "", entry: changed } of changes(entry, 1, means))
       if (
-        IN_TIES.has(kind) &&
-        poses.every((at) => isOne(changed, at) && !isOne(changed, elsewhere(at, joints)))
+        !found.has(kind) &&
+        poses.every((at) => vanishes(changed, at) && !vanishes(changed, elsewhere(at, joints)))
       )
-        return message(kind, { where: message("slip.tie"), ...(what ? { what } : {}) });
+        found.set(kind, what);
   }
-  return null;
+  const kind = IN_TIES.find((each) => found.has(each));
+  if (kind === undefined) return null;
+  const what = found.get(kind);
+  return message(kind, { where: message("slip.tie"), ...(what ? { what } : {}) });
 }
 
-const IN_TIES: ReadonlySet<Kind> = new Set<Kind>([
-  "slip.wave",
-  "slip.all-waves",
-  "slip.relative",
-  "slip.sign",
-  "slip.angle",
-  "slip.symbol",
-  "slip.bracket",
-  "slip.term-extra",
-  "slip.factor-extra",
-  "slip.length-missing",
-  "slip.lengths-missing",
-  "slip.term-missing",
-  "slip.factor-missing",
-]);
+/** Those that a condition may have, in their order; a sine that it is multiplied by may vanish itself. */
+const IN_TIES = KINDS.filter(
+  (kind) =>
+    !["slip.whole-sign", "slip.factor-missing", "slip.constant", "slip.number", "slip.zero"].includes(kind),
+);
 
 /** A pose in which all joints are elsewhere: there nothing vanishes that does not vanish everywhere. */
 const elsewhere = (at: At, joints: readonly string[]): At => ({
@@ -204,9 +203,12 @@ const elsewhere = (at: At, joints: readonly string[]): At => ({
   ...Object.fromEntries(joints.map((joint, i) => [joint, (at[joint] ?? NaN) + 0.37 + 0.21 * i])),
 });
 
-function isOne(tree: Node, at: At): boolean {
-  const { re, size } = evaluate(tree, at);
-  return Math.abs(re - 1) <= VANISHES * Math.max(1, size);
+/** Whether a formula is `ONE` more than nothing in a pose, whatever that is worth. */
+function vanishes(tree: Node, at: At): boolean {
+  return [1, 1.7].every((one) => {
+    const { re, size } = evaluate(tree, { ...at, [ONE]: one });
+    return Math.abs(re - one) <= VANISHES * Math.max(1, size);
+  });
 }
 
 // --- what is too little ---

@@ -26,7 +26,7 @@ import { type At, correct, graded, missing, unreadable, type Verdict, wrong } fr
 const SAME = 1e-9;
 /** Share by which the print of a mistake, which is kept with six digits, may differ. */
 const PRINT = 2e-5;
-/** At so many configurations mistakes have prints; by so many times the room a part of an answer has to differ there. */
+/** At so many configurations at most mistakes have prints; by so many times the room a part of an answer has to differ there. */
 const PRINTED = 3;
 const TELLING = 100;
 /** So many times an entry its terms may be: rounding is still far below it then. */

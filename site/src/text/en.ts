@@ -160,16 +160,16 @@ export const en = {
     "Your answer is the transpose of what is due: its rows are the columns that are asked for, and nothing else is wrong.",
   "slip.turned":
     "Are rows and columns exchanged? Your answer has as many rows as columns are due, and as many columns as rows.",
-  "slip.rounded": "Right but for rounding: it is due to {percent} %.",
+  "slip.rounded": "Right but for rounding: give it to within {percent} %.",
   "slip.close":
-    "Close to what is due, but not to {percent} %. Was something rounded on the way? Keep all digits until the end.",
+    "Close to what is due, but not to within {percent} %. Was something rounded on the way? Keep all digits until the end.",
   "slip.per-degree": "{where}: in degrees per second, it seems. It is due in radians per second.",
   "slip.radians-twice":
     "{where}: turned into radians once too often, it seems. What follows from J is in radians per second already.",
   "slip.metres-large": "{where}: in millimetres or centimetres, it seems. It is due in metres.",
   "slip.metres-small": "{where}: millimetres or centimetres seem to be turned into metres once too often.",
   "slip.times-ten": "{where}: {factor} times what is due. Look at the decimal point, and at the units.",
-  "slip.over-ten": "{where}: what is due over {factor}. Look at the decimal point, and at the units.",
+  "slip.over-ten": "{where}: what is due, divided by {factor}. Look at the decimal point, and at the units.",
   "slip.degrees": "An angle seems to be typed in degrees: type radians, or put deg behind it, as in 180 deg.",
   "slip.radians": "An angle seems to be typed in radians with degrees behind it: pi is 180 deg.",
   "slip.half-radians": "A value of {joint} seems to be turned into the wrong radians: 180° is pi.",

@@ -35,7 +35,7 @@ def test_something_is_told_of_each_wrong_option_of_a_short_question(name: str) -
 
 
 @small
-@pytest.mark.parametrize("family", ["planar-2r", "planar-3r", "elbow-3r"])
+@pytest.mark.parametrize("family", ["planar-2r", "planar-3r", "elbow-3r", "scara", "spherical-offset", "wrist-zyz"])
 def test_something_is_told_of_each_wrong_option_of_the_chapters_questions(family: str) -> None:
     assert named(drawn(family, 0))
 

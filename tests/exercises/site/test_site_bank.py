@@ -122,6 +122,7 @@ def test_all_mistakes_in_numbers_are_told_and_none_of_them_is_right() -> None:
     assert told["path-rates"] >= {"rates-at-start", "path-turned-round", "degrees", "rates-in-degrees"}
     assert {"row-misread", "product-sign", "determinant-sign"} <= told["joint-rates"]
     assert {"determinant-sign", "degrees-as-radians", "degrees"} <= told["determinant-value"]
+    assert {"components-added", "component-alone", "speed-squared"} <= told["speed"]
     assert "degrees-as-radians" in told["speed"] and "rates-in-degrees" not in told["speed"]
 
 
@@ -140,6 +141,18 @@ def test_of_a_factor_and_of_lengths_that_are_missing_it_is_told_which() -> None:
     assert any(row[2].startswith("In deiner Antwort: ") for row in german)
 
 
+def test_what_mistakes_make_of_a_direction_is_told_up_to_a_factor() -> None:
+    """At the configurations of the key, with the joints where the question has them."""
+    problem = generate(ProblemId("planar-2r", 1, ("lost-direction",), variation="chapter"))
+    (key,) = (key_of(problem, part) for part in problem.parts)
+    prints = {mistake["name"]: mistake["print"] for mistake in key["mistakes"]}
+    for k, (one, other) in enumerate(zip(*key["right"], strict=True)):
+        if k < len(prints["direction-that-moves"]):
+            moves = abs(-other + weight(1) * one) / np.hypot(one, other)
+            assert prints["direction-that-moves"][k] == pytest.approx(moves, rel=1e-4)
+    assert all(len(set(values)) > 1 for values in prints.values())
+
+
 def test_a_key_tells_what_velocities_are_multiplied_by() -> None:
     problem = generate(ProblemId("planar-2r", 1, ("inverse-velocity",), variation="chapter"))
     (key,) = (key_of(problem, part) for part in problem.parts)
@@ -149,6 +162,18 @@ def test_a_key_tells_what_velocities_are_multiplied_by() -> None:
         for i, due in enumerate(key["right"]):
             given = sum(factors[i][k] * at[name] for name, factors in key["linear"].items())
             assert given == pytest.approx(due[k], rel=1e-4)
+
+
+def test_behind_a_single_number_of_many_digits_more_mistakes_are_told() -> None:
+    problem = generate(ProblemId("elbow-3r", 1, ("joint-rates", "manipulability", "speed"), variation="chapter"))
+    rates, measure, speed = (key_of(problem, part) for part in problem.parts)
+    assert "precise" not in rates
+    for key in (measure, speed):
+        assert len(key["precise"]) > 20
+        assert not {tuple(one["values"]) for one in key["precise"]} & {tuple(one["values"]) for one in key["mistakes"]}
+    assert {"sine-for-cosine", "link-left-out"} <= {one["name"] for one in speed["precise"]}
+    kept = site_record(problem)["parts"][1]["key"]["precise"]
+    assert all(isinstance(index, int) for index, _ in kept)
 
 
 @pytest.mark.parametrize("name", ["determinant-value", "speed"])

@@ -1,0 +1,39 @@
+// @vitest-environment happy-dom
+// What the page says of a wrong answer: the mistakes that are named, each with where it was made if it was there alone.
+import { h, render } from "preact";
+import { act } from "preact/test-utils";
+import { expect, test } from "vitest";
+
+import type { Problem } from "../src/bank.js";
+import type { Verdict } from "../src/grade/verdict.js";
+import { Feedback } from "../src/practice/feedback.js";
+import { message } from "../src/text/text.js";
+
+const problem = {
+  robot: { joints: [] },
+  said: [
+    ["relative-angle", "Relative angle", "An angle lacks the joints before it."],
+    ["factor-lost", "Factor lost", "A factor is lacking.", "theta2, theta3"],
+  ],
+} as unknown as Problem;
+
+function told(more: Partial<Verdict>): string {
+  const verdict: Verdict = { outcome: "wrong", share: 0, reasons: [], sure: true, ...more };
+  void act(() => render(h(Feedback, { problem, verdict, isDrawn: false }), document.body));
+  return [...document.querySelectorAll(".mistake")].map((each) => each.textContent).join(" | ");
+}
+
+test("a mistake is told with what is missing, and what is lost with it", () => {
+  expect(told({ mistake: 0 })).toMatch(/Relative angle An angle lacks the joints before it\.$/);
+  expect(told({ mistake: 1 })).toMatch(
+    /A factor is lacking\. The factor that is missing has θ2, θ3 in it\. Lost/,
+  );
+});
+
+test("of several mistakes each is told, with its place if it has one", () => {
+  const where = message("slip.option", { letter: "B" });
+  const slips = told({ slips: [{ mistake: 0, where }, { mistake: 1 }] });
+  expect(slips).toContain("Option B: Relative angle");
+  expect(slips).not.toContain("undefined");
+  expect(document.querySelectorAll(".mistake li")).toHaveLength(2);
+});
