@@ -22,8 +22,8 @@ const [FLAT, SOLID] = [58, 44];
 const SHARE = 0.2;
 /** Pixels that words and buttons take, above, below and to the right of an arm in space. */
 const [WORDS, BUTTONS] = [14, 60];
-/** Pixels below the bodies of joints in space, where it is said how the arm is moved. */
-const FOOT = 28;
+/** Pixels below the bodies of joints in space, where it is said how the arm is moved, and for a line more that is said. */
+const [FOOT, LINE] = [28, 18];
 /** As near to the edge (pixels) the arm may come. */
 const EDGE = 16;
 
@@ -37,13 +37,19 @@ function places(arm: Arm, state: State): Vec3[] {
   ];
 }
 
+/** Whether an arm is drawn flat, and how many lines of words stand at the foot of the drawing. */
+interface Surroundings {
+  readonly flat: boolean;
+  readonly lines?: number;
+}
+
 /** The framing of a pose in a view of all, with what else is to be seen: heads of arrows at P, the end of a path. */
 export function framingOf(
   arm: Arm,
   state: State,
   besides: readonly Vec3[],
   view: View,
-  flat: boolean,
+  { flat, lines = 1 }: Surroundings,
 ): Framing {
   const seen = [...places(arm, state), ...besides];
   const [xs, ys] = [0, 1].map((k) => seen.map((place) => pixel(view, place)[k as 0 | 1]));
@@ -52,7 +58,7 @@ export function framingOf(
   const lowest = flat ? -Infinity : footOf(arm, state, view);
   const side = Math.min(flat ? FLAT : SOLID, SHARE * view.height);
   const beside = side + Math.min(WORDS, 0.05 * view.height);
-  const foot = Math.min(FOOT, 0.1 * view.height);
+  const foot = Math.min(FOOT, 0.1 * view.height) + LINE * (lines - 1);
   const fitting = Math.min(
     (view.width - 2 * side - (flat ? 0 : BUTTONS)) / Math.max(right - left, 1),
     (view.height - 2 * beside) / Math.max(bottom - top, 1),

@@ -4,6 +4,7 @@ import { evaluate } from "../read/evaluate.js";
 import { namesIn } from "../read/tree.js";
 import { message, type Message } from "../text/text.js";
 import type { Atom, Piece } from "./pieces.js";
+import { seen } from "./values.js";
 import type { At } from "./verdict.js";
 
 const HALF_TURN = Math.PI;
@@ -42,12 +43,13 @@ export function slipInSet(set: Claims): SetSlip | null {
     for (const joint of new Set(said.filter((each) => angles.has(each))))
       for (const turn of [HALF_TURN / 2, -HALF_TURN / 2])
         if (fits(set, claim, turned(joint, turn), turned(joint, -turn)))
-          return { slip: message("slip.quarter-turn", { joint }), claim };
+          return { slip: message("slip.quarter-turn", { joint: seen(joint) }), claim };
     for (const joint of new Set(said))
       for (const other of set.joints)
         if (other !== joint && angles.has(joint) === angles.has(other)) {
           const swap = exchanged(joint, other);
-          if (fits(set, claim, swap, swap)) return { slip: message("slip.other-joint", { joint }), claim };
+          if (fits(set, claim, swap, swap))
+            return { slip: message("slip.other-joint", { joint: seen(joint) }), claim };
         }
   }
   if (bad.length > 0) return null;
@@ -55,7 +57,7 @@ export function slipInSet(set: Claims): SetSlip | null {
     const piece = open.find((poses) =>
       poses.every((at) => claims.some((claim) => holds(claim, turned(joint, HALF_TURN)(at)))),
     );
-    if (piece) return { slip: message("slip.half-turn", { joint }), piece };
+    if (piece) return { slip: message("slip.half-turn", { joint: seen(joint) }), piece };
   }
   return null;
 }
