@@ -4,7 +4,7 @@ import { describe, expect, it } from "vitest";
 import {
   crowding,
   edgesOf,
-  footOf,
+  bodiesOf,
   framed,
   framingOf,
   isSame,
@@ -43,15 +43,19 @@ describe.each(Object.entries(ALL))("the first view of %s", (_, robot) => {
   });
 });
 
-it.each(SIZES)(
-  "leaves the words below free of the joints of a PUMA 560 in %i x %i pixels",
+it.each([...SIZES, [2000, 1100] as const])(
+  "has the bodies of a PUMA 560 in %i x %i pixels, above the words",
   (width, height) => {
     const arm = armOf(PUMA);
-    const state = stateAt(arm, firstPose(arm));
-    const heads = drawnColumns(arm, state, reachOf(arm)).map((arrow) => add(state.point, arrow));
-    const whole = viewOf(arm, extentOf(arm), width, height, FIRST_ORBIT);
-    const view = framed(whole, framingOf(arm, state, heads, whole, { flat: false }));
-    expect(footOf(arm, state, view)).toBeLessThanOrEqual(height - Math.min(28, 0.1 * height) + 1);
+    for (const pose of [firstPose(arm), firstPose(arm).map((value, i) => (i === 1 ? 1.5 : value))]) {
+      const state = stateAt(arm, pose);
+      const heads = drawnColumns(arm, state, reachOf(arm)).map((arrow) => add(state.point, arrow));
+      const whole = viewOf(arm, extentOf(arm), width, height, FIRST_ORBIT);
+      const view = framed(whole, framingOf(arm, state, heads, whole, { flat: false }));
+      const [[left, right], [top, bottom]] = bodiesOf(arm, state, view);
+      expect(bottom).toBeLessThanOrEqual(height - Math.min(28, 0.1 * height) + 1);
+      expect(left > 0 && right < width && top > 0).toBe(true);
+    }
   },
 );
 
