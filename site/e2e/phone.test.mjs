@@ -137,3 +137,26 @@ for (const [width, height] of [
     assert.ok((await chart.boundingBox()).height > 80, "the chart is high enough to be read");
     await context.close();
   });
+
+for (const [width, height] of [
+  [360, 740],
+  [900, 800],
+])
+  test(`what a dotted line means lies over nothing that is said of the arm at ${width} pixels`, async () => {
+    const small = { ...PHONE, viewport: { width, height }, locale: "de-DE" };
+    const { page } = await opened(there, "practice.html?arm=planar-2r&question=singular-angles", small);
+    await page.locator(".arm-box").waitFor();
+    await page.getByLabel("Deine Antwort").fill("theta2 = pi");
+    await page.getByRole("button", { name: "Prüfen" }).click();
+    const words = page.locator(".arm-lost-words");
+    await words.waitFor();
+    const [said, hint, box] = await Promise.all(
+      [words, page.locator(".arm-drawing .arm-hint"), page.locator(".arm-box")].map((one) =>
+        one.boundingBox(),
+      ),
+    );
+    if (width === 360) assert.equal(hint, null, "there is no room for both");
+    else assert.ok(said.y + said.height <= hint.y + 1, "one lies over the other");
+    const end = hint ?? said;
+    assert.ok(end.y + end.height <= box.y + box.height, "below the drawing");
+  });

@@ -123,6 +123,40 @@ test("hints come one by one, then the solution; progress is kept over a reload",
   await page.getByText("0 right of 1 tried").waitFor();
 });
 
+test("a file of one's progress brings back problems, lessons and today's arm", async () => {
+  const { page, context } = await openedAnew(there, "practice.html");
+  const stored = () =>
+    page.evaluate(() =>
+      ["qdot-progress", "qdot-lessons", "qdot-today"].map((name) => JSON.parse(localStorage.getItem(name))),
+    );
+  const today = new Date().toISOString().slice(0, 10);
+  await page.evaluate((day) => {
+    const item = document.querySelector(".task").dataset.item;
+    localStorage.setItem("qdot-progress", JSON.stringify({ [item]: { right: true, box: 1, due: 4e12 } }));
+    localStorage.setItem("qdot-lessons", JSON.stringify({ columns: { goals: [0], row: ["planar-2r/001"] } }));
+    localStorage.setItem(
+      "qdot-today",
+      JSON.stringify({ day, item, tries: [true], helped: false, row: 4, last: day }),
+    );
+  }, today);
+  await page.reload();
+  const before = await stored();
+  await page.getByText("Your progress").click();
+  const saved = page.waitForEvent("download");
+  await page.getByRole("button", { name: "Save as a file" }).click();
+  const buffer = Buffer.concat(await (await (await saved).createReadStream()).toArray());
+  page.on("dialog", (dialog) => dialog.accept());
+  await page.getByRole("button", { name: "Forget it all" }).click();
+  await page.getByText("0 right of 0 tried").waitFor();
+  assert.deepEqual(await stored(), [{}, {}, null]);
+  await page
+    .getByLabel("Load a file")
+    .setInputFiles({ name: "kept.json", mimeType: "application/json", buffer });
+  await page.getByText("1 right of 1 tried").waitFor();
+  assert.deepEqual(await stored(), before);
+  await context.close();
+});
+
 test("the arm moves by keyboard, and its numbers follow", async () => {
   const { page, wrong } = await ask("position");
   await page.locator("#arm").scrollIntoViewIfNeeded();

@@ -345,7 +345,7 @@ test.each([
 
 const DEGREE = Math.PI / 180;
 const IN_SPACE = ["a1", "a2", "a3", "theta1", "theta2", "theta3"];
-const of = (key: string, joint: string) => message(key as TextKey, { joint });
+const of = (key: string, joint: string) => message(key as TextKey, { joint: joint.replace("theta", "θ") });
 
 /** An elbow with an offset: theta3 = -30° or 150°, or a1 + a2 c2 + a3 c23 = 0. */
 const ELBOW: ConfigurationsKey = {
@@ -435,7 +435,7 @@ test.each([
   const isSingular = (at: Readonly<Record<string, number>>) =>
     ["theta2", "theta3"].some((each) => Math.abs(Math.sin(at[each]!)) < 1e-6);
   const { slips, at } = judgeSet(typed, TWO, new Set(TWO.joints), isSingular);
-  expect(slips![0]).toEqual(expect.objectContaining({ values: { joint } }));
+  expect(slips![0]).toEqual(expect.objectContaining({ values: { joint: joint.replace("theta", "θ") } }));
   const value = Math.abs(at![joint]!);
   expect([Math.PI, Math.PI / 2].some((due) => Math.abs(value - due) < 1e-6)).toBe(true);
 });

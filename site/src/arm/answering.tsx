@@ -45,6 +45,7 @@ export function Answering({ stage, radians, rates }: Omit<ValueProps, "parts">):
   const [, setScrolled] = useState(0);
   const { arm, point, lit } = stage;
   const isOurs = useRef(false); // whether the joint that is lit is lit by a formula
+  const isResting = useRef(false); // the pointer, since keys lead
   const now = useRef(term);
   now.current = term;
   useFormulaStops(arm, help);
@@ -75,8 +76,13 @@ export function Answering({ stage, radians, rates }: Omit<ValueProps, "parts">):
       );
       return true;
     };
+    listen("pointermove", (event) => {
+      const { movementX, movementY } = event as PointerEvent;
+      if (movementX !== 0 || movementY !== 0) isResting.current = false;
+    });
     listen("pointerover", (event) => {
-      if (!now.current?.stays) show(event, false);
+      const isPagesMove = isResting.current && now.current?.byKey; // which a key has scrolled below the pointer
+      if (!now.current?.stays && !isPagesMove) show(event, false);
     });
     listen("click", (event) => {
       const found = pointedAt(event);

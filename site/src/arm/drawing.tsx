@@ -9,7 +9,7 @@ import type { Covered } from "./labels.js";
 import { plainLetters } from "./letters.js";
 import { lostDirection } from "./lost.js";
 import { drawnColumns, isLostShown, type Layers, Marks } from "./marks.js";
-import { type Arm, type Measures, type Pose, type State, stateAt } from "./model.js";
+import { type Arm, type Measures, measuresOf, type Pose, type State, stateAt } from "./model.js";
 import { edgesOf, framed, framingOf, isSame, isSeen, readableFrom } from "./framing.js";
 import { linkDragged, pointMoved } from "./moves.js";
 import { extentOf, within } from "./ranges.js";
@@ -218,16 +218,18 @@ export function Drawing(props: DrawingProps): JSX.Element {
         {!flat && <ViewButtons onKey={looked} />}
       </div>
       {props.readout}
-      {isLost && <p class="arm-lost-words">{say(`arm.drawing.${how}`)}</p>}
-      <p class={`arm-hint${known ? " arm-known" : ""}`}>
-        <span>{say(flat ? "arm.hint.drag" : "arm.hint.drag-space")}</span>{" "}
-        <span class="arm-keys">
-          {chosen < 0
-            ? say("arm.hint.point")
-            : say("arm.hint.joint", { joint: plainLetters(arm.joints[chosen]?.name ?? "") })}{" "}
-          {!flat && say("arm.hint.space")}
-        </span>
-      </p>
+      <div class="arm-said">
+        {isLost && <p class="arm-lost-words">{say(`arm.drawing.${how}`)}</p>}
+        <p class={`arm-hint${known ? " arm-known" : ""}`}>
+          <span>{say(flat ? "arm.hint.drag" : "arm.hint.drag-space")}</span>{" "}
+          <span class="arm-keys">
+            {chosen < 0
+              ? say("arm.hint.point")
+              : say("arm.hint.joint", { joint: plainLetters(arm.joints[chosen]?.name ?? "") })}{" "}
+            {!flat && say("arm.hint.space")}
+          </span>
+        </p>
+      </div>
     </div>
   );
 }
@@ -264,7 +266,7 @@ const NO_PLACES: readonly Vec3[] = [];
 
 /** The view of all, or a nearer one of the pose in which the arm stands first, as long as the arm is in it. */
 function useNear(props: DrawingProps, whole: View, begun: Orbit, flat: boolean): View {
-  const { arm, state, home, reach, layers, near, target, besides = NO_PLACES } = props;
+  const { arm, state, home, reach, layers, concealed, near, target, besides = NO_PLACES } = props;
   const aims = target ? [target.at] : []; // where it is put first: the view stays while it is dragged
   const [left, setLeft] = useState(false);
   const { width, height } = whole;
@@ -275,8 +277,21 @@ function useNear(props: DrawingProps, whole: View, begun: Orbit, flat: boolean):
     const arrows = layers.columns || layers.ellipse ? drawnColumns(arm, first, reach) : [];
     const around = [...(layers.columns ? arrows : []), ...(layers.ellipse ? edgesOf(arrows, page) : [])];
     const heads = around.map((arrow) => shifted(first.point, arrow));
-    return framingOf(arm, first, [...heads, ...aims, ...besides], page, flat);
-  }, [near, arm, home, width, height, begun, layers.columns, layers.ellipse, aims.length, besides]);
+    const isLost = isLostShown(measuresOf(first).ratio, concealed) && lostDirection(arm, first) !== null;
+    return framingOf(arm, first, [...heads, ...aims, ...besides], page, { flat, lines: isLost ? 2 : 1 });
+  }, [
+    near,
+    arm,
+    home,
+    width,
+    height,
+    begun,
+    layers.columns,
+    layers.ellipse,
+    aims.length,
+    besides,
+    concealed,
+  ]);
   const nearer = useMemo(() => (framing ? framed(whole, framing) : whole), [framing, whole]);
   const isBack = isSame(state.pose, home) && isSeen(arm, state, nearer, aims);
   const isOut = !isBack && (left || !isSeen(arm, state, nearer, aims));

@@ -22,8 +22,8 @@ const [FLAT, SOLID] = [58, 44];
 const SHARE = 0.2;
 /** Pixels that words and buttons take, above, below and to the right of an arm in space. */
 const [WORDS, BUTTONS] = [14, 60];
-/** Pixels below the bodies of joints in space, where it is said how the arm is moved. */
-const FOOT = 28;
+/** Pixels below the bodies of joints in space, where it is said how the arm is moved, and for a line more that is said. */
+const [FOOT, LINE] = [28, 18];
 /** As near to the edge (pixels) the arm may come. */
 const EDGE = 16;
 
@@ -37,43 +37,87 @@ function places(arm: Arm, state: State): Vec3[] {
   ];
 }
 
+/** Whether an arm is drawn flat, and how many lines of words stand at the foot of the drawing. */
+interface Surroundings {
+  readonly flat: boolean;
+  readonly lines?: number;
+}
+
 /** The framing of a pose in a view of all, with what else is to be seen: heads of arrows at P, the end of a path. */
 export function framingOf(
   arm: Arm,
   state: State,
   besides: readonly Vec3[],
   view: View,
-  flat: boolean,
+  { flat, lines = 1 }: Surroundings,
 ): Framing {
-  const seen = [...places(arm, state), ...besides];
-  const [xs, ys] = [0, 1].map((k) => seen.map((place) => pixel(view, place)[k as 0 | 1]));
-  const [left, right] = [Math.min(...xs!), Math.max(...xs!)];
-  const [top, bottom] = [Math.min(...ys!), Math.max(...ys!)];
-  const lowest = flat ? -Infinity : footOf(arm, state, view);
+  const seen = [...places(arm, state), ...besides].map((place) => pixel(view, place));
+  const bodies = flat ? [] : bodiesOf(arm, state, view);
   const side = Math.min(flat ? FLAT : SOLID, SHARE * view.height);
   const beside = side + Math.min(WORDS, 0.05 * view.height);
-  const foot = Math.min(FOOT, 0.1 * view.height);
-  const fitting = Math.min(
-    (view.width - 2 * side - (flat ? 0 : BUTTONS)) / Math.max(right - left, 1),
-    (view.height - 2 * beside) / Math.max(bottom - top, 1),
-    (view.height - beside - foot) / Math.max(lowest - top, 1),
-  );
-  const times = Math.max(LEAST, Math.min(LARGEST, fitting));
-  const aside = flat ? 0 : BUTTONS / 2 / times;
-  const below = Math.max(bottom + beside / times, lowest + foot / times);
-  const across = ((left + right) / 2 + aside - view.width / 2) / view.scale;
-  const up = (view.height / 2 - (top - beside / times + below) / 2) / view.scale;
+  const foot = Math.min(FOOT, 0.1 * view.height) + LINE * (lines - 1);
+  const buttons = flat ? 0 : BUTTONS;
+  const [xs, ys] = [0, 1].map((k) => seen.map((place) => place[k as 0 | 1]));
+  const [wide, high] = [
+    spanned(xs!, [side, side + buttons], bodies[0], [EDGE, EDGE + buttons]),
+    spanned(ys!, [beside, beside], bodies[1], [EDGE, foot]),
+  ];
+  const times = Math.max(LEAST, Math.min(LARGEST, wide.fitting(view.width), high.fitting(view.height)));
+  const across = (wide.middle(times) - view.width / 2) / view.scale;
+  const up = (view.height / 2 - high.middle(times)) / view.scale;
   return { centre: along(along(view.centre, view.right, across), view.up, up), times };
 }
 
-/** Where the lowest body of a joint in space ends on the page (pixels). */
-export function footOf(arm: Arm, state: State, view: View): number {
+type Pair = readonly [low: number, high: number];
+
+interface Spanned {
+  /** How many times larger all of it may be drawn in so many pixels. */
+  readonly fitting: (room: number) => number;
+  /** What is to be in the middle then. */
+  readonly middle: (times: number) => number;
+}
+
+/** What is to be seen in one direction of the page: places, and bodies if there are any, each with room beside them. */
+function spanned(
+  places: readonly number[],
+  room: Pair,
+  bodies: Pair | undefined,
+  roomOfBodies: Pair,
+): Spanned {
+  const lows: Pair[] = [[Math.min(...places), room[0]]];
+  const highs: Pair[] = [[Math.max(...places), room[1]]];
+  if (bodies) {
+    lows.push([bodies[0], roomOfBodies[0]]);
+    highs.push([bodies[1], roomOfBodies[1]]);
+  }
+  return {
+    fitting: (all) =>
+      Math.min(
+        ...lows.flatMap(([low, before]) =>
+          highs.map(([high, behind]) => (all - before - behind) / Math.max(high - low, 1)),
+        ),
+      ),
+    middle: (times) =>
+      (Math.min(...lows.map(([low, before]) => low - before / times)) +
+        Math.max(...highs.map(([high, behind]) => high + behind / times))) /
+      2,
+  };
+}
+
+/** From where to where the bodies of joints in space go on the page (pixels), across and down. */
+export function bodiesOf(arm: Arm, state: State, view: View): readonly [across: Pair, down: Pair] {
   const radius = thicknessOf(arm) * view.scale;
-  const ends = placesOf(arm, state, reachOf(arm)).flatMap((place, i) => {
-    const rim = radius * Math.sqrt(Math.max(0, 1 - dot(state.frames[i]!.z, view.up) ** 2));
-    return bodyOf(arm, state, i, place).map((end) => pixel(view, end)[1] + rim);
+  const sides = [view.right, view.up].map((axis, k): Pair => {
+    const ends = placesOf(arm, state, reachOf(arm)).flatMap((place, i) => {
+      const rim = radius * Math.sqrt(Math.max(0, 1 - dot(state.frames[i]!.z, axis) ** 2));
+      return bodyOf(arm, state, i, place).flatMap((end) => {
+        const at = pixel(view, end)[k as 0 | 1];
+        return [at - rim, at + rim];
+      });
+    });
+    return [Math.min(...ends), Math.max(...ends)];
   });
-  return Math.max(...ends);
+  return [sides[0]!, sides[1]!];
 }
 
 /** The vectors from the middle of the ellipse of arrows to where it ends on the page: left, right, above and below. */

@@ -6,6 +6,7 @@ import { name, namesIn, type Node, node } from "../read/tree.js";
 import { message, type Message } from "../text/text.js";
 import { changes, type Kind, KINDS, meansOf } from "./changes.js";
 import type { Atom, Piece } from "./pieces.js";
+import { seen } from "./values.js";
 import type { At } from "./verdict.js";
 
 const HALF_TURN = Math.PI;
@@ -126,23 +127,24 @@ function inValues(set: Claims, claim: Piece): Message | null {
   const isTurned = (joint: string, by: number) => fits(set, claim, turned(joint, by), turned(joint, -by));
   for (const joint of [...said].filter((each) => angles.has(each))) {
     if ([HALF_TURN / 2, -HALF_TURN / 2].some((turn) => isTurned(joint, turn)))
-      return message("slip.quarter-turn", { joint });
+      return message("slip.quarter-turn", { joint: seen(joint) });
     const offset = offsets.get(joint) ?? 0;
-    if (offset !== 0 && isTurned(joint, -offset)) return message("slip.offset", { joint });
-    if (offset !== 0 && isTurned(joint, -2 * offset)) return message("slip.offset-sign", { joint });
+    if (offset !== 0 && isTurned(joint, -offset)) return message("slip.offset", { joint: seen(joint) });
+    if (offset !== 0 && isTurned(joint, -2 * offset))
+      return message("slip.offset-sign", { joint: seen(joint) });
     if (isOfValues(claim, joint) && fits(set, claim, mirrored(joint), mirrored(joint)))
-      return message("slip.value-sign", { joint });
+      return message("slip.value-sign", { joint: seen(joint) });
   }
   for (const joint of said)
     for (const other of joints)
       if (other !== joint && angles.has(joint) === angles.has(other)) {
         const swap = exchanged(joint, other);
-        if (fits(set, claim, swap, swap)) return message("slip.other-joint", { joint });
+        if (fits(set, claim, swap, swap)) return message("slip.other-joint", { joint: seen(joint) });
       }
   for (const factor of [0.5, 2]) {
     const other = claim.map((atom) => times(atom, angles, factor, (size) => size > 0));
     const [joint] = claim.flatMap((atom, i) => (atom !== other[i] && atom.joint ? [atom.joint] : []));
-    if (joint !== undefined && fits(set, other)) return message("slip.half-radians", { joint });
+    if (joint !== undefined && fits(set, other)) return message("slip.half-radians", { joint: seen(joint) });
   }
   return null;
 }
@@ -155,7 +157,7 @@ function calledSingular({ poses, angles }: Claims, claim: Piece): Message | null
   if (!atom || atom.joint === null || more.length > 0 || namesIn(atom.zero).size > 0) return null;
   const { joint } = atom;
   const isFree = poses.every((piece) => !isFixed(piece, joint, angles));
-  return isFree ? message("slip.called-singular", { joint }) : null;
+  return isFree ? message("slip.called-singular", { joint: seen(joint) }) : null;
 }
 
 /** Whether a joint has one value in all poses of a piece. */
@@ -217,7 +219,7 @@ function vanishes(tree: Node, at: At): boolean {
 function besides({ poses, holds }: Claims, claim: Piece): Message | null {
   const isPart = poses.some((piece) => piece.every((at) => holds(claim, at)));
   const joints = [...new Set(claim.flatMap(({ joint }) => joint ?? []))];
-  return isPart && joints.length > 0 ? message("slip.and-missing", { joint: joints.join(", ") }) : null;
+  return isPart && joints.length > 0 ? message("slip.and-missing", { joint: seen(joints.join(", ")) }) : null;
 }
 
 /** The joints of which a condition speaks. */
@@ -231,13 +233,13 @@ function missing({ claims, open, angles, joints, holds, isSound }: Claims): SetS
       const rest = claim.filter((each) => each !== atom);
       const piece = open.find((poses) => poses.every((at) => holds(rest, at)));
       if (piece && isSound(rest, same))
-        return [{ slip: message("slip.too-narrow", { joint: spokenOf(atom, joints) }), piece }];
+        return [{ slip: message("slip.too-narrow", { joint: seen(spokenOf(atom, joints)) }), piece }];
     }
   for (const joint of angles) {
     const piece = open.find((poses) =>
       poses.every((at) => claims.some((claim) => holds(claim, turned(joint, HALF_TURN)(at)))),
     );
-    if (piece) return [{ slip: message("slip.half-turn", { joint }), piece }];
+    if (piece) return [{ slip: message("slip.half-turn", { joint: seen(joint) }), piece }];
   }
   const isOfJoints = (piece: readonly At[]) => joints.some((joint) => isFixed(piece, joint, angles));
   const [values, tie] = [open.find(isOfJoints), open.find((piece) => !isOfJoints(piece))];

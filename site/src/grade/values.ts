@@ -464,7 +464,8 @@ const isJoint = (symbol: string): boolean => /^(theta|d)\d/.test(symbol);
 const isRate = (symbol: string): boolean => /^qd\d+$/.test(symbol);
 const isAngle = (symbol: string): boolean => /^theta\d+$/.test(symbol);
 const unitOf = (symbol: string): string => (isAngle(symbol) ? "°" : /^[ad]\d+$/.test(symbol) ? " m" : "");
-const seen = (symbol: string): string => symbol.replace(/^theta(?=\d)/, "θ");
+/** A symbol as the page shows it: θ1. */
+export const seen = (symbol: string): string => symbol.replace(/^theta(?=\d)/, "θ");
 
 /** What is said of words in an answer that are no symbols of the problem; null where there are none. */
 export function unknownSymbols(names: ReadonlySet<string>, key: ValuesKey): Message | null {

@@ -34,7 +34,7 @@ export function Answer(field: Field): JSX.Element {
   return rows * columns > 1 && rows * columns <= 42 ? (
     <Entries {...field} rows={rows} columns={columns} />
   ) : (
-    <Single {...field} />
+    <Single {...field} {...(rows * columns > 1 ? { shape: [rows, columns] as const } : {})} />
   );
 }
 

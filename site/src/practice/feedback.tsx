@@ -24,12 +24,13 @@ interface FeedbackProps {
 export function Feedback({ problem, verdict, isDrawn, notes = [] }: FeedbackProps): JSX.Element {
   const behind: readonly Slip[] = verdict.slips ?? [];
   const pose = poseOf(problem, verdict);
-  const title =
-    isRead(verdict) || verdict.outcome === "missing" ? TITLES[verdict.outcome] : "practice.unread";
+  const isTried = isRead(verdict);
+  const reasons = isTried ? verdict.reasons : verdict.reasons.filter(({ key }) => key.startsWith("read."));
+  const title = isTried || verdict.outcome === "missing" ? TITLES[verdict.outcome] : "practice.unread";
   return (
-    <section class={`verdict ${isRead(verdict) ? verdict.outcome : "missing"}`}>
+    <section class={`verdict ${isTried ? verdict.outcome : "missing"}`}>
       <h3>{said(message(title))}</h3>
-      {verdict.reasons.map((reason) => (
+      {reasons.map((reason) => (
         <p key={reason.key}>{said(reason)}</p>
       ))}
       {verdict.mistake === undefined ? null : (
@@ -56,11 +57,11 @@ export function Feedback({ problem, verdict, isDrawn, notes = [] }: FeedbackProp
           </ul>
         </div>
       ) : null}
-      {verdict.entries && verdict.entries.length * (verdict.entries[0]?.length ?? 0) > 1 ? (
+      {isTried && verdict.entries && verdict.entries.length * (verdict.entries[0]?.length ?? 0) > 1 ? (
         <Marks entries={verdict.entries} />
       ) : null}
       {isDrawn ? <p>{said(message("practice.own-columns"))}</p> : null}
-      {isRead(verdict)
+      {isTried
         ? notes.map((note) => (
             <p key={note} class="verdict-note">
               {note}

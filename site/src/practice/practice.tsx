@@ -70,6 +70,7 @@ function Session({ index }: { index: Index }) {
   const [{ place, item }, setChosen] = useState(() => chosenBy(index, wish, progress, null, ""));
   const [skills, setSkills] = useState<Skills>(() => keptSkills(storage));
   const [moves, setMoves] = useState(0);
+  const [restores, setRestores] = useState(0);
   const [queued, setQueued] = useState(false); // whether what is due is being answered
   const [aim, setAim] = useState<ClassOfTopic | null>(null); // the class of which the queue asks now
   const [notes, setNotes] = useState<readonly string[]>([]);
@@ -126,6 +127,7 @@ function Session({ index }: { index: Index }) {
     setProgress(all.progress);
     setSkills(all.lessons);
     keepAll(storage, all);
+    setRestores(restores + 1);
   };
   return (
     <div class="workspace">
@@ -139,7 +141,7 @@ function Session({ index }: { index: Index }) {
             fromQueue(true);
           }}
         />
-        {wish.set ? null : <TodayDoor index={index} />}
+        {wish.set ? null : <TodayDoor key={restores} index={index} />}
         <Settings
           index={index}
           wish={wish}

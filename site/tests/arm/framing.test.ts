@@ -4,7 +4,7 @@ import { describe, expect, it } from "vitest";
 import {
   crowding,
   edgesOf,
-  footOf,
+  bodiesOf,
   framed,
   framingOf,
   isSame,
@@ -34,7 +34,7 @@ describe.each(Object.entries(ALL))("the first view of %s", (_, robot) => {
 
   it.each(SIZES)("has the arm and its arrows in %i x %i pixels", (width, height) => {
     const whole = viewOf(arm, extentOf(arm), width, height, FIRST_ORBIT);
-    const view = framed(whole, framingOf(arm, state, heads, whole, flat));
+    const view = framed(whole, framingOf(arm, state, heads, whole, { flat }));
     expect(isSeen(arm, state, view)).toBe(true);
     for (const head of heads) {
       const [x, y] = pixel(view, head);
@@ -43,15 +43,19 @@ describe.each(Object.entries(ALL))("the first view of %s", (_, robot) => {
   });
 });
 
-it.each(SIZES)(
-  "leaves the words below free of the joints of a PUMA 560 in %i x %i pixels",
+it.each([...SIZES, [2000, 1100] as const])(
+  "has the bodies of a PUMA 560 in %i x %i pixels, above the words",
   (width, height) => {
     const arm = armOf(PUMA);
-    const state = stateAt(arm, firstPose(arm));
-    const heads = drawnColumns(arm, state, reachOf(arm)).map((arrow) => add(state.point, arrow));
-    const whole = viewOf(arm, extentOf(arm), width, height, FIRST_ORBIT);
-    const view = framed(whole, framingOf(arm, state, heads, whole, false));
-    expect(footOf(arm, state, view)).toBeLessThanOrEqual(height - Math.min(28, 0.1 * height) + 1);
+    for (const pose of [firstPose(arm), firstPose(arm).map((value, i) => (i === 1 ? 1.5 : value))]) {
+      const state = stateAt(arm, pose);
+      const heads = drawnColumns(arm, state, reachOf(arm)).map((arrow) => add(state.point, arrow));
+      const whole = viewOf(arm, extentOf(arm), width, height, FIRST_ORBIT);
+      const view = framed(whole, framingOf(arm, state, heads, whole, { flat: false }));
+      const [[left, right], [top, bottom]] = bodiesOf(arm, state, view);
+      expect(bottom).toBeLessThanOrEqual(height - Math.min(28, 0.1 * height) + 1);
+      expect(left > 0 && right < width && top > 0).toBe(true);
+    }
   },
 );
 
@@ -61,7 +65,7 @@ it("has all of an ellipse that goes beyond its arrows", () => {
   const arrows = drawnColumns(arm, state, reachOf(arm));
   const whole = viewOf(arm, extentOf(arm), 760, 420, FIRST_ORBIT);
   const ends = edgesOf(arrows, whole).map((edge) => add(state.point, edge));
-  const view = framed(whole, framingOf(arm, state, ends, whole, false));
+  const view = framed(whole, framingOf(arm, state, ends, whole, { flat: false }));
   const drawn = outline(view, arrows);
   const [x, y] = pixel(view, state.point);
   const turn = (drawn.turn * Math.PI) / 180;
@@ -76,7 +80,7 @@ it("has all of an ellipse that goes beyond its arrows", () => {
 it("shows a planar arm half as large again as the view of all that it reaches", () => {
   const arm = armOf(PLAIN);
   const whole = viewOf(arm, extentOf(arm), 760, 420, FIRST_ORBIT);
-  const { times } = framingOf(arm, stateAt(arm, firstPose(arm)), [], whole, true);
+  const { times } = framingOf(arm, stateAt(arm, firstPose(arm)), [], whole, { flat: true });
   expect(times).toBeGreaterThan(1.5);
 });
 
@@ -84,7 +88,7 @@ it("ends where the arm gets to its edge", () => {
   const arm = armOf(PLAIN);
   const state = stateAt(arm, firstPose(arm));
   const whole = viewOf(arm, extentOf(arm), 475, 420, FIRST_ORBIT);
-  const view = framed(whole, framingOf(arm, state, [], whole, true));
+  const view = framed(whole, framingOf(arm, state, [], whole, { flat: true }));
   const opposite = stateAt(arm, [state.pose[0]! + Math.PI, 0]);
   expect([isSeen(arm, opposite, view), isSeen(arm, opposite, whole)]).toEqual([false, true]);
   expect([isSame(state.pose, [...state.pose]), isSame(state.pose, opposite.pose)]).toEqual([true, false]);
@@ -95,8 +99,8 @@ it("has the end of a path in it, and ends where that leaves it", () => {
   const state = stateAt(arm, firstPose(arm));
   const whole = viewOf(arm, extentOf(arm), 760, 420, FIRST_ORBIT);
   const far = [0, 1.1, 0] as const;
-  const alone = framed(whole, framingOf(arm, state, [], whole, true));
-  const view = framed(whole, framingOf(arm, state, [far], whole, true));
+  const alone = framed(whole, framingOf(arm, state, [], whole, { flat: true }));
+  const view = framed(whole, framingOf(arm, state, [far], whole, { flat: true }));
   expect([isSeen(arm, state, alone, [far]), isSeen(arm, state, view, [far])]).toEqual([false, true]);
 });
 
@@ -110,7 +114,7 @@ describe("an arm that points at the reader", () => {
     const orbit = readableFrom(arm, stretched, FIRST_ORBIT);
     expect(crowding(arm, stretched, orbit)).toBeLessThan(0.1);
     const whole = viewOf(arm, extentOf(arm), 560, 420, orbit);
-    const view = framed(whole, framingOf(arm, stretched, [], whole, false));
+    const view = framed(whole, framingOf(arm, stretched, [], whole, { flat: false }));
     expect(isSeen(arm, stretched, view)).toBe(true);
   });
 
