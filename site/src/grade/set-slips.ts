@@ -52,8 +52,8 @@ export function slipsInSet(set: Claims): Message[] {
 function slipInClaim(set: Claims, claim: Piece): Message | null {
   return (
     inAngles(set, claim) ??
-    inValues(set, claim) ??
     inTie(set, claim) ??
+    inValues(set, claim) ??
     besides(set, claim) ??
     calledSingular(set, claim)
   );

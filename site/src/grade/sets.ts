@@ -181,8 +181,7 @@ function compared(
     ...space,
     holds: (claim, at) => holds(claim, at, space),
     isSound: (claim, instead) =>
-      counterexample(claim, [], space, (at) => isSingular(instead({ ...poses.flat()[0], ...at })), 0) ===
-      null,
+      counterexample(claim, [], space, (at) => isSingular(instead(at)), 0, poses.flat()) === null,
   });
   const more = slips.length > 0 ? { slips } : {};
   const [off] = bad.filter((each) => each !== "close");
@@ -261,9 +260,9 @@ function counterexample(
   space: Space,
   isSingular: IsSingular,
   seed: number,
+  lengths = poses.flat(),
 ): At | "nowhere" | "close" | null {
   const random = stream(seed + 1);
-  const lengths = poses.flat();
   const given = (k: number): At => lengths[k % Math.max(lengths.length, 1)] ?? {};
   const ready = made(piece, space);
   let found = 0;
