@@ -55,8 +55,8 @@ HUGE = 1e8
 """Where an entry is larger the arm is singular but for rounding, and no formula can be told from another."""
 FEWEST_POINTS, PRINTED = 3, 2
 """So many configurations a key needs, and at so many a mistake's answer is known, to six digits."""
-MOST_MISTAKES, MOST_IN_NUMBERS = 60, 160
-"""So many mistakes in formulas are told, and so many in numbers, which are short."""
+MOST_MISTAKES, MOST_IN_NUMBERS, MOST_NUMBERS = 60, 160, 500
+"""So many mistakes in formulas are told, and so many in numbers, with so many numbers in all."""
 ALWAYS = (
     *(mistake.name for mistake in numeric.MISTAKES), "transposed", "cross-order", "sign", "transpose-for-inverse",
     "determinant-forgotten", "jacobian-for-inverse", "degrees",
@@ -266,7 +266,7 @@ def _mistakes_in_direction(problem: Problem, part: Part, right: np.ndarray) -> I
         if unit.shape == right.shape and (by not in found or found[by][0] < chance):
             found[by] = chance, said, [float(value) for value in unit * (way or 1.0)]
     found.pop(_to_few(right / np.linalg.norm(right)), None)
-    for _, said, values in islice(found.values(), MOST_IN_NUMBERS):
+    for _, said, values in islice(found.values(), min(MOST_IN_NUMBERS, MOST_NUMBERS // len(right))):
         yield {**said, "values": [float(f"{value:.6g}") + 0.0 for value in values]}
 
 
@@ -317,7 +317,7 @@ def _mistakes_in_numbers(problem: Problem, part: Part, answer: Number, precise: 
         by = _to_few(values)
         if len(by) == len(right) and by != right and (by not in found or found[by][0] < chance):
             found[by] = chance, said, values
-    for _, said, values in islice(found.values(), MOST_IN_NUMBERS):
+    for _, said, values in islice(found.values(), min(MOST_IN_NUMBERS, MOST_NUMBERS // len(right))):
         yield {**said, "values": [float(f"{value:.6g}") + 0.0 for value in values]}
 
 

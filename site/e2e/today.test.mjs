@@ -16,8 +16,9 @@ async function answer(page) {
   else if (await selects.count())
     for (const select of await selects.all()) await select.selectOption({ index: 1 });
   const fields = page.locator(".answer .formula-field");
-  for (const typed of ["123456", "123456, 123456", "theta1 = 1"]) {
-    for (const field of await fields.all()) await field.fill(typed); // a formula, numbers, or a condition
+  const numbers = [1, 2, 3, 4, 5, 6, 7].map((count) => Array(count).fill("123456").join(", "));
+  for (const typed of [numbers[0], "theta1 = 1", ...numbers.slice(1)]) {
+    for (const field of await fields.all()) await field.fill(typed); // a formula, a condition, or so many numbers
     await page.getByRole("button", { name: "Check" }).click();
     await page.locator(".verdict").waitFor();
     if (!/can't be read/i.test(await page.locator(".verdict h3").innerText())) return;

@@ -266,6 +266,7 @@ test.each([
     `[${X}, a2*c12*qd2 - (1 + a1)*c1*qd1 - a2*c12*qd1 + c1*qd1]`,
     "Entry 2: all terms with qd1 have the wrong sign",
   ],
+  [`[0.5*a1 - 0.5*a1, ${Y}]`, "Entry 1: all terms with qd1, qd2 are missing"],
   ["[-a2*s12*qd2, a2*c12*qd2]", "Your answer: all terms with qd1 are missing"],
   [`[-a2*s12*qd2 + a1*qd1, ${Y}]`, undefined],
 ])("of the terms with one rate in %s it is told: %s", (typed, says) => {
@@ -397,6 +398,10 @@ test.each([
   ["theta3 = -pi/6, theta3 = 5*pi/6, a1 + a2*s2 + a3*s23 = 0", [inTie("slip.all-waves")]],
   ["theta3 = -pi/6, theta3 = 5*pi/6, a1 + a2*c2 + a3*c23 + a1*a2 = 0", [inTie("slip.term-extra")]],
   ["theta3 = -pi/6, theta3 = 5*pi/6, a1^3 + a2*s2 = 0", undefined],
+  [
+    "theta3 = -pi/6, theta3 = 5*pi/6, a1 + a2*c1 + a3*cos(theta1 + theta3) = 0",
+    [of("slip.other-joint", "theta1")],
+  ],
   ["theta1 + theta2 = 0", undefined], // sin(theta3 + pi/6) times this vanishes, too
 ])("of an elbow's set %s it is told what went wrong", (typed, slips) => {
   const offsets = new Map([["theta3", 30 * DEGREE]]);

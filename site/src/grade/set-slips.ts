@@ -67,8 +67,8 @@ export function slipsInSet(set: Claims): SetSlip[] {
 function slipInClaim(set: Claims, claim: Piece): Message | null {
   return (
     inAngles(set, claim) ??
-    inValues(set, claim) ??
     inTie(set, claim) ??
+    inValues(set, claim) ??
     besides(set, claim) ??
     calledSingular(set, claim)
   );

@@ -181,8 +181,7 @@ function compared(
     ...space,
     holds: (claim, at) => holds(claim, at, space),
     isSound: (claim, instead) =>
-      counterexample(claim, [], space, (at) => isSingular(instead({ ...poses.flat()[0], ...at })), 0) ===
-      null,
+      counterexample(claim, [], space, (at) => isSingular(instead(at)), 0, poses.flat()) === null,
   });
   const [slip] = slips;
   const more = slip ? { slips: slips.map((each) => each.slip) } : {};
@@ -264,9 +263,9 @@ function counterexample(
   space: Space,
   isSingular: IsSingular,
   seed: number,
+  lengths = poses.flat(),
 ): At | "nowhere" | "close" | null {
   const random = stream(seed + 1);
-  const lengths = poses.flat();
   const given = (k: number): At => lengths[k % Math.max(lengths.length, 1)] ?? {};
   const ready = made(piece, space);
   let found = 0;

@@ -112,34 +112,44 @@ const SYMBOL_SLIPS = [
 
 /** What went wrong in all terms with one symbol, which an entry has as a factor alone: first that they are missing. */
 function ofSymbols(answer: Answer, key: ValuesKey): [missing: Finding[], others: Finding[]] {
-  const found = SYMBOL_SLIPS.map(({ kind, off, isIn }) =>
-    Object.entries(key.linear ?? {})
-      .map(([symbol, factors]) => ({
-        places: answer.wrong.filter((i) => {
-          const isThere = namesIn(answer.entries[i] as Node).has(symbol);
-          return isThere === isIn && isOffBy(answer, i, key, factors[i] ?? [], symbol, off);
-        }),
-        whole: false,
-        says: (where: Message) => message(kind, { where, what: symbol }),
-      }))
-      .filter(({ places }) => places.length > 0),
-  );
+  const linear = Object.entries(key.linear ?? {});
+  const found = SYMBOL_SLIPS.map(({ kind, off, isIn }) => {
+    const places = new Map<string, number[]>();
+    for (const i of answer.wrong) {
+      const used = namesIn(answer.entries[i] as Node);
+      const some = linear.filter(
+        ([symbol, factors]) => used.has(symbol) === isIn && factors[i]?.some(Boolean),
+      );
+      // all of several, or one of them
+      for (const symbols of some.length > 1 ? [some, ...some.map((one) => [one])] : [some])
+        if (symbols.length > 0 && isOffBy(answer, i, key, symbols, off)) {
+          const what = symbols.map(([symbol]) => symbol).join(", ");
+          places.set(what, [...(places.get(what) ?? []), i]);
+        }
+    }
+    return [...places].map(([what, all]) => ({
+      places: all,
+      whole: false,
+      says: (where: Message) => message(kind, { where, what }),
+    }));
+  });
   return [found[0] ?? [], found.slice(1).flat()];
 }
 
-/** Whether an entry lacks what its terms with a symbol are worth when that has another value. */
+/** Whether an entry lacks what its terms with symbols are worth when these have other values. */
 function isOffBy(
   { entries, at }: Answer,
   index: number,
   key: ValuesKey,
-  factors: readonly number[],
-  symbol: string,
+  symbols: readonly (readonly [string, readonly (readonly number[])[]])[],
   off: (x: number) => number,
 ): boolean {
-  return factors.every((factor, k) => {
+  const points = symbols[0]?.[1][index]?.length ?? 0;
+  return Array.from({ length: points }, (_, k) => k).every((k) => {
     const due = key.right[index]?.[k] ?? NaN;
-    const change = factor * off(at(k)[symbol] ?? NaN);
-    const room = SIX_DIGITS * Math.max(Math.abs(due), Math.abs(change));
+    const each = symbols.map(([symbol, factors]) => (factors[index]?.[k] ?? NaN) * off(at(k)[symbol] ?? NaN));
+    const change = each.reduce((sum, one) => sum + one, 0);
+    const room = SIX_DIGITS * Math.max(Math.abs(due), ...each.map(Math.abs));
     const lacking = due - evaluate(entries[index] as Node, at(k)).re;
     return Math.abs(change) > TELLING * room && Math.abs(lacking - change) <= room;
   });
