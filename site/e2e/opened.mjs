@@ -116,7 +116,11 @@ export async function armOf(page) {
   else {
     const map = page.getByRole("button", { name: /^(Map|Karte)$/ });
     if ((await map.getAttribute("aria-expanded")) === "false") await map.evaluate((button) => button.click()); // the focus stays where it is
-    await page.locator(".arm-zero").first().waitFor({ state: "attached" });
+    // where the map would tell the answer it says so
+    await page
+      .locator(".arm-zero, .arm-zero-spot, .arm-pane .arm-concealed")
+      .first()
+      .waitFor({ state: "attached" });
   }
 }
 
