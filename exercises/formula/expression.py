@@ -148,7 +148,8 @@ class _Parser:
             rows[-1].append(item)
             if self.take(","):
                 comma = True
-                if not close and self.take("and", "&", *(_ALTERNATIVE if self.is_condition(rows[0][0]) else ())):
+                first = next(row[0] for row in rows if row)
+                if not close and self.take("and", "&", *(_ALTERNATIVE if self.is_condition(first) else ())):
                     self.expect_more()
             elif self.peek() != ";":
                 if close:

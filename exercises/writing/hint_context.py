@@ -4,9 +4,10 @@ The same column of a matrix is shown wherever one is shown, so that the hints of
 up to a whole answer. World frame; notation of the chapter.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import combinations
 
 import sympy as sp
 
@@ -35,13 +36,12 @@ class Entry:
 
 @dataclass(frozen=True)
 class Telling:
-    """A configuration at which formulas are held against each other: all joints at zero, but for one, if one is named.
+    """A configuration at which formulas are held against each other: all joints at zero, but for those that are named.
 
-    That one is `at` a right angle, or a metre out. `value` is that of the right one there; others may be `alike`.
+    These are at a right angle or half of one, or a metre out. `value` is that of the right one there; others may be `alike`.
     """
 
-    joint: sp.Symbol | None
-    at: sp.Expr
+    named: Mapping[sp.Symbol, sp.Expr]
     value: sp.Expr | sp.Matrix
     alike: bool
 
@@ -66,19 +66,31 @@ class HintContext:
         return dict.fromkeys(self.chain.q, sp.S.Zero)
 
     def telling(self, right: sp.Expr | sp.Matrix, others: Sequence[sp.Expr | sp.Matrix]) -> Telling | None:
-        """Return where the fewest of the others are as the right one is, joints at zero if it is the same elsewhere.
+        """Return where the fewest of the others are as the right one is, with as few joints elsewhere than at zero.
 
-        None where the right one divides by zero in each of these configurations.
+        Up to two are at right angles, or one at half of that, where products of sines and cosines show. None where the
+        right one divides by zero in each of these configurations.
         """
-        found = []
-        at_ends = (sp.pi / 2 if joint.kind == "R" else sp.S.One for joint in self.chain.joints)
-        for joint, at in ((None, sp.S.Zero), *zip(self.chain.q, at_ends, strict=True)):
-            there = self.at_zero if joint is None else self.at_zero | {joint: at}
+        ends = {
+            q: sp.pi / 2 if joint.kind == "R" else sp.S.One
+            for q, joint in zip(self.chain.q, self.chain.joints, strict=True)
+        }
+        best: tuple[int, Telling] | None = None
+        square = [some for count in range(3) for some in combinations(ends.items(), count)]
+        halfway = [
+            ((q, sp.pi / 4),) for q, joint in zip(self.chain.q, self.chain.joints, strict=True) if joint.kind == "R"
+        ]
+        for named in (*square, *halfway):
+            there = self.at_zero | dict(named)
             value = right.xreplace(there)
-            if not self.is_undefined(value):
-                alike = sum(_is_same(other.xreplace(there), value) for other in others)
-                found.append((alike, Telling(joint, at, value, alike > 0)))
-        return min(found, key=lambda pair: pair[0])[1] if found else None
+            if self.is_undefined(value):
+                continue
+            alike = sum(_is_same(other.xreplace(there), value) for other in others)
+            if best is None or alike < best[0]:
+                best = alike, Telling(dict(named), value, alike > 0)
+            if alike == 0:
+                break
+        return best and best[1]
 
     def symbols(self, matrix: sp.Matrix) -> list[str]:
         """Return the symbols in a matrix, joints first."""

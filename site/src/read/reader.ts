@@ -122,7 +122,8 @@ class Parser {
       rows.at(-1)?.push(named ? node("pair", item, this.disjunction()) : item);
       if (this.take(",")) {
         comma = true;
-        const beside = this.isCondition(rows[0]?.[0] as Node) ? BETWEEN_CONDITIONS : BETWEEN_ENTRIES;
+        const [[begun]] = rows.filter((row) => row.length > 0) as [[Node]];
+        const beside = this.isCondition(begun) ? BETWEEN_CONDITIONS : BETWEEN_ENTRIES;
         if (close === "" && beside.has(this.peek())) {
           this.at += 1;
           if (this.here().kind === "end") throw this.fail("read.operand", { found: this.found() });

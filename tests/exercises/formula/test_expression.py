@@ -79,6 +79,7 @@ def test_a_symbol_of_the_problem_wins_over_shorthand() -> None:
     ("text", "kind", "count"),
     [
         ("[a1, a2]", "list", 2),
+        ("; a1, a2", "list", 2),
         ("(a1, a2)", "list", 2),
         ("a1, a2", "list", 2),
         ("{0, pi}", "set", 2),
