@@ -38,7 +38,8 @@ class Entry:
 class Telling:
     """A configuration at which formulas are held against each other: all joints at zero, but for those that are named.
 
-    These are at a right angle or half of one, or a metre out. `value` is that of the right one there; others may be `alike`.
+    These are at a right angle or half of one, or a metre out. `value` is that of the right one there; others may be
+    `alike`.
     """
 
     named: Mapping[sp.Symbol, sp.Expr]
