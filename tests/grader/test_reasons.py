@@ -144,7 +144,7 @@ def test_what_is_said_of_a_matrix(student: str, reference: list[list[str]], shar
         ("[[1, 2], [3, 4], [5, 6]]", (2, 2), "the answer is 3 x 2, and 2 x 2 is due; write it as in [[a, b], [c, d]]"),
         ("[[1, 2], [3, 4], [5, 6]]", (2, 4),
          "the answer is 3 x 2, and 2 x 4 is due; write it as in [[a, …, a], …, [a, …, a]] with 2 rows of 4"),
-        ("[1, 2, 3]", (1, 3), "the answer is 3 x 1, and 1 x 3 is due; write it as in [[a, b, c]]"),
+        ("[1, 2]", (1, 3), "the answer is 2 x 1, and 1 x 3 is due; write it as in [[a, b, c]]"),
         ("[[1, 2]]", (2, 2), "the answer is 1 x 2, and 2 x 2 is due; write it as in [[a, b], [c, d]]"),
         ("[[1, 2, 3]]", (2, 1), "the answer is 1 x 3, and 2 x 1 is due; write it as in [a, b]"),
         ("{}", (2, 2), "the answer is 1 x 1, and 2 x 2 is due; write it as in [[a, b], [c, d]]"),
