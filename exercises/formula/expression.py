@@ -125,6 +125,8 @@ class _Parser:
         if len(rows) > 1:
             return Node("list", tuple(Node("list", tuple(row)) for row in rows))
         items = rows[0]
+        if not items:  # semicolons alone
+            raise ReadError("nothing is there")
         if any(item.kind == "pair" for item in items):  # x: a, y: b
             return self.paired(items)
         return Node("list", tuple(items)) if separated or len(items) > 1 else items[0]

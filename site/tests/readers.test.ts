@@ -4,6 +4,7 @@ import { readFileSync } from "node:fs";
 import { describe, expect, test } from "vitest";
 
 import { read } from "../src/read/reader.js";
+import { ReadError } from "../src/read/tree.js";
 import { LIMITS, VOCABULARY } from "../src/read/vocabulary.js";
 import { type Answered, answered, type Asked, treeText } from "./readings.js";
 import forms from "./forms.json" with { type: "json" };
@@ -112,4 +113,28 @@ test("what nobody sees is written out where an error shows the place", () => {
   });
   expect(refusals[0]).toContain("\\u202e\\u0007theta1");
   expect(refusals[1]).toContain("\ud835\udf03");
+});
+
+const SIGNS = [
+  ..."; , [ ] { } ( ) [[ ]] a1 theta1 0 pi 2.5 + - * / ^ = < | & : ' .. sin cos( and or in not for lambda mod matrix".split(
+    " ",
+  ),
+  "\n",
+];
+
+test("signs in any order are read or refused", () => {
+  let seed = 7;
+  const drawn = (count: number): number => {
+    seed = (Math.imul(seed, 1664525) + 1013904223) >>> 0;
+    return Math.floor((seed / 2 ** 32) * count);
+  };
+  const known = new Set(["a1", "theta1"]);
+  for (let k = 0; k < 5000; k += 1) {
+    const text = Array.from({ length: drawn(10) }, () => SIGNS[drawn(SIGNS.length)]!).join(" ");
+    try {
+      read(text, known);
+    } catch (error) {
+      if (!(error instanceof ReadError)) expect.fail(`${JSON.stringify(text)}: ${String(error)}`);
+    }
+  }
 });

@@ -99,6 +99,7 @@ class Parser {
     const rows = found.rows.length > 1 && flat ? [found.rows.flat()] : found.rows;
     if (rows.length > 1) return node("list", ...rows.map((row) => node("list", ...row)));
     const items = rows[0] as readonly Node[];
+    if (items.length === 0) throw new ReadError("read.nothing"); // semicolons alone
     if (items.some(({ kind }) => kind === "pair")) return this.paired(items); // x: a, y: b
     return found.comma || items.length > 1 ? node("list", ...items) : (items[0] as Node);
   }

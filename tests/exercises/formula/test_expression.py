@@ -122,6 +122,7 @@ def test_names_and_blanks() -> None:
     [
         ("", "nothing is there"),
         ("   # only a comment", "nothing is there"),
+        ("; ;", "nothing is there"),
         ("sin theta1/2", "expected '\\(' after sin"),
         ("sin(theta1", "expected '\\)', found 'the end'"),
         ("a1 +", "found the end"),
@@ -209,6 +210,7 @@ def test_any_text_is_read_or_refused(text: str) -> None:
 PIECES = [
     "theta1", "a1", "c12", "sin", "cos(", "(", ")", "[", "]", "{", "}", ",", ":", "=", "==", "+", "-", "*", "**", "^",
     "/", "2", "0.5", "1e3", " ", "in", "or", "and", "...", "Eq(", "atan2(", "Matrix(", "π", "θ", "₁", "\n", "#", ".",
+    ";", "|", "'", "&", "<", "not",
 ]  # fmt: skip
 
 
