@@ -7,7 +7,7 @@ import { dirname, join } from "node:path";
 import { test } from "node:test";
 
 import { ON_WIDE } from "./kinds.mjs";
-import { armOf, assertAccessible, inChromium, opened, openedAnew, WIDE } from "./opened.mjs";
+import { armOf, assertAccessible, drawn, inChromium, opened, openedAnew, WIDE } from "./opened.mjs";
 import { assertWalked } from "./walk.mjs";
 
 /** What may be sent before the bank, gzip bodies, in bytes. */
@@ -176,6 +176,16 @@ test("the arm beside an example moves by keyboard", async () => {
   assert.deepEqual(wrong, []);
 });
 
+/** The number of a term that stays follows the arm, and goes by Escape. */
+async function followsAndGoes(page, number) {
+  const before = await number.innerText();
+  await page.locator('.live input[type="range"]').nth(1).focus();
+  await page.keyboard.press("Shift+ArrowRight");
+  await page.waitForFunction((old) => document.querySelector(".arm-term").innerText !== old, before);
+  await page.keyboard.press("Escape");
+  await number.waitFor({ state: "detached" });
+}
+
 test("formulas answer to the arm: a term has its number and lights its link, a link lights its letters", async () => {
   const { page, wrong } = await opened(there, "examples/6-1.html");
   await page.locator(".live .arm-box").waitFor();
@@ -194,12 +204,7 @@ test("formulas answer to the arm: a term has its number and lights its link, a l
   assert.ok(Math.abs(first + second - Number(x.replace("−", "-"))) < 2e-3, `${first} + ${second} = ${x}`);
   await line.locator("msub").nth(2).click();
   await page.mouse.move(5, 5);
-  const before = await number.innerText();
-  await page.locator('.live input[type="range"]').nth(1).focus();
-  await page.keyboard.press("Shift+ArrowRight");
-  await page.waitForFunction((old) => document.querySelector(".arm-term").innerText !== old, before);
-  await page.keyboard.press("Escape");
-  await number.waitFor({ state: "detached" });
+  await followsAndGoes(page, number);
   await page.evaluate(() => scrollTo(0, 0));
   await page.locator(".live .arm-box .arm-grip").nth(1).hover();
   await line.locator(".term-lit").first().waitFor({ state: "attached" });
@@ -225,25 +230,25 @@ test("keys get to the terms of formulas: a stop a formula, arrows between terms,
   assert.ok(await line.evaluate((math) => parseFloat(getComputedStyle(math).outlineWidth) >= 2), "a ring");
   const said = page.locator('.live [role="status"]').last();
   const lit = () => page.locator(".term-on").evaluateAll((all) => all.map((one) => one.textContent).join(""));
-  for (let i = 0; i < 10 && (await lit()) !== "a1c1"; i += 1) await page.keyboard.press("ArrowRight");
+  const press = async (key) => {
+    await page.keyboard.press(key);
+    await drawn(page); // what is lit comes with the next frame
+  };
+  await drawn(page);
+  for (let i = 0; i < 10 && (await lit()) !== "a1c1"; i += 1) await press("ArrowRight");
   assert.equal(await lit(), "a1c1");
   await page.locator(".arm-grip.arm-j1.arm-lit").waitFor({ state: "attached" });
   assert.match(await said.textContent(), /^a1 c1, here: −?\d/);
-  await page.keyboard.press("ArrowRight");
+  await press("ArrowRight");
   assert.equal(await lit(), "a2c12");
   await page.locator(".arm-grip.arm-j2.arm-lit").waitFor({ state: "attached" });
   assert.match(await said.textContent(), /^a2 c12, here: −?\d/);
-  await page.keyboard.press("ArrowDown");
+  await press("ArrowDown");
   assert.match(await said.textContent(), /^a2, here: \d/);
-  await page.keyboard.press("ArrowUp");
-  await page.keyboard.press("Enter");
+  await press("ArrowUp");
+  await press("Enter");
   const number = page.locator(".arm-term");
-  const before = await number.innerText();
-  await page.locator('.live input[type="range"]').nth(1).focus();
-  await page.keyboard.press("Shift+ArrowRight");
-  await page.waitForFunction((old) => document.querySelector(".arm-term").innerText !== old, before);
-  await page.keyboard.press("Escape");
-  await number.waitFor({ state: "detached" });
+  await followsAndGoes(page, number);
   assert.equal(await said.textContent(), "");
   await assertAccessible(page);
   assert.deepEqual(wrong, []);
