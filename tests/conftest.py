@@ -1,7 +1,4 @@
-"""Settings of every test: what the suite takes and leaves out; and Hypothesis, which draws the same examples in CI.
-
-The suites are those of tests/support/suites.py. A run says at its end what it left out.
-"""
+"""What every test shares: the choice of a suite (tests/support/suites.py), fixtures, and deterministic Hypothesis."""
 
 import gc
 import json
@@ -22,26 +19,17 @@ from exercises.problem import Problem
 from grader.sandbox import Limits, Sandbox
 from tests.support import DATA
 from tests.support.problems import drawn as drawn_once
-from tests.support.suites import (
-    SUITE,
-    families_for,
-    few_for,
-    file_in_check,
-    grouped,
-    has_its_turn,
-    in_check,
-    several,
-    told,
-)
+from tests.support.suites import SUITE, WHOLE, families_for, grouped, has_examples, is_example, left_out, several
 
 CHAPTER = ("planar-2r", "elbow-3r", "polar-rp", "planar-3r")
 """The arms of the chapter, of which more are tried than of the others."""
 DRAWN = [(family, seed) for family in FAMILIES for seed in range(several(1, 2) if family in CHAPTER[:2] else 1)]
 
-# Computer algebra takes the time it takes; a slow example is not a wrong one.
-settings.register_profile("here", deadline=None, suppress_health_check=[HealthCheck.too_slow])
-settings.register_profile("ci", settings.get_profile("here"), derandomize=True, print_blob=True)
-settings.load_profile("ci" if os.environ.get("CI") else "here")
+# Computer algebra takes the time it takes: a slow example is not a wrong one.
+settings.register_profile(
+    "qdot", deadline=None, derandomize=True, print_blob=True, suppress_health_check=[HealthCheck.too_slow]
+)
+settings.load_profile("qdot")
 
 
 @dataclass(frozen=True)
@@ -103,8 +91,7 @@ def problem(request: pytest.FixtureRequest) -> Problem:
 
 
 LEFT_OUT: Counter[str] = Counter()
-"""How many of what this process left out; those of the workers are added up by the process that started them."""
-WHOLE_ONLY, FAMILIES_LEFT, IN_TURN = "left to make whole", "families left out of sweeps", "of another day"
+"""How many tests and how many families of sweeps this process left out; workers report theirs at their end."""
 
 
 def pytest_xdist_auto_num_workers() -> int:
@@ -113,37 +100,36 @@ def pytest_xdist_auto_num_workers() -> int:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Register the marks that suites know, and look for garbage seldom: a process of tests holds much that stays."""
+    """Register the suites' markers, and collect garbage rarely: a process of tests holds many objects that stay."""
     gc.set_threshold(100_000, 50, 1000)
-    config.addinivalue_line("markers", "families(names, every=False, most=N): a sweep over these families")
-    config.addinivalue_line("markers", "whole: in `make whole` only, as it takes long and something shorter holds it")
+    for marker in (
+        "families(names, every=False): a sweep over these families, or over those of them that the suite takes",
+        "whole: only in `make whole`, because it takes long and a shorter test checks the same",
+        "integration: starts another program (a container, Moodle's Maxima, LaTeX, a wheel); only in `make whole`",
+    ):
+        config.addinivalue_line("markers", marker)
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
-    """Give every sweep over families those that the suite wants of it."""
+    """Give every sweep its families: those of the argument `family`, or the problems of `problem`."""
     marker = metafunc.definition.get_closest_marker("families")
-    given = {name.strip() for one in metafunc.definition.iter_markers("parametrize") for name in _names(one.args[0])}
-    asked = {"family", "problem"} & set(metafunc.fixturenames) - given
-    if not asked:
+    given = {name.strip() for each in metafunc.definition.iter_markers("parametrize") for name in _names(each.args[0])}
+    swept = {"family", "problem"} & set(metafunc.fixturenames) - given
+    if not swept:
         return
     among = marker.args[0] if marker else tuple(FAMILIES)
-    asks = marker.kwargs if marker else {}
-    name = metafunc.definition.nodeid
-    if asks.get("every"):
-        chosen = list(among)
-    else:
-        chosen = few_for(name, among, asks["most"]) if "most" in asks else families_for(name, among)
-    LEFT_OUT[FAMILIES_LEFT] += len(among) - len(chosen)
-    if "family" in asked:
+    chosen = list(among) if marker and marker.kwargs.get("every") else families_for(among)
+    LEFT_OUT["families"] += len(among) - len(chosen)
+    if "family" in swept:
         metafunc.parametrize("family", grouped(chosen))
-    else:
-        drawn = [which for which in DRAWN if which[0] in chosen]
-        groups = [pytest.mark.xdist_group(family) for family, _ in drawn]
-        params = [
-            pytest.param(which, marks=group, id="{}/{}".format(*which))
-            for which, group in zip(drawn, groups, strict=True)
-        ]
-        metafunc.parametrize("problem", params, indirect=True)
+        return
+    problems = [(family, seed) for family, seed in DRAWN if family in chosen]
+    marks = [pytest.mark.xdist_group(family) for family, _ in problems]
+    params = [
+        pytest.param(problem, marks=mark, id="{}/{}".format(*problem))
+        for problem, mark in zip(problems, marks, strict=True)
+    ]
+    metafunc.parametrize("problem", params, indirect=True)
 
 
 @pytest.hookimpl(trylast=True)
@@ -157,40 +143,32 @@ def _names(names: str | Sequence[str]) -> Sequence[str]:
 
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
-    """Don't even read the files of which `make check` runs nothing, unless they are asked for."""
-    asked = config.invocation_params.args and any(str(name).endswith(".py") for name in config.args)
-    if SUITE != "check" or asked or collection_path.suffix != ".py" or collection_path.name == "conftest.py":
+    """Don't even import files of which `make check` runs nothing, unless they are named on the command line."""
+    is_named = config.invocation_params.args and any(str(name).endswith(".py") for name in config.args)
+    if SUITE != "check" or is_named or collection_path.suffix != ".py" or collection_path.name == "conftest.py":
         return None
-    return True if not file_in_check(collection_path) else None
+    return True if not has_examples(collection_path) else None
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Leave out what the suite leaves out, unless a test is asked for by its name."""
-    if SUITE == "whole" or any("::" in name for name in config.args):
+    """Leave out what the suite leaves out, unless a test is named on the command line."""
+    if WHOLE or any("::" in name for name in config.args):
         return
-    inside = [item for item in items if _is_in_suite(item)]
-    kept = [item for item in inside if SUITE != "test" or has_its_turn(item.path, item.nodeid, _group(item))]
-    LEFT_OUT[WHOLE_ONLY] += len(items) - len(inside)
-    LEFT_OUT[IN_TURN] += len(inside) - len(kept)
-    config.hook.pytest_deselected(items=list(set(items) - set(kept)))
-    items[:] = kept
-
-
-def _group(item: pytest.Item) -> str:
-    """Return the name of the group that runs in one process, empty where a test is in none."""
-    marker = item.get_closest_marker("xdist_group")
-    return str(marker.args[0]) if marker else ""
+    taken = [item for item in items if _is_in_suite(item)]
+    LEFT_OUT["tests"] += len(items) - len(taken)
+    config.hook.pytest_deselected(items=list(set(items) - set(taken)))
+    items[:] = taken
 
 
 def _is_in_suite(item: pytest.Item) -> bool:
-    if item.get_closest_marker("whole"):
+    if item.get_closest_marker("whole") or item.get_closest_marker("integration"):
         return False
-    return SUITE != "check" or in_check(item.path, item.nodeid)
+    return SUITE != "check" or is_example(item.nodeid)
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
-    """Hand what a worker left out to the process that started it."""
+    """Report what a worker left out to the process that started it."""
     output = getattr(session.config, "workeroutput", None)
     if output is not None:
         output["left_out"] = dict(LEFT_OUT)
@@ -198,11 +176,10 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_testnodedown(node: Any) -> None:
-    """Keep what a worker left out: all of them collect the same."""
+    """Store what a worker left out: all workers leave out the same."""
     LEFT_OUT.update({name: count - LEFT_OUT[name] for name, count in node.workeroutput.get("left_out", {}).items()})
 
 
 def pytest_terminal_summary(terminalreporter: Any) -> None:
     """Say what was left out, and which command runs it."""
-    for line in told(LEFT_OUT[WHOLE_ONLY], LEFT_OUT[FAMILIES_LEFT], LEFT_OUT[IN_TURN]):
-        terminalreporter.write_line(line)
+    terminalreporter.write_line(left_out(LEFT_OUT["tests"], LEFT_OUT["families"]))

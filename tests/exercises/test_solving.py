@@ -48,7 +48,7 @@ from exercises.writing.worked import SingularComponent, Worked
 from tests.repository.test_schemas import errors
 from tests.support import DATA
 from tests.support.command import fails, run
-from tests.support.suites import few_for
+from tests.support.suites import few_of
 
 TRUTH = json.loads((DATA / "ground_truth.json").read_text(encoding="utf-8"))
 EXPRESSIBLE = [row for row in TRUTH if set(row["task_rows"]) <= set(TASK_ROWS)]
@@ -153,7 +153,7 @@ def test_geometric_jacobian_at_the_tip_is_the_textbooks(name: str, folder: Path)
     assert np.allclose(ours, theirs)
 
 
-@pytest.mark.parametrize("name", few_for("singular sets", SMALL, 4))
+@pytest.mark.parametrize("name", few_of(SMALL, 4))
 def test_singular_set_is_the_textbooks(name: str, folder: Path) -> None:
     solution, arm = _solved(name, folder), _arm(name)
     chain = solution.chain

@@ -39,8 +39,6 @@ MINUTES = 5
 """How long tests are run for one mistake."""
 LONGEST = 60
 """Seconds more than ten times what the longest of the tests takes: then a test hangs."""
-ROTATION = "21"
-"""The draw of families that a sweep takes, the same at recording as at trying."""
 MOST = 1500
 """How many tests are run for one mistake, at most."""
 
@@ -199,7 +197,7 @@ def collected(tree: Path, suite: str) -> set[str]:
 
 def selection(suite: str) -> dict[str, str]:
     """Return the environment variables that choose a suite."""
-    return {"QDOT_SUITE": suite, "QDOT_ROTATION": ROTATION} if suite else {}
+    return {"QDOT_SUITE": suite} if suite else {}
 
 
 def tried(mistake: Mistake, recorded: Recorded, tree: Path, suite: str) -> dict[str, object]:

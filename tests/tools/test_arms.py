@@ -10,7 +10,7 @@ import sympy as sp
 from exercises.arm.chain import Chain, Joint
 from exercises.arm.robot_file import Robot
 from exercises.arm.singularity import Component
-from tests.support.suites import ROTATION, several
+from tests.support.suites import few_of
 from tests.tools import arms as tool
 from tests.tools.arms import Outcome, arms, every_arm, outcome
 
@@ -18,9 +18,8 @@ SECONDS = 6.0
 
 
 def _taken() -> list[tuple[str, Robot]]:
-    """Return some arms, others each day; in `make whole` all of them."""
-    every = [*every_arm(300, "a", 60)]
-    return every if several(False, True) else [every[(37 * (ROTATION + k)) % len(every)] for k in range(8)]
+    """Return some of the arms; in `make whole` all of them."""
+    return few_of(every_arm(300, "a", 60), 8)
 
 
 @pytest.mark.parametrize("robot", [pytest.param(robot, id=name) for name, robot in _taken()])

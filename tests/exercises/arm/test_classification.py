@@ -15,7 +15,7 @@ from exercises.arm.singularity import Component, singular_set
 from exercises.generation import sample_chain
 from exercises.problem import ProblemId
 from tests.support import DATA
-from tests.support.suites import few_for, several
+from tests.support.suites import few_of, several
 
 RECORDS = json.loads((DATA / "ground_truth.json").read_text(encoding="utf-8"))
 
@@ -39,7 +39,7 @@ def expected(classification: str) -> tuple[str, bool]:
     return "boundary", classification == "boundary"
 
 
-@pytest.mark.parametrize(("name", "number"), [KINDS[int(k)] for k in few_for("kinds", map(str, range(len(KINDS))), 6)])
+@pytest.mark.parametrize(("name", "number"), few_of(KINDS, 6))
 def test_textbook_kinds(name: str, number: int, textbook_arms: Mapping[str, Any]) -> None:
     arm = textbook_arms[name]
     part = arm.record["singular_set"][number]

@@ -89,7 +89,7 @@ def same_arm(one: Chain, other: Chain, seed: str) -> None:
 
 
 @pytest.mark.parametrize("convention", CONVENTIONS)
-@pytest.mark.parametrize("family", families_for("conventions"))
+@pytest.mark.parametrize("family", families_for())
 @pytest.mark.parametrize("step", ["chapter", "full"])
 def test_an_arm_is_written_in_every_convention_and_read_again(
     family: str, convention: str, step: str, tmp_path: Path

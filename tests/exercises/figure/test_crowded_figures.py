@@ -37,7 +37,7 @@ def of_problems(*identities: ProblemId) -> pytest.MarkDecorator:
     return pytest.mark.parametrize("identity", params)
 
 
-every_problem = of_problems(*(ProblemId(name, 0) for name in families_for("crowded")))
+every_problem = of_problems(*(ProblemId(name, 0) for name in families_for()))
 long_arms = of_problems(*(ProblemId(name, seed) for name in LONG_ARMS for seed in several((0,), (0, 3))))
 
 

@@ -99,7 +99,7 @@ ARMS = {
 
 REPORTED = ("pan-tilt/2", "elbow/1", "puma-560/3", "ur-6r/2", "random-3/3", "random-3/4")
 """Problems whose figures were once hard to read."""
-SAMPLED = (*(f"{name}/1" for name in families_for("figures")), *REPORTED)
+SAMPLED = (*(f"{name}/1" for name in families_for()), *REPORTED)
 
 
 @cache

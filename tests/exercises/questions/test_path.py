@@ -32,7 +32,7 @@ NAMES = ("path-rates", "path-limit")
 TEXTBOOK = ("planar_2R", "planar_RP", "planar_PR", "spherical_RRP", "elbow_RRR", "orthogonal_3R")
 
 
-ASKED = families_for("path", [family for family in FAMILIES if set(NAMES) & set(questions_of(family))])
+ASKED = families_for([family for family in FAMILIES if set(NAMES) & set(questions_of(family))])
 
 
 def arms(name: str, textbook_arms: dict[str, Any]) -> Iterator[Chain]:
