@@ -10,7 +10,7 @@ PIP     = $(PY) -m pip --disable-pip-version-check --quiet
 CODE    = exercises grader tests
 PYTEST  = $(PY) -m pytest -n auto --dist loadgroup --durations=5
 
-.PHONY: help demo check test whole lint unit site site-test docs shipped sharing messages test-all test-oldest pairs fuzz diagnoses mutants planted platforms bench bench-whole bench-peers lighthouse format lock clean
+.PHONY: help demo check test whole lint unit site site-test docs shipped sharing messages test-all test-oldest pairs fuzz diagnoses planted platforms bench bench-peers lighthouse format lock clean
 
 help:  ## this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1 | \2/p' Makefile | awk -F'|' '{ printf "%-20s %s\n", $$1, $$2 }'
@@ -120,10 +120,7 @@ fuzz: $(VENV)/.dev  ## what nobody should hand in, to a class; texts that nobody
 diagnoses: $(VENV)/.dev  ## every mistake made on every family and question, and what the diagnosis says (an hour)
 	$(PY) -m tests.tools.diagnoses
 
-mutants: $(VENV)/.dev  ## mistakes put into the modules that compare answers, and those that no test notices
-	$(PY) -m tests.tools.mutants
-
-planted: $(VENV)/.dev site/node_modules/.package-lock.json  ## sixty mistakes in modules of all kinds, and which tests find them (two hours)
+planted: $(VENV)/.dev site/node_modules/.package-lock.json  ## 120 mistakes in modules of all kinds, and which tests find them (two hours)
 	$(PY) -m tests.tools.planted record --suite $(QDOT_SUITE)
 	$(PY) -m tests.tools.planted try --suite $(QDOT_SUITE)
 	$(PY) -m tests.tools.planted show --suite $(QDOT_SUITE)
@@ -134,20 +131,8 @@ platforms: $(VENV)/.dev .venvs/platforms/.installed site-scripts  ## exports put
 bench: $(VENV)/.dev  ## the figures that have a goal, as ratios, and their table in tests/README.md (ten minutes)
 	$(PY) -m tests.bench
 
-bench-whole: $(VENV)/.dev  ## all benchmarks of tests/bench (an hour, or minutes with SIZES="30 100")
-	$(PY) -m tests.bench.comparing
-	$(PY) -m tests.bench.grading
-	$(PY) -m tests.bench.deriving
-	@if command -v node >/dev/null && test -f site/dist/.vite/manifest.json && test -d site/node_modules; then \
-	  cd site && QDOT="$(abspath $(VENV))/bin/qdot" node bench/pages.mjs; \
-	else echo "make bench-whole: no figures of the site; they need Node and 'make site'" >&2; fi
-	$(PY) -m tests.bench.growth $(SIZES)
-
 lighthouse: $(VENV)/.runtime site/dist/.vite/manifest.json  ## Lighthouse of three pages of the site, by npx (ten minutes of an idle machine)
 	cd site && QDOT="$(abspath $(VENV))/bin/qdot" node bench/lighthouse.mjs
-
-# How many students a class has of which the growth of time and memory is measured: the last takes nearly all of the time.
-SIZES ?= 100 1000 10000
 
 bench-peers: $(VENV)/.dev .venvs/peers/.installed  ## the same notebooks graded by nbgrader and otter-grader
 	$(PY) -m tests.bench.peers .venvs/peers/bin/python

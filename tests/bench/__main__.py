@@ -1,7 +1,7 @@
 """`make bench`: every figure that has a goal, as a ratio with what it is measured beside, in under ten minutes.
 
 Everything is processor time of all processes together, which other work on the machine changes by a quarter, and
-ratios of one run less. The table in tests/README.md is written from it. Longer: tests/bench/growth and the others.
+ratios of one run less. The table in tests/README.md is written from it.
 """
 
 import datetime
@@ -17,11 +17,11 @@ from pathlib import Path
 from exercises.assignment import Assignment
 from tests.support import ROOT
 
-from . import older, peers
+from . import peers
 from .clock import processor_time
-from .deriving import first_problems
 from .exporting import exporting
 from .figures import Figure, write
+from .generating import MIXED, first_problems, generating, records
 from .grading import MIX, a_class, floor, hand_in
 from .starting import LOADED, QDOT, loading, starting
 
@@ -64,7 +64,7 @@ def measured(folder: Path) -> Iterator[Figure]:
     hand_in(assignment, folder / "many", [kind for kind in MIX for _ in range(SHARED)])  # shares have like notebooks
     yield from starting(folder / "one" / "s00000.ipynb", folder)
     yield from grading(single, assignment, folder)
-    yield from generating(folder)
+    yield from generation(folder)
     yield from exporting(folder)
 
 
@@ -121,23 +121,15 @@ def beside_nbgrader(each: float, folder: Path) -> Iterator[Figure]:
 # --- generating ---
 
 
-def generating(folder: Path) -> Iterator[Figure]:
-    """Yield what problems take, beside what they took of the older code."""
-    code = older.unpacked(folder)
-    each = older.generating(ROOT, folder / "now", 8)
+def generation(folder: Path) -> Iterator[Figure]:
+    """Yield what problems and the site's records take."""
+    each = generating(folder / "classes", 8)
     problem = "a problem of five questions, of a class's mixed families"
-    yield Figure(problem, each / len(older.MIXED), LOADED, loading(), 0.05, of_seconds=True)
+    yield Figure(problem, each / len(MIXED), LOADED, loading(), 0.05, of_seconds=True)
     slowest, seconds = first_problems()
     yield Figure(f"first problem of a family never seen ({slowest})", seconds, LOADED, loading(), 1, of_seconds=True)
-    record = older.records(ROOT, 1)
-    half = record * 1000 / 2
-    yield Figure("a site of 1,000 arms, on two cores", half, "one record", record, 600, of_seconds=True)
-    beside, what = f"the same at {older.COMMIT}", "a student's five problems"
-    if code is None:
-        yield Figure(what, each, beside, 1, 6, is_least=True, why="that commit is not here")
-        return
-    yield Figure(what, each, beside, older.generating(code, folder / "before", 2), 6, is_least=True)
-    yield Figure("a record of the site, every question", record, beside, older.records(code, 1), 6, is_least=True)
+    record = records(1)
+    yield Figure("a site of 1,000 arms, on two cores", record * 1000 / 2, "one record", record, 600, of_seconds=True)
 
 
 if __name__ == "__main__":

@@ -3,48 +3,15 @@
 import json
 import subprocess
 import sys
-import time
-from pathlib import Path
 
 import pytest
 
-from tests.bench import growth
 from tests.bench.figures import BEGIN, DOCUMENT, END, RECORD, Figure, table
 
 
 def test_the_table_is_that_of_the_last_run() -> None:
     text = DOCUMENT.read_text(encoding="utf-8").split(BEGIN)[1].split(END)[0].strip()
     assert text == table(json.loads(RECORD.read_text(encoding="utf-8")))
-
-
-def test_the_growth_of_a_class_is_that_of_its_last_run() -> None:
-    text = growth.DOCUMENT.read_text(encoding="utf-8").split(growth.BEGIN)[1].split(growth.END)[0].strip()
-    assert text == growth.table(json.loads(growth.RECORD.read_text(encoding="utf-8")))
-
-
-@pytest.mark.skipif(sys.platform != "linux", reason="told on Linux only")
-def test_a_command_is_measured_until_it_is_killed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """With what it started: nothing is left at work. Its memory is not that of the one who measures."""
-    ours = bytearray(b"x" * 200_000_000)
-    program = tmp_path / "grader" / "cli.py"
-    program.parent.mkdir()
-    (program.parent / "__init__.py").touch()  # else it is found behind the grader of an environment
-    child = BUSY.format(60)
-    program.write_text(f"import subprocess, sys\nsubprocess.run([sys.executable, '-c', {child!r}, 'of the kill'])\n")
-    monkeypatch.chdir(tmp_path)
-    begun = time.monotonic()
-    clock, processor, memory = growth.measured("generate", tmp_path, lambda: time.monotonic() > begun + 2)
-    assert clock < 60 and 0.1 < processor < 60
-    assert 1 < memory < len(ours) / 2**20
-    left = [path for path in Path("/proc").glob("[0-9]*/cmdline") if b"of the kill" in read(path)]
-    assert not left
-
-
-def read(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError:
-        return b""
 
 
 @pytest.mark.parametrize(

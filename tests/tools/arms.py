@@ -1,22 +1,17 @@
-"""Arms that nobody has thought of through `qdot solve`, and every statement that it prints put to the test in numbers.
+"""Random arms through `qdot solve`, and every statement that it prints checked in numbers.
 
-`python -m tests.tools.arms --count 300 --seed x` draws so many arms of one to seven joints (special lengths, oblique
-twists, slides in any order, open lengths that occur twice, other tasks and points) and as many problems of each family
-random-2 to -4 as `--seeds` says, and prints what is false, with the arm. What is looked at:
+`python -m tests.tools.arms --count 300 --seed x` generates 300 arms of one to seven joints (special lengths, oblique
+twists, prismatic joints in any order, free lengths that occur twice, other tasks and points) and `--seeds` problems of
+each family random-2 to -4, and prints every false statement with its arm. It checks that:
 
 - position and Jacobians are those of the table multiplied out in numbers, the determinant is that of J;
 - at configurations in which the conditions of a component hold, J has lost rank; joint values are such configurations;
 - searches for lost rank end where some component holds, and at no end where none is told;
 - what configurations are said to look like, they do, and are of the kind they are said to be, also for special lengths;
-- a derivation ends by its `--seconds` with all that it has, or says what is missing.
-
-What came out is written into arms.json, arm by arm, so that a run that is stopped goes on; what was false is looked at
-again with `--again`, when it is mended.
+- a derivation ends within `--seconds` with all that it has, or says what is missing.
 """
 
 import argparse
-import datetime
-import hashlib
 import json
 import sys
 import time
@@ -24,7 +19,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -39,18 +33,14 @@ from exercises.arm.lengths import with_lengths
 from exercises.arm.robot_file import Robot, default_task
 from exercises.arm.robot_text import robot_text
 from exercises.arm.searched import tried
-from exercises.files import write_atomically
 from exercises.formula.expression import read
 from exercises.generation import sample_chain
-from exercises.problem import ENGINE, ProblemId
+from exercises.problem import ProblemId
 from exercises.solving_in_time import write_solution
 from exercises.stream import Stream
 from exercises.verify.appearance import holds, is_of_kind
 from exercises.writing.worked import SingularComponent
-from tests.support.imports import reached
 
-RECORD = Path(__file__).with_suffix(".json")
-"""What came out of the last whole run."""
 FAMILIES = ("random-2", "random-3", "random-4")
 LENGTHS = ("1/5", "1/5", "3/10", "1/2", "7/10")
 """Few, so that many are equal or add up to another."""
@@ -66,10 +56,13 @@ STARTS = 30
 def arms(count: int, seed: str) -> Iterator[Robot]:
     """Yield arms that are the same for a seed."""
     for number in range(count):
-        yield _arm(Stream(f"arms/{seed}/{number}"), f"{seed}/{number}")
+        yield arm(number, seed)
 
 
-def _arm(draws: Stream, name: str) -> Robot:
+def arm(number: int, seed: str) -> Robot:
+    """Return one of the arms of a seed."""
+    name = f"{seed}/{number}"
+    draws = Stream(f"arms/{name}")
     n = draws.choice((1, 2, 2, 3, 3, 3, 4, 4, 5, 6, 7))
     is_open = draws.below(3) == 0
     joints = tuple(_joint(draws, i, is_open, oblique=draws.below(4) == 0) for i in range(1, n + 1))
@@ -250,106 +243,36 @@ def _false_solutions(chain: Chain, part: Mapping[str, Any], conditions: Sequence
 # --- the program ---
 
 
-def main() -> int:
-    """Look at arms, keep what came out in the record, and print what is false."""
-    parser = argparse.ArgumentParser(description="Arms that nobody has thought of through `qdot solve`.")
-    parser.add_argument("--count", type=int, default=300)
-    parser.add_argument("--seeds", type=int, default=60, help="of each family random-2 to -4")
-    parser.add_argument("--seed", default="a")
-    parser.add_argument("--seconds", type=float, default=20)
-    parser.add_argument("--record", type=Path, default=RECORD, help="a run of the same code that was stopped goes on")
-    parser.add_argument("--again", action="store_true", help="only what was false in the record, by the code of today")
-    options = parser.parse_args()
-    if options.again:
-        return _again(options.record)
-    record = _begun(options)
-    for name, robot in every_arm(options.count, options.seed, options.seeds):
-        if name not in record["arms"]:
-            result = outcome(robot, options.seconds)
-            record["arms"][name] = _row(result)
-            write_atomically(options.record, _text(record))
-            if result.false:
-                print(f"{name}:", *result.false, robot_text(robot, "dh"), sep="\n  ", flush=True)
-    print(summary(record))
-    return 1 if false_in(record) else 0
-
-
-def _again(path: Path) -> int:
-    """Look again at the arms of which something was false, and keep what came out beside what had."""
-    record: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    robots = dict(every_arm(record["count"], record["seed"], record["seeds"]))
-    rows = {
-        name: _row(outcome(robots[name], record["limit"])) for name, row in record["arms"].items() if "false" in row
-    }
-    record["again"] = {"date": _today(), "code": _digest(), "arms": rows}
-    write_atomically(path, _text(record))
-    print(summary(record), *false_in(record), sep="\n")
-    return 1 if false_in(record) else 0
-
-
-def false_in(record: Mapping[str, Any]) -> list[str]:
-    """Return the arms of a record of which something is false, also when they were looked at again."""
-    later = record.get("again", {"arms": {}})["arms"]
-    return [name for name, row in record["arms"].items() if "false" in later.get(name, row)]
-
-
-def _today() -> str:
-    return datetime.datetime.now(datetime.UTC).date().isoformat()
-
-
 def every_arm(count: int, seed: str, seeds: int) -> Iterator[tuple[str, Robot]]:
     """Yield what is looked at, with a name for each."""
     yield from ((robot.chain.name, robot) for robot in arms(count, seed))
     yield from of_families(seeds)
 
 
-def _row(result: Outcome) -> dict[str, Any]:
-    """Return what the record has of an arm."""
-    row: dict[str, Any] = {"seconds": round(result.seconds, 1)}
-    return row | {key: list(said) for key, said in (("missing", result.missing), ("false", result.false)) if said}
-
-
-def _begun(options: argparse.Namespace) -> dict[str, Any]:
-    """Return the record of a run like this that was stopped, else a new one."""
-    asked = {
-        "code": _digest(), "engine": ENGINE, "seed": options.seed, "count": options.count, "seeds": options.seeds,
-        "limit": options.seconds,
-    }  # fmt: skip
-    if options.record.exists():
-        record: dict[str, Any] = json.loads(options.record.read_text(encoding="utf-8"))
-        if asked.items() <= record.items() and len(record["arms"]) < options.count + options.seeds * len(FAMILIES):
-            return record
-    return {"date": _today(), **asked, "arms": {}}
-
-
-def _digest() -> str:
-    """Return a digest of the code that solves arms, draws them, and looks at what is told."""
-    digest = hashlib.sha256()
-    for path in sorted(reached(["exercises.solving_in_time", "exercises.generation", "tests.tools.arms"])):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()[:12]
-
-
-def _text(record: Mapping[str, Any]) -> str:
-    """Return the record as JSON, an arm a line."""
-    head = {key: value for key, value in record.items() if key != "arms"}
-    rows = ",\n".join(f"  {json.dumps(name)}: {json.dumps(row)}" for name, row in record["arms"].items())
-    return f'{json.dumps(head, indent=1)[:-2]},\n "arms": {{\n{rows}\n }}\n}}\n'
-
-
-def summary(record: Mapping[str, Any]) -> str:
-    """Return a record in a sentence."""
-    rows = record["arms"].values()
-    bad, unfinished = (sum(key in row for row in rows) for key in ("false", "missing"))
-    still = f", {len(false_in(record))} when looked at again" if "again" in record else ""
-    within = f"not finished in {record['limit']:g} s and said so"
-    return f"{len(rows)} arms, {unfinished} {within}, {bad} with what is false{still}"
-
-
 def of_families(seeds: int) -> Iterator[tuple[str, Robot]]:
     """Yield the arms of problems of random families, by the names of the problems."""
     for family, seed in product(FAMILIES, range(seeds)):
         yield f"{family}/{seed}", Robot(sample_chain(ProblemId(family, seed, variation="full")))
+
+
+def main() -> int:
+    """Print what is false of each arm; return 1 if anything is."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--count", type=int, default=300)
+    parser.add_argument("--seeds", type=int, default=60, help="problems of each family random-2 to -4")
+    parser.add_argument("--seed", default="a")
+    parser.add_argument("--seconds", type=float, default=20)
+    options = parser.parse_args()
+    false = 0
+    for name, robot in every_arm(options.count, options.seed, options.seeds):
+        result = outcome(robot, options.seconds)
+        missing = f", without {', '.join(result.missing)}" if result.missing else ""
+        print(f"{name}: {result.seconds:.1f} s{missing}", flush=True)
+        if result.false:
+            false += 1
+            print(*result.false, robot_text(robot, "dh"), sep="\n  ", flush=True)
+    print(f"{false} arms have false statements")
+    return 1 if false else 0
 
 
 if __name__ == "__main__":

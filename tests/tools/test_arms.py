@@ -1,8 +1,6 @@
-"""What `qdot solve` prints of arms that nobody has thought of holds; what is false would be found."""
+"""What `qdot solve` prints of random arms is true, and a false statement would be noticed."""
 
-import json
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 import sympy as sp
@@ -12,19 +10,15 @@ from exercises.arm.robot_file import Robot
 from exercises.arm.singularity import Component
 from tests.support.suites import few_of
 from tests.tools import arms as tool
-from tests.tools.arms import Outcome, arms, every_arm, outcome
+from tests.tools.arms import arm, arms, outcome
 
 SECONDS = 6.0
 
 
-def _taken() -> list[tuple[str, Robot]]:
-    """Return some of the arms; in `make whole` all of them."""
-    return few_of(every_arm(300, "a", 60), 8)
-
-
-@pytest.mark.parametrize("robot", [pytest.param(robot, id=name) for name, robot in _taken()])
-def test_nothing_that_is_told_is_false(robot: Robot) -> None:
-    assert outcome(robot, SECONDS).false == ()
+@pytest.mark.parametrize("number", few_of(range(0, 300, 7), 5))
+def test_solutions_of_random_arms_hold(number: int) -> None:
+    robot = arm(number, "a")
+    assert outcome(robot, SECONDS).false == (), robot
 
 
 TWO_R = Chain(
@@ -57,49 +51,6 @@ def test_a_falsehood_is_found(monkeypatch: pytest.MonkeyPatch, told: tuple[Compo
     monkeypatch.setattr("exercises.solving._doubt", lambda *_: "")  # it would be told
     chain = replace(TWO_R, name=f"two {said[:9]}", title=said[:9])
     assert any(said in one for one in outcome(Robot(chain), SECONDS).false)
-
-
-def _run(monkeypatch: pytest.MonkeyPatch, path: Path, *options: str) -> int:
-    few = ["--count", "2", "--seeds", "1", "--seconds", "6"]
-    monkeypatch.setattr("sys.argv", ["arms", *([] if options else few), "--record", str(path), *options])
-    return tool.main()
-
-
-def test_a_run_that_is_stopped_goes_on_and_one_of_other_code_begins_anew(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    path, looked_at = tmp_path / "arms.json", list[str]()
-
-    def looked(robot: Robot, seconds: float) -> Outcome:
-        if robot.chain.name == "random-3":
-            raise KeyboardInterrupt
-        looked_at.append(robot.chain.name)
-        return Outcome(("it is false",) if robot.chain.name == "a/1" else (), ("special_lengths",), 0.04)
-
-    monkeypatch.setattr(tool, "outcome", looked)
-    with pytest.raises(KeyboardInterrupt):
-        _run(monkeypatch, path)
-    assert looked_at == ["a/0", "a/1", "random-2"]
-    assert json.loads(path.read_text())["arms"].keys() == {"a/0", "a/1", "random-2/0"}
-    monkeypatch.setattr(tool, "outcome", lambda *_: Outcome((), (), 1.26))
-    assert _run(monkeypatch, path) == 1
-    record = json.loads(path.read_text())
-    assert record["arms"]["a/1"] == {"seconds": 0.0, "missing": ["special_lengths"], "false": ["it is false"]}
-    assert record["arms"]["random-4/0"] == {"seconds": 1.3}
-    assert tool.summary(record) == "5 arms, 3 not finished in 6 s and said so, 1 with what is false"
-    assert _run(monkeypatch, path, "--again") == 0
-    again = json.loads(path.read_text())
-    assert again["again"]["arms"] == {"a/1": {"seconds": 1.3}} and again["arms"] == record["arms"]
-    assert tool.false_in(again) == [] and tool.summary(again).endswith(", 0 when looked at again")
-    path.write_text(json.dumps(record | {"code": "other"}))
-    assert _run(monkeypatch, path) == 0 and "again" not in json.loads(path.read_text())
-
-
-def test_what_the_last_run_found_false_is_mended() -> None:
-    record = json.loads(tool.RECORD.read_text(encoding="utf-8"))
-    assert len(record["arms"]) == record["count"] + record["seeds"] * len(tool.FAMILIES) >= 480
-    assert tool.false_in(record) == []
-    assert all("seconds" in row and row["seconds"] <= record["limit"] + tool.SLACK for row in record["arms"].values())
 
 
 def test_a_wrong_formula_is_found() -> None:

@@ -1,17 +1,10 @@
-"""The pictures of docs/: what an instructor and a student click in the real programs, done by a browser.
+"""The pictures of README and docs that show qdot itself, taken by a browser: `python -m tests.platforms.pictures`.
 
-`MOODLE=/path python -m tests.platforms.pictures moodle` exports an assignment, goes through the clicks that the docs
-tell, and puts small pictures of what is seen into docs/pictures/. Where a click leads elsewhere than the docs say, it
-stops there. It needs Chromium, and Playwright and Pillow in the environment of qdot.
+It needs Chromium, and Playwright and Pillow in qdot's environment. Pictures of learning platforms were taken by hand.
 
-    album       a browser whose pictures are cut, made small and kept
-    own         what a student is told, and the site: for the README
-    paper       an exam and its marking sheet
-    given       the assignment that is exported, and its answers
-    moodle      a quiz restored, taken and marked; a question bank; STACK
-    jupyter     a student's notebook, jupyterquiz, and nbgrader's formgrader
-    scorm       a package, an answer, and what is said of it
-    otter       Otter's check in a student's notebook, and a run of its autograder
-    prairielearn    a course published and released; a question, and what a submission of it is told
+    album       a browser whose pictures are cropped, reduced to few colours and stored in docs/pictures/
+    own         a feedback page, and the site
+    given       the assignment in the pictures
+    jupyter     a student's notebook in JupyterLab
     __main__    the command
 """

@@ -6,21 +6,11 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-from tests.platforms.pictures import jupyter, moodle, otter, own, paper, prairielearn, scorm
+from tests.platforms.pictures import jupyter, own
 
 PICTURES: dict[str, tuple[str, Callable[[Path, Path], None]]] = {
     "qdot": ("", own.run),
-    "paper": ("", paper.run),
-    "moodle": ("MOODLE", moodle.run),
-    "moodle-bank": ("MOODLE", moodle.bank),
-    "moodle-marks": ("MOODLE", moodle.gradebook),
-    "stack": ("MOODLE", moodle.stack),
     "jupyterlab": ("JUPYTERLAB", jupyter.notebook),
-    "jupyterquiz": ("JUPYTERLAB", jupyter.quiz),
-    "nbgrader": ("NBGRADER", jupyter.formgrader),
-    "otter": ("OTTER", otter.notebook),
-    "scorm": ("SCORM_AGAIN", scorm.run),
-    "prairielearn": ("PRAIRIELEARN", prairielearn.questions),
 }
 """Platforms by name, each with the variable for the path of its software, if any, and what takes its pictures."""
 

@@ -1,13 +1,10 @@
-"""The assignment in the pictures: three questions, and one variant of each, so that its answers are known."""
+"""The assignment in the pictures: three questions on two arms."""
 
 from pathlib import Path
 
 from exercises.assignment import Assignment, Student, load_assignment
-from exercises.exports.outlet import Order
-from exercises.exports.registry import OUTLETS
 from exercises.release import init_assignment
 from exercises.sets import DEFAULT_SET, SETS
-from grader.certify import failures_of
 
 KEY = "homework6"
 SECRET = "0123456789abcdef"
@@ -35,17 +32,3 @@ def assignment(folder: Path) -> Assignment:
     init_assignment(folder, "Homework 6", KEY, (ADA, HENRI), SECRET, problems=SETS[DEFAULT_SET])
     (folder / "assignment.toml").write_text(ASKED, encoding="utf-8")
     return load_assignment(folder)
-
-
-def order(made: Assignment) -> Order:
-    """Return the order of one variant of each question."""
-    return Order(made, failures_of, variants=1)
-
-
-def exported(made: Assignment, outlet: str, to: Path) -> Path:
-    """Write an export into a folder, and return it."""
-    for file in OUTLETS[outlet].files(order(made)):
-        path = to / file.path
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(file.content if isinstance(file.content, bytes) else file.content.encode())
-    return to
