@@ -10,7 +10,7 @@ PIP     = $(PY) -m pip --disable-pip-version-check --quiet
 CODE    = exercises grader tests
 PYTEST  = $(PY) -m pytest -n auto --dist loadgroup --durations=5
 
-.PHONY: help demo check test whole lint unit site site-test docs shipped sharing messages test-all test-oldest pairs fuzz diagnoses planted platforms bench bench-peers lighthouse format lock clean
+.PHONY: help demo check test whole integration lint unit site site-test docs shipped sharing messages test-all test-oldest pairs fuzz diagnoses planted platforms bench bench-peers lighthouse format lock clean
 
 help:  ## this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1 | \2/p' Makefile | awk -F'|' '{ printf "%-20s %s\n", $$1, $$2 }'
@@ -19,15 +19,18 @@ demo: $(VENV)/.runtime  ## the whole loop on a simulated class
 	$(VENV)/bin/qdot demo
 
 # Side by side is what leaves a core idle by itself. The suites are those of tests/support/suites.py.
-check: $(VENV)/.dev  ## while you work: lint, types, one example of everything, and the tests of what you changed
+check: $(VENV)/.dev  ## while you work: lint, types and an example of everything
 	$(MAKE) -j2 QDOT_SUITE=check lint unit site-test
 
-test:  ## before a commit, and in CI: every property, on some families of each shape
+test:  ## before a commit, and in CI: every property, on the family that stands for each shape of arm
 	$(MAKE) -j3 $(VENV)/.dev .venvs/readers/.installed site-libraries
 	$(MAKE) -j3 lint site-test unit
 
-whole:  ## nightly and before a release: every property on every family, with every draw
+whole:  ## nightly and before a release: every property on every family, and the programs that read exports
 	$(MAKE) QDOT_SUITE=whole test
+
+integration: $(VENV)/.dev .venvs/readers/.installed site-scripts  ## the part of `make whole` that starts other programs
+	QDOT_SUITE=whole $(PYTEST) -m integration
 
 lint: $(VENV)/.dev
 	$(VENV)/bin/ruff check $(CODE)

@@ -19,7 +19,7 @@ from tests.support.handing_in import Cells, right
 from tests.support.programs import ACTIONLINT, needs, reader
 from tests.support.runner import Runner, component, script_of
 
-pytestmark = pytest.mark.xdist_group("action")
+pytestmark = [pytest.mark.xdist_group("action"), pytest.mark.integration]
 
 COURSE = ROOT / "docs" / "examples" / "course"
 WORKFLOW = COURSE / ".github" / "workflows" / "grade.yml"

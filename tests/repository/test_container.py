@@ -196,7 +196,7 @@ def course(tmp_path: Path) -> Assignment:
 pytestmark = pytest.mark.xdist_group("container")
 
 
-@pytest.mark.whole
+@pytest.mark.integration
 def test_a_class_is_graded_in_it_as_outside(engine: Engine, course: Assignment, tmp_path: Path) -> None:
     outside = shutil.copytree(course.folder, tmp_path / "outside")
     said = engine.succeeds("grader grade homework", tmp_path)
@@ -210,7 +210,7 @@ def test_a_class_is_graded_in_it_as_outside(engine: Engine, course: Assignment, 
     assert owners == {os.geteuid() or SOMEBODY}
 
 
-@pytest.mark.whole
+@pytest.mark.integration
 def test_it_is_strict_with_all_rights_dropped_and_no_filter_of_its_own(engine: Engine, tmp_path: Path) -> None:
     found = json.loads(engine.succeeds("grader doctor --json", tmp_path))
     assert found["strict"], found
@@ -225,13 +225,13 @@ def refusing(names: list[str], folder: Path) -> list[str]:
     return ["--security-opt", f"seccomp={profile}"]
 
 
-@pytest.mark.whole
+@pytest.mark.integration
 def test_it_is_strict_where_namespaces_are_refused(engine: Engine, tmp_path: Path) -> None:
     found = json.loads(Engine(engine.folder, refusing(NAMESPACES, tmp_path)).succeeds("grader doctor --json", tmp_path))
     assert found["strict"] and set(found["lacking"]) == {"namespaces"}, found
 
 
-@pytest.mark.whole
+@pytest.mark.integration
 def test_it_refuses_to_grade_where_notebooks_could_read_the_class(
     engine: Engine, course: Assignment, tmp_path: Path
 ) -> None:
@@ -263,7 +263,7 @@ print(json.dumps(found))
 """
 
 
-@pytest.mark.whole
+@pytest.mark.integration
 def test_what_is_in_it_and_what_it_may(engine: Engine, tmp_path: Path) -> None:
     inside = Engine(engine.folder, ["--entrypoint", "/opt/qdot/bin/python"])
     found = json.loads(inside.succeeds(f"grader -c {shlex.quote(INSIDE)}", tmp_path))

@@ -152,12 +152,8 @@ def test_the_tab_key_completes_commands_and_options() -> None:
             "qdot show scara/1 --questions position,dete",
             ["position,determinant", "position,determinant-choice", "position,determinant-value"],
         ),
-        ("qdot show scara/1 --variation full+to", ["full+tool"]),
         ("qdot solve pan", ["panda"]),
-        ("qdot families pan", ["pan-tilt", "panda"]),
-        ("qdot init homework --set sing", ["singularities"]),
         ("qdot export homework --to sc", ["scorm"]),
-        ("qdot verify --family al", ["all"]),
         ("qdot site build --families scara,elbow-l", ["scara,elbow-lateral"]),
         ("qdot solve ./ar", []),  # the shell has files
     ],

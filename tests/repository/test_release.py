@@ -124,6 +124,7 @@ def built(source: Path, folder: Path, **environment: str) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in folder.iterdir()}
 
 
+@pytest.mark.integration
 def test_the_same_source_gives_the_same_bytes(tmp_path: Path) -> None:
     """In another folder, at another time, in another time zone, by somebody with other rights and another language."""
     one, other = copied(tmp_path / "one"), copied(tmp_path / "far" / "away" / "two")
@@ -200,7 +201,7 @@ def made(rehearsal: Runner) -> Path:
     return rehearsal.place / "kept"
 
 
-@pytest.mark.whole
+@pytest.mark.integration
 def test_a_release_has_an_archive_as_its_own_commit_writes_it(made: Path, rehearsal: Runner) -> None:
     def archived(*arguments: str) -> tuple[int, str]:
         command = [sys.executable, "-m", "tests.tools.archive", *arguments]
@@ -217,7 +218,7 @@ def test_a_release_has_an_archive_as_its_own_commit_writes_it(made: Path, rehear
     assert archived("--check", "") == (0, "a class of this version can be archived\n")
 
 
-@pytest.mark.whole
+@pytest.mark.integration
 def test_what_is_built_is_of_the_tag_and_has_the_sites_scripts(made: Path) -> None:
     wheel, source = made / "dist" / "qdot-7.0.0-py3-none-any.whl", made / "dist" / "qdot-7.0.0.tar.gz"
     assert sorted((made / "dist").iterdir()) == sorted((wheel, source))
@@ -233,7 +234,7 @@ def test_what_is_built_is_of_the_tag_and_has_the_sites_scripts(made: Path) -> No
     )
 
 
-@pytest.mark.whole
+@pytest.mark.integration
 def test_what_it_is_made_of_is_described(made: Path) -> None:
     told = json.loads((made / "about" / "qdot.cdx.json").read_text())
     assert told["bomFormat"] == "CycloneDX" and told["metadata"]["component"]["name"] == "qdot"
@@ -248,7 +249,7 @@ def test_what_it_is_made_of_is_described(made: Path) -> None:
     assert site["bomFormat"] == "CycloneDX" and {"mathjs", "three"} <= {each["name"] for each in site["components"]}
 
 
-@pytest.mark.whole
+@pytest.mark.integration
 @pytest.mark.parametrize("form", ["whl", "tar.gz"])
 def test_both_are_tried_in_a_clean_environment(form: str, made: Path, rehearsal: Runner, tmp_path: Path) -> None:
     known = {**rehearsal.known, "matrix.form": form}
@@ -257,7 +258,7 @@ def test_both_are_tried_in_a_clean_environment(form: str, made: Path, rehearsal:
     assert "qdot 7.0.0" in "".join(job.said)
 
 
-@pytest.mark.whole
+@pytest.mark.integration
 def test_the_release_has_its_notes_its_files_and_attestations(made: Path, rehearsal: Runner, tmp_path: Path) -> None:
     """GitHub's own command is a stand-in that writes down what it was given."""
     gh = rehearsal.machine.home / "python" / "bin" / "gh"

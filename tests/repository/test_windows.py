@@ -18,7 +18,6 @@ from grader.cli import COMMANDS, WORKERS
 from tests.support import ROOT
 from tests.support.command import run as run_here
 from tests.support.handing_in import a_class, contents, hand_in, right
-from tests.support.suites import WHOLE
 
 pytestmark = pytest.mark.xdist_group("windows")
 
@@ -78,6 +77,7 @@ def test_every_command_and_all_that_its_processes_need_can_be_loaded() -> None:
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.integration
 def test_what_is_asked_and_solved(tmp_path: Path) -> None:
     said, _ = run("show", "polar-rp/1", "--solution")
     assert "θ" in said, "a pipe is UTF-8, whatever the system's encoding is"
@@ -92,6 +92,7 @@ def test_what_is_asked_and_solved(tmp_path: Path) -> None:
     assert json.loads(run("compare", "a1*a2*s2", "a1*a2*sin(theta2)")[0])["outcome"] == "correct"
 
 
+@pytest.mark.integration
 def test_time_that_is_over_ends_a_derivation() -> None:
     """There is no timer of the system."""
     said, _ = run("solve", "panda", "--time", "0.1", "--format", "json")
@@ -101,6 +102,7 @@ def test_time_that_is_over_ends_a_derivation() -> None:
 REFUSED = "Windows can't contain students' code, and qdot runs none without: use the container"
 
 
+@pytest.mark.integration
 def test_students_code_is_refused_in_one_sentence(tmp_path: Path) -> None:
     made = a_class(tmp_path / "hw", [Student("ada")])
     notebook = hand_in(made, "ada/hw.ipynb", right(made, "ada"))
@@ -129,7 +131,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return made.folder
 
 
-@pytest.mark.skipif(not WHOLE, reason="make whole: a class written, exported, reported and forgotten")
+@pytest.mark.integration
 class TestAClass:
     @pytest.mark.skipif(ON_WINDOWS, reason="there is nothing to compare with")
     def test_the_same_notebooks_are_written(self, folder: Path) -> None:

@@ -1,13 +1,13 @@
-"""`make planted`: sixty mistakes, planted one at a time in modules of all kinds, and which test finds each.
+"""`make planted`: 120 mistakes, planted one at a time in modules of all kinds, and which test finds each.
 
 It answers whether a suite that got faster got blind. planted.json holds the mistakes: a place in the text and what
-stands there instead; they were drawn once, so that the same question can be asked again. What suites find is in
-planted.md. A mistake is planted in a copy of the checkout, in which the tests are run that come to its place, until one
-fails or the time for a mistake is over. Steps, each of which goes on where it was stopped:
+stands there instead. They were chosen at random once, so that the same question can be asked again. A mistake is
+planted in a copy of the checkout, in which the tests that reach its place are run until one fails or the time for a
+mistake is over. The steps, each of which resumes where it was stopped:
 
-    python -m tests.tools.planted record --suite test     # one run of the suite: which test comes to which place
+    python -m tests.tools.planted record --suite test     # one run of the suite: which test reaches which place
     python -m tests.tools.planted try --suite test        # the mistakes; --only 3,17 for some of them
-    python -m tests.tools.planted show
+    python -m tests.tools.planted show --suite test       # write the results into planted.md
 
 `--suite` is check, test or whole; `--checkout` another checkout than this one, `--name` what its results are called.
 """
@@ -33,9 +33,11 @@ from tests.tools.places import marked
 
 HERE = Path(__file__).parent
 MISTAKES = HERE / "planted.json"
+DOCUMENT = HERE / "planted.md"
+BEGIN, END = "<!-- written by `python -m tests.tools.planted show` -->", "<!-- end -->"
 WORK = ROOT / ".planted"
 """Copies of the checkout, and what was found so far; not tracked."""
-MINUTES = 5
+MINUTES = 3
 """How long tests are run for one mistake."""
 LONGEST = 60
 """Seconds more than ten times what the longest of the tests takes: then a test hangs."""
@@ -287,6 +289,25 @@ def try_all(checkout: Path, name: str, suite: str, only: Sequence[int], jobs: in
             yield row
 
 
+def write_results(rows: dict[int, dict[str, object]], suite: str) -> None:
+    """Write which test finds each mistake into planted.md."""
+    found = sum(bool(row["found"]) for row in rows.values())
+    lines = [
+        f"`make planted QDOT_SUITE={suite}` found {found} of {len(rows)}.",
+        "",
+        "| mistake | place | found by |",
+        "|---|---|---|",
+    ]
+    for mistake in mistakes():
+        result = str(rows[mistake.number]["found"] or "**nothing**") if mistake.number in rows else "not tried"
+        test = result.removeprefix("FAILED ").removeprefix("tests/").replace("|", "&#124;").split("\n")[0][:150]
+        lines.append(f"| {mistake.number} | {mistake.path}:{mistake.line} | {test} |")
+    before, rest = DOCUMENT.read_text(encoding="utf-8").split(BEGIN)
+    table = "\n".join(lines)
+    DOCUMENT.write_text(f"{before}{BEGIN}\n\n{table}\n\n{END}{rest.split(END, 1)[1]}", encoding="utf-8")
+    sys.stdout.write(f"{lines[0]}\n")
+
+
 def main() -> int:
     """Do a step."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -307,11 +328,7 @@ def main() -> int:
             sys.stdout.write(f"{row['number']:>3} {row['seconds']:>4} s  {row['found'] or 'NOT FOUND'}\n")
             sys.stdout.flush()
     else:
-        rows = results(name)
-        for mistake in mistakes():
-            found = rows[mistake.number]["found"] if mistake.number in rows else "-"
-            sys.stdout.write(f"{mistake.number:>3} {mistake.path}:{mistake.line}  {found}\n")
-        sys.stdout.write(f"{sum(bool(row['found']) for row in rows.values())} of {len(rows)} found\n")
+        write_results(results(name), options.suite or "all")
     return 0
 
 

@@ -32,7 +32,7 @@ READINGS = ROOT / "site" / "tests" / "readings.json"
 def corpus_text() -> str:
     """Return the file's text, a case a line."""
     lines = (ROOT / "tests" / "data" / "corpus.jsonl").read_text(encoding="utf-8").splitlines()
-    cases = [json.dumps(_case(json.loads(line)), ensure_ascii=False) for line in lines]
+    cases = [json.dumps(corpus_case(json.loads(line)), ensure_ascii=False) for line in lines]
     return "[\n" + ",\n".join(cases) + "\n]\n"
 
 
@@ -67,7 +67,8 @@ def _lines(rows: list[Any]) -> str:
     return ",\n".join(json.dumps(row) for row in rows)
 
 
-def _case(record: dict[str, Any]) -> dict[str, Any]:
+def corpus_case(record: dict[str, Any]) -> dict[str, Any]:
+    """Return a checked answer with what the site grades it by, and the grader's outcome."""
     kind, student, reference = record["type"], record["student"], record["reference"]
     found = {
         "id": record["id"],

@@ -3,35 +3,51 @@
 import json
 
 import numpy as np
+import pytest
 
+from tests.support import ROOT
+from tests.support.suites import several
+from tests.tools.fuzz import KNOWN
+from tests.tools.readers import kept_question, tree_text, verdict
 from tests.tools.site_arms import TARGET as ARMS
 from tests.tools.site_arms import arms_text
-from tests.tools.site_corpus import FORMS, READINGS, SLIPS, TARGET, corpus_text, forms_text, readings_text
+from tests.tools.site_corpus import FORMS, READINGS, SLIPS, TARGET, corpus_case, forms_text
 from tests.tools.site_slips import slips_text
+
+EACH = several(9, 1)
+"""Of so many cases one is checked."""
+ANEW = "run: python -m tests.tools.site_corpus"
 
 
 def test_the_corpus_of_the_site_is_up_to_date() -> None:
-    """Where this fails, run: python -m tests.tools.site_corpus"""
-    assert TARGET.read_text(encoding="utf-8") == corpus_text()
+    cases = json.loads(TARGET.read_text(encoding="utf-8"))
+    records = (ROOT / "tests" / "data" / "corpus.jsonl").read_text(encoding="utf-8").splitlines()
+    assert len(cases) == len(records), ANEW
+    for case, record in list(zip(cases, records, strict=True))[::EACH]:
+        assert case == corpus_case(json.loads(record)), ANEW
 
 
 def test_trees_and_verdicts_for_the_site_are_up_to_date() -> None:
-    """Where this fails, run: python -m tests.tools.site_corpus"""
-    assert READINGS.read_text(encoding="utf-8") == readings_text()
+    stored, question = json.loads(READINGS.read_text(encoding="utf-8")), kept_question()
+    assert [[text, k] for text, k, _ in stored["readings"]] == [list(each) for each in question.readings], ANEW
+    assert [answer[:3] for answer in stored["answers"]] == [list(each) for each in question.answers], ANEW
+    for text, k, tree in stored["readings"][::EACH]:
+        assert tree == tree_text(text, KNOWN[k]), ANEW
+    for problem, name, text, *outcome in stored["answers"][::EACH]:
+        assert outcome == list(verdict(problem, name, text)), ANEW
 
 
 def test_forms_for_the_site_are_up_to_date() -> None:
-    """Where this fails, run: python -m tests.tools.site_corpus"""
-    assert FORMS.read_text(encoding="utf-8") == forms_text()
+    assert FORMS.read_text(encoding="utf-8") == forms_text(), ANEW
 
 
+@pytest.mark.whole
 def test_slips_for_the_site_are_up_to_date() -> None:
-    """Where this fails, run: python -m tests.tools.site_corpus"""
-    assert SLIPS.read_text(encoding="utf-8") == slips_text()
+    assert SLIPS.read_text(encoding="utf-8") == slips_text(), ANEW
 
 
+@pytest.mark.whole
 def test_arms_for_the_site_are_up_to_date() -> None:
-    """Where this fails, run: python -m tests.tools.site_arms"""
     kept, now = (json.loads(text) for text in (ARMS.read_text(encoding="utf-8"), arms_text()))
     numbers = ("jacobian", "det", "sigma")  # their last digit is another on another machine
     assert [_without(case, numbers) for case in kept] == [_without(case, numbers) for case in now]
