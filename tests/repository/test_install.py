@@ -17,7 +17,7 @@ from exercises import extras
 from exercises.assignment import Student
 from exercises.docs.dependencies import DATA, WHY, dependencies_page, with_install_words
 from exercises.extras import ALL, EXTRAS, install_words, lacking, need
-from grader.cli import COMMANDS, SITE, program
+from grader.cli import COMMANDS, SITE, _wanted, program
 from grader.docs import worded
 from grader.examples import EXAMPLES
 from tests.support import ROOT
@@ -129,37 +129,36 @@ def test_an_example_is_what_the_program_takes(typed: str) -> None:
     command.make_context(name, words).close()
 
 
-def completed(line: str, shell: str = "bash") -> list[str]:
-    environment = {**os.environ, "_QDOT_COMPLETE": f"complete_{shell}", "COMP_WORDS": line}
-    environment |= {"COMP_CWORD": str(len(f"{line}x".split()) - 1), "_TYPER_COMPLETE_ARGS": line}
-    code = "import sys; sys.argv = ['qdot']; from grader.cli import main; main()"
-    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, encoding="utf-8")
-    return done.stdout.split()
-
-
-def test_the_tab_key_completes_commands_and_options() -> None:
-    assert completed("qdot gen") == ["generate"]
-    assert set(completed("qdot ")) == {*COMMANDS, "site"}
-    assert completed("qdot grade --di") == ["--diff"]
-    assert completed("qdot site ") == ["build", "serve"]
-
-
 @pytest.mark.parametrize(
     ("line", "names"),
     [
+        ("qdot gen", ["generate"]),
+        ("qdot ", [*COMMANDS, "site"]),
+        ("qdot grade --di", ["--diff"]),
+        ("qdot site ", ["build", "serve"]),
         ("qdot show scara", ["scara/1", "scara-rrrp/1", "scara-prrr/1"]),
         (
             "qdot show scara/1 --questions position,dete",
             ["position,determinant", "position,determinant-choice", "position,determinant-value"],
         ),
+        ("qdot show scara/1 --variation full+to", ["full+tool"]),
         ("qdot solve pan", ["panda"]),
+        ("qdot init homework --set sing", ["singularities"]),
         ("qdot export homework --to sc", ["scorm"]),
         ("qdot site build --families scara,elbow-l", ["scara,elbow-lateral"]),
-        ("qdot solve ./ar", []),  # the shell has files
+        ("qdot solve ./ar", []),  # the shell completes files
     ],
 )
-def test_the_tab_key_completes_names(line: str, names: list[str]) -> None:
-    assert sorted(completed(line)) == sorted(names)
+def test_the_tab_key_completes_commands_options_and_names(
+    line: str, names: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    environment = {"_QDOT_COMPLETE": "complete_bash", "COMP_WORDS": line, "_TYPER_COMPLETE_ARGS": line}
+    environment["COMP_CWORD"] = str(len(f"{line}x".split()) - 1)
+    for name, value in environment.items():
+        monkeypatch.setenv(name, value)
+    with pytest.raises(SystemExit):
+        program(_wanted([], os.environ))(prog_name="qdot")
+    assert sorted(capsys.readouterr().out.split()) == sorted(names)
 
 
 def test_a_shell_is_told_how_to_complete() -> None:
