@@ -66,7 +66,7 @@ def of_families(names: Sequence[str]) -> pytest.MarkDecorator:
 
 
 every_family = pytest.mark.families(tuple(FAMILIES), every=True)
-"""Run a test on every family in every suite: use it for quick tests only."""
+"""Run a test on every family in `make test`, too: use it for quick tests only."""
 
 FEW = ("planar-2r", "polar-rp", "elbow-3r", "wrist-zyz", "random-3")
 few_families = pytest.mark.families(several(FEW, tuple(FAMILIES)), every=True)
@@ -98,8 +98,8 @@ EXAMPLES = (
     "grader/test_cli.py::test_solve_prints_example_63", "grader/test_cli.py::test_generate_grade_and_check",
     "repository/test_structure.py", "repository/test_suites.py",
 )  # fmt: skip
-"""What `make check` runs, files or beginnings of tests: an example of every family, question, mistake, export format
-and language, and of grading."""
+"""What `make check` runs, files or beginnings of tests: an example of every question, mistake, export format and language,
+and of grading."""
 
 
 def is_example(nodeid: str) -> bool:
