@@ -52,20 +52,23 @@ def told(index: int, oftener: str = "") -> tuple[Diagnosis | None, Diagnosis | N
     return named, None if named else advise(problem, part, given, "slips")
 
 
-@pytest.mark.parametrize("index", TAKEN)
-def test_something_is_said_of_every_wrong_answer(index: int) -> None:
-    named, advice = told(index)
-    said = named or advice
-    assert said is not None and said.says.endswith((".", "?")), SLIPS[index]
-    assert bool(named) != bool(advice)
+def named(did: str, oftener: str = "") -> Diagnosis:
+    """Return the mistake that is named behind the slip of a student who did this."""
+    made, _ = told(next(index for index, slip in enumerate(SLIPS) if slip["did"].startswith(did)), oftener)
+    assert made is not None, did
+    return made
 
 
-def test_most_are_named() -> None:
-    made, named = Counter[int](), Counter[int]()
+def test_something_is_said_of_every_wrong_answer_and_most_are_named() -> None:
+    made, known = Counter[int](), Counter[int]()
     for index in TAKEN:
+        mistake, advice = told(index)
+        text = mistake or advice
+        assert text is not None and text.says.endswith((".", "?")), SLIPS[index]
+        assert bool(mistake) != bool(advice), SLIPS[index]
         made[SLIPS[index]["slips"]] += 1
-        named[SLIPS[index]["slips"]] += told(index)[0] is not None
-    assert all(named[slips] >= NAMED[slips] * made[slips] for slips in made), (named, made)
+        known[SLIPS[index]["slips"]] += mistake is not None
+    assert all(known[slips] >= NAMED[slips] * made[slips] for slips in made), (known, made)
 
 
 @pytest.mark.parametrize(
@@ -142,40 +145,17 @@ def test_most_are_named() -> None:
     ],
 )  # fmt: skip
 def test_by_their_true_names(did: str, mistakes: set[str]) -> None:
-    index = next(index for index, slip in enumerate(SLIPS) if slip["did"].startswith(did))
-    named, _ = told(index)
-    assert named is not None and set(named.mistakes) == mistakes
+    assert set(named(did).mistakes) == mistakes
 
 
-def test_what_holds_for_all_entries_but_one_is_said_so() -> None:
-    did = "Read the twist of row 4 as +90 deg instead of -90 deg, and typed"
-    named, _ = told(next(index for index, slip in enumerate(SLIPS) if slip["did"].startswith(did)))
-    assert named is not None and named.says.startswith("But for row 3, column 3, the answer is what this gives:")
-
-
-def test_mistakes_that_give_the_same_answer_are_told_as_such() -> None:
-    named, _ = told(next(index for index, slip in enumerate(SLIPS) if slip["did"].startswith("From 4*sin = cos")))
-    assert named is not None and named.either and " Or, which gives the same answer: " in named.says
-    assert named.names == "tangent-turned-over or value-sign-in-set"
-
-
-def test_the_same_slip_on_two_arms_is_the_same_mistake() -> None:
-    first, second = (
-        told(
-            next(index for index, slip in enumerate(SLIPS) if slip["did"].startswith(f"Solved sin(theta2 + {angle})"))
-        )[0]
-        for angle in ("pi/4", "pi/3")
-    )
-    assert first is not None and second is not None and first.known_by == second.known_by
-
-
-def test_what_is_claimed_in_the_place_of_the_shoulder_is_told_as_it_is_claimed() -> None:
-    did = "Solved the condition of the shoulder with one joint alone"
-    named, _ = told(next(index for index, slip in enumerate(SLIPS) if slip["did"].startswith(did)))
-    assert named is not None and "and theta2 = pi/2 is called singular in its place" in named.says
-
-
-def test_nothing_is_said_of_a_determinant_where_there_is_none() -> None:
+def test_what_is_said_behind_some_of_them() -> None:
+    but_for_one = named("Read the twist of row 4 as +90 deg instead of -90 deg, and typed")
+    assert but_for_one.says.startswith("But for row 3, column 3")
+    either = named("From 4*sin = cos")
+    assert either.either and either.names == "tangent-turned-over or value-sign-in-set"
+    assert "theta2 = pi/2" in named("Solved the condition of the shoulder with one joint alone").says
+    on_two_arms = [named(f"Solved sin(theta2 + {angle})").known_by for angle in ("pi/4", "pi/3")]
+    assert on_two_arms[0] == on_two_arms[1]
     for index in TAKEN:
         if SLIPS[index]["problem"].startswith("planar-3r/") and SLIPS[index]["part"] == "singular-angles":
             assert not any(one and "det J" in one.says for one in told(index)), SLIPS[index]
@@ -191,8 +171,5 @@ def test_nothing_is_said_of_a_determinant_where_there_is_none() -> None:
     ],
 )
 def test_what_a_class_makes_oftener_is_named_before_what_gives_the_same(did: str, oftener: str) -> None:
-    index = next(index for index, slip in enumerate(SLIPS) if slip["did"].startswith(did))
-    usual, _ = told(index)
-    named, _ = told(index, oftener)
-    assert usual is not None and usual.mistakes != (oftener,)
-    assert named is not None and named.mistakes == (oftener,) and not named.either
+    assert named(did).mistakes != (oftener,)
+    assert named(did, oftener).mistakes == (oftener,) and not named(did, oftener).either

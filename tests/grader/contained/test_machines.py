@@ -9,6 +9,7 @@ import os
 import platform
 import sys
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -18,7 +19,6 @@ from grader.guarantees import KERNEL, probe
 from grader.own_folder import own_folder
 from grader.sandbox import Limits, Run, Sandbox
 from tests.support.machines import DOCKERS_ROOT, NOBODY, run_on
-from tests.support.suites import several
 
 pytestmark = [
     pytest.mark.xdist_group("machines"),
@@ -31,7 +31,6 @@ pytestmark = [
 
 REFUSED = {"namespaces": ["namespaces"], "Landlock": ["landlock"], "both": ["namespaces", "landlock"]}
 USERS = [None, DOCKERS_ROOT, NOBODY] if os.geteuid() == 0 else [None]
-FEW = [("namespaces", user) for user in USERS[1:]] + [("both", None)]
 
 ATTACKS = {
     "fills its folder": "for i in range(60): open(str(i), 'wb').write(bytes(9_900_000))",
@@ -72,21 +71,19 @@ print(json.dumps(dict(first=os.getpid() == 1, strict=found.is_strict, processes=
 """
 
 
-def home(folder: Path) -> Path:
-    """Return a folder for temporary files that any user may have."""
-    folder.chmod(0o755)
-    for above in list(folder.parents)[:-2]:
-        if above.stat().st_uid == os.geteuid():
-            above.chmod(above.stat().st_mode | 0o011)
-    made = folder / "tmp"
-    made.mkdir()
-    made.chmod(0o777)
-    return made
+@pytest.fixture
+def place() -> Iterator[Path]:
+    """A folder for temporary files that any user may have, in none that pytest closes."""
+    with tempfile.TemporaryDirectory(prefix="qdot-machine-") as made:
+        for folder in (Path(made), Path(made) / "tmp"):
+            folder.mkdir(exist_ok=True)
+            folder.chmod(0o777)
+        yield Path(made) / "tmp"
 
 
-@pytest.mark.parametrize(("name", "user"), several(FEW, [(name, user) for name in REFUSED for user in USERS]))
-def test_what_is_promised_on_a_machine_is_kept_there(name: str, user: int | None, tmp_path: Path) -> None:
-    place = home(tmp_path)
+@pytest.mark.integration
+@pytest.mark.parametrize(("name", "user"), [(name, user) for name in REFUSED for user in USERS])
+def test_what_is_promised_on_a_machine_is_kept_there(name: str, user: int | None, place: Path) -> None:
     told = run_on(REFUSED[name], ["-m", "grader.cli", "doctor", "--json"], user, place)
     assert told.returncode == 0, told.stderr
     found = json.loads(told.stdout)
@@ -109,6 +106,7 @@ def test_what_is_promised_on_a_machine_is_kept_there(name: str, user: int | None
     assert last["left"] == []
 
 
+@pytest.mark.integration
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root may make a namespace of processes alone")
 def test_a_grader_that_is_the_first_process_of_a_container_is_told_the_same() -> None:
     """A notebook is the first of its own namespace, too: its own number is not taken for the grader's."""
@@ -130,31 +128,22 @@ sys.exit(os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]))
 # --- what the probe tries ---
 
 
-def achieved(without: set[str]) -> dict[str, tuple[str, ...]]:
-    return {each.name: each.achieved for each in probe(without, quick=True).guarantees}
-
-
-def test_the_probe_sees_that_nobody_counts_what_is_written() -> None:
-    found = achieved({"namespaces", "quota"})
-    assert found["files"] == ("wrote 256 MB in all", "wrote 256 MB into files without names")
-    assert achieved({"namespaces"})["files"] == ()
-
-
-def test_the_probe_sees_that_processes_have_memory_of_their_own_each() -> None:
-    found = achieved({"namespaces", "landlock", "seccomp", "limits"})
-    many = f"started {attempts.MOST} processes"
-    assert many in found["memory"] and many in found["processes"] and "started a program" in found["processes"]
-
-
-def test_the_probe_sees_a_signal_by_a_descriptor() -> None:
-    found = achieved({"namespaces", "landlock", "seccomp", "user", "privileges"})
-    assert "killed the process that starts notebooks" in found["processes"]
-
-
-def test_the_probe_reads_what_others_may_read() -> None:
-    """Another user than root alone keeps nobody from files that are open to all."""
-    found = achieved({"namespaces", "landlock"})
-    assert any("read a file" in said for said in found["files"]) and "wrote into another folder" in found["files"]
+@pytest.mark.parametrize(
+    ("without", "guarantee", "seen"),
+    [
+        ({"namespaces"}, "files", None),
+        ({"namespaces", "quota"}, "files", {"wrote 256 MB in all", "wrote 256 MB into files without names"}),
+        ({"namespaces", "landlock", "seccomp", "limits"}, "memory", {f"started {attempts.MOST} processes"}),
+        ({"namespaces", "landlock", "seccomp", "limits"}, "processes", {"started a program"}),
+        ({"namespaces", "landlock", "seccomp", "user", "privileges"}, "processes",
+         {"killed the process that starts notebooks"}),
+        ({"namespaces", "landlock"}, "files", {"wrote into another folder"}),  # whoever may read a file, reads it
+    ],
+)  # fmt: skip
+def test_the_probe_sees_what_nothing_prevents(without: set[str], guarantee: str, seen: set[str] | None) -> None:
+    achieved = {each.name: each.achieved for each in probe(without, quick=True).guarantees}[guarantee]
+    assert not achieved if seen is None else seen <= set(achieved)
+    assert "landlock" not in without or guarantee != "files" or any("read a file" in each for each in achieved)
 
 
 def test_the_probe_sees_what_is_left_behind() -> None:
@@ -181,10 +170,8 @@ def test_who_writes_too_much_is_stopped_soon_and_told() -> None:
     run = counted(cells, [f"n{i}" for i in range(60)])
     assert 5 <= len(run.answers) <= 25 and run.end == "killed"
     assert run.begun is not None and run.begun >= len(run.answers)
-    assert run.note("cell 9").startswith(
-        "the notebook was stopped in cell 9: it took more than a notebook may (3 GB of "
-    )
-    assert ", 64 MB in at most 4096 files, folders 32 deep); cells after that one were not run" in run.note("cell 9")
+    for words in ("in cell 9: ", "3 GB", "64 MB in at most 4096 files, folders 32 deep"):
+        assert words in run.note("cell 9")
 
 
 def test_what_is_written_within_the_limits_is_not_stopped() -> None:
@@ -255,6 +242,7 @@ def test_leftovers_that_are_hard_to_remove_stop_no_start(tmp_path: Path, monkeyp
 # --- a machine on which nothing works ---
 
 
+@pytest.mark.integration
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root can put a file in the place of a device")
 def test_what_ended_the_probe_is_told(tmp_path: Path) -> None:
     """As after `--report github=/dev/null` as root, when a report took the place of the device."""

@@ -1,4 +1,7 @@
-"""A class of 30 in which 25 attack: the five others keep full marks, and nothing that is written can be harmful."""
+"""A class in which most attack: the others keep full marks, and nothing that is written can be harmful.
+
+Of 30 students 25 attack, in `make test` five of seven; test_sandbox_hostile.py tries each attack by itself.
+"""
 
 import csv
 import io
@@ -22,10 +25,11 @@ from grader.reports.write import write_reports
 from grader.sandbox import Limits
 from grader.submission import find_submissions
 from tests.support.handing_in import UNCERTIFIED
+from tests.support.suites import few_of, several
 
 TOML = 'title = "T"\nkey = "hw"\n[[problem]]\nfamily = "planar-2r"\nquestions = ["position", "determinant"]\n'
-HONEST = [f"s{i:02d}" for i in (1, 8, 15, 22, 30)]
-STUDENTS = [f"s{i:02d}" for i in range(1, 31)]
+HONEST = ["s01", *several(["s04"], ["s08", "s15", "s22", "s30"])]
+STUDENTS = [f"s{i:02d}" for i in range(1, several(7, 31))]
 ATTACKS = [
     "while True: pass",
     "sum(range(10**12))",
@@ -71,19 +75,12 @@ def with_attack(text: str, attack: str, last: bool) -> str:
     cells = notebook["cells"]
     name = "p1_determinant" if last else "p1_position"
     at = next(i for i, cell in enumerate(cells) if re.search(rf"(?m)^{name} *=", "".join(cell["source"])))
-    extra: dict[str, Any] = {
-        "cell_type": "code",
-        "id": "attack",
-        "metadata": {},
-        "outputs": [],
-        "execution_count": None,
-    }
-    cells.insert(at + 1, {**extra, "source": attack})
+    cells.insert(at + 1, {**cells[at], "id": "attack", "metadata": {}, "source": attack})
     return json.dumps(notebook)
 
 
-def test_thirty_of_whom_twenty_five_attack(assignment: Assignment) -> None:
-    attacks = iter(ATTACKS)
+def test_thirty_of_whom_twenty_five_attack_and_seven_of_whom_five_do(assignment: Assignment) -> None:
+    attacks = iter(few_of(ATTACKS, 5))
     folder = assignment.folder
     for student in STUDENTS:
         text = answered(

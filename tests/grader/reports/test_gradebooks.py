@@ -190,19 +190,10 @@ def three(assignment: Assignment) -> list[dict[str, Any]]:
 # --- Canvas ---
 
 
-def test_canvas_export_is_a_roster(make: Make) -> None:
-    students = make(CANVAS_EXPORT).roster
-    assert [(one.id, one.name, one.email) for one in students] == [
-        ("101", "Ada Lovelace", ""),
-        ("102", "Paul Erdős", "paul@example.org"),
-        ("103", "Emmy Noether", ""),
-    ]
-    assert dict(students[0].others) == {"sis user id": "S-1", "sis login id": "ada", "section": "Monday"}
-
-
 @pytest.mark.parametrize(
     "export",
     [
+        CANVAS_EXPORT,
         "\ufeff" + CANVAS_EXPORT,
         CANVAS_EXPORT.replace(",", ";").replace("; ", ", "),
         CANVAS_EXPORT.replace("\n", "\r\n"),
@@ -210,12 +201,17 @@ def test_canvas_export_is_a_roster(make: Make) -> None:
         .replace("Possible,,,,,", "Possible,,,,,,").replace('"', "").replace(", ", ","),
         CANVAS_EXPORT.replace("Quiz 1 (7)", '"Quiz; 1, (7)"'),
     ],
-    ids=["bom", "semicolons", "crlf", "two names", "separators in a title"],
+    ids=["as it is", "bom", "semicolons", "crlf", "two names", "separators in a title"],
 )  # fmt: skip
-def test_canvas_export_however_it_is_written(make: Make, export: str) -> None:
-    assert [(one.id, one.name) for one in make(export).roster] == [
-        ("101", "Ada Lovelace"), ("102", "Paul Erdős"), ("103", "Emmy Noether"),
+def test_canvas_export_is_a_roster_however_it_is_written(make: Make, export: str) -> None:
+    assignment = make(export)
+    assert [(one.id, one.name, one.email) for one in assignment.roster] == [
+        ("101", "Ada Lovelace", ""), ("102", "Paul Erdős", "paul@example.org"), ("103", "Emmy Noether", ""),
     ]  # fmt: skip
+    others = {"sis user id": "S-1", "sis login id": "ada", "section": "Monday"}
+    assert dict(assignment.roster[0].others) == others
+    header, *rows = csv.reader(io.StringIO(moodle(assignment, three(assignment))))
+    assert header[0] == "Name" and [row[0] for row in rows] == [student.name for student in assignment.roster]
 
 
 def test_canvas_takes_its_own_columns_back(make: Make) -> None:
@@ -236,13 +232,6 @@ def test_canvas_without_the_assignment_makes_a_new_one(make: Make) -> None:
     assert set(unknown.imported(canvas(assignment, three(assignment)))) == {"new: T"}
 
 
-def test_moodle_gets_names_and_keys_of_a_roster_that_canvas_wrote(make: Make) -> None:
-    assignment = make(CANVAS_EXPORT)
-    header, *rows = csv.reader(io.StringIO(moodle(assignment, three(assignment))))
-    assert header[0] == "Name"
-    assert [row[0] for row in rows] == [student.name for student in assignment.roster]
-
-
 def test_canvas_by_a_roster_of_ones_own(make: Make) -> None:
     assignment = make("student,name,email,sis user id,section\na,Ada Lovelace,,S-1,Mon\nb,=cmd|x,,S-2,\nc,Emmy,,,\n")
     text = canvas(assignment, three(assignment))
@@ -254,26 +243,26 @@ def test_canvas_by_a_roster_of_ones_own(make: Make) -> None:
     assert COURSE.imported(canvas(excused, three(excused)))["T"] == {101: "EX", 102: "", 103: ""}
 
 
-@pytest.mark.parametrize("word", STRIPPED)
-def test_a_title_that_canvas_passes_over_is_refused(make: Make, word: str) -> None:
-    assert set(RESERVED) == set(STRIPPED)
-    assignment = make(CANVAS_EXPORT, f"The {word} of all")
-    with pytest.raises(QdotError, match=f"passes over a column whose title holds '{word}'"):
+@pytest.mark.parametrize(
+    ("old", "new", "title", "why"),
+    [
+        *(("", "", f"The {word} of all", f"passes over a column whose title holds '{word}'") for word in STRIPPED),
+        (",5,4,", ",5,20,", "T", r"'T \(12\)' has 20 points in Canvas and 4 here"),
+        ("Quiz 1 (7)", "T (7)", "T", "2 assignments that are called 'T'"),
+    ],
+)
+def test_what_canvas_would_take_for_something_else_is_refused(
+    make: Make, old: str, new: str, title: str, why: str
+) -> None:
+    assignment = make(CANVAS_EXPORT.replace(old, new) if old else CANVAS_EXPORT, title)
+    with pytest.raises(QdotError, match=why):
         canvas(assignment, three(assignment))
 
 
-def test_points_that_mean_another_thing_in_canvas_are_refused(make: Make) -> None:
-    assignment = make(CANVAS_EXPORT.replace(",5,4,", ",5,20,"))
-    with pytest.raises(QdotError, match=r"'T \(12\)' has 20 points in Canvas and 4 here"):
-        canvas(assignment, three(assignment))
+def test_points_with_decimals_are_the_same_points(make: Make) -> None:
     decimals = make(CANVAS_EXPORT.replace(",5,4,", ',5,"4,00",'))
     assert "T (12)" in canvas(decimals, three(decimals))
-
-
-def test_two_assignments_of_one_title_are_not_guessed_at(make: Make) -> None:
-    assignment = make(CANVAS_EXPORT.replace("Quiz 1 (7)", "T (7)"))
-    with pytest.raises(QdotError, match="2 assignments that are called 'T'"):
-        canvas(assignment, three(assignment))
+    assert set(RESERVED) == set(STRIPPED)
 
 
 def test_no_name_hides_a_line_from_canvas_or_steers_a_spreadsheet(make: Make) -> None:
@@ -294,14 +283,9 @@ def test_a_title_with_a_semicolon_or_a_line_break(make: Make) -> None:
 
 
 def test_a_line_without_canvas_number_is_told(make: Make) -> None:
-    with pytest.raises(
-        QdotError, match=r"roster.csv: line 5: the column ID is empty, by which Canvas knows 'Erdős, Paul'"
-    ):
+    with pytest.raises(QdotError, match=r"roster.csv: line 5: the column ID is empty.*'Erdős, Paul'"):
         make(CANVAS_EXPORT.replace(",102,", ",,"))
-
-
-def test_a_roster_that_begins_like_canvas_is_a_roster(make: Make) -> None:
-    """Without the row of points it is nobody's export."""
+    # Without the row of points it is nobody's export.
     assert [one.id for one in make("Student,ID,Section\nada,17,Mon\n").roster] == ["ada"]
 
 
@@ -313,9 +297,9 @@ def test_moodle_export_is_a_roster(make: Make) -> None:
     assert [(one.id, one.name, one.email) for one in students][1] == ("0043", "Paul Erdős", "paul@example.org")
     german = "Vorname;Nachname;E-Mail-Adresse;Gruppen\nPaul;Erdős;paul@example.org;\n"
     assert [(one.id, one.name) for one in make(german).roster] == [("paul@example.org", "Paul Erdős")]
-    with pytest.raises(QdotError, match="nothing by which Moodle knows a user"):
+    with pytest.raises(QdotError, match="Moodle"):
         make("First name,Last name,Groups\nPaul,Erdős,A\n")
-    with pytest.raises(QdotError, match="line 3: the column 'ID number' is empty"):
+    with pytest.raises(QdotError, match=r"line 3: .*'ID number'"):
         make(MOODLE_EXPORT.replace("0043", ""))
     assert make(re.sub(r"004\d", "", MOODLE_EXPORT)).roster[0].id == "ada@example.org"  # nobody has a number
 
@@ -392,7 +376,6 @@ def test_workbook_as_openpyxl_reads_it(make: Make) -> None:
     data = workbook(assignment, results)
     assert data == workbook(assignment, results)
     book = openpyxl.load_workbook(io.BytesIO(data))
-    assert book.sheetnames == ["Grades", "Parts"]
     rows = [[cell.value for cell in row] for row in book["Grades"].iter_rows()]
     header = next(csv.reader(io.StringIO(grades_csv(results, assignment.roster))))
     assert rows[0] == header
