@@ -53,9 +53,6 @@ def spoilt(part: Part, factor: str) -> str:
     return "[" + ", ".join("[" + ", ".join(f"{factor}*({entry})" for entry in row) + "]" for row in rows) + "]"
 
 
-# --- formulas, with each student's own numbers undone ---
-
-
 @pytest.mark.parametrize(
     ("family", "question"),
     [
@@ -89,17 +86,13 @@ def test_a_key_is_letters_that_are_the_same_for_good() -> None:
 @pytest.mark.parametrize(
     ("one", "other", "same"),
     [
-        ("theta1*a1*a2", "a2*a1*theta1", True),
-        ("2*sin(theta2)*cos(theta2)", "sin(2*theta2)", True),
-        ("0.5*a1*theta1", "a1/2*theta1", True),
-        ("a1*sqrt(theta1 + a1)", "sqrt(a1 + theta1)*a1", True),
-        ("a1*sqrt(theta1 + a1)", "a1*sqrt(theta1 - a1)", False),
-        ("a1*theta1", "a1*theta2", False),
-        ("a1*sin(theta1)", "a1*sin(theta1 + pi/2)", False),
-        ("I do ( not know", "I do (not  know", True),
+        ("theta1*a1*a2", "a2*a1*theta1", True), ("2*sin(theta2)*cos(theta2)", "sin(2*theta2)", True),
+        ("0.5*a1*theta1", "a1/2*theta1", True), ("a1*sqrt(theta1 + a1)", "sqrt(a1 + theta1)*a1", True),
+        ("a1*sqrt(theta1 + a1)", "a1*sqrt(theta1 - a1)", False), ("a1*theta1", "a1*theta2", False),
+        ("a1*sin(theta1)", "a1*sin(theta1 + pi/2)", False), ("I do ( not know", "I do (not  know", True),
         ("I do ( not know", "I (do not know", False),
     ],
-)
+)  # fmt: skip
 def test_answers_are_the_same_however_they_are_written(one: str, other: str, same: bool) -> None:
     made, part = problem("planar-2r", 1, "determinant", "chapter")
     assert (key(made, part, one) == key(made, part, other)) is same
@@ -163,9 +156,6 @@ def test_numbers_and_options_are_the_same_by_value_and_by_what_they_say() -> Non
     assert len(set.union(*said.values())) == len(said)
 
 
-# --- mistakes ---
-
-
 RELATIVE = {
     "position": "[a1*cos(theta1) + {a2}*cos(theta2), a1*sin(theta1) + {a2}*sin(theta2)]",
     "jacobian": "[[-a1*sin(theta1), -{a2}*sin(theta2)], [a1*cos(theta1), {a2}*cos(theta2)]]",
@@ -202,8 +192,6 @@ def test_the_same_mistake_in_another_place_is_another_group() -> None:
     assert one.diagnosis.mistakes == other.diagnosis.mistakes != ()
     assert one.group != other.group
 
-
-# --- overrides.csv ---
 
 NAMES = ("ada", "bo", "cy", "di")
 WRONG = "p1_determinant = ({}) + theta1"
@@ -308,14 +296,6 @@ def test_what_is_wrong_in_a_line_for_a_group_is_told(tmp_path: Path, line: str, 
     assert fnmatchcase(str(caught.value), f"{made.folder / 'overrides.csv'}: {said}")
 
 
-def test_a_share_of_the_points_is_exact_for_a_student_too(tmp_path: Path) -> None:
-    made = a_class(tmp_path / "hw", [Student("ada")])
-    (made.folder / "overrides.csv").write_text(
-        'student,part,points,comment\nada,p1.jacobian,33.3333%,\nada,,"12,5 %",\n'
-    )
-    assert read_overrides(made).of_students == {"ada": {"p1.jacobian": Override(0.6667), "": Override(0.5)}}
-
-
 def test_a_group_that_nobody_is_in_is_told_with_those_that_there_are(assignment: Assignment) -> None:
     group, typed, empty = "p1.determinant/kqvxwz", "p1.determinant/kqvxwb", "p1.position/bcdfgh"
     of_groups = {typed: Override(1.0, "", typed), empty: Override(1.0, "", empty)}
@@ -326,9 +306,6 @@ def test_a_group_that_nobody_is_in_is_told_with_those_that_there_are(assignment:
     assert first.endswith(f"{group}, p1.determinant/zzzzzz")
     assert other.startswith(f"{where}: line 3: ") and repr(empty) in other and "p1.determinant" not in other
     assert without_answers(assignment, overrides, list(of_groups)) == []
-
-
-# --- the class's page ---
 
 
 def test_the_page_shows_groups_with_their_key_and_the_command_tells_an_unknown_one(assignment: Assignment) -> None:

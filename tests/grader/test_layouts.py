@@ -179,6 +179,30 @@ def test_what_may_be_of_two_is_never_guessed(assignment: Assignment) -> None:
     assert status(results["eve"]) == "missing"
 
 
+@pytest.mark.parametrize(
+    ("ids", "name", "students"),
+    [
+        (("ada",), "", ("ada",)),
+        (("ADA ",), "Bo Lovelace", ("ada",)),  # a student's own identifier is sure
+        (("cy@x.org",), "", ("cy",)),
+        (("cy@x.org",), "Ada Lovelace", ("ada", "cy")),
+        (("twins@x.org",), "", ("ada", "bo")),
+        (("twins@x.org",), "Bo Lovelace", ("bo",)),
+        (("twins@x.org",), "Lovelace, Ada", ("ada",)),
+        (("twins@x.org",), "Somebody Else", ("ada", "bo")),
+        ((), "Lovelace Bo", ("bo",)),
+        ((), "Lovelace", ()),
+    ],
+)
+def test_whose_it_is_by_identifiers_which_a_name_may_decide_between(
+    ids: tuple[str, ...], name: str, students: tuple[str, ...]
+) -> None:
+    twins = [Student("ada", "Ada Lovelace", "twins@x.org"), Student("bo", "Bo Lovelace", "twins@x.org")]
+    match = Roster([*twins, Student("cy", "Cy Ada", "cy@x.org")]).owner(Handed(Path("hw.ipynb"), ids, name))
+    assert match.students == students
+    assert bool(match.why) == (len(students) > 1)
+
+
 def test_a_section_is_no_identifier() -> None:
     student = Student("a", "", "", (("section", "17"), ("seat number", "17"), ("Student ID".lower(), "18"), ("id", "")))
     roster = Roster([student])
@@ -205,9 +229,6 @@ def test_times_are_of_the_best_source(assignment: Assignment) -> None:
     assert handed == {"ada1": ("Gradescope", False), **from_file}
     assert results["ada1"]["submission"]["received"] == "2026-11-20T10:11:12+00:00"
     assert "the platform has marked it as late" in results["hen"]["staff_notes"]
-
-
-# --- the zip itself ---
 
 
 def zip_of(path: Path, assignment: Assignment, *, evil: bool = False) -> Path:

@@ -16,7 +16,7 @@ from grader.marking import mark
 from grader.sandbox import Sandbox
 from grader.verdict import Outcome
 from tests.support.problems import some_parts
-from tests.support.suites import several
+from tests.support.suites import few_of, several
 
 Draw = Callable[[str, int], Problem]
 
@@ -88,7 +88,7 @@ def mistakes(part: Part, right: str) -> dict[str, str]:
 def test_the_usual_mistakes_fail(problem: Problem, sandbox: Sandbox, monkeypatch: pytest.MonkeyPatch) -> None:
     """Which mistake it is isn't looked for: it changes no mark, takes most of the time, and has test_diagnosis.py."""
     monkeypatch.setattr("grader.marking.diagnose", lambda *_: None)
-    parts = some_parts(problem)
+    parts = few_of(some_parts(problem), 8)
     right = {f"right{i}": part.answer.code() for i, part in enumerate(parts)}
     tried = [(part, *item) for part, name in zip(parts, right, strict=True) for item in mistakes(part, name).items()]
     answers = values(sandbox, problem, right | {f"tried{i}": code for i, (_, _, code) in enumerate(tried)})

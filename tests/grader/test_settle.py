@@ -70,9 +70,6 @@ def one(assignment: Assignment, hours: float, *points: float | None, **overrides
     return settle(assignment, assignment.roster[0], handed_in, named)
 
 
-# --- overrides ---
-
-
 @pytest.mark.parametrize(
     ("line", "said"),
     [
@@ -96,29 +93,23 @@ def test_what_is_wrong_in_overrides_is_told(folder: Path, line: str, said: str) 
 def test_overrides_are_read_as_spreadsheets_write_them(folder: Path) -> None:
     assert read_overrides(load_assignment(folder)) == Overrides()
     (folder / "overrides.csv").write_text('﻿Student;Part;Points;Comment\ns1;p1.position;1,5;"a; b"\ns2;;2;\n\n')
-    assert read_overrides(load_assignment(folder)).of_students == {
-        "s1": {"p1.position": Override(1.5, "a; b")},
-        "s2": {"": Override(2.0)},
-    }
+    of_students = read_overrides(load_assignment(folder)).of_students
+    assert of_students == {"s1": {"p1.position": Override(1.5, "a; b")}, "s2": {"": Override(2.0)}}
+    (folder / "overrides.csv").write_text('student,part,points\ns1,p1.position,33.3333%\ns1,,"12,5 %"\n')
+    shares = {"p1.position": Override(0.6667), "": Override(0.3375)}
+    assert read_overrides(load_assignment(folder)).of_students == {"s1": shares}
 
 
 def test_an_override_keeps_what_the_grader_said(folder: Path) -> None:
     assignment = load_assignment(folder)
+    assert status(one(assignment, -1, None, 0.7)) == "ungraded"
+    for settled in ({"position": Override(1)}, {"total": Override(1)}):
+        assert status(one(assignment, -1, None, 0.7, **settled)) == "graded", "a person settles what qdot failed on"
     result = one(assignment, -1, 0.5, 0.7, position=Override(1.25, "the sketch is right"))
     part = result["problems"][0]["parts"][0]
     assert (part["outcome"], part["reason"], part["points"]) == ("partial", "the reason", 1.25)
     assert part["override"] == {"points": 1.25, "comment": "the sketch is right", "was": 0.5}
     assert (result["score"], result["override"]) == (1.95, None)
-
-
-def test_a_person_settles_what_qdot_failed_on(folder: Path) -> None:
-    assignment = load_assignment(folder)
-    assert status(one(assignment, -1, None, 0.7)) == "ungraded"
-    assert status(one(assignment, -1, None, 0.7, position=Override(1))) == "graded"
-    assert status(one(assignment, -1, None, 0.7, total=Override(1))) == "graded"
-
-
-# --- lateness ---
 
 
 @pytest.mark.parametrize(
@@ -135,21 +126,16 @@ def test_a_person_settles_what_qdot_failed_on(folder: Path) -> None:
         ("late = {until = 2027-01-25}", "until: "), ("late = {until = 2027-01-10T12:00:00Z}", "until: "),
         ('attempts = "first"', 'attempts = "first": '), ("attempts = {best_of = 0}", "best_of: "),
         ("attempts = {best = 2}", "unknown key 'best'"), ('attempts = {apart = "1 week"}', "apart: "),
-        ("attempts = 3", "attempts = 3: "),
+        ("attempts = 3", "attempts = 3: "), (f"{RULE}\n# no time: ", "due ="),
     ],
 )  # fmt: skip
 def test_what_is_wrong_in_the_late_rule_or_about_attempts_is_told(folder: Path, late: str, said: str) -> None:
-    (folder / "assignment.toml").write_text(TOML.format(late))
+    text = TOML.format(late)
+    (folder / "assignment.toml").write_text(text.replace("due", "# due", 1) if "no time" in late else text)
     with pytest.raises(QdotError) as caught:
         load_assignment(folder)
     assert str(caught.value).startswith(f"{folder / 'assignment.toml'}: line 4: ")
     assert said in str(caught.value)
-
-
-def test_nothing_is_late_that_is_not_due(folder: Path) -> None:
-    (folder / "assignment.toml").write_text(TOML.format(RULE).replace("due =", "# due ="))
-    with pytest.raises(QdotError, match=r"line 4: late: .*due ="):
-        load_assignment(folder)
 
 
 @pytest.mark.parametrize(
@@ -168,11 +154,9 @@ def test_days_begun_take_a_share_of_what_was_earned(
     }  # fmt: skip
     assert (result["score"], result["late"]) == (score, None if penalty is None else late)
     assert status(result) == ("graded" if penalty is None else "late")
-
-
-def test_without_a_rule_lateness_is_told_and_costs_nothing(folder: Path) -> None:
-    result = one(load_assignment(folder), 1, 2.0, 0.7)
-    assert (result["score"], result["late"]["penalty"], status(result)) == (2.7, 0.0, "late")
+    (folder / "assignment.toml").write_text(TOML.format(""))
+    result = one(load_assignment(folder), hours, 2.0, 0.7)  # without a rule, lateness is told and costs nothing
+    assert (result["score"], bool(result["late"])) == (2.7, hours > 0)
 
 
 def test_sums_are_exact_whatever_the_points(folder: Path) -> None:
@@ -222,9 +206,6 @@ def test_parts_that_were_set_lose_for_lateness_and_a_total_that_was_set_does_not
     assert [row[name] for name in SUMS[:-1]] == [
         "2.5", "2.7", "92.6", "late", "0.17", "p1.position: 1 (was 0); total: 2.5 (was 1.53), ill",
     ]  # fmt: skip
-
-
-# --- attempts ---
 
 
 def test_many_notebooks_in_a_folder_are_one_attempt_and_attempts_have_a_limit(folder: Path, released: Path) -> None:

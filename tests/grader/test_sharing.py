@@ -11,24 +11,14 @@ from grader.cli import app
 from grader.sharing import shared_answers
 from tests.support.command import runner
 
-PROBLEMS = """title = "T"
-key = "hw"
-
-[[problem]]
-family = "polar-rp"
-variation = "chapter"
-questions = ["determinant", "joint-rates"]
-
-[[problem]]
-family = "planar-2r"
-variation = "full"
-questions = ["jacobian"]
-
-[[problem]]
-family = "planar-2r"
-variation = "chapter"
-questions = ["jacobian", "determinant"]
-"""
+PROBLEM = '\n[[problem]]\nfamily = "{}"\nvariation = "{}"\nquestions = ["{}"]\n'
+PROBLEMS = 'title = "T"\nkey = "hw"\n' + "".join(
+    PROBLEM.format(family, variation, '", "'.join(questions))
+    for family, variation, *questions in (
+        ("polar-rp", "chapter", "determinant", "joint-rates"), ("planar-2r", "full", "jacobian"),
+        ("planar-2r", "chapter", "jacobian", "determinant"),
+    )
+)  # fmt: skip
 
 
 @pytest.fixture

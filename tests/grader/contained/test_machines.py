@@ -27,7 +27,6 @@ pytestmark = [
     ),
 ]
 
-# --- what the machine is told to be, by doctor ---
 
 REFUSED = {"namespaces": ["namespaces"], "Landlock": ["landlock"], "both": ["namespaces", "landlock"]}
 USERS = [None, DOCKERS_ROOT, NOBODY] if os.geteuid() == 0 else [None]
@@ -125,9 +124,6 @@ sys.exit(os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]))
     assert json.loads(done.stdout) == {"first": True, "strict": True, "processes": []}
 
 
-# --- what the probe tries ---
-
-
 @pytest.mark.parametrize(
     ("without", "guarantee", "seen"),
     [
@@ -157,9 +153,6 @@ def test_the_probe_sees_what_is_left_behind() -> None:
         assert sandbox.left_behind
 
 
-# --- without namespaces ---
-
-
 def counted(cells: list[str], names: list[str]) -> Run:
     with Sandbox(Limits(seconds=20, cell_seconds=8), {"namespaces", "watch"}) as sandbox:
         return sandbox.run(["import os", *cells], names)
@@ -183,9 +176,6 @@ def test_what_is_written_within_the_limits_is_not_stopped() -> None:
     ]
     run = counted(cells, ["a"])
     assert (run.answers, run.cell_errors, run.end) == ({"a": "1"}, {}, "done")
-
-
-# --- folders ---
 
 
 def nested(folder: Path, depth: int) -> None:
@@ -237,9 +227,6 @@ def test_leftovers_that_are_hard_to_remove_stop_no_start(tmp_path: Path, monkeyp
 
     monkeypatch.setattr(folders, "remove", fail)
     assert Path(own_folder("qdot-own-").path).is_dir() and left.exists()
-
-
-# --- a machine on which nothing works ---
 
 
 @pytest.mark.integration

@@ -27,23 +27,14 @@ def sandbox() -> Iterator[Sandbox]:
 @pytest.mark.parametrize(
     ("code", "text"),
     [
-        ("Matrix([[cos(x), 1], [0, y]])", "[[cos(x), 1], [0, y]]"),
-        ("[[1, 2.5], [x, 0]]", "[[1, 2.5], [x, 0]]"),
-        ("np.array([[1.0, 2.0]])", "[[1.0, 2.0]]"),
-        ("np.float64(0.1)", "0.1"),
-        ("np.sqrt(2)*x", "1.4142135623730951*x"),
-        ("pi.evalf()", "3.141592653589793"),
-        ("{x: [0, pi]}", "{x: [0, pi]}"),
-        ("Eq(sin(x), 0)", "Eq(sin(x), 0)"),
-        ("And(Eq(x, 0), Eq(y, pi))", "Eq(x, 0) & Eq(y, pi)"),
-        ("FiniteSet(0, pi)", "{0, pi}"),
-        ("ImmutableMatrix([x])", "[[x]]"),
-        ("'a1*c12'", "a1*c12"),
-        ("...", "blank"),
-        ("1 + 2j", "(1.0 + I*(2.0))"),
-        ("float('nan')", "nan"),
+        ("Matrix([[cos(x), 1], [0, y]])", "[[cos(x), 1], [0, y]]"), ("[[1, 2.5], [x, 0]]", "[[1, 2.5], [x, 0]]"),
+        ("np.array([[1.0, 2.0]])", "[[1.0, 2.0]]"), ("np.float64(0.1)", "0.1"),
+        ("np.sqrt(2)*x", "1.4142135623730951*x"), ("pi.evalf()", "3.141592653589793"), ("{x: [0, pi]}", "{x: [0, pi]}"),
+        ("Eq(sin(x), 0)", "Eq(sin(x), 0)"), ("And(Eq(x, 0), Eq(y, pi))", "Eq(x, 0) & Eq(y, pi)"),
+        ("FiniteSet(0, pi)", "{0, pi}"), ("ImmutableMatrix([x])", "[[x]]"), ("'a1*c12'", "a1*c12"), ("...", "blank"),
+        ("1 + 2j", "(1.0 + I*(2.0))"), ("float('nan')", "nan"),
     ],
-)
+)  # fmt: skip
 def test_values_leave_as_text(sandbox: Sandbox, code: str, text: str) -> None:
     run = sandbox.run([IMPORTS, f"p = {code}"], ["p"])
     assert run.answers == {"p": text}
@@ -61,18 +52,14 @@ def test_what_is_no_expression_is_told_and_the_last_value_counts(sandbox: Sandbo
 @pytest.mark.parametrize(
     ("made", "changed", "text"),
     [
-        ("Matrix([x, 1])", "p1_a[1] = 2", "[[x], [2]]"),
-        ("Matrix([[x, 1], [1, 2]])", "p1_a.row_del(1)", "[[x, 1]]"),
+        ("Matrix([x, 1])", "p1_a[1] = 2", "[[x], [2]]"), ("Matrix([[x, 1], [1, 2]])", "p1_a.row_del(1)", "[[x, 1]]"),
         ("SparseMatrix([[x, 1]])", "p1_a[0, 1] = 2", "[[x, 2]]"),
         ("[x, [1, 2]]", "p1_a[1].append(3)", "[x, [1, 2, 3]]"),
-        ("[x, numpy.array([1, 2])]", "p1_a[1][0] = 5", "[x, [5, 2]]"),
-        ("numpy.array([1, 2])", "p1_a[0] = 5", "[5, 2]"),
-        ("{1: [2]}", "p1_a[1] = [3]", "{1: [3]}"),
-        ("Integer(1)", "p1_a = Float(1)", "1.0"),
-        ("Matrix([1, 2])", "p1_a = Matrix([[1, 2]])", "[[1, 2]]"),
-        ("[1, 2]", "p1_a[0] = True", "[True, 2]"),
+        ("[x, numpy.array([1, 2])]", "p1_a[1][0] = 5", "[x, [5, 2]]"), ("numpy.array([1, 2])", "p1_a[0] = 5", "[5, 2]"),
+        ("{1: [2]}", "p1_a[1] = [3]", "{1: [3]}"), ("Integer(1)", "p1_a = Float(1)", "1.0"),
+        ("Matrix([1, 2])", "p1_a = Matrix([[1, 2]])", "[[1, 2]]"), ("[1, 2]", "p1_a[0] = True", "[True, 2]"),
     ],
-)
+)  # fmt: skip
 def test_a_change_in_place_counts(sandbox: Sandbox, made: str, changed: str, text: str) -> None:
     cells = ["import numpy; from sympy import *; x = Symbol('x')", f"p1_a = {made}", "p1_b = 0", changed, "p1_b = 1"]
     assert sandbox.run(cells, ["p1_a", "p1_b"]).answers == {"p1_a": text, "p1_b": "1"}
@@ -99,6 +86,7 @@ def test_no_walk_and_no_pattern_shows_what_lies_outside(secret: Path) -> None:
     assert set(run.answers.values()) == {"[]"} and {"a", "b"} <= set(run.answers), run
 
 
+@pytest.mark.whole
 @pytest.mark.skipif(sys.platform != "linux", reason="processors are chosen, and others' processor time is read")
 def test_a_busy_machine_costs_no_answer() -> None:
     """What counts is processor time: here a notebook has a fifth of a processor, and less where the machine is busy."""

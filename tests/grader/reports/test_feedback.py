@@ -82,6 +82,11 @@ class Page(HTMLParser):
         for texts in self.inside:
             texts.append(data)
 
+    @property
+    def text(self) -> str:
+        """All that a reader sees."""
+        return " ".join(text for _, text in self.all("body"))
+
     def all(self, *tags: str) -> list[tuple[dict[str, str], str]]:
         return [(about, " ".join("".join(texts).split())) for tag, about, texts in self.found if tag in tags]
 
@@ -141,9 +146,6 @@ def mix(assignment: Assignment) -> dict[str, Any]:
 def page_of(assignment: Assignment, result: dict[str, Any]) -> tuple[str, Page]:
     text = feedback_page(assignment, assignment.roster[0], result)
     return text, Page(text)
-
-
-# --- what stands on it ---
 
 
 def test_every_outcome_is_said_in_words_and_by_a_sign(assignment: Assignment, mix: dict[str, Any]) -> None:
@@ -306,9 +308,6 @@ def test_a_page_of_one_who_handed_in_nothing(assignment: Assignment, obstacle: s
     assert any(obstacle in paragraph for _, paragraph in page.all("p"))
 
 
-# --- how it is built ---
-
-
 def test_it_is_well_built(assignment: Assignment, mix: dict[str, Any]) -> None:
     for result in (mix, result_of(assignment), result_of(assignment, lambda *_: None)):
         text, page = page_of(assignment, result)
@@ -352,8 +351,6 @@ def test_every_colour_can_be_read_on_every_ground() -> None:
                 one, other = sorted((_luminance(scheme[ground]), _luminance(scheme[ink])))
                 assert (other + 0.05) / (one + 0.05) >= 4.5, (ground, ink, scheme)
 
-
-# --- answers ---
 
 HOSTILE = [
     "<script>alert(1)</script>", "]]></math><img src=x onerror=alert(1)>", "a1 & a2 < a1 > 'x' \"y\"", "9**9**9",
@@ -415,9 +412,6 @@ def test_what_is_set_and_what_stands_there_as_text(assignment: Assignment) -> No
         assert not answer.shown and answer.is_text and answer.text.startswith(text[:1000])
     assert not answer_of(problem, part, SHOWN).is_text
     assert "0.5" in answer_of(problem, part, "0,5").shown
-
-
-# --- written once ---
 
 
 def test_a_page_is_written_again_only_if_it_says_something_else(assignment: Assignment, mix: dict[str, Any]) -> None:

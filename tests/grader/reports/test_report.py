@@ -7,7 +7,6 @@ import stat
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
-from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
@@ -28,13 +27,13 @@ from grader.reports.class_view import mistakes, parts, scores
 from grader.reports.formats import write_asked
 from grader.similar import Written, Wrong, alikeness, nearly_the_same, written
 from grader.variants import FEATURES, OF_AXES, OTHERS, compare, corrected, in_words
+from tests.grader.reports.test_feedback import Page
 from tests.support.command import fails, run
 from tests.support.handing_in import a_class
 from tests.support.results import result
 
 pytestmark = pytest.mark.xdist_group("report")  # the class is made once
 
-# --- statistics ---
 
 ROWS = [[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 0, 0], [1, 1, 0], [1, 1, 1], [0, 1, 0], [1, 0, 0], [1, 1, 1], [0, 0, 0]]
 
@@ -83,9 +82,6 @@ def test_the_permutation_test_against_every_division() -> None:
     assert statistics._dealt(5, "seed")[0][:2].tolist() == [[1, 2, 3, 4, 0], [0, 3, 1, 2, 4]], "the same for good"
 
 
-# --- variants ---
-
-
 def test_arms_differ_in_what_their_convention_tells() -> None:
     """Of a modified table the tilt of the base is the twist of the first row; told by axes, an arm has no frames."""
     shares = [float(k % 4) for k in range(24)]
@@ -113,9 +109,6 @@ def test_groups_of_arms_and_what_is_too_small() -> None:
     values = [replace(each, chance=chance) for each, chance in zip(found * 2, (0.01, 0.5), strict=False)]
     assert [round(each.corrected, 3) for each in corrected(values)] == [0.02, 0.5][: len(values)]
     assert "0.040" in in_words(0.04)
-
-
-# --- alike ---
 
 
 @pytest.fixture(scope="module")
@@ -160,9 +153,6 @@ def test_pairs_are_long_rare_and_of_different_problems(assignment: Assignment) -
     assert not nearly_the_same([wrong(name, long, name) for name in "abcd"], 3)  # what many write
     near = form(assignment, LONG.replace("7*a1", "8*a1"))
     assert len(nearly_the_same([wrong("a", long, "1"), wrong("b", near, "2")], 3)) == (alikeness(long, near) >= 0.9)
-
-
-# --- what the page tells ---
 
 
 def a_graded_class(assignment: Assignment) -> list[dict[str, Any]]:
@@ -216,44 +206,24 @@ def test_mistakes_that_a_class_makes_more_are_a_line_for_its_next_assignment(tmp
     assert "mistakes = {" not in class_page(few, results[:9])
 
 
-class Page(HTMLParser):
-    """What a browser would find in a page: tags, attributes, texts."""
-
-    def __init__(self, page: str) -> None:
-        super().__init__()
-        self.tags: list[tuple[str, dict[str, str | None]]] = []
-        self.text = ""
-        self.feed(page)
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.tags.append((tag, dict(attrs)))
-
-    def handle_data(self, data: str) -> None:
-        self.text += data
-
-
 def test_the_page(assignment: Assignment) -> None:
     results = a_graded_class(assignment)
     text = class_page(assignment, results)
     assert text == class_page(assignment, json.loads(json.dumps(results)))
     page = Page(text)
     # What students wrote is text and nothing else, and nothing comes from elsewhere.
-    assert not {tag for tag, _ in page.tags} & {"script", "img", "iframe", "object", "link", "b", "failed"}
-    for tag, attributes in page.tags:
-        assert not [name for name in attributes if name.startswith("on")]
-        links = [attributes.get(name) or "" for name in ("href", "src")]
-        assert all(link == "" or link.startswith("#") for link in links), tag
-    assert not re.findall(r"url\((?!#)", text)
-    ids = [attributes["id"] for _, attributes in page.tags if "id" in attributes]
-    assert len(ids) == len(set(ids))
-    targets = [attributes["href"] or "" for _, attributes in page.tags if "href" in attributes]
-    assert {target[1:] for target in targets} <= set(ids)
+    assert not {tag for tag, _, _ in page.found} & {"script", "img", "iframe", "object", "link", "b", "failed"}
+    attributes = [about for _, about, _ in page.found]
+    assert not [name for about in attributes for name in about if name.startswith("on")]
+    links = [link for about in attributes for name in ("href", "src") if (link := about.get(name))]
+    ids = [about["id"] for about in attributes if "id" in about]
+    assert {link[:1] for link in links} <= {"#"} and {link[1:] for link in links} <= set(ids)
+    assert len(ids) == len(set(ids)) and not re.findall(r"url\((?!#)", text)
     assert "<script>alert(1)</script> (s1)" in page.text
     assert "<b>half</b>" in page.text
     # Every chart says what it is, is drawn alike each time, and in the page's colours.
-    drawn = [attributes for _, attributes in page.tags if attributes.get("role") == "img"]
-    assert len(drawn) >= 3
-    assert all(attributes["aria-label"] for attributes in drawn)
+    drawn = [about for about in attributes if about.get("role") == "img"]
+    assert len(drawn) >= 3 and all(about["aria-label"] for about in drawn)
     chart = charts.histogram([0.0, 55.0, 100.0], 51.7, 55.0)
     assert chart == charts.histogram([0.0, 55.0, 100.0], 51.7, 55.0) and "var(--bar)" in chart
     assert not re.search(r"#[0-9a-f]{6}\b|font-family|<style|xlink", chart)
@@ -299,9 +269,6 @@ def test_without_what_draws_charts_one_message_and_no_file(
     with pytest.raises(QdotError, match="the report needs matplotlib"):
         write_asked(assignment, a_graded_class(assignment), [("html", str(tmp_path / "x.html"))])
     assert not list(tmp_path.iterdir())
-
-
-# --- as an instructor uses it ---
 
 
 def test_report_as_an_instructor_uses_it(assignment: Assignment, tmp_path: Path) -> None:
