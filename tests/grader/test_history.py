@@ -40,6 +40,7 @@ def diff(folder: Path) -> list[str]:
     return [" ".join(line.split()) for line in run(folder, "--diff")[1].splitlines()[:-1]]
 
 
+@pytest.mark.whole
 def test_a_large_class_is_written_in_little_more_memory_than_its_results_take(folder: Path, released: Path) -> None:
     """One result after another: of 100,000, those of the run before would take gigabytes."""
     hand_in(folder, released, "s1/hw.ipynb", -1)
@@ -71,9 +72,9 @@ def test_nobody_loses_a_mark_by_a_run_that_was_given_less(folder: Path, released
     (folder / "submitted" / "s2").rename(late)
     with zipfile.ZipFile(tmp_path / "late.zip", "w") as packed:
         packed.write(late / "hw.ipynb", "s2/hw.ipynb")
-    for given, gone in ((folder / "submitted", "s2"), (tmp_path / "late.zip", "s1")):
+    for given, missing in ((folder / "submitted", "s2"), (tmp_path / "late.zip", "s1")):
         message = fails("grade", folder, given)
-        assert message.startswith(f"qdot: {given}: nothing is here of 1 of 3 students") and f" {gone}; " in message
+        assert message.startswith(f"qdot: {given}: nothing is here of 1 of 3 students") and f" {missing}; " in message
         assert results_path(load_assignment(folder)).read_bytes() == before
     gone, _ = run(folder, "--gone")
     kept_for_staff = [path for path in (folder / "graded").glob("[gr]*.*") if path.is_file()]

@@ -45,6 +45,17 @@ def on(server: Server, platform: str, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setenv(name, value)
 
 
+@pytest.fixture
+def github(server: Server, monkeypatch: pytest.MonkeyPatch) -> Server:
+    """The server as GitHub, which the environment names."""
+    on(server, "github", monkeypatch)
+    return server
+
+
+def collect(assignment: Assignment, platform: str = "github", command: str = "collect") -> int:
+    return main([command, str(assignment.folder), "--on", platform])
+
+
 def collected(assignment: Assignment) -> dict[str, dict[str, str]]:
     with (assignment.folder / "graded" / "collected.csv").open() as table:
         return {row["student"]: row for row in csv.DictReader(table)}
@@ -70,7 +81,7 @@ def test_the_state_at_the_deadline_is_fetched_by_the_servers_clock(
     (work / "hw.ipynb").symlink_to("/etc/passwd")
     server.push("course/hw-cy", {".gitattributes": "*.ipynb filter=lfs\n", ".gitmodules": "[submodule"}, LATE)
     on(server, platform, monkeypatch)
-    assert main(["collect", str(assignment.folder), "--on", platform]) == 0
+    assert collect(assignment, platform) == 0
     submitted = assignment.folder / "submitted"
     assert (submitted / "ada" / "hw.ipynb").read_text() == "in time"
     assert (submitted / "bo" / "hw.ipynb").read_text() == "in time, too"
@@ -87,26 +98,24 @@ def test_the_state_at_the_deadline_is_fetched_by_the_servers_clock(
     toml = assignment.folder / "assignment.toml"
     toml.write_text(f"late = {{until = {(DUE + timedelta(hours=1)).isoformat()}}}\n{toml.read_text()}")
     (assignment.folder / ".submitted-of-a-run-that-was-killed" / "submitted").mkdir(parents=True)
-    assert main(["collect", str(assignment.folder), "--on", platform]) == 0
+    assert collect(assignment, platform) == 0
     assert "no push to main until" in collected(assignment)["cy"]["left_out"]
     monkeypatch.setenv("GITHUB_API_URL", "http://127.0.0.1:9")
     monkeypatch.setenv("CI_API_V4_URL", "http://127.0.0.1:9")
-    assert main(["collect", str(assignment.folder), "--on", platform]) == 2, "nothing new could be fetched"
+    assert collect(assignment, platform) == 2, "nothing new could be fetched"
     assert (submitted / "ada" / "hw.ipynb").read_text() == "in time"
     assert not list(assignment.folder.glob(".submitted-*"))
 
 
 def test_who_could_not_be_asked_has_no_mark_and_who_pushed_nothing_a_zero(
-    assignment: Assignment, server: Server, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    assignment: Assignment, github: Server, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Of Bo the server does not give the list; Cy never pushed. Neither stops Ada, nor each other."""
     for student in ("ada", "bo"):
-        server.push(f"course/hw-{student}", {"hw.ipynb": right(assignment, student)}, IN_TIME)
-    bos = server.pushes.pop("course/hw-bo")
-    git("init", "--quiet", "--bare", server.bare("course/hw-cy"))
-    on(server, "github", monkeypatch)
-    collect = ["collect", str(assignment.folder), "--on", "github"]
-    assert main(collect) == 0
+        github.push(f"course/hw-{student}", {"hw.ipynb": right(assignment, student)}, IN_TIME)
+    bos = github.pushes.pop("course/hw-bo")
+    git("init", "--quiet", "--bare", github.bare("course/hw-cy"))
+    assert collect(assignment) == 0
     printed = capsys.readouterr()
     assert printed.out == "1 repositories fetched, 1 left out, 1 could not be fetched\n"
     for_bo, for_cy = printed.err.splitlines()
@@ -123,23 +132,20 @@ def test_who_could_not_be_asked_has_no_mark_and_who_pushed_nothing_a_zero(
 
     assert statuses(code=2) == ["graded", "ungraded", "missing"]
     assert "answers 404" in (assignment.folder / "graded" / "feedback" / "bo.html").read_text()
-    assert main(["hand-back", str(assignment.folder), "--on", "github"]) == 0
+    assert collect(assignment, command="hand-back") == 0
     assert capsys.readouterr().out.startswith("1 repositories")
-    server.pushes["course/hw-bo"] = bos
-    assert main(collect) == 0
+    github.pushes["course/hw-bo"] = bos
+    assert collect(assignment) == 0
     assert statuses(code=0) == ["graded", "graded", "missing"]
 
 
-def test_a_commit_in_time_that_a_forced_push_replaced_is_left_out(
-    assignment: Assignment, server: Server, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_commit_in_time_that_a_forced_push_replaced_is_left_out(assignment: Assignment, github: Server) -> None:
     for student in ("ada", "bo"):
-        server.push(f"course/hw-{student}", {"hw.ipynb": "in time"}, IN_TIME)
-    bare = server.bare("course/hw-bo")
+        github.push(f"course/hw-{student}", {"hw.ipynb": "in time"}, IN_TIME)
+    bare = github.bare("course/hw-bo")
     git("update-ref", "refs/heads/main", git("commit-tree", "-m", "new", "HEAD^{tree}", cwd=bare).strip(), cwd=bare)
     git("gc", "--quiet", "--prune=now", cwd=bare)
-    on(server, "github", monkeypatch)
-    assert main(["collect", str(assignment.folder), "--on", "github"]) == 0
+    assert collect(assignment) == 0
     row = collected(assignment)["bo"]
     assert "no longer there" in row["left_out"] and not row["unreached"]
 
@@ -147,16 +153,15 @@ def test_a_commit_in_time_that_a_forced_push_replaced_is_left_out(
 def test_without_a_token_a_server_or_a_list_there_is_one_message(
     assignment: Assignment, server: Server, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    given = ["collect", str(assignment.folder), "--on", "github"]
     monkeypatch.delenv("QDOT_TOKEN", raising=False)
-    assert main(given) == 2
+    assert collect(assignment) == 2
     assert "QDOT_TOKEN is not set" in capsys.readouterr().err
     on(server, "github", monkeypatch)
-    assert main(given) == 2
+    assert collect(assignment) == 2
     assert "no repository could be fetched" in capsys.readouterr().err
     (assignment.folder / "repositories.csv").write_text("who,what\nada,hw\n")
-    assert main(given) == 2
-    assert "with the columns repository and student" in capsys.readouterr().err
+    assert collect(assignment) == 2
+    assert "columns repository and student" in capsys.readouterr().err
 
 
 def test_until_when_a_push_counts(assignment: Assignment) -> None:
@@ -171,27 +176,26 @@ def test_until_when_a_push_counts(assignment: Assignment) -> None:
 
 
 def test_feedback_goes_to_its_student_and_nothing_is_sent_where_it_is_the_same(
-    assignment: Assignment, server: Server, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    assignment: Assignment, github: Server, capsys: pytest.CaptureFixture[str]
 ) -> None:
     for student in ("ada", "bo"):
-        server.push(f"course/hw-{student}", {"hw.ipynb": right(assignment, student)}, IN_TIME)
-    git("init", "--quiet", "--bare", server.bare("course/hw-cy"))
-    on(server, "github", monkeypatch)
-    main(["collect", str(assignment.folder), "--on", "github"])
+        github.push(f"course/hw-{student}", {"hw.ipynb": right(assignment, student)}, IN_TIME)
+    git("init", "--quiet", "--bare", github.bare("course/hw-cy"))
+    assert collect(assignment) == 0
     with one_sandbox():
         run("grade", assignment.folder, "--jobs", "1")
-    heads = []
+    bare, heads = github.bare("course/hw-bo"), []
     for _ in range(2):
-        assert main(["hand-back", str(assignment.folder), "--on", "github"]) == 0
+        assert collect(assignment, command="hand-back") == 0
         assert "2 repositories given their feedback, 0 not" in capsys.readouterr().out
-        heads.append(git("-C", server.bare("course/hw-bo"), "rev-parse", "feedback"))
+        heads.append(git("-C", bare, "rev-parse", "feedback"))
     assert heads[0] == heads[1]
-    readme = git("-C", server.bare("course/hw-bo"), "show", "feedback:README.md")
+    readme = git("-C", bare, "show", "feedback:README.md")
     assert "**4 of 4 points**" in readme and "ada" not in readme
-    assert "<html" in git("-C", server.bare("course/hw-bo"), "show", "feedback:feedback.html")
-    server.bare("course/hw-bo").rename(server.folder / "gone")
+    assert "<html" in git("-C", bare, "show", "feedback:feedback.html")
+    bare.rename(github.folder / "gone")
     (assignment.folder / "graded" / "feedback" / "ada.html").unlink()
-    assert main(["hand-back", str(assignment.folder), "--on", "github"]) == 1
+    assert collect(assignment, command="hand-back") == 1
     printed = capsys.readouterr()
     assert "bo: feedback can't be pushed to course/hw-bo: " in printed.err
     assert "ada: feedback can't be pushed to course/hw-ada: " in printed.err

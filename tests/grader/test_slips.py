@@ -40,7 +40,7 @@ from tests.support.suites import several
 
 pytestmark = pytest.mark.xdist_group("slips")  # each is diagnosed once
 SLIPS: list[dict[str, Any]] = list(map(json.loads, (DATA / "slips.jsonl").read_text(encoding="utf-8").splitlines()))
-TAKEN = range(0, len(SLIPS), several(7, 1))
+TAKEN = range(0, len(SLIPS), several(12, 1))
 NAMED = {1: several(0.9, 0.97), 2: several(0.5, 0.74)}
 """The share of answers with one slip, and with two, behind which mistakes are named."""
 

@@ -29,7 +29,7 @@ from tests.support.suites import few_of, several
 
 TOML = 'title = "T"\nkey = "hw"\n[[problem]]\nfamily = "planar-2r"\nquestions = ["position", "determinant"]\n'
 HONEST = ["s01", *several(["s04"], ["s08", "s15", "s22", "s30"])]
-STUDENTS = [f"s{i:02d}" for i in range(1, several(7, 31))]
+STUDENTS = [f"s{i:02d}" for i in range(1, several(8, 31))]
 ATTACKS = [
     "while True: pass", "sum(range(10**12))", "import os; os._exit(0)", "import os; os.abort()",
     "import sys; sys.exit()", "import os; os.kill(os.getppid(), 9)", "import os; os.fork()",

@@ -59,9 +59,6 @@ def test_reliability_by_hand() -> None:
     assert statistics.reliability(same) == pytest.approx(1)
     assert statistics.reliability([[1, 1]] * 10) is None
     assert statistics.reliability(ROWS[:5]) is None
-
-
-def test_what_few_numbers_say() -> None:
     assert (statistics.mean([]), statistics.median([]), statistics.deviation([7])) == (None, None, None)
     assert statistics.mean([0.1] * 10) == pytest.approx(0.1, abs=1e-17)
     assert statistics.correlation([1, 1], [1, 2]) is None
