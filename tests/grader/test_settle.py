@@ -11,19 +11,18 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner
 
 from exercises.assignment import Assignment, Student, load_assignment
 from exercises.errors import QdotError
 from exercises.lateness import LateRule
 from exercises.release import init_assignment, release
 from exercises.several import Several
-from grader.cli import app
 from grader.demo import answered
 from grader.overrides import Override, Overrides, read_overrides
 from grader.reports.feedback import feedback_page
 from grader.reports.tables import SUMS, grades_csv, status
 from grader.settle import Graded, settle
+from tests.support import command
 from tests.support.handing_in import UNCERTIFIED, one_sandbox
 
 pytestmark = pytest.mark.xdist_group("settle")  # the class is made once
@@ -277,10 +276,9 @@ def hand_in(folder: Path, released: Path, name: str, hours: float, **answers: st
 
 def run(folder: Path, *options: str) -> tuple[dict[str, dict[str, Any]], str]:
     with one_sandbox():
-        said = CliRunner().invoke(app, ["grade", str(folder), "--jobs", "1", *options])
-    assert said.exit_code == 0, said.output
+        printed = command.run("grade", folder, "--jobs", "1", *options)
     lines = (folder / "graded" / "results.jsonl").read_text().splitlines()
-    return {result["student"]: result for result in map(json.loads, lines)}, said.stdout
+    return {result["student"]: result for result in map(json.loads, lines)}, printed
 
 
 def test_the_last_counts_unless_the_assignment_says_the_best(folder: Path, released: Path) -> None:

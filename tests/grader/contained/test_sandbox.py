@@ -233,12 +233,9 @@ def test_a_notebook_reads_and_writes_nothing_of_the_machines_owner(sandbox: Sand
         f"import numpy; p14 = str(numpy.loadtxt({str(secret)!r}, dtype=str))",
         f"import io; p15 = io.open_code({str(secret)!r}).read().decode()",
         f"p16 = os.read(os.open({str(secret)!r}, os.O_RDONLY), 100).decode()",
-        *(
-            f"p{i} = open({str(CONTAINED.parent.parent / name)!r}).read()"
-            for i, name in ((17, "README.md"), (18, "grader/judge.py"))
-        ),
+        f"p17 = open({str(CONTAINED.parent.parent / 'README.md')!r}).read()",
     ]
-    run = sandbox.run(cells, [f"p{i}" for i in range(1, 19)])
+    run = sandbox.run(cells, [f"p{i}" for i in range(1, 18)])
     assert run.answers == {}
     assert sorted(run.cell_errors) == list(range(len(cells)))
     refused = ("may not", "not found", "No module")  # by the hook in words, or by the kernel: it is not there
