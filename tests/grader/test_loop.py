@@ -16,7 +16,7 @@ from grader.marking import mark
 from grader.sandbox import Sandbox
 from grader.verdict import Outcome
 from tests.support.problems import some_parts
-from tests.support.suites import several
+from tests.support.suites import few_of, several
 
 Draw = Callable[[str, int], Problem]
 
@@ -41,9 +41,7 @@ def test_the_solution_earns_full_marks(family: str, start: int, sandbox: Sandbox
         answers = values(sandbox, problem, codes)
         own = {part.name: answers[variable("p1", part.name)] for part in problem.parts}
         for verdict in mark(problem, own, secret="secret"):
-            assert verdict.judgement.outcome is Outcome.CORRECT, (
-                f"{problem.id} {verdict.part}: {verdict.judgement.reason}"
-            )
+            assert verdict.judgement.outcome is Outcome.CORRECT, (problem.id, verdict.part, verdict.judgement.reason)
             assert verdict.points == verdict.max_points
 
 
@@ -54,34 +52,23 @@ def mistakes(part: Part, right: str) -> dict[str, str]:
     """
     answer = part.answer
     if isinstance(answer, ConditionSet):
-        return {
-            "degrees": "{Symbol('theta2'): [0, 180]}",
-            "none": "[]",
-            "book": "Eq(sin(Symbol('theta1')), 0)",
-            "first": f"{right}[:-1]",
-        }
+        degrees, book = "{Symbol('theta2'): [0, 180]}", "Eq(sin(Symbol('theta1')), 0)"
+        return {"degrees": degrees, "none": "[]", "book": book, "first": f"{right}[:-1]"}
     if isinstance(answer, Number):
         return {"sign": f"-{right}", "degrees": f"180/pi*{right}"}
     if isinstance(answer, Direction):
         entries = len(answer.reference)
         first = next(i for i, entry in enumerate(answer.reference) if entry != 0)
-        return {
-            "zero": f"0*{right}",
-            "nan": f"{right}*nan",
-            "another": f"{right} + 2*eye({entries})[:, {(first + 1) % entries}]",
-        }
+        another = f"{right} + 2*eye({entries})[:, {(first + 1) % entries}]"
+        return {"zero": f"0*{right}", "nan": f"{right}*nan", "another": another}
     if not isinstance(answer, (Expression, Matrix)):
         return {}
     relative = {
         "theta1 + theta2 + theta3": "theta3", "theta1 + theta2": "theta2", "theta2 + theta3": "theta3",
         "theta1 - theta2": "theta2",
     }  # fmt: skip
-    found = {
-        "sign": f"-{right}",
-        "nan": f"{right}*nan",
-        "degrees": f"{right}.subs({{s: pi*s/180 for s in {right}.free_symbols if s.name[0] == 't'}})",
-        "unknown symbol": f"{right}*Symbol('k')",
-    }
+    degrees = f"{right}.subs({{s: pi*s/180 for s in {right}.free_symbols if s.name[0] == 't'}})"
+    found = {"sign": f"-{right}", "nan": f"{right}*nan", "degrees": degrees, "unknown symbol": f"{right}*Symbol('k')"}
     if isinstance(answer, Matrix):
         reference = answer.reference
         if 1 not in reference.shape and reference != reference.T:
@@ -101,15 +88,13 @@ def mistakes(part: Part, right: str) -> dict[str, str]:
 def test_the_usual_mistakes_fail(problem: Problem, sandbox: Sandbox, monkeypatch: pytest.MonkeyPatch) -> None:
     """Which mistake it is isn't looked for: it changes no mark, takes most of the time, and has test_diagnosis.py."""
     monkeypatch.setattr("grader.marking.diagnose", lambda *_: None)
-    parts = some_parts(problem)
+    parts = few_of(some_parts(problem), 8)
     right = {f"right{i}": part.answer.code() for i, part in enumerate(parts)}
     tried = [(part, *item) for part, name in zip(parts, right, strict=True) for item in mistakes(part, name).items()]
     answers = values(sandbox, problem, right | {f"tried{i}": code for i, (_, _, code) in enumerate(tried)})
     for i, (part, mistake, code) in enumerate(tried):
         alone = replace(problem, parts=(part,))
         (verdict,) = mark(alone, {part.name: answers[f"tried{i}"]}, secret="secret")
-        assert verdict.judgement.outcome in (Outcome.WRONG, Outcome.PARTIAL, Outcome.MISSING), (
-            f"{problem.id} {part.name}: {mistake} was judged {verdict.judgement.outcome}: {code}"
-        )
-        assert verdict.points is not None
-        assert verdict.points < verdict.max_points
+        case = (problem.id, part.name, mistake, verdict.judgement.outcome, code)
+        assert verdict.judgement.outcome in (Outcome.WRONG, Outcome.PARTIAL, Outcome.MISSING), case
+        assert verdict.points is not None and verdict.points < verdict.max_points, case

@@ -38,9 +38,7 @@ def test_in_a_notebook_that_we_hand_out_each_answer_is_at_its_own_cell(assignmen
         assert any(name in line for line in lines[: line_of_answer(path, part) - 1])
 
 
-def test_the_line_is_that_of_the_statement_when_jupyter_has_saved_the_notebook(
-    assignment: Assignment, tmp_path: Path
-) -> None:
+def test_the_line_is_that_of_the_statement_once_jupyter_has_saved_it(assignment: Assignment, tmp_path: Path) -> None:
     cells = [text("write `p1_jacobian = [[…]]`\n\np1_jacobian = 1"), *right_cells(assignment, "ada")]
     cells[0]["metadata"] = {"cells": [{"source": "p1_jacobian = 2"}], "note": 'a "quoted" \\ text'}
     cells[-2]["source"] = "# my answer\np1_jacobian = 0\nA = 1 \\\n  + 2\np1_jacobian = A\nprint(p1_jacobian == A)"
@@ -48,9 +46,7 @@ def test_the_line_is_that_of_the_statement_when_jupyter_has_saved_the_notebook(
     assert lines[line_of_answer(tmp_path / "hw.ipynb", "p1.jacobian") - 1].strip() == '"p1_jacobian = A\\n",'
 
 
-def test_without_a_statement_it_is_the_cell_and_without_a_cell_the_first_line(
-    assignment: Assignment, tmp_path: Path
-) -> None:
+def test_without_a_statement_it_is_the_cell_and_then_the_first_line(assignment: Assignment, tmp_path: Path) -> None:
     cells = right_cells(assignment, "ada")
     cells[-1]["source"] = "I don't know\nreally"
     cells[-2]["source"] = ""
@@ -75,9 +71,6 @@ def test_worksheets_scripts_and_markdown_have_lines_too(tmp_path: Path) -> None:
     markdown = tmp_path / "mine.md"
     markdown.write_text("Set `p1_position = …`\n```python\np1_position = 1\n```\n")
     assert line_of_answer(markdown, "p1.position") == 3
-
-
-def test_a_file_that_is_no_text_has_a_first_line_only(tmp_path: Path) -> None:
     for name, content in (("a.ipynb", '{"cells": []}'.encode("utf-16")), ("b.ipynb", b""), ("c.pdf", b"%PDF")):
         (tmp_path / name).write_bytes(content)
-        assert line_of_answer(tmp_path / name, "p1.position") == 1
+        assert line_of_answer(tmp_path / name, "p1.position") == 1, "what is no text has a first line only"

@@ -15,7 +15,7 @@ from grader import hosts, pushed
 from grader.pushed import counts_until, main
 from tests.support.ci import git
 from tests.support.command import run
-from tests.support.handing_in import TOML, a_class, right
+from tests.support.handing_in import TOML, a_class, one_sandbox, right
 from tests.support.hosting import TOKEN, Server, serving
 
 pytestmark = pytest.mark.xdist_group("pushed")
@@ -45,6 +45,17 @@ def on(server: Server, platform: str, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setenv(name, value)
 
 
+@pytest.fixture
+def github(server: Server, monkeypatch: pytest.MonkeyPatch) -> Server:
+    """The server as GitHub, which the environment names."""
+    on(server, "github", monkeypatch)
+    return server
+
+
+def collect(assignment: Assignment, platform: str = "github", command: str = "collect") -> int:
+    return main([command, str(assignment.folder), "--on", platform])
+
+
 def collected(assignment: Assignment) -> dict[str, dict[str, str]]:
     with (assignment.folder / "graded" / "collected.csv").open() as table:
         return {row["student"]: row for row in csv.DictReader(table)}
@@ -54,7 +65,10 @@ def collected(assignment: Assignment) -> dict[str, dict[str, str]]:
 def test_the_state_at_the_deadline_is_fetched_by_the_servers_clock(
     platform: str, assignment: Assignment, server: Server, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Ada went on after it, with commits that she dated back; Bo pushed a hundred times too late; Cy never before."""
+    """Ada went on after it, with commits that she dated back; Bo pushed a hundred times too late; Cy never before.
+
+    What lies in a repository does nothing: no link is followed, and no hook or filter is run.
+    """
     monkeypatch.setenv("GIT_COMMITTER_DATE", "2020-01-01T00:00:00Z")
     counting = server.push("course/hw-ada", {"hw.ipynb": "in time", "x/y.txt": "y"}, IN_TIME)
     server.push("course/hw-ada", {"hw.ipynb": "too late"}, LATE)
@@ -62,114 +76,92 @@ def test_the_state_at_the_deadline_is_fetched_by_the_servers_clock(
     server.push("course/hw-bo", {"hw.ipynb": "in time, too"}, IN_TIME)
     commit = server.push("course/hw-bo", {"hw.ipynb": "too late"}, LATE)
     server.pushes["course/hw-bo"] += [("main", commit, LATE)] * 250
-    server.push("course/hw-cy", {"hw.ipynb": "too late"}, LATE)
+    work = server.folder / "work" / "course" / "hw-cy"
+    git("init", "--quiet", work)
+    (work / "hw.ipynb").symlink_to("/etc/passwd")
+    server.push("course/hw-cy", {".gitattributes": "*.ipynb filter=lfs\n", ".gitmodules": "[submodule"}, LATE)
     on(server, platform, monkeypatch)
-    assert main(["collect", str(assignment.folder), "--on", platform]) == 0
+    assert collect(assignment, platform) == 0
     submitted = assignment.folder / "submitted"
     assert (submitted / "ada" / "hw.ipynb").read_text() == "in time"
     assert (submitted / "bo" / "hw.ipynb").read_text() == "in time, too"
-    assert (submitted / "cy" / "hw.ipynb").read_text() == "too late"  # `due` alone marks it as late, and that is all
+    late = submitted / "cy" / "hw.ipynb"  # `due` alone marks it as late, and that is all
+    assert late.read_text() == "/etc/passwd" and not late.is_symlink()
     assert not (submitted / "ada" / ".git").exists()
     for path in ("hw.ipynb", "x/y.txt"):
         moment = (submitted / "ada" / path).stat().st_mtime
         assert datetime.fromtimestamp(moment, UTC) == datetime.fromisoformat(IN_TIME)
-    told = collected(assignment)
-    assert (told["ada"]["commit"], told["ada"]["branch"]) == (counting, "main")
-    assert told["ada"]["counts_until"] == DUE.isoformat()
-    assert told["cy"]["pushed"] > told["cy"]["counts_until"] and not told["cy"]["left_out"]
+    rows = collected(assignment)
+    assert (rows["ada"]["commit"], rows["ada"]["branch"]) == (counting, "main")
+    assert rows["ada"]["counts_until"] == DUE.isoformat()
+    assert rows["cy"]["pushed"] > rows["cy"]["counts_until"] and not rows["cy"]["left_out"]
     toml = assignment.folder / "assignment.toml"
     toml.write_text(f"late = {{until = {(DUE + timedelta(hours=1)).isoformat()}}}\n{toml.read_text()}")
-    assert main(["collect", str(assignment.folder), "--on", platform]) == 0
-    assert "no push to main until" in collected(assignment)["cy"]["left_out"]
-
-
-def test_links_hooks_and_lies_in_a_repository_do_nothing(
-    assignment: Assignment, server: Server, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    work = server.folder / "work" / "course" / "hw-ada"
-    git("init", "--quiet", work)
-    (work / "hw.ipynb").symlink_to("/etc/passwd")
-    server.push("course/hw-ada", {".gitattributes": "*.ipynb filter=lfs\n", ".gitmodules": "[submodule"}, IN_TIME)
-    on(server, "github", monkeypatch)
-    assert main(["collect", str(assignment.folder), "--on", "github"]) == 0
-    fetched = assignment.folder / "submitted" / "ada" / "hw.ipynb"
-    assert not fetched.is_symlink() and fetched.read_text() == "/etc/passwd"
-
-
-def test_who_could_not_be_asked_has_no_mark_and_who_pushed_nothing_a_zero(
-    assignment: Assignment, server: Server, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """Of Bo the server does not give the list; Cy never pushed. Neither stops Ada, nor each other."""
-    for student in ("ada", "bo"):
-        server.push(f"course/hw-{student}", {"hw.ipynb": right(assignment, student)}, IN_TIME)
-    bos = server.pushes.pop("course/hw-bo")
-    git("init", "--quiet", "--bare", server.bare("course/hw-cy"))
-    on(server, "github", monkeypatch)
-    collect = ["collect", str(assignment.folder), "--on", "github"]
-    assert main(collect) == 0
-    said = capsys.readouterr()
-    assert said.out == "1 repositories fetched, 1 left out, 1 could not be fetched\n"
-    why = "when it was pushed to is not known: the server answers 404 Not Found"
-    assert f"bo: course/hw-bo can't be fetched, and has no mark: {why}" in said.err
-    assert "cy: course/hw-cy is left out: nothing was ever pushed to it" in said.err and TOKEN not in said.err
-    assert collected(assignment)["bo"]["unreached"] == why and not collected(assignment)["bo"]["left_out"]
-    run("grade", assignment.folder, "--jobs", "1", code=2)
-    with (assignment.folder / "graded" / "grades.csv").open() as table:
-        grades = {row["student"]: row for row in csv.DictReader(table)}
-    assert [grades[name]["status"] for name in ("ada", "bo", "cy")] == ["graded", "ungraded", "missing"]
-    page = (assignment.folder / "graded" / "feedback" / "bo.html").read_text()
-    assert "it could not be fetched" in page and "answers 404" in page
-    assert main(["hand-back", str(assignment.folder), "--on", "github"]) == 0
-    assert capsys.readouterr().out == "1 repositories given their feedback, 0 not\n"
-
-    server.pushes["course/hw-bo"] = bos
-    assert main(collect) == 0
-    run("grade", assignment.folder, "--jobs", "1")
-    with (assignment.folder / "graded" / "grades.csv").open() as table:
-        assert [row["status"] for row in csv.DictReader(table)] == ["graded", "graded", "missing"]
-
-
-def test_what_was_fetched_before_is_there_until_there_is_something_new(
-    assignment: Assignment, server: Server, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    server.push("course/hw-ada", {"hw.ipynb": "in time"}, IN_TIME)
-    on(server, "github", monkeypatch)
-    collect = ["collect", str(assignment.folder), "--on", "github"]
-    assert main(collect) == 0
     (assignment.folder / ".submitted-of-a-run-that-was-killed" / "submitted").mkdir(parents=True)
+    assert collect(assignment, platform) == 0
+    assert "no push to main until" in collected(assignment)["cy"]["left_out"]
     monkeypatch.setenv("GITHUB_API_URL", "http://127.0.0.1:9")
-    assert main(collect) == 2
-    assert (assignment.folder / "submitted" / "ada" / "hw.ipynb").read_text() == "in time"
+    monkeypatch.setenv("CI_API_V4_URL", "http://127.0.0.1:9")
+    assert collect(assignment, platform) == 2, "nothing new could be fetched"
+    assert (submitted / "ada" / "hw.ipynb").read_text() == "in time"
     assert not list(assignment.folder.glob(".submitted-*"))
 
 
-def test_a_commit_in_time_that_a_forced_push_replaced_is_left_out(
-    assignment: Assignment, server: Server, monkeypatch: pytest.MonkeyPatch
+def test_who_could_not_be_asked_has_no_mark_and_who_pushed_nothing_a_zero(
+    assignment: Assignment, github: Server, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    """Of Bo the server does not give the list; Cy never pushed. Neither stops Ada, nor each other."""
     for student in ("ada", "bo"):
-        server.push(f"course/hw-{student}", {"hw.ipynb": "in time"}, IN_TIME)
-    bare = server.bare("course/hw-bo")
+        github.push(f"course/hw-{student}", {"hw.ipynb": right(assignment, student)}, IN_TIME)
+    bos = github.pushes.pop("course/hw-bo")
+    git("init", "--quiet", "--bare", github.bare("course/hw-cy"))
+    assert collect(assignment) == 0
+    printed = capsys.readouterr()
+    assert printed.out == "1 repositories fetched, 1 left out, 1 could not be fetched\n"
+    for_bo, for_cy = printed.err.splitlines()
+    assert "bo: course/hw-bo" in for_bo and "404 Not Found" in for_bo
+    assert "cy: course/hw-cy" in for_cy and TOKEN not in printed.err
+    row = collected(assignment)["bo"]
+    assert "404 Not Found" in row["unreached"] and not row["left_out"]
+
+    def statuses(code: int) -> list[str]:
+        with one_sandbox():
+            run("grade", assignment.folder, "--jobs", "1", code=code)
+        with (assignment.folder / "graded" / "grades.csv").open() as table:
+            return [row["status"] for row in csv.DictReader(table)]
+
+    assert statuses(code=2) == ["graded", "ungraded", "missing"]
+    assert "answers 404" in (assignment.folder / "graded" / "feedback" / "bo.html").read_text()
+    assert collect(assignment, command="hand-back") == 0
+    assert capsys.readouterr().out.startswith("1 repositories")
+    github.pushes["course/hw-bo"] = bos
+    assert collect(assignment) == 0
+    assert statuses(code=0) == ["graded", "graded", "missing"]
+
+
+def test_a_commit_in_time_that_a_forced_push_replaced_is_left_out(assignment: Assignment, github: Server) -> None:
+    for student in ("ada", "bo"):
+        github.push(f"course/hw-{student}", {"hw.ipynb": "in time"}, IN_TIME)
+    bare = github.bare("course/hw-bo")
     git("update-ref", "refs/heads/main", git("commit-tree", "-m", "new", "HEAD^{tree}", cwd=bare).strip(), cwd=bare)
     git("gc", "--quiet", "--prune=now", cwd=bare)
-    on(server, "github", monkeypatch)
-    assert main(["collect", str(assignment.folder), "--on", "github"]) == 0
-    told = collected(assignment)["bo"]
-    assert "the commit that counts is no longer there" in told["left_out"] and not told["unreached"]
+    assert collect(assignment) == 0
+    row = collected(assignment)["bo"]
+    assert "no longer there" in row["left_out"] and not row["unreached"]
 
 
 def test_without_a_token_a_server_or_a_list_there_is_one_message(
     assignment: Assignment, server: Server, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    given = ["collect", str(assignment.folder), "--on", "github"]
     monkeypatch.delenv("QDOT_TOKEN", raising=False)
-    assert main(given) == 2
+    assert collect(assignment) == 2
     assert "QDOT_TOKEN is not set" in capsys.readouterr().err
     on(server, "github", monkeypatch)
-    assert main(given) == 2
+    assert collect(assignment) == 2
     assert "no repository could be fetched" in capsys.readouterr().err
     (assignment.folder / "repositories.csv").write_text("who,what\nada,hw\n")
-    assert main(given) == 2
-    assert "with the columns repository and student" in capsys.readouterr().err
+    assert collect(assignment) == 2
+    assert "columns repository and student" in capsys.readouterr().err
 
 
 def test_until_when_a_push_counts(assignment: Assignment) -> None:
@@ -184,30 +176,30 @@ def test_until_when_a_push_counts(assignment: Assignment) -> None:
 
 
 def test_feedback_goes_to_its_student_and_nothing_is_sent_where_it_is_the_same(
-    assignment: Assignment, server: Server, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    assignment: Assignment, github: Server, capsys: pytest.CaptureFixture[str]
 ) -> None:
     for student in ("ada", "bo"):
-        server.push(f"course/hw-{student}", {"hw.ipynb": right(assignment, student)}, IN_TIME)
-    git("init", "--quiet", "--bare", server.bare("course/hw-cy"))
-    on(server, "github", monkeypatch)
-    main(["collect", str(assignment.folder), "--on", "github"])
-    run("grade", assignment.folder)
-    heads = []
+        github.push(f"course/hw-{student}", {"hw.ipynb": right(assignment, student)}, IN_TIME)
+    git("init", "--quiet", "--bare", github.bare("course/hw-cy"))
+    assert collect(assignment) == 0
+    with one_sandbox():
+        run("grade", assignment.folder, "--jobs", "1")
+    bare, heads = github.bare("course/hw-bo"), []
     for _ in range(2):
-        assert main(["hand-back", str(assignment.folder), "--on", "github"]) == 0
+        assert collect(assignment, command="hand-back") == 0
         assert "2 repositories given their feedback, 0 not" in capsys.readouterr().out
-        heads.append(git("-C", server.bare("course/hw-bo"), "rev-parse", "feedback"))
+        heads.append(git("-C", bare, "rev-parse", "feedback"))
     assert heads[0] == heads[1]
-    told = git("-C", server.bare("course/hw-bo"), "show", "feedback:README.md")
-    assert "**4 of 4 points**" in told and "ada" not in told
-    assert "<html" in git("-C", server.bare("course/hw-bo"), "show", "feedback:feedback.html")
-    server.bare("course/hw-bo").rename(server.folder / "gone")
+    readme = git("-C", bare, "show", "feedback:README.md")
+    assert "**4 of 4 points**" in readme and "ada" not in readme
+    assert "<html" in git("-C", bare, "show", "feedback:feedback.html")
+    bare.rename(github.folder / "gone")
     (assignment.folder / "graded" / "feedback" / "ada.html").unlink()
-    assert main(["hand-back", str(assignment.folder), "--on", "github"]) == 1
-    said = capsys.readouterr()
-    assert "bo: feedback can't be pushed to course/hw-bo: " in said.err
-    assert "ada: feedback can't be pushed to course/hw-ada: [Errno 2] No such file or directory" in said.err
-    assert said.out == "0 repositories given their feedback, 2 not\n"
+    assert collect(assignment, command="hand-back") == 1
+    printed = capsys.readouterr()
+    assert "bo: feedback can't be pushed to course/hw-bo: " in printed.err
+    assert "ada: feedback can't be pushed to course/hw-ada: " in printed.err
+    assert printed.out == "0 repositories given their feedback, 2 not\n"
 
 
 def test_git_is_given_the_token_but_neither_an_argument_nor_the_secret(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,13 +3,16 @@
 import json
 from collections import Counter
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import replace
+from fnmatch import fnmatchcase
 from pathlib import Path
 
 import pytest
 
 from exercises.assignment import Student
 from exercises.formula.expression import read
+from exercises.formula.identity import Domain
 from exercises.formula.program import compile_program, evaluate
 from exercises.formula.trees import Node
 from exercises.generation import generate
@@ -20,10 +23,19 @@ from grader.check import check_notebook, due_claimed
 from grader.marking import mark
 from grader.parts import judge
 from grader.reading import due_of, read_answer
+from grader.sandbox import Sandbox
 from grader.verdict import Outcome
 from tests.support.handing_in import Cells, a_class, hand_in, right
+from tests.support.judging import judge_direction, judge_expression, judge_numbers, judge_singular
+from tests.support.suites import several
 
-SMALL = ("planar-2r", "elbow-3r", "polar-rp", "scara")
+SMALL = several(("planar-2r", "polar-rp"), ("planar-2r", "elbow-3r", "polar-rp", "scara"))
+
+
+@pytest.fixture(autouse=True)
+def kept_open(sandbox: Sandbox, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have what is checked run in one sandbox: to start one takes longer than a notebook."""
+    monkeypatch.setattr("grader.check.Sandbox", lambda **_: nullcontext(sandbox))
 
 
 def test_a_reference_as_it_is_typed_is_read_as_the_tree_that_it_is(problem: Problem) -> None:
@@ -86,60 +98,45 @@ def test_what_is_no_answer_of_the_form_that_is_due_is_refused(
 
 def test_check_says_of_every_answer_what_the_grader_says_of_its_form(tmp_path: Path) -> None:
     assignment = a_class(tmp_path / "hw", [Student("ada")])
-    names = ("position", "jacobian", "determinant")
+    assert all(row.readable for row in check_notebook(hand_in(assignment, "a.ipynb", right(assignment, "ada"))).rows)
+    typed = {kind: (text, why) for kind, text, why in UNFIT if kind != "joint-rates"}
+    assert len(typed) == 3
 
-    def answered(kind: str, text: str) -> str:
-        def change(cells: Cells) -> None:
-            cells[names.index(kind) - 3]["source"] = f"p1_{kind} = {text!r}"
+    def change(cells: Cells) -> None:
+        for cell, kind in zip(cells[-3:], ("position", "jacobian", "determinant"), strict=True):
+            cell["source"] = f"p1_{kind} = {typed[kind][0]!r}"
 
-        return right(assignment, "ada", change)
-
-    right_notebook = hand_in(assignment, "ada/hw.ipynb", right(assignment, "ada"))
-    assert all(row.readable for row in check_notebook(right_notebook).rows)
-    for kind, text, why in UNFIT:
-        if kind in names:
-            rows = check_notebook(hand_in(assignment, "ada/hw.ipynb", answered(kind, text))).rows
-            (row,) = (row for row in rows if row.part == f"p1.{kind}")
-            assert not row.readable and why in row.said, (kind, text, row.said)
+    rows = check_notebook(hand_in(assignment, "b.ipynb", right(assignment, "ada", change))).rows
+    assert len(rows) == 3
+    for row in rows:
+        assert not row.readable and typed[row.part.removeprefix("p1.")][1] in row.said, row
 
 
 def test_check_knows_the_symbols_of_the_students_own_problem(tmp_path: Path) -> None:
     assignment = a_class(tmp_path / "hw", [Student("ada")])
 
-    def said(text: str, claimed: object = None) -> tuple[bool, str]:
-        told = json.loads(right(assignment, "ada", lambda cells: cells[-2].update(source=f"p1_jacobian = {text!r}")))
+    def checked(text: str, claimed: object = None) -> tuple[bool, str]:
+        made = json.loads(right(assignment, "ada", lambda cells: cells[-2].update(source=f"p1_jacobian = {text!r}")))
         if claimed is not None:
-            told["metadata"]["qdot"]["symbols"] = claimed
-        (row,) = (
-            r
-            for r in check_notebook(hand_in(assignment, "a/hw.ipynb", json.dumps(told))).rows
-            if r.part == "p1.jacobian"
-        )
-        return row.readable, row.said
+            made["metadata"]["qdot"]["symbols"] = claimed
+        rows = check_notebook(hand_in(assignment, "a/hw.ipynb", json.dumps(made))).rows
+        return next((row.readable, row.said) for row in rows if row.part == "p1.jacobian")
 
     wrong = "[[x*cos(theta1), a2], [a1, a2*lamda]]"
-    assert said(wrong)[0] is False and said(wrong)[1].startswith("'lamda', 'x' are no symbol of this problem; known: ")
-    assert said("[[a1*cos(theta1), a2], [a1, a2]]")[0]
-    claims: tuple[object, ...] = (
-        {"p1": ["theta1", "a1", "a2", "x", "lamda"]},
-        {"p1": [3]},
-        {"p1": 5},
-        {},
-        5,
-        [],
-        {"p1": []},
-    )
-    for claimed in claims:
-        assert said(wrong, claimed)[0], claimed
+    readable, reason = checked(wrong)
+    assert not readable and reason.startswith("'lamda', 'x' ")
+    assert checked("[[a1*cos(theta1), a2], [a1, a2]]")[0]
+    claims: tuple[object, ...] = ({"p1": ["theta1", "a1", "a2", "x", "lamda"]}, {"p1": [3]}, {"p1": 5}, {}, 5, [])
+    for claimed in (*claims, {"p1": []}):
+        assert checked(wrong, claimed)[0], claimed
 
 
 UNITS = (
     ("-0.1 rad/s, 290 mm/s", ""), ("qd2 = 29 cm/s, qd1 = -100 mrad/s", ""), ("[-0.1, 290 mm/s]", ""),
     ("-0.1 rad/s; 290 mm/s", ""), ("-0.1 rad/s\n0.29 m/s", ""),
-    ("-100 mm/s, 0.29", "mm/s can't be right here, for entry 1 is in rad/s"),
-    ("-0.1, 290 mrad/s", "mrad/s can't be right here, for entry 2 is in m/s; write it in m/s"),
-    ("qd2 = 290 mrad/s, qd1 = -0.1 rad/s", "mrad/s can't be right here, for entry 2 is in m/s"),
-    ("-0.1 rad/s, 16°/s", "°/s can't be right here, for entry 2 is in m/s"),
+    ("-100 mm/s, 0.29", "mm/s * entry 1 is in rad/s*"), ("-0.1, 290 mrad/s", "mrad/s * entry 2 is in m/s*"),
+    ("qd2 = 290 mrad/s, qd1 = -0.1 rad/s", "mrad/s * entry 2 is in m/s*"),
+    ("-0.1 rad/s, 16°/s", "°/s * entry 2 is in m/s*"),
 )  # fmt: skip
 
 
@@ -148,7 +145,7 @@ def test_units_of_numbers_are_converted_each_where_it_can_be_right(text: str, wh
     problem = generate(ProblemId("polar-rp", 0, ("joint-rates",)))
     given = read_answer(problem, problem["joint-rates"], text)
     if why:
-        assert given.refusal is not None and given.refusal.reason.startswith(why)
+        assert given.refusal is not None and fnmatchcase(given.refusal.reason, why)
     else:
         assert given.refusal is None
         values = evaluate(compile_program(given.entries), {}, 1)
@@ -158,30 +155,35 @@ def test_units_of_numbers_are_converted_each_where_it_can_be_right(text: str, wh
 MEANT = {"vx": "vx", "v_y": "vy", "vz": "vz", "ẏ": "vy", "z_dot": "vz"}
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", several((0, 1), range(4)))
 def test_check_knows_which_component_of_a_velocity_the_student_is_asked(tmp_path: Path, seed: int) -> None:
     problem = generate(ProblemId("elbow-3r", seed, ("velocity-component",)))
     part = problem["velocity-component"]
     (asked,) = ASKED[part.kind].typed_labels(problem.chain, part)
     file = tmp_path / "hw.ipynb"
-
-    def checked(answer: str) -> tuple[bool, str]:
+    for name, meant in MEANT.items():
+        answer = f"{name} = a1 qd1"
+        given = read_answer(problem, part, answer)
         notebook = student_notebook("T", "hw", "ada", [("p1", problem)])
         (cell,) = (cell for cell in notebook.cells if "qdot" in cell.metadata)
         cell.source = f"p1_velocity_component = {answer!r}"
         file.write_text(notebook_text(notebook), encoding="utf-8")
         (row,) = check_notebook(file).rows
-        return row.readable, row.said
-
-    for name, meant in MEANT.items():
-        given = read_answer(problem, part, f"{name} = a1 qd1")
-        expected = f"{name} = a1 qd1" if given.refusal is None else given.refusal.reason
-        assert (given.refusal is None) == (meant == asked)
-        assert given.refusal is None or f"{asked} is asked" in expected
-        assert checked(f"{name} = a1 qd1") == (given.refusal is None, expected)
+        assert row.readable == (given.refusal is None) == (meant == asked)
+        assert given.refusal is None or (asked in row.said and row.said == given.refusal.reason)
+        assert given.refusal is not None or row.said == answer
 
 
 def test_a_notebook_says_in_which_form_its_answers_are_due_as_the_grader_knows_it(problem: Problem) -> None:
+    says_its_forms(problem)
+
+
+@pytest.mark.parametrize("told", ["planar-2r/0@chapter@screws", "scara/0@chapter@modified-dh"])
+def test_it_says_so_in_every_convention(told: str) -> None:
+    says_its_forms(generate(told, ["position", "jacobian"]))
+
+
+def says_its_forms(problem: Problem) -> None:
     """Of arms that are drawn with their structure and of own ones, too: nothing is known but what the notebook says."""
     said = json.loads(json.dumps(claims("student", "hw", "ada", [("p1", problem)])))
     for part in problem.parts:
@@ -193,22 +195,6 @@ def test_a_notebook_says_in_which_form_its_answers_are_due_as_the_grader_knows_i
         assert claimed.answer.units_due == part.answer.units_due
         assert set(claimed.domain.roles) == set(due.domain.roles)
         assert replace(claimed, answer=due.answer, domain=due.domain) == due
-
-
-WRONG_SIZE = {"position": "[1, 2, 3, 4, 5, 6]", "jacobian": "[[1, 2]]"}
-
-
-@pytest.mark.parametrize("told", ["random-3/0", "planar-2r/0@chapter@screws", "scara/0@chapter@modified-dh"])
-def test_check_knows_the_form_of_every_kind_of_arm(tmp_path: Path, told: str) -> None:
-    problem = generate(told, ["position", "jacobian"])
-    notebook = student_notebook("T", "hw", "ada", [("p1", problem)])
-    position, jacobian = (cell for cell in notebook.cells if "qdot" in cell.metadata)
-    position.source, jacobian.source = (f"p1_{name} = {text}" for name, text in WRONG_SIZE.items())
-    file = tmp_path / "hw.ipynb"
-    file.write_text(notebook_text(notebook), encoding="utf-8")
-    for row, part in zip(check_notebook(file).rows, problem.parts, strict=True):
-        given = read_answer(problem, part, WRONG_SIZE[part.name])
-        assert not row.readable and given.refusal is not None and row.said == given.refusal.reason
 
 
 FORMS: dict[str, object] = {"type": "matrix", "shape": [2, 2], "labels": [], "columns": []}
@@ -256,8 +242,44 @@ def test_cubic_metres_are_the_unit_of_a_determinant_of_three_linear_rows(unit: s
 
 
 @pytest.mark.parametrize("text", ["[1e999, 0]", "1e999 0", "[[1e999], [0]]", "(1, 1e999)"])
-@pytest.mark.parametrize("question", ["joint-rates", "position"])
-def test_what_stays_a_table_when_it_is_read_as_one_is_refused_once(question: str, text: str) -> None:
-    problem = generate(ProblemId("polar-rp", 0, (question,)))
-    given = read_answer(problem, problem[question], text)
-    assert given.refusal is not None and "out of range" in given.refusal.reason
+def test_what_stays_a_table_when_it_is_read_as_one_is_refused_once(text: str) -> None:
+    problem = generate("polar-rp/0", ["joint-rates", "position"])
+    for part in problem.parts:
+        given = read_answer(problem, part, text)
+        assert given.refusal is not None and "out of range" in given.refusal.reason
+
+
+@pytest.mark.parametrize("text", ["0.5", "0,5", "０,５", "v = 0.5", "v = 0,5", "50 cm", "50,0 cm", "[0.5]", "1/2 m"])
+def test_one_number_may_be_written_as_a_formula_may(text: str) -> None:
+    assert judge_numbers(text, [0.5], ["m"], 0.005, 1e-6).outcome is Outcome.CORRECT
+
+
+@pytest.mark.parametrize("text", ["a1*blank", "x = blank", "lambda theta1: ... m "])
+def test_a_formula_with_a_blank_in_it_is_wrong(text: str) -> None:
+    assert judge_expression(text, "a1", Domain({"a1": "length"}), "s").outcome is Outcome.WRONG
+    judged = judge_expression("cos(9e399*theta1)", "cos(theta1)", Domain({"theta1": "angle"}), "s")
+    assert judged.outcome is Outcome.WRONG, "no double holds the factor"
+
+
+@pytest.mark.parametrize(
+    "text", ["sin(theta2)^4 = 0", "-(a1*sin(theta2)^2)^2", "sqrt(sin(theta2)**6) = 0", "sin(theta2)^0.5"]
+)
+def test_zeros_of_a_power_are_those_of_its_base(text: str) -> None:
+    domain = Domain({"theta1": "angle", "theta2": "angle", "a1": "length"})
+    due, joints = ["theta2 = 0", "theta2 = pi"], ["theta1", "theta2"]
+    assert judge_singular(text, due, joints, domain, "s").outcome is Outcome.CORRECT
+    for other in (text.replace("sin", "cos"), "sin(theta2)^0", "sin(theta2)^-2"):
+        assert judge_singular(other, due, joints, domain, "s").outcome is not Outcome.CORRECT
+
+
+def test_a_direction_is_judged_where_an_entry_vanishes() -> None:
+    """Configurations have two decimals, so that 0 comes up in one of some hundred answers."""
+    domain, vanishing = Domain({"theta1": "angle"}), 0
+    for k in range(1000):
+        judged = judge_direction("[-cos(theta1), cos(theta1)]", ["-sin(theta1)", "cos(theta1)"], domain, f"{k}")
+        assert judged.outcome is Outcome.WRONG
+        example = judged.certificate.counterexample if judged.certificate else None
+        assert example is not None and example["yours"] != example["expected"]
+        vanishing += example.get("pivot") is None
+        assert ("should be 0" in judged.reason) == (example.get("pivot") is None)
+    assert vanishing

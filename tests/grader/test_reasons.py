@@ -33,45 +33,30 @@ def singular(student: str, *reference: str, rounding: Rounding | None = None) ->
     return judge_singular(student, reference, JOINTS, DOMAIN, "s", rounding)
 
 
-# --- how an answer is read ---
-
-
-@pytest.mark.parametrize(
-    ("student", "right"),
-    [
-        ("Eq(detJ, a1*a2)", True), ("Eq(a1, a1*a2)", False), ("Eq(2*detJ, a1*a2)", False), ("Eq(a1*a2, detJ)", False),
-        ("Eq(a1*a2, a1*a2)", False),
-    ],
-)  # fmt: skip
-def test_only_a_name_of_their_own_may_stand_left(student: str, right: bool) -> None:
-    judged = judge_expression(student, "a1*a2", DOMAIN, "s")
-    assert (judged.outcome is Outcome.CORRECT) is right
-    assert right or judged.reason == (
-        "this can't be read as an answer: an equation stands where a single expression is due"
-    )
-    assert (matrix(student.replace("a1*a2", "[a1, a2]"), [["a1"], ["a2"]]).outcome is Outcome.CORRECT) is right
+@pytest.mark.parametrize("student", ["Eq(a1, a1*a2)", "Eq(2*detJ, a1*a2)", "Eq(a1*a2, detJ)", "Eq(a1*a2, a1*a2)"])
+def test_only_a_name_of_their_own_may_stand_left(student: str) -> None:
+    for text, is_right in ((student, False), ("Eq(detJ, a1*a2)", True)):
+        judged = judge_expression(text, "a1*a2", DOMAIN, "s")
+        assert (judged.outcome is Outcome.CORRECT) is is_right
+        assert is_right or "can't be read as an answer: an equation" in judged.reason
+        as_matrix = matrix(text.replace("a1*a2", "[a1, a2]"), [["a1"], ["a2"]])
+        assert (as_matrix.outcome is Outcome.CORRECT) is is_right
 
 
 @pytest.mark.parametrize("student", ["{a1}", "{a1: 2}", "{a1, a2}", "[[a1, a2]]"])
 def test_a_list_is_no_expression(student: str) -> None:
-    reason = judge_expression(student, "a1", DOMAIN, "s").reason
-    assert reason == "a list or matrix stands where a single expression is due; write that alone"
+    assert judge_expression(student, "a1", DOMAIN, "s").reason.startswith("a list or matrix stands where ")
 
 
 @pytest.mark.parametrize(
     ("student", "right"),
     [
-        ("[Eq(qd1, qd2*a1), Eq(qd2, a2)]", True),
-        ("[{qd2: a2, qd1: qd2*a1}]", True),
-        ("{{qd2: a2, qd1: qd2*a1}}", True),
-        ("-[qd2*a1, a2]", False),
-        ("-{qd1: qd2*a1, qd2: a2}", False),
-        ("[{qd1: qd2*a1, qd2: a2}, {qd1: 0, qd2: 0}]", False),
-        ("[Eq(qd1, qd2*a1), a2]", False),
-        ("Or(Eq(qd1, qd2*a1), Eq(qd2, a2))", False),
-        ("[{qd1: qd2*a1, d1: a2}]", False),
+        ("[Eq(qd1, qd2*a1), Eq(qd2, a2)]", True), ("[{qd2: a2, qd1: qd2*a1}]", True),
+        ("{{qd2: a2, qd1: qd2*a1}}", True), ("-[qd2*a1, a2]", False), ("-{qd1: qd2*a1, qd2: a2}", False),
+        ("[{qd1: qd2*a1, qd2: a2}, {qd1: 0, qd2: 0}]", False), ("[Eq(qd1, qd2*a1), a2]", False),
+        ("Or(Eq(qd1, qd2*a1), Eq(qd2, a2))", False), ("[{qd1: qd2*a1, d1: a2}]", False),
     ],
-)
+)  # fmt: skip
 def test_a_vector_with_labels(student: str, right: bool) -> None:
     assert (matrix(student, [["qd2*a1"], ["a2"]], "qd1", "qd2").outcome is Outcome.CORRECT) is right
 
@@ -95,8 +80,6 @@ def test_commas_of_decimals(text: str, read: str) -> None:
     assert with_points(text) == read
 
 
-# --- matrices ---
-
 TWO_BY_TWO = [["0", "a1"], ["0", "a2"]]
 
 
@@ -105,30 +88,21 @@ TWO_BY_TWO = [["0", "a1"], ["0", "a2"]]
     [
         ("[[0, a1], [0, a1]]", TWO_BY_TWO, 1 / 2,
          "1 of 2 entries that are not zero are right; entry (2, 2) differs at *: yours *, expected *"),
-        ("[[1, a1], [0, a1]]", TWO_BY_TWO, 0,
-         "1 of 2 entries that are not zero are right, and 1 that should be zero is not; entry (1, 1) differs *"),
-        ("[[0, a1], [2, a2]]", TWO_BY_TWO, 1 / 2,
-         "2 of 2 entries that are not zero are right, and 1 that should be zero is not; entry (2, 1) differs *"),
-        ("[[1, a1], [2, a1]]", TWO_BY_TWO, 0,
-         "1 of 2 entries that are not zero are right, and 2 that should be zero are not; entry (1, 1) differs *"),
-        ("[[blank, a1], [0, a2]]", TWO_BY_TWO, 1 / 2,
-         "2 of 2 entries that are not zero are right; the others were left blank"),
-        ("[[blank, a1], [blank, a1]]", TWO_BY_TWO, 1 / 2,
-         "1 of 2 entries that are not zero are right; entry (2, 2) differs *"),
-        ("[a1, a1, a3]", [["a1"], ["a2"], ["a3"]], 2 / 3, "2 of 3 entries are right; entry 2 differs *"),
-        ("[[a2, a1]]", [["a1", "a2"]], 0, "0 of 2 entries are right; entry (1, 1) differs *"),
-        ("[blank, a2]", [["a1"], ["a2"]], 1 / 2, "1 of 2 entries are right; the others were left blank"),
-        ("[blank, a1]", [["a1"], ["a2"]], 0, "0 of 2 entries are right; entry 2 differs *"),
-        ("[0, 1]", [["0"], ["0"]], 1 / 2, "1 of 2 entries are right; entry 2 differs: yours 1, expected 0"),
+        ("[[1, a1], [0, a1]]", TWO_BY_TWO, 0, "1 of 2 *, and 1 that should be zero is not; entry (1, 1) *"),
+        ("[[0, a1], [2, a2]]", TWO_BY_TWO, 1 / 2, "2 of 2 *, and 1 that should be zero is not; entry (2, 1) *"),
+        ("[[1, a1], [2, a1]]", TWO_BY_TWO, 0, "1 of 2 *, and 2 that should be zero are not; entry (1, 1) *"),
+        ("[[blank, a1], [0, a2]]", TWO_BY_TWO, 1 / 2, "2 of 2 *; *blank"),
+        ("[[blank, a1], [blank, a1]]", TWO_BY_TWO, 1 / 2, "1 of 2 *; entry (2, 2) *"),
+        ("[a1, a1, a3]", [["a1"], ["a2"], ["a3"]], 2 / 3, "2 of 3 *; entry 2 *"),
+        ("[[a2, a1]]", [["a1", "a2"]], 0, "0 of 2 *; entry (1, 1) *"),
+        ("[blank, a2]", [["a1"], ["a2"]], 1 / 2, "1 of 2 *blank"), ("[blank, a1]", [["a1"], ["a2"]], 0, "0 of 2 *2 *"),
+        ("[0, 1]", [["0"], ["0"]], 1 / 2, "1 of 2 *; entry 2 *: yours 1, expected 0"),
         ("a2", [["a1"]], 0, "it is not right; differs at a1 = *, a2 = *: yours *, expected *"),
         ("1", [["0"]], 0, "it is not right; differs: yours 1, expected 0"),
         ("[0, a2]", [["0"], ["a1"]], 0, "it is not right; entry 2 differs *"),
-        ("[1, a1]", [["0"], ["a1"]], 0,
-         "1 of 1 entries that are not zero are right, and 1 that should be zero is not; entry 1 differs *"),
-        ("[k*a1, a2]", [["a1"], ["a2"]], 1 / 2,
-         "1 of 2 entries are right; 'k' is no symbol of this problem; known: a1, a2, *"),
-        ("[f + g + h + k + m + n, a2]", [["a1"], ["a2"]], 1 / 2,
-         "1 of 2 entries are right; 'f', 'g', 'h', 'k', 'm' are no symbol of this problem; known: *"),
+        ("[1, a1]", [["0"], ["a1"]], 0, "1 of 1 *, and 1 that should be zero is not; entry 1 *"),
+        ("[k*a1, a2]", [["a1"], ["a2"]], 1 / 2, "1 of 2 *; 'k' *: a1, a2, *"),
+        ("[f + g + h + k + m + n, a2]", [["a1"], ["a2"]], 1 / 2, "1 of 2 *; 'f', 'g', 'h', 'k', 'm' are *"),
     ],
 )  # fmt: skip
 def test_what_is_said_of_a_matrix(student: str, reference: list[list[str]], share: float, said: str) -> None:
@@ -140,24 +114,17 @@ def test_what_is_said_of_a_matrix(student: str, reference: list[list[str]], shar
 @pytest.mark.parametrize(
     ("student", "shape", "said"),
     [
-        ("[[1, 2], [3, 4], [5, 6]]", (2, 3), "the answer is 3 x 2, and 2 x 3 is due (transposed?)"),
-        ("[[1, 2], [3, 4], [5, 6]]", (2, 2), "the answer is 3 x 2, and 2 x 2 is due; write it as in [[a, b], [c, d]]"),
-        ("[[1, 2], [3, 4], [5, 6]]", (2, 4),
-         "the answer is 3 x 2, and 2 x 4 is due; write it as in [[a, …, a], …, [a, …, a]] with 2 rows of 4"),
-        ("[1, 2]", (1, 3), "the answer is 2 x 1, and 1 x 3 is due; write it as in [[a, b, c]]"),
-        ("[[1, 2]]", (2, 2), "the answer is 1 x 2, and 2 x 2 is due; write it as in [[a, b], [c, d]]"),
-        ("[[1, 2, 3]]", (2, 1), "the answer is 1 x 3, and 2 x 1 is due; write it as in [a, b]"),
-        ("{}", (2, 2), "the answer is 1 x 1, and 2 x 2 is due; write it as in [[a, b], [c, d]]"),
-        ("[{1, 2}]", (2, 1), "this can't be read as a matrix: an entry of the matrix is itself a list"),
-        ("[Eq(a1, a2), 0]", (2, 1),
-         "this can't be read as a matrix of expressions: an equation stands where a single expression is due"),
+        ("[[1, 2], [3, 4], [5, 6]]", (2, 3), "*3 x 2, and 2 x 3 is due (transposed*"),
+        ("[[1, 2], [3, 4], [5, 6]]", (2, 2), "*3 x 2, and 2 x 2 is due; *[[][[]a, b], [[]c, d]]"),
+        ("[[1, 2], [3, 4], [5, 6]]", (2, 4), "*3 x 2, and 2 x 4 is due; * 2 rows of 4"),
+        ("[1, 2]", (1, 3), "*2 x 1, and 1 x 3 is due; *[[][[]a, b, c]]"), ("{}", (2, 2), "*1 x 1, and 2 x 2 *"),
+        ("[[1, 2]]", (2, 2), "*1 x 2, and 2 x 2 *"), ("[[1, 2, 3]]", (2, 1), "*1 x 3, and 2 x 1 is due; * [[]a, b]"),
+        ("[{1, 2}]", (2, 1), "*itself a list"), ("[Eq(a1, a2), 0]", (2, 1), "*can't be read*an equation*"),
     ],
 )  # fmt: skip
 def test_what_is_said_of_a_wrong_shape(student: str, shape: tuple[int, int], said: str) -> None:
-    assert matrix(student, [["a1"] * shape[1]] * shape[0]).reason == said
-
-
-# --- numbers and choices ---
+    reason = matrix(student, [["a1"] * shape[1]] * shape[0]).reason
+    assert fnmatchcase(reason, said), reason
 
 
 @pytest.mark.parametrize(
@@ -165,27 +132,16 @@ def test_what_is_said_of_a_wrong_shape(student: str, shape: tuple[int, int], sai
     [
         ("[1, 2, 3]", 1, "right to 0.5 %"),
         ("[1, 2.5, 7]", 1 / 3, "1 of 3 numbers are right; number 2 is 2.5, and 2 rad/s is right"),
-        ("[1, blank, 3]", 2 / 3, "2 of 3 numbers are right; number 2 was left blank"),
-        ("[1/0, 2, 3]", 2 / 3, "2 of 3 numbers are right; number 1 is not a finite number, and 1 rad/s is right"),
-        ("[1, 2]", 0, "the answer is 2 x 1, and 3 x 1 is due; write it as in [a, b, c]"),
-        ("[[1, 2, 3, 4]]", 0, "the answer is 1 x 4, and 3 x 1 is due; write it as in [a, b, c]"),
-        ("[[1, 2], [3]]", 0, "this can't be read as numbers: the rows of the matrix have different lengths: 2, 1"),
-        (
-            "[Eq(qd9, 1), 2, 3]",
-            0,
-            "numbers are due, and qd9 is left in the answer; write numbers alone, as in [0.5, 0.5, 0.5]",
-        ),
-        (
-            "[f + g + h + k + m + n, 2, 3]",
-            0,
-            "numbers are due, and f, g, h, k, m is left in the answer; write numbers alone, as in [0.5, 0.5, 0.5]",
-        ),
-        ("[{1, 2}, 2, 3]", 0, "this can't be read as numbers: an entry of the matrix is itself a list"),
+        ("[1, blank, 3]", 2 / 3, "2 of 3 *; number 2 *blank"), ("[1/0, 2, 3]", 2 / 3, "2 of 3 *; number 1 *1 rad/s *"),
+        ("[1, 2]", 0, "*2 x 1, and 3 x 1 is due; * [[]a, b, c]"), ("[[1, 2, 3, 4]]", 0, "*1 x 4, and 3 x 1 is due; *"),
+        ("[[1, 2], [3]]", 0, "*can't be read*different lengths: 2, 1"), ("[{1, 2}, 2, 3]", 0, "*itself a list"),
+        ("[Eq(qd9, 1), 2, 3]", 0, "numbers are due, and qd9 is left *"),
+        ("[f + g + h + k + m + n, 2, 3]", 0, "numbers are due, and f, g, h, k, m is left *"),
     ],
-)
+)  # fmt: skip
 def test_what_is_said_of_numbers(student: str, share: float, said: str) -> None:
     judged = numbers(student, 1, 2, 3)
-    assert judged.reason == said
+    assert fnmatchcase(judged.reason, said), judged.reason
     assert judged.share == pytest.approx(share)
 
 
@@ -199,33 +155,25 @@ def test_numbers_up_to_their_tolerance() -> None:
     assert numbers("[-2.009, 0.25]", -2, 0.25).outcome is Outcome.CORRECT
     assert numbers("[-2.011, 0.25]", -2, 0.25).share == 0.5
     assert judge_numbers("0.5", [0.0], [""], 0.005, 0.5).outcome is Outcome.CORRECT
-
-
-def test_a_blank_is_no_number_whatever_is_due() -> None:
     judged = numbers("[1, blank]", 1, 2.71828)
     assert (judged.outcome, judged.share, judged.entries) == (Outcome.PARTIAL, 0.5, ((True,), (False,)))
-    assert judged.certificate is not None
-    assert judged.certificate.counterexample is not None
+    assert judged.certificate and judged.certificate.counterexample
     assert judged.certificate.counterexample["yours"] == "blank"
 
 
 @pytest.mark.parametrize(
     ("student", "right", "said"),
     [
-        ("C", False, "'C' is none of the options A, B"), ("int", False, "'int' is none of the options A, B"),
-        ("inte", True, "right"), ("B", True, "right"), ("A", False, "A is not the right option"),
-        ("singularity", False, "'singularity' is none of the options A, B"),
-        ("wxyz" * 20, False, f"'{'wxyz' * 10}' is none of the options A, B"),
+        ("C", False, "'C' is none of the options A, B"), ("int", False, "'int' is none of *"), ("B", True, "right"),
+        ("inte", True, "right"), ("A", False, "A is not *"), ("singularity", False, "'singularity' is none of *"),
+        ("wxyz" * 20, False, f"'{'wxyz' * 10}' is none of *"),
     ],
 )  # fmt: skip
 def test_what_is_said_of_a_choice(student: str, right: bool, said: str) -> None:
     judged = judge_choice(student, ("a boundary singularity", "an internal singularity"), 1)
-    assert (judged.outcome is Outcome.CORRECT) is right
-    assert judged.reason == said
+    assert (judged.outcome is Outcome.CORRECT) is right and fnmatchcase(judged.reason, said), judged.reason
     assert judged.certificate == (None if "none of" in said else Certificate("exact", 1, 0.0))
 
-
-# --- sets ---
 
 FOLD = ("theta2 = 0", "theta2 = pi")
 ELBOW = ("theta3 = 0", "theta3 = pi", "a1 + a2*cos(theta2) + a3*cos(theta2 + theta3) = 0")
@@ -234,15 +182,11 @@ ELBOW = ("theta3 = 0", "theta3 = pi", "a1 + a2*cos(theta2) + a3*cos(theta2 + the
 @pytest.mark.parametrize(
     ("student", "share", "said"),
     [
-        ("{0, pi}", 1, "right"),
-        ("{0}", 2 / 3, "0 of 1 condition is found, 1 in part; an angle is missing: angle = 3.142"),
-        ("{}", 0, "an angle is missing: angle = 0"),
-        ("{0, [pi]}", 0, "this can't be read as a set of angles: a list stands where a single expression is due"),
-        ("", 0, "nothing was handed in for this part"),
-        ("blank", 0, "the answer was left blank"),
-        ("sin(", 0, "this can't be read as an answer: *"),
+        ("{0, pi}", 1, "right"), ("{0}", 2 / 3, "0 of 1 *, 1 in part; an angle is missing: angle = 3.142"),
+        ("{}", 0, "an angle is missing: angle = 0"), ("{0, [pi]}", 0, "*can't be read*a list*"), ("", 0, "nothing *"),
+        ("blank", 0, "*blank"), ("sin(", 0, "*can't be read*: *"),
     ],
-)
+)  # fmt: skip
 def test_what_is_said_of_angles(student: str, share: float, said: str) -> None:
     judged = judge_angles(student, "{0, pi}", DOMAIN, "s")
     assert fnmatchcase(judged.reason, said), judged.reason
@@ -252,21 +196,15 @@ def test_what_is_said_of_angles(student: str, share: float, said: str) -> None:
 @pytest.mark.parametrize(
     ("student", "reference", "share", "said"),
     [
-        ("theta2 = 0", FOLD, 2 / 3,
-         "0 of 1 condition is found, 1 in part; a singular configuration is missing: *, theta2 = 3.142, *"),
-        ("{theta2: [0, 2.9]}", FOLD, 1 / 3,
-         "0 of 1 condition is found, 1 in part, 1 of the claims does not hold; * is missing: *; claimed, but no *: *"),
-        ("{theta2: [0.1, 0.2, 0.3]}", FOLD, 0, "a singular configuration is missing: *; claimed, *"),
-        ("{theta3: [0, pi]}", ELBOW, 1 / 2,
-         "1 of 2 conditions is found; a singular configuration is missing: theta1 = *, theta2 = *, *, a1 = *, a3 = *"),
+        ("theta2 = 0", FOLD, 2 / 3, "0 of 1 *, 1 in part; a singular configuration is missing: *, theta2 = 3.142, *"),
+        ("{theta2: [0, 2.9]}", FOLD, 1 / 3, "0 of 1 *, 1 in part, 1 of *; * missing: *; claimed, but no *: *"),
+        ("{theta2: [0.1, 0.2, 0.3]}", FOLD, 0, "* is missing: *; claimed, *"), ("[]", ELBOW, 0, "* is missing: *"),
+        ("{theta3: [0, pi]}", ELBOW, 1 / 2, "1 of 2 *; * missing: theta1 = *, theta2 = *, *, a1 = *, a3 = *"),
         ("{theta2: [0, 180]}", FOLD, 1 / 3, "0 *; these values are in degrees, and radians *"),
-        ("cos(theta2) = 0", FOLD, 0, "a singular configuration is missing: *; claimed, but no singular *"),
-        ("theta2 = 180 or sin(theta2) = 0", FOLD, 1 / 2, "1 of 1 condition is found, 1 of *; claimed, but no *"),
-        ("[]", ELBOW, 0, "a singular configuration is missing: *"),
-        ("[]", ("cos(theta2) = 2",), 0, "no configuration is claimed"),
-        ("[Eq(a1, 0)]", FOLD, 0, "a singular configuration is missing: *"),
-        ("[0, pi]", ELBOW, 0,
-         "this can't be read as conditions: say which joint has these values, as in theta3 = 0, pi/3"),
+        ("cos(theta2) = 0", FOLD, 0, "* is missing: *; claimed, but no singular *"),
+        ("theta2 = 180 or sin(theta2) = 0", FOLD, 1 / 2, "1 of 1 *, 1 of *; claimed, but no *"),
+        ("[]", ("cos(theta2) = 2",), 0, "no configuration is claimed"), ("[Eq(a1, 0)]", FOLD, 0, "* is missing: *"),
+        ("[0, pi]", ELBOW, 0, "*can't be read*which joint*"),
     ],
 )  # fmt: skip
 def test_what_is_said_of_singular_configurations(
@@ -281,10 +219,7 @@ def test_what_is_said_of_singular_configurations(
 def test_a_rounded_value_that_is_allowed_is_no_reason() -> None:
     judged = singular("{theta2: 3.14}", *FOLD, rounding=Rounding(0.005))
     assert judged.share == pytest.approx(2 / 3)
-    assert fnmatchcase(
-        judged.reason,
-        "0 of 1 condition is found, 1 in part; a singular configuration is missing: theta1 = *, theta2 = 0, theta3 = *",
-    )
+    assert fnmatchcase(judged.reason, "0 of 1 *, 1 in part; * missing: theta1 = *, theta2 = 0, theta3 = *")
 
 
 def test_the_certificate_of_a_set_has_its_points_and_what_is_wrong() -> None:

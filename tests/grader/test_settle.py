@@ -11,20 +11,19 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner
 
 from exercises.assignment import Assignment, Student, load_assignment
 from exercises.errors import QdotError
 from exercises.lateness import LateRule
 from exercises.release import init_assignment, release
 from exercises.several import Several
-from grader.cli import app
 from grader.demo import answered
 from grader.overrides import Override, Overrides, read_overrides
 from grader.reports.feedback import feedback_page
 from grader.reports.tables import SUMS, grades_csv, status
 from grader.settle import Graded, settle
-from tests.support.handing_in import UNCERTIFIED
+from tests.support import command
+from tests.support.handing_in import UNCERTIFIED, one_sandbox
 
 pytestmark = pytest.mark.xdist_group("settle")  # the class is made once
 
@@ -70,28 +69,18 @@ def one(assignment: Assignment, hours: float, *points: float | None, **overrides
     return settle(assignment, assignment.roster[0], handed_in, named)
 
 
-# --- overrides ---
-
-
 @pytest.mark.parametrize(
     ("line", "said"),
     [
         ("s9,p1.position,1,", "line 2: no student 's9' is in roster.csv"),
-        (
-            "s1,p1.positon,1,",
-            "line 2: unknown part 'p1.positon' (did you mean 'p1.position'?); known: p1.position, p1.",
-        ),
-        ("s1,p1.position,one,", "line 2: points = 'one': it is a number from 0 to 2, with at most four decimals"),
-        ("s1,p1.position,-1,", "points = '-1': it is a number from 0 to 2"),
-        ("s1,p1.position,nan,", "points = 'nan': it is a number from 0 to 2"),
-        ("s1,p1.position,,", "points = '': it is a number"),
-        ("s1,p1.position,2.5,", "points = 2.5: p1.position has 2 points at most"),
-        ("s1,,2.8,", "points = 2.8: the total has 2.7 points at most"),
-        ("s1,p1.position,1,\ns2,,1,\ns1,p1.position,2,", "line 4: p1.position of 's1' is set on line 2 already"),
-        ("s1,p1.position,1,well, now", "line 2: 5 cells, and the header has 4; a text with a comma or semicolon"),
-        ("s1,p1.position", "line 2: it has no cell for part or points; the columns are student,part,points,comment"),
+        ("s1,p1.positon,1,", "line 2: unknown part 'p1.positon' (did you mean 'p1.position'?)"),
+        ("s1,p1.position,one,", "line 2: points = 'one': "), ("s1,p1.position,-1,", "points = '-1': "),
+        ("s1,p1.position,nan,", "points = 'nan': "), ("s1,p1.position,,", "points = '': "),
+        ("s1,p1.position,2.5,", "points = 2.5: p1.position has 2 "), ("s1,,2.8,", "points = 2.8: the total has 2.7 "),
+        ("s1,p1.position,1,\ns2,,1,\ns1,p1.position,2,", "line 4: p1.position of 's1' is set on line 2 "),
+        ("s1,p1.position,1,well, now", "line 2: 5 cells, and the header has 4"), ("s1,p1.position", "line 2: "),
     ],
-)
+)  # fmt: skip
 def test_what_is_wrong_in_overrides_is_told(folder: Path, line: str, said: str) -> None:
     (folder / "overrides.csv").write_text(f"student,part,points,comment\n{line}\n")
     with pytest.raises(QdotError) as caught:
@@ -100,23 +89,21 @@ def test_what_is_wrong_in_overrides_is_told(folder: Path, line: str, said: str) 
     assert said in str(caught.value)
 
 
-def test_a_header_that_is_none_is_told(folder: Path) -> None:
-    (folder / "overrides.csv").write_text("name,part\n")
-    with pytest.raises(QdotError, match=r"overrides.csv: line 1: the first column is 'name', and must be 'student'"):
-        read_overrides(load_assignment(folder))
-
-
 def test_overrides_are_read_as_spreadsheets_write_them(folder: Path) -> None:
     assert read_overrides(load_assignment(folder)) == Overrides()
     (folder / "overrides.csv").write_text('﻿Student;Part;Points;Comment\ns1;p1.position;1,5;"a; b"\ns2;;2;\n\n')
-    assert read_overrides(load_assignment(folder)).of_students == {
-        "s1": {"p1.position": Override(1.5, "a; b")},
-        "s2": {"": Override(2.0)},
-    }
+    of_students = read_overrides(load_assignment(folder)).of_students
+    assert of_students == {"s1": {"p1.position": Override(1.5, "a; b")}, "s2": {"": Override(2.0)}}
+    (folder / "overrides.csv").write_text('student,part,points\ns1,p1.position,33.3333%\ns1,,"12,5 %"\n')
+    shares = {"p1.position": Override(0.6667), "": Override(0.3375)}
+    assert read_overrides(load_assignment(folder)).of_students == {"s1": shares}
 
 
 def test_an_override_keeps_what_the_grader_said(folder: Path) -> None:
     assignment = load_assignment(folder)
+    assert status(one(assignment, -1, None, 0.7)) == "ungraded"
+    for settled in ({"position": Override(1)}, {"total": Override(1)}):
+        assert status(one(assignment, -1, None, 0.7, **settled)) == "graded", "a person settles what qdot failed on"
     result = one(assignment, -1, 0.5, 0.7, position=Override(1.25, "the sketch is right"))
     part = result["problems"][0]["parts"][0]
     assert (part["outcome"], part["reason"], part["points"]) == ("partial", "the reason", 1.25)
@@ -124,49 +111,30 @@ def test_an_override_keeps_what_the_grader_said(folder: Path) -> None:
     assert (result["score"], result["override"]) == (1.95, None)
 
 
-def test_a_person_settles_what_qdot_failed_on(folder: Path) -> None:
-    assignment = load_assignment(folder)
-    assert status(one(assignment, -1, None, 0.7)) == "ungraded"
-    assert status(one(assignment, -1, None, 0.7, position=Override(1))) == "graded"
-    assert status(one(assignment, -1, None, 0.7, total=Override(1))) == "graded"
-
-
-# --- lateness ---
-
-
 @pytest.mark.parametrize(
     ("late", "said"),
     [
-        ("late = 0.1", "line 4: late = 0.1: it is a table of what late work loses, as in late = {grace"),
-        ("late = {}", "line 4: late: it takes nothing off: give per_day, until, or both"),
-        ('late = {grace = "1 h"}', "it takes nothing off"),
-        ("late = {perday = 0.1}", "line 4: late: unknown key 'perday' (did you mean 'per_day'?); known: grace, per_d"),
-        ("late = {per_day = 10}", "line 4: late: per_day: it is the share of the earned points"),
-        ("late = {per_day = nan}", "per_day: it is the share"),
-        ("late = {per_day = true}", "per_day: it is the share"),
-        ('late = {per_day = "10%"}', "per_day: it is the share"),
-        ("late = {at_most = 0.5}", "it takes nothing off"),
-        ("late = {at_most = 0.5, until = 2027-01-25T12:00:00Z}", "at_most limits what per_day takes off, and there is"),
-        ("late = {per_day = 0.1, at_most = 2}", "at_most: it is the largest share"),
-        ("late = {per_day = 0.1, grace = 15}", 'grace: it is a time with its unit, as in grace = "15 min"'),
-        ('late = {per_day = 0.1, grace = "15 minutes"}', "units: s, min, h, day, days"),
-        ("late = {until = 2027-01-25}", "until: it is a day with a time, without quotes, after `due`"),
-        ("late = {until = 2027-01-10T12:00:00Z}", "until: it is a day with a time, without quotes, after `due`"),
-        ('attempts = "first"', 'line 4: attempts = "first": it says which of several notebooks of a student counts'),
+        ("late = 0.1", "late = 0.1: "), ("late = {}", "per_day, until"), ('late = {grace = "1 h"}', "per_day, until"),
+        ("late = {perday = 0.1}", "unknown key 'perday' (did you mean 'per_day'?)"),
+        ("late = {per_day = 10}", "per_day: "), ("late = {per_day = nan}", "per_day: "),
+        ("late = {per_day = true}", "per_day: "), ('late = {per_day = "10%"}', "per_day: "),
+        ("late = {at_most = 0.5}", "per_day, until"), ("late = {per_day = 0.1, at_most = 2}", "at_most: "),
+        ("late = {at_most = 0.5, until = 2027-01-25T12:00:00Z}", "at_most limits what per_day takes off"),
+        ("late = {per_day = 0.1, grace = 15}", 'grace = "15 min"'),
+        ('late = {per_day = 0.1, grace = "15 minutes"}', "s, min, h, day, days"),
+        ("late = {until = 2027-01-25}", "until: "), ("late = {until = 2027-01-10T12:00:00Z}", "until: "),
+        ('attempts = "first"', 'attempts = "first": '), ("attempts = {best_of = 0}", "best_of: "),
+        ("attempts = {best = 2}", "unknown key 'best'"), ('attempts = {apart = "1 week"}', "apart: "),
+        ("attempts = 3", "attempts = 3: "), (f"{RULE}\n# no time: ", "due ="),
     ],
-)
-def test_what_is_wrong_in_the_late_rule_is_told(folder: Path, late: str, said: str) -> None:
-    (folder / "assignment.toml").write_text(TOML.format(late))
+)  # fmt: skip
+def test_what_is_wrong_in_the_late_rule_or_about_attempts_is_told(folder: Path, late: str, said: str) -> None:
+    text = TOML.format(late)
+    (folder / "assignment.toml").write_text(text.replace("due", "# due", 1) if "no time" in late else text)
     with pytest.raises(QdotError) as caught:
         load_assignment(folder)
     assert str(caught.value).startswith(f"{folder / 'assignment.toml'}: line 4: ")
     assert said in str(caught.value)
-
-
-def test_nothing_is_late_that_is_not_due(folder: Path) -> None:
-    (folder / "assignment.toml").write_text(TOML.format(RULE).replace("due =", "# due ="))
-    with pytest.raises(QdotError, match=r"line 4: late: nothing is late without a time at which it is due; add due ="):
-        load_assignment(folder)
 
 
 @pytest.mark.parametrize(
@@ -179,21 +147,15 @@ def test_days_begun_take_a_share_of_what_was_earned(
 ) -> None:
     (folder / "assignment.toml").write_text(TOML.format(RULE))
     result = one(load_assignment(folder), hours, 2.0, 0.7)
-    assert result["score"] == score
+    late = {
+        "due": "2027-01-15T12:00:00+00:00", "received": (DUE + hours * HOUR).isoformat(),
+        "seconds": int(hours * 3600), "penalty": penalty, "points_before": 2.7,
+    }  # fmt: skip
+    assert (result["score"], result["late"]) == (score, None if penalty is None else late)
     assert status(result) == ("graded" if penalty is None else "late")
-    if penalty is None:
-        assert result["late"] is None
-    else:
-        received = DUE + hours * HOUR
-        assert result["late"] == {
-            "due": "2027-01-15T12:00:00+00:00", "received": received.isoformat(),
-            "seconds": int(hours * 3600), "penalty": penalty, "points_before": 2.7,
-        }  # fmt: skip
-
-
-def test_without_a_rule_lateness_is_told_and_costs_nothing(folder: Path) -> None:
-    result = one(load_assignment(folder), 1, 2.0, 0.7)
-    assert (result["score"], result["late"]["penalty"], status(result)) == (2.7, 0.0, "late")
+    (folder / "assignment.toml").write_text(TOML.format(""))
+    result = one(load_assignment(folder), hours, 2.0, 0.7)  # without a rule, lateness is told and costs nothing
+    assert (result["score"], bool(result["late"])) == (2.7, hours > 0)
 
 
 def test_sums_are_exact_whatever_the_points(folder: Path) -> None:
@@ -220,9 +182,7 @@ def test_an_extension_is_a_time_of_the_students_own(folder: Path) -> None:
     assert scores == [2.7, 2.43, 1.35, 2.7, 2.7, 1.35, 2.43, 2.16, 0.0]
     for wrong in ("2027-01-16", "16.1.2027", "Friday"):
         (folder / "roster.csv").write_text(f"student,due\ns1,{wrong}\n")
-        with pytest.raises(
-            QdotError, match=r"roster.csv: line 2: due = '.*': it is a day with a time, as in 2027-01-2"
-        ):
+        with pytest.raises(QdotError, match=rf"roster.csv: line 2: due = '{wrong}': "):
             load_assignment(folder)
 
 
@@ -247,9 +207,6 @@ def test_parts_that_were_set_lose_for_lateness_and_a_total_that_was_set_does_not
     ]  # fmt: skip
 
 
-# --- attempts ---
-
-
 def test_many_notebooks_in_a_folder_are_one_attempt_and_attempts_have_a_limit(folder: Path, released: Path) -> None:
     for k in range(4):  # within ten minutes
         hand_in(folder, released, f"s1/hw-{k}.ipynb", -5 + k / 30, position="blank" if k != 1 else "0")
@@ -259,32 +216,11 @@ def test_many_notebooks_in_a_folder_are_one_attempt_and_attempts_have_a_limit(fo
     (folder / "assignment.toml").write_text(TOML.format('attempts = "best"'))
     found, _ = run(folder)
     scores = {one["file"]: one["score"] for one in found["s1"]["attempts"]}
-    assert [name for name, score in scores.items() if score is not None] == [
-        "hw-3.ipynb",
-        *(f"later-{k}.ipynb" for k in range(1, 5)),
-    ]
-    assert found["s1"]["notes"][0].endswith(
-        "; of those handed in within 10 min the last is taken, 5 attempts count at most"
-    )
+    counted = ["hw-3.ipynb", *(f"later-{k}.ipynb" for k in range(1, 5))]
+    assert [name for name, score in scores.items() if score is not None] == counted
+    assert found["s1"]["notes"][0].endswith(" within 10 min the last is taken, 5 attempts count at most")
     (folder / "assignment.toml").write_text(TOML.format('attempts = {best_of = 1, apart = "1 day"}'))
     assert run(folder)[0]["s1"]["submission"]["file"] == "later-5.ipynb"
-
-
-@pytest.mark.parametrize(
-    ("said", "why"),
-    [
-        ('"first"', 'attempts = "first": it says which of several notebooks of a student counts'),
-        ("{best_of = 0}", "best_of: it is how many attempts count"),
-        ("{best = 2}", "unknown key 'best'"),
-        ('{apart = "1 week"}', "apart: it is a time with its unit"),
-        ("3", "attempts = 3: it says which of several"),
-    ],
-)
-def test_what_is_wrong_about_attempts_is_told(folder: Path, said: str, why: str) -> None:
-    (folder / "assignment.toml").write_text(TOML.format(f"attempts = {said}"))
-    with pytest.raises(QdotError) as caught:
-        load_assignment(folder)
-    assert why in str(caught.value), caught.value
 
 
 def best(assignment: Assignment, *handed_in: Graded, **overrides: Override) -> dict[str, Any]:
@@ -304,8 +240,8 @@ def test_the_best_counts_after_what_lateness_takes_off(folder: Path) -> None:
     said = "2 notebooks were handed in; a.ipynb counts, the best of this assignment, not b.ipynb"
     assert result["notes"] == result["staff_notes"] == [said]
     soon = replace(early, file="c.ipynb", received=DUE - HOUR - HOUR / 60, marked=None)
-    said = "2 notebooks were handed in; a.ipynb counts, not c.ipynb; of those handed in within 10 min the last is taken"
-    assert best(assignment, soon, early)["notes"][0].startswith(said)
+    note = best(assignment, soon, early)["notes"][0]
+    assert "a.ipynb counts, not c.ipynb" in note and "within 10 min" in note
     assert best(assignment, early, late, position=Override(2))["submission"]["file"] == "a.ipynb"
     assert best(assignment, early, replace(early, file="c.ipynb"))["submission"]["file"] == "a.ipynb"
 
@@ -339,10 +275,10 @@ def hand_in(folder: Path, released: Path, name: str, hours: float, **answers: st
 
 
 def run(folder: Path, *options: str) -> tuple[dict[str, dict[str, Any]], str]:
-    said = CliRunner().invoke(app, ["grade", str(folder), "--jobs", "1", *options])
-    assert said.exit_code == 0, said.output
+    with one_sandbox():
+        printed = command.run("grade", folder, "--jobs", "1", *options)
     lines = (folder / "graded" / "results.jsonl").read_text().splitlines()
-    return {result["student"]: result for result in map(json.loads, lines)}, said.stdout
+    return {result["student"]: result for result in map(json.loads, lines)}, printed
 
 
 def test_the_last_counts_unless_the_assignment_says_the_best(folder: Path, released: Path) -> None:
@@ -382,10 +318,9 @@ def test_an_override_survives_every_regrade_and_is_in_every_report(folder: Path,
     assert rows["s1"]["override"] == "p1.position: 1.5 (was 0), <on paper>"
     assert (rows["s1"]["late_penalty"], rows["s1"]["score"]) == ("0.44", "1.76")
     pages = {student: (folder / "graded" / "feedback" / f"{student}.html").read_text() for student in first}
-    assert "Points set by your instructor to 1.5: &lt;on paper&gt;" in pages["s1"]
-    assert "Handed in 1 day 1 h after it was due: 20 % of the 2.2 points are taken off" in pages["s1"]
-    assert "p1.position set by your instructor to 2: told" in pages["s2"]
-    assert "Total set by your instructor to 1: ill" in pages["s3"]
+    for words in ("1.5: &lt;on paper&gt;", "1 day 1 h", "20 % of the 2.2 points"):
+        assert words in pages["s1"]
+    assert "2: told" in pages["s2"] and "1: ill" in pages["s3"]
     (folder / "assignment.toml").write_text(TOML.format(RULE).replace('"T"', '"another title"'))
     hand_in(folder, released, "s1/hw.ipynb", 25, position="blank", determinant="blank")
     again, _ = run(folder)

@@ -15,27 +15,32 @@ twist that is left out (pan-tilt/20); an offset with the wrong sign and the dire
 the wrong radians (planar-3r/11), and with the wrong sign of a cofactor, constants with the wrong sign (wrist-zyz/18).
 """
 
+import itertools
 import json
+import re
 from collections import Counter
 from functools import cache
 from typing import Any
 
 import pytest
+import sympy as sp
 
-from exercises.generation import generate
-from exercises.problem import ProblemId
+from exercises.answers import Matrix
+from exercises.arm.stages import carried, formulas
+from exercises.generation import generate, sample_chain
+from exercises.problem import Part, Problem, ProblemId
 from grader.advice import advise
 from grader.diagnosis import diagnose
 from grader.parts import judge_given
 from grader.reading import read_answer
 from grader.verdict import Diagnosis, Outcome
-from tests.support import DATA
+from tests.support import DATA, judging
+from tests.support.problems import asked
 from tests.support.suites import several
 
-SLIPS: list[dict[str, Any]] = [
-    json.loads(line) for line in (DATA / "slips.jsonl").read_text(encoding="utf-8").splitlines()
-]
-TAKEN = range(0, len(SLIPS), several(7, 1))
+pytestmark = pytest.mark.xdist_group("slips")  # each is diagnosed once
+SLIPS: list[dict[str, Any]] = list(map(json.loads, (DATA / "slips.jsonl").read_text(encoding="utf-8").splitlines()))
+TAKEN = range(0, len(SLIPS), several(12, 1))
 NAMED = {1: several(0.9, 0.97), 2: several(0.5, 0.74)}
 """The share of answers with one slip, and with two, behind which mistakes are named."""
 
@@ -52,130 +57,84 @@ def told(index: int, oftener: str = "") -> tuple[Diagnosis | None, Diagnosis | N
     return named, None if named else advise(problem, part, given, "slips")
 
 
-@pytest.mark.parametrize("index", TAKEN)
-def test_something_is_said_of_every_wrong_answer(index: int) -> None:
-    named, advice = told(index)
-    said = named or advice
-    assert said is not None and said.says.endswith((".", "?")), SLIPS[index]
-    assert bool(named) != bool(advice)
+def named(did: str, oftener: str = "") -> Diagnosis:
+    """Return the mistake that is named behind the slip of a student who did this."""
+    made, _ = told(next(index for index, slip in enumerate(SLIPS) if slip["did"].startswith(did)), oftener)
+    assert made is not None, did
+    return made
+
+
+@pytest.mark.parametrize("part", range(4))
+def test_something_is_said_of_every_wrong_answer(part: int) -> None:
+    for index in TAKEN[part::4]:
+        mistake, advice = told(index)
+        text = mistake or advice
+        assert text is not None and text.says.endswith((".", "?")), SLIPS[index]
+        assert bool(mistake) != bool(advice), SLIPS[index]
 
 
 def test_most_are_named() -> None:
-    made, named = Counter[int](), Counter[int]()
+    made, known = Counter[int](), Counter[int]()
     for index in TAKEN:
         made[SLIPS[index]["slips"]] += 1
-        named[SLIPS[index]["slips"]] += told(index)[0] is not None
-    assert all(named[slips] >= NAMED[slips] * made[slips] for slips in made), (named, made)
+        known[SLIPS[index]["slips"]] += told(index)[0] is not None
+    assert all(known[slips] >= NAMED[slips] * made[slips] for slips in made), (known, made)
 
 
 @pytest.mark.parametrize(
     ("did", "mistakes"),
     [
-        ("Typed the angles in degrees.", {"angles-in-degrees"}),
-        ("Typed s12 as sin(theta1)*sin(theta2).", {"sum-of-angles-split"}),
-        ("Typed pi/3 for the offset of 30 degrees.", {"wrong-radians"}),
-        ("Typed the offset of 60 degrees in degrees.", {"offset-in-degrees"}),
-        ("Multiplied F by J instead of by its transpose.", {"jacobian-for-transpose"}),
-        ("Overlooked the offset of 45 degrees at theta3 in row 3 of the table.", {"offset-forgotten"}),
-        ("Took O5, the tip, for P = O4.", {"other-point"}),
-        ("Lost the term 0.75*sin(theta2 + theta3)*wz in the third row.", {"term-missing"}),
-        # of the second hand
-        ("Sign slip when the two mixed terms 0.1*sin*cos should cancel: they were added.", {"product-sign"}),
-        ("Left out the bracket of the denominator: /d3 + 0.8", {"bracket-missing"}),
-        ("Turned only the linear rows into frame 3", {"rows-not-turned"}),
-        ("Turned 1/0.75 into 3/4 instead of 4/3 in row 3.", {"factor-turned-over"}),
-        ("Saw that the arm is singular and took one off the full rank", {"rank-of-one-condition"}),
-        ("Added 0.2 + 0.4*cos(theta3) to 0.6*cos(theta3)", {"unlike-terms-added"}),
-        ("Took only the positive root of cos(theta2) = -1/2", {"one-root-of-each"}),
-        ("Used the Jacobian at the start A instead of the one at the place 0.3 m", {"rates-at-start"}),
-        ("Typed fy instead of fz in the last term of tau_3.", {"symbol-typed"}),
-        ("Counted the orientation of the last link as one component", {"size-of-kinds"}),
-        ("Typed the lengths 0.45 m and 0.65 m in centimetres.", {"lengths-in-centimetres"}),
-        ("Added joint 2 to the angular velocity of link 1", {"velocity-of-other-frame"}),
-        ("Sign slip in the difference formula: plus instead of minus", {"term-sign-typed"}),
-        ("From 4*sin = cos concluded tan = 4", {"tangent-turned-over", "value-sign-in-set"}),
-        ("Took the moment arms to the origin O_2 of the last frame", {"point-forgotten"}),
-        ("Squared the sum of the three minors", {"sum-squared"}),
-        ("Overlooked the minus sign of the given omega_y", {"velocity-sign"}),
-        ("Product rule forgotten", {"chain-rule"}),
-        ("Multiplied the base Jacobian by R instead of by R transposed.", {"turned-the-wrong-way"}),
-        ("Dropped the offset 0.5 m of joint 2.", {"offset-forgotten-on-path"}),
-        ("Typed sin(theta3 - theta4) and cos(theta3 - theta4) as differences", {"sum-of-angles-split"}),
-        ("Took the unit vector as (A - B)/|A - B|", {"path-turned-round"}),
-        ("Lost one of the two factors d3 in w", {"square-lost"}),
-        ("Added the determinants of the two blocks instead of multiplying them.", {"blocks-added"}),
-        ("Gave the components in frame 2 instead of in frame 3", {"frame-before"}),
-        ("Converted 30 deg and -150 deg to radians with 360", {"values-in-wrong-radians"}),
-        # of the third hand
-        ("Left the offset of 90 degrees out of the singular angles.", {"offset-forgotten-in-set"}),
-        ("Solved sin(theta2 + pi/4) = 0 with the offset of 45 degrees", {"offset-sign-in-set"}),
-        ("Left the offset of 90 degrees out, and forgot the second root.", {
-            "one-root-only", "offset-forgotten-in-set",
-        }),
-        ("Forgot that theta3 has to be straight, too", {"condition-of-several-forgotten"}),
-        ("Forgot the condition on theta2 that holds at the same time.", {"condition-of-several-forgotten"}),
-        ("Gave one root of theta2 and both of theta3, which hold together.", {"one-root-only"}),
-        ("Gave the other root of theta2 alone, with a tangent", {"one-root-only"}),
-        ("Gave the conditions on theta2 and theta3 as alternatives.", {"or-for-and"}),
-        ("Solved the condition of the shoulder with one joint alone", {"shoulder-missed"}),
-        ("Called theta1 = 0 singular, and missed the shoulder", {"shoulder-missed"}),
-        ("Took p* from the point to the joints.", {"arm-reversed"}),
-        ("Gave the whole Jacobian with the wrong sign.", {"sign"}),
-        ("Gave the three rows of a planar arm where six are asked for.", {"other-rows"}),
-        # two slips of the second hand
-        ("Dropped the offset -60 deg of joint 2, and took -J^T F", {"offset-forgotten", "sign"}),
-        ("Exchanged the base coordinates 0.2 m and 0.8 m", {"base-exchanged", "column-sign"}),
-        ("Took the offset of joint 2 as -45 deg, and wrote the velocity in the order", {
-            "offset-sign", "velocity-components-exchanged",
-        }),
-        ("Took the offset of joint 2 as -45 deg, and divided the smallest", {"offset-sign", "ratio-turned-over"}),
-        ("Let joint 4 turn about +z", {"axis-sign", "rates-in-degrees"}),
-        ("Typed 0.07 for 0.7 m throughout", {"decimal-point", "row-sign"}),
-        ("Dropped the offset -30 deg of joint 4 and overlooked d4", {"link-left-out", "offset-forgotten"}),
-        ("Cancelled d3 from d3**2*sin(theta2) = 0", {"one-root-only", "component-missed"}),
-        ("Let the moment act on the prismatic joint 3 as well", {"slide-turns", "symbol-typed"}),
-        ("Dropped the offset -30 deg of joint 2, and typed the offset of joint 1", {
-            "offset-forgotten", "offset-in-degrees",
-        }),
-        ("Forgot to transpose the matrix of cofactors", {"adjugate-not-transposed", "term-sign-typed"}),
-        ("Read the twist of row 4 as +90 deg instead of -90 deg, and typed", {"twist-sign"}),
+        ("Typed the angles", "angles-in-degrees"), ("Typed s12 as sin", "sum-of-angles-split"),
+        ("Typed pi/3 for the", "wrong-radians"), ("Typed the offset of 60", "offset-in-degrees"),
+        ("Multiplied F by", "jacobian-for-transpose"),
+        ("Overlooked the offset of 45 degrees at theta3 in row 3 of the table.", "offset-forgotten"),
+        ("Took O5, the tip", "other-point"), ("Lost the term 0.75", "term-missing"),
+        ("Sign slip when the", "product-sign"), ("Left out the bracket of the denominator: /d3", "bracket-missing"),
+        ("Turned only the", "rows-not-turned"), ("Turned 1/0.75 into", "factor-turned-over"),
+        ("Saw that the arm", "rank-of-one-condition"), ("Added 0.2 + 0.4*cos", "unlike-terms-added"),
+        ("Took only the positive", "one-root-of-each"),
+        ("Used the Jacobian at the start A instead of the one at the place 0.3 ", "rates-at-start"),
+        ("Typed fy instead", "symbol-typed"), ("Counted the orientation", "size-of-kinds"),
+        ("Typed the lengths", "lengths-in-centimetres"), ("Added joint 2 to", "velocity-of-other-frame"),
+        ("Sign slip in the", "term-sign-typed"), ("From 4*sin = cos", "tangent-turned-over + value-sign-in-set"),
+        ("Took the moment arms", "point-forgotten"), ("Squared the sum", "sum-squared"),
+        ("Overlooked the minus", "velocity-sign"), ("Product rule forgotten", "chain-rule"),
+        ("Multiplied the base", "turned-the-wrong-way"), ("Dropped the offset 0.5", "offset-forgotten-on-path"),
+        ("Typed sin(theta3", "sum-of-angles-split"), ("Took the unit vector", "path-turned-round"),
+        ("Lost one of the", "square-lost"), ("Added the determinants of the two", "blocks-added"),
+        ("Gave the components", "frame-before"), ("Converted 30 deg", "values-in-wrong-radians"),
+        ("Left the offset of 90 degrees out", "offset-forgotten-in-set"),
+        ("Solved sin(theta2 + pi/4", "offset-sign-in-set"),
+        ("Left the offset of 90 degrees out,", "offset-forgotten-in-set + one-root-only"),
+        ("Forgot that theta3", "condition-of-several-forgotten"),
+        ("Forgot the condition", "condition-of-several-forgotten"), ("Gave one root of", "one-root-only"),
+        ("Gave the other root", "one-root-only"), ("Gave the conditions", "or-for-and"),
+        ("Solved the condition", "shoulder-missed"), ("Called theta1 =", "shoulder-missed"),
+        ("Took p* from the", "arm-reversed"), ("Gave the whole Jacobian", "sign"),
+        ("Gave the three rows", "other-rows"),
+        ("Dropped the offset -60 deg of joint 2, and took", "offset-forgotten + sign"),
+        ("Exchanged the base", "base-exchanged + column-sign"),
+        ("Took the offset of joint 2 as -45 deg, and wrote", "offset-sign + velocity-components-exchanged"),
+        ("Took the offset of joint 2 as -45 deg, and divided", "offset-sign + ratio-turned-over"),
+        ("Let joint 4 turn", "axis-sign + rates-in-degrees"), ("Typed 0.07 for 0", "decimal-point + row-sign"),
+        ("Dropped the offset -30 deg of joint 4", "link-left-out + offset-forgotten"),
+        ("Cancelled d3 from", "component-missed + one-root-only"), ("Let the moment act", "slide-turns + symbol-typed"),
+        ("Dropped the offset -30 deg of joint 2, and typed", "offset-forgotten + offset-in-degrees"),
+        ("Forgot to transpose", "adjugate-not-transposed + term-sign-typed"), ("Read the twist of row 4", "twist-sign"),
     ],
 )  # fmt: skip
-def test_by_their_true_names(did: str, mistakes: set[str]) -> None:
-    index = next(index for index, slip in enumerate(SLIPS) if slip["did"].startswith(did))
-    named, _ = told(index)
-    assert named is not None and set(named.mistakes) == mistakes
+def test_by_their_true_names(did: str, mistakes: str) -> None:
+    assert set(named(did).mistakes) == set(mistakes.split(" + "))
 
 
-def test_what_holds_for_all_entries_but_one_is_said_so() -> None:
-    did = "Read the twist of row 4 as +90 deg instead of -90 deg, and typed"
-    named, _ = told(next(index for index, slip in enumerate(SLIPS) if slip["did"].startswith(did)))
-    assert named is not None and named.says.startswith("But for row 3, column 3, the answer is what this gives:")
-
-
-def test_mistakes_that_give_the_same_answer_are_told_as_such() -> None:
-    named, _ = told(next(index for index, slip in enumerate(SLIPS) if slip["did"].startswith("From 4*sin = cos")))
-    assert named is not None and named.either and " Or, which gives the same answer: " in named.says
-    assert named.names == "tangent-turned-over or value-sign-in-set"
-
-
-def test_the_same_slip_on_two_arms_is_the_same_mistake() -> None:
-    first, second = (
-        told(
-            next(index for index, slip in enumerate(SLIPS) if slip["did"].startswith(f"Solved sin(theta2 + {angle})"))
-        )[0]
-        for angle in ("pi/4", "pi/3")
-    )
-    assert first is not None and second is not None and first.known_by == second.known_by
-
-
-def test_what_is_claimed_in_the_place_of_the_shoulder_is_told_as_it_is_claimed() -> None:
-    did = "Solved the condition of the shoulder with one joint alone"
-    named, _ = told(next(index for index, slip in enumerate(SLIPS) if slip["did"].startswith(did)))
-    assert named is not None and "and theta2 = pi/2 is called singular in its place" in named.says
-
-
-def test_nothing_is_said_of_a_determinant_where_there_is_none() -> None:
+def test_what_is_said_behind_some_of_them() -> None:
+    but_for_one = named("Read the twist of row 4 as +90 deg instead of -90 deg, and typed")
+    assert but_for_one.says.startswith("But for row 3, column 3")
+    either = named("From 4*sin = cos")
+    assert either.either and either.names == "tangent-turned-over or value-sign-in-set"
+    assert "theta2 = pi/2" in named("Solved the condition of the shoulder with one joint alone").says
+    on_two_arms = [named(f"Solved sin(theta2 + {angle})").known_by for angle in ("pi/4", "pi/3")]
+    assert on_two_arms[0] == on_two_arms[1]
     for index in TAKEN:
         if SLIPS[index]["problem"].startswith("planar-3r/") and SLIPS[index]["part"] == "singular-angles":
             assert not any(one and "det J" in one.says for one in told(index)), SLIPS[index]
@@ -191,8 +150,66 @@ def test_nothing_is_said_of_a_determinant_where_there_is_none() -> None:
     ],
 )
 def test_what_a_class_makes_oftener_is_named_before_what_gives_the_same(did: str, oftener: str) -> None:
-    index = next(index for index, slip in enumerate(SLIPS) if slip["did"].startswith(did))
-    usual, _ = told(index)
-    named, _ = told(index, oftener)
-    assert usual is not None and usual.mistakes != (oftener,)
-    assert named is not None and named.mistakes == (oftener,) and not named.either
+    assert named(did).mistakes != (oftener,)
+    assert named(did, oftener).mistakes == (oftener,) and not named(did, oftener).either
+
+
+def answer_without(problem: Problem, part: Part, left_out: dict[int, tuple[int, ...]]) -> str:
+    """Return the Jacobian with the parts of some links left out of some columns."""
+    w = formulas(problem.chain)
+    assert isinstance(part.answer, Matrix)
+    found = part.answer.reference.as_mutable()
+    for column, links in left_out.items():
+        for row, name in enumerate(problem.chain.task):
+            if name.startswith("w"):
+                continue
+            found[row, column] -= sum(w["effects"][column][k]["xyz".index(name[1])][0] for k in links)
+    return str(found.tolist())
+
+
+@pytest.mark.parametrize("family", ["planar-3r", "elbow", "scorbot-wrist", "orthogonal-3r"])
+def test_links_left_out_of_several_columns_are_named(family: str) -> None:
+    problem = generate(ProblemId(family, 1, ("jacobian",)))
+    (part,) = problem.parts
+    w = formulas(problem.chain)
+    rows = ["xyz".index(name[1]) for name in problem.chain.task if name.startswith("v")]
+    moved = [
+        [k for k in carried(problem.chain) if any(w["effects"][column][k][row][0] != 0 for row in rows)]
+        for column in range(problem.chain.n)
+    ]
+    columns = [column for column in range(problem.chain.n) if len(moved[column]) > 1]
+    assert len(columns) > 1
+    for first, second in itertools.combinations(columns, 2):
+        left_out = {first: (moved[first][-1],), second: tuple(moved[second][:-1])}
+        found = judging.diagnose(problem, part, answer_without(problem, part, left_out), "seed")
+        assert found is not None, left_out
+        if found.mistakes == ("chain-rule",) and "; " in found.says:
+            assert f"olumn {first + 1} seems to lack" in found.says and f"olumn {second + 1}" in found.says
+
+
+def test_links_left_out_of_the_position_are_named() -> None:
+    problem = generate(ProblemId("planar-3r", 1, ("position",)))
+    links = formulas(problem.chain)["links"]
+    lost = sp.Matrix([sum(links[k][row][0] for k in (0, 2)) for row in range(2)])
+    found = judging.diagnose(
+        problem, problem.parts[0], str((problem.parts[0].answer.as_matrix() - lost).tolist()), "seed"
+    )
+    assert found is not None and "link 1 and link 3" in found.says
+    jacobian = asked("jacobian", sample_chain(ProblemId("planar-3r", 1)))
+    text = answer_without(jacobian, jacobian.parts[0], {0: (0, 1), 1: (2,)})
+    found = judging.diagnose(jacobian, jacobian.parts[0], text, "seed")
+    assert found is not None and re.search("olumn 1 .*link 1 and link 2 .*column 2 ", found.says)
+
+
+@pytest.mark.parametrize("family", ["planar-3r", "elbow"])
+def test_zeros_and_other_sums_are_not_blamed(family: str) -> None:
+    problem = generate(ProblemId(family, 1, ("jacobian",)))
+    (part,) = problem.parts
+    reference = part.answer.as_matrix()
+    zero = reference.as_mutable()
+    zero[:, 0] = sp.zeros(reference.rows, 1)
+    named = judging.diagnose(problem, part, str(zero.tolist()), "seed")
+    assert named is None or "lack" not in named.says
+    other = reference.as_mutable()
+    other[0, 0] += sp.Symbol("a3") * sp.sin(2 * sp.Symbol("theta1"))
+    assert judging.diagnose(problem, part, str(other.tolist()), "seed") is None

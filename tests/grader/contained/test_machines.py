@@ -9,6 +9,7 @@ import os
 import platform
 import sys
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -18,7 +19,6 @@ from grader.guarantees import KERNEL, probe
 from grader.own_folder import own_folder
 from grader.sandbox import Limits, Run, Sandbox
 from tests.support.machines import DOCKERS_ROOT, NOBODY, run_on
-from tests.support.suites import several
 
 pytestmark = [
     pytest.mark.xdist_group("machines"),
@@ -27,11 +27,9 @@ pytestmark = [
     ),
 ]
 
-# --- what the machine is told to be, by doctor ---
 
 REFUSED = {"namespaces": ["namespaces"], "Landlock": ["landlock"], "both": ["namespaces", "landlock"]}
 USERS = [None, DOCKERS_ROOT, NOBODY] if os.geteuid() == 0 else [None]
-FEW = [("namespaces", user) for user in USERS[1:]] + [("both", None)]
 
 ATTACKS = {
     "fills its folder": "for i in range(60): open(str(i), 'wb').write(bytes(9_900_000))",
@@ -63,30 +61,19 @@ print(json.dumps(dict(left=os.listdir(tempfile.gettempdir()))))
 """
 
 
-SEEN = """
-import json, os
-from grader.guarantees import probe
-found = probe(quick=True)
-(processes,) = (each.achieved for each in found.guarantees if each.name == "processes")
-print(json.dumps(dict(first=os.getpid() == 1, strict=found.is_strict, processes=processes)))
-"""
+@pytest.fixture
+def place() -> Iterator[Path]:
+    """A folder for temporary files that any user may have, in none that pytest closes."""
+    with tempfile.TemporaryDirectory(prefix="qdot-machine-") as made:
+        for folder in (Path(made), Path(made) / "tmp"):
+            folder.mkdir(exist_ok=True)
+            folder.chmod(0o777)
+        yield Path(made) / "tmp"
 
 
-def home(folder: Path) -> Path:
-    """Return a folder for temporary files that any user may have."""
-    folder.chmod(0o755)
-    for above in list(folder.parents)[:-2]:
-        if above.stat().st_uid == os.geteuid():
-            above.chmod(above.stat().st_mode | 0o011)
-    made = folder / "tmp"
-    made.mkdir()
-    made.chmod(0o777)
-    return made
-
-
-@pytest.mark.parametrize(("name", "user"), several(FEW, [(name, user) for name in REFUSED for user in USERS]))
-def test_what_is_promised_on_a_machine_is_kept_there(name: str, user: int | None, tmp_path: Path) -> None:
-    place = home(tmp_path)
+@pytest.mark.integration
+@pytest.mark.parametrize(("name", "user"), [(name, user) for name in REFUSED for user in USERS])
+def test_what_is_promised_on_a_machine_is_kept_there(name: str, user: int | None, place: Path) -> None:
     told = run_on(REFUSED[name], ["-m", "grader.cli", "doctor", "--json"], user, place)
     assert told.returncode == 0, told.stderr
     found = json.loads(told.stdout)
@@ -109,9 +96,17 @@ def test_what_is_promised_on_a_machine_is_kept_there(name: str, user: int | None
     assert last["left"] == []
 
 
+@pytest.mark.integration
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root may make a namespace of processes alone")
 def test_a_grader_that_is_the_first_process_of_a_container_is_told_the_same() -> None:
     """A notebook is the first of its own namespace, too: its own number is not taken for the grader's."""
+    seen = """
+import json, os
+from grader.guarantees import probe
+found = probe(quick=True)
+(processes,) = (each.achieved for each in found.guarantees if each.name == "processes")
+print(json.dumps(dict(first=os.getpid() == 1, strict=found.is_strict, processes=processes)))
+"""
     first = f"""
 import os, sys
 from grader.contained import kernel
@@ -119,7 +114,7 @@ kernel.unshare(kernel.NEWPID)
 pid = os.fork()
 if pid == 0:
     assert os.getpid() == 1
-    os.execv(sys.executable, [sys.executable, "-c", {SEEN!r}])
+    os.execv(sys.executable, [sys.executable, "-c", {seen!r}])
 sys.exit(os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]))
 """
     done = run_on([], ["-c", first])
@@ -127,34 +122,22 @@ sys.exit(os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]))
     assert json.loads(done.stdout) == {"first": True, "strict": True, "processes": []}
 
 
-# --- what the probe tries ---
-
-
-def achieved(without: set[str]) -> dict[str, tuple[str, ...]]:
-    return {each.name: each.achieved for each in probe(without, quick=True).guarantees}
-
-
-def test_the_probe_sees_that_nobody_counts_what_is_written() -> None:
-    found = achieved({"namespaces", "quota"})
-    assert found["files"] == ("wrote 256 MB in all", "wrote 256 MB into files without names")
-    assert achieved({"namespaces"})["files"] == ()
-
-
-def test_the_probe_sees_that_processes_have_memory_of_their_own_each() -> None:
-    found = achieved({"namespaces", "landlock", "seccomp", "limits"})
-    many = f"started {attempts.MOST} processes"
-    assert many in found["memory"] and many in found["processes"] and "started a program" in found["processes"]
-
-
-def test_the_probe_sees_a_signal_by_a_descriptor() -> None:
-    found = achieved({"namespaces", "landlock", "seccomp", "user", "privileges"})
-    assert "killed the process that starts notebooks" in found["processes"]
-
-
-def test_the_probe_reads_what_others_may_read() -> None:
-    """Another user than root alone keeps nobody from files that are open to all."""
-    found = achieved({"namespaces", "landlock"})
-    assert any("read a file" in said for said in found["files"]) and "wrote into another folder" in found["files"]
+@pytest.mark.parametrize(
+    ("without", "guarantee", "seen"),
+    [
+        ({"namespaces"}, "files", None),
+        ({"namespaces", "quota"}, "files", {"wrote 256 MB in all", "wrote 256 MB into files without names"}),
+        ({"namespaces", "landlock", "seccomp", "limits"}, "memory", {f"started {attempts.MOST} processes"}),
+        ({"namespaces", "landlock", "seccomp", "limits"}, "processes", {"started a program"}),
+        ({"namespaces", "landlock", "seccomp", "user", "privileges"}, "processes",
+         {"killed the process that starts notebooks"}),
+        ({"namespaces", "landlock"}, "files", {"wrote into another folder"}),  # whoever may read a file, reads it
+    ],
+)  # fmt: skip
+def test_the_probe_sees_what_nothing_prevents(without: set[str], guarantee: str, seen: set[str] | None) -> None:
+    achieved = {each.name: each.achieved for each in probe(without, quick=True).guarantees}[guarantee]
+    assert not achieved if seen is None else seen <= set(achieved)
+    assert "landlock" not in without or guarantee != "files" or any("read a file" in each for each in achieved)
 
 
 def test_the_probe_sees_what_is_left_behind() -> None:
@@ -168,9 +151,6 @@ def test_the_probe_sees_what_is_left_behind() -> None:
         assert sandbox.left_behind
 
 
-# --- without namespaces ---
-
-
 def counted(cells: list[str], names: list[str]) -> Run:
     with Sandbox(Limits(seconds=20, cell_seconds=8), {"namespaces", "watch"}) as sandbox:
         return sandbox.run(["import os", *cells], names)
@@ -181,10 +161,8 @@ def test_who_writes_too_much_is_stopped_soon_and_told() -> None:
     run = counted(cells, [f"n{i}" for i in range(60)])
     assert 5 <= len(run.answers) <= 25 and run.end == "killed"
     assert run.begun is not None and run.begun >= len(run.answers)
-    assert run.note("cell 9").startswith(
-        "the notebook was stopped in cell 9: it took more than a notebook may (3 GB of "
-    )
-    assert ", 64 MB in at most 4096 files, folders 32 deep); cells after that one were not run" in run.note("cell 9")
+    for words in ("in cell 9: ", "3 GB", "64 MB in at most 4096 files, folders 32 deep"):
+        assert words in run.note("cell 9")
 
 
 def test_what_is_written_within_the_limits_is_not_stopped() -> None:
@@ -198,27 +176,20 @@ def test_what_is_written_within_the_limits_is_not_stopped() -> None:
     assert (run.answers, run.cell_errors, run.end) == ({"a": "1"}, {}, "done")
 
 
-# --- folders ---
-
-
-def nested(folder: Path, depth: int) -> None:
-    at = os.open(folder, os.O_RDONLY)
-    for _ in range(depth):
-        os.mkdir("d" * 50, dir_fd=at)
-        inner = os.open("d" * 50, os.O_RDONLY, dir_fd=at)
-        os.close(os.open("file", os.O_CREAT, dir_fd=inner))
-        os.close(at)
-        at = inner
-    os.close(at)
-
-
 def test_a_folder_is_removed_however_deep_and_closed_it_is(tmp_path: Path) -> None:
     kept = tmp_path / "kept"
     kept.mkdir()
     (kept / "file").touch()
     folder = tmp_path / "folder"
     folder.mkdir()
-    nested(folder, 1100)  # deeper than Python's recursion, and with paths that are longer than any may be
+    at = os.open(folder, os.O_RDONLY)
+    for _ in range(1100):  # deeper than Python's recursion, and with paths that are longer than any may be
+        os.mkdir("d" * 50, dir_fd=at)
+        inner = os.open("d" * 50, os.O_RDONLY, dir_fd=at)
+        os.close(os.open("file", os.O_CREAT, dir_fd=inner))
+        os.close(at)
+        at = inner
+    os.close(at)
     (folder / "link").symlink_to(kept)
     (folder / "closed" / "inner").mkdir(parents=True)
     (folder / "closed" / "link").symlink_to(kept)
@@ -226,15 +197,8 @@ def test_a_folder_is_removed_however_deep_and_closed_it_is(tmp_path: Path) -> No
     (folder / "closed").chmod(0)
     folders.remove(str(folder))
     assert list(tmp_path.iterdir()) == [kept] and (kept / "file").exists()
-
-
-def test_what_takes_too_long_to_remove_is_left(tmp_path: Path) -> None:
-    for number in range(3):
-        (tmp_path / str(number)).touch()
-    with pytest.raises(TimeoutError, match="is not empty after"):
-        folders.remove(str(tmp_path), -1)
-    folders.remove(str(tmp_path))
-    assert not tmp_path.exists()
+    with pytest.raises(TimeoutError, match="is not empty after"):  # what takes too long is left
+        folders.remove(str(kept), -1)
 
 
 def test_leftovers_that_are_hard_to_remove_stop_no_start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -252,9 +216,7 @@ def test_leftovers_that_are_hard_to_remove_stop_no_start(tmp_path: Path, monkeyp
     assert Path(own_folder("qdot-own-").path).is_dir() and left.exists()
 
 
-# --- a machine on which nothing works ---
-
-
+@pytest.mark.integration
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root can put a file in the place of a device")
 def test_what_ended_the_probe_is_told(tmp_path: Path) -> None:
     """As after `--report github=/dev/null` as root, when a report took the place of the device."""

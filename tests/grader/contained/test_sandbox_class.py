@@ -1,4 +1,7 @@
-"""A class of 30 in which 25 attack: the five others keep full marks, and nothing that is written can be harmful."""
+"""A class in which most attack: the others keep full marks, and nothing that is written can be harmful.
+
+Of 30 students 25 attack, in `make test` five of seven; test_sandbox_hostile.py tries each attack by itself.
+"""
 
 import csv
 import io
@@ -22,37 +25,27 @@ from grader.reports.write import write_reports
 from grader.sandbox import Limits
 from grader.submission import find_submissions
 from tests.support.handing_in import UNCERTIFIED
+from tests.support.suites import few_of, several
 
 TOML = 'title = "T"\nkey = "hw"\n[[problem]]\nfamily = "planar-2r"\nquestions = ["position", "determinant"]\n'
-HONEST = [f"s{i:02d}" for i in (1, 8, 15, 22, 30)]
-STUDENTS = [f"s{i:02d}" for i in range(1, 31)]
+HONEST = ["s01", *several(["s04"], ["s08", "s15", "s22", "s30"])]
+STUDENTS = [f"s{i:02d}" for i in range(1, several(8, 31))]
 ATTACKS = [
-    "while True: pass",
-    "sum(range(10**12))",
-    "import os; os._exit(0)",
-    "import os; os.abort()",
-    "import sys; sys.exit()",
-    "import os; os.kill(os.getppid(), 9)",
-    "import os; os.fork()",
-    "import os; os.system('touch {folder}/planted')",
-    "x = [bytearray(10**9) for _ in range(99)]",
+    "while True: pass", "sum(range(10**12))", "import os; os._exit(0)", "import os; os.abort()",
+    "import sys; sys.exit()", "import os; os.kill(os.getppid(), 9)", "import os; os.fork()",
+    "import os; os.system('touch {folder}/planted')", "x = [bytearray(10**9) for _ in range(99)]",
     "import sys; sys.setrecursionlimit(10**9); l = []\nfor i in range(10**6): l = [l]\nrepr(l)",
     "import sympy; sympy.Basic.__eq__ = sympy.Basic.__str__ = lambda *a: True",
-    "import builtins; builtins.isinstance = lambda *a: True",
-    "import sys; sys.modules.clear()",
+    "import builtins; builtins.isinstance = lambda *a: True", "import sys; sys.modules.clear()",
     "import os\nfor fd in range(3, 64):\n    try: os.write(fd, b'{{}}\\n' * 10**6)\n    except OSError: pass",
-    "import os; os.closerange(3, 64)",
-    "print('x' * 10**8)",
-    "open('{folder}/submitted/s01/hw.ipynb', 'w').write('x')",
+    "import os; os.closerange(3, 64)", "print('x' * 10**8)", "open('{folder}/submitted/s01/hw.ipynb', 'w').write('x')",
     "p1_determinant = open('{folder}/solutions/s02/hw.ipynb').read()",
-    "p1_determinant = open('{folder}/secret.txt').read()",
-    "import socket; socket.create_connection(('127.0.0.1', 80))",
+    "p1_determinant = open('{folder}/secret.txt').read()", "import socket; socket.create_connection(('127.0.0.1', 80))",
     "raise SystemExit('<script>alert(1)</script>')",
     "raise ValueError('\\x1b[2J\\x9b31m=cmd|calc!A1 <img src=x onerror=alert(1)> \\u202egnp')",
-    "p1_determinant = '<script>alert(1)</script>'",
-    "p1_determinant = '=HYPERLINK(\"http://evil\")\\x1b]0;x\\x07'",
+    "p1_determinant = '<script>alert(1)</script>'", "p1_determinant = '=HYPERLINK(\"http://evil\")\\x1b]0;x\\x07'",
     "class L:\n    __class__ = str\n    def __reduce__(self): return (print, ())\np1_determinant = L()",
-]
+]  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -71,19 +64,12 @@ def with_attack(text: str, attack: str, last: bool) -> str:
     cells = notebook["cells"]
     name = "p1_determinant" if last else "p1_position"
     at = next(i for i, cell in enumerate(cells) if re.search(rf"(?m)^{name} *=", "".join(cell["source"])))
-    extra: dict[str, Any] = {
-        "cell_type": "code",
-        "id": "attack",
-        "metadata": {},
-        "outputs": [],
-        "execution_count": None,
-    }
-    cells.insert(at + 1, {**extra, "source": attack})
+    cells.insert(at + 1, {**cells[at], "id": "attack", "metadata": {}, "source": attack})
     return json.dumps(notebook)
 
 
-def test_thirty_of_whom_twenty_five_attack(assignment: Assignment) -> None:
-    attacks = iter(ATTACKS)
+def test_thirty_of_whom_twenty_five_attack_and_seven_of_whom_five_do(assignment: Assignment) -> None:
+    attacks = iter(few_of(ATTACKS, 5))
     folder = assignment.folder
     for student in STUDENTS:
         text = answered(
@@ -124,15 +110,6 @@ def _nothing_written_is_harmful(assignment: Assignment, results: list[dict[str, 
         page = feedback_page(assignment, student, result).replace(student.name, "")  # the staff wrote the roster
         assert "<script>alert" not in page and "<img src=x" not in page and "CANARY" not in page
         assert "\x1b" not in page and "\x9b" not in page
-
-
-def test_names_of_strangers_do_not_steer_the_terminal(assignment: Assignment, tmp_path: Path) -> None:
-    handed_in = tmp_path / "in"
-    (handed_in / "evil\x1b[2J\u202e<b>").mkdir(parents=True)
-    (handed_in / "evil\x1b[2J\u202e<b>" / "hw.ipynb").write_text("{}")
-    result = CliRunner().invoke(app, ["grade", str(assignment.folder), str(handed_in), "--jobs", "1", "--gone"])
-    assert result.exit_code == 0, result.output
-    assert "evil" in result.stderr and not set("\x1b\u202e") & set(result.output)
 
 
 def test_what_check_prints_does_not_steer_the_terminal(assignment: Assignment, tmp_path: Path) -> None:

@@ -40,6 +40,12 @@ def run(sandbox: Sandbox, *cells: str) -> Run:
         (["get_ipython().system('ls')\na = get_ipython().getoutput('ls')"], {"a": "[]"}),
         (["    a = 1\n    b = 2", ">>> c = 3"], {"a": "1", "b": "2", "c": "3"}),
         (["a = 'google.colab' in str(get_ipython())"], {"a": "False"}),
+        (["try:\n    import nosuchlibrary\nexcept ImportError:\n    a = 1"], {"a": "1"}),
+        (["import os\nos.mkdir('x'); os.chdir('x'); os.rmdir('../x')\na = 1", "b = 2"], {"a": "1", "b": "2"}),
+        (
+            ["from ipywidgets import interact\n@interact(t=1)\ndef f(t):\n    return 2*t\na = f(theta1)"],
+            {"a": "2*theta1"},
+        ),
     ],
 )
 def test_habits_of_jupyter_cost_nothing(sandbox: Sandbox, cells: list[str], answers: dict[str, str]) -> None:
@@ -63,18 +69,8 @@ SHOWING = {
 
 @pytest.mark.parametrize("showing", SHOWING)
 def test_what_only_shows_something_costs_nothing(sandbox: Sandbox, showing: str) -> None:
-    found = run(sandbox, f"{SHOWING[showing]}\na = 1", "b = sin(theta1)")
-    assert (found.answers, found.cell_errors, found.missed) == ({"a": "1", "b": "sin(theta1)"}, {}, {})
-
-
-def test_a_function_that_a_widget_decorates_stays_a_function(sandbox: Sandbox) -> None:
-    cell = "from ipywidgets import interact\n@interact(t=(0, 1))\ndef f(t):\n    return 2*t\na = f(theta1)"
-    assert run(sandbox, cell).answers == {"a": "2*theta1"}
-
-
-def test_a_stand_in_is_no_answer(sandbox: Sandbox) -> None:
-    found = run(sandbox, "import plotly\na = plotly.figure()")
-    assert "nothing is shown when a notebook is graded" in found.failures["a"]
+    ran = run(sandbox, f"{SHOWING[showing]}\na = 1", "b = sin(theta1)")
+    assert (ran.answers, ran.cell_errors, ran.missed) == ({"a": "1", "b": "sin(theta1)"}, {}, {})
 
 
 PLOTS = [
@@ -94,20 +90,18 @@ HIDES = (
 )
 
 
-@pytest.mark.parametrize("hidden", [False, True], ids=["matplotlib is there", "matplotlib is not installed"])
+@pytest.mark.parametrize(
+    "hidden", [pytest.param(False, marks=pytest.mark.whole, id="matplotlib is there"), pytest.param(True, id="is not")]
+)
 def test_plots_cost_nothing(sandbox: Sandbox, hidden: bool) -> None:
     begin = [HIDES if hidden else "", "%matplotlib inline\nimport matplotlib.pyplot as plt\na = 1"]
     end = ["c = 'Finder' in str(plt.__spec__.loader)"]
-    found = run(sandbox, *begin, *PLOTS, *end)
-    assert (found.cell_errors, found.missed) == ({}, {})
-    assert found.answers == {"a": "1", "c": str(hidden)}
-
-
-def test_matplotlib_works_without_a_display(sandbox: Sandbox) -> None:
-    pytest.importorskip("matplotlib")
-    saves = "import matplotlib.pyplot as plt\nplt.plot([1, 2])\nplt.savefig('x.png')"
-    found = run(sandbox, saves, "a = open('x.png', 'rb').read()[1:4].decode()")
-    assert found.answers == {"a": "PNG"}
+    if not hidden:
+        pytest.importorskip("matplotlib")
+        end += ["plt.savefig('x.png')\nb = open('x.png', 'rb').read()[1:4].decode()"]
+    ran = run(sandbox, *begin, *PLOTS, *end)
+    assert (ran.cell_errors, ran.missed) == ({}, {})
+    assert ran.answers == {"a": "1", "c": str(hidden)} | ({} if hidden else {"b": "PNG"})
 
 
 def test_a_cell_goes_on_behind_an_import_that_fails(sandbox: Sandbox) -> None:
@@ -118,12 +112,6 @@ def test_a_cell_goes_on_behind_an_import_that_fails(sandbox: Sandbox) -> None:
     assert found.cell_errors == {1: "NameError: name 'la' is not defined"} and found.stopped_at == {1: 1}
 
 
-def test_who_asks_whether_a_library_is_there_is_told(sandbox: Sandbox) -> None:
-    cell = "try:\n    import nosuchlibrary\nexcept ImportError:\n    a = 1"
-    found = run(sandbox, cell)
-    assert (found.answers, found.missed) == ({"a": "1"}, {})
-
-
 def test_a_stand_in_is_there_for_a_library_that_cannot_be_loaded(sandbox: Sandbox) -> None:
     broken = "import os\nos.mkdir('plotly')\nopen('plotly/__init__.py', 'w').write('open(\"/etc/passwd\")')"
     found = run(
@@ -132,11 +120,6 @@ def test_a_stand_in_is_there_for_a_library_that_cannot_be_loaded(sandbox: Sandbo
         "import plotly.express as px\nfrom plotly import graph_objects as go\npx.line(); go.Figure()\na = 1",
     )
     assert (found.answers, found.cell_errors, found.missed) == ({"a": "1"}, {}, {})
-
-
-def test_a_notebook_that_removes_its_folder_goes_on(sandbox: Sandbox) -> None:
-    found = run(sandbox, "import os\nos.mkdir('x'); os.chdir('x'); os.rmdir('../x')\na = 1", "b = 2")
-    assert (found.answers, found.cell_errors) == ({"a": "1", "b": "2"}, {})
 
 
 def test_where_a_cell_stopped_is_told(sandbox: Sandbox) -> None:
@@ -159,9 +142,11 @@ def test_stand_ins_look_at_nothing_and_hold_nothing(sandbox: Sandbox) -> None:
     """They are no way out: a file that a figure is saved to is not written, and magics obey the audit hook."""
     cells = [
         "import plotly, os\nplotly.figure().savefig('x.png')\na = os.path.exists('x.png')",
+        "b = plotly.figure()",
         "%%writefile /tmp/outside.txt\nx",
         "%run /etc/passwd",
     ]
     found = run(sandbox, *cells)
-    assert found.answers == {"a": "False"} and sorted(found.cell_errors) == [1, 2]
+    assert found.answers == {"a": "False"} and sorted(found.cell_errors) == [2, 3]
     assert all("may not open" in error for error in found.cell_errors.values())
+    assert "nothing is shown when a notebook is graded" in found.failures["b"]

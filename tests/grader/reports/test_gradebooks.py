@@ -1,9 +1,9 @@
-"""Gradebooks: read by the importers' rules, written anew here from Canvas's and Moodle's sources; xlsx by openpyxl."""
+"""Gradebooks as the importers of Canvas and Moodle read them, by their sources; xlsx as openpyxl does."""
 
 import csv
 import io
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,7 @@ from typing import Any
 import openpyxl
 import pytest
 
-from exercises.assignment import Assignment, Student, load_assignment, read_roster
+from exercises.assignment import Assignment, Student, load_assignment
 from exercises.errors import QdotError
 from grader.overrides import Override
 from grader.reports.excel import workbook
@@ -22,121 +22,11 @@ from tests.support.command import fails, run
 from tests.support.handing_in import TOML, a_class
 from tests.support.results import result
 
-# --- Canvas's importer: lib/gradebook_importer.rb, its rules in our words ---
-
 STRIPPED = (
     "Current Score", "Current Points", "Current Grade", "Final Score", "Final Points", "Final Grade", "Override Score",
     "Override Grade", "Override Status",
 )  # fmt: skip
 
-
-class CanvasCourse:
-    """A course with users {number: (name, sis id, login)} and assignments {number: (title, points)}."""
-
-    def __init__(self, users: Mapping[int, tuple[str, str, str]], assignments: Mapping[int, str]) -> None:
-        self.users, self.assignments = users, assignments
-
-    def imported(self, text: str) -> dict[str, dict[int | str, str]]:
-        """Return the grades by the assignment's title, by the user's number, or by name where a user is made anew."""
-        first = text.splitlines()[:3]
-        sizes = {sep: {len(next(csv.reader([line], delimiter=sep), [])) for line in first} for sep in ";,"}
-        count = {sep: found.pop() if len(found) == 1 else 0 for sep, found in sizes.items()}
-        rows = list(csv.reader(io.StringIO(text, newline=""), delimiter=";" if count[";"] > count[","] else ","))
-        header = rows[0]
-        assert len(header) > 3
-        split = header[:2] == ["LastName", "FirstName"]
-        assert split or ("Student" in header[0] and "ID" in header[1])
-        names = 4 if split else 3
-        sis = login = None
-        width = names
-        if header[names - 1] == "SIS Login ID":
-            login, width = names - 1, width + 1
-        elif header[names - 1] == "SIS User ID" and header[names] == "SIS Login ID":
-            sis, login, width = names - 1, names, width + 2
-            width += "Integration ID" in header[names + 1]
-            width += "Root Account" in header[width - 1]
-        assert "Section" in header[width - 1], "Invalid header row"
-        columns = {i: h for i, h in enumerate(header) if i >= width and not any(word in h for word in STRIPPED)}
-        titles = {i: self.title(h) for i, h in columns.items()}
-        read_only: set[int] = set()
-        grades: dict[str, dict[int | str, str]] = {title: {} for title in titles.values()}
-        for row in rows[1:]:
-            if "Points Possible" in row[0]:
-                read_only = {i for i in titles if "read only" in row[i]}
-                continue
-            if all(not cell.strip() for cell in row):
-                continue
-            who = self.user(row, 2 if split else 1, sis, login)
-            for i, title in titles.items():
-                if i not in read_only:
-                    grades[title][who] = self.normal(row[i].strip())
-        return grades
-
-    def title(self, header: str) -> str:
-        found = re.fullmatch(r"(.*)\s\((\d+)\)", header)
-        if found and int(found[2]) in self.assignments:
-            return self.assignments[int(found[2])]
-        return header if header in self.assignments.values() else f"new: {found[1] if found else header}"
-
-    def user(self, row: Sequence[str], number: int, sis: int | None, login: int | None) -> int | str:
-        if row[number].isdigit() and int(row[number]) in self.users:
-            return int(row[number])
-        for at, which in ((sis, 1), (login, 2)):
-            if at is not None and row[at]:
-                found = [n for n, user in self.users.items() if user[which] == row[at]]
-                if found:
-                    return found[0]
-        return next((n for n, user in self.users.items() if user[0] == row[0]), row[0])
-
-    @staticmethod
-    def normal(cell: str) -> str:
-        """Return a number as the importer turns it: of commas and points, the last is the decimal point."""
-        if not re.fullmatch(r"-?[0-9.,]+%?", cell):
-            return cell
-        *whole, last = re.split("[,.]", cell)
-        return f"{''.join(whole)}.{last}" if whole else last
-
-
-# --- Moodle's importer: grade/import/csv/classes/load_data.php ---
-
-
-class Aborted(Exception):
-    """The whole import is given up."""
-
-
-def moodle_import(text: str, users: Mapping[str, str], key: str, item: str, *, new: bool) -> dict[str, float | None]:
-    """Return the grades by user; `users` by what the column `key` holds, `item` the column that is mapped."""
-    rows = list(csv.reader(io.StringIO(text.removeprefix("\ufeff"))))
-    header = [name.strip() for name in rows[0]]
-    grades: dict[str, float | None] = {}
-    student = None
-    for row in rows[1:]:
-        if len(row) <= 1:
-            continue
-        cell = row[header.index(key)].strip()
-        if cell not in ("", "0"):  # the student of the line above stays where it is empty
-            if cell not in users:
-                raise Aborted(cell)
-            student = users[cell]
-        if student is None:
-            raise Aborted("no user")
-        value = row[header.index(item)].strip()
-        if new:
-            grade = None if value == "-" else float(value or 0)  # the database makes 0 of nothing
-        elif value in ("", "-"):
-            grade = None
-        else:
-            try:
-                grade = float(value.replace(" ", ""))
-            except ValueError:
-                raise Aborted(value) from None
-        if grade is not None and grade > 100:
-            raise Aborted("the grade is too high")
-        grades[student] = grade
-    return grades
-
-
-# --- classes ---
 
 CANVAS_EXPORT = """Student,ID,SIS User ID,SIS Login ID,Section,Quiz 1 (7),T (12),Current Score,Final Score
 ,,,,,Manual Posting,,,
@@ -146,20 +36,12 @@ CANVAS_EXPORT = """Student,ID,SIS User ID,SIS Login ID,Section,Quiz 1 (7),T (12)
 "Noether, Emmy",103,,emmy,Friday,3,2.5,60,60
 "Student, Test",900,,aa0f3bb3c1de0d3ad6a8f4a2a2a1c0ffee012345,Monday,,,,
 """
-COURSE = CanvasCourse(
-    {
-        101: ("Ada Lovelace", "S-1", "ada"), 102: ("Paul Erdős", "S-2", "paul@example.org"),
-        103: ("Emmy Noether", "", "emmy"),
-    },
-    {7: "Quiz 1", 12: "T"},
-)  # fmt: skip
 
 MOODLE_EXPORT = """First name,Last name,ID number,Email address,Sheet 1 (Real),Last downloaded from this course
 Ada,Lovelace,0042,ada@example.org,5.00,1767225600
 Paul,Erdős,0043,paul@example.org,-,1767225600
 Emmy,Noether,0044,emmy@example.org,3.50,1767225600
 """
-MOODLE_USERS = {"0042": "ada", "0043": "paul", "0044": "emmy"}
 
 Make = Callable[..., Assignment]
 
@@ -187,22 +69,10 @@ def three(assignment: Assignment) -> list[dict[str, Any]]:
     return [first, result(assignment, paul, ["correct", "ungraded", "wrong"]), result(assignment, emmy)]
 
 
-# --- Canvas ---
-
-
-def test_canvas_export_is_a_roster(make: Make) -> None:
-    students = make(CANVAS_EXPORT).roster
-    assert [(one.id, one.name, one.email) for one in students] == [
-        ("101", "Ada Lovelace", ""),
-        ("102", "Paul Erdős", "paul@example.org"),
-        ("103", "Emmy Noether", ""),
-    ]
-    assert dict(students[0].others) == {"sis user id": "S-1", "sis login id": "ada", "section": "Monday"}
-
-
 @pytest.mark.parametrize(
     "export",
     [
+        CANVAS_EXPORT,
         "\ufeff" + CANVAS_EXPORT,
         CANVAS_EXPORT.replace(",", ";").replace("; ", ", "),
         CANVAS_EXPORT.replace("\n", "\r\n"),
@@ -210,12 +80,22 @@ def test_canvas_export_is_a_roster(make: Make) -> None:
         .replace("Possible,,,,,", "Possible,,,,,,").replace('"', "").replace(", ", ","),
         CANVAS_EXPORT.replace("Quiz 1 (7)", '"Quiz; 1, (7)"'),
     ],
-    ids=["bom", "semicolons", "crlf", "two names", "separators in a title"],
+    ids=["as it is", "bom", "semicolons", "crlf", "two names", "separators in a title"],
 )  # fmt: skip
-def test_canvas_export_however_it_is_written(make: Make, export: str) -> None:
-    assert [(one.id, one.name) for one in make(export).roster] == [
-        ("101", "Ada Lovelace"), ("102", "Paul Erdős"), ("103", "Emmy Noether"),
+def test_canvas_export_is_a_roster_however_it_is_written(make: Make, export: str) -> None:
+    assignment = make(export)
+    assert [(one.id, one.name, one.email) for one in assignment.roster] == [
+        ("101", "Ada Lovelace", ""), ("102", "Paul Erdős", "paul@example.org"), ("103", "Emmy Noether", ""),
     ]  # fmt: skip
+    others = {"sis user id": "S-1", "sis login id": "ada", "section": "Monday"}
+    assert dict(assignment.roster[0].others) == others
+    header, *rows = csv.reader(io.StringIO(moodle(assignment, three(assignment))))
+    assert header[0] == "Name" and [row[0] for row in rows] == [student.name for student in assignment.roster]
+
+
+def column(text: str, key: str, name: str) -> dict[str, str]:
+    """Return a column of a gradebook by another; rows without a key, as that of points, are left out."""
+    return {row[key]: row[name] for row in csv.DictReader(io.StringIO(text.removeprefix("\ufeff"))) if row[key]}
 
 
 def test_canvas_takes_its_own_columns_back(make: Make) -> None:
@@ -226,86 +106,71 @@ def test_canvas_takes_its_own_columns_back(make: Make) -> None:
     assert rows[1] == ["    Points Possible", "", "", "", "", "4"]
     assert [row[:5] for row in rows[2:]] == [row[:5] for row in list(csv.reader(io.StringIO(CANVAS_EXPORT)))[3:6]]
     # Who is excused stays so; what was not handed in or not graded is empty, and never 0.
-    assert COURSE.imported(text) == {"T": {101: "2.6667", 102: "EX", 103: ""}}
-
-
-def test_canvas_without_the_assignment_makes_a_new_one(make: Make) -> None:
-    assignment = make(CANVAS_EXPORT.replace("T (12)", "Other (12)"))
-    assert COURSE.imported(canvas(assignment, three(assignment))) == {"T": {101: "2.6667", 102: "", 103: ""}}
-    unknown = CanvasCourse(COURSE.users, {})
-    assert set(unknown.imported(canvas(assignment, three(assignment)))) == {"new: T"}
-
-
-def test_moodle_gets_names_and_keys_of_a_roster_that_canvas_wrote(make: Make) -> None:
-    assignment = make(CANVAS_EXPORT)
-    header, *rows = csv.reader(io.StringIO(moodle(assignment, three(assignment))))
-    assert header[0] == "Name"
-    assert [row[0] for row in rows] == [student.name for student in assignment.roster]
+    assert column(text, "ID", "T (12)") == {"101": "2.6667", "102": "EX", "103": ""}
+    assignment = make(CANVAS_EXPORT.replace("T (12)", "Other (12)"))  # a new assignment
+    assert column(canvas(assignment, three(assignment)), "ID", "T") == {"101": "2.6667", "102": "", "103": ""}
 
 
 def test_canvas_by_a_roster_of_ones_own(make: Make) -> None:
     assignment = make("student,name,email,sis user id,section\na,Ada Lovelace,,S-1,Mon\nb,=cmd|x,,S-2,\nc,Emmy,,,\n")
     text = canvas(assignment, three(assignment))
-    assert COURSE.imported(text)["T"] == {101: "2.6667", 102: "", "Emmy": ""}
-    assert "'=cmd|x" in text
+    assert column(text, "Student", "T") == {
+        "    Points Possible": "4",
+        "Ada Lovelace": "2.6667",
+        "'=cmd|x": "",
+        "Emmy": "",
+    }
+    assert column(text, "SIS User ID", "T") == {"S-1": "2.6667", "S-2": ""}
     bare = make("student\nada\npaul@example.org\nemmy\n")
-    assert set(COURSE.imported(canvas(bare, three(bare)))["T"]) == {101, 102, 103}  # by their login
+    assert set(column(canvas(bare, three(bare)), "SIS Login ID", "T")) == {"ada", "paul@example.org", "emmy"}
     excused = make("student;T\nada;ex\npaul@example.org;\nemmy;\n")
-    assert COURSE.imported(canvas(excused, three(excused)))["T"] == {101: "EX", 102: "", 103: ""}
+    marks = {"ada": "EX", "paul@example.org": "", "emmy": ""}
+    assert column(canvas(excused, three(excused)), "SIS Login ID", "T") == marks
 
 
-@pytest.mark.parametrize("word", STRIPPED)
-def test_a_title_that_canvas_passes_over_is_refused(make: Make, word: str) -> None:
-    assert set(RESERVED) == set(STRIPPED)
-    assignment = make(CANVAS_EXPORT, f"The {word} of all")
-    with pytest.raises(QdotError, match=f"passes over a column whose title holds '{word}'"):
-        canvas(assignment, three(assignment))
-
-
-def test_points_that_mean_another_thing_in_canvas_are_refused(make: Make) -> None:
-    assignment = make(CANVAS_EXPORT.replace(",5,4,", ",5,20,"))
-    with pytest.raises(QdotError, match=r"'T \(12\)' has 20 points in Canvas and 4 here"):
+@pytest.mark.parametrize(
+    ("old", "new", "title", "why"),
+    [
+        *(("", "", f"The {word} of all", f"passes over a column whose title holds '{word}'") for word in STRIPPED),
+        (",5,4,", ",5,20,", "T", r"'T \(12\)' has 20 points in Canvas and 4 here"),
+        ("Quiz 1 (7)", "T (7)", "T", "2 assignments that are called 'T'"),
+    ],
+)
+def test_what_canvas_would_take_for_something_else_is_refused(
+    make: Make, old: str, new: str, title: str, why: str
+) -> None:
+    assignment = make(CANVAS_EXPORT.replace(old, new) if old else CANVAS_EXPORT, title)
+    with pytest.raises(QdotError, match=why):
         canvas(assignment, three(assignment))
     decimals = make(CANVAS_EXPORT.replace(",5,4,", ',5,"4,00",'))
-    assert "T (12)" in canvas(decimals, three(decimals))
-
-
-def test_two_assignments_of_one_title_are_not_guessed_at(make: Make) -> None:
-    assignment = make(CANVAS_EXPORT.replace("Quiz 1 (7)", "T (7)"))
-    with pytest.raises(QdotError, match="2 assignments that are called 'T'"):
-        canvas(assignment, three(assignment))
+    assert "T (12)" in canvas(decimals, three(decimals)) and set(RESERVED) == set(STRIPPED)
 
 
 def test_no_name_hides_a_line_from_canvas_or_steers_a_spreadsheet(make: Make) -> None:
+    """Canvas passes over every line whose first cell holds "Points Possible"."""
     export = CANVAS_EXPORT.replace("Lovelace, Ada", "Points Possible, Ada").replace("Erdős, Paul", "=1+1")
     assignment = make(export.replace("S-2", "+49 170 1"))
     text = canvas(assignment, three(assignment))
-    assert set(COURSE.imported(text)["T"]) == {101, 102, 103}
-    assert [row[0] for row in csv.reader(io.StringIO(text))][3] == "'=1+1"
+    first = [row[0] for row in csv.reader(io.StringIO(text))]
+    assert sum("Points Possible" in cell for cell in first) == 1 and first[3] == "'=1+1" and len(first) == 5
     assert "+49 170 1,paul" in text  # a number as it stands
 
 
 def test_a_title_with_a_semicolon_or_a_line_break(make: Make) -> None:
+    """Canvas takes semicolons for what separates only where all of three lines have as many."""
     assignment = make(CANVAS_EXPORT.replace("T (12)", "A; b; c (12)"), "A; b; c")
-    course = CanvasCourse(COURSE.users, {12: "A; b; c"})
-    assert course.imported(canvas(assignment, three(assignment)))["A; b; c"][101] == "2.6667"
+    text = canvas(assignment, three(assignment))
+    assert column(text, "ID", "A; b; c (12)")["101"] == "2.6667"
+    assert len({len(next(csv.reader([line], delimiter=";"))) for line in text.splitlines()[:3]}) > 1
     broken = replace(assignment, title="A\nB", gradebook=None)
     assert "A B" in canvas(broken, three(broken)).splitlines()[0]
 
 
 def test_a_line_without_canvas_number_is_told(make: Make) -> None:
-    with pytest.raises(
-        QdotError, match=r"roster.csv: line 5: the column ID is empty, by which Canvas knows 'Erdős, Paul'"
-    ):
+    with pytest.raises(QdotError, match=r"roster.csv: line 5: the column ID is empty.*'Erdős, Paul'"):
         make(CANVAS_EXPORT.replace(",102,", ",,"))
-
-
-def test_a_roster_that_begins_like_canvas_is_a_roster(make: Make) -> None:
-    """Without the row of points it is nobody's export."""
+    # Without the row of points it is nobody's export.
     assert [one.id for one in make("Student,ID,Section\nada,17,Mon\n").roster] == ["ada"]
-
-
-# --- Moodle ---
 
 
 def test_moodle_export_is_a_roster(make: Make) -> None:
@@ -313,33 +178,21 @@ def test_moodle_export_is_a_roster(make: Make) -> None:
     assert [(one.id, one.name, one.email) for one in students][1] == ("0043", "Paul Erdős", "paul@example.org")
     german = "Vorname;Nachname;E-Mail-Adresse;Gruppen\nPaul;Erdős;paul@example.org;\n"
     assert [(one.id, one.name) for one in make(german).roster] == [("paul@example.org", "Paul Erdős")]
-    with pytest.raises(QdotError, match="nothing by which Moodle knows a user"):
+    with pytest.raises(QdotError, match="Moodle"):
         make("First name,Last name,Groups\nPaul,Erdős,A\n")
-    with pytest.raises(QdotError, match="line 3: the column 'ID number' is empty"):
+    with pytest.raises(QdotError, match=r"line 3: .*'ID number'"):
         make(MOODLE_EXPORT.replace("0043", ""))
     assert make(re.sub(r"004\d", "", MOODLE_EXPORT)).roster[0].id == "ada@example.org"  # nobody has a number
 
 
-@pytest.mark.parametrize("new", [False, True])
-@pytest.mark.parametrize("item", ["T", "T (percent)"])
-def test_moodle_takes_it_back(make: Make, item: str, new: bool) -> None:
+def test_moodle_takes_it_back(make: Make) -> None:
+    """An empty cell would be 0 to Moodle's newer importer: what is no mark is a dash."""
     assignment = make(MOODLE_EXPORT)
     text = moodle(assignment, three(assignment))
-    grades = moodle_import(text, MOODLE_USERS, "ID number", item, new=new)
-    assert grades == {"ada": 2.6667 if item == "T" else 66.6675, "paul": None, "emmy": None}
-    emails = {f"{name}@example.org": name for name in ("ada", "paul", "emmy")}
-    assert moodle_import(text, emails, "Email address", item, new=new) == grades
-
-
-def test_the_reader_knows_why_there_is_no_empty_cell_and_no_unknown_user(make: Make) -> None:
-    """Our reading of the importer gives up, and makes 0 of nothing, where Moodle does."""
-    assignment = make(MOODLE_EXPORT)
-    text = moodle(assignment, three(assignment))
-    assert moodle_import(text.replace(",-", ","), MOODLE_USERS, "ID number", "T", new=True)["paul"] == 0
-    with pytest.raises(Aborted, match="0044"):
-        moodle_import(text, {"0042": "ada", "0043": "paul"}, "ID number", "T", new=False)
-    with pytest.raises(Aborted, match="EX"):
-        moodle_import(text.replace("2.6667", "EX"), MOODLE_USERS, "ID number", "T", new=False)
+    for item, mark in (("T", "2.6667"), ("T (percent)", "66.6675")):
+        assert column(text, "ID number", item) == {"0042": mark, "0043": "-", "0044": "-"}
+        emails = {f"{name}@example.org": "-" for name in ("ada", "paul", "emmy")}
+        assert column(text, "Email address", item) == {**emails, "ada@example.org": mark}
 
 
 def test_a_column_that_would_give_a_mark_to_the_line_above_is_left_out(make: Make) -> None:
@@ -357,10 +210,7 @@ def test_more_than_a_hundred_points_go_to_moodle_as_per_cent_alone(make: Make) -
     results = [each | {"max_score": 120.0, "score": 115.0} for each in three(assignment)]
     text = moodle(assignment, results)
     assert text.splitlines()[0].endswith("Email address,T (percent)")
-    assert moodle_import(text, MOODLE_USERS, "ID number", "T (percent)", new=False)["ada"] == 95.8333
-
-
-# --- marks ---
+    assert column(text, "ID number", "T (percent)")["0042"] == "95.8333"
 
 
 def test_what_a_person_set_is_a_mark_and_what_could_not_be_read_is_none(make: Make) -> None:
@@ -370,8 +220,7 @@ def test_what_a_person_set_is_a_mark_and_what_could_not_be_read_is_none(make: Ma
     results[1] |= {"override": given, "score": 0.0}
     results[2] |= {"override": given}
     results[0] |= {"obstacle": "this is no notebook", "score": 0.0}
-    grades = moodle_import(moodle(assignment, results), MOODLE_USERS, "ID number", "T", new=False)
-    assert grades == {"ada": None, "paul": 0.0, "emmy": 0.0}
+    assert column(moodle(assignment, results), "ID number", "T") == {"0042": "-", "0043": "0", "0044": "0"}
 
 
 def test_who_has_no_mark_is_told(make: Make, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -383,16 +232,12 @@ def test_who_has_no_mark_is_told(make: Make, capsys: pytest.CaptureFixture[str],
     assert "Erdős".encode() in data
 
 
-# --- Excel ---
-
-
 def test_workbook_as_openpyxl_reads_it(make: Make) -> None:
     assignment = make("student,name,email\na,=HYPERLINK(1),\nb,https://example.org,\nc,Emmy\u202e,\n")
     results = three(assignment)
     data = workbook(assignment, results)
     assert data == workbook(assignment, results)
     book = openpyxl.load_workbook(io.BytesIO(data))
-    assert book.sheetnames == ["Grades", "Parts"]
     rows = [[cell.value for cell in row] for row in book["Grades"].iter_rows()]
     header = next(csv.reader(io.StringIO(grades_csv(results, assignment.roster))))
     assert rows[0] == header
@@ -407,14 +252,10 @@ def test_workbook_as_openpyxl_reads_it(make: Make) -> None:
     assert parts[2] == ["p1.jacobian", 2, 1, 0, 1, 0, 0, 1]
 
 
-# --- as an instructor uses it ---
-
-
 def test_init_with_an_export_as_roster(tmp_path: Path) -> None:
     export = tmp_path / "2026-11-22 Grades.csv"
     export.write_text(CANVAS_EXPORT)
-    assert "edit assignment.toml" in run("init", tmp_path / "hw", "--roster", export)
+    run("init", tmp_path / "hw", "--roster", export)
     assert (tmp_path / "hw" / "roster.csv").read_bytes() == export.read_bytes()
-    assert [one.id for one in read_roster(tmp_path / "hw" / "roster.csv")] == ["101", "102", "103"]
-    assert "there is no such file" in fails("init", tmp_path / "other", "--roster", tmp_path / "none.csv")
+    assert "none.csv" in fails("init", tmp_path / "other", "--roster", tmp_path / "none.csv")
     assert not (tmp_path / "other").exists()

@@ -7,7 +7,6 @@ import stat
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
-from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
@@ -28,13 +27,13 @@ from grader.reports.class_view import mistakes, parts, scores
 from grader.reports.formats import write_asked
 from grader.similar import Written, Wrong, alikeness, nearly_the_same, written
 from grader.variants import FEATURES, OF_AXES, OTHERS, compare, corrected, in_words
+from tests.grader.reports.test_feedback import Page
 from tests.support.command import fails, run
 from tests.support.handing_in import a_class
 from tests.support.results import result
 
 pytestmark = pytest.mark.xdist_group("report")  # the class is made once
 
-# --- statistics ---
 
 ROWS = [[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 0, 0], [1, 1, 0], [1, 1, 1], [0, 1, 0], [1, 0, 0], [1, 1, 1], [0, 0, 0]]
 
@@ -60,9 +59,6 @@ def test_reliability_by_hand() -> None:
     assert statistics.reliability(same) == pytest.approx(1)
     assert statistics.reliability([[1, 1]] * 10) is None
     assert statistics.reliability(ROWS[:5]) is None
-
-
-def test_what_few_numbers_say() -> None:
     assert (statistics.mean([]), statistics.median([]), statistics.deviation([7])) == (None, None, None)
     assert statistics.mean([0.1] * 10) == pytest.approx(0.1, abs=1e-17)
     assert statistics.correlation([1, 1], [1, 2]) is None
@@ -80,14 +76,7 @@ def test_the_permutation_test_against_every_division() -> None:
     assert statistics.chance_of_groups([1, 2], "aa", "seed") is None
     far = statistics.chance_of_groups([0.0] * 10 + [1.0] * 10, "a" * 10 + "b" * 10, "seed")
     assert far == pytest.approx(1 / 5000)  # never 0
-
-
-def test_the_draw_stays_the_same_for_good() -> None:
-    first = statistics._dealt(5, "seed")[0][:2].tolist()
-    assert first == [[1, 2, 3, 4, 0], [0, 3, 1, 2, 4]]
-
-
-# --- variants ---
+    assert statistics._dealt(5, "seed")[0][:2].tolist() == [[1, 2, 3, 4, 0], [0, 3, 1, 2, 4]], "the same for good"
 
 
 def test_arms_differ_in_what_their_convention_tells() -> None:
@@ -116,10 +105,7 @@ def test_groups_of_arms_and_what_is_too_small() -> None:
     assert compare("p1", chains[:2], shares[:2], "x", varied=False) == []
     values = [replace(each, chance=chance) for each, chance in zip(found * 2, (0.01, 0.5), strict=False)]
     assert [round(each.corrected, 3) for each in corrected(values)] == [0.02, 0.5][: len(values)]
-    assert in_words(0.04) == "hardly chance: p = 0.040"
-
-
-# --- alike ---
+    assert "0.040" in in_words(0.04)
 
 
 @pytest.fixture(scope="module")
@@ -164,9 +150,6 @@ def test_pairs_are_long_rare_and_of_different_problems(assignment: Assignment) -
     assert not nearly_the_same([wrong(name, long, name) for name in "abcd"], 3)  # what many write
     near = form(assignment, LONG.replace("7*a1", "8*a1"))
     assert len(nearly_the_same([wrong("a", long, "1"), wrong("b", near, "2")], 3)) == (alikeness(long, near) >= 0.9)
-
-
-# --- what the page tells ---
 
 
 def a_graded_class(assignment: Assignment) -> list[dict[str, Any]]:
@@ -220,74 +203,43 @@ def test_mistakes_that_a_class_makes_more_are_a_line_for_its_next_assignment(tmp
     assert "mistakes = {" not in class_page(few, results[:9])
 
 
-class Page(HTMLParser):
-    """What a browser would find in a page: tags, attributes, texts."""
-
-    def __init__(self, page: str) -> None:
-        super().__init__()
-        self.tags: list[tuple[str, dict[str, str | None]]] = []
-        self.text = ""
-        self.feed(page)
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.tags.append((tag, dict(attrs)))
-
-    def handle_data(self, data: str) -> None:
-        self.text += data
-
-
 def test_the_page(assignment: Assignment) -> None:
     results = a_graded_class(assignment)
     text = class_page(assignment, results)
     assert text == class_page(assignment, json.loads(json.dumps(results)))
     page = Page(text)
     # What students wrote is text and nothing else, and nothing comes from elsewhere.
-    assert not {tag for tag, _ in page.tags} & {"script", "img", "iframe", "object", "link", "b", "failed"}
-    for tag, attributes in page.tags:
-        assert not [name for name in attributes if name.startswith("on")]
-        links = [attributes.get(name) or "" for name in ("href", "src")]
-        assert all(link == "" or link.startswith("#") for link in links), tag
-    assert not re.findall(r"url\((?!#)", text)
-    ids = [attributes["id"] for _, attributes in page.tags if "id" in attributes]
-    assert len(ids) == len(set(ids))
-    targets = [attributes["href"] or "" for _, attributes in page.tags if "href" in attributes]
-    assert {target[1:] for target in targets} <= set(ids)
+    assert not {tag for tag, _, _ in page.found} & {"script", "img", "iframe", "object", "link", "b", "failed"}
+    attributes = [about for _, about, _ in page.found]
+    assert not [name for about in attributes for name in about if name.startswith("on")]
+    links = [link for about in attributes for name in ("href", "src") if (link := about.get(name))]
+    ids = [about["id"] for about in attributes if "id" in about]
+    assert {link[:1] for link in links} <= {"#"} and {link[1:] for link in links} <= set(ids)
+    assert len(ids) == len(set(ids)) and not re.findall(r"url\((?!#)", text)
     assert "<script>alert(1)</script> (s1)" in page.text
     assert "<b>half</b>" in page.text
-    # Every chart says what it is, and is followed by or beside a table.
-    drawn = [attributes for _, attributes in page.tags if attributes.get("role") == "img"]
-    assert len(drawn) >= 3
-    assert all(attributes["aria-label"] for attributes in drawn)
-    assert "able below has the numbers" in str(drawn[0]["aria-label"])
-    assert "For the staff only." in page.text
-
-
-def test_what_is_alike_is_worded_as_a_hint(assignment: Assignment) -> None:
-    page = Page(class_page(assignment, a_graded_class(assignment)))
-    assert "A hint to look, and no proof of anything." in page.text
-    assert "p1.jacobian: <script>alert(1)</script> (s1) and Emmy (s2), the same" in page.text
-    explained = a_graded_class(assignment)
-    explained[1]["problems"][0]["parts"][1]["mistake"] = "sine-for-cosine"
-    assert "A hint to look" not in class_page(assignment, explained)
+    # Every chart says what it is, is drawn alike each time, and in the page's colours.
+    drawn = [about for about in attributes if about.get("role") == "img"]
+    assert len(drawn) >= 3 and all(about["aria-label"] for about in drawn)
+    chart = charts.histogram([0.0, 55.0, 100.0], 51.7, 55.0)
+    assert chart == charts.histogram([0.0, 55.0, 100.0], 51.7, 55.0) and "var(--bar)" in chart
+    assert not re.search(r"#[0-9a-f]{6}\b|font-family|<style|xlink", chart)
+    assert "p1.jacobian: <script>alert(1)</script> (s1) and Emmy (s2)" in page.text
+    forms = page.text.split("Right answers in unusual forms")[1].split("Late and missing")[0]
+    assert "p1.determinant" in forms and "theta1 - theta1 + 1" in forms
+    assert "p1.position" not in forms  # written as the reference is
+    results[1]["problems"][0]["parts"][1]["mistake"] = "sine-for-cosine"
+    assert "(s1) and Emmy (s2)" not in Page(class_page(assignment, results)).text
 
 
 def test_who_does_not_look_at_the_arm_is_told_to_the_staff(assignment: Assignment) -> None:
     results = a_graded_class(assignment)
-    assert "do not look at their arm" not in class_page(assignment, results)
     for part in results[0]["problems"][0]["parts"][:2]:
         part.update(outcome="wrong", points=0.0, attempt=False)
     told = Page(class_page(assignment, results)).text.split("do not look at their arm")[1]
     assert "(s0): p1.position, p1.jacobian" in told
     results[0]["problems"][0]["parts"][2]["attempt"] = True
     assert "do not look at their arm" not in class_page(assignment, results)
-
-
-def test_a_right_answer_in_an_odd_form_is_shown(assignment: Assignment) -> None:
-    page = Page(class_page(assignment, a_graded_class(assignment)))
-    forms = page.text.split("Right answers in unusual forms")[1].split("Late and missing")[0]
-    assert "p1.determinant" in forms
-    assert "theta1 - theta1 + 1" in forms
-    assert "p1.position" not in forms  # written as the reference is
 
 
 @pytest.mark.parametrize(
@@ -307,26 +259,13 @@ def test_a_class_of_one(assignment: Assignment, outcomes: Sequence[str], said: s
     assert not re.search(r"\bnan\b", page.text)
 
 
-def test_charts_are_drawn_alike_and_in_the_pages_colours() -> None:
-    drawn = charts.histogram([0.0, 55.0, 100.0], 51.7, 55.0)
-    assert drawn == charts.histogram([0.0, 55.0, 100.0], 51.7, 55.0)
-    assert "var(--bar)" in drawn
-    assert not re.findall(r"#[0-9a-f]{6}\b", drawn)
-    assert "font-family" not in drawn
-    assert "<style" not in drawn
-    assert "xlink" not in drawn
-
-
 def test_without_what_draws_charts_one_message_and_no_file(
     assignment: Assignment, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    with pytest.raises(QdotError, match="the report needs matplotlib, not installed here; get it with: pip install"):
+    with pytest.raises(QdotError, match="the report needs matplotlib"):
         write_asked(assignment, a_graded_class(assignment), [("html", str(tmp_path / "x.html"))])
     assert not list(tmp_path.iterdir())
-
-
-# --- as an instructor uses it ---
 
 
 def test_report_as_an_instructor_uses_it(assignment: Assignment, tmp_path: Path) -> None:
