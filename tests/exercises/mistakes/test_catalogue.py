@@ -39,6 +39,7 @@ IN_NUMBERS = {"direction-that-moves", "null-vector-of-jacobian"}
 """Mistakes about a direction, which are worked out at a configuration, and tested by themselves below."""
 
 NAMED = ("named", "same answer")
+pytestmark = pytest.mark.xdist_group("catalogue")  # one process makes the mistakes
 
 
 @cache
