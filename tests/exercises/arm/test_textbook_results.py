@@ -36,7 +36,7 @@ from exercises.stream import Stream
 from exercises.verify.singular import NEAR
 from exercises.writing.worked import SingularComponent
 from tests.exercises.arm.poses import exponential
-from tests.exercises.arm.sets import assert_is_book, compared, rank_ratios, read_pieces, search
+from tests.exercises.arm.sets import assert_is_book, claimed, compared, rank_ratios, read_pieces, search
 from tests.support import DATA
 
 POINTS = 10
@@ -61,15 +61,16 @@ BOOKS = {path.stem: tomllib.loads(path.read_text(encoding="utf-8")) for path in 
 ARMS = [Arm(row["name"], file, row) for file, book in sorted(BOOKS.items()) for row in book["arm"]]
 
 
-SLOW = ("siciliano-anthropomorphic-with-wrist", "craig-puma-560", "craig-puma-560-without-a3",
+LONG = ("siciliano-anthropomorphic-with-wrist", "craig-puma-560", "craig-puma-560-without-a3",
         "murray-li-sastry-stanford")  # fmt: skip
-"""Arms whose singular sets take long to solve; those of the families with such wrists are looked at in every suite."""
+SLOW = (*LONG, "siciliano-anthropomorphic", "chapter-scorbot", "craig-3r")
+"""Arms whose singular sets take long, and those whose kinds do; families with such arms are in every suite."""
 
 
-def _with(*keys: str) -> pytest.MarkDecorator:
+def _with(*keys: str, slow: Sequence[str] = ()) -> pytest.MarkDecorator:
     """Return the parameters of a test: the arms of which a book says any of these."""
-    marks = {name: pytest.mark.whole for name in SLOW if "singular" in keys or "kinds" in keys}
     arms = [arm for arm in ARMS if any(key in arm.told for key in keys)]
+    marks = dict.fromkeys(slow, pytest.mark.whole)
     return pytest.mark.parametrize("arm", [pytest.param(a, marks=marks.get(a.name, ()), id=a.name) for a in arms])
 
 
@@ -237,7 +238,7 @@ def test_torques_that_hold_a_force_are_the_books(arm: Arm) -> None:
     values = _values(arm)
     for told in arm.told["torques"]:
         force = _rotation(arm, told.get("frame", 0), values) @ _book_matrix([[f] for f in told["force"]], values)
-        linear = _ours(derive(_chain(arm)).jacobian, values)
+        linear = _geometric(arm, values)[:, :3]
         assert _is_near((linear.swapaxes(1, 2) @ force)[:, :, 0], _book_matrix([told["values"]], values)[:, 0])
 
 
@@ -359,15 +360,14 @@ def _shown(component: SingularComponent) -> str:
     return " and ".join(f"{joint} in {{{values}}}" for joint, values in shown)
 
 
-@_with("singular", "derived")
+@_with("singular", "derived", slow=LONG)
 def test_the_singular_set_is_the_books(arm: Arm) -> None:
     """Each printed condition is found, and nothing is but these and what is said to be missing from the book.
 
     Rank is lost at each of them, and a search finds no singular configuration beside them.
     """
     chain, book = _chain(arm), _all_singular(arm)
-    shown = [_shown(component) for component in _solution(arm.name).singular or ()]
-    assert_is_book(chain, read_pieces(chain, shown), book)
+    assert_is_book(chain, claimed(chain), book)
     for text in book:
         samples = samples_on(chain, text, arm.name, arms=3, each=3)
         assert samples, text
@@ -378,14 +378,14 @@ def test_the_singular_set_is_the_books(arm: Arm) -> None:
     assert found.are_in(read_pieces(chain, book), NEAR).all()
 
 
-@_with("kinds")
-def test_kinds_of_singularities_are_the_books(arm: Arm) -> None:
+@_with("singular", "derived", slow=SLOW)
+def test_what_is_shown_of_singularities_and_their_kinds_are_the_books(arm: Arm) -> None:
     """Boundary where some are: stretched over its own base, an arm with an offset there is inside of its reach."""
-    assert {*arm.told["kinds"]} <= {*arm.told["singular"]}
+    chain = _chain(arm)
     components = {_shown(component): component.kind for component in _solution(arm.name).singular or ()}
-    for text, kind in arm.told["kinds"].items():
-        chain = _chain(arm)
-        (said,) = (
-            said for shown, said in components.items() if compared(chain, read_pieces(chain, [shown]), [text]).equal
+    assert_is_book(chain, read_pieces(chain, components), _all_singular(arm))
+    for text, kind in arm.told.get("kinds", {}).items():
+        (found,) = (
+            one for shown, one in components.items() if compared(chain, read_pieces(chain, [shown]), [text]).equal
         )
-        assert said.kind == kind
+        assert found.kind == kind

@@ -76,7 +76,7 @@ def test_a_normal_form_and_a_class_are_regular_in_as_many_tasks_as_their_tables(
         regular = regular_tasks(rows)
         forms[normal(rows)].add(bool(regular))
         classes[key(rows)].add(len({key(rows, task) for task in regular}))
-    assert all(len(found) == 1 for found in (*forms.values(), *classes.values()))
+    assert {len(found) for found in forms.values()} == {len(found) for found in classes.values()} == {1}
 
 
 @pytest.mark.parametrize("n", [2, 3])

@@ -17,7 +17,7 @@ from exercises.questions.singular import OfKind
 from exercises.variation import STEPS
 from exercises.verify import appearance, certify
 from exercises.verify.appearance import holds
-from tests.support.suites import several
+from tests.support.suites import few_families, several
 
 FARTHEST = "as far from the axis of joint 2 as joint 3 can bring it"
 
@@ -39,6 +39,7 @@ def are_so(chain: Chain, pieces: list[str], words: str) -> set[bool]:
     return {holds(arm, words, sample) for piece in pieces for sample in samples_on(arm, piece, "test", each=6)}
 
 
+@few_families
 def test_what_is_said_is_so(family: str) -> None:
     for step in several(("chapter", "full"), tuple(STEPS)):
         for pieces, words in parts(sample_chain(ProblemId(family, 3).varied(step))):
