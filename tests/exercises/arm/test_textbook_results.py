@@ -63,7 +63,7 @@ ARMS = [Arm(row["name"], file, row) for file, book in sorted(BOOKS.items()) for 
 
 LONG = ("siciliano-anthropomorphic-with-wrist", "craig-puma-560", "craig-puma-560-without-a3",
         "murray-li-sastry-stanford")  # fmt: skip
-SLOW = (*LONG, "siciliano-anthropomorphic", "chapter-scorbot", "craig-3r")
+SLOW = (*LONG, "siciliano-anthropomorphic", "chapter-scorbot", "craig-3r", "spong-elbow", "spong-spherical")
 """Arms whose singular sets take long, and those whose kinds do; families with such arms are in every suite."""
 
 
