@@ -1,7 +1,7 @@
 """Arms written in every convention are the same arm, by the matrices of each convention, worked out here anew."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,51 +20,31 @@ from exercises.families.own import own_family
 from exercises.generation import sample_chain
 from exercises.problem import ProblemId
 from exercises.stream import Stream
+from tests.exercises.arm.poses import Matrix, about, exponential, placed, shift
 from tests.support import ROOT
-from tests.support.suites import families_for
 
-Matrix = np.ndarray
 R = sp.Rational
-
-
-def rotation(axis: str, angle: float) -> Matrix:
-    c, s, made = np.cos(angle), np.sin(angle), np.eye(4)
-    i, j = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[axis]
-    made[i, i] = made[j, j] = c
-    made[i, j], made[j, i] = -s, s
-    return made
-
-
-def shift(x: float, y: float, z: float) -> Matrix:
-    made = np.eye(4)
-    made[:3, 3] = x, y, z
-    return made
-
-
-def turned(rpy: Sequence[float] | Matrix) -> Matrix:
-    return rotation("z", rpy[2]) @ rotation("y", rpy[1]) @ rotation("x", rpy[0])
-
-
-def exponential(axis: Sequence[float], through: Sequence[float], value: float, slides: bool) -> Matrix:
-    """Return exp([S] value) by its series."""
-    w, o = np.array(axis) / np.linalg.norm(axis), np.array(through)
-    screw = np.zeros((4, 4))
-    if slides:
-        screw[:3, 3] = w
-    else:
-        screw[:3, :3] = [[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]]
-        screw[:3, 3] = -np.cross(w, o)
-    made, term = np.eye(4), np.eye(4)
-    for k in range(1, 40):
-        term = term @ screw * value / k
-        made = made + term
-    return made
 
 
 def read(folder: Path, text: str, name: str = "robot.toml") -> Robot:
     path = folder / name
     path.write_text(text)
     return read_robot_file(path)
+
+
+HEAD = 'name = "m"\n'
+
+
+def row(theta: str = "theta1", d: object = 0, a: str = '"a1"', alpha: object = 0) -> str:
+    return f'[[joint]]\nkind = "R"\ntheta = "{theta}"\nd = {d}\na = {a}\nalpha = {alpha}\n'
+
+
+def screw(axis: str = "[0, 0, 1]", point: str = "[0, 0, 0]", kind: str = "R") -> str:
+    return f'[[joint]]\nkind = "{kind}"\naxis = {axis}\npoint = {point}\n'
+
+
+ROW, SCREW = row(), screw()
+SCREWS = HEAD + 'convention = "screws"\n'
 
 
 def place(chain: Chain, q: Sequence[float], lengths: dict[str, float]) -> Matrix:
@@ -88,77 +68,43 @@ def same_arm(one: Chain, other: Chain, seed: str) -> None:
         np.testing.assert_allclose(jacobian(one, q, lengths), jacobian(other, q, lengths), atol=1e-9)
 
 
-@pytest.mark.parametrize("convention", CONVENTIONS)
-@pytest.mark.parametrize("family", families_for())
 @pytest.mark.parametrize("step", ["chapter", "full"])
-def test_an_arm_is_written_in_every_convention_and_read_again(
-    family: str, convention: str, step: str, tmp_path: Path
-) -> None:
+def test_an_arm_is_written_in_every_convention_and_read_again(family: str, step: str, tmp_path: Path) -> None:
     chain = sample_chain(ProblemId(family, 3, variation=step))
-    text = robot_text(Robot(chain), convention)
-    robot = read(tmp_path, text)
-    again = robot.chain
-    assert not robot.rounded  # all that families draw has short forms
-    same_arm(chain, again, f"{family} {convention}")
-    if convention != "screws":  # which place the frames anew
-        assert robot_text(Robot(again), convention) == text
-
-
-def test_a_modified_table_is_multiplied_out_as_its_book_does(tmp_path: Path) -> None:
-    """Rx(alpha_{i-1}) Tx(a_{i-1}) Rz(theta_i) Tz(d_i), with joints that count the other way, base and tool."""
-    text = """name = "m"
-convention = "modified-dh"
-angles = "degrees"
-base = {position = [0.1, -0.2, 0.3], rpy = [30, 45, 90]}
-tool = {position = [0.05, 0, 0.2], rpy = [0, 90, 0]}
-[[joint]]
-kind = "R"
-theta = "-q1 + 30"
-d = 0.4
-a = 0.3
-alpha = 90
-[[joint]]
-kind = "P"
-theta = 45
-d = "0.2 - d2"
-a = "l"
-alpha = -60
-[[joint]]
-kind = "R"
-theta = "theta3"
-d = 0
-a = 0.25
-alpha = 180
-"""
-    chain, rad = read(tmp_path, text).chain, np.deg2rad
-    stream = Stream("modified")
-    for _ in range(4):
-        q, long = [stream.uniform(-2, 2) for _ in range(3)], stream.uniform(0.2, 1)
-        rows = [(rad(90), 0.3, -q[0] + rad(30), 0.4), (rad(-60), long, rad(45), 0.2 - q[1]), (np.pi, 0.25, q[2], 0)]
-        pose = shift(0.1, -0.2, 0.3) @ turned(rad([30, 45, 90]))
-        for alpha, a, theta, d in rows:
-            pose = pose @ rotation("x", alpha) @ shift(a, 0, 0) @ rotation("z", theta) @ shift(0, 0, d)
-        there = (pose @ [0.05, 0, 0.2, 1])[:3]
-        np.testing.assert_allclose(place(chain, q, {"l": long}), there, atol=1e-12)
+    for convention in CONVENTIONS:
+        text = robot_text(Robot(chain), convention)
+        robot = read(tmp_path, text)
+        assert not robot.rounded, convention  # all that families draw has short forms
+        same_arm(chain, robot.chain, f"{family} {convention}")
+        if convention != "screws":  # which place the frames anew
+            assert robot_text(Robot(robot.chain), convention) == text, convention
 
 
 @pytest.mark.parametrize("frame", [0, 1, 2, 3])
-def test_frames_of_a_modified_table_stand_on_their_joints(frame: int, tmp_path: Path) -> None:
-    rows = [("pi/2", "0.3", "theta1"), ("pi/3", "0.5", "-theta2 + pi/4"), ("-pi/2", "0.2", "theta3")]
-    joints = "".join(
-        f'[[joint]]\nkind = "R"\ntheta = "{theta}"\nd = 0.1\na = {a}\nalpha = "{alpha}"\n' for alpha, a, theta in rows
+def test_a_modified_table_is_multiplied_out_as_its_book_does(frame: int, tmp_path: Path) -> None:
+    """Rx(alpha_{i-1}) Tx(a_{i-1}) Rz(theta_i) Tz(d_i), with joints that count the other way, and base.
+
+    P moves with a frame, or with the tool's, which is behind the last one; on a base with a pitch, not with frame 0.
+    """
+    point = (
+        f"point = {{frame = {frame}, offset = [0.05, 0, 0.2]}}" if frame < 3 else "tool = {position = [0.05, 0, 0.2]}"
     )
-    for point, offset in (
-        (f'"O{frame}"', (0, 0, 0)),
-        (f"{{frame = {frame}, offset = [0.1, 0.2, 0.3]}}", (0.1, 0.2, 0.3)),
-    ):
-        text = f'name = "m"\nconvention = "modified-dh"\ntask = ["vx"]\npoint = {point}\n{joints}'
-        chain, q = read(tmp_path, text).chain, [0.3, -1.2, 0.7]
-        pose = np.eye(4)
-        angles = [(np.pi / 2, 0.3, q[0]), (np.pi / 3, 0.5, -q[1] + np.pi / 4), (-np.pi / 2, 0.2, q[2])]
-        for alpha, a, theta in angles[:frame]:
-            pose = pose @ rotation("x", alpha) @ shift(a, 0, 0) @ rotation("z", theta) @ shift(0, 0, 0.1)
-        np.testing.assert_allclose(place(chain, q, {}), (pose @ [*offset, 1])[:3], atol=1e-12)
+    rpy = [30, 45 if frame else 0, 90]
+    slide = '[[joint]]\nkind = "P"\ntheta = 45\nd = "0.2 - d2"\na = "l"\nalpha = -60\n'
+    text = f"""{HEAD}convention = "modified-dh"
+angles = "degrees"
+task = ["vx"]
+base = {{position = [0.1, -0.2, 0.3], rpy = {rpy}}}
+{point}
+{row("-q1 + 30", 0.4, "0.3", 90)}{slide}{row("theta3", 0, "0.25", 180)}"""
+    chain, rad, stream = read(tmp_path, text).chain, np.deg2rad, Stream("modified")
+    for _ in range(4):
+        q, long = [stream.uniform(-2, 2) for _ in range(3)], stream.uniform(0.2, 1)
+        rows = [(rad(90), 0.3, -q[0] + rad(30), 0.4), (rad(-60), long, rad(45), 0.2 - q[1]), (np.pi, 0.25, q[2], 0)]
+        pose = placed([0.1, -0.2, 0.3], rad(rpy))
+        for alpha, a, theta, d in rows[:frame]:
+            pose = pose @ about("x", alpha) @ shift(a, 0, 0) @ about("z", theta) @ shift(0, 0, d)
+        np.testing.assert_allclose(place(chain, q, {"l": long}), (pose @ [0.05, 0, 0.2, 1])[:3], atol=1e-12)
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -172,66 +118,25 @@ def test_axes_in_any_place_lead_where_their_exponentials_do(seed: int, tmp_path:
         through = [stream.choice([0, 0, 0.3, -0.4, 0.75]) for _ in range(3)]
         kind = stream.choice(["R", "R", "R", "P"])
         axes.append((axis, through, kind == "P"))
-        rows += f'[[joint]]\nkind = "{kind}"\naxis = {axis}\npoint = {through}\n'
+        rows += screw(str(axis), str(through), kind)
     point = [stream.choice([0, 0.2, 0.5]) for _ in range(3)]
     link = len(axes) - int(stream.uniform(0, 1.3))
-    told = f"{{frame = {link}, offset = {point}}}"
-    text = f'name = "s"\nconvention = "screws"\nangles = "degrees"\ntask = ["vx"]\npoint = {told}\n'
+    text = f'{SCREWS}angles = "degrees"\ntask = ["vx"]\npoint = {{frame = {link}, offset = {point}}}\n'
     text += f"base = {{position = {base}, rpy = {rpy}}}\n{rows}"
     chain = read(tmp_path, text).chain
-    outer = shift(*base) @ turned(np.deg2rad(rpy))
+    outer = placed(base, np.deg2rad(rpy))
     for _ in range(3):
         q = [stream.uniform(-2, 2) for _ in axes]
         pose = outer
         for (axis, through, slides), value in list(zip(axes, q, strict=True))[:link]:
-            pose = pose @ exponential(axis, through, value, slides)
+            pose = pose @ exponential(axis, value, slides, through)
         np.testing.assert_allclose(place(chain, q, {}), (pose @ [*point, 1])[:3], atol=1e-9)
 
 
-def test_axes_of_a_textbook_arm_give_its_textbook_table(tmp_path: Path) -> None:
-    text = """name = "3R"
-convention = "screws"
-point = ["a1 + a2 + a3", 0, 0]
-[[joint]]
-kind = "R"
-axis = [0, 0, 1]
-point = [0, 0, 0]
-[[joint]]
-kind = "R"
-axis = [0, 0, 1]
-point = ["a1", 0, 0]
-[[joint]]
-kind = "R"
-axis = [0, 0, 1]
-point = ["a1 + a2", 0, 0]
-"""
-    a = sp.symbols("a1:4")
-    joints = tuple(Joint("R", f"theta{i}", 0, a[i - 1], 0) for i in (1, 2, 3))
-    points = tuple((x, sp.S.Zero, sp.S.Zero) for x in (sp.S.Zero, a[0], a[0] + a[1]))
-    assert read(tmp_path, text).chain == Chain("3R", joints, ("vx", "vy"), Base(), None, "3R", "screws", points)
-
-
-BY_AXES = """name = "oblique"
-convention = "screws"
-point = [0, "0.4 + a2", 0.1]
-base = {position = [0.3, 0, 0.2], rpy = [0, 0, "pi/2"]}
-[[joint]]
-kind = "R"
-axis = [0, 0, 1]
-point = [0.1, 0.2, 0.5]
-[[joint]]
-kind = "R"
-axis = [1, 1, 0]
-point = [0.1, "0.4", "0.1 + a2"]
-[[joint]]
-kind = "P"
-axis = [1, -1, 0]
-point = [1, 2, 3]
-[[joint]]
-kind = "R"
-axis = [0.3, 0.5, 1]
-point = ["a2", 0.4, 0.7]
-"""
+BY_AXES = f"""{SCREWS}point = [0, "0.4 + a2", 0.1]
+base = {{position = [0.3, 0, 0.2], rpy = [0, 0, "pi/2"]}}
+{screw("[0, 0, 1]", "[0.1, 0.2, 0.5]")}{screw("[1, 1, 0]", '[0.1, "0.4", "0.1 + a2"]')}
+{screw("[1, -1, 0]", "[1, 2, 3]", "P")}{screw("[0.3, 0.5, 1]", '["a2", 0.4, 0.7]')}"""
 
 
 def test_points_on_axes_stay_those_of_the_file(tmp_path: Path) -> None:
@@ -264,35 +169,11 @@ def test_points_on_axes_stay_those_of_the_file(tmp_path: Path) -> None:
     assert axes_of(elsewhere)[0][0] == axes_of(replace(elsewhere, axis_points=()))[0][0]
 
 
-SCREWS_ON_A_BASE = """name = "two"
-convention = "screws"
-base = {position = [0, "a1", 0.3], rpy = %s}
-point = [0.4, 0.1, 0.2]
-[[joint]]
-kind = "R"
-axis = [0, 0, 1]
-point = [0, 0, 0]
-[[joint]]
-kind = "%s"
-axis = %s
-point = [0.2, 0, 0.2]
-"""
-TABLE_ON_A_BASE = """name = "two"
-convention = "%s"
-base = {position = [0, "a1", 0.3], rpy = %s}
-[[joint]]
-kind = "R"
-theta = "theta1 + 0.2"
-d = 0.1
-a = 0.2
-alpha = "pi/2"
-[[joint]]
-kind = "R"
-theta = "-theta2"
-d = 0
-a = 0.2
-alpha = 0
-"""
+BASE = 'base = {position = [0, "a1", 0.3], rpy = %s}\n'
+SCREWS_ON_A_BASE = f"{SCREWS}{BASE}point = [0.4, 0.1, 0.2]\n{SCREW}{screw('%s', '[0.2, 0, 0.2]', '%s')}"
+TABLE_ON_A_BASE = (
+    f'{HEAD}convention = "%s"\n{BASE}' + row("theta1 + 0.2", 0.1, "0.2", '"pi/2"') + row("-theta2", 0, "0.2")
+)
 
 
 @pytest.mark.parametrize(
@@ -307,6 +188,7 @@ alpha = 0
         (TABLE_ON_A_BASE % ("modified-dh", '["pi/2", 0, "pi/5"]'), True),  # no multiple of 15 degrees
         (TABLE_ON_A_BASE % ("modified-dh", '["pi/2", 0, "pi/4"]'), False),
     ],
+    ids=range(8),
 )
 def test_an_arm_whose_table_is_rounded_is_known(text: str, rounded: bool, tmp_path: Path) -> None:
     robot = read(tmp_path, text)
@@ -337,9 +219,8 @@ URDF = """<?xml version="1.0"?>
 """
 
 
-def test_a_urdf_leads_where_its_origins_and_axes_do(tmp_path: Path) -> None:
-    path = tmp_path / "three.urdf"
-    path.write_text(URDF)
+def test_a_urdf_leads_where_its_origins_and_axes_do(urdf: Callable[..., Path]) -> None:
+    path = urdf()
     robot = read_robot_file(path, tip="tool")
     assert robot.chain.title == "three" and [joint.kind for joint in robot.chain.joints] == ["R", "R", "P"]
     assert robot.limits[0] is None and robot.limits[1] == (-1, sp.Rational(5, 2))
@@ -347,152 +228,161 @@ def test_a_urdf_leads_where_its_origins_and_axes_do(tmp_path: Path) -> None:
     stream = Stream("urdf")
     for _ in range(4):
         q = [stream.uniform(-2, 2) for _ in range(3)]
-        pose = shift(0, 0, 0.4) @ rotation("z", np.pi / 2) @ rotation("z", q[0])
-        pose = pose @ shift(0.3, 0, 0) @ turned((np.pi / 2, 0, 0.2)) @ rotation("y", -q[1])
+        pose = shift(0, 0, 0.4) @ about("z", np.pi / 2) @ about("z", q[0])
+        pose = pose @ placed([0.3, 0, 0], [np.pi / 2, 0, 0.2]) @ about("y", -q[1])
         pose = pose @ shift(0, 0.1, 0) @ shift(q[2] / np.sqrt(2), 0, q[2] / np.sqrt(2)) @ shift(0, 0, 0.12)
         np.testing.assert_allclose(place(robot.chain, q, {}), pose[:3, 3], atol=1e-8)
+
+
+@pytest.fixture
+def urdf(tmp_path: Path) -> Callable[..., Path]:
+    """Return what writes the URDF, with something else in one place."""
+
+    def write(old: str = "", new: str = "") -> Path:
+        path = tmp_path / "three.urdf"
+        path.write_text(URDF.replace(old, new) if old else URDF)
+        return path
+
+    return write
 
 
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("<robot name", "<robt name", "not valid XML"),
-        ('type="revolute"', 'type="planar"', "joint 'elbow': type 'planar' is none of"),
-        ('<child link="b"/>', '<child link="z"/>', "joint 'elbow': its child is link 'z', which is not there"),
-        ('<child link="b"/>', "", "joint 'elbow': it has no child"),
+        ("<robot name", "<robt name", "not valid XML"), ("<robot ", '<!DOCTYPE robot []><robot ', "DOCTYPE"),
+        ('<robot name="three">', '<robot name="three" xmlns:xacro="http://ros.org/wiki/xacro"><xacro:a/>', "macros"),
+        ('type="revolute"', 'type="planar"', "joint 'elbow': type 'planar'"),
+        ('<child link="b"/>', '<child link="z"/>', "joint 'elbow': .* 'z', which is not there"),
+        ('<child link="b"/>', "", "joint 'elbow': .* no child"),
         ('xyz="1 0 1"', 'xyz="0 0 0"', "joint 'slide': its axis has no length"),
-        ('xyz="1 0 1"', 'xyz="1 0 nan"', "joint 'slide': axis xyz = '1 0 nan': it is three numbers"),
-        ('upper="0.5"/>', 'upper="0.5"/><mimic joint="elbow"/>', "joint 'slide': it repeats another joint"),
-        ("<robot ", '<!DOCTYPE robot [<!ENTITY a "b">]><robot ', "it has a DOCTYPE"),
+        ('xyz="1 0 1"', 'xyz="1 0 nan"', "joint 'slide': axis xyz = '1 0 nan'"),
+        ('upper="0.5"/>', 'upper="0.5"/><mimic joint="elbow"/>', "joint 'slide': it repeats"),
+        ('lower="-1" upper="2.5"', 'lower="1" upper="-2.5"', r"joint 'elbow': its lower limit 1 .* -2\.5"),
         ('<child link="camera"/>', '<child link="tool"/>', "link 'tool' is the child of joint 'mount', too"),
-        (
-            '<robot name="three">',
-            '<robot name="three" xmlns:xacro="http://ros.org/wiki/xacro"><xacro:a/>',
-            "it has macros",
-        ),
     ],
+)  # fmt: skip
+def test_a_urdf_that_can_not_be_read_is_told_by_its_joint(
+    old: str, new: str, said: str, urdf: Callable[..., Path]
+) -> None:
+    with pytest.raises(QdotError, match=rf"three\.urdf: .*{said}"):
+        read_robot_file(urdf(old, new), tip="tool")
+
+
+def test_limits_of_a_urdf_are_rounded_as_its_angles_are(urdf: Callable[..., Path]) -> None:
+    robot = read_robot_file(urdf('lower="-1" upper="2.5"', 'lower="-1.57" upper="3.1416"'), tip="tool")
+    assert robot.limits[1] == (-sp.pi / 2, sp.pi) and any("3.1416 rad is taken for pi" in note for note in robot.notes)
+
+
+@pytest.mark.parametrize(
+    ("tip", "said"),
+    [("", r"several links: tool, camera; .*--tip LINK"), ("tol", "unknown link 'tol'"), ("base", "is the root")],
 )
-def test_a_urdf_that_can_not_be_read_is_told_by_its_joint(old: str, new: str, said: str, tmp_path: Path) -> None:
-    path = tmp_path / "three.urdf"
-    path.write_text(URDF.replace(old, new).replace("?>\n<!DOC", "?>\n<!DOC"))
-    with pytest.raises(QdotError, match=r"three\.urdf: ") as raised:
-        read_robot_file(path, tip="tool")
-    assert said in str(raised.value)
+def test_the_end_of_a_urdf_is_its_only_one_or_named(tip: str, said: str, urdf: Callable[..., Path]) -> None:
+    with pytest.raises(QdotError, match=said):
+        read_robot_file(urdf(), tip=tip)
+    assert read_robot_file(urdf(), tip="camera").chain.n == 1
 
 
-def test_the_end_of_a_urdf_is_its_only_one_or_named(tmp_path: Path) -> None:
-    path = tmp_path / "three.urdf"
-    path.write_text(URDF)
-    with pytest.raises(
-        QdotError, match=r"it ends in several links: tool, camera; name one: qdot solve three.urdf --tip LINK"
-    ):
-        read_robot_file(path)
-    with pytest.raises(QdotError, match="unknown link 'tol'"):
-        read_robot_file(path, tip="tol")
-    with pytest.raises(QdotError, match="is the root, which no joint moves"):
-        read_robot_file(path, tip="base")
-    assert read_robot_file(path, tip="camera").chain.n == 1
+def test_a_urdf_has_no_more_joints_than_can_be_worked_out(tmp_path: Path) -> None:
+    links = "".join(f'<link name="l{k}"/>' for k in range(13))
+    joints = "".join(
+        f'<joint name="j{k}" type="revolute"><parent link="l{k}"/><child link="l{k + 1}"/></joint>' for k in range(12)
+    )
+    with pytest.raises(QdotError, match=r"snake\.urdf: 12 joints are too many"):
+        read(tmp_path, f'<robot name="snake">{links}{joints}</robot>', "snake.urdf")
+
+
+# --- tables in CSV ---
 
 
 def test_a_table_in_csv_has_the_rows_of_a_convention(tmp_path: Path) -> None:
-    path = tmp_path / "scara.csv"
-    path.write_text("kind;theta;d;a;alpha\nR;theta1;0;a1;0\nR;theta2;0;a2;pi\nP;0;d3;0;0\n")
-    chain = read_robot_file(path).chain
-    assert chain.title == "scara" and chain.joints[1] == Joint("R", "theta2", 0, "a2", "pi")
-    moved = read_robot_file(path, convention="modified-dh").chain
-    assert moved.joints[0] == Joint("R", "theta1", 0, "a2", "pi") and moved.base.position[0] == sp.Symbol("a1")
-    path.write_text("kind,theta,d,a,alpha\nR,theta1,0,a1,0\nR,theta2,0,a2,90 deg\n")
-    with pytest.raises(QdotError, match=r'scara\.csv: line 3: joint 2: alpha = "90 deg": angles are in radians'):
-        read_robot_file(path)
+    text = "kind;theta;d;a;alpha\nR;theta1;0,4;a1;0\nR;theta2;0;-,25;pi\nP;0;d3;0;0\n"
+    chain = read(tmp_path, text, "scara.csv").chain
+    assert chain.title == "scara"
+    assert chain.joints[:2] == (Joint("R", "theta1", R(2, 5), "a1", 0), Joint("R", "theta2", 0, R(-1, 4), "pi"))
+    moved = read_robot_file(tmp_path / "scara.csv", convention="modified-dh").chain
+    assert moved.joints[0] == Joint("R", "theta1", R(2, 5), R(-1, 4), "pi")
+    assert moved.base.position[0] == sp.Symbol("a1")
 
 
 def test_a_table_in_csv_has_its_angles_in_degrees_where_that_is_said(tmp_path: Path) -> None:
     path = tmp_path / "elbow.csv"
     path.write_text("kind;theta;d;a;alpha\nR;theta1;0,4;0;90\nR;theta2 + 30;0;0,5;0\n")
     chain = read_robot_file(path, angles="degrees").chain
-    assert (chain.joints[0].alpha, chain.joints[0].d) == (sp.pi / 2, sp.Rational(2, 5))
-    assert chain.joints[1].theta == sp.Symbol("theta2") + sp.pi / 6
+    assert (chain.joints[0].alpha, chain.joints[1].theta) == (sp.pi / 2, sp.Symbol("theta2") + sp.pi / 6)
     for angles in ("", "radians"):
-        with pytest.raises(QdotError, match=r'90 degrees would be "pi/2"; if all .* or --angles degrees for a CSV'):
+        with pytest.raises(QdotError, match=r'90 degrees would be "pi/2".*--angles degrees'):
             read_robot_file(path, angles=angles)
     robot = tmp_path / "robot.toml"
     robot.write_text(HEAD + ROW)
-    with pytest.raises(
-        QdotError, match=r'--angles is for a table in CSV; a ROBOT\.toml says angles = "degrees" itself'
-    ):
-        read_robot_file(robot, angles="degrees")
+    for option, value in (("angles", "degrees"), ("convention", "modified-dh")):
+        with pytest.raises(QdotError, match=f"--{option} is for a table in CSV"):
+            read_robot_file(robot, **{option: value})
 
 
-@pytest.mark.parametrize(("called", "meant"), [("mdh", "modified-dh"), ("Craig", "modified-dh"), ("PoE", "screws")])
-def test_a_convention_by_another_name_is_told_ours(called: str, meant: str, tmp_path: Path) -> None:
-    path = tmp_path / "robot.toml"
-    path.write_text(f'convention = "{called}"\n{HEAD}{ROW}')
-    with pytest.raises(QdotError, match=f'for what you wrote, that is "{meant}"'):
-        read_robot_file(path)
+COLUMNS = "kind;theta;d;a;alpha\n"
 
 
-HEAD, ROW = 'name = "m"\n', '[[joint]]\nkind = "R"\ntheta = "theta1"\nd = 0\na = "a1"\nalpha = 0\n'
-SCREW = '[[joint]]\nkind = "R"\naxis = [0, 0, 1]\npoint = [0, 0, 0]\n'
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        (COLUMNS + "R;q1;0,4*a1;0;0\n", r'line 2: joint 1: d = "0,4\*a1": .*"0\.4\*a1"'),
+        ("kind,theta,d,a,alpha\nR,q1,0,4*a1,0,0\n", "line 2: 6 cells, and the header has 5"),
+        (COLUMNS + "R;q1;0;a1;0;7\n", "a column too many"),
+        (COLUMNS + "R;q1;0;a1;0\nR;q2;0;a2\n", "line 3: joint 2: the cell of 'alpha' is empty"),
+        (COLUMNS + "R;q1;;a1;0\n", "line 2: joint 1: the cell of 'd' is empty"),
+        (COLUMNS + "R;q1;0;a1;0\nR;q2;0;a2;90 deg\n", 'line 3: joint 2: alpha = "90 deg": angles are in radians'),
+        ("kind;theta;d;a;alhpa\nR;q1;0;a1;0\n", "unknown column 'alhpa' .*'alpha'"),
+        ("kind;axis;point\nR;0;0\n", "unknown column 'axis'; known: kind, theta, d, a, alpha"),
+        (COLUMNS, "a header and no rows"),
+    ],
+)
+def test_what_is_wrong_in_a_table_in_csv_is_told_by_its_cell(rows: str, said: str, tmp_path: Path) -> None:
+    with pytest.raises(QdotError, match=rf"arm\.csv: .*{said}") as raised:
+        read(tmp_path, rows, "arm.csv")
+    assert "key" not in str(raised.value)
+
+
+# --- what is wrong in a file ---
+
+OTHER_NAMES = {"mdh": "modified-dh", "Craig": "modified-dh", "PoE": "screws"}
+DECIMALS = {"-0,4": "write -0.4", "0,4*a1": '"0.4*a1"', "sqrt(0,25)*a1": '"sqrt(0.25)*a1"'}
+MODIFIED, AT = HEAD + 'convention = "modified-dh"\n', "point = [1, 0, 0]\n"
 
 
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (
-            HEAD + 'convention = "craig"\n' + ROW,
-            'line 2: convention = "craig": it is "dh" or "modified-dh" or "screws"',
-        ),
+        (HEAD + 'convention = "crag"\n' + ROW, 'line 2: convention = "crag": it is "dh" or "modified-dh" or "screws"'),
+        *((f'{HEAD}convention = "{other}"\n{ROW}', f'that is "{ours}"') for other, ours in OTHER_NAMES.items()),
         (HEAD + 'angles = "deg"\n' + ROW, 'line 2: angles = "deg": it is "radians" or "degrees"'),
-        (
-            HEAD + 'angles = "degrees"\n' + ROW.replace("alpha = 0", 'alpha = "pi/2"'),
-            "the angles of this file are in degrees",
-        ),
+        (HEAD + 'angles = "degrees"\n' + row(alpha='"pi/2"'), "in degrees"),
         (HEAD + 'base = {rpy = [0, 0, "beta1"]}\n' + ROW, "its angles are numbers"),
-        (
-            HEAD + 'convention = "modified-dh"\n' + ROW.replace("alpha = 0", 'alpha = "alpha1"'),
-            "the first one turns the base",
-        ),
-        (HEAD + "base = {at = [0, 0, 0]}\n" + ROW, "it is {position = [x, y, z]}"),
+        (MODIFIED + row(alpha='"alpha1"'), "the first one turns the base"),
+        (HEAD + "base = {at = [0, 0, 0]}\n" + ROW, "{position = [x, y, z]}"),
         (HEAD + 'point = "O1"\ntool = {position = [0, 0, 1]}\n' + ROW, "the point of interest is the tool's origin"),
-        (HEAD + "point = {frame = 2, offset = [0, 0, 0]}\n" + ROW, 'it is the origin of a frame, "O0"'),
-        (HEAD + ROW.replace('"theta1"', '"2 - 2*theta1"'), 'or "-theta1" where it counts the other way'),
-        (HEAD + ROW.replace('"theta1"', '"q2"'), "q2"),
+        (HEAD + "point = {frame = 2, offset = [0, 0, 0]}\n" + ROW, 'a frame, "O0"'),
+        (HEAD + row("2 - 2*theta1"), '"-theta1"'), (HEAD + row("q2"), "q2"),
         (HEAD + ROW + "limits = [1]\n", "they are two numbers, the lower first"),
+        (HEAD + ROW + 'limits = ["pi", 0]\n', "they are two numbers, the lower first"),
         (HEAD + ROW + "limits = [true, 1]\n", "limits = [true, 1]: it is a number"),
         (HEAD + ROW + "limits = [-inf, 2]\n", "limits = [-inf, 2]: it is a finite number"),
-        (HEAD + ROW + "limits = [-170, 170]\n", "angles are in radians; -170 degrees would be"),
-        (HEAD + 'angles = "degrees"\n' + ROW.replace('"a1"', '"cos(60)"'), "is written as its number, as in sqrt(3)/2"),
-        (HEAD + ROW + 'limits = ["pi", 0]\n', "they are two numbers, the lower first"),
-        (HEAD + 'convention = "screws"\n' + SCREW, "the key 'point' is missing"),
-        (
-            HEAD + 'convention = "screws"\npoint = [1, 0, 0]\n' + ROW,
-            'is of a DH table, and the file says convention = "screws", where a joint has kind, axis, point',
-        ),
-        (
-            HEAD + "point = [1, 0, 0]\n" + SCREW,
-            "line 5: joint 1: the key 'axis' is of an arm told by its axes, and the file says no convention",
-        ),
-        (HEAD + 'convention = "modified-dh"\n' + SCREW, 'the file says convention = "modified-dh"; write convention'),
-        (
-            HEAD + 'convention = "screws"\npoint = [1, 0, 0]\n[[joint]]\nkind = "p"\naxis = [0, 0, 1]\n',
-            'line 5: joint 1: kind = "p": it is "R" (revolute) or "P" (prismatic)',
-        ),
-        (HEAD + 'convention = "screws"\npoint = [1, 0, 0]\n' + SCREW.replace("kind", "knd"), "unknown key 'knd'"),
-        (HEAD + ROW.replace('"a1"', '"-0,4"'), "decimals have a point; write -0.4"),
-        (HEAD + ROW.replace('"a1"', '"0,4*a1"'), 'decimals have a point; is "0.4*a1" meant?'),
-        (HEAD + ROW.replace('"a1"', '"sqrt(0,25)*a1"'), 'decimals have a point; is "sqrt(0.25)*a1" meant?'),
-        (HEAD + ROW.replace("alpha = 0", 'alpha = "atan2(3,4) + 0,1"'), 'is "atan2(3,4) + 0.1" meant?'),
-        (
-            HEAD + 'convention = "screws"\npoint = [1, 0, 0]\n' + SCREW.replace("1]", "0]"),
-            "the direction of the axis at home",
-        ),
-        (HEAD + 'convention = "screws"\ntool = {}\n' + SCREW, "with screws, it is `point`"),
+        (HEAD + ROW + "limits = [-170, 170]\n", "-170 degrees would be"),
+        (HEAD + 'angles = "degrees"\n' + row(a='"cos(60)"'), "sqrt(3)/2"),
+        (SCREWS + SCREW, "the key 'point' is missing"), (SCREWS + "tool = {}\n" + SCREW, "with screws, it is `point`"),
+        (SCREWS + AT + ROW, 'is of a DH table, and the file says convention = "screws"'),
+        (HEAD + AT + SCREW, "line 5: joint 1: the key 'axis' is of an arm told by its axes"),
+        (MODIFIED + SCREW, 'the file says convention = "modified-dh"'),
+        (SCREWS + AT + screw(kind="p"), 'line 5: joint 1: kind = "p": it is "R" (revolute) or "P" (prismatic)'),
+        (SCREWS + AT + SCREW.replace("kind", "knd"), "unknown key 'knd'"),
+        (SCREWS + AT + screw("[0, 0, 0]"), "the direction of the axis"),
+        *((HEAD + row(a=f'"{typed}"'), meant) for typed, meant in DECIMALS.items()),
+        (HEAD + row(alpha='"atan2(3,4) + 0,1"'), '"atan2(3,4) + 0.1"'),
     ],
-)
+)  # fmt: skip
 def test_what_is_wrong_in_a_file_is_told_by_its_place(text: str, said: str, tmp_path: Path) -> None:
-    with pytest.raises(QdotError) as raised:
+    with pytest.raises(QdotError, match=rf"robot\.toml: .*{re.escape(said)}"):
         read(tmp_path, text)
-    assert str(raised.value).startswith(f"{tmp_path / 'robot.toml'}: ") and said in str(raised.value)
 
 
 def test_a_point_on_an_inner_link_is_told_by_its_frame() -> None:
@@ -515,16 +405,12 @@ def test_the_arms_of_the_docs_are_read_and_the_same_in_every_convention(tmp_path
 
 def test_a_letter_that_comes_out_of_the_table_is_no_failure(tmp_path: Path) -> None:
     """A SCARA by its axes: the height of its joints is nowhere in the table of an arm that is told at that height."""
-    text = f'name = "m"\nconvention = "screws"\npoint = ["a1", 0, "h"]\n{SCREW.replace("0, 0]", "0, 0]", 1)}'
-    again = read(tmp_path, text + '[[joint]]\nkind = "P"\naxis = [0, 0, -1]\n').chain
-    assert again.n == 2
+    text = f'{SCREWS}point = ["a1", 0, "h"]\n{SCREW}[[joint]]\nkind = "P"\naxis = [0, 0, -1]\n'
+    assert read(tmp_path, text).chain.n == 2
 
 
 def test_what_is_told_beside_the_table_is_converted_too(tmp_path: Path) -> None:
-    text = (
-        f'{HEAD}task = ["vx"]\n[[joint]]\nkind = "R"\ntheta = "-theta1 + pi/2"\nd = 0\na = "a1"\nalpha = 0\n'
-        'limits = ["-pi/2", 2.8973]\n[draw]\na1 = [0.3, 0.85]\n'
-    )
+    text = f'{HEAD}task = ["vx"]\n{row("-theta1 + pi/2")}limits = ["-pi/2", 2.8973]\n[draw]\na1 = [0.3, 0.85]\n'
     robot = read(tmp_path, text)
     for convention in CONVENTIONS:
         again = read(tmp_path, robot_text(robot, convention))
@@ -532,10 +418,7 @@ def test_what_is_told_beside_the_table_is_converted_too(tmp_path: Path) -> None:
 
 
 def test_skew_axes_stay_exact(tmp_path: Path) -> None:
-    text = (
-        f'{HEAD}convention = "screws"\ntask = ["vx"]\npoint = [1, 0, 0]\n{SCREW}'
-        '[[joint]]\nkind = "R"\naxis = ["1/3", "2/3", "2/3"]\npoint = [1, 0, 0]\n'
-    )
+    text = f'{SCREWS}task = ["vx"]\n{AT}{SCREW}' + screw('["1/3", "2/3", "2/3"]', "[1, 0, 0]")
     robot = read(tmp_path, text)
     assert abs(robot.chain.joints[0].alpha) == sp.atan(sp.sqrt(5) / 2)
     assert 'axis = ["1/3", "2/3", "2/3"]' in robot_text(robot, "screws")
@@ -547,64 +430,3 @@ def test_an_axis_that_is_turned_by_an_open_angle_can_not_be_written() -> None:
     assert "alpha1" in robot_text(Robot(chain), "modified-dh")
     with pytest.raises(QdotError, match="axis 2 of m is turned by an angle that is open"):
         robot_text(Robot(chain), "screws")
-
-
-def test_limits_of_a_urdf_are_rounded_as_its_angles_are(tmp_path: Path) -> None:
-    path = tmp_path / "three.urdf"
-    path.write_text(URDF.replace('lower="-1" upper="2.5"', 'lower="-1.57" upper="3.1416"'))
-    robot = read_robot_file(path, tip="tool")
-    assert robot.limits[1] == (-sp.pi / 2, sp.pi) and any("3.1416 rad is taken for pi" in said for said in robot.notes)
-    path.write_text(URDF.replace('lower="-1" upper="2.5"', 'lower="1" upper="-2.5"'))
-    with pytest.raises(QdotError, match=r"joint 'elbow': its lower limit 1 is above its upper one, -2\.5"):
-        read_robot_file(path, tip="tool")
-
-
-def test_a_urdf_has_no_more_joints_than_can_be_worked_out(tmp_path: Path) -> None:
-    links = "".join(f'<link name="l{k}"/>' for k in range(13))
-    joints = "".join(
-        f'<joint name="j{k}" type="revolute"><parent link="l{k}"/><child link="l{k + 1}"/></joint>' for k in range(12)
-    )
-    path = tmp_path / "snake.urdf"
-    path.write_text(f'<robot name="snake">{links}{joints}</robot>')
-    with pytest.raises(QdotError, match=r"snake\.urdf: 12 joints are too many"):
-        read_robot_file(path)
-
-
-@pytest.mark.parametrize(
-    ("rows", "said"),
-    [
-        (
-            "kind;theta;d;a;alpha\nR;q1;0,4*a1;0;0\n",
-            'line 2: joint 1: d = "0,4*a1": decimals have a point; is "0.4*a1"',
-        ),
-        (
-            "kind,theta,d,a,alpha\nR,q1,0,4*a1,0,0\n",
-            "line 2: 6 cells, and the header has 5; numbers have a decimal",
-        ),
-        ("kind;theta;d;a;alpha\nR;q1;0;a1;0;7\n", "or it has a column too many"),
-        ("kind;theta;d;a;alpha\nR;q1;0;a1;0\nR;q2;0;a2\n", "line 3: joint 2: the cell of 'alpha' is empty or missing"),
-        ("kind;theta;d;a;alpha\nR;q1;;a1;0\n", "line 2: joint 1: the cell of 'd' is empty or missing; a row has kind"),
-        ("kind;theta;d;a;alhpa\nR;q1;0;a1;0\n", "unknown column 'alhpa' (did you mean 'alpha'?); known: kind, theta"),
-        ("kind;axis;point\nR;0;0\n", "unknown column 'axis'; known: kind, theta, d, a, alpha"),
-    ],
-)
-def test_what_is_wrong_in_a_table_in_csv_is_told_by_its_cell(rows: str, said: str, tmp_path: Path) -> None:
-    path = tmp_path / "arm.csv"
-    path.write_text(rows)
-    with pytest.raises(QdotError) as raised:
-        read_robot_file(path)
-    assert str(raised.value).startswith(f"{path}: ") and said in str(raised.value)
-    assert "key" not in str(raised.value)
-
-
-def test_csv_as_it_is_written_where_a_comma_stands_before_decimals(tmp_path: Path) -> None:
-    path = tmp_path / "arm.csv"
-    path.write_text("kind;theta;d;a;alpha\nR;theta1;0,4;-,25;0\n")
-    assert read_robot_file(path).chain.joints[0] == Joint("R", "theta1", R(2, 5), R(-1, 4), 0)
-    path.write_text("kind;theta;d;a;alpha\n")
-    with pytest.raises(QdotError, match="it has a header and no rows"):
-        read_robot_file(path)
-    toml = tmp_path / "robot.toml"
-    toml.write_text(HEAD + ROW)
-    with pytest.raises(QdotError, match="--convention is for a table in CSV"):
-        read_robot_file(toml, convention="modified-dh")

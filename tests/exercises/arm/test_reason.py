@@ -1,32 +1,28 @@
 """What is told of singular configurations is why they are singular: it is so at no regular configuration."""
 
 import re
-from functools import partial
 
 import numpy as np
 import pytest
 
 from exercises.arm import reason
 from exercises.arm.appearance import NEAR, Statement, reason_of
-from exercises.arm.axes import Sample, distance, off_level, off_line, off_one_way, off_plane, slope, spread
-from exercises.arm.chain import TASK_ROWS, Chain
+from exercises.arm.axes import Sample
+from exercises.arm.chain import Chain
 from exercises.arm.classification import samples_on
 from exercises.arm.derivation import structure
 from exercises.arm.kinematics import NumericChain
-from exercises.arm.reason import is_reason
 from exercises.arm.singularity import singular_set
 from exercises.families import FAMILIES
 from exercises.generation import sample_chain
 from exercises.problem import ProblemId
 from exercises.stream import Stream
+from tests.exercises.arm.sets import rank_ratios, rows_of
+from tests.support.suites import of_families, several
 
 
 def arm(family: str, seed: int = 1) -> Chain:
     return structure(sample_chain(ProblemId(family, seed, variation="chapter"))).chain
-
-
-def always(_: Sample) -> bool:
-    return True
 
 
 def samples_of(chain: Chain, condition: str) -> list[Sample]:
@@ -34,50 +30,11 @@ def samples_of(chain: Chain, condition: str) -> list[Sample]:
     return samples_on(chain, condition, "another draw", arms=4)
 
 
-def test_what_is_so_at_regular_configurations_too_is_no_reason() -> None:
-    """Axes 1 and 3 of an arm of seven joints on one line cost no rank; axes 3 and 5 do."""
-    seven, elbow = arm("lbr-7r"), arm("elbow-3r")
-    samples = samples_of(seven, "sin(theta2) = 0 and sin(theta6) = 0")
-    assert max(sample.off(partial(off_line, i=0, j=2)) for sample in samples) < NEAR
-    assert not is_reason(seven, samples, partial(off_line, i=0, j=2), always)
-    assert is_reason(seven, samples_of(seven, "sin(theta4) = 0"), partial(off_line, i=2, j=4), always)
-    on_axis = samples_of(elbow, "a1 + a2*cos(theta2) + a3*cos(theta2 + theta3) = 0")
-    assert is_reason(elbow, on_axis, partial(distance, joint=0), always)
-    assert not is_reason(elbow, on_axis, partial(slope, joint=0, movers=(1,)), always)
-
-
-def test_measures_are_the_same_in_many_poses_at_once() -> None:
-    """The measures take many poses; one by one they say the same."""
-    chain = arm("ur-6r")
-    sample = samples_of(chain, "sin(theta5) = 0")[0]
-    poses = np.array([[Stream(f"measures/{k}").uniform(-3, 3) for _ in range(chain.n)] for k in range(5)])
-    for off in MEASURES:
-        together = off(sample.arm, poses)
-        assert together.shape == (5,)
-        assert together == pytest.approx([Sample(sample.arm, q).off(off) for q in poses], abs=1e-12)
-
-
-MEASURES = (
-    partial(distance, joint=1), partial(slope, joint=0, movers=(1, 2)), partial(spread, joints=(3, 5)),
-    partial(spread, joints=(0, 3, 5)), partial(off_line, i=3, j=5), partial(off_plane, row=(1, 2, 3)), off_level,
-    partial(off_one_way, joints=(0, 1)),
-)  # fmt: skip
-
-
-def test_axes_are_parallel_where_their_directions_are() -> None:
-    """At s5 = 0 of a UR, axes 4 and 6 are parallel, and with them 2 and 3."""
-    chain = arm("ur-6r")
-    for sample in samples_of(chain, "sin(theta5) = 0"):
-        z = sample.arm.frames(sample.q)[[1, 2, 3, 5], :3, 2]
-        assert np.linalg.matrix_rank(z, 1e-6) == 1
-        assert sample.off(partial(spread, joints=(3, 5))) < NEAR < sample.off_beside(partial(spread, joints=(3, 5)))
-
-
-@pytest.mark.families(("stanford-6r", "ur-6r", "scara", "scorbot-wrist", "puma-560", "industrial-6r"), most=3)
+@of_families(("stanford-6r", "ur-6r", "scara", "scorbot-wrist", "puma-560", "industrial-6r"))
 def test_parallel_axes_are_a_reason_only_where_their_own_columns_depend_on_each_other(family: str) -> None:
     """At s2 = 0 of a Stanford arm axes 1 and 4 are parallel, which costs no rank by itself."""
     chain = arm(family)
-    rows = [TASK_ROWS.index(row) for row in chain.task]
+    rows = rows_of(chain)
     for component in singular_set(chain) or ():
         samples = [sample for piece in component.pieces() for sample in samples_of(chain, piece)]
         said = reason_of(chain, samples)
@@ -87,7 +44,7 @@ def test_parallel_axes_are_a_reason_only_where_their_own_columns_depend_on_each_
                 assert np.linalg.matrix_rank(sample.arm.jacobian(sample.q)[np.ix_(rows, columns)], 1e-6) < len(columns)
 
 
-@pytest.mark.families(tuple(name for name in FAMILIES if name != "cartesian"), most=6)
+@of_families([name for name in FAMILIES if name not in ("cartesian", *several(("lbr-7r",), ()))])
 def test_the_reason_that_is_told_holds_at_no_regular_configuration(
     family: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -106,7 +63,7 @@ def test_the_reason_that_is_told_holds_at_no_regular_configuration(
             found = {id(sample.arm): zeros(sample.arm, said) for sample in others}
         for sample in others:
             for q in found[id(sample.arm)]:
-                assert not said.true(Sample(sample.arm, q)) or _is_singular(sample.arm, chain, q), said.words
+                assert not said.true(Sample(sample.arm, q)) or rank_ratios(sample.arm, chain, q) < 1e-4, said.words
 
 
 def zeros(arm: NumericChain, said: Statement) -> np.ndarray:
@@ -121,9 +78,3 @@ def starts(kinds: tuple[str, ...]) -> np.ndarray:
     return np.array(
         [[stream.uniform(-3, 3) if kind == "R" else stream.uniform(0, 1) for kind in kinds] for _ in range(40)]
     )
-
-
-def _is_singular(arm: NumericChain, chain: Chain, q: np.ndarray) -> bool:
-    rows = [TASK_ROWS.index(row) for row in chain.task]
-    sigma = np.linalg.svd(arm.jacobian(q)[rows], compute_uv=False)
-    return bool(sigma[-1] < 1e-4 * sigma[0])

@@ -23,20 +23,20 @@ import pytest
 import sympy as sp
 
 from exercises.arm.chain import TASK_ROWS, Chain
-from exercises.arm.classification import domain_of, samples_on
+from exercises.arm.classification import samples_on
 from exercises.arm.derivation import derive
-from exercises.arm.kinematics import NumericChain, link_frames
+from exercises.arm.kinematics import link_frames
 from exercises.arm.robot_file import Robot, read_robot_file
-from exercises.formula.conditions import SetComparison, Space, compare_sets
 from exercises.formula.expression import read
-from exercises.formula.pieces import Piece, pieces
 from exercises.formula.program import evaluate_each
 from exercises.formula.trees import names
 from exercises.questions import QUESTIONS
 from exercises.solving import Solution, solve
 from exercises.stream import Stream
-from exercises.verify.singular import NEAR, singular_configurations
+from exercises.verify.singular import NEAR
 from exercises.writing.worked import SingularComponent
+from tests.exercises.arm.poses import exponential
+from tests.exercises.arm.sets import assert_is_book, claimed, compared, rank_ratios, read_pieces, search
 from tests.support import DATA
 
 POINTS = 10
@@ -59,17 +59,19 @@ class Arm:
 
 BOOKS = {path.stem: tomllib.loads(path.read_text(encoding="utf-8")) for path in (DATA / "textbooks").glob("*.toml")}
 ARMS = [Arm(row["name"], file, row) for file, book in sorted(BOOKS.items()) for row in book["arm"]]
-ABOUT = {"name", "where", "note", "robot"}
-SAID = {
-    "jacobian", "determinant", "inverse", "manipulability", "rates", "torques", "forces", "isotropic", "at", "singular",
-    "kinds", "derived", "space", "space_axes", "space_points", "home_space", "home_body",
-}  # fmt: skip
 
 
-def _with(*keys: str) -> pytest.MarkDecorator:
+LONG = ("siciliano-anthropomorphic-with-wrist", "craig-puma-560", "craig-puma-560-without-a3",
+        "murray-li-sastry-stanford")  # fmt: skip
+SLOW = (*LONG, "siciliano-anthropomorphic", "chapter-scorbot", "craig-3r", "spong-elbow", "spong-spherical")
+"""Arms whose singular sets take long, and those whose kinds do; families with such arms are in every suite."""
+
+
+def _with(*keys: str, slow: Sequence[str] = ()) -> pytest.MarkDecorator:
     """Return the parameters of a test: the arms of which a book says any of these."""
     arms = [arm for arm in ARMS if any(key in arm.told for key in keys)]
-    return pytest.mark.parametrize("arm", arms, ids=str)
+    marks = dict.fromkeys(slow, pytest.mark.whole)
+    return pytest.mark.parametrize("arm", [pytest.param(a, marks=marks.get(a.name, ()), id=a.name) for a in arms])
 
 
 @cache
@@ -88,6 +90,10 @@ def _chain(arm: Arm) -> Chain:
 @cache
 def _solution(name: str) -> Solution:
     return solve(_robot(name).chain)
+
+
+def _geometric(arm: Arm, values: Values) -> np.ndarray:
+    return _ours(derive(_chain(arm)).geometric, values)
 
 
 # --- in numbers ---
@@ -178,15 +184,16 @@ def _slides(arm: Arm) -> np.ndarray:
 
 @_with("jacobian")
 def test_the_jacobian_is_the_books(arm: Arm) -> None:
-    values, solution = _values(arm), _solution(arm.name)
+    values = _values(arm)
     for told in arm.told["jacobian"]:
         assert {*told} <= {"frame", "rows", "entries", "axes", "origins", "tip", "link"}
         rows = told.get("rows", TASK_ROWS)
         book = _book_matrix(told["entries"], values) if "entries" in told else None
         if book is None:
             book = _task(arm, _by_axes(arm, told, values), rows)
-        derived = derive(_as_told(arm)).link_jacobian(told["link"]) if "link" in told else solution.geometric
-        seen = _seen_from(_rotation(arm, told.get("frame", 0), values), _ours(derived, values))
+        of_link = _ours(derive(_as_told(arm)).link_jacobian(told["link"]), values) if "link" in told else None
+        six = _geometric(arm, values) if of_link is None else of_link
+        seen = _seen_from(_rotation(arm, told.get("frame", 0), values), six)
         assert _is_near(_task(arm, seen, rows), book)
 
 
@@ -194,17 +201,18 @@ def test_the_jacobian_is_the_books(arm: Arm) -> None:
 def test_figures_at_a_configuration_are_the_books(arm: Arm) -> None:
     for told in arm.told["at"]:
         values = _values(arm, told["values"], points=1)
-        figures = _task(arm, _ours(_solution(arm.name).geometric, values), told["rows"])
+        figures = _task(arm, _geometric(arm, values), told["rows"])
         assert np.abs(figures - _book_matrix(told["entries"], values)).max() <= 0.5 * 10 ** -told["decimals"] + 1e-12
 
 
 @_with("determinant")
 def test_the_determinant_is_the_books(arm: Arm) -> None:
-    values, solution = _values(arm), _solution(arm.name)
+    values = _values(arm)
     book = _book(arm.told["determinant"], values)
-    assert _is_near(_ours(sp.Matrix([[solution.determinant]]), values)[:, 0, 0], book)
-    assert _is_near(np.linalg.det(_task(arm, _ours(solution.geometric, values))), book)
+    assert _is_near(_ours(sp.Matrix([[derive(_chain(arm)).determinant]]), values)[:, 0, 0], book)
+    assert _is_near(np.linalg.det(_task(arm, _geometric(arm, values))), book)
     if not book.any():
+        solution = _solution(arm.name)
         assert solution.singular is None and "every configuration" in (solution.note or "")
 
 
@@ -230,7 +238,7 @@ def test_torques_that_hold_a_force_are_the_books(arm: Arm) -> None:
     values = _values(arm)
     for told in arm.told["torques"]:
         force = _rotation(arm, told.get("frame", 0), values) @ _book_matrix([[f] for f in told["force"]], values)
-        linear = _ours(_solution(arm.name).jacobian, values)
+        linear = _geometric(arm, values)[:, :3]
         assert _is_near((linear.swapaxes(1, 2) @ force)[:, :, 0], _book_matrix([told["values"]], values)[:, 0])
 
 
@@ -238,14 +246,14 @@ def test_torques_that_hold_a_force_are_the_books(arm: Arm) -> None:
 def test_forces_by_torques_are_the_books(arm: Arm) -> None:
     values = _values(arm)
     for told in arm.told["forces"]:
-        seen = _seen_from(_rotation(arm, told["frame"], values), _ours(_solution(arm.name).geometric, values))
+        seen = _seen_from(_rotation(arm, told["frame"], values), _geometric(arm, values))
         assert _is_near(np.linalg.inv(_task(arm, seen).swapaxes(1, 2)), _book_matrix(told["entries"], values))
 
 
 @_with("manipulability")
 def test_manipulability_is_the_books(arm: Arm) -> None:
     values = _values(arm)
-    jacobian = _task(arm, _ours(_solution(arm.name).geometric, values))
+    jacobian = _task(arm, _geometric(arm, values))
     ours = np.sqrt(np.linalg.det(jacobian @ jacobian.swapaxes(1, 2)))
     assert np.allclose(ours, _book(arm.told["manipulability"], values), rtol=1e-7)
 
@@ -253,7 +261,7 @@ def test_manipulability_is_the_books(arm: Arm) -> None:
 @_with("isotropic")
 def test_isotropic_configurations_are_the_books(arm: Arm) -> None:
     for told in arm.told["isotropic"]:
-        jacobian = _task(arm, _ours(_solution(arm.name).geometric, _values(arm, told)))
+        jacobian = _task(arm, _geometric(arm, _values(arm, told)))
         sigma = np.linalg.svd(jacobian, compute_uv=False)
         assert sigma.min() > 0.1 and np.allclose(sigma[:, 0], sigma[:, -1])
 
@@ -280,7 +288,7 @@ def _body_jacobian(arm: Arm, values: Values) -> np.ndarray:
     chain = _chain(arm)
     turned = link_frames(chain)[-1].rotation
     rotation = turned * turned.xreplace(dict.fromkeys(chain.q, sp.S.Zero)).T
-    geometric = _ours(derive(chain).geometric, values)
+    geometric = _geometric(arm, values)
     return _seen_from(_ours(rotation, values), np.concatenate([geometric[:, 3:], geometric[:, :3]], axis=1))
 
 
@@ -290,12 +298,11 @@ def _skew(vector: np.ndarray) -> np.ndarray:
 
 
 def _adjoint_of_motion(screw: np.ndarray, q: float) -> np.ndarray:
-    """Return the 6 x 6 adjoint of exp([S] q), by Rodrigues' formula; S = (omega, v), omega of length 1 or 0."""
-    turning, v = _skew(screw[:3]), screw[3:]
-    square = turning @ turning
-    rotation = np.eye(3) + np.sin(q) * turning + (1 - np.cos(q)) * square
-    p = (q * np.eye(3) + (1 - np.cos(q)) * turning + (q - np.sin(q)) * square) @ v
-    return np.block([[rotation, np.zeros((3, 3))], [_skew(p) @ rotation, rotation]])
+    """Return the 6 x 6 adjoint of exp([S] q); S = (omega, v), omega of length 1 and v across it, or omega 0."""
+    slides = not screw[:3].any()
+    pose = exponential(screw[3:] if slides else screw[:3], q, slides, np.cross(screw[:3], screw[3:]))
+    rotation = pose[:3, :3]
+    return np.block([[rotation, np.zeros((3, 3))], [_skew(pose[:3, 3]) @ rotation, rotation]])
 
 
 def _by_exponentials(screws: np.ndarray, q: np.ndarray, body: bool) -> np.ndarray:
@@ -331,24 +338,14 @@ def _jacobian_of_screws(arm: Arm, key: str, values: Values) -> np.ndarray:
     return np.array([_by_exponentials(s, at, key == "home_body") for s, at in zip(screws, q, strict=True)])
 
 
-@_with("home_space")
-def test_screws_at_home_make_the_space_jacobian(arm: Arm) -> None:
+@_with("home_space", "home_body")
+def test_screws_at_home_make_the_space_and_the_body_jacobian(arm: Arm) -> None:
     values = _values(arm)
-    assert _is_near(_space_jacobian(arm, values), _jacobian_of_screws(arm, "home_space", values))
-
-
-@_with("home_body")
-def test_screws_at_home_make_the_body_jacobian(arm: Arm) -> None:
-    values = _values(arm)
-    assert _is_near(_body_jacobian(arm, values), _jacobian_of_screws(arm, "home_body", values))
+    for key, jacobian in (("home_space", _space_jacobian), ("home_body", _body_jacobian)):
+        assert key not in arm.told or _is_near(jacobian(arm, values), _jacobian_of_screws(arm, key, values)), key
 
 
 # --- singular sets ---
-
-
-def _pieces(arm: Arm, texts: Sequence[str]) -> list[Piece]:
-    joints = [q.name for q in _chain(arm).q]
-    return [piece for text in texts for piece in pieces(read(text), joints)]
 
 
 def _all_singular(arm: Arm) -> list[str]:
@@ -363,81 +360,32 @@ def _shown(component: SingularComponent) -> str:
     return " and ".join(f"{joint} in {{{values}}}" for joint, values in shown)
 
 
-def _compared(arm: Arm, found: Sequence[SingularComponent], book: Sequence[str]) -> SetComparison:
-    chain = _chain(arm)
-    space = Space([q.name for q in chain.q], domain_of(chain))
-    return compare_sets(_pieces(arm, [_shown(one) for one in found]), _pieces(arm, book), space, arm.name)
-
-
-@_with("singular", "derived")
+@_with("singular", "derived", slow=LONG)
 def test_the_singular_set_is_the_books(arm: Arm) -> None:
-    """Each printed condition is found, and nothing is but these and what is said to be missing from the book."""
-    compared = _compared(arm, _solution(arm.name).singular or (), _all_singular(arm))
-    assert all(compared.covered), compared.missing
-    assert all(compared.sound), compared.surplus
+    """Each printed condition is found, and nothing is but these and what is said to be missing from the book.
 
-
-@_with("kinds")
-def test_kinds_of_singularities_are_the_books(arm: Arm) -> None:
-    """Boundary where some are: stretched over its own base, an arm with an offset there is inside of its reach."""
-    assert {*arm.told["kinds"]} <= {*arm.told["singular"]}
-    for text, kind in arm.told["kinds"].items():
-        (found,) = (one for one in _solution(arm.name).singular or () if _compared(arm, [one], [text]).equal)
-        assert found.kind.kind == kind
-
-
-@_with("singular", "derived")
-def test_rank_is_lost_at_each_condition_of_the_book(arm: Arm) -> None:
-    chain = _chain(arm)
-    rows = [TASK_ROWS.index(row) for row in chain.task]
-    for text in _all_singular(arm):
+    Rank is lost at each of them, and a search finds no singular configuration beside them.
+    """
+    chain, book = _chain(arm), _all_singular(arm)
+    assert_is_book(chain, claimed(chain), book)
+    for text in book:
         samples = samples_on(chain, text, arm.name, arms=3, each=3)
         assert samples, text
-        for sample in samples:
-            sigma = np.linalg.svd(sample.arm.jacobian(sample.q)[rows], compute_uv=False)
-            assert sigma[-1] < 1e-7 * sigma[0], text
+        assert all(rank_ratios(sample.arm, chain, sample.q) < 1e-7 for sample in samples), text
+    found = search(chain, f"{arm.name}/search", 20)
+    assert (rank_ratios(found.arm, chain, found.starts) > 1e-6).all()
+    assert len(found.reached)
+    assert found.are_in(read_pieces(chain, book), NEAR).all()
 
 
-@_with("singular", "derived")
-def test_a_search_finds_no_singular_configuration_beside_the_books(arm: Arm) -> None:
-    chain, stream = _chain(arm), Stream(f"{arm.name}/search")
-    lengths = {symbol.name: stream.uniform(0.3, 1.2) for symbol in chain.parameters}
-    starts = np.array([[stream.uniform(-3, 3) for _ in chain.q] for _ in range(20)])
-    rows = [TASK_ROWS.index(row) for row in chain.task]
-    numeric = NumericChain(chain, lengths)
-    sigma = np.linalg.svd(numeric.jacobian(starts)[:, rows], compute_uv=False)
-    assert (sigma[:, -1] > 1e-6).all()
-    q = singular_configurations(numeric, starts, rows)
-    assert len(q)
-    joints = [symbol.name for symbol in chain.q]
-    values = {**dict(zip(joints, q.T, strict=True)), **{k: np.full(len(q), v) for k, v in lengths.items()}}
-    book = _pieces(arm, _all_singular(arm))
-    assert Space(joints, domain_of(chain, lengths)).contains(book, values, len(q), NEAR).all()
-
-
-# --- the data ---
-
-
-def test_what_is_said_of_an_arm_is_looked_at() -> None:
-    assert len({arm.name for arm in ARMS}) == len(ARMS)
-    for arm in ARMS:
-        assert {"name", "where", "robot"} <= {*arm.told} <= ABOUT | SAID, arm
-        assert {*arm.told} & SAID - {"derived"}, arm
-        assert _robot(arm.name).notes == (), arm
-    assert all(set(book) == {"book", "arm"} for book in BOOKS.values())
-
-
-@pytest.mark.parametrize(
-    ("file", "convention"),
-    [
-        ("craig", "modified-dh"),
-        ("spong-hutchinson-vidyasagar", "dh"),
-        ("siciliano", "dh"),
-        ("lynch-park", "screws"),
-        ("murray-li-sastry", "screws"),
-        ("chapter", "dh"),
-    ],
-)
-def test_arms_are_told_in_the_convention_of_the_book(file: str, convention: str) -> None:
-    robots = [_robot(arm.name) for arm in ARMS if arm.file == file]
-    assert {robot.given.convention if robot.given else "dh" for robot in robots} == {convention}
+@_with("singular", "derived", slow=SLOW)
+def test_what_is_shown_of_singularities_and_their_kinds_are_the_books(arm: Arm) -> None:
+    """Boundary where some are: stretched over its own base, an arm with an offset there is inside of its reach."""
+    chain = _chain(arm)
+    components = {_shown(component): component.kind for component in _solution(arm.name).singular or ()}
+    assert_is_book(chain, read_pieces(chain, components), _all_singular(arm))
+    for text, kind in arm.told.get("kinds", {}).items():
+        (found,) = (
+            one for shown, one in components.items() if compared(chain, read_pieces(chain, [shown]), [text]).equal
+        )
+        assert found.kind == kind

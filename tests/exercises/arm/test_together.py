@@ -1,9 +1,12 @@
-"""Whether conditions hold together, by an exact test: what holds somewhere is never said to hold nowhere."""
+"""Conditions together: which never hold, tried exactly, and what they are, put into one another, tried in numbers."""
 
+import numpy as np
 import pytest
 import sympy as sp
 
+from exercises.arm.relations import by_half_angle, relation_of
 from exercises.arm.together import follows, may_hold_together, without_needless
+from exercises.arm.trigonometry import factored
 from exercises.stream import Stream
 
 T = sp.symbols("theta1:4")
@@ -13,37 +16,32 @@ R = sp.Rational
 s, c = sp.sin, sp.cos
 
 
-@pytest.mark.parametrize(
-    "conditions",
-    [
-        (s(T[0]), c(T[0])),
-        (A * c(T[0]) + B * s(T[0]), A * s(T[0]) - B * c(T[0])),
-        (A + B * c(T[1]), H + B * s(T[1])),  # for a2^2 = a1^2 + h^2 only
-        (SLIDE - A, SLIDE + A),
-        (c(T[0]) - c(ALPHA), s(T[0]) - 2 * s(ALPHA)),
-        (c(T[0]) - c(R(7, 10)), c(2 * T[0]) - c(R(3, 5))),
-        (c(T[0]) - sp.sqrt(5) / 3, s(T[0]) - R(1, 3)),
-    ],
-)
-def test_what_never_holds_in_general_is_known(conditions: tuple[sp.Expr, ...]) -> None:
-    assert not may_hold_together(conditions, (*T, SLIDE))
+NEVER_IN_GENERAL: list[tuple[sp.Expr, ...]] = [
+    (s(T[0]), c(T[0])),
+    (A * c(T[0]) + B * s(T[0]), A * s(T[0]) - B * c(T[0])),
+    (A + B * c(T[1]), H + B * s(T[1])),  # for a2^2 = a1^2 + h^2 only
+    (SLIDE - A, SLIDE + A),
+    (c(T[0]) - c(ALPHA), s(T[0]) - 2 * s(ALPHA)),
+    (c(T[0]) - c(R(7, 10)), c(2 * T[0]) - c(R(3, 5))),
+    (c(T[0]) - sp.sqrt(5) / 3, s(T[0]) - R(1, 3)),
+]
+POSSIBLE: list[tuple[sp.Expr, ...]] = [
+    (s(T[0]), s(2 * T[0])),
+    (c(T[0]) - c(sp.pi / 7), c(2 * T[0]) - c(2 * sp.pi / 7)),
+    (c(T[0]) - c(R(3, 10)), c(2 * T[0]) - c(R(6, 10))),
+    (c(T[0]) - c(ALPHA), c(2 * T[0]) - c(2 * ALPHA), c(T[0] / 1) - c(ALPHA)),
+    (c(T[0]) - c(ALPHA / 2), 2 * c(T[0]) ** 2 - 1 - c(ALPHA)),
+    (c(T[0]) - sp.sqrt(5) / 3, s(T[0]) - R(2, 3)),
+    (c(T[0]) - sp.sqrt(6) / 3, s(T[0]) - sp.sqrt(3) / 3),
+    (A + B * c(T[1]), SLIDE - H),
+]
 
 
-@pytest.mark.parametrize(
-    "conditions",
-    [
-        (s(T[0]), s(2 * T[0])),
-        (c(T[0]) - c(sp.pi / 7), c(2 * T[0]) - c(2 * sp.pi / 7)),
-        (c(T[0]) - c(R(3, 10)), c(2 * T[0]) - c(R(6, 10))),
-        (c(T[0]) - c(ALPHA), c(2 * T[0]) - c(2 * ALPHA), c(T[0] / 1) - c(ALPHA)),
-        (c(T[0]) - c(ALPHA / 2), 2 * c(T[0]) ** 2 - 1 - c(ALPHA)),
-        (c(T[0]) - sp.sqrt(5) / 3, s(T[0]) - R(2, 3)),
-        (c(T[0]) - sp.sqrt(6) / 3, s(T[0]) - sp.sqrt(3) / 3),
-        (A + B * c(T[1]), SLIDE - H),
-    ],
-)
-def test_what_may_hold_is_not_ruled_out(conditions: tuple[sp.Expr, ...]) -> None:
-    assert may_hold_together(conditions, (*T, SLIDE))
+@pytest.mark.parametrize("conditions", [*NEVER_IN_GENERAL, *POSSIBLE])
+def test_what_never_holds_in_general_is_known_and_what_may_hold_is_not_ruled_out(
+    conditions: tuple[sp.Expr, ...],
+) -> None:
+    assert may_hold_together(conditions, (*T, SLIDE)) is (conditions in POSSIBLE)
 
 
 @pytest.mark.parametrize("seed", range(25))
@@ -100,3 +98,76 @@ def test_more_work_decides_more() -> None:
     third = A * s(T[1]) * c(T[2]) * B - c(T[1]) * s(T[2])
     assert not follows(third, minors, T, 10)
     assert follows(third, minors, T, 10_000)
+
+
+T3, T4, D5 = sp.symbols("theta3 theta4 d5")
+JOINTS = (T3, T4, D5)
+
+
+def never_zero(constant: sp.Expr) -> bool:
+    return constant != 0
+
+
+@pytest.mark.parametrize(
+    ("condition", "atom", "value"),
+    [
+        (A + D5, D5, -A),
+        (A + D5 * s(T4), D5, -A / s(T4)),
+        (A * c(T4) + B * D5, D5, -A * c(T4) / B),
+        (A * c(T3) - B * s(T3), s(T3), A * c(T3) / B),
+    ],
+)
+def test_a_condition_gives_a_slide_or_a_sine(condition: sp.Expr, atom: sp.Expr, value: sp.Expr) -> None:
+    found = relation_of(condition, JOINTS, never_zero)
+    assert found is not None
+    assert (found.atom, sp.simplify(found.value - value)) == (atom, 0)
+
+
+@pytest.mark.parametrize(
+    "condition",
+    [
+        c(T4) + D5 * s(T3),  # wherever both vanish, d5 is free
+        A + D5**2,
+        A + B * c(T3) + B * s(T3),
+        c(T3) + c(T4),
+        (A - A) * c(T3) + B * s(T3) + 0 * D5,  # that is s3 = 0
+    ],
+)
+def test_what_is_not_sure_gives_nothing(condition: sp.Expr) -> None:
+    assert relation_of(condition, JOINTS, never_zero) is None
+
+
+def test_a_constant_that_may_be_zero_gives_nothing() -> None:
+    assert relation_of((A - B) + D5 * s(T4), JOINTS, lambda constant: constant != A - B) is None
+    assert relation_of((A - B) * c(T3) + B * s(T3), JOINTS, lambda constant: sp.expand(constant) != A - B) is None
+
+
+def test_what_is_put_in_shows_its_factors() -> None:
+    found = relation_of(A + D5 * s(T4), JOINTS, never_zero)
+    assert found is not None
+    put = found.put_into(D5 + A * c(T4) + A * s(T4) + D5 * s(2 * T4))
+    assert {factor for factor, _ in factored(put).factors} == {A, c(T4), s(T4) + c(T4)}
+    assert found.beside == (s(T4),)
+    assert found.is_in(D5 * c(T3))
+    assert not found.is_in(c(T4))
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_factors_by_the_half_angle_are_those_of_the_condition(seed: int) -> None:
+    draws = Stream(f"half angle/{seed}")
+    parts = [
+        draws.choice((-2, -1, 1, 2)) * c(T3) + draws.choice((-3, -1, 1, 2)) * B * s(T3) + draws.choice((0, 1, 4)) * A
+        for _ in range(2)
+    ]
+    whole = sp.expand(sp.expand(parts[0] * parts[1]).subs(s(T3) ** 2, 1 - c(T3) ** 2))
+    found = by_half_angle(whole, JOINTS)
+    assert len(found) == 2
+    for q in np.linspace(-3, 3, 7):
+        at = {T3: sp.Float(q), A: sp.Rational(3, 7), B: sp.Rational(5, 11)}
+        ratio = (parts[0] * parts[1]).subs(at) / (found[0] * found[1]).subs(at)
+        assert abs(abs(ratio) - abs((parts[0] * parts[1] / (found[0] * found[1])).subs({**at, T3: 0.123}))) < 1e-9
+
+
+@pytest.mark.parametrize("condition", [c(T3) + A, c(T3) ** 2 * A + s(T3) * B + 2, c(T3) * s(T4), A * D5**2 + D5])
+def test_what_has_no_such_factors_is_left_as_it_is(condition: sp.Expr) -> None:
+    assert by_half_angle(condition, JOINTS) == [condition]

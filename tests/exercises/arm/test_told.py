@@ -2,18 +2,16 @@
 
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 import sympy as sp
 
 from exercises.arm import told
-from exercises.arm.chain import TASK_ROWS, Base, Chain, Joint, Point
+from exercises.arm.chain import Base, Chain, Joint
 from exercises.arm.derivation import derive, structure
 from exercises.arm.kinematics import NumericChain, link_frames
 from exercises.arm.told import modified_rows, place_name, told_base, told_point, told_rows
-from exercises.assignment import load_assignment
 from exercises.errors import QdotError
 from exercises.families import FAMILIES
 from exercises.figure.arm import told_frames
@@ -25,16 +23,16 @@ from exercises.verify import certify
 from exercises.verify.numeric_reference import modified_frames
 from exercises.writing.expansion import frames_to_see_from, seen_for_minors
 from exercises.writing.statement import hints, prompt, statement, worked_solutions
+from tests.exercises.arm.sets import rows_of
 from tests.support.problems import LONG_ARMS
-from tests.support.suites import of_families
+from tests.support.suites import of_families, several
 
 MODIFIED = "modified-dh"
 FIXED = [name for name, family in FAMILIES.items() if not family.varied]
+SOME = several(("planar-2r", "polar-rp", "elbow-3r", "wrist-zyz"), FIXED)
 OF_FRAMES = ("transform", "position-vectors", "joint-axes", "link-velocity", "tool-jacobian", "wrist-block",
              "own-frame-velocity")  # fmt: skip
 """Questions whose answers hang on where the frames are."""
-A1, A2 = sp.symbols("a1 a2")
-Q1, Q2 = sp.symbols("theta1 theta2")
 
 
 def modified(family: str, seed: int = 1, variation: str = "full") -> Chain:
@@ -51,14 +49,6 @@ def at_random(chain: Chain, poses: int = 3) -> tuple[dict[str, float], np.ndarra
 def values(chain: Chain, matrix: sp.Matrix, lengths: dict[str, float], q: np.ndarray) -> np.ndarray:
     known = {sp.Symbol(name): value for name, value in lengths.items()} | dict(zip(chain.q, q.tolist(), strict=True))
     return np.array(matrix.subs(known).evalf().tolist(), dtype=float)
-
-
-def test_the_two_link_arm_is_craigs() -> None:
-    arm = modified("planar-2r", variation="chapter")
-    assert [(row.alpha, row.a, row.d, row.theta) for row in told_rows(arm)] == [(0, 0, 0, Q1), (0, A1, 0, Q2)]
-    assert told_point(arm) == Point(2, (A2, sp.S.Zero, sp.S.Zero))
-    assert derive(arm).p_star.T.tolist()[1] == [A2 * sp.cos(Q1 + Q2), A2 * sp.sin(Q1 + Q2), 0]
-    assert derive(arm).jacobian == derive(replace(arm, convention="dh")).jacobian
 
 
 @of_families(FIXED)
@@ -80,7 +70,7 @@ def test_the_frames_are_those_of_the_table_as_it_is_told(family: str) -> None:
         assert np.allclose(values(arm, derive(arm).p_star, lengths, q), p_star, atol=1e-9)
 
 
-@of_families(FIXED)
+@of_families(SOME)
 def test_what_hangs_on_the_frames_is_certified(family: str) -> None:
     asked = [name for name in questions_of(family, MODIFIED) if name in OF_FRAMES]
     certificate = certify(generate(ProblemId(family, 2, tuple(asked), variation="full", convention=MODIFIED)))
@@ -100,7 +90,7 @@ def test_a_certificate_sees_a_table_that_leads_elsewhere(monkeypatch: pytest.Mon
     assert {"modified table: axes", "modified table: point"} <= failed
 
 
-@of_families(FIXED)
+@of_families(SOME)
 def test_no_text_speaks_of_the_frames_of_the_standard_table(family: str) -> None:
     """No z_0, and no p*_0: the frame on the axis of joint 1 is frame 1."""
     problem = generate(ProblemId(family, 1, variation="full", convention=MODIFIED))
@@ -118,7 +108,7 @@ def test_a_jacobian_that_is_seen_from_a_frame_is_seen_from_that_frame(family: st
     generic = structure(modified(family)).chain
     lengths, poses = at_random(generic, 1)
     frames, jacobian = modified_frames(generic, lengths, poses)[0], NumericChain(generic, lengths).jacobian(poses[0])
-    rows = [TASK_ROWS.index(row) for row in generic.task]
+    rows = rows_of(generic)
     for k, seen in frames_to_see_from(generic):
         turn = np.kron(np.eye(2), frames[k, :3, :3].T)
         assert np.allclose(values(generic, seen, lengths, poses[0]), (turn @ jacobian)[rows], atol=1e-9)
@@ -171,57 +161,12 @@ def test_the_first_row_may_have_a_length_and_a_twist(alpha: object, a: object) -
 def test_ids_tell_the_convention() -> None:
     for text in ("planar-2r/7@modified-dh", "planar-2r/7@chapter@modified-dh"):
         assert str(ProblemId.parse(text)) == text
-    assert ProblemId.parse("planar-2r/7@full") == ProblemId("planar-2r", 7, variation="full")
-    with pytest.raises(QdotError, match="'modified' is neither a variation nor a convention"):
-        ProblemId.parse("planar-2r/7@full@modified")
-    with pytest.raises(QdotError, match="names two variations"):
-        ProblemId.parse("planar-2r/7@full@zeros")
+    for text, wrong in (("7@full@modified", "'modified'"), ("7@full@zeros", "two variations")):
+        with pytest.raises(QdotError, match=wrong):
+            ProblemId.parse(f"planar-2r/{text}")
 
 
 def test_places_have_the_names_of_the_convention() -> None:
-    arm = modified("planar-3r", variation="chapter")
-    assert [place_name(arm, k) for k in range(4)] == ["O_1", "O_2", "O_3", "P"]
+    assert [place_name(modified("planar-3r", variation="chapter"), k) for k in range(4)] == ["O_1", "O_2", "O_3", "P"]
     assert place_name(modified("puma-560", variation="chapter"), 1) == "O_2"
     assert place_name(modified("puma-560", variation="chapter"), 2) is None  # d3 leads away from O_2 of the standard
-
-
-ASSIGNMENT = """
-title = "Craig"
-key = "hw"
-convention = "modified-dh"
-
-[[problem]]
-family = "planar-2r"
-questions = ["position-vectors"]
-
-[[problem]]
-family = "elbow-3r"
-convention = "dh"
-questions = ["position-vectors"]
-
-[[problem]]
-robot = "arm.toml"
-questions = ["position-vectors"]
-"""
-ROBOT = """
-name = "arm"
-[[joint]]
-kind = "R"
-theta = "theta1"
-d = 0
-a = 1
-alpha = 0
-"""
-
-
-def test_an_assignment_says_the_convention(tmp_path: Path) -> None:
-    """For all problems, or for one; a robot of the instructor's own is one of them."""
-    (tmp_path / "assignment.toml").write_text(ASSIGNMENT)
-    (tmp_path / "arm.toml").write_text(ROBOT)
-    (tmp_path / "roster.csv").write_text("student\nada\n")
-    (tmp_path / "secret.txt").write_text("0" * 64)
-    heard = [problem.chain.convention for _, problem in load_assignment(tmp_path).problems("ada")]
-    assert heard == ["modified-dh", "dh", "modified-dh"]
-    (tmp_path / "assignment.toml").write_text(ASSIGNMENT.replace('convention = "dh"', 'convention = "craig"'))
-    with pytest.raises(QdotError, match=r"problem 2.*convention|convention.*'craig'"):
-        load_assignment(tmp_path)

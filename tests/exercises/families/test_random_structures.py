@@ -1,7 +1,7 @@
 """Arms whose structure is drawn: the table holds all clean structures, and every draw is one of them."""
 
 import pickle
-from collections import Counter
+from collections import Counter, defaultdict
 from itertools import islice
 
 import pytest
@@ -19,7 +19,6 @@ from exercises.families.classes import Key, key
 from exercises.families.random_n import _arm as arm_of
 from exercises.families.random_n import _order as order
 from exercises.families.structures import (
-    TABLE,
     Structure,
     StructureRow,
     chain_of,
@@ -69,12 +68,30 @@ def test_the_table_holds_the_clean_ones_of_a_sample(n: int, each: int) -> None:
 
 
 @pytest.mark.parametrize("n", [2, 3])
-def test_a_normal_form_is_regular_where_its_tables_are(n: int) -> None:
-    seen: dict[tuple[StructureRow, ...], set[int]] = {}
+def test_a_normal_form_and_a_class_are_regular_in_as_many_tasks_as_their_tables(n: int) -> None:
+    forms: dict[object, set[bool]] = defaultdict(set)
+    classes: dict[object, set[int]] = defaultdict(set)
     for rows in tables(n, True):
         assert normal(normal(rows)) == normal(rows)
-        seen.setdefault(normal(rows), set()).add(len(regular_tasks(rows)) > 0)
-    assert all(len(found) == 1 for found in seen.values())
+        regular = regular_tasks(rows)
+        forms[normal(rows)].add(bool(regular))
+        classes[key(rows)].add(len({key(rows, task) for task in regular}))
+    assert {len(found) for found in forms.values()} == {len(found) for found in classes.values()} == {1}
+
+
+@pytest.mark.parametrize("n", [2, 3])
+def test_the_same_joints_are_in_the_conditions_of_all_clean_structures_of_a_class(n: int) -> None:
+    for alike in islice(clean_classes(n), 0, None, several(2, 1)):
+        assert len({conditions_of(structure) for structure in alike}) == 1, alike
+
+
+def conditions_of(structure: Structure) -> tuple[tuple[str, ...], ...]:
+    """The joints in each condition; slides that follow each other count as one."""
+    chain = chain_of(structure.rows, structure.task)
+    kinds = [row.kind for row in structure.rows]
+    place = {q: sum(kinds[:i].count(k) for k in "R") if kinds[i] == "P" else -i for i, q in enumerate(chain.q)}
+    found = [c for component in singular_set(chain) or () for c in component.conditions]
+    return tuple(sorted(tuple(sorted(str(place[q]) for q in chain.q if c.has(q))) for c in found))
 
 
 def drawn(chain: Chain) -> tuple[tuple[StructureRow, ...], tuple[str, ...]]:
@@ -96,17 +113,12 @@ def arm(family: str, seed: str) -> Chain:
     return structures(Stream(seed), AXES)
 
 
-def test_an_arm_is_of_the_structure_that_is_drawn_first() -> None:
-    for seed in range(several(30, 900)):
-        first = order(list(clean_classes(2)), Stream(f"reached/{seed}"))[0]
-        assert drawn(arm("random-2", f"reached/{seed}")) == (first.rows, first.task)
-
-
-def test_every_clean_structure_of_two_joints_is_reached_and_all_classes_as_often() -> None:
+def test_an_arm_is_of_the_structure_that_is_drawn_first_and_all_classes_are_reached_as_often() -> None:
     firsts = [order(list(clean_classes(2)), Stream(f"reached/{seed}"))[0] for seed in range(900)]
-    draws = [(first.rows, first.task) for first in firsts]
-    assert set(draws) == {(s.rows, s.task) for s in clean_structures()[2]}
-    often = Counter(key(*draw) for draw in draws)
+    for seed in range(several(30, 900)):
+        assert drawn(arm("random-2", f"reached/{seed}")) == (firsts[seed].rows, firsts[seed].task)
+    assert {(first.rows, first.task) for first in firsts} == {(s.rows, s.task) for s in clean_structures()[2]}
+    often = Counter(key(first.rows, first.task) for first in firsts)
     assert len(often) == len(clean_classes(2))
     assert max(often.values()) < 2 * min(often.values())
 
@@ -138,56 +150,27 @@ def of(code: str, *task: str) -> Key:
 
 
 @pytest.mark.parametrize(
-    ("one", "other"),
+    ("one", "other", "same"),
     [
-        ("Rd Ra", "R Ra"),  # the base's height
-        ("Ra Rad Ra", "Rad Ra Ra"),  # offsets add up over parallel axes ...
-        ("Rx Rd P", "Rx R P"),  # ... and are lost in a slide
-        ("Pat Ra", "P Ra"),  # where the base stands
-        ("R Pa", "R Pat"),  # the zero of the joint before a slide
-        ("Rx Ra P", "Rx R Pa"),  # a slide can be moved aside
-        ("Px Px Pa", "Ptx Px P"),  # lengths of arms that only slide, and axes named anew
+        ("Rd Ra", "R Ra", True),  # the base's height
+        ("Ra Rad Ra", "Rad Ra Ra", True),  # offsets add up over parallel axes ...
+        ("Rx Rd P", "Rx R P", True),  # ... and are lost in a slide
+        ("Pat Ra", "P Ra", True),  # where the base stands
+        ("R Pa", "R Pat", True),  # the zero of the joint before a slide
+        ("Rx Ra P", "Rx R Pa", True),  # a slide can be moved aside
+        ("Px Px Pa", "Ptx Px P", True),  # lengths of arms that only slide, and axes named anew
+        ("Rx Rd Ra", "Rx R Ra", False),
+        ("Rx Ra Ra", "Rax Ra Ra", False),
+        ("R Px Ra", "P Rx Ra", False),  # the same motion, by other joints
+        ("Ra Pat", "R Pa", False),  # the point beside the line of the slide
     ],
 )
-def test_structures_that_are_the_same_problem(one: str, other: str) -> None:
-    assert of(one) == of(other)
-
-
-@pytest.mark.parametrize(
-    ("one", "other"),
-    [
-        ("Rx Rd Ra", "Rx R Ra"),
-        ("Rx Ra Ra", "Rax Ra Ra"),
-        ("R Px Ra", "P Rx Ra"),  # the same motion, by other joints
-        ("Ra Pat", "R Pa"),  # the point beside the line of the slide
-    ],
-)
-def test_structures_that_are_different_problems(one: str, other: str) -> None:
-    assert of(one) != of(other)
+def test_structures_are_the_same_problem_or_different_ones(one: str, other: str, same: bool) -> None:
+    assert (of(one) == of(other)) is same
 
 
 def test_axes_of_the_world_are_named_anew_with_the_task() -> None:
     assert of("Rx Ra", "vx", "vz") == of("Rx Ra", "vy", "vz") != of("Rx Ra", "vx", "vy")
-
-
-@pytest.mark.parametrize("n", [2, 3])
-def test_structures_of_a_class_lose_rank_alike(n: int) -> None:
-    """All of a class are regular in as many tasks, and the same joints are in the conditions of clean ones."""
-    regular: dict[Key, set[int]] = {}
-    for rows in tables(n, True):
-        regular.setdefault(key(rows), set()).add(len({key(rows, task) for task in regular_tasks(rows)}))
-    assert all(len(found) == 1 for found in regular.values())
-    for alike in islice(clean_classes(n), 0, None, several(2, 1)):
-        assert len({conditions_of(structure) for structure in alike}) == 1, alike
-
-
-def conditions_of(structure: Structure) -> tuple[tuple[str, ...], ...]:
-    """The joints in each condition; slides that follow each other count as one."""
-    chain = chain_of(structure.rows, structure.task)
-    kinds = [row.kind for row in structure.rows]
-    place = {q: sum(kinds[:i].count(k) for k in "R") if kinds[i] == "P" else -i for i, q in enumerate(chain.q)}
-    found = [c for component in singular_set(chain) or () for c in component.conditions]
-    return tuple(sorted(tuple(sorted(str(place[q]) for q in chain.q if c.has(q))) for c in found))
 
 
 @pytest.mark.parametrize("family", RANDOM)
@@ -200,12 +183,9 @@ def test_every_arm_is_clean_and_all_its_conditions_can_hold(family: str, seeds: 
                 assert all(value.is_real is not False for value in values)
         lengths = [joint.a for joint in chain.joints if joint.a.is_number and joint.a != 0]
         assert all(abs(a - b) >= sp.Rational(5, 100) for i, a in enumerate(lengths) for b in lengths[:i])
-
-
-@pytest.mark.parametrize("family", RANDOM)
-def test_problems_pass_their_certificate(family: str, seeds: range) -> None:
     for seed in seeds[: several(1, 4)]:
         assert failures_of(drawn_once(family, seed)) == []
+    assert pickle.loads(pickle.dumps(FAMILIES[family])).name == family
 
 
 @pytest.mark.parametrize("band", [(0, 0), (1, 2)])
@@ -222,19 +202,13 @@ def test_only_arms_to_which_all_questions_apply_are_drawn() -> None:
         assert all(QUESTIONS[name].refusal(problem.chain) is None for name in asked)
 
 
-def test_what_no_arm_can_be_asked_is_said() -> None:
-    with pytest.raises(QdotError, match="random-2 has no arm of any difficulty that can be asked"):
-        sample_chain(ProblemId("random-2", 1, ("block-determinants",)))
-    with pytest.raises(QdotError, match="random-2 has no arm of difficulty 4; its arms are of difficulty 0 to 2"):
-        sample_chain(ProblemId("random-2", 1, band=(4, 4)))
-
-
-def test_families_travel_to_other_processes() -> None:
-    for name in RANDOM:
-        assert pickle.loads(pickle.dumps(FAMILIES[name])).name == name
-
-
-def test_the_table_is_text_that_a_person_can_read() -> None:
-    first, *lines = TABLE.read_text(encoding="utf-8").splitlines()
-    assert first.startswith("#")
-    assert all(line.count("|") == 2 for line in lines)
+@pytest.mark.parametrize(
+    ("identity", "said"),
+    [
+        (ProblemId("random-2", 1, ("block-determinants",)), "random-2 has no arm of any difficulty"),
+        (ProblemId("random-2", 1, band=(4, 4)), "random-2 has no arm of difficulty 4; .* 0 to 2"),
+    ],
+)
+def test_what_no_arm_can_be_asked_is_said(identity: ProblemId, said: str) -> None:
+    with pytest.raises(QdotError, match=said):
+        sample_chain(identity)

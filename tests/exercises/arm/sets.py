@@ -1,0 +1,81 @@
+"""Singular sets as pieces, and singular configurations that a search in numbers finds."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from exercises.arm.chain import TASK_ROWS, Chain
+from exercises.arm.classification import domain_of
+from exercises.arm.kinematics import NumericChain
+from exercises.arm.singularity import singular_set
+from exercises.formula.conditions import MEMBER, SetComparison, Space, compare_sets
+from exercises.formula.expression import read
+from exercises.formula.pieces import Piece, pieces
+from exercises.stream import Stream
+from exercises.verify.singular import singular_configurations
+
+
+def rows_of(chain: Chain) -> list[int]:
+    return [TASK_ROWS.index(row) for row in chain.task]
+
+
+def lengths_of(chain: Chain, stream: Stream) -> dict[str, float]:
+    return {symbol.name: stream.uniform(0.3, 1.0) for symbol in chain.parameters}
+
+
+def rank_ratios(arm: NumericChain, chain: Chain, q: np.ndarray) -> np.ndarray:
+    """Return the smallest singular value of the task's J by the largest one, at configurations (..., n)."""
+    sigma = np.linalg.svd(arm.jacobian(q)[..., rows_of(chain), :], compute_uv=False)
+    return np.asarray(sigma[..., -1] / np.maximum(sigma[..., 0], 1e-6))
+
+
+def read_pieces(chain: Chain, texts: Iterable[str]) -> list[Piece]:
+    joints = [q.name for q in chain.q]
+    return [piece for text in texts for piece in pieces(read(text), joints)]
+
+
+def claimed(chain: Chain) -> list[Piece]:
+    """Return the pieces of the singular set of a chain."""
+    return read_pieces(chain, (text for component in singular_set(chain) or () for text in component.pieces()))
+
+
+def compared(chain: Chain, ours: list[Piece], book: Iterable[str]) -> SetComparison:
+    """Return whether pieces are what a book prints, for any lengths."""
+    return compare_sets(ours, read_pieces(chain, book), Space([q.name for q in chain.q], domain_of(chain)), chain.name)
+
+
+def assert_is_book(chain: Chain, ours: list[Piece], book: Iterable[str]) -> None:
+    """Assert that each condition of a book is covered, and nothing else is claimed."""
+    found = compared(chain, ours, book)
+    assert found.equal and all(found.covered) and all(found.sound), (chain.name, found.missing, found.surplus)
+
+
+@dataclass(frozen=True)
+class Search:
+    """An arm with lengths, configurations from which singular ones were looked for, and those that were reached."""
+
+    chain: Chain
+    lengths: dict[str, float]
+    starts: np.ndarray
+    reached: np.ndarray
+
+    @property
+    def arm(self) -> NumericChain:
+        return NumericChain(self.chain, self.lengths)
+
+    def are_in(self, claims: list[Piece], tolerance: float = MEMBER) -> np.ndarray:
+        """Return of each configuration that was reached whether it is in a set."""
+        joints, count = [q.name for q in self.chain.q], len(self.reached)
+        values = dict(zip(joints, self.reached.T, strict=True)) | {
+            k: np.full(count, v) for k, v in self.lengths.items()
+        }
+        return Space(joints, domain_of(self.chain, self.lengths)).contains(claims, values, count, tolerance)
+
+
+def search(chain: Chain, seed: str, count: int = 12) -> Search:
+    """Look for singular configurations of an arm from some starts."""
+    stream = Stream(seed)
+    lengths = lengths_of(chain, stream)
+    starts = np.array([[stream.uniform(-3, 3) for _ in chain.q] for _ in range(count)])
+    return Search(chain, lengths, starts, singular_configurations(NumericChain(chain, lengths), starts, rows_of(chain)))

@@ -1,0 +1,191 @@
+"""Mistakes in exponentials, propagation and rows of tables, against what they are said to do, multiplied out here."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from exercises.arm.chain import Base, Chain, Joint
+from exercises.arm.conventions import axes_of
+from exercises.arm.stages import numbers
+from exercises.arm.told import told_base, told_point, told_rows
+from exercises.families import FAMILIES
+from exercises.generation import generate, sample_chain
+from exercises.mistakes.base import Slip
+from exercises.mistakes.catalogue import CATALOGUE, made
+from exercises.mistakes.given import configurations
+from exercises.problem import Part, Problem, ProblemId
+from exercises.stream import Stream
+from tests.exercises.arm.poses import about, exponential, shift
+from tests.support.problems import drawn
+from tests.support.suites import of_families
+from tests.tools.diagnoses import answers_with, verdict_on
+
+ARMS = ("elbow-3r/1@full@screws", "scara-rrrp/2@full@screws", "planar-2r/3@screws")
+Values = dict[str, np.ndarray]
+
+
+def _asked(arm: str, question: str) -> tuple[Problem, Part, Values]:
+    problem = generate(arm, [question])
+    part = problem.parts[0]
+    return problem, part, configurations(problem.chain, part, problem.domain(), 4, Stream("mistakes"))
+
+
+def _given(values: Values, k: int) -> Callable[[object], float]:
+    known = {name: float(value[k]) for name, value in values.items()}
+    return lambda entry: float(entry.subs(known))  # type: ignore[attr-defined]
+
+
+def _motions(problem: Problem, values: Values, k: int) -> tuple[list[np.ndarray], np.ndarray]:
+    """Return the exponentials at place k, those of joints that turn about the origin, and M."""
+    number, (axes, point) = _given(values, k), axes_of(problem.chain)
+    made = [
+        exponential([number(entry) for entry in axis.direction], number(q), axis.kind == "P")
+        for axis, q in zip(axes, problem.chain.q, strict=True)
+    ]
+    return made, shift(*(number(entry) for entry in point))
+
+
+@pytest.mark.parametrize("arm", ARMS)
+def test_an_exponential_about_the_origin_gives_the_pose_of_the_product_without_its_column(arm: str) -> None:
+    problem, part, values = _asked(arm, "body-pose")
+    first = next(made(CATALOGUE["exponential-about-origin"], numbers(problem.chain, values), part))
+    for k in range(4):
+        motions, home = _motions(problem, values, k)
+        assert np.allclose(first.answer[..., k], np.linalg.multi_dot([*motions, home]))
+
+
+@pytest.mark.parametrize("arm", ARMS[:2])
+def test_the_same_carries_screws_to_where_it_says(arm: str) -> None:
+    problem, part, values = _asked(arm, "space-jacobian")
+    w = numbers(problem.chain, values)
+    ways = list(made(CATALOGUE["exponential-about-origin"], w, part))
+    wrong = next(way for way in ways if "space jacobian" in way.slip.changes)
+    for k in range(4):
+        motions, before = _motions(problem, values, k)[0], np.eye(4)
+        for i, motion in enumerate(motions):
+            home = w["home screws"][:, i, k]
+            omega, v = before[:3, :3] @ home[:3], before[:3, :3] @ home[3:]
+            v = v + np.cross(before[:3, 3], omega)
+            assert np.allclose(wrong.answer[:, i, k], [*omega, *v])
+            before = before @ motion
+
+
+@pytest.mark.parametrize("arm", ["elbow-3r/1@full@modified-dh", "scara-rrrp/2@full@modified-dh"])
+def test_rows_with_the_link_behind_give_the_product_of_these_rows(arm: str) -> None:
+    """Rx(alpha_i) Tx(a_i) Rz(theta_i) Tz(d_i), with nothing behind the last row, and P where it is told."""
+    problem, part, values = _asked(arm, "transform")
+    wrong = next(made(CATALOGUE["link-behind"], numbers(problem.chain, values), part))
+    rows, base = told_rows(problem.chain), told_base(problem.chain)
+    for k in range(4):
+        number = _given(values, k)
+        pose = shift(*(number(entry) for entry in base.position)) @ about("z", number(base.yaw))
+        for row, behind in zip(rows, [*rows[1:], None], strict=True):
+            a, alpha = (0.0, 0.0) if behind is None else (number(behind.a), number(behind.alpha))
+            pose = (
+                pose @ about("x", alpha) @ shift(a, 0, 0) @ about("z", number(row.theta)) @ shift(0, 0, number(row.d))
+            )
+        assert np.allclose(wrong.answer[..., k], pose)
+    told = answers_with(problem, part, only=("link-behind",))
+    assert [verdict_on(one) for one in told] == ["named"]
+
+
+@pytest.mark.parametrize(("mistake", "stage"), [("next-arm", "arms"), ("next-axis", "axes")])
+def test_the_next_one_is_taken_and_at_the_last_joint_its_own(mistake: str, stage: str) -> None:
+    """Three joints, so that it is told apart from taking the second one twice, or the first."""
+    problem = drawn("elbow-3r", 0)
+    part = next(part for part in problem.parts if part.kind == "geometric-jacobian")
+    values = configurations(problem.chain, part, problem.domain(), 3, Stream("propagation"))
+    right = numbers(problem.chain, values)
+    count, columns = right.n, []
+    for i in range(count):
+        k = min(i + 1, len(right[stage]) - 1)
+        axis, arm = right["axes"][k if stage == "axes" else i], right["arms"][k if stage == "arms" else i]
+        columns.append(np.cross(axis, arm, axis=0))
+    expected = np.stack(columns, axis=1)
+    answers = [wrong.answer[:3] for wrong in made(CATALOGUE[mistake], right, part)]
+    assert any(np.allclose(answer, expected) for answer in answers)
+
+
+FIXED = [name for name, family in FAMILIES.items() if not family.varied]
+ENTRIES = {"length-forgotten": "a", "distance-forgotten": "d", "twist-forgotten": "alpha", "twist-sign": "alpha"}
+HALF = sp.pi / 2
+IN_ROW_1 = Chain("crane", (Joint("R", "theta1", "d1", "a1", HALF), Joint("R", "theta2", 0, "a2", 0)), ("vx", "vz"),
+                 convention="modified-dh")  # fmt: skip
+
+
+def read_wrongly(name: str, slip: Slip, rows: list[Joint]) -> list[Joint]:
+    """Return the table as it is told, with the mistake that the words of a slip speak of."""
+    words, rows = slip.words, list(rows)
+    k = int(str(words["link"] if "link" in words else words["joint"])) - 1
+    if name == "lengths-exchanged":
+        other = int(str(words["other"])) - 1
+        rows[k], rows[other] = replace(rows[k], a=rows[other].a), replace(rows[other], a=rows[k].a)
+    elif name == "row-misread":
+        entry = str(words["entry"])
+        rows[k] = replace(rows[k], **{entry: getattr(rows[int(str(words["other"])) - 1], entry)})
+    elif name == "a-and-d-exchanged":
+        rows[k] = replace(rows[k], a=rows[k].d, d=rows[k].a)
+    else:
+        entry = ENTRIES[name]
+        changed: dict[str, Any] = {entry: -getattr(rows[k], entry) if name == "twist-sign" else 0}
+        rows[k] = replace(rows[k], **changed)
+    return rows
+
+
+def led_to(base: Base, rows: list[Joint], offset: tuple[sp.Expr, ...], known: dict[sp.Symbol, float]) -> np.ndarray:
+    """Return where a modified table leads, by Rx Tx Rz Tz row by row."""
+
+    def number(entry: sp.Expr) -> float:
+        return float(sp.sympify(entry).subs(known))
+
+    pose = shift(*map(number, base.position)) @ about("z", number(base.yaw)) @ about("x", number(base.tilt))
+    for row in rows:
+        pose = pose @ shift(number(row.a), 0, 0) @ about("x", number(row.alpha))
+        pose = pose @ about("z", number(row.theta)) @ shift(0, 0, number(row.d))
+    return np.asarray((pose @ [*map(number, offset), 1])[:3])
+
+
+def checked(arm: Chain) -> list[str]:
+    """Check every slip of the mistakes in rows on an arm, and return the names of those that there were."""
+    stream, found = Stream(f"rows/{arm.name}"), []
+    known = {symbol: stream.uniform(0.3, 1.7) for symbol in (*arm.parameters, *arm.q)}
+    working = numbers(arm, {symbol.name: np.array([value]) for symbol, value in known.items()})
+    for name in (*ENTRIES, "lengths-exchanged", "row-misread", "a-and-d-exchanged"):
+        for slip in CATALOGUE[name].slips(arm, (3, 1)):
+            if slip.words.get("entry") == "constant of the joint variable":
+                continue
+            point = told_point(arm)
+            rows = read_wrongly(name, slip, told_rows(arm))
+            expected = led_to(told_base(arm), rows, point.offset, known)
+            made = np.asarray(working.but(slip.changes)["point"])[:, 0]
+            assert np.allclose(made, expected, atol=1e-9), (name, slip.words)
+            found.append(name)
+    return found
+
+
+@of_families(FIXED)
+def test_the_row_that_is_named_is_the_row_as_it_is_told(family: str) -> None:
+    arm = sample_chain(ProblemId(family, 3, variation="full", convention="modified-dh"))
+    if arm.point.frame != arm.n:
+        pytest.skip("the table leads on behind the point")
+    assert arm.n == 1 or checked(arm)
+
+
+@pytest.mark.parametrize(
+    "base",
+    [
+        Base((sp.Symbol("b"), sp.S.Zero, sp.S.Zero), sp.S.Zero, HALF),
+        Base((sp.S.One, sp.S(2), sp.S.Zero), sp.pi / 3, HALF),
+    ],
+)
+def test_what_the_first_row_takes_from_the_base_is_in_that_row(base: Base) -> None:
+    arm = replace(IN_ROW_1, base=base)
+    assert set(checked(arm)) >= {"length-forgotten", "twist-sign", "lengths-exchanged", "row-misread"}
+    rows = [slip.words["link"] for slip in CATALOGUE["twist-forgotten"].slips(arm, (3, 1))]
+    assert 1 in rows or told_base(arm).tilt != 0
+    forgotten = list(CATALOGUE["base-forgotten"].slips(arm, (3, 1)))
+    assert len(forgotten) == (0 if told_base(arm).is_world else 1)
