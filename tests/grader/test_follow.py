@@ -82,8 +82,8 @@ def test_the_assignment_sets_the_credit_and_may_give_none() -> None:
 
 
 def test_a_part_is_never_worth_more_and_a_right_one_stays_right() -> None:
-    right = {part.name: written(part, formulas(PLANAR)) for part in problem_of(PLANAR).parts if is_derived(part)}
-    verdicts = marked(problem_of(PLANAR), {**RELATIVE, "jacobian": right["jacobian"]})
+    jacobian = written(problem_of(PLANAR)["jacobian"], formulas(PLANAR))
+    verdicts = marked(problem_of(PLANAR), {**RELATIVE, "jacobian": jacobian})
     assert verdicts["jacobian"].points == verdicts["jacobian"].max_points
     assert verdicts["determinant"].points == 0.0  # it follows from nothing that was handed in but a right answer
     assert all((v.points or 0) <= v.max_points for v in verdicts.values())
@@ -187,20 +187,19 @@ def follows_at_all(problem: Problem, answers: dict[str, str]) -> bool:
     return follow(problem, problem["jacobian"], own, ["position"], "seed") is not None
 
 
-HALF = {
-    "half of the terms": ("[a1*cos(theta1) + a2*sin(theta2), a1*sin(theta1) - 3*a2]", True),
-    "with sines of sums taken apart": (
-        "[2*a1*cos(theta1) + a2*(cos(theta1)*cos(theta2) - sin(theta1)*sin(theta2)), a1 - a2*sin(theta1 + theta2)]",
-        True,
-    ),
-    "a quarter": ("[a1*cos(theta1) + a2*sin(theta2)/3, a1*sin(theta2)/5 - 3*a2*cos(theta1)]", False),
-    "in the other entry": ("[a1*sin(theta1)/2 + a2*sin(theta1 + theta2)*3, a1*cos(theta1)*7]", False),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("case", HALF)
-def test_half_of_the_terms_are_an_attempt(case: str) -> None:
-    answer, due = HALF[case]
+@pytest.mark.parametrize(
+    ("answer", "due"),
+    [
+        ("[a1*cos(theta1) + a2*sin(theta2), a1*sin(theta1) - 3*a2]", True),  # half of the terms
+        (
+            "[2*a1*cos(theta1) + a2*(cos(theta1)*cos(theta2) - sin(theta1)*sin(theta2)), a1 - a2*sin(theta1 + theta2)]",
+            True,
+        ),
+        ("[a1*cos(theta1) + a2*sin(theta2)/3, a1*sin(theta2)/5 - 3*a2*cos(theta1)]", False),  # a quarter
+        ("[a1*sin(theta1)/2 + a2*sin(theta1 + theta2)*3, a1*cos(theta1)*7]", False),  # in the other entry
+    ],
+)
+def test_half_of_the_terms_are_an_attempt(answer: str, due: bool) -> None:
     verdict = marked(problem_of(PLANAR, ("position",)), {"position": answer})["position"]
     assert (verdict.points, verdict.attempt) == (0.0, due), verdict.diagnosis
 
@@ -289,8 +288,7 @@ def test_a_self_motion_is_marked_up_to_a_factor_on_the_students_own_jacobian() -
     wrong = jacobian.answer.as_matrix().as_mutable()
     wrong[0, 0] = 2 * wrong[0, 0]
     motion = -3 * wrong.row(0).cross(wrong.row(1))
-    verdict = marked(problem, {"jacobian": str(wrong.tolist()), "self-motion": str(list(motion))})["self-motion"]
-    assert verdict.followed_from == "jacobian", verdict
-    motion[0] = motion[0] + 1
-    verdict = marked(problem, {"jacobian": str(wrong.tolist()), "self-motion": str(list(motion))})["self-motion"]
-    assert verdict.followed_from is None
+    for source in ("jacobian", None):
+        verdict = marked(problem, {"jacobian": str(wrong.tolist()), "self-motion": str(list(motion))})["self-motion"]
+        assert verdict.followed_from == source, verdict
+        motion[0] = motion[0] + 1
