@@ -110,16 +110,12 @@ def test_every_kind_of_submission_in_one_class(assignment: Assignment) -> None:
     assert "handed out to 's01'" in graded["s04"]["staff_notes"][0]
     assert "somebody else" in graded["s04"]["notes"][0]
     assert "s01" not in feedback_page(assignment, assignment.roster[3], graded["s04"])
-    for student, said in (("s05", "or was cut off (line"), ("s06", "is empty"), ("s10", "it is not text")):
-        assert said in graded[student]["obstacle"]
-        assert status(graded[student]) == "unusable"
-    assert "belongs to the assignment 'other'" in graded["s07"]["obstacle"]
+    for student, words in {"s05": "(line", "s06": "empty", "s07": "'other'", "s10": "text", "s11": "notes.txt"}.items():
+        assert words in graded[student]["obstacle"] and status(graded[student]) == "unusable"
     assert {part["outcome"] for part in parts(graded["s08"]).values()} == {"missing"}
-    assert parts(graded["s09"])["p1.position"]["reason"] == "its cell stopped: ZeroDivisionError: division by zero"
+    assert "ZeroDivisionError: division by zero" in parts(graded["s09"])["p1.position"]["reason"]
     assert graded["s09"]["score"] == graded["s09"]["max_score"] - 1
-    assert "notes.txt is not a notebook" in graded["s11"]["obstacle"] and status(graded["s11"]) == "unusable"
-    assert status(graded["s12"]) == "missing"
-    assert graded["s12"]["score"] == 0
+    assert (status(graded["s12"]), graded["s12"]["score"]) == ("missing", 0)
 
 
 def test_a_grade_does_not_depend_on_who_else_is_graded_or_how(assignment: Assignment) -> None:
@@ -208,18 +204,6 @@ def fails_on_the_third(assignment: Assignment, student: Student, result: Result)
     write_page(assignment, student, result)
 
 
-def test_two_graders_do_not_work_in_one_folder(assignment: Assignment) -> None:
-    import fcntl
-
-    grade(assignment)
-    with (assignment.folder / "graded" / ".cache" / "lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        with pytest.raises(QdotError, match="another 'qdot grade'"), alone(assignment.folder):
-            pass
-    with alone(assignment.folder):
-        pass
-
-
 def test_nothing_follows_from_answers_that_are_right_for_somebody_else(assignment: Assignment) -> None:
     """s02 writes the answers of s01 into the own notebook; s03 makes one mistake and goes on from there."""
     others = {part.name: part.answer.code() for _, problem in assignment.problems("s01") for part in problem.parts}
@@ -242,32 +226,25 @@ def test_nothing_follows_from_answers_that_are_right_for_somebody_else(assignmen
 
 def test_our_own_failure_is_ungraded_and_no_mark(assignment: Assignment, monkeypatch: pytest.MonkeyPatch) -> None:
     hand_in(assignment, "s01/hw.ipynb", right(assignment, "s01"))
-
-    def broken(*_: object) -> None:
-        raise ZeroDivisionError("ours")
-
-    monkeypatch.setattr(judging, "judge_matrix", broken)
+    monkeypatch.setattr(judging, "judge_matrix", lambda *_: 1 / 0)
     graded = grade(assignment)["s01"]
     part = parts(graded)["p1.jacobian"]
     assert (part["outcome"], part["points"]) == ("ungraded", None)
     assert "tell your instructor" in part["reason"]
-    assert parts(graded)["p1.determinant"]["outcome"] == "correct"
-    assert status(graded) == "ungraded"
+    assert parts(graded)["p1.determinant"]["outcome"] == "correct" and status(graded) == "ungraded"
 
 
 def test_reports_hold_what_the_contract_says(assignment: Assignment) -> None:
-    hand_in(assignment, "s01/hw.ipynb", right(assignment, "s01", lambda c, p: "wrong"))
-    os.utime(assignment.folder / "submitted/s01/hw.ipynb", (1_700_000_000, 1_700_000_000))
+    os.utime(hand_in(assignment, "s01/hw.ipynb", right(assignment, "s01")), (1_700_000_000, 1_700_000_000))
     results = list(grade(assignment).values())
-    lines = [json.loads(line) for line in results_jsonl(results).splitlines()]
-    assert len(lines) == len(STUDENTS)
-    assert {"student", "assignment", "submission", "score", "max_score", "late", "problems"} <= lines[0].keys()
-    assert lines[0]["submission"]["received"] == "2023-11-14T22:13:20+00:00"
+    line, *others = map(json.loads, results_jsonl(results).splitlines())
+    assert {"student", "assignment", "submission", "score", "max_score", "late", "problems"} <= line.keys()
+    assert (line["submission"]["received"], len(others)) == ("2023-11-14T22:13:20+00:00", len(STUDENTS) - 1)
     of_a_part = {"name", "outcome", "points", "max_points", "reason", "mistake", "followed_from", "certificate"}
-    assert of_a_part <= lines[0]["problems"][0]["parts"][0].keys()
-    table = list(csv.DictReader(grades_csv(results, assignment.roster).splitlines()))
-    assert (table[0]["name"], table[1]["status"]) == ("'=Name s01", "missing")
-    assert {"student", "p1.position", "p2.joint-rates", "score", "max_score", "percent", "note"} <= table[0].keys()
+    assert of_a_part <= line["problems"][0]["parts"][0].keys()
+    row, other, *_ = csv.DictReader(grades_csv(results, assignment.roster).splitlines())
+    assert (row["name"], other["status"]) == ("'=Name s01", "missing")
+    assert {"student", "p1.position", "p2.joint-rates", "score", "max_score", "percent", "note"} <= row.keys()
 
 
 def test_odd_notebooks_are_told_to_the_staff(assignment: Assignment) -> None:
@@ -279,10 +256,8 @@ def test_odd_notebooks_are_told_to_the_staff(assignment: Assignment) -> None:
     hand_in(assignment, "s04/hw.ipynb", full.replace(assignment.digest, "0" * 16).replace('"s02"', '"s04"'))
     results = list(grade(assignment).values())
     table = list(csv.DictReader(grades_csv(results, assignment.roster).splitlines()))
-    for row, said in zip(
-        table, ("handed out to 's02'", "2 notebooks", "with the solutions", OTHER_EDITION), strict=False
-    ):
-        assert said in row["note"]
+    for row, words in zip(table, ("'s02'", "2 notebooks", "solutions", OTHER_EDITION), strict=False):
+        assert words in row["note"]
     assert table[4]["note"] == ""
     assert "another version" in results[3]["notes"][0]
 

@@ -84,15 +84,11 @@ ONCE = {"settled", "made a line", "made a row", "made a page"}
 """Where what stands for the student goes the same way as what failed did."""
 
 KINDS = {
-    "run": MemoryError, "marked": RecursionError, "judged": OverflowError, "regenerated": QdotError, "read": OSError,
-    "looked into": UnicodeEncodeError,
+    "run": MemoryError(PLANTED), "marked": RecursionError(PLANTED), "judged": OverflowError(PLANTED),
+    "regenerated": QdotError(PLANTED), "read": OSError(PLANTED),
+    "looked into": UnicodeEncodeError("utf-8", PLANTED, 0, 1, PLANTED),
 }  # fmt: skip
-"""Of which kind the fault is, where it is no KeyError."""
-
-
-def fault(step: str) -> Exception:
-    kind = KINDS.get(step, KeyError)
-    return kind("utf-8", PLANTED, 0, 1, PLANTED) if kind is UnicodeEncodeError else kind(PLANTED)
+"""What the fault is, where it is no KeyError."""
 
 
 @pytest.mark.parametrize("step", STEPS)
@@ -109,7 +105,7 @@ def test_a_fault_in_any_step_is_its_students_alone(
         is_told = step in ONCE and "qdot could not grade this" in repr(about)
         if (any(map(is_victims, about)) or current[0] == VICTIM) and not whole and not is_told:
             failed.append(step)
-            raise fault(step)
+            raise KINDS.get(step, KeyError(PLANTED))
         return real(*about, **options)
 
     def told(*about: Any, **options: Any) -> Any:
@@ -175,11 +171,6 @@ def junk(place: str) -> Callable[[Path], None]:
     return make
 
 
-def links(submitted: Path) -> None:
-    for name in ("s03/a.ipynb", "s03/folder", "stray"):
-        (submitted / name).symlink_to("x" * 300)
-
-
 def as_a_platforms(submitted: Path) -> None:
     """A student's folder with a file that is called as that of a platform is."""
     for student in ("s01", "s02"):
@@ -188,7 +179,7 @@ def as_a_platforms(submitted: Path) -> None:
     (submitted / "s03" / "submission_metadata.yml").write_text("submission_7:\n")
 
 
-PLACED: dict[str, tuple[Callable[[Path], None], str]] = {
+PLACED: dict[str, tuple[Callable[[Path], object], str]] = {
     **{
         place: (junk(place), "")
         for place in ("s01/L\udcf6sung.txt", "s01/L\udcf6s/hw.ipynb", "L\udcf6sung.ipynb", "s02_\udcf6/a.ipynb")
@@ -196,7 +187,10 @@ PLACED: dict[str, tuple[Callable[[Path], None], str]] = {
     },
     "deep folders": (nested("d", 1200), ""),
     "a path that is too long": (nested("d" * 200, 25), "File name too long"),
-    "links to a name that is too long": (links, "symbolic link"),
+    "links to a name that is too long": (
+        lambda submitted: [(submitted / name).symlink_to("x" * 300) for name in ("s03/a.ipynb", "s03/folder", "stray")],
+        "symbolic link",
+    ),
     "a platform's file": (as_a_platforms, ""),
 }
 

@@ -73,18 +73,6 @@ def tampered(part: Any, **others: Any) -> Change:
     return lambda cells: cells[JACOBIAN]["metadata"].update(qdot={"part": part, **others})
 
 
-def unmarked(cells: Cells) -> None:
-    del cells[JACOBIAN]["metadata"]["qdot"]
-
-
-def as_markdown(cells: Cells) -> None:
-    cells[JACOBIAN]["cell_type"] = "markdown"
-
-
-def as_raw_without_metadata(cells: Cells) -> None:
-    cells[JACOBIAN] = text(cells[JACOBIAN]["source"], "raw")
-
-
 def as_markdown_with_prose(cells: Cells) -> None:
     cells[JACOBIAN] = text(f"My answer:\n\n```python\n{cells[JACOBIAN]['source']}\n```\nI hope it's right!")
 
@@ -113,11 +101,6 @@ def named_j_and_shown(cells: Cells) -> None:
 def answer_moved_to_a_new_cell(cells: Cells) -> None:
     cells.append(code(cells[JACOBIAN]["source"]))
     cells[JACOBIAN]["source"] = "scratch = 5"
-
-
-def stripped(cells: Cells) -> None:
-    for cell in cells:
-        cell["metadata"] = {}
 
 
 def helper_below(cells: Cells) -> None:
@@ -165,6 +148,8 @@ def another_parts_name(cells: Cells) -> None:
 ZEROS, ANSWER = "p1_jacobian = Matrix([[0, 0], [0, 0]])", "p1.jacobian"
 BLANK = "p1_jacobian = Matrix([[blank, blank], [blank, blank]])"
 PROSE = r"The Jacobian is $J = \begin{bmatrix} 1 \end{bmatrix}$, isn't it?"
+unmarked: Change = lambda cells: cells[JACOBIAN]["metadata"].pop("qdot")  # noqa: E731
+as_markdown: Change = lambda cells: cells[JACOBIAN].update(cell_type="markdown")  # noqa: E731
 named_j = all_of(named("J"), added("J = 5"))
 several_answer_cells = all_of(named_j, added("J = 3", ANSWER, JACOBIAN), added("J.det()", ANSWER))
 WRONG, MISSING = ["correct", "wrong", "correct"], ["correct", "missing", "correct"]
@@ -197,11 +182,11 @@ CASES: dict[str, tuple[Change, list[str], str, str]] = {
     ),
     "the answer in a new cell": (answer_moved_to_a_new_cell, RIGHT, "p1_jacobian cell 6 cell 4", ""),
     "retyped to Markdown": (as_markdown, RIGHT, "cell 4 p1_jacobian", ""),
-    "retyped to raw, metadata lost": (as_raw_without_metadata, RIGHT, "cell 4 text", ""),
+    "retyped to Markdown, metadata lost": (all_of(as_markdown, unmarked), RIGHT, "cell 4 text", ""),
     "fenced among prose": (as_markdown_with_prose, RIGHT, "cell 4 text", ""),
     "retyped and renamed": (all_of(as_markdown, named("J")), RIGHT, "cell 4 text J,", ""),
     "prose": (all_of(as_markdown, written(PROSE)), MISSING, "", "cell 4 text"),
-    "metadata stripped": (stripped, RIGHT, "", ""),
+    "metadata stripped": (lambda cells: [cell.update(metadata={}) for cell in cells], RIGHT, "", ""),
     "a helper below": (helper_below, RIGHT, "cell 4 NameError: 'helper'", ""),
     "deleted": (lambda cells: cells.pop(JACOBIAN), MISSING, "", "p1_jacobian"),
     "emptied": (written("\n"), MISSING, "", "p1_jacobian"),
@@ -225,6 +210,7 @@ CASES: dict[str, tuple[Change, list[str], str, str]] = {
     "another name above magics": (only_help_below_j, RIGHT, "p1_jacobian J,", ""),
     "another name below a magic": (named("%%time\nx = !ls\nJ"), RIGHT, "p1_jacobian J,", ""),
     "another name below two magics": (named("%%time\n!ls\nJ"), RIGHT, "p1_jacobian J,", ""),
+    "the process ended": (added("import os; os._exit(0)"), RIGHT, "cell 6", ""),
     "cells merged": (merged, RIGHT, "", ""),
     "a part that isn't asked": (tampered("p9.jacobian"), RIGHT, "marked p9.jacobian", ""),
     "a part that is a path": (tampered("../x\n"), RIGHT, "marked ../x\N{REPLACEMENT CHARACTER}", ""),
@@ -254,7 +240,8 @@ def graded(assignment: Assignment) -> dict[str, Result]:
 @pytest.mark.parametrize("case", CASES)
 def test_every_answer_that_is_there_is_read(graded: dict[str, Result], case: str) -> None:
     _, due, note, reason = CASES[case]
-    result = graded[case]
+    result, honest = graded[case], graded["honest"]
+    assert outcomes(honest) == RIGHT and not honest["staff_notes"]  # a fellow student is graded as ever
     assert outcomes(result) == due, reasons(result)
     assert (result["score"], result["max_score"]) == (sum((1, 2, 1)[k] for k in range(3) if due[k] == "correct"), 4)
     staff = result["staff_notes"] if "metadata" in note or "marked" in note else ()
@@ -267,31 +254,7 @@ def has_words(texts: Iterable[str], words: str) -> bool:
     return any(all(word in each for word in words.split()) for each in texts)
 
 
-def test_a_fellow_student_is_graded_as_ever(graded: dict[str, Result]) -> None:
-    assert outcomes(graded["honest"]) == RIGHT and not graded["honest"]["staff_notes"]
-
-
 # --- random edits ---
-
-
-def duplicate(cells: Cells, rng: random.Random) -> None:
-    cells.insert(rng.randrange(len(cells) + 1), deepcopy(rng.choice(cells)))
-
-
-def delete(cells: Cells, rng: random.Random) -> None:
-    del cells[rng.randrange(len(cells))]
-
-
-def reorder(cells: Cells, rng: random.Random) -> None:
-    cells.insert(rng.randrange(len(cells)), cells.pop(rng.randrange(len(cells))))
-
-
-def strip(cells: Cells, rng: random.Random) -> None:
-    rng.choice(cells)["metadata"] = {}
-
-
-def retype(cells: Cells, rng: random.Random) -> None:
-    rng.choice(cells)["cell_type"] = rng.choice(["code", "markdown", "raw"])
 
 
 def rename(cells: Cells, rng: random.Random) -> None:
@@ -299,17 +262,14 @@ def rename(cells: Cells, rng: random.Random) -> None:
     cell["source"] = re.sub(r"^p1_\w+ =", rng.choice(["J =", "p1_answer =", "P1_Jacobian ="]), cell["source"])
 
 
-def downgrade(text_of_notebook: dict[str, Any], rng: random.Random) -> dict[str, Any]:
-    """Return a notebook as versions 3 and 4.0 have it."""
-    if rng.random() < 0.5:
-        return {**text_of_notebook, "nbformat_minor": 0}
-    cells = [
-        {**cell, "input": cell["source"]} if cell["cell_type"] == "code" else cell for cell in text_of_notebook["cells"]
-    ]
-    for cell in cells:
-        if cell["cell_type"] == "code":
-            cell.pop("source")
-    return {"metadata": {}, "nbformat": 3, "nbformat_minor": 0, "worksheets": [{"cells": cells, "metadata": {}}]}
+EDITS: list[Callable[[Cells, random.Random], object]] = [
+    lambda cells, rng: cells.insert(rng.randrange(len(cells) + 1), deepcopy(rng.choice(cells))),
+    lambda cells, rng: cells.pop(rng.randrange(len(cells))),
+    lambda cells, rng: cells.insert(rng.randrange(len(cells)), cells.pop(rng.randrange(len(cells)))),
+    lambda cells, rng: rng.choice(cells).update(metadata={}),
+    lambda cells, rng: rng.choice(cells).update(cell_type=rng.choice(["code", "markdown", "raw"])),
+    rename,
+]
 
 
 @pytest.fixture(scope="module")
@@ -321,8 +281,6 @@ def sandbox() -> Any:
 @settings(max_examples=40)
 @given(seed=st.integers(0, 10**9))
 def test_no_edit_loses_an_answer_silently(assignment: Assignment, sandbox: Sandbox, seed: int) -> None:
-    import json
-
     rng = random.Random(seed)
     cells = right_cells(assignment, "s00")
     due = {part: cells[place]["source"] for part, place in zip(PARTS, (POSITION, JACOBIAN, DETERMINANT), strict=True)}
@@ -331,9 +289,9 @@ def test_no_edit_loses_an_answer_silently(assignment: Assignment, sandbox: Sandb
     )
     for _ in range(rng.randrange(1, 5)):
         if cells:
-            rng.choice([duplicate, delete, reorder, strip, retype, rename])(cells, rng)
-    edited = downgrade(json.loads(notebook(assignment, "s00", cells)), rng)
-    found = find_answers(read_cells("hw.ipynb", json.dumps(edited).encode()).cells, PARTS, sandbox.run)
+            rng.choice(EDITS)(cells, rng)
+    edited = notebook(assignment, "s00", cells)
+    found = find_answers(read_cells("hw.ipynb", edited.encode()).cells, PARTS, sandbox.run)
     for part in due:
         name = variable(*part.split("."))
         told = any(name in note for note in found.notes) or found.reasons.get(name)
@@ -411,17 +369,14 @@ def test_what_is_deep_or_long_is_run_though_it_is_not_looked_into(sandbox: Sandb
 
 @pytest.mark.parametrize("change", [first_cell_stops, first_cell_lacks_a_library, habits])
 def test_a_student_is_told_beforehand_what_the_first_cell_lacks(
-    assignment: Assignment, tmp_path: Path, change: Callable[[Cells], None]
+    assignment: Assignment, tmp_path: Path, change: Change
 ) -> None:
     """`qdot check` knows the symbols of the problem by what the notebook says of them."""
-    path = tmp_path / "hw.ipynb"
-    path.write_text(right(assignment, "s00", change))
-    checked = check_notebook(path)
+    (tmp_path / "hw.ipynb").write_text(right(assignment, "s00", change))
+    checked = check_notebook(tmp_path / "hw.ipynb")
     missing = [row.said for row in checked.rows if not row.readable]
-    if change is habits:
-        assert (missing, checked.notes) == ([], ())
-    else:
-        (note,), (said,) = checked.notes, missing
+    assert len(missing) == len(checked.notes) == (change is not habits)
+    for note, said in zip(checked.notes, missing, strict=True):
         assert note.startswith("cell 2 ") and said.endswith(note) and "NameError" in said
 
 

@@ -4,7 +4,6 @@ import importlib
 import json
 import os
 import re
-import shutil
 import signal
 import subprocess
 import sys
@@ -14,6 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import psutil  # type: ignore[import-untyped]
 import pytest
 
 from exercises.answers import Matrix
@@ -25,17 +25,18 @@ from tests.support.command import fails, run, runner
 from tests.support.handing_in import TOML
 from tests.support.suites import several
 
-ELBOW = """name = "elbow"
-task = ["vx", "vy", "vz"]
-""" + "".join(
-    f'[[joint]]\nkind = "R"\ntheta = "theta{i}"\nd = {d}\na = "a{i}"\nalpha = {alpha}\n'
-    for i, d, alpha in ((1, '"d1"', '"-pi/2"'), (2, 0, 0), (3, 0, 0))
-)
+
+def robot_of(task: str, *rows: tuple[str, str]) -> str:
+    """Return a robot's file, with d and alpha of every joint."""
+    joints = [
+        f'[[joint]]\nkind = "R"\ntheta = "theta{i}"\nd = {d}\na = "a{i}"\nalpha = {alpha}\n'
+        for i, (d, alpha) in enumerate(rows, 1)
+    ]
+    return f'name = "elbow"\ntask = {task}\n{"".join(joints)}'
 
 
-PLANAR = """name = "planar"
-task = ["vx", "vy"]
-""" + "".join(f'[[joint]]\nkind = "R"\ntheta = "theta{i}"\nd = 0\na = "a{i}"\nalpha = 0\n' for i in (1, 2))
+ELBOW = robot_of('["vx", "vy", "vz"]', ('"d1"', '"-pi/2"'), ("0", "0"), ("0", "0"))
+PLANAR = robot_of('["vx", "vy"]', ("0", "0"), ("0", "0"))
 
 
 def test_help_lists_every_command_and_each_explains_itself() -> None:
@@ -56,7 +57,7 @@ def test_families_and_questions() -> None:
     assert hard["planar-2r"] < hard["elbow-3r"]
 
 
-@pytest.mark.parametrize("like", ["planar-rpr", "random-2"])
+@pytest.mark.parametrize("like", several(["planar-rpr"], ["planar-rpr", "random-2"]))
 def test_a_family_that_is_new_in_the_registry_is_listed_without_more_ado(
     monkeypatch: pytest.MonkeyPatch, like: str
 ) -> None:
@@ -70,9 +71,7 @@ def test_a_family_that_is_new_in_the_registry_is_listed_without_more_ado(
     assert re.search(r"\n  my-arm +[RPvaried]+ .* my arm; ", run("families"))
 
 
-@pytest.mark.parametrize(
-    "family", several(["planar-2r", "random-2"], ["planar-2r", "elbow-3r", "scara-rrrp", "random-3"])
-)
+@pytest.mark.parametrize("family", several(["random-2"], ["planar-2r", "elbow-3r", "scara-rrrp", "random-3"]))
 def test_show_json_has_the_contracts_shape(family: str) -> None:
     shown = json.loads(run("show", f"{family}/7", "--solution", "--format", "json"))
     assert set(shown) >= {"id", "family", "seed", "engine", "robot", "symbols", "parts", "certificate"}
@@ -271,18 +270,6 @@ def test_what_was_only_completed_need_not_be_handed_out_anew(folder: Path) -> No
     assert result.stderr == ""
 
 
-def test_another_assignment_toml_is_told_in_one_line(folder: Path, tmp_path: Path) -> None:
-    for name in ("released", "solutions"):
-        shutil.copytree(folder / name, tmp_path / name)
-    for name in ("assignment.toml", "roster.csv", "secret.txt"):
-        shutil.copy(folder / name, tmp_path / name)
-    toml = tmp_path / "assignment.toml"
-    toml.write_text(toml.read_text().replace('"jacobian"', '"joint-axes"'))
-    result = runner.invoke(app, ["grade", str(tmp_path), str(tmp_path / "solutions"), "--jobs", "1"])
-    assert result.stderr.count("2 of 2 notebooks were made from another assignment.toml, redrawn.csv or secret") == 1
-    assert "s001: the notebook is the staff's" in result.stderr
-
-
 def test_check_calls_a_list_of_conditions_no_matrix(tmp_path: Path) -> None:
     text = run("show", "planar-2r/7", "--questions", "jacobian,singular-angles", "--solution", "--format", "ipynb")
     (tmp_path / "n.ipynb").write_text(text)
@@ -293,7 +280,7 @@ def test_check_calls_a_list_of_conditions_no_matrix(tmp_path: Path) -> None:
 
 def test_a_terminal_without_unicode_is_no_failure() -> None:
     shown = subprocess.run(
-        [sys.executable, "-m", "grader.cli", "show", "planar-2r/7"],
+        [sys.executable, "-m", "grader.cli", "show", "planar-2r/7", "--questions", "position"],
         capture_output=True, env={**os.environ, "PYTHONIOENCODING": "ascii"}, timeout=60,
     )  # fmt: skip
     assert shown.returncode == 0, shown.stderr
@@ -340,35 +327,33 @@ def wait_for(when: float | str, folder: Path) -> None:
         time.sleep(0.02)
 
 
-def alive(group: int) -> list[str]:
-    """Return what runs in a process group; an ended process that nobody has asked for doesn't."""
-    listed = subprocess.run(["ps", "-A", "-o", "pgid=,stat=,command="], capture_output=True, text=True, check=True)
-    rows = [line.split(None, 2) for line in listed.stdout.splitlines()]
-    return [row[-1] for row in rows if row[0] == str(group) and not row[1].startswith("Z")]
-
-
 def all_gone(group: int) -> None:
     """Hold that no process of a group is left, within a time that a busy machine needs, too."""
     deadline = time.monotonic() + 5
-    while left := alive(group):
+    while left := [each for each in psutil.process_iter(["status"]) if is_alive(each, group)]:
         assert time.monotonic() < deadline, left
         time.sleep(0.05)
 
 
+def is_alive(process: psutil.Process, group: int) -> bool:
+    """Return whether a process of a group runs; an ended one that nobody has asked for doesn't."""
+    try:
+        return os.getpgid(process.pid) == group and process.status() != psutil.STATUS_ZOMBIE
+    except (OSError, psutil.Error):
+        return False
+
+
 GO_ON = b"run the same command again to go on"
 BEGIN_AGAIN = b"--from SEED"
-STOPS = [
-    ("generate", "group", signal.SIGINT, AT_WORK), ("generate", "parent", signal.SIGTERM, AT_WORK),
-    ("verify", "parent", signal.SIGTERM, 0.3), ("generate", "group", signal.SIGINT, 0.3),
-    ("generate", "group", signal.SIGINT, 1.2), ("generate", "group", signal.SIGINT, 4),
-    ("generate", "parent", signal.SIGTERM, 0.3), ("generate", "group", signal.SIGTERM, 0.3),
-    ("generate", "group", signal.SIGTERM, AT_WORK), ("generate", "parent", signal.SIGTERM, 4),
-    ("generate", "group", signal.SIGTERM, 4), ("verify", "parent", signal.SIGTERM, 4),
-]  # fmt: skip
+STOPS: list[tuple[str, str, signal.Signals, float | str]] = [
+    ("generate", "group", signal.SIGINT, AT_WORK),
+    *(("generate", "group", signal.SIGINT, when) for when in (0.3, 1.2, 4)),
+    *(("generate", whom, signal.SIGTERM, when) for whom in ("parent", "group") for when in (AT_WORK, 0.3, 4)),
+    *(("verify", "parent", signal.SIGTERM, when) for when in (0.3, 4)),
+]
 """Stopped while modules are loaded, at 0.3 s, or while problems are made; `make test` takes the first alone."""
 
 
-@pytest.mark.skipif(shutil.which("ps") is None, reason="needs ps")
 @pytest.mark.parametrize(("command", "whom", "number", "when"), several(STOPS[:1], STOPS))
 @pytest.mark.usefixtures("ctrl_c")
 def test_a_stop_ends_everything_at_once_in_one_line(

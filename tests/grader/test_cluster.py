@@ -35,6 +35,7 @@ from grader.reports.tables import grades_csv, results_jsonl
 from grader.sandbox import Limits
 from grader.submission import find_submissions
 from tests.support import ROOT
+from tests.support.command import fails, run
 from tests.support.handing_in import UNCERTIFIED
 
 pytestmark = [
@@ -49,6 +50,7 @@ family = "planar-2r"
 questions = ["position", "determinant"]
 """
 STUDENTS = [f"s{i}" for i in range(9)]
+OPTIONS = ("--seconds", "60", "--jobs", "1")
 LIMITS = Limits(seconds=60.0, cell_seconds=30.0)  # as --seconds 60 makes them
 DEADLY = "import os\nos.kill(os.getppid(), 9)\n"
 
@@ -201,9 +203,9 @@ def started(*arguments: str, cwd: Path, pythonpath: Path = ROOT) -> Iterator["su
     """Run one of Dask's programs; in the end, nothing of it is left."""
     dasks = {"DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "0", "TMPDIR": str(cwd)}
     environment = {**os.environ, "PYTHONPATH": str(pythonpath), **dasks}
-    run = [sys.executable, "-m", *arguments]
+    command = [sys.executable, "-m", *arguments]
     with (cwd / "log").open("ab") as log:
-        process = subprocess.Popen(run, cwd=cwd, env=environment, stdout=log, stderr=log, start_new_session=True)
+        process = subprocess.Popen(command, cwd=cwd, env=environment, stdout=log, stderr=log, start_new_session=True)
     try:
         yield process
     finally:
@@ -258,9 +260,7 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 
 
 def grade(folder: Path, address: str, *options: str) -> Result:
-    return CliRunner().invoke(
-        app, ["grade", str(folder), "--executor", address, "--seconds", "60", "--jobs", "1", *options]
-    )
+    return CliRunner().invoke(app, ["grade", str(folder), "--executor", address, *OPTIONS, *options])
 
 
 @pytest.mark.integration
@@ -273,8 +273,7 @@ def test_a_cluster_gives_what_a_run_on_one_process_gives(
     assert "Traceback" not in result.stderr and "distributed" not in result.stderr
     assert without_pages(reports(folder)) == undisturbed
     local = Path(shutil.copytree(handed_in, tmp_path / "local"))
-    options = ("--seconds", "60", "--jobs", "1")
-    on_one = CliRunner().invoke(app, ["grade", str(local), *options])
+    on_one = CliRunner().invoke(app, ["grade", str(local), *OPTIONS])
     assert on_one.stdout.replace(str(local), str(folder)) == result.stdout
     assert reports(local) == reports(folder)
 
@@ -348,10 +347,9 @@ NO_SHARES = ("0/2", "3/2", "1", "a/b", "1/0", "-1/2")
     ],
 )
 def test_what_cannot_be_done_is_told_in_one_line(folder: Path, options: tuple[str, ...], words: str) -> None:
-    result = CliRunner().invoke(app, ["grade", str(folder), *options])
-    assert (result.exit_code, result.stderr.count("\n")) == (2, 1)
-    assert result.stderr.startswith("qdot: ") and all(word in result.stderr for word in words.split())
-    assert not (folder / "graded").exists()
+    message = fails("grade", folder, *options)
+    assert message.startswith("qdot: ") and all(word in message for word in words.split())
+    assert not (folder / "graded" / "results.jsonl").exists()
 
 
 def test_where_no_scheduler_answers_is_told(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -371,10 +369,9 @@ def test_where_no_scheduler_answers_is_told(folder: Path, monkeypatch: pytest.Mo
 
 
 def test_shares_put_together_are_the_whole(folder: Path, undisturbed: dict[str, bytes], tmp_path: Path) -> None:
-    options = ("--seconds", "60", "--jobs", "1")
     for share in ("1/2", "2/2"):
         machine = Path(shutil.copytree(folder, tmp_path / share[0]))
-        done = CliRunner().invoke(app, ["grade", str(machine), "--share", share, *options])
+        done = CliRunner().invoke(app, ["grade", str(machine), "--share", share, *OPTIONS])
         assert (done.exit_code, done.stdout.split(":")[0]) == (0, f"share {share}")
         assert [path.name for path in (machine / "graded").iterdir()] == [".cache"]
     for share in "12":
@@ -385,52 +382,23 @@ def test_shares_put_together_are_the_whole(folder: Path, undisturbed: dict[str, 
     assert kept_in(folder).items() >= kept.items()
 
 
-def test_shares_are_graded_in_one_folder_at_once_and_beside_nothing_else(folder: Path) -> None:
-    """As on a disk that machines have in common."""
-    refused = "another 'qdot grade'"
-
-    def said(*options: str) -> tuple[int, str]:
-        done = CliRunner().invoke(app, ["grade", str(folder), "--jobs", "1", *options])
-        return done.exit_code, done.output
-
-    with alone(folder, but_for_shares=True):
-        code, text = said("--share", "9/9")
-        assert (code, text.split(",")[0]) == (0, "share 9/9: 1 students graded")
-        assert refused in said()[1]
-    with alone(folder):
-        assert refused in said("--share", "9/9")[1]
-
-
-SBATCH = """#!/bin/bash
-# As Slurm's: the jobs of an array are started at once, each with its number; what depends on them begins afterwards.
-for word; do
-  case "$word" in
-    --array=1-*) last="${word##*-}";;
-    --dependency=*) test "$word" = "--dependency=afterany:7" || exit 1;;
-  esac
-done
-wrapped="${@: -1}"
-for ((task = 1; task <= ${last:-1}; task++)); do SLURM_ARRAY_TASK_ID="$task" sh -c "$wrapped" >>log 2>&1 & done
-wait
-case " $* " in *" --parsable "*) echo 7;; esac
-"""
-
-
-@pytest.mark.integration
-def test_slurms_lines_of_the_page_grade_the_class(folder: Path, undisturbed: dict[str, bytes], tmp_path: Path) -> None:
+def test_slurms_lines_of_the_page_grade_the_class(folder: Path, undisturbed: dict[str, bytes]) -> None:
+    """An array of jobs, each with its number, and after any end of them the job that writes the reports."""
     page = (ROOT / "docs" / "many-submissions.md").read_text(encoding="utf-8")
     (lines,) = re.findall(r"(?ms)^```bash\n(job=.*?)^```", page)
-    place = tmp_path / "login"
-    (place / "bin").mkdir(parents=True)
-    (place / "homework").symlink_to(folder)
-    again = f'#!/bin/sh\nexec {sys.executable} -m grader.cli "$@" --seconds 60\n'
-    for name, text in (("sbatch", SBATCH), ("qdot", again)):
-        (place / "bin" / name).write_text(text)
-        (place / "bin" / name).chmod(0o755)
-    path = f"{place / 'bin'}{os.pathsep}{os.environ['PATH']}"
-    command = lines.replace("1-20", "1-2").replace("/20", "/2")
-    environment = {**os.environ, "PATH": path, "PYTHONPATH": str(ROOT)}
-    done = subprocess.run(["bash", "-e", "-c", command], cwd=place, env=environment, capture_output=True, text=True)
-    log = (place / "log").read_text()
-    assert done.returncode == 0 and "share 1/2: 5 students" in log and "share 2/2: 4 students" in log, log
+    assert re.search(r"^job=\$\(sbatch --parsable --array=1-20 ", lines) and '--dependency="afterany:$job"' in lines
+    share, whole = re.findall(r"--wrap 'qdot (.*?)'", lines)
+    jobs = [share.replace("$SLURM_ARRAY_TASK_ID/20", f"{task}/2") for task in (1, 2)]
+    for job in (*jobs, whole):
+        words = [str(folder) if word == "homework" else word for word in job.split()]
+        assert CliRunner().invoke(app, [*words, *OPTIONS]).exit_code == 0
     assert {name: data for name, data in reports(folder).items() if name in undisturbed} == undisturbed
+
+
+def test_shares_are_graded_in_one_folder_at_once_and_beside_nothing_else(folder: Path) -> None:
+    """As on a disk that machines have in common."""
+    with alone(folder, but_for_shares=True):
+        assert run("grade", folder, "--share", "9/9", "--jobs", "1").startswith("share 9/9: 1 students graded")
+        assert "another 'qdot grade'" in fails("grade", folder, "--jobs", "1")
+    with alone(folder):
+        assert "another 'qdot grade'" in fails("grade", folder, "--share", "9/9", "--jobs", "1")

@@ -1,9 +1,6 @@
 """No problem blocks a class: what can't be certified is drawn anew, and at last left out and told; by faults put in."""
 
 import json
-import subprocess
-import sys
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -25,9 +22,9 @@ from exercises.store import kept
 from exercises.stream import Stream
 from exercises.verify import CHECKS
 from exercises.verify.numeric_reference import Check, NumericReference
+from grader.certify import CERTIFIER
 from grader.cli import app
 from grader.demo import answered
-from tests.support import ROOT
 from tests.support.command import fails, run, runner
 from tests.support.handing_in import one_sandbox
 
@@ -237,40 +234,26 @@ def test_a_notebook_that_cannot_be_written_is_one_students(folder: Path, monkeyp
     assert set(notebooks(folder)) == set(STUDENTS) - {"s2"}
 
 
-DRIVER = """
-import sys
-sys.path.insert(0, {root!r})
-from exercises.verify import CHECKS
-from exercises.verify.numeric_reference import Check
+def test_a_run_that_is_stopped_goes_on_to_the_very_same(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What was handed out before is not another afterwards."""
+    put_in(monkeypatch, odd)
+    whole, told = a_class(tmp_path / "whole"), list[release.Released]()
+    generate(whole)
 
-def check(numeric, part):
-    yield Check("fault", numeric.problem.id.seed % 2 == 0, "put in")
+    def stop(made: release.Released) -> None:
+        told.append(made)
+        if len(told) == 3:
+            raise KeyboardInterrupt
 
-CHECKS["determinant"] = check
-if __name__ == "__main__":
-    from grader.cli import main
-    main()
-"""
-
-
-@pytest.mark.whole
-def test_a_run_that_is_killed_goes_on_to_the_very_same(tmp_path: Path) -> None:
-    """On two processes; what was handed out before is not another afterwards."""
-    driver = tmp_path / "driver.py"
-    driver.write_text(DRIVER.format(root=str(ROOT)))
-    killed, whole = a_class(tmp_path / "killed"), a_class(tmp_path / "whole")
-    command = [sys.executable, str(driver), "generate"]
-    subprocess.run([*command, str(whole), "--jobs", "2"], check=True, capture_output=True)
-    assert read_redrawn(whole)
-    with subprocess.Popen([*command, str(killed), "--jobs", "2"], stderr=subprocess.DEVNULL) as run_to_kill:
-        while run_to_kill.poll() is None and not (killed / "redrawn.csv").exists():
-            time.sleep(0.01)
-        run_to_kill.kill()
-    there = notebooks(killed)
-    subprocess.run([*command, str(killed), "--jobs", "1"], check=True, capture_output=True)
-    assert notebooks(killed) == notebooks(whole)
-    assert there.items() <= notebooks(killed).items()
-    assert (killed / "redrawn.csv").read_bytes() == (whole / "redrawn.csv").read_bytes()
+    with pytest.raises(KeyboardInterrupt):
+        release.release(load_assignment(folder), CERTIFIER, 1, stop)
+    there = notebooks(folder)
+    assert there and len(there) < len(STUDENTS)
+    generate(folder)
+    assert notebooks(folder) == notebooks(whole) and there.items() <= notebooks(folder).items()
+    assert (folder / "redrawn.csv").read_bytes() == (whole / "redrawn.csv").read_bytes()
 
 
 def test_exports_hand_out_and_take_along_the_same_draws(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

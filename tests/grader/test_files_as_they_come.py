@@ -8,14 +8,14 @@ import stat
 import tarfile
 import time
 import zipfile
-from collections.abc import Callable, Collection, Sequence
-from functools import cache
+from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from exercises.assignment import Assignment, Student
+from grader import archives
 from grader.cells import Unreadable, read_cells
 from grader.finding import find_answers
 from grader.reports.tables import status
@@ -166,20 +166,22 @@ def zip_bomb(_: str) -> bytes:
     return of_members(("hw.ipynb", bytes(300_000_000)))
 
 
+def patched(made: bytes, directory: int, local: int, field: bytes) -> bytes:
+    """Change a field of both headers of a zip's only member."""
+    changed = bytearray(made)
+    for mark, at in ((b"PK\1\2", directory), (b"PK\3\4", local)):
+        place = changed.index(mark) + at
+        changed[place : place + len(field)] = field
+    return bytes(changed)
+
+
 def lying_zip(_: str) -> bytes:
     """A zip whose directory says that the notebook in it has ten bytes."""
-    made = bytearray(of_members((HW, "{" + " " * 5_000_000 + "}")))
-    for mark, at in ((b"PK\1\2", 24), (b"PK\3\4", 22)):
-        place = made.index(mark) + at
-        made[place : place + 4] = (10).to_bytes(4, "little")
-    return bytes(made)
+    return patched(of_members((HW, "{" + " " * 5_000_000 + "}")), 24, 22, (10).to_bytes(4, "little"))
 
 
 def encrypted(text: str) -> bytes:
-    made = bytearray(of_members((HW, text)))
-    for mark, at in ((b"PK\1\2", 8), (b"PK\3\4", 6)):
-        made[made.index(mark) + at] |= 1
-    return bytes(made)
+    return patched(of_members((HW, text)), 8, 6, b"\1")
 
 
 def zip_with_link(text: str) -> bytes:
@@ -372,41 +374,22 @@ def graded(cases: Collection[str], folder: Path) -> dict[str, Result]:
 
 CLASSES = [list(CASES)[first::8] for first in range(8)]
 """Cases whose files a class hands in: in one class of all of them, whoever is first waits for everybody."""
-CLASSES_TAKEN = several(CLASSES[:1], CLASSES)
 
 
-@pytest.fixture(scope="module")
-def results_of(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], dict[str, Result]]:
-    """Return the results of the class in which a case is, graded when it is asked for."""
-
-    @cache
-    def of_class(number: int) -> dict[str, Result]:
-        return graded(CLASSES[number], tmp_path_factory.mktemp("files"))
-
-    return lambda case: of_class(next(number for number, cases in enumerate(CLASSES) if case in cases))
-
-
-@pytest.mark.parametrize("case", [case for cases in CLASSES_TAKEN for case in cases])
-def test_every_file_gets_its_verdict(case: str, results_of: Callable[[str], dict[str, Result]]) -> None:
-    _, due, words = CASES[case]
-    result = results_of(case)[case]
-    told = [result["obstacle"] or "", *result["notes"]]
-    assert outcomes(result) == due, told
-    assert result["score"] == (4 if due == ALL else 0)
-    if words:
-        assert any(all(word in each for word in words.split()) for each in told), told
-    else:
-        assert not result["staff_notes"]
-    assert not any(ch in each for each in told for ch in "\n\x1b")
-    assert due == ALL or status(result) == ("unusable" if words else "graded")
-
-
-@pytest.mark.parametrize("cases", CLASSES_TAKEN)
-def test_a_fellow_student_is_graded_as_ever(
-    cases: Sequence[str], results_of: Callable[[str], dict[str, Result]]
-) -> None:
-    honest = results_of(cases[0])["honest"]
-    assert outcomes(honest) == RIGHT and not honest["staff_notes"]
+@pytest.mark.parametrize("cases", several(CLASSES[:1], CLASSES), ids=lambda cases: cases[0])
+def test_every_file_gets_its_verdict(cases: list[str], tmp_path: Path) -> None:
+    results = graded(cases, tmp_path)
+    honest = results["honest"]
+    assert outcomes(honest) == RIGHT and not honest["staff_notes"]  # everybody else is graded as ever
+    for case in cases:
+        _, due, words = CASES[case]
+        told = [results[case]["obstacle"] or "", *results[case]["notes"]]
+        assert outcomes(results[case]) == due, (case, told)
+        assert results[case]["score"] == (4 if due == ALL else 0), case
+        has_words = any(all(word in each for word in words.split()) for each in told)
+        assert has_words if words else not results[case]["staff_notes"], (case, told)
+        assert not any(ch in each for each in told for ch in "\n\x1b"), (case, told)
+        assert due == ALL or status(results[case]) == ("unusable" if words else "graded"), case
 
 
 JUPYTEXT = sorted((DATA / "jupytext").iterdir())
@@ -447,3 +430,17 @@ def test_the_largest_of_what_is_bounded(tmp_path: Path) -> None:
     hand_in(assignment, "s1.ipynb", notebook(assignment, "s1", cells))
     results, _ = grade(assignment, seconds=60)
     assert outcomes(results["s1"]) == RIGHT
+
+
+@pytest.mark.parametrize("count", [3, 4])
+def test_a_class_may_have_as_many_files_as_are_allowed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, count: int
+) -> None:
+    monkeypatch.setattr(archives, "MOST_OF_CLASS", 3)
+    (tmp_path / "class.zip").write_bytes(of_members(*((f"s{k}/{HW}", "{}") for k in range(count))))
+    if count > 3:
+        with pytest.raises(Unreadable, match="more than 3 files"), archives.unpacked(tmp_path / "class.zip"):
+            pass
+    else:
+        with archives.unpacked(tmp_path / "class.zip") as (folder, left_out):
+            assert len(list(folder.rglob("*.ipynb"))) == 3 and not left_out

@@ -38,25 +38,17 @@ GIVEN = Domain(
 
 EXPRESSIONS = {
     (PX, CORRECT): (
-        PX,
-        "a2*cos(theta2 + theta1) + cos(theta1)*a1",
-        "a1*c1 + a2*c12",
-        "a_1 cos(θ_1) + a2 cos(θ₁+θ₂)",
+        PX, f"px = {PX}", "a2*cos(theta2 + theta1) + cos(theta1)*a1", "a1*c1 + a2*c12", "a_1 cos(θ_1) + a2 cos(θ₁+θ₂)",
         "a1*np.cos(theta1) + a2*(np.cos(theta1)*np.cos(theta2) - np.sin(theta1)*np.sin(theta2))",
         "a1*(1 - tan(theta1/2)**2)/(1 + tan(theta1/2)**2) + a2*sin(theta1 + theta2 + pi/2)",
         "sqrt(a1**2)*cos(theta1) + a2*cos(theta1 + theta2)",
         "a1*cos(theta1) + a2*cos(theta1 + theta2)*sin(theta2)/sin(theta2)",
         "a1*(exp(I*theta1) + exp(-I*theta1))/2 + a2*cos(theta1 + theta2)",
-        f"px = {PX}",
     ),
     (PX, WRONG): (
-        "a1*cos(theta1) - a2*cos(theta1 + theta2)",
-        "a1*cos(theta1) + a2*cos(theta2)",
-        "a1*sin(theta1) + a2*sin(theta1 + theta2)",
-        "a1*cos(theta1)",
-        "a1*cos(pi*theta1/180) + a2*cos(pi*(theta1 + theta2)/180)",
-        "a1*cos(theta1) + a2*cos(theta1 + theta2) + a2/10000",
-        "a1*sqrt(cos(theta1)**2) + a2*cos(theta1 + theta2)",
+        "a1*cos(theta1) - a2*cos(theta1 + theta2)", "a1*cos(theta1) + a2*cos(theta2)", "a1*cos(theta1)",
+        "a1*sin(theta1) + a2*sin(theta1 + theta2)", "a1*cos(pi*theta1/180) + a2*cos(pi*(theta1 + theta2)/180)",
+        "a1*cos(theta1) + a2*cos(theta1 + theta2) + a2/10000", "a1*sqrt(cos(theta1)**2) + a2*cos(theta1 + theta2)",
         "a1*cos(theta1) + a2*cos(theta1 + theta2) + k",
         "nan", "oo", "None", "1e400", "0/0", "a1**9**9**9", "1/(9**9**9**9)",
         "__import__('os').system('true')", "(" * 5000, "sin(" * 2000, "lambda: 0", "{" + PX + "}", "\x00", "\ud800",
@@ -87,21 +79,17 @@ def test_a_rejection_says_where_it_differs_or_what_is_unknown() -> None:
     assert "list" in judge_expression("a1, a2", "a1", DOMAIN, "s").reason
 
 
-EXACT = {
-    ("3/10*cos(theta1)", True): ("a1*cos(theta1)", "sqrt(a1^2)*cos(theta1)"),
-    ("cos(theta1)/3", True): ("a3*cos(theta1)", "sqrt(a3)^2*cos(theta1)", "0.3333333333333333*cos(theta1)"),
-    ("cos(theta1)/3", False): ("0.3333*cos(theta1)", "a1*cos(theta1)"),
-    ("sqrt(2)/2*cos(theta1)", True): ("d1*cos(theta1)", "sqrt(d1^2)*cos(theta1)"),
-    ("0.3333*cos(theta1)", False): ("a3*cos(theta1)",),
-    ("0.7071*cos(theta1)", False): ("d1*cos(theta1)",),
-}
-
-
 def test_given_lengths_are_exact_by_name() -> None:
-    for (reference, right), students in EXACT.items():
-        for student in students:
+    for reference, right, wrong in (
+        ("3/10*cos(theta1)", ("a1*cos(theta1)", "sqrt(a1^2)*cos(theta1)"), ()),
+        ("cos(theta1)/3", ("a3*cos(theta1)", "sqrt(a3)^2*cos(theta1)", "0.3333333333333333*cos(theta1)"),
+         ("0.3333*cos(theta1)", "a1*cos(theta1)")),
+        ("sqrt(2)/2*cos(theta1)", ("d1*cos(theta1)", "sqrt(d1^2)*cos(theta1)"), ()),
+        ("0.3333*cos(theta1)", (), ("a3*cos(theta1)",)), ("0.7071*cos(theta1)", (), ("d1*cos(theta1)",)),
+    ):  # fmt: skip
+        for student in (*right, *wrong):
             is_right = judge_expression(student, reference, GIVEN, "s").outcome is CORRECT
-            assert is_right is right, (student, reference)
+            assert is_right == (student in right), (student, reference)
 
 
 # --- matrices, numbers, options ---
