@@ -362,12 +362,6 @@ def test_an_entry_or_a_range_that_can_t_be_made_is_said(folder: Path, entry: str
         load_assignment(folder)
 
 
-def test_a_sweep_over_all_families_has_so_many_problems() -> None:
-    found = CliRunner().invoke(program(), ["verify", "--family", "all", "--count", "2", "--jobs", "1"])
-    assert found.exit_code == 0
-    assert "2 problems verified, 0 failed" in found.output
-
-
 def test_a_crash_is_a_failure_of_its_problem_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     made = generate
 

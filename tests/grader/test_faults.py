@@ -199,7 +199,7 @@ def test_a_grader_that_is_killed_again_and_again_loses_nothing(
     rng, kills = random.Random(seed), 0
     begin()
     while kills < several(1, 7):
-        before, process = kept(folder), started(folder, rng.choice((1, 1, 2)))
+        before, process = kept(folder), started(folder, several(1, rng.choice((1, 1, 2))))
         wait_for(*drawn(rng), folder, process)
         kills += kill(process)
         check_whole(folder)
@@ -292,7 +292,7 @@ def test_a_file_that_cannot_be_written_whole_is_one_message(
     folder: Path, undisturbed: dict[str, bytes], blocks: int
 ) -> None:
     """Blocks of 512 bytes: too few for a result, for a page."""
-    limited = ["sh", "-c", f'ulimit -f {blocks}; exec "$@"', "sh", *command(folder)]
+    limited = ["sh", "-c", f'ulimit -f {blocks}; exec "$@"', "sh", *command(folder, 1)]
     done = subprocess.run(limited, capture_output=True, text=True, timeout=120)
     assert (done.returncode, done.stdout) == (2, ""), done.stderr
     *others, line = done.stderr.splitlines()

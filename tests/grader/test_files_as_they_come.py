@@ -406,16 +406,13 @@ def test_what_jupytext_and_nbconvert_write_is_read(path: Path) -> None:
     assert found.reasons == ({} if kept else {"p1_b": "p1_b is not set anywhere in the notebook"})
 
 
-def test_a_huge_number_is_read() -> None:
-    assert read_cells(HW, b'{"cells": [], "n": ' + b"9" * 10**6 + b"}").cells == ()
-
-
 def test_hostile_files_end_in_a_sentence_within_seconds() -> None:
     begun = time.process_time()
     deep = (b"[" * 10**6, b'{"cells":' * 10**5, b"{" + b'"a":1,' * 10**6, b'{"\\ud800": "\\ud800"}', b"\xff\xfe\0")
     for data in deep:
         with pytest.raises(Unreadable):
             read_cells(HW, data)
+    assert read_cells(HW, b'{"cells": [], "n": ' + b"9" * 10**6 + b"}").cells == ()
     sums = "1" + "+1" * 90_000
     for source in ("(" * 10**5, "-" * 10**5 + "1", "x" + ".a" * 90_000, sums, "f'" + "{" * 10**5, "# %%\n" * 10**5):
         read_cells("hw.py", source.encode())
