@@ -171,6 +171,11 @@ def junk(place: str) -> Callable[[Path], None]:
     return make
 
 
+def links(submitted: Path) -> None:
+    for name in ("s03/a.ipynb", "s03/folder", "stray"):
+        (submitted / name).symlink_to("x" * 300)
+
+
 def as_a_platforms(submitted: Path) -> None:
     """A student's folder with a file that is called as that of a platform is."""
     for student in ("s01", "s02"):
@@ -179,7 +184,7 @@ def as_a_platforms(submitted: Path) -> None:
     (submitted / "s03" / "submission_metadata.yml").write_text("submission_7:\n")
 
 
-PLACED: dict[str, tuple[Callable[[Path], object], str]] = {
+PLACED: dict[str, tuple[Callable[[Path], None], str]] = {
     **{
         place: (junk(place), "")
         for place in ("s01/L\udcf6sung.txt", "s01/L\udcf6s/hw.ipynb", "L\udcf6sung.ipynb", "s02_\udcf6/a.ipynb")
@@ -187,10 +192,7 @@ PLACED: dict[str, tuple[Callable[[Path], object], str]] = {
     },
     "deep folders": (nested("d", 1200), ""),
     "a path that is too long": (nested("d" * 200, 25), "File name too long"),
-    "links to a name that is too long": (
-        lambda submitted: [(submitted / name).symlink_to("x" * 300) for name in ("s03/a.ipynb", "s03/folder", "stray")],
-        "symbolic link",
-    ),
+    "links to a name that is too long": (links, "symbolic link"),
     "a platform's file": (as_a_platforms, ""),
 }
 
