@@ -64,39 +64,25 @@ def test_what_is_right_but_for_rounding_is_said_so_and_blamed_on_nothing(
 
 
 @pytest.mark.parametrize(
-    ("answer", "begins"),
+    ("answer", "words"),
     [
-        (
-            "And(theta2 = 0, theta3 = 1)",
-            "Put each of your values into the determinant (or the minors), those that hold",
-        ),
-        (
-            "[And(theta2 = 0, sin(theta3) = 0), And(theta2 = pi, theta3 = 0)]",
-            "What you give is singular, and it is not",
-        ),
-        ("And(theta2 = 3.14, theta3 = 0)", "A value that is right but for its digits does not count"),
-        ("theta2 = 1", "Nothing is said of theta3. Do the zeros"),
+        ("And(theta2 = 0, theta3 = 1)", "Put each of your values into the determinant"),
+        ("[And(theta2 = 0, sin(theta3) = 0), And(theta2 = pi, theta3 = 0)]", "What you give is singular"),
+        ("And(theta2 = 3.14, theta3 = 0)", "digits"),
+        ("theta2 = 1", "theta3"),
     ],
 )
-def test_of_conditions_that_hold_together_nothing_false_is_said(answer: str, begins: str) -> None:
+def test_of_conditions_that_hold_together_nothing_false_is_said(answer: str, words: str) -> None:
     problem = drawn("planar-3r", 0, variation="lengths")
-    part = next(part for part in problem.parts if part.name == "singular-angles")
+    part = problem["singular-angles"]
     found = advise(problem, part, read_answer(problem, part, answer), "advice")
-    assert found is not None and found.says.startswith(begins)
+    assert found is not None and words in found.says
     assert "whatever the other joints are" not in found.says
 
 
 def test_marking_says_it_where_nothing_is_named() -> None:
     problem = drawn("elbow-3r", 0)
-    part = next(part for part in problem.parts if part.name == "determinant")
-    verdict = next(v for v in mark(problem, {part.name: "theta1**2 + 3*theta3"}, secret="s") if v.part == part.name)
+    verdicts = mark(problem, {"determinant": "theta1**2 + 3*theta3"}, secret="s")
+    verdict = next(verdict for verdict in verdicts if verdict.part == "determinant")
     assert verdict.diagnosis is not None and verdict.diagnosis.says
     assert verdict.as_json()["mistake"] is None and verdict.as_json()["advice"] == verdict.diagnosis.says
-
-
-@pytest.mark.parametrize("answer", ["", "{{{", "A", "[1, 2, 3]", "qd1"])
-def test_what_cannot_be_compared_gets_its_reason_only(answer: str) -> None:
-    problem = asked("determinant", planar_2r())
-    given = read_answer(problem, problem.parts[0], answer)
-    found = advise(problem, problem.parts[0], given, "advice")
-    assert found is None or found.says

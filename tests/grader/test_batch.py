@@ -86,12 +86,6 @@ def parts(result: dict[str, Any]) -> dict[str, dict[str, Any]]:
     return {f"{problem['slot']}.{part['name']}": part for problem in result["problems"] for part in problem["parts"]}
 
 
-def cells_changed(text: str, change: Callable[[list[dict[str, Any]]], None]) -> str:
-    notebook = json.loads(text)
-    change(notebook["cells"])
-    return json.dumps(notebook)
-
-
 def test_every_kind_of_submission_in_one_class(assignment: Assignment) -> None:
     full = right(assignment, "s01")
     hand_in(assignment, "s01/hw.ipynb", full)
@@ -116,16 +110,12 @@ def test_every_kind_of_submission_in_one_class(assignment: Assignment) -> None:
     assert "handed out to 's01'" in graded["s04"]["staff_notes"][0]
     assert "somebody else" in graded["s04"]["notes"][0]
     assert "s01" not in feedback_page(assignment, assignment.roster[3], graded["s04"])
-    for student, said in (("s05", "or was cut off (line"), ("s06", "is empty"), ("s10", "it is not text")):
-        assert said in graded[student]["obstacle"]
-        assert status(graded[student]) == "unusable"
-    assert "belongs to the assignment 'other'" in graded["s07"]["obstacle"]
+    for student, words in {"s05": "(line", "s06": "empty", "s07": "'other'", "s10": "text", "s11": "notes.txt"}.items():
+        assert words in graded[student]["obstacle"] and status(graded[student]) == "unusable"
     assert {part["outcome"] for part in parts(graded["s08"]).values()} == {"missing"}
-    assert parts(graded["s09"])["p1.position"]["reason"] == "its cell stopped: ZeroDivisionError: division by zero"
+    assert "ZeroDivisionError: division by zero" in parts(graded["s09"])["p1.position"]["reason"]
     assert graded["s09"]["score"] == graded["s09"]["max_score"] - 1
-    assert "notes.txt is not a notebook" in graded["s11"]["obstacle"] and status(graded["s11"]) == "unusable"
-    assert status(graded["s12"]) == "missing"
-    assert graded["s12"]["score"] == 0
+    assert (status(graded["s12"]), graded["s12"]["score"]) == ("missing", 0)
 
 
 def test_a_grade_does_not_depend_on_who_else_is_graded_or_how(assignment: Assignment) -> None:
@@ -159,32 +149,23 @@ def test_a_rerun_takes_what_has_not_changed_and_grades_what_has(
     assert grade(assignment)["s02"] == first["s02"]
 
 
-def test_what_a_killed_grader_had_begun_is_removed(assignment: Assignment) -> None:
-    graded = assignment.folder / "graded"
-    write_reports(assignment, list(grade(assignment).values()))
-    kept = next((graded / ".cache").glob("*.json"))
-    begun = [kept.with_name(f".{kept.name}.1ra2d1o5.tmp"), graded / ".grades.csv.1ra2d1o5.tmp"]
-    begun.append(graded / "feedback" / ".s01.html.1ra2d1o5.tmp")
-    for path in begun:
-        path.write_text("{")
-    write_reports(assignment, list(grade(assignment).values()))
-    assert not [path for path in begun if path.exists()]
-
-
-def test_what_a_dead_worker_had_begun_is_gone_when_the_run_is_over(assignment: Assignment) -> None:
+def test_what_a_dead_worker_or_grader_had_begun_is_gone_when_the_run_is_over(assignment: Assignment) -> None:
     results = list(grade(assignment).values())
     graded = assignment.folder / "graded"
     marked = next((graded / ".cache").glob("*.json"))
     page, grades = graded / "feedback" / "s01.html", graded / "grades.csv"
 
-    def a_worker_dies(*of: Path) -> None:
+    def dies(*of: Path) -> None:
         for path in of:
             path.parent.mkdir(exist_ok=True)
             path.with_name(f".{path.name}.1ra2d1o5.tmp").write_text("{")
 
-    grade_class(assignment, {}, 0, Limits(), lambda _: a_worker_dies(marked))
+    dies(marked, page, grades)
+    write_reports(assignment, list(grade(assignment).values()))
     assert not list(graded.rglob("*.tmp"))
-    write_reports(assignment, results, each=lambda: a_worker_dies(page, grades))
+    grade_class(assignment, {}, 0, Limits(), lambda _: dies(marked))
+    assert not list(graded.rglob("*.tmp"))
+    write_reports(assignment, results, each=lambda: dies(page, grades))
     assert not list(graded.rglob("*.tmp"))
 
 
@@ -201,40 +182,26 @@ def test_who_marks_a_notebook_writes_its_page(assignment: Assignment, jobs: int)
 
     def pages() -> dict[str, tuple[str, int]]:
         folder = assignment.folder / "graded" / "feedback"
-        return {page.name: (page.read_text(), page.stat().st_mtime_ns) for page in folder.glob("*")}
+        return {page.stem: (page.read_text(), page.stat().st_mtime_ns) for page in folder.glob("*")}
 
     results = again(fails_on_the_third)
     first = pages()
-    assert sorted(first) == sorted(f"{name}.html" for name in STUDENTS if name != "s03")
-    assert "by hand" in first["s02.html"][0]
+    assert first.keys() == {*STUDENTS} - {"s03"} and "by hand" in first["s02"][0]
     again(write_page)  # all marks are kept: no page is tried
     assert pages() == first
     write_reports(assignment, results)
-    assert {name: page for name, page in pages().items() if name != "s03.html"} == first
-    assert len(pages()) == len(STUDENTS)
-    texts = {name: text for name, (text, _) in pages().items()}
-    for page in texts:
-        (assignment.folder / "graded" / "feedback" / page).unlink()
+    made = pages()
+    assert made.keys() == {*STUDENTS} and made.items() >= first.items()
+    for page in (assignment.folder / "graded" / "feedback").iterdir():
+        page.unlink()
     write_reports(assignment, results)
-    assert {name: text for name, (text, _) in pages().items()} == texts
+    assert {name: text for name, (text, _) in pages().items()} == {name: text for name, (text, _) in made.items()}
 
 
 def fails_on_the_third(assignment: Assignment, student: Student, result: Result) -> None:
     if student.id == "s03":
         raise MemoryError
     write_page(assignment, student, result)
-
-
-def test_two_graders_do_not_work_in_one_folder(assignment: Assignment) -> None:
-    import fcntl
-
-    grade(assignment)
-    with (assignment.folder / "graded" / ".cache" / "lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        with pytest.raises(QdotError, match="another 'qdot grade'"), alone(assignment.folder):
-            pass
-    with alone(assignment.folder):
-        pass
 
 
 def test_nothing_follows_from_answers_that_are_right_for_somebody_else(assignment: Assignment) -> None:
@@ -259,106 +226,25 @@ def test_nothing_follows_from_answers_that_are_right_for_somebody_else(assignmen
 
 def test_our_own_failure_is_ungraded_and_no_mark(assignment: Assignment, monkeypatch: pytest.MonkeyPatch) -> None:
     hand_in(assignment, "s01/hw.ipynb", right(assignment, "s01"))
-
-    def broken(*_: object) -> None:
-        raise ZeroDivisionError("ours")
-
-    monkeypatch.setattr(judging, "judge_matrix", broken)
+    monkeypatch.setattr(judging, "judge_matrix", lambda *_: 1 / 0)
     graded = grade(assignment)["s01"]
     part = parts(graded)["p1.jacobian"]
     assert (part["outcome"], part["points"]) == ("ungraded", None)
     assert "tell your instructor" in part["reason"]
-    assert parts(graded)["p1.determinant"]["outcome"] == "correct"
-    assert status(graded) == "ungraded"
-
-
-def test_answers_are_found_without_metadata_and_in_any_order(assignment: Assignment) -> None:
-    def strip(cells: list[dict[str, Any]]) -> None:
-        for cell in cells:
-            cell["metadata"] = {}
-
-    def turn(cells: list[dict[str, Any]]) -> None:
-        cells[2:] = cells[:1:-1]
-
-    hand_in(assignment, "s01/hw.ipynb", cells_changed(right(assignment, "s01"), strip))
-    hand_in(assignment, "s02/hw.ipynb", cells_changed(right(assignment, "s02"), turn))
-    graded = grade(assignment)
-    assert graded["s01"]["score"] == graded["s01"]["max_score"]
-    assert graded["s02"]["score"] == graded["s02"]["max_score"]
-
-
-def test_metadata_of_a_submission_decide_nothing(assignment: Assignment) -> None:
-    def forge(cells: list[dict[str, Any]]) -> None:
-        for cell in cells:
-            if "qdot" in cell["metadata"]:
-                cell["metadata"]["qdot"].update(points=1000, part="p9.anything", reference="0")
-
-    text = cells_changed(right(assignment, "s01", lambda *_: "0"), forge)
-    hand_in(assignment, "s01/hw.ipynb", text.replace('"engine": 1', '"engine": 99'))
-    graded = grade(assignment)["s01"]
-    assert graded["score"] == 0
-    assert graded["max_score"] == 7
+    assert parts(graded)["p1.determinant"]["outcome"] == "correct" and status(graded) == "ungraded"
 
 
 def test_reports_hold_what_the_contract_says(assignment: Assignment) -> None:
-    hand_in(assignment, "s01/hw.ipynb", right(assignment, "s01", lambda c, p: "<script>alert(1)</script>"))
-    os.utime(assignment.folder / "submitted/s01/hw.ipynb", (1_700_000_000, 1_700_000_000))
+    os.utime(hand_in(assignment, "s01/hw.ipynb", right(assignment, "s01")), (1_700_000_000, 1_700_000_000))
     results = list(grade(assignment).values())
-    lines = [json.loads(line) for line in results_jsonl(results).splitlines()]
-    assert len(lines) == len(STUDENTS)
-    for key in ("student", "assignment", "submission", "score", "max_score", "late", "problems"):
-        assert key in lines[0]
-    assert lines[0]["submission"]["received"] == "2023-11-14T22:13:20+00:00"
-    for key in ("name", "outcome", "points", "max_points", "reason", "mistake", "followed_from", "certificate"):
-        assert key in lines[0]["problems"][0]["parts"][0]
-    table = list(csv.DictReader(grades_csv(results, assignment.roster).splitlines()))
-    assert table[0]["name"] == "'=Name s01"
-    assert table[1]["status"] == "missing"
-    assert set(table[0]) >= {
-        "student",
-        "p1.position",
-        "p2.joint-rates",
-        "score",
-        "max_score",
-        "percent",
-        "status",
-        "note",
-    }
-    write_reports(assignment, results)
-    page = (assignment.folder / "graded" / "feedback" / "s01.html").read_text()
-    assert "<script>alert" not in page
-    assert str(lines[0]["problems"][0]["id"]) not in page
-
-
-def test_the_feedback_page_says_per_part_what_was_right(assignment: Assignment) -> None:
-    hand_in(assignment, "s01/hw.ipynb", right(assignment, "s01", lambda c, p: f"-({c})" if p.name == "jacobian" else c))
-    page = feedback_page(assignment, assignment.roster[0], grade(assignment)["s01"])
-    assert page.count('class="part correct"') == 4
-    assert page.count('class="part partial"') == 1
-    assert "Where entry (1, 1) differs" in page
-
-
-def test_what_stops_the_grading_stands_once_on_the_page(assignment: Assignment) -> None:
-    hand_in(assignment, "s01/hw.ipynb", '{"cells": 3}')
-    result = grade(assignment)["s01"]
-    page = feedback_page(assignment, assignment.roster[0], result)
-    assert page.count(result["obstacle"]) == 1
-    assert "hw.ipynb is not a Jupyter notebook" in page
-    assert 'class="part' not in page
-
-
-def test_entries_are_shown_and_names_keep_their_case(assignment: Assignment) -> None:
-    def change(code: str, part: Part) -> str:
-        return {"jacobian": f"{code} + Matrix([[1, 1], [1, 1]])", "position": "foo", "determinant": "bar"}.get(
-            part.name, code
-        )
-
-    hand_in(assignment, "s01/hw.ipynb", right(assignment, "s01", change).replace("p1_determinant = bar", "pass"))
-    page = feedback_page(assignment, assignment.roster[0], grade(assignment)["s01"])
-    assert page.count("Which entries are right") == 1
-    assert page.count('<td class="wrong">') == 4
-    assert "P1_" not in page
-    assert "Matrices are marked by the entries" in page
+    line, *others = map(json.loads, results_jsonl(results).splitlines())
+    assert {"student", "assignment", "submission", "score", "max_score", "late", "problems"} <= line.keys()
+    assert (line["submission"]["received"], len(others)) == ("2023-11-14T22:13:20+00:00", len(STUDENTS) - 1)
+    of_a_part = {"name", "outcome", "points", "max_points", "reason", "mistake", "followed_from", "certificate"}
+    assert of_a_part <= line["problems"][0]["parts"][0].keys()
+    row, other, *_ = csv.DictReader(grades_csv(results, assignment.roster).splitlines())
+    assert (row["name"], other["status"]) == ("'=Name s01", "missing")
+    assert {"student", "p1.position", "p2.joint-rates", "score", "max_score", "percent", "note"} <= row.keys()
 
 
 def test_odd_notebooks_are_told_to_the_staff(assignment: Assignment) -> None:
@@ -370,53 +256,27 @@ def test_odd_notebooks_are_told_to_the_staff(assignment: Assignment) -> None:
     hand_in(assignment, "s04/hw.ipynb", full.replace(assignment.digest, "0" * 16).replace('"s02"', '"s04"'))
     results = list(grade(assignment).values())
     table = list(csv.DictReader(grades_csv(results, assignment.roster).splitlines()))
-    for row, said in zip(
-        table, ("handed out to 's02'", "2 notebooks", "with the solutions", OTHER_EDITION), strict=False
-    ):
-        assert said in row["note"]
+    for row, words in zip(table, ("'s02'", "2 notebooks", "solutions", OTHER_EDITION), strict=False):
+        assert words in row["note"]
     assert table[4]["note"] == ""
     assert "another version" in results[3]["notes"][0]
 
 
 def test_a_changed_secret_is_told_and_a_changed_title_is_not(assignment: Assignment) -> None:
-    for student in STUDENTS[:3]:
-        hand_in(assignment, f"{student}/hw.ipynb", right(assignment, student))
+    hand_in(assignment, "s01/hw.ipynb", right(assignment, "s01"))
     path = assignment.folder / "assignment.toml"
     path.write_text(path.read_text().replace('"T"', '"U"'))
     retitled = grade(load_assignment(assignment.folder))
     assert not any(result["staff_notes"] for result in retitled.values())
     (assignment.folder / "secret.txt").write_text("another secret of a good length")
     changed = grade(load_assignment(assignment.folder))
-    assert all(OTHER_EDITION in changed[student]["staff_notes"] for student in STUDENTS[:3])
+    assert OTHER_EDITION in changed["s01"]["staff_notes"]
 
 
 def test_a_folder_that_cannot_be_written_is_told(assignment: Assignment) -> None:
     (assignment.folder / "graded").write_text("a file")
     with pytest.raises(QdotError, match=r"graded.*can't be written: "):
         grade(assignment)
-
-
-def test_late_work_is_told_and_costs_nothing(assignment: Assignment) -> None:
-    path = assignment.folder / "assignment.toml"
-    path.write_text(path.read_text().replace('key = "hw"', 'key = "hw"\ndue = 2023-11-14T22:00:00Z'))
-    due = load_assignment(assignment.folder)
-    for student, when in (("s01", 1_700_000_000), ("s02", 1_699_990_000)):
-        os.utime(hand_in(due, f"{student}/hw.ipynb", right(due, student)), (when, when))
-    graded = grade(due)
-    assert graded["s01"]["late"]["seconds"] == 800
-    assert graded["s01"]["score"] == graded["s01"]["max_score"]
-    assert graded["s02"]["late"] is None
-
-
-def test_worked_solutions_are_on_the_page_when_the_assignment_says_so(assignment: Assignment) -> None:
-    hand_in(assignment, "s01/hw.ipynb", right(assignment, "s01"))
-    result = grade(assignment)["s01"]
-    assert "Worked solution" not in feedback_page(assignment, assignment.roster[0], result)
-    path = assignment.folder / "assignment.toml"
-    path.write_text(path.read_text().replace('key = "hw"', 'key = "hw"\nfeedback = "solutions"'))
-    page = feedback_page(load_assignment(assignment.folder), assignment.roster[0], result)
-    assert page.count("<summary>Worked solution</summary>") == 5
-    assert "<math" in page
 
 
 def test_text_that_no_file_can_hold_costs_only_its_own_part(assignment: Assignment) -> None:

@@ -3,7 +3,7 @@
 import random
 import re
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from copy import deepcopy
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ from grader.check import check_notebook
 from grader.finding import asked_in, find_answers
 from grader.sandbox import Limits, Run, Sandbox
 from grader.settle import Result
+from tests.support.command import run
 from tests.support.handing_in import (
     PARTS,
     RIGHT,
@@ -45,33 +46,35 @@ def source(cells: Cells, place: int, old: str, new: str) -> None:
     cells[place]["source"] = cells[place]["source"].replace(old, new)
 
 
-def duplicated_last_wrong(cells: Cells) -> None:
-    cells.append(code("p1_jacobian = Matrix([[0, 0], [0, 0]])", "p1.jacobian"))
+Change = Callable[[Cells], object]
 
 
-def duplicated_last_right(cells: Cells) -> None:
-    cells.insert(JACOBIAN, code("p1_jacobian = Matrix([[0, 0], [0, 0]])", "p1.jacobian"))
+def edited(place: int, old: str, new: str) -> Change:
+    return lambda cells: source(cells, place, old, new)
 
 
-def duplicated_blank(cells: Cells) -> None:
-    cells.append(code("p1_jacobian = Matrix([[blank, blank], [blank, blank]])", "p1.jacobian"))
+def named(name: str) -> Change:
+    return edited(JACOBIAN, "p1_jacobian", name)
 
 
-def duplicated_unreadable(cells: Cells) -> None:
-    cells.append(code("p1_jacobian = lambda: p1_jacobian\np1_jacobian = object()", "p1.jacobian"))
+def written(code_of_cell: str) -> Change:
+    return lambda cells: cells[JACOBIAN].update(source=code_of_cell)
 
 
-def duplicated_stops(cells: Cells) -> None:
-    cells.append(code("p1_jacobian = undefined_name", "p1.jacobian"))
+def added(code_of_cell: str, part: str | None = None, place: int | None = None) -> Change:
+    return lambda cells: cells.insert(len(cells) if place is None else place, code(code_of_cell, part))
 
 
-def duplicated_same(cells: Cells) -> None:
-    cells.append(deepcopy(cells[JACOBIAN]))
+def all_of(*changes: Change) -> Change:
+    return lambda cells: [change(cells) for change in changes]
 
 
-def answered_in_another_cell(cells: Cells) -> None:
-    del cells[JACOBIAN]["metadata"]["qdot"]
-    cells.insert(2, text("some text"))
+def tampered(part: Any, **others: Any) -> Change:
+    return lambda cells: cells[JACOBIAN]["metadata"].update(qdot={"part": part, **others})
+
+
+def as_markdown_with_prose(cells: Cells) -> None:
+    cells[JACOBIAN] = text(f"My answer:\n\n```python\n{cells[JACOBIAN]['source']}\n```\nI hope it's right!")
 
 
 def built_step_by_step(cells: Cells) -> None:
@@ -80,36 +83,8 @@ def built_step_by_step(cells: Cells) -> None:
     cells.append(code(f"for i in range(4):\n    p1_jacobian[i] = ({value})[i]"))
 
 
-def misspelt(cells: Cells) -> None:
-    source(cells, JACOBIAN, "p1_jacobian", "p1_jacobain")
-
-
-def misspelt_without_metadata(cells: Cells) -> None:
-    misspelt(cells)
-    del cells[JACOBIAN]["metadata"]["qdot"]
-
-
-def named_j(cells: Cells) -> None:
-    source(cells, JACOBIAN, "p1_jacobian", "J")
-    cells.append(code("J = 5"))
-
-
-def named_j_and_shown(cells: Cells) -> None:
-    source(cells, JACOBIAN, "p1_jacobian = ", "A = 3; θ = 1; J = ")
-    cells[JACOBIAN]["source"] += "\nprint(J)\nJ.shape"
-
-
-def expression_only(cells: Cells) -> None:
-    source(cells, JACOBIAN, "p1_jacobian = ", "")
-
-
-def copied_name(cells: Cells) -> None:
-    source(cells, JACOBIAN, "p1_jacobian", "p1_position")
-
-
 def copied_name_in_brackets(cells: Cells) -> None:
-    copied_name(cells)
-    source(cells, JACOBIAN, "p1_position = ", "θ = 'ä'; p1_position = (\n\n")
+    source(cells, JACOBIAN, "p1_jacobian = ", "θ = 'ä'; p1_position = (\n\n")
     cells[JACOBIAN]["source"] += "\n).applyfunc(lambda entry: entry)\np1_position"
 
 
@@ -118,15 +93,9 @@ def expression_in_brackets(cells: Cells) -> None:
     cells[JACOBIAN]["source"] += "\n  / 2)"
 
 
-def several_answer_cells(cells: Cells) -> None:
-    named_j(cells)
-    cells.insert(JACOBIAN, code("J = 3", "p1.jacobian"))
-    cells.append(code("J.det()", "p1.jacobian"))
-
-
-def two_answers_as_text(cells: Cells) -> None:
-    merged(cells)
-    cells[POSITION]["cell_type"] = "raw"
+def named_j_and_shown(cells: Cells) -> None:
+    source(cells, JACOBIAN, "p1_jacobian = ", "A = 3; θ = 1; J = ")
+    cells[JACOBIAN]["source"] += "\nprint(J)\nJ.shape"
 
 
 def answer_moved_to_a_new_cell(cells: Cells) -> None:
@@ -134,45 +103,10 @@ def answer_moved_to_a_new_cell(cells: Cells) -> None:
     cells[JACOBIAN]["source"] = "scratch = 5"
 
 
-def as_markdown(cells: Cells) -> None:
-    cells[JACOBIAN]["cell_type"] = "markdown"
-
-
-def as_raw_without_metadata(cells: Cells) -> None:
-    cells[JACOBIAN] = text(cells[JACOBIAN]["source"], "raw")
-
-
-def as_markdown_with_prose(cells: Cells) -> None:
-    cells[JACOBIAN] = text(f"My answer:\n\n```python\n{cells[JACOBIAN]['source']}\n```\nI hope it's right!")
-
-
-def as_markdown_renamed(cells: Cells) -> None:
-    as_markdown(cells)
-    source(cells, JACOBIAN, "p1_jacobian", "J")
-
-
-def as_prose(cells: Cells) -> None:
-    as_markdown(cells)
-    cells[JACOBIAN]["source"] = r"The Jacobian is $J = \begin{bmatrix} 1 \end{bmatrix}$, isn't it?"
-
-
-def stripped(cells: Cells) -> None:
-    for cell in cells:
-        cell["metadata"] = {}
-
-
 def helper_below(cells: Cells) -> None:
     value = cells[JACOBIAN]["source"].split("=", 1)[1]
     cells[JACOBIAN]["source"] = "p1_jacobian = helper()"
     cells.append(code(f"def helper():\n    return {value}"))
-
-
-def deleted(cells: Cells) -> None:
-    del cells[JACOBIAN]
-
-
-def emptied(cells: Cells) -> None:
-    cells[JACOBIAN]["source"] = "\n"
 
 
 def first_cell_stops(cells: Cells) -> None:
@@ -183,10 +117,6 @@ def first_cell_stops(cells: Cells) -> None:
 def first_cell_lacks_a_library(cells: Cells) -> None:
     cells[SETUP]["source"] = "import nosuchlibrary as no\n" + cells[SETUP]["source"]
     source(cells, DETERMINANT, "p1_determinant = ", "no.det\np1_determinant = ")
-
-
-def library_in_an_answer(cells: Cells) -> None:
-    source(cells, JACOBIAN, "p1_jacobian", "from nosuchlibrary import linalg\np1_jacobian")
 
 
 def habits(cells: Cells) -> None:
@@ -201,36 +131,13 @@ def habits(cells: Cells) -> None:
     cells.insert(2, code("%%writefile helper.py\ndef keep(x):\n    return x"))
 
 
-def only_magic_left(cells: Cells) -> None:
-    cells[JACOBIAN]["source"] = "%who"
-
-
 def only_help_below_j(cells: Cells) -> None:
     source(cells, JACOBIAN, "p1_jacobian", "J")
     cells[JACOBIAN]["source"] += "\n!ls\nJ?"
 
 
-def magic_named_j(cells: Cells) -> None:
-    source(cells, JACOBIAN, "p1_jacobian", "%%time\nx = !ls\nJ")
-
-
-def setup_deleted(cells: Cells) -> None:
-    del cells[SETUP]
-
-
 def merged(cells: Cells) -> None:
     source(cells, POSITION, "p1_position", cells.pop(JACOBIAN)["source"] + "\np1_position")
-
-
-def magics(cells: Cells) -> None:
-    cells[JACOBIAN]["source"] = "%%time\n!ls\n" + cells[JACOBIAN]["source"].replace("p1_jacobian", "J")
-
-
-def tampered(part: Any, **others: Any) -> Callable[[Cells], None]:
-    def change(cells: Cells) -> None:
-        cells[JACOBIAN]["metadata"]["qdot"] = {"part": part, **others}
-
-    return change
 
 
 def another_parts_name(cells: Cells) -> None:
@@ -238,157 +145,80 @@ def another_parts_name(cells: Cells) -> None:
     del cells[JACOBIAN]
 
 
-NO_NOTE = ""
-CASES: dict[str, tuple[Callable[[Cells], None], list[str], str, str]] = {
-    "duplicated, the last wrong": (
-        duplicated_last_wrong,
-        ["correct", "wrong", "correct"],
-        "p1_jacobian is set in cells 4 and 6; its value at the end of the notebook was read",
-        "differs",
-    ),
-    "duplicated, the last right": (
-        duplicated_last_right,
-        RIGHT,
-        "p1_jacobian is set in cells 4 and 5; its value at the end of the notebook was",
-        "",
-    ),
-    "duplicated, the last blank": (
-        duplicated_blank,
-        RIGHT,
-        "p1_jacobian is left blank at the end of the notebook; its value before that was read",
-        "",
-    ),
+ZEROS, ANSWER = "p1_jacobian = Matrix([[0, 0], [0, 0]])", "p1.jacobian"
+BLANK = "p1_jacobian = Matrix([[blank, blank], [blank, blank]])"
+PROSE = r"The Jacobian is $J = \begin{bmatrix} 1 \end{bmatrix}$, isn't it?"
+unmarked: Change = lambda cells: cells[JACOBIAN]["metadata"].pop("qdot")  # noqa: E731
+as_markdown: Change = lambda cells: cells[JACOBIAN].update(cell_type="markdown")  # noqa: E731
+named_j = all_of(named("J"), added("J = 5"))
+several_answer_cells = all_of(named_j, added("J = 3", ANSWER, JACOBIAN), added("J.det()", ANSWER))
+WRONG, MISSING = ["correct", "wrong", "correct"], ["correct", "missing", "correct"]
+CASES: dict[str, tuple[Change, list[str], str, str]] = {
+    "duplicated, the last wrong": (added(ZEROS, ANSWER), WRONG, "p1_jacobian cells 4 and 6", "(1, 1)"),
+    "duplicated, the last right": (added(ZEROS, ANSWER, JACOBIAN), RIGHT, "p1_jacobian cells 4 and 5", ""),
+    "duplicated, the last blank": (added(BLANK, ANSWER), RIGHT, "p1_jacobian blank", ""),
     "duplicated, the last unreadable": (
-        duplicated_unreadable,
-        RIGHT,
-        "p1_jacobian is no value that can be read (TypeError: a object is not an expr",
-        "",
+        added("p1_jacobian = lambda: p1_jacobian\np1_jacobian = object()", ANSWER), RIGHT, "p1_jacobian TypeError:", "",
     ),
     "duplicated, the last stops": (
-        duplicated_stops,
-        RIGHT,
-        "set in cells 4 and 6, and cell 6 stopped (NameError: name 'undefined_name' is not",
-        "",
+        added("p1_jacobian = undefined_name", ANSWER), RIGHT, "cells 4 and 6 NameError: 'undefined_name'", "",
     ),
-    "duplicated, the same": (duplicated_same, RIGHT, NO_NOTE, ""),
-    "answered in another cell": (answered_in_another_cell, RIGHT, NO_NOTE, ""),
-    "built step by step": (built_step_by_step, RIGHT, NO_NOTE, ""),
-    "misspelt": (
-        misspelt,
-        RIGHT,
-        "cell 4 is the answer cell of p1_jacobian and sets p1_jacobain, which was read for it",
-        "",
+    "duplicated, the same": (lambda cells: cells.append(deepcopy(cells[JACOBIAN])), RIGHT, "", ""),
+    "answered in another cell": (all_of(unmarked, lambda cells: cells.insert(2, text("some text"))), RIGHT, "", ""),
+    "built step by step": (built_step_by_step, RIGHT, "", ""),
+    "misspelt": (named("p1_jacobain"), RIGHT, "cell 4 p1_jacobian p1_jacobain", ""),
+    "misspelt, without metadata": (all_of(named("p1_jacobain"), unmarked), RIGHT, "cell 4 p1_jacobian p1_jacobain", ""),
+    "another name": (
+        named_j, RIGHT, "cell 4 is the answer cell of p1_jacobian and sets J, which was read for it", "",
     ),
-    "misspelt, without metadata": (
-        misspelt_without_metadata,
-        RIGHT,
-        "p1_jacobian is not set anywhere; p1_jacobain in cell 4 was read for it",
-        "",
+    "another name, and shown": (named_j_and_shown, RIGHT, "p1_jacobian J,", ""),
+    "an expression only": (edited(JACOBIAN, "p1_jacobian = ", ""), RIGHT, "cell 4 p1_jacobian", ""),
+    "another part's name": (named("p1_position"), RIGHT, "cell 4 p1_jacobian p1_position", ""),
+    "another part's name, in brackets": (copied_name_in_brackets, RIGHT, "p1_jacobian p1_position", ""),
+    "an expression in brackets": (expression_in_brackets, RIGHT, "cell 4 p1_jacobian", ""),
+    "several answer cells under another name": (several_answer_cells, RIGHT, "4, 5 8 p1_jacobian J,", ""),
+    "two answers in a text cell": (
+        all_of(merged, lambda cells: cells[POSITION].update(cell_type="raw")), RIGHT, "cell 3", "",
     ),
-    "another name": (named_j, RIGHT, "cell 4 is the answer cell of p1_jacobian and sets J, which was read for it", ""),
-    "another name, and shown": (named_j_and_shown, RIGHT, "sets J, which was read for it", ""),
-    "an expression only": (
-        expression_only,
-        RIGHT,
-        "cell 4 is the answer cell of p1_jacobian and is no assignment: its value was read for it",
-        "",
-    ),
-    "another part's name": (
-        copied_name,
-        RIGHT,
-        "cell 4 is the answer cell of p1_jacobian and sets p1_position, which was read for it",
-        "",
-    ),
-    "another part's name, in brackets": (copied_name_in_brackets, RIGHT, "sets p1_position, which was read for it", ""),
-    "an expression in brackets": (expression_in_brackets, RIGHT, "is no assignment: its value was read for it", ""),
-    "several answer cells under another name": (
-        several_answer_cells,
-        RIGHT,
-        "cell 5, the last of cells 4, 5 and 8, is the answer cell of p1_jacobian and sets J, which was read for it",
-        "",
-    ),
-    "two answers in a text cell": (two_answers_as_text, RIGHT, "cell 3 is a text cell, not code; what it says was", ""),
-    "the answer in a new cell": (
-        answer_moved_to_a_new_cell,
-        RIGHT,
-        "p1_jacobian is set in cell 6, and was read there; the answer cell, cell 4, does not set it",
-        "",
-    ),
-    "retyped to Markdown": (
-        as_markdown,
-        RIGHT,
-        "cell 4 is a text cell, not code; what it says was read for p1_jacobian as if it were code",
-        "",
-    ),
-    "retyped to raw, metadata lost": (as_raw_without_metadata, RIGHT, "cell 4 is a text cell, not code", ""),
-    "fenced among prose": (as_markdown_with_prose, RIGHT, "cell 4 is a text cell, not code", ""),
-    "retyped and renamed": (
-        as_markdown_renamed,
-        RIGHT,
-        "cell 4 is a text cell, not code, and sets J, which was read",
-        "",
-    ),
-    "prose": (
-        as_prose,
-        ["correct", "missing", "correct"],
-        NO_NOTE,
-        "its cell (cell 4) is text and not code, and no Python in it can be read",
-    ),
-    "metadata stripped": (stripped, RIGHT, NO_NOTE, ""),
-    "a helper below": (
-        helper_below,
-        RIGHT,
-        "cell 4 stopped (NameError: name 'helper' is not defined), and was run again after all other",
-        "",
-    ),
-    "deleted": (deleted, ["correct", "missing", "correct"], NO_NOTE, "p1_jacobian is not set anywhere in the notebook"),
-    "emptied": (emptied, ["correct", "missing", "correct"], NO_NOTE, "its cell does not set p1_jacobian"),
-    "the set-up deleted": (setup_deleted, RIGHT, NO_NOTE, ""),
+    "the answer in a new cell": (answer_moved_to_a_new_cell, RIGHT, "p1_jacobian cell 6 cell 4", ""),
+    "retyped to Markdown": (as_markdown, RIGHT, "cell 4 p1_jacobian", ""),
+    "retyped to Markdown, metadata lost": (all_of(as_markdown, unmarked), RIGHT, "cell 4 text", ""),
+    "fenced among prose": (as_markdown_with_prose, RIGHT, "cell 4 text", ""),
+    "retyped and renamed": (all_of(as_markdown, named("J")), RIGHT, "cell 4 text J,", ""),
+    "prose": (all_of(as_markdown, written(PROSE)), MISSING, "", "cell 4 text"),
+    "metadata stripped": (lambda cells: [cell.update(metadata={}) for cell in cells], RIGHT, "", ""),
+    "a helper below": (helper_below, RIGHT, "cell 4 NameError: 'helper'", ""),
+    "deleted": (lambda cells: cells.pop(JACOBIAN), MISSING, "", "p1_jacobian"),
+    "emptied": (written("\n"), MISSING, "", "p1_jacobian"),
+    "the set-up deleted": (lambda cells: cells.pop(SETUP), RIGHT, "", ""),
     "the set-up stops": (
-        first_cell_stops,
-        ["correct", "missing", "correct"],
-        "cell 2 stopped at line 2, undefined_thing() (NameError: name 'undefined_thing' is not defined)",
-        "its cell stopped: NameError: name 'zeros' is not defined; cell 2 stopped at line 2, undefined_thing() (",
+        first_cell_stops, MISSING, "cell 2 line 2, undefined_thing() (NameError:", "'zeros' cell 2 undefined_thing() (",
     ),
     "the set-up lacks a library": (
-        first_cell_lacks_a_library,
-        ["correct", "correct", "missing"],
-        "cell 2 went on without line 1, import nosuchlibrary as no (ModuleNotFoundError: No",
-        "its cell stopped: NameError: name 'no' is not defined; cell 2 went on without line 1, import nosuch",
+        first_cell_lacks_a_library, ["correct", "correct", "missing"],
+        "cell 2 line 1, import nosuchlibrary as no (ModuleNotFoundError:", "'no' cell 2 line 1, nosuchlibrary",
     ),
-    "a library in an answer": (library_in_an_answer, RIGHT, NO_NOTE, ""),
-    "habits of Jupyter": (habits, RIGHT, NO_NOTE, ""),
-    "only a magic left": (only_magic_left, ["correct", "missing", "correct"], NO_NOTE, "does not set p1_jacobian"),
-    "another name above magics": (only_help_below_j, RIGHT, "sets J, which was read for it", ""),
-    "another name below a magic": (magic_named_j, RIGHT, "sets J, which was read for it", ""),
-    "cells merged": (merged, RIGHT, NO_NOTE, ""),
-    "magics, and another name": (magics, RIGHT, "sets J, which was read for it", ""),
-    "a part that isn't asked": (
-        tampered("p9.jacobian"),
-        RIGHT,
-        "cells are marked as answers to what is not asked: p9.jacobian",
-        "",
+    "answers from the last to the first": (lambda cells: cells.extend(cells.pop(k) for k in (4, 3, 2)), RIGHT, "", ""),
+    "forged, and wrong": (
+        all_of(written("p1_jacobian = 0"), tampered(ANSWER, points=1000, reference="0")), WRONG, "metadata points", "",
     ),
-    "a part that is a path": (
-        tampered("../x\n"),
-        RIGHT,
-        "marked as answers to what is not asked: ../x\N{REPLACEMENT CHARACTER}",
-        "",
+    "a library in an answer": (
+        edited(JACOBIAN, "p1_jacobian", "from nosuchlibrary import linalg\np1_jacobian"), RIGHT, "", "",
     ),
-    "a part that is a dictionary": (
-        tampered({"a": [1]}),
-        RIGHT,
-        "its cells' metadata were changed, which decides nothing: part",
-        "",
-    ),
-    "points": (tampered("p1.jacobian", points=1000), RIGHT, "metadata were changed, which decides nothing: points", ""),
-    "the metadata of another part": (
-        another_parts_name,
-        ["correct", "missing", "correct"],
-        NO_NOTE,
-        "does not set p1_jacobian",
-    ),
-}
+    "habits of Jupyter": (habits, RIGHT, "", ""),
+    "only a magic left": (written("%who"), MISSING, "", "p1_jacobian"),
+    "another name above magics": (only_help_below_j, RIGHT, "p1_jacobian J,", ""),
+    "another name below a magic": (named("%%time\nx = !ls\nJ"), RIGHT, "p1_jacobian J,", ""),
+    "another name below two magics": (named("%%time\n!ls\nJ"), RIGHT, "p1_jacobian J,", ""),
+    "the process ended": (added("import os; os._exit(0)"), RIGHT, "cell 6", ""),
+    "cells merged": (merged, RIGHT, "", ""),
+    "a part that isn't asked": (tampered("p9.jacobian"), RIGHT, "marked p9.jacobian", ""),
+    "a part that is a path": (tampered("../x\n"), RIGHT, "marked ../x\N{REPLACEMENT CHARACTER}", ""),
+    "a part that is a dictionary": (tampered({"a": [1]}), RIGHT, "metadata part", ""),
+    "points": (tampered("p1.jacobian", points=1000), RIGHT, "metadata points", ""),
+    "the metadata of another part": (another_parts_name, MISSING, "", "p1_jacobian"),
+}  # fmt: skip
+"""What is changed, what the three parts get, and the words that one note and one reason have to have."""
 STUDENTS = [Student(f"s{number:02d}") for number in range(len(CASES) + 1)]
 
 
@@ -409,40 +239,22 @@ def graded(assignment: Assignment) -> dict[str, Result]:
 
 @pytest.mark.parametrize("case", CASES)
 def test_every_answer_that_is_there_is_read(graded: dict[str, Result], case: str) -> None:
-    _, due, said, reason = CASES[case]
-    result = graded[case]
+    _, due, note, reason = CASES[case]
+    result, honest = graded[case], graded["honest"]
+    assert outcomes(honest) == RIGHT and not honest["staff_notes"]  # a fellow student is graded as ever
     assert outcomes(result) == due, reasons(result)
     assert (result["score"], result["max_score"]) == (sum((1, 2, 1)[k] for k in range(3) if due[k] == "correct"), 4)
-    told = [*result["notes"], *(result["staff_notes"] if "metadata" in said or "marked" in said else ())]
-    assert any(said in note for note in told) if said else not result["staff_notes"], result["staff_notes"]
-    assert any(reason in one for one in reasons(result)), reasons(result)
+    staff = result["staff_notes"] if "metadata" in note or "marked" in note else ()
+    assert has_words((*result["notes"], *staff), note) if note else not result["staff_notes"], result["staff_notes"]
+    assert has_words(reasons(result), reason), reasons(result)
 
 
-def test_a_fellow_student_is_graded_as_ever(graded: dict[str, Result]) -> None:
-    assert outcomes(graded["honest"]) == RIGHT and not graded["honest"]["staff_notes"]
+def has_words(texts: Iterable[str], words: str) -> bool:
+    """Return whether all these words are in one of some texts."""
+    return any(all(word in each for word in words.split()) for each in texts)
 
 
 # --- random edits ---
-
-
-def duplicate(cells: Cells, rng: random.Random) -> None:
-    cells.insert(rng.randrange(len(cells) + 1), deepcopy(rng.choice(cells)))
-
-
-def delete(cells: Cells, rng: random.Random) -> None:
-    del cells[rng.randrange(len(cells))]
-
-
-def reorder(cells: Cells, rng: random.Random) -> None:
-    cells.insert(rng.randrange(len(cells)), cells.pop(rng.randrange(len(cells))))
-
-
-def strip(cells: Cells, rng: random.Random) -> None:
-    rng.choice(cells)["metadata"] = {}
-
-
-def retype(cells: Cells, rng: random.Random) -> None:
-    rng.choice(cells)["cell_type"] = rng.choice(["code", "markdown", "raw"])
 
 
 def rename(cells: Cells, rng: random.Random) -> None:
@@ -450,17 +262,14 @@ def rename(cells: Cells, rng: random.Random) -> None:
     cell["source"] = re.sub(r"^p1_\w+ =", rng.choice(["J =", "p1_answer =", "P1_Jacobian ="]), cell["source"])
 
 
-def downgrade(text_of_notebook: dict[str, Any], rng: random.Random) -> dict[str, Any]:
-    """Return a notebook as versions 3 and 4.0 have it."""
-    if rng.random() < 0.5:
-        return {**text_of_notebook, "nbformat_minor": 0}
-    cells = [
-        {**cell, "input": cell["source"]} if cell["cell_type"] == "code" else cell for cell in text_of_notebook["cells"]
-    ]
-    for cell in cells:
-        if cell["cell_type"] == "code":
-            cell.pop("source")
-    return {"metadata": {}, "nbformat": 3, "nbformat_minor": 0, "worksheets": [{"cells": cells, "metadata": {}}]}
+EDITS: list[Callable[[Cells, random.Random], object]] = [
+    lambda cells, rng: cells.insert(rng.randrange(len(cells) + 1), deepcopy(rng.choice(cells))),
+    lambda cells, rng: cells.pop(rng.randrange(len(cells))),
+    lambda cells, rng: cells.insert(rng.randrange(len(cells)), cells.pop(rng.randrange(len(cells)))),
+    lambda cells, rng: rng.choice(cells).update(metadata={}),
+    lambda cells, rng: rng.choice(cells).update(cell_type=rng.choice(["code", "markdown", "raw"])),
+    rename,
+]
 
 
 @pytest.fixture(scope="module")
@@ -472,8 +281,6 @@ def sandbox() -> Any:
 @settings(max_examples=40)
 @given(seed=st.integers(0, 10**9))
 def test_no_edit_loses_an_answer_silently(assignment: Assignment, sandbox: Sandbox, seed: int) -> None:
-    import json
-
     rng = random.Random(seed)
     cells = right_cells(assignment, "s00")
     due = {part: cells[place]["source"] for part, place in zip(PARTS, (POSITION, JACOBIAN, DETERMINANT), strict=True)}
@@ -482,9 +289,9 @@ def test_no_edit_loses_an_answer_silently(assignment: Assignment, sandbox: Sandb
     )
     for _ in range(rng.randrange(1, 5)):
         if cells:
-            rng.choice([duplicate, delete, reorder, strip, retype, rename])(cells, rng)
-    edited = downgrade(json.loads(notebook(assignment, "s00", cells)), rng)
-    found = find_answers(read_cells("hw.ipynb", json.dumps(edited).encode()).cells, PARTS, sandbox.run)
+            rng.choice(EDITS)(cells, rng)
+    edited = notebook(assignment, "s00", cells)
+    found = find_answers(read_cells("hw.ipynb", edited.encode()).cells, PARTS, sandbox.run)
     for part in due:
         name = variable(*part.split("."))
         told = any(name in note for note in found.notes) or found.reasons.get(name)
@@ -499,10 +306,7 @@ def test_a_cell_that_is_run_again_changes_nothing_that_was_read(sandbox: Sandbox
     ]
     found = find_answers(cells, ["p1.a", "p1.b"], sandbox.run)
     assert found.run.answers == {"p1_a": "[1, 2]", "p1_b": "5"}
-    assert "; ".join(found.notes) == (
-        "cell 2 stopped (NameError: name 'late' is not defined), and was run again after all other cells, "
-        "which gave p1_b"
-    )
+    assert len(found.notes) == 1 and has_words(found.notes, "cell 2 NameError: 'late' p1_b")
 
 
 def test_the_cell_that_was_to_make_a_name_is_told(sandbox: Sandbox) -> None:
@@ -516,14 +320,14 @@ def test_the_cell_that_was_to_make_a_name_is_told(sandbox: Sandbox) -> None:
         Cell("p1_e = 90\u00b0", "p1.e"),
     ]
     reasons = find_answers(cells, ["p1.a", "p1.b", "p1.c", "p1.d", "p1.e"], sandbox.run).reasons
-    assert reasons["p1_d"].endswith(
-        "; in Python, a power is written **, as in a1**2; or put the answer into quotes, as text"
-    )
-    assert reasons["p1_e"].endswith("; put an answer with such a character into quotes, as text")
-    assert reasons["p1_c"].startswith("its cell stopped: NameError: name 'la' is not defined; cell 5 went on without ")
-    assert "line 1, import scipy_not_here.linalg as la (ModuleNotFoundError: No module named" in reasons["p1_c"]
-    assert "; cell 2 went on without line 2, import nosuchlibrary as no (Module" in reasons["p1_a"]
-    assert reasons["p1_b"].endswith("; cell 1 stopped at line 1, 1/0 (ZeroDivisionError: division by zero)")
+    for name, words in {
+        "p1_a": "'no' cell 2 line 2, nosuchlibrary as no (ModuleNotFoundError:",
+        "p1_b": "'lost' cell 1 line 1, 1/0 (ZeroDivisionError:",
+        "p1_c": "NameError: 'la' cell 5 line 1, import scipy_not_here.linalg as la (ModuleNotFoundError:",
+        "p1_d": "a1**2; quotes",
+        "p1_e": "quotes",
+    }.items():
+        assert has_words([reasons[name]], words), reasons[name]
 
 
 def test_every_cell_that_was_refused_something_is_told_to_the_staff(sandbox: Sandbox) -> None:
@@ -565,17 +369,14 @@ def test_what_is_deep_or_long_is_run_though_it_is_not_looked_into(sandbox: Sandb
 
 @pytest.mark.parametrize("change", [first_cell_stops, first_cell_lacks_a_library, habits])
 def test_a_student_is_told_beforehand_what_the_first_cell_lacks(
-    assignment: Assignment, tmp_path: Path, change: Callable[[Cells], None]
+    assignment: Assignment, tmp_path: Path, change: Change
 ) -> None:
     """`qdot check` knows the symbols of the problem by what the notebook says of them."""
-    path = tmp_path / "hw.ipynb"
-    path.write_text(right(assignment, "s00", change))
-    checked = check_notebook(path)
+    (tmp_path / "hw.ipynb").write_text(right(assignment, "s00", change))
+    checked = check_notebook(tmp_path / "hw.ipynb")
     missing = [row.said for row in checked.rows if not row.readable]
-    if change is habits:
-        assert (missing, checked.notes) == ([], ())
-    else:
-        (note,), (said,) = checked.notes, missing
+    assert len(missing) == len(checked.notes) == (change is not habits)
+    for note, said in zip(checked.notes, missing, strict=True):
         assert note.startswith("cell 2 ") and said.endswith(note) and "NameError" in said
 
 
@@ -590,21 +391,13 @@ def test_what_a_notebook_claims_of_its_symbols_is_no_code(assignment: Assignment
 
 
 def test_the_program_says_the_same_to_a_student(assignment: Assignment, tmp_path: Path) -> None:
-    from typer.testing import CliRunner
-
-    from grader.cli import app
-
-    path = tmp_path / "hw (1).ipynb"
-    path.write_text(right(assignment, "s00", named_j))
-    said = CliRunner().invoke(app, ["check", str(path)])
-    assert said.exit_code == 0
-    assert "note: cell 4 is the answer cell of p1_jacobian and sets J, which was read for it" in said.output
-    assert "ok  p1.jacobian: 2 x 2 matrix" in said.output
-    script = tmp_path / "hw.py"
-    script.write_text("\n\n".join(cell["source"] for cell in right_cells(assignment, "s00")[1:]))
-    said = CliRunner().invoke(app, ["check", str(script)])
-    assert "note: hw.py is no .ipynb file: it is a Python script, which was read as a notebook" in said.output
-    assert "3 of 3 answers can be read" in said.output
+    (tmp_path / "hw (1).ipynb").write_text(right(assignment, "s00", named_j))
+    printed = run("check", tmp_path / "hw (1).ipynb")
+    assert has_words(printed.splitlines(), "note: cell 4 p1_jacobian J,")
+    assert "ok  p1.jacobian: 2 x 2 matrix" in printed
+    (tmp_path / "hw.py").write_text("\n\n".join(cell["source"] for cell in right_cells(assignment, "s00")[1:]))
+    printed = run("check", tmp_path / "hw.py")
+    assert "note: hw.py" in printed and "3 of 3 answers can be read" in printed
 
 
 # --- symbols that became numbers ---

@@ -4,7 +4,6 @@ import importlib
 import json
 import os
 import re
-import shutil
 import signal
 import subprocess
 import sys
@@ -14,55 +13,51 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import psutil  # type: ignore[import-untyped]
 import pytest
 
 from exercises.answers import Matrix
 from exercises.families import FAMILIES
 from exercises.parallel import _stop_put_off
 from exercises.quizzes import ASKED
-from grader.cli import BETWEEN_COLLECTIONS, COMMANDS, LISTING, WORKERS, app, program
+from grader.cli import COMMANDS, LISTING, WORKERS, app, program
 from tests.support.command import fails, run, runner
 from tests.support.handing_in import TOML
 from tests.support.suites import several
 
-ELBOW = """name = "elbow"
-task = ["vx", "vy", "vz"]
-""" + "".join(
-    f'[[joint]]\nkind = "R"\ntheta = "theta{i}"\nd = {d}\na = "a{i}"\nalpha = {alpha}\n'
-    for i, d, alpha in ((1, '"d1"', '"-pi/2"'), (2, 0, 0), (3, 0, 0))
-)
+
+def robot_of(task: str, *rows: tuple[str, str]) -> str:
+    """Return a robot's file, with d and alpha of every joint."""
+    joints = [
+        f'[[joint]]\nkind = "R"\ntheta = "theta{i}"\nd = {d}\na = "a{i}"\nalpha = {alpha}\n'
+        for i, (d, alpha) in enumerate(rows, 1)
+    ]
+    return f'name = "elbow"\ntask = {task}\n{"".join(joints)}'
+
+
+ELBOW = robot_of('["vx", "vy", "vz"]', ('"d1"', '"-pi/2"'), ("0", "0"), ("0", "0"))
+PLANAR = robot_of('["vx", "vy"]', ("0", "0"), ("0", "0"))
 
 
 def test_help_lists_every_command_and_each_explains_itself() -> None:
-    listed = run("--help")
-    for command in (
-        "init",
-        "families",
-        "questions",
-        "show",
-        "robots",
-        "solve",
-        "verify",
-        "generate",
-        "check",
-        "compare",
-        "grade",
-        "doctor",
-        "demo",
-    ):
-        assert command in listed
-        assert len(run(command, "--help")) > 250
+    listed = run("--help").split("Commands:")[1]
+    assert "..." not in listed
+    for name in COMMANDS:
+        assert f"  {name} " in listed
+        assert len(run(name, "--help")) > 250
 
 
 def test_families_and_questions() -> None:
     families = json.loads(run("families", "--json"))
     assert [family["name"] for family in families] == list(FAMILIES)
     assert [question["name"] for question in json.loads(run("questions", "--json"))] == list(ASKED)
-    assert "planar-2r" in run("families")
+    assert "planar-2r" in run("families") and "difficulty" in run("families")
     assert "inverse-velocity" in run("questions")
+    hard = {family["name"]: family["difficulty"] for family in families}
+    assert hard["planar-2r"] < hard["elbow-3r"]
 
 
-@pytest.mark.parametrize("like", ["planar-rpr", "random-2"])
+@pytest.mark.parametrize("like", several(["planar-rpr"], ["planar-rpr", "random-2"]))
 def test_a_family_that_is_new_in_the_registry_is_listed_without_more_ado(
     monkeypatch: pytest.MonkeyPatch, like: str
 ) -> None:
@@ -76,9 +71,7 @@ def test_a_family_that_is_new_in_the_registry_is_listed_without_more_ado(
     assert re.search(r"\n  my-arm +[RPvaried]+ .* my arm; ", run("families"))
 
 
-@pytest.mark.parametrize(
-    "family", several(["planar-2r", "random-3"], ["planar-2r", "elbow-3r", "scara-rrrp", "random-3"])
-)
+@pytest.mark.parametrize("family", several(["random-2"], ["planar-2r", "elbow-3r", "scara-rrrp", "random-3"]))
 def test_show_json_has_the_contracts_shape(family: str) -> None:
     shown = json.loads(run("show", f"{family}/7", "--solution", "--format", "json"))
     assert set(shown) >= {"id", "family", "seed", "engine", "robot", "symbols", "parts", "certificate"}
@@ -104,22 +97,19 @@ def test_show_in_every_format_is_the_same_twice(format: str) -> None:
     ("args", "said"),
     [
         (("show", "planar-2r"), "FAMILY/SEED"),
-        (("show", "planar-2r/99999999999999999999999"), "the largest seed is 9223372036854775807"),
-        (("verify", "planar-2r/9223372036854775808"), "08: the largest seed is 9223372036854775807"),
+        (("show", "planar-2r/99999999999999999999999"), "9223372036854775807"),
+        (("verify", "planar-2r/9223372036854775808"), "9223372036854775807"),
         (("show", "planer-2r/7"), "did you mean 'planar-2r'"),
-        (("show", "planar-2r/7", "--format", "pdf"), "none of text, latex, html, json, ipynb"),
+        (("show", "planar-2r/7", "--format", "pdf"), "text, latex, html, json, ipynb"),
         (("show", "planar-2r/7", "--questions", "jacobean"), "did you mean 'jacobian'"),
-        (("show", "planar-2r/7", "--questions", ""), "names no question; leave the option out to ask all that apply"),
-        (("show", "planar-2r/7", "--questions", " , "), "names no question; leave the option out to ask all that"),
+        (("show", "planar-2r/7", "--questions", ""), "names no question"),
+        (("show", "planar-2r/7", "--questions", " , "), "names no question"),
         (("show", "planar-3r/7", "--questions", "determinant"), "not square"),
         (("solve", "nowhere.toml"), "nowhere.toml"),
         (("verify",), "name problems"),
-        (("verify", "planar-2r/3", "--family", "elbow-3r"), "'planar-2r/3' is verified without it: give one or the"),
+        (("verify", "planar-2r/3", "--family", "elbow-3r"), "'planar-2r/3'"),
         (("verify", "--family", "x"), "unknown family 'x'"),
-        (
-            ("verify", "nodir"),
-            "'nodir' is not a problem; write FAMILY/SEED, as in planar-2r/7; there is no folder of that",
-        ),
+        (("verify", "nodir"), "'nodir'"),
         (("generate", "nowhere"), "qdot init nowhere"),
         (("grade", "nowhere"), "qdot init nowhere"),
         (("check", "nowhere.ipynb"), "nowhere.ipynb"),
@@ -127,14 +117,11 @@ def test_show_in_every_format_is_the_same_twice(format: str) -> None:
         (("compare", "a1", "a1", "--type", "word"), "none of expression"),
         (("compare", "a1", "a1+"), "the reference can't be read"),
         (("compare", "--batch", "nowhere.jsonl"), "nowhere.jsonl"),
-        (("export", "nowhere"), "--to says what to write, as in --to html; known: github, gradescope"),
+        (("export", "nowhere"), "--to html"),
     ],
 )
 def test_bad_input_gets_one_message_and_code_2(args: tuple[str, ...], said: str) -> None:
     assert said in fails(*args)
-
-
-def test_a_misspelt_option_is_code_2() -> None:
     assert runner.invoke(app, ["show", "planar-2r/7", "--solutoin"]).exit_code == 2
     assert runner.invoke(app, ["shwo"]).exit_code == 2
 
@@ -151,8 +138,9 @@ def test_solve_prints_example_63(tmp_path: Path) -> None:
     assert (elbow["condition"], elbow["type"]) == ("sin(theta3)", "boundary")
     assert shoulder["solutions"] is None
     assert shoulder["type"] == "internal"
-    assert "det" in run("solve", tmp_path / "elbow.toml")
-    assert r"\begin{document}" in run("solve", tmp_path / "elbow.toml", "--format", "latex")
+    (tmp_path / "planar.toml").write_text(PLANAR)
+    assert "det" in run("solve", tmp_path / "planar.toml")
+    assert r"\begin{document}" in run("solve", tmp_path / "planar.toml", "--format", "latex")
 
 
 def test_rank_lost_everywhere_is_null_in_json_and_is_said_in_words(tmp_path: Path) -> None:
@@ -166,13 +154,11 @@ def test_rank_lost_everywhere_is_null_in_json_and_is_said_in_words(tmp_path: Pat
 
 def test_solve_notes_a_length_that_may_be_in_millimetres_beside_the_results(tmp_path: Path) -> None:
     robot = tmp_path / "elbow.toml"
-    robot.write_text(ELBOW.replace('"a2"', "400"))
+    robot.write_text(PLANAR.replace('"a2"', "400"))
     result = runner.invoke(app, ["solve", str(robot), "--format", "json"])
     assert result.exit_code == 0
-    assert json.loads(result.stdout)["task"] == ["vx", "vy", "vz"]
-    assert result.stderr == (
-        f"{robot}: line 13: joint 2: a = 400: lengths are in metres; is this in millimetres? 400 mm would be 0.4\n"
-    )
+    assert json.loads(result.stdout)["task"] == ["vx", "vy"]
+    assert result.stderr.startswith(f"{robot}: line 13: joint 2: a = 400: ") and result.stderr.count("\n") == 1
 
 
 def test_compare_by_argument_and_by_batch(tmp_path: Path) -> None:
@@ -204,30 +190,30 @@ def test_compare_by_argument_and_by_batch(tmp_path: Path) -> None:
     assert result.exit_code == 2
     answered = [json.loads(line)["outcome"] for line in result.stdout.splitlines()]
     assert answered == ["ungraded"] * 3 + expected
-    assert result.stderr.startswith("qdot: line 1: without reference and student; due are ")
-    assert result.stderr.endswith(", and 2 more lines are no requests; all others were compared\n")
+    assert result.stderr.startswith("qdot: line 1: ") and "2 more lines" in result.stderr
 
 
-def test_verify_problems_and_folders(tmp_path: Path) -> None:
-    assert "2 problems verified, 0 failed" in run("verify", "planar-2r/7", "polar-rp/1", "--jobs", "1")
-    assert "2 problems verified, 0 failed" in run("verify", "--family", "planar-3r", "--count", "2", "--jobs", "2")
+def test_verify_problems_and_families(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("exercises.console.EVERY", 0.0)  # as long work tells its progress in a log
+    result = runner.invoke(app, ["verify", "planar-pr/7", "polar-rp/1", "--jobs", "1"])
+    assert result.exit_code == 0 and "2 problems verified, 0 failed" in result.stdout
+    assert result.stderr.splitlines()[:2] == ["verifying: 1 of 2", "verifying: 2 of 2"]
+    assert "2 problems verified, 0 failed" in run("verify", "--family", "all", "--count", "2", "--jobs", "2")
 
 
-def test_a_sweep_begins_at_any_seed(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_verify_says_what_failed_and_a_sweep_begins_at_any_seed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Matrix, "as_typed", lambda answer: "theta1")
     said = run("verify", "--family", "planar-2r", "--count", "2", "--from", "40", "--jobs", "1", code=1)
     assert {line.split()[0].rstrip(":") for line in said.splitlines()[:-1]} == {"planar-2r/40", "planar-2r/41"}
+    assert "the reference itself is judged wrong" in said
 
 
 @pytest.mark.parametrize(
     ("command", "said"),
     [
-        (
-            ["verify", "--family", "planar-2r"],
-            "stopped; the same command begins at the first problem again, and --from",
-        ),
-        (["grade", "."], "stopped; run the same command again to go on"),
-        (["families"], "stopped"),
+        (["verify", "--family", "planar-2r"], "--from"),
+        (["grade", "."], "again to go on"),
+        (["families"], ""),
     ],
 )
 def test_ctrl_c_says_what_is_true_of_the_command(
@@ -240,15 +226,8 @@ def test_ctrl_c_says_what_is_true_of_the_command(
         monkeypatch.setattr(name, stop)
     result = runner.invoke(app, command)
     assert result.exit_code == 130
-    assert result.stderr.startswith(f"qdot: {said}")
+    assert result.stderr.startswith("qdot: stopped") and said in result.stderr
     assert ("again to go on" in result.stderr) == ("again to go on" in said)
-
-
-def test_verify_says_what_failed_and_leaves_with_1(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Matrix, "as_typed", lambda answer: "theta1")
-    said = run("verify", "planar-2r/7", "--jobs", "1", code=1)
-    assert "planar-2r/7" in said
-    assert "the reference itself is judged wrong" in said
 
 
 @pytest.fixture(scope="module")
@@ -294,18 +273,6 @@ def test_what_was_only_completed_need_not_be_handed_out_anew(folder: Path) -> No
     assert result.stderr == ""
 
 
-def test_another_assignment_toml_is_told_in_one_line(folder: Path, tmp_path: Path) -> None:
-    for name in ("released", "solutions"):
-        shutil.copytree(folder / name, tmp_path / name)
-    for name in ("assignment.toml", "roster.csv", "secret.txt"):
-        shutil.copy(folder / name, tmp_path / name)
-    toml = tmp_path / "assignment.toml"
-    toml.write_text(toml.read_text().replace('"jacobian"', '"joint-axes"'))
-    result = runner.invoke(app, ["grade", str(tmp_path), str(tmp_path / "solutions"), "--jobs", "1"])
-    assert result.stderr.count("2 of 2 notebooks were made from another assignment.toml, redrawn.csv or secret") == 1
-    assert "s001: the notebook is the staff's" in result.stderr
-
-
 def test_check_calls_a_list_of_conditions_no_matrix(tmp_path: Path) -> None:
     text = run("show", "planar-2r/7", "--questions", "jacobian,singular-angles", "--solution", "--format", "ipynb")
     (tmp_path / "n.ipynb").write_text(text)
@@ -314,19 +281,9 @@ def test_check_calls_a_list_of_conditions_no_matrix(tmp_path: Path) -> None:
     assert said.count("matrix") == 1
 
 
-def test_help_lines_are_whole() -> None:
-    assert "..." not in run("--help").split("Commands:")[1]
-
-
-def test_families_say_how_hard_they_are() -> None:
-    rows = {row["name"]: row["difficulty"] for row in json.loads(run("families", "--json"))}
-    assert rows["planar-2r"] < rows["elbow-3r"]
-    assert "difficulty" in run("families")
-
-
 def test_a_terminal_without_unicode_is_no_failure() -> None:
     shown = subprocess.run(
-        [sys.executable, "-m", "grader.cli", "show", "planar-2r/7"],
+        [sys.executable, "-m", "grader.cli", "show", "planar-2r/7", "--questions", "position"],
         capture_output=True, env={**os.environ, "PYTHONIOENCODING": "ascii"}, timeout=60,
     )  # fmt: skip
     assert shown.returncode == 0, shown.stderr
@@ -373,55 +330,37 @@ def wait_for(when: float | str, folder: Path) -> None:
         time.sleep(0.02)
 
 
-def alive(group: int) -> list[str]:
-    """Return what runs in a process group; an ended process that nobody has asked for doesn't."""
-    listed = subprocess.run(["ps", "-A", "-o", "pgid=,stat=,command="], capture_output=True, text=True, check=True)
-    rows = [line.split(None, 2) for line in listed.stdout.splitlines()]
-    return [row[-1] for row in rows if row[0] == str(group) and not row[1].startswith("Z")]
-
-
 def all_gone(group: int) -> None:
     """Hold that no process of a group is left, within a time that a busy machine needs, too."""
     deadline = time.monotonic() + 5
-    while left := alive(group):
+    while left := [each for each in psutil.process_iter(["status"]) if is_alive(each, group)]:
         assert time.monotonic() < deadline, left
         time.sleep(0.05)
 
 
-@pytest.mark.skipif(shutil.which("ps") is None, reason="needs ps")
-@pytest.mark.parametrize("when", several([0.3, AT_WORK], [0.3, 1.2, 4, AT_WORK]))
+def is_alive(process: psutil.Process, group: int) -> bool:
+    """Return whether a process of a group runs; an ended one that nobody has asked for doesn't."""
+    try:
+        return os.getpgid(process.pid) == group and process.status() != psutil.STATUS_ZOMBIE
+    except (OSError, psutil.Error):
+        return False
+
+
+GO_ON = b"run the same command again to go on"
+BEGIN_AGAIN = b"--from SEED"
+STOPS: list[tuple[str, str, signal.Signals, float | str]] = [
+    ("generate", "group", signal.SIGINT, AT_WORK),
+    *(("generate", "group", signal.SIGINT, when) for when in (0.3, 1.2, 4)),
+    *(("generate", whom, signal.SIGTERM, when) for whom in ("parent", "group") for when in (AT_WORK, 0.3, 4)),
+    *(("verify", "parent", signal.SIGTERM, when) for when in (0.3, 4)),
+]
+"""Stopped while modules are loaded, at 0.3 s, or while problems are made; `make test` takes the first alone."""
+
+
+@pytest.mark.parametrize(("command", "whom", "number", "when"), several(STOPS[:1], STOPS))
 @pytest.mark.usefixtures("ctrl_c")
-def test_ctrl_c_ends_everything_at_once_in_one_line(tmp_path: Path, when: float | str) -> None:
-    made = of_thousands(tmp_path / "hw")
-    process = subprocess.Popen(
-        [sys.executable, "-m", "grader.cli", "generate", str(made), "--jobs", "2"],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True,
-    )  # fmt: skip
-    wait_for(when, made)
-    os.killpg(process.pid, signal.SIGINT)
-    _, errors = ended(process)
-    assert errors == b"qdot: stopped; run the same command again to go on\n"
-    assert process.returncode == 130
-    all_gone(process.pid)
-    assert not list(made.rglob("*.tmp"))
-
-
-GO_ON = "run the same command again to go on"
-BEGIN_AGAIN = "the same command begins at the first problem again, and --from SEED begins a sweep later"
-STOPPED: list[tuple[str, str, str, float | str]] = [
-    ("generate", "parent", GO_ON, AT_WORK), ("verify", "parent", BEGIN_AGAIN, 0.3),
-]  # fmt: skip
-STOPPED_TOO: list[tuple[str, str, str, float | str]] = [
-    ("generate", "parent", GO_ON, 0.3), ("generate", "group", GO_ON, 0.3), ("generate", "group", GO_ON, AT_WORK),
-    ("generate", "parent", GO_ON, 4), ("generate", "group", GO_ON, 4), ("verify", "parent", BEGIN_AGAIN, 4),
-]  # fmt: skip
-"""Stopped while modules are loaded, at 0.3 s, or while problems are made: what `make test` has one of each of."""
-
-
-@pytest.mark.skipif(shutil.which("ps") is None, reason="needs ps")
-@pytest.mark.parametrize(("command", "whom", "said", "when"), several(STOPPED, STOPPED + STOPPED_TOO))
-def test_sigterm_ends_everything_at_once_in_one_line(
-    tmp_path: Path, command: str, whom: str, said: str, when: float | str
+def test_a_stop_ends_everything_at_once_in_one_line(
+    tmp_path: Path, command: str, whom: str, number: signal.Signals, when: float | str
 ) -> None:
     made = of_thousands(tmp_path / "hw")
     what = [str(made)] if command == "generate" else ["--family", "elbow-3r", "--count", "2000"]
@@ -430,12 +369,12 @@ def test_sigterm_ends_everything_at_once_in_one_line(
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True,
     )  # fmt: skip
     wait_for(when, made)
-    (os.kill if whom == "parent" else os.killpg)(process.pid, signal.SIGTERM)
+    (os.kill if whom == "parent" else os.killpg)(process.pid, number)
     output, errors = ended(process)
     assert output == b""
-    assert errors.decode().startswith(f"qdot: stopped; {said}")
-    assert errors.count(b"\n") == 1
-    assert process.returncode == 143
+    assert errors.startswith(b"qdot: stopped; ") and errors.count(b"\n") == 1
+    assert (GO_ON if command == "generate" else BEGIN_AGAIN) in errors
+    assert process.returncode == 128 + number
     all_gone(process.pid)
     assert not list(made.rglob("*.tmp"))
 
@@ -481,34 +420,6 @@ def test_a_stopped_pipe_and_ctrl_c_end_quietly(folder: Path) -> None:
     assert b"Traceback" not in errors
 
 
-def test_a_killed_generation_leaves_whole_files_and_a_rerun_finishes(tmp_path: Path) -> None:
-    made = tmp_path / "hw"
-    run("init", made, "--key", "hw")
-    toml = 'title = "T"\nkey = "hw"\n[[problem]]\nfamily = "polar-rp"\nquestions = ["position"]\n'
-    (made / "assignment.toml").write_text(toml)
-    (made / "roster.csv").write_text("student\n" + "".join(f"s{i}\n" for i in range(6)))
-    process = subprocess.Popen(
-        [sys.executable, "-m", "grader.cli", "generate", str(made), "--jobs", "1"],
-        stderr=subprocess.DEVNULL,
-        env=os.environ,
-    )
-    while process.poll() is None and len(list(made.glob("solutions/*/hw.ipynb"))) < 2:
-        time.sleep(0.01)
-    process.kill()
-    process.wait()
-    for path in made.glob("*/*/hw.ipynb"):
-        json.loads(path.read_text())
-    run("generate", made, "--jobs", "1")
-    assert len(list(made.glob("solutions/*/hw.ipynb"))) == len(list(made.glob("released/*/hw.ipynb"))) == 6
-
-
-def test_long_work_tells_its_progress_in_a_log(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("exercises.console.EVERY", 0.0)
-    result = runner.invoke(app, ["verify", "--family", "planar-2r", "--count", "2", "--jobs", "1"])
-    assert result.exit_code == 0
-    assert result.stderr.splitlines()[:2] == ["verifying: 1 of 2", "verifying: 2 of 2"]
-
-
 @pytest.mark.parametrize("name", COMMANDS)
 def test_a_command_by_itself_is_the_one_that_the_program_has(name: str) -> None:
     """Only its own modules are loaded for it."""
@@ -525,14 +436,8 @@ def test_the_list_of_commands_is_that_of_the_program_and_loads_none_of_them() ->
     assert made.stdout.startswith("Usage: qdot") and made.stdout.endswith("False\n")
 
 
-@pytest.mark.parametrize("command", ["show", "solve", "check"])
+@pytest.mark.parametrize("command", several(["check"], ["show", "solve", "check"]))
 def test_a_command_about_one_thing_loads_nothing_of_classes(command: str) -> None:
     loading = f"import sys; from grader.cli import program; program({command!r})"
     told = f"{loading}; print([name for name in ('exercises.assignment', 'grader.batch') if name in sys.modules])"
     assert subprocess.run([sys.executable, "-c", told], capture_output=True, text=True, check=True).stdout == "[]\n"
-
-
-def test_collections_of_garbage_are_rarer_while_a_command_works() -> None:
-    begun = "import gc; from grader import cli; gc.disable(); cli._begin(); print(gc.get_threshold(), gc.isenabled())"
-    made = subprocess.run([sys.executable, "-c", begun], capture_output=True, text=True, check=True)
-    assert made.stdout == f"{BETWEEN_COLLECTIONS} True\n"

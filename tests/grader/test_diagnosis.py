@@ -3,11 +3,9 @@
 import json
 import re
 import warnings
-from collections import Counter
 
 import numpy as np
 import pytest
-import sympy as sp
 
 from exercises.answers import Expression, Matrix
 from exercises.arm.chain import Chain
@@ -18,20 +16,18 @@ from exercises.formula.expression import read
 from exercises.formula.program import compile_program, evaluate
 from exercises.formula.text import text_of
 from exercises.generation import questions_of
-from exercises.mistakes import finished, screws
 from exercises.mistakes.catalogue import (
     CATALOGUE,
     ON_THE_WAY,
     fingerprint,
     late_mistakes,
     late_slips,
-    taken,
     wrong_answers,
 )
 from exercises.mistakes.given import Values, configurations
 from exercises.problem import Part
 from exercises.questions import QUESTIONS
-from exercises.questions.results import is_derived, result
+from exercises.questions.results import result
 from exercises.stream import Stream
 from grader.contained.callables import TABLE
 from grader.function_values import asked_of
@@ -88,23 +84,19 @@ def said(name: str, answer: str, chain: Chain = PLANAR) -> tuple[str, str]:
         ("position", f"[a1*{C1}, a1*{S1}]", "link-left-out"),
         ("position", f"[a1*{S1} + a2*{S12}, a1*{C1} + a2*{C12}]", "all-sines-for-cosines"),
         ("position", f"[a1*{C1} - a2*{C12}, a1*{S1} - a2*{S12}]", "link-subtracted"),
-        ("jacobian", f"[[-a1*{S1}, -a2*{S12}], [a1*{C1}, a2*{C12}]]", "chain-rule"),
+        ("jacobian", f"[[-a1*{S1}, -a2*{S12}], [a1*{C1}, a2*{C12}]]", "chain-rule: Column 1|link 2|(6.3)"),
         ("jacobian", f"[[-a1*{S1} - a2*{S12}, a1*{C1} + a2*{C12}], [-a2*{S12}, a2*{C12}]]", "transposed"),
         ("jacobian", f"[[a1*{S1} + a2*{S12}, a2*{S12}], [a1*{C1} + a2*{C12}, a2*{C12}]]", "derivative-of-cosine"),
         ("jacobian", f"[[-a2*{S12}, -a1*{S1} - a2*{S12}], [a2*{C12}, a1*{C1} + a2*{C12}]]", "columns-exchanged"),
         ("determinant", "a1*a2*cos(theta2)", "wave-exchanged"),
         ("determinant", "-a1*a2*sin(theta2)", "determinant-sign"),
-        ("determinant", "a2*sin(theta2)", "factor-lost"),
-        (
-            "inverse-jacobian",
-            f"[[a2*{C12}, a2*{S12}], [-a1*{C1} - a2*{C12}, -a1*{S1} - a2*{S12}]]",
-            "determinant-forgotten",
-        ),
-        (
-            "inverse-velocity",
-            f"[vx*(-a1*{S1} - a2*{S12}) + vy*(a1*{C1} + a2*{C12}), -vx*a2*{S12} + vy*a2*{C12}]",
-            "transpose-for-inverse",
-        ),
+        ("determinant", "a2*sin(theta2)", "factor-lost: a1"),
+        ("determinant", "a1*a2", "factor-lost: theta2"),
+        ("determinant", "a1*a2*sin(theta1 - theta2)", "relative-angle and determinant-sign"),
+        ("inverse-jacobian", f"[[a2*{C12}, a2*{S12}], [-a1*{C1} - a2*{C12}, -a1*{S1} - a2*{S12}]]",
+         "determinant-forgotten"),
+        ("inverse-velocity", f"[vx*(-a1*{S1} - a2*{S12}) + vy*(a1*{C1} + a2*{C12}), -vx*a2*{S12} + vy*a2*{C12}]",
+         "transpose-for-inverse"),
         ("joint-torques", f"[-(a1*{S1} + a2*{S12})*fx - a2*{S12}*fy, (a1*{C1} + a2*{C12})*fx + a2*{C12}*fy]",
          "jacobian-for-transpose"),
         ("singular-angles", "theta2 in {0}", "one-root-only"),
@@ -115,12 +107,9 @@ def said(name: str, answer: str, chain: Chain = PLANAR) -> tuple[str, str]:
     ],
 )  # fmt: skip
 def test_of_the_planar_arm(question: str, answer: str, mistake: str) -> None:
-    assert said(question, answer)[0] == mistake
-
-
-def test_a_lost_factor_is_told_by_what_is_in_it() -> None:
-    assert "What is missing has a1 in it." in said("determinant", "a2*sin(theta2)")[1]
-    assert "What is missing has theta2 in it." in said("determinant", "a1*a2")[1]
+    name, _, words = mistake.partition(": ")
+    found = said(question, answer)
+    assert found[0] == name and all(word in found[1] for word in words.split("|")), found
 
 
 @pytest.mark.parametrize("answer", ["(sin(theta1) + cos(theta2) + theta1)**9**9**9", "1/0*theta1", "tan(pi/2)"])
@@ -151,29 +140,14 @@ def test_of_example_6_3(answer: str, mistake: str) -> None:
     assert said("singular-angles", answer, SCORBOT)[0] == mistake
 
 
-def test_the_sentence_says_where_it_went_wrong_and_where_to_look() -> None:
-    name, sentence = said("jacobian", f"[[-a1*{S1}, -a2*{S12}], [a1*{C1}, a2*{C12}]]")
-    assert name == "chain-rule"
-    assert sentence.startswith("Column 1 seems to lack the part that link 2 adds") and sentence.endswith("See (6.3).")
-
-
 def test_a_mistake_in_one_column_only_is_found_and_two_in_two_columns_are() -> None:
     right = as_formulas(result(formulas(SCORBOT), asked("jacobian", SCORBOT).parts[0]))
     one = right.copy()
     one[:, 1] = -one[:, 1]
-    assert said("jacobian", _text(one), SCORBOT)[0] == "column-sign"
+    assert said("jacobian", str(one.tolist()), SCORBOT)[0] == "column-sign"
     one[2, 1] = right[2, 1]  # now the sign is wrong in a part of the column
-    name, says = said("jacobian", _text(one), SCORBOT)
-    assert name == "term-sign-typed" and says.startswith("In row 1, column 2, and row 2, column 2, one sign")
-
-
-def _text(matrix: sp.Matrix) -> str:
-    return str(matrix.tolist())
-
-
-def test_two_mistakes_together_are_named_both() -> None:
-    position_relative_then_sign = "a1*a2*sin(theta1 - theta2)"
-    assert said("determinant", position_relative_then_sign)[0] == "relative-angle and determinant-sign"
+    name, says = said("jacobian", str(one.tolist()), SCORBOT)
+    assert name == "term-sign-typed" and "row 1, column 2, and row 2, column 2" in says
 
 
 @pytest.mark.parametrize(
@@ -205,23 +179,6 @@ def test_every_mistake_has_a_sentence_without_formulas_and_a_place_in_the_chapte
         assert re.fullmatch(r"[A-Z*2{].*[.?)]", words), mistake.name
         assert not re.search(r"sin\(|cos\(|\w\*\w|theta\d", words), mistake.name
         assert re.search(r"6\.\d|appendix|^the product of exponentials$", mistake.source), mistake.name
-
-
-def test_every_mistake_is_made_somewhere() -> None:
-    seen: Counter[str] = Counter()
-    elsewhere = {"fixed-angle-forgotten", "rank-of-one-condition", *(mistake.name for mistake in finished.MISTAKES)}
-    elsewhere |= {"standard-dh", "previous-frame", "link-behind"}  # of modified tables, as in test_catalogue.py
-    elsewhere |= {mistake.name for mistake in screws.MISTAKES}  # of arms told by their axes, there too
-    some = ("planar-2r", "planar-3r", "spherical", "planar-prr", "scara", "elbow-3r", "orthogonal-3r", "stanford-6r")
-    for family in some:
-        if set(CATALOGUE) - set(seen) <= elsewhere:
-            break
-        for problem, part in problems(family, 0):
-            seen.update(mistake.name for mistake, _ in taken(problem.chain, part))
-            if is_derived(part):
-                values = configurations(problem.chain, part, problem.domain(), 2, Stream("seen"))
-                seen.update(wrong.mistake.name for wrong in wrong_answers(numbers(problem.chain, values), part))
-    assert set(CATALOGUE) - set(seen) <= elsewhere
 
 
 def test_the_right_answer_comes_out_of_every_working(family: str) -> None:

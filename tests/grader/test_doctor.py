@@ -4,15 +4,14 @@ import json
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
 from exercises.assignment import load_assignment
 from exercises.errors import QdotError
 from grader import guarantees
 from grader.cli import app
 from grader.sandbox import Sandbox
+from tests.support.command import fails, run, runner
 
-runner = CliRunner()
 WEAK = ("namespaces", "landlock", "seccomp")
 TOML = 'title = "T"\nkey = "hw"\n{}[[problem]]\nfamily = "polar-rp"\nquestions = ["position"]\n'
 
@@ -20,9 +19,9 @@ TOML = 'title = "T"\nkey = "hw"\n{}[[problem]]\nfamily = "polar-rp"\nquestions =
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     made = tmp_path / "hw"
-    assert runner.invoke(app, ["init", str(made), "--key", "hw"]).exit_code == 0
+    run("init", made, "--key", "hw")
     (made / "assignment.toml").write_text(TOML.format(""))
-    assert runner.invoke(app, ["generate", str(made), "--jobs", "1"]).exit_code == 0
+    run("generate", made, "--jobs", "1")
     return made
 
 
@@ -48,10 +47,8 @@ def test_doctor_tells_every_guarantee_and_leaves_with_0() -> None:
 def test_doctor_says_what_is_missing_and_what_to_do(weak: None) -> None:
     result = runner.invoke(app, ["doctor"])
     assert result.exit_code == 0
-    assert "the probe read a file of another user's folder" in result.stdout
-    assert "watched in Python only" in result.stdout
-    assert "namespaces: not here (it was switched off). Allow user namespaces" in result.stdout
-    assert "can't be had on this machine" in result.stdout
+    for words in ("watched in Python only", "namespaces: not here", "Allow user namespaces", "can't be had"):
+        assert words in result.stdout
 
 
 def test_strict_refuses_to_run_what_the_machine_does_not_contain(folder: Path, weak: None) -> None:
@@ -86,9 +83,7 @@ def test_strict_grades_where_it_can_be_had(folder: Path) -> None:
 
 def test_a_wrong_level_is_told_with_its_line(folder: Path) -> None:
     (folder / "assignment.toml").write_text(TOML.format('sandbox = "Strict"\n'))
-    result = runner.invoke(app, ["grade", str(folder)])
-    assert result.exit_code == 2
-    assert 'assignment.toml: line 3: sandbox = "Strict": "strict" grades only where' in result.stderr
+    assert 'assignment.toml: line 3: sandbox = "Strict": ' in fails("grade", folder)
 
 
 @pytest.mark.parametrize("without", [{"seccomp"}, {"limits"}, {"privileges"}, {"namespaces", "landlock"}])

@@ -1,9 +1,6 @@
 """No problem blocks a class: what can't be certified is drawn anew, and at last left out and told; by faults put in."""
 
 import json
-import subprocess
-import sys
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -25,9 +22,9 @@ from exercises.store import kept
 from exercises.stream import Stream
 from exercises.verify import CHECKS
 from exercises.verify.numeric_reference import Check, NumericReference
+from grader.certify import CERTIFIER
 from grader.cli import app
 from grader.demo import answered
-from tests.support import ROOT
 from tests.support.command import fails, run, runner
 from tests.support.handing_in import one_sandbox
 
@@ -78,8 +75,15 @@ def notebooks(folder: Path) -> dict[str, bytes]:
     return {path.parent.name: path.read_bytes() for path in folder.glob("released/*/hw.ipynb")}
 
 
-def generate(folder: Path, code: int = 0) -> str:
-    return run("generate", folder, "--jobs", "1", code=code)
+def generate(folder: Path) -> str:
+    return run("generate", folder, "--jobs", "1")
+
+
+def left_out(folder: Path, *command: str) -> str:
+    """Run a command that leaves somebody out, and return what it says of that."""
+    result = runner.invoke(app, [*command[:1], str(folder), *command[1:], "--jobs", "1"])
+    assert result.exit_code == 2
+    return result.stderr
 
 
 def test_what_fails_is_drawn_anew_and_nobody_elses_notebook_changes(
@@ -158,11 +162,9 @@ def test_who_has_no_draw_that_passes_is_named_and_all_others_have_their_notebook
     result = runner.invoke(app, ["generate", str(folder), "--jobs", "1"])
     assert result.exit_code == 2
     assert result.stdout.startswith("6 students: 5 written, 1 left out;")
-    assert "s3: p2 (planar-2r): none of 10 draws can be asked. The first: determinant: fault: put in\n" in result.stderr
+    assert "s3: p2 (planar-2r): " in result.stderr and "determinant: fault: put in\n" in result.stderr
     last = result.stderr.splitlines()[-1]
-    assert last.startswith("qdot: 1 of 6 students is left out (s3); everybody else has theirs. p2: take instead ")
-    assert 'questions = ["position"], without determinant, or family = "' in last
-    assert "(tried for s3, s1, s2)" in last
+    assert last.startswith("qdot: 1 of 6 students") and "(s3)" in last and 'questions = ["position"]' in last
     assert set(notebooks(folder)) == set(STUDENTS) - {"s3"}
     # What was advised works, and the run goes on.
     (folder / "assignment.toml").write_text(TOML.replace('["position", "determinant"]', '["position"]'))
@@ -174,9 +176,7 @@ def test_an_old_notebook_of_who_is_left_out_is_told_of(folder: Path, monkeypatch
     generate(folder)
     put_in(monkeypatch, lambda _: True)
     (folder / "assignment.toml").write_text(TOML + "points = [1, 5]\n")
-    result = runner.invoke(app, ["generate", str(folder), "--jobs", "1"])
-    assert result.exit_code == 2
-    assert f"{folder / 'released' / 's3' / 'hw.ipynb'} is of an older assignment; do not hand it out" in result.stderr
+    assert f"{folder / 'released' / 's3' / 'hw.ipynb'} is of an older" in left_out(folder, "generate")
 
 
 @pytest.mark.parametrize("error", [RuntimeError("no such pose"), ZeroDivisionError("division by zero")])
@@ -192,9 +192,8 @@ def test_a_draw_that_finds_nothing_to_ask_or_fails_is_drawn_anew(
 
     monkeypatch.setitem(ASKED, "determinant", replace(question, ask=ask))
     generate(folder)
-    why = {redraw.why for redraw in read_redrawn(folder).values()}
-    own = "qdot itself failed: ZeroDivisionError: division by zero; please report it"
-    assert why == {own if isinstance(error, ZeroDivisionError) else "no such pose"}
+    (why,) = {redraw.why for redraw in read_redrawn(folder).values()}
+    assert str(error) in why and ("qdot itself failed" in why) == isinstance(error, ZeroDivisionError)
     assert set(notebooks(folder)) == set(STUDENTS)
 
 
@@ -209,14 +208,13 @@ def test_who_was_left_out_does_not_keep_the_others_from_being_graded(
         return question.ask(chain, rng)
 
     monkeypatch.setitem(ASKED, "determinant", replace(question, ask=ask))
-    assert runner.invoke(app, ["generate", str(folder), "--jobs", "1"]).exit_code == 2
+    left_out(folder, "generate")
     assignment = load_assignment(folder)
     for student, text in notebooks(folder).items():
         right = answered(text.decode(), kept(assignment, student).problems, lambda code, _: code)
         (folder / "submitted" / f"{student}.ipynb").write_text(right)
-    result = runner.invoke(app, ["grade", str(folder), "--jobs", "1"])
-    assert result.exit_code == 2  # the pose is still not to be had, so that s3 has no mark, not a zero
-    assert "s3: qdot could not grade this (RuntimeError: no such pose)" in result.stderr
+    # The pose is still not to be had, so that s3 has no mark, not a zero.
+    assert "s3: qdot could not grade this (RuntimeError: no such pose)" in left_out(folder, "grade")
     lines = (folder / "graded" / "results.jsonl").read_text().splitlines()
     results = {line["student"]: line for line in map(json.loads, lines)}
     assert all(results[student]["score"] == results[student]["max_score"] for student in notebooks(folder))
@@ -231,45 +229,31 @@ def test_a_notebook_that_cannot_be_written_is_one_students(folder: Path, monkeyp
         return student_notebook(title, key, student, problems, hinted)
 
     monkeypatch.setattr(release, "student_notebook", make)
-    result = runner.invoke(app, ["generate", str(folder), "--jobs", "1"])
-    assert result.exit_code == 2
-    assert "s2: p2 (planar-2r): none of 10 draws can be asked. The first: qdot itself failed: KeyError" in result.stderr
+    stderr = left_out(folder, "generate")
+    assert "s2: p2 (planar-2r): " in stderr and "KeyError" in stderr
     assert set(notebooks(folder)) == set(STUDENTS) - {"s2"}
 
 
-DRIVER = """
-import sys
-sys.path.insert(0, {root!r})
-from exercises.verify import CHECKS
-from exercises.verify.numeric_reference import Check
+def test_a_run_that_is_stopped_goes_on_to_the_very_same(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What was handed out before is not another afterwards."""
+    put_in(monkeypatch, odd)
+    whole, told = a_class(tmp_path / "whole"), list[release.Released]()
+    generate(whole)
 
-def check(numeric, part):
-    yield Check("fault", numeric.problem.id.seed % 2 == 0, "put in")
+    def stop(made: release.Released) -> None:
+        told.append(made)
+        if len(told) == 3:
+            raise KeyboardInterrupt
 
-CHECKS["determinant"] = check
-if __name__ == "__main__":
-    from grader.cli import main
-    main()
-"""
-
-
-def test_a_run_that_is_killed_goes_on_to_the_very_same(tmp_path: Path) -> None:
-    """On two processes; what was handed out before is not another afterwards."""
-    driver = tmp_path / "driver.py"
-    driver.write_text(DRIVER.format(root=str(ROOT)))
-    killed, whole = a_class(tmp_path / "killed"), a_class(tmp_path / "whole")
-    command = [sys.executable, str(driver), "generate"]
-    subprocess.run([*command, str(whole), "--jobs", "2"], check=True, capture_output=True)
-    assert read_redrawn(whole)
-    with subprocess.Popen([*command, str(killed), "--jobs", "2"], stderr=subprocess.DEVNULL) as run_to_kill:
-        while run_to_kill.poll() is None and not (killed / "redrawn.csv").exists():
-            time.sleep(0.01)
-        run_to_kill.kill()
-    there = notebooks(killed)
-    subprocess.run([*command, str(killed), "--jobs", "1"], check=True, capture_output=True)
-    assert notebooks(killed) == notebooks(whole)
-    assert there.items() <= notebooks(killed).items()
-    assert (killed / "redrawn.csv").read_bytes() == (whole / "redrawn.csv").read_bytes()
+    with pytest.raises(KeyboardInterrupt):
+        release.release(load_assignment(folder), CERTIFIER, 1, stop)
+    there = notebooks(folder)
+    assert there and len(there) < len(STUDENTS)
+    generate(folder)
+    assert notebooks(folder) == notebooks(whole) and there.items() <= notebooks(folder).items()
+    assert (folder / "redrawn.csv").read_bytes() == (whole / "redrawn.csv").read_bytes()
 
 
 def test_exports_hand_out_and_take_along_the_same_draws(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -295,9 +279,8 @@ def test_an_export_leaves_out_who_can_be_given_nothing(folder: Path, monkeypatch
     lost = set(seeds(load_assignment(folder), "s3"))
     put_in(monkeypatch, lambda seed: seed in lost)
     for outlet, files in (("gradescope", "students/*/hw.ipynb"), ("html", "handout/*.html")):
-        result = runner.invoke(app, ["export", str(folder), "--to", outlet, "--jobs", "1"])
-        assert result.exit_code == 2
-        assert "1 of 6 students is left out (s3); everybody else has theirs. p2: take instead" in result.stderr
+        stderr = left_out(folder, "export", "--to", outlet)
+        assert "1 of 6 students" in stderr and "(s3)" in stderr
         assert len(list((folder / "exports" / outlet).glob(files))) == 5
 
 
@@ -308,13 +291,12 @@ def test_a_bank_passes_over_what_fails_and_says_so_where_nothing_passes(
     bank = ("export", folder, "--to", "prairielearn", "--variants", "4", "--jobs", "1")
     result = runner.invoke(app, [str(word) for word in bank])
     assert result.exit_code == 0
-    assert "did not pass, and others were taken; the first: determinant: fault: put in" in result.stderr
+    assert "determinant: fault: put in" in result.stderr
     seeds_of = json.loads(next((folder / "exports").rglob("bank.json")).read_text())["seeds"]
     assert len(seeds_of["p2"]) == 4 and not any(odd(int(seed)) for seed in seeds_of["p2"])
     put_in(monkeypatch, lambda _: True)
     said = fails(*bank)
-    assert "p2 (planar-2r): none of 10 draws can be asked. The first: determinant: fault: put in" in said
-    assert 'Nothing is exported. p2: take instead questions = ["position"], without determinant (tried for s1' in said
+    assert "p2 (planar-2r): " in said and 'questions = ["position"]' in said
 
 
 @pytest.mark.parametrize(
@@ -340,8 +322,7 @@ def test_notebooks_of_who_has_left_the_roster_are_told_of(folder: Path) -> None:
     (folder / "roster.csv").write_text("".join(line for line in roster.splitlines(True) if not line.startswith("s3")))
     result = runner.invoke(app, ["generate", str(folder), "--jobs", "1"])
     assert result.exit_code == 0
-    assert "still has notebooks of who is not on the roster (s3): hand these out to nobody" in result.stderr
-    assert f"'qdot forget s3 {folder}'" in result.stderr
+    assert "(s3)" in result.stderr and f"'qdot forget s3 {folder}'" in result.stderr
     run("forget", "s3", str(folder), "--yes")
     result = runner.invoke(app, ["generate", str(folder), "--jobs", "1"])
-    assert "not on the roster" not in result.stderr
+    assert "s3" not in result.stderr

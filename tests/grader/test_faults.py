@@ -1,8 +1,8 @@
 """Nothing is lost: whatever ends `qdot grade`, and whenever, a rerun goes on and gives what an undisturbed run gives.
 
-The faults are real: SIGKILL for the whole process group at drawn moments, SIGINT, SIGTERM, workers that are killed, a
-disk that is full (a tmpfs, for root), a limit on the size of files, a lock that another process holds. A run that is to
-be ended is a process of its own; one that goes on after it, or only says what is wrong, is run in this process.
+The faults are real: SIGKILL for the whole process group at drawn moments, workers that are killed, a limit on the size
+of files as a disk that is full, a lock that another process holds. A run that is to be ended is a process of its own;
+one that goes on after it, or only says what is wrong, is run in this process.
 """
 
 import csv
@@ -48,7 +48,6 @@ CUT_OFF = "s03: hw.ipynb is not a Jupyter notebook, or was cut off (line 7)\n"
 """What an undisturbed run says on standard error."""
 REPORTS = ("results.jsonl", "grades.csv")
 pytestmark = pytest.mark.xdist_group("faults")  # the class is made and graded once
-needs_ps = pytest.mark.skipif(shutil.which("ps") is None, reason="needs ps")
 
 
 @pytest.fixture(scope="module")
@@ -104,9 +103,7 @@ def reports(folder: Path) -> dict[str, bytes]:
 def graded_once(handed_in: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The class graded by a run that nobody disturbed."""
     folder = copied(handed_in, tmp_path_factory.mktemp("undisturbed") / "hw")
-    process = started(folder)
-    _, err = process.communicate(timeout=120)
-    assert (process.returncode, err) == (0, CUT_OFF)
+    assert finish(folder) == CUT_OFF
     return folder
 
 
@@ -148,10 +145,6 @@ def check_whole(folder: Path) -> None:
         assert [row["student"] for row in rows] == STUDENTS
     for path in (graded / "feedback").glob("[!.]*"):
         assert path.read_text().endswith("</html>\n")
-    for path in (graded / "history").glob("[!.]*"):
-        assert path.read_text().endswith("\n")
-        for line in path.read_text().splitlines():
-            assert set(json.loads(line)) == {"replaced", "why", "result"}
 
 
 def check_done(folder: Path, undisturbed: dict[str, bytes]) -> None:
@@ -191,7 +184,7 @@ def kill(process: "subprocess.Popen[str]") -> bool:
 
 
 @pytest.mark.parametrize(
-    ("seed", "is_graded_before"), several([(0, False), (3, True)], [(0, False), (1, False), (2, True), (3, True)])
+    ("seed", "is_graded_before"), several([(3, True)], [(0, False), (1, False), (2, True), (3, True)])
 )
 def test_a_grader_that_is_killed_again_and_again_loses_nothing(
     folder: Path, undisturbed: dict[str, bytes], graded_once: Path, seed: int, is_graded_before: bool
@@ -206,7 +199,7 @@ def test_a_grader_that_is_killed_again_and_again_loses_nothing(
     rng, kills = random.Random(seed), 0
     begin()
     while kills < several(1, 7):
-        before, process = kept(folder), started(folder, rng.choice((1, 1, 2)))
+        before, process = kept(folder), started(folder, several(1, rng.choice((1, 1, 2))))
         wait_for(*drawn(rng), folder, process)
         kills += kill(process)
         check_whole(folder)
@@ -220,89 +213,18 @@ def test_a_grader_that_is_killed_again_and_again_loses_nothing(
     check_done(folder, undisturbed)
 
 
-def test_the_history_survives_kills_and_holds_everything_once(folder: Path, handed_in: Path, graded_once: Path) -> None:
-    copied(graded_once / "graded", folder / "graded")
-    earlier = (folder / "graded" / "results.jsonl").read_text().splitlines()
-    (folder / "overrides.csv").write_text("student,part,points,comment\ns00,p1.position,0.5,told\n")
-    hand_in(folder, load_assignment(handed_in), "s05")
-    whole = copied(folder, folder.parent / "whole")
-    finish(whole)
-    rng = random.Random(7)
-    for _ in range(several(1, 4)):
-        process = started(folder, 1)
-        wait_for(*drawn(rng), folder, process)
-        kill(process)
-        check_whole(folder)
-    finish(folder)
-    assert reports(folder) == reports(whole)
-    for student, why in (("s00", "override"), ("s05", "new submission")):
-        (line,) = (folder / "graded" / "history" / f"{student}.jsonl").read_text().splitlines()
-        assert json.loads(line)["why"] == why
-        assert json.loads(line)["result"] == json.loads(earlier[STUDENTS.index(student)])
-    assert len(list((folder / "graded" / "history").iterdir())) == 2
-
-
-# --- Ctrl-C, SIGTERM ---
-
-
-@pytest.mark.parametrize("number", several([signal.SIGTERM], [signal.SIGINT, signal.SIGTERM]))
-def test_a_grader_that_is_stopped_says_so_and_loses_nothing(
-    folder: Path, undisturbed: dict[str, bytes], number: signal.Signals
-) -> None:
-    rng = random.Random(number)
-    for _ in range(several(1, 2)):
-        before, process = kept(folder), started(folder)
-        wait_for(rng.uniform(0.0, 0.1), rng.randint(1, 4), folder, process)
-        os.killpg(process.pid, number)
-        _, err = process.communicate(timeout=60)
-        if process.returncode:
-            assert (process.returncode, err) == (128 + number, "qdot: stopped; run the same command again to go on\n")
-        check_whole(folder)
-        assert before.items() <= kept(folder).items()
-        assert not list((folder / "graded").rglob("*.tmp"))
-    finish(folder)
-    check_done(folder, undisturbed)
-
-
 # --- workers that die ---
-
-
-def workers(process: "subprocess.Popen[str]") -> list[int]:
-    """Return the processes that grade: children of the fork server, which is a child of the command."""
-    listed = subprocess.run(["ps", "-A", "-o", "pid=,ppid=,stat="], capture_output=True, text=True, check=True)
-    rows = [line.split() for line in listed.stdout.splitlines()]
-    parent = {int(pid): int(ppid) for pid, ppid, stat in rows if not stat.startswith("Z")}
-    return [pid for pid, above in parent.items() if parent.get(above) == process.pid]
-
-
-@needs_ps
-def test_workers_that_are_killed_cost_nobody_anything(folder: Path, undisturbed: dict[str, bytes]) -> None:
-    process = started(folder)
-    killed = 0
-    for files in several((2,), (1, 2)):  # the first is the lock
-        wait_for(0.0, files, folder, process)
-        for pid in workers(process)[:1]:
-            os.kill(pid, signal.SIGKILL)
-            killed += 1
-    _, err = process.communicate(timeout=120)
-    assert (process.returncode, err) == (0, CUT_OFF)
-    assert killed
-    check_done(folder, undisturbed)
 
 
 AROUND = several(slice(4, 7), slice(None))
 """The students who are graded with s05."""
 
 
-def deadly(folder: Path, times: int) -> Assignment:
-    """Return the assignment with a student, s05, who ends so many processes that come to the student's problems."""
-    assignment = load_assignment(folder)
-    own = {field.name: getattr(assignment, field.name) for field in fields(assignment)}
-    return DeadlyAssignment(**own, victim="s05", times=times)
-
-
 def graded(folder: Path, times: int) -> dict[str, dict[str, Any]]:
-    assignment = deadly(folder, times)
+    """Grade with a student, s05, who ends so many processes that come to the student's problems."""
+    made = load_assignment(folder)
+    own = {field.name: getattr(made, field.name) for field in fields(made)}
+    assignment = DeadlyAssignment(**own, victim="s05", times=times)
     shutil.rmtree(folder / ".qdot")  # where problems are kept, nobody comes to them
     found = find_submissions(assignment, folder / "submitted").found
     results = grade_class(assignment, found, 2, Limits(), lambda _: None, assignment.roster[AROUND])
@@ -328,6 +250,7 @@ def test_who_ends_every_process_is_ungraded_and_the_others_are_not(folder: Path,
     check_done(folder, undisturbed)
 
 
+@pytest.mark.whole  # as one who ends every process, without the end
 def test_who_ends_a_process_once_is_graded(folder: Path, undisturbed: dict[str, bytes]) -> None:
     assert graded(folder, 2) == around(undisturbed)
 
@@ -344,80 +267,43 @@ class LosingSandbox(Sandbox):
 
 
 @pytest.mark.parametrize(
-    ("ends", "said"),
+    ("ends", "is_told"),
     [
-        (("lost", "done"), ""),
-        (("lost", "lost", "done"), "the notebook killed"),
-        (("unbegun", "unbegun", "unbegun", "done"), ""),
-        (("unbegun", "lost", "unbegun", "lost", "done"), "the notebook killed"),
+        ("lost done", False), ("lost lost done", True), ("unbegun unbegun unbegun done", False),
+        ("unbegun lost unbegun lost done", True),
     ],
-)
-def test_a_notebook_answers_for_its_process_only_if_it_is_lost_twice(
-    handed_in: Path, ends: tuple[str, ...], said: str
-) -> None:
+)  # fmt: skip
+def test_a_notebook_answers_for_its_process_only_if_it_is_lost_twice(handed_in: Path, ends: str, is_told: bool) -> None:
     assignment = load_assignment(handed_in)
     attempt = read_attempts(Found((handed_in / "submitted" / "s00" / "hw.ipynb",)), "hw")[0]
-    marked = grade_attempt(assignment, "s00", attempt, LosingSandbox(*ends), Copies(assignment))
+    marked = grade_attempt(assignment, "s00", attempt, LosingSandbox(*ends.split()), Copies(assignment))
     assert is_graded(marked)
-    assert "".join(marked["notes"]).startswith(said)
-    assert bool(marked["notes"]) == bool(said)
+    assert ("killed" in "".join(marked["notes"]), bool(marked["notes"])) == (is_told, is_told)
     for always in ("lost", "unbegun"):
-        with pytest.raises(RuntimeError, match="the process that runs notebooks ends by itself"):
+        with pytest.raises(RuntimeError, match="ends by itself"):
             grade_attempt(assignment, "s00", attempt, LosingSandbox(*[always] * 9), Copies(assignment))
 
 
 # --- disks ---
 
 
-@pytest.mark.parametrize("sizes", several([(24,)], [(1, 8, 24)]))
+@pytest.mark.parametrize("blocks", several([24], [1, 8, 24]))
 def test_a_file_that_cannot_be_written_whole_is_one_message(
-    folder: Path, undisturbed: dict[str, bytes], sizes: tuple[int, ...]
+    folder: Path, undisturbed: dict[str, bytes], blocks: int
 ) -> None:
-    """Sizes in blocks of 512 bytes: too few for a result, for a page. A full disk (see below) is met at both."""
-    for blocks in sizes:
-        limited = ["sh", "-c", f'ulimit -f {blocks}; exec "$@"', "sh", *command(folder)]
-        done = subprocess.run(limited, capture_output=True, text=True, timeout=120)
-        assert done.returncode == 2, done.stderr
-        assert done.stdout == ""
-        *others, line = done.stderr.splitlines()
-        assert all("sandbox" in other for other in others)  # such a limit is one on what contains notebooks, too
-        assert line.startswith(f"qdot: {folder / 'graded'}")
-        assert line.endswith("can't be written: File too large")
-        check_whole(folder)
-        assert not list((folder / "graded").rglob("*.tmp"))
+    """Blocks of 512 bytes: too few for a result, for a page."""
+    limited = ["sh", "-c", f'ulimit -f {blocks}; exec "$@"', "sh", *command(folder, 1)]
+    done = subprocess.run(limited, capture_output=True, text=True, timeout=120)
+    assert (done.returncode, done.stdout) == (2, ""), done.stderr
+    *others, line = done.stderr.splitlines()
+    assert all("sandbox" in other for other in others)  # such a limit is one on what contains notebooks, too
+    assert line.startswith(f"qdot: {folder / 'graded'}") and line.endswith("File too large")
+    check_whole(folder)
+    assert not list((folder / "graded").rglob("*.tmp"))
     before = kept(folder)
-    assert before
+    assert before or blocks < 8
     finish(folder)
     assert before.items() <= kept(folder).items()
-    check_done(folder, undisturbed)
-
-
-@pytest.fixture
-def tiny(folder: Path) -> Iterator[Path]:
-    """A disk of its own for what is graded, too small for it."""
-    disk = folder / "graded"
-    disk.mkdir()
-    mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=28k", "tmpfs", str(disk)], capture_output=True)
-    if mounted.returncode:
-        pytest.skip("only root may mount a disk, and not everywhere")
-    yield disk
-    subprocess.run(["umount", "-l", str(disk)], check=True)
-
-
-@pytest.mark.skipif(shutil.which("mount") is None or os.geteuid() != 0, reason="only root may mount a disk")
-def test_a_full_disk_is_one_message_and_a_rerun_goes_on(
-    folder: Path, tiny: Path, undisturbed: dict[str, bytes]
-) -> None:
-    for size in ("28k", "120k"):
-        subprocess.run(["mount", "-o", f"remount,size={size}", str(tiny)], check=True)
-        before = kept(folder)
-        (line,) = finish(folder, code=2).splitlines()
-        assert line.startswith(f"qdot: {tiny}")
-        assert line.endswith("can't be written: No space left on device")
-        check_whole(folder)
-        assert before.items() <= kept(folder).items()
-    subprocess.run(["mount", "-o", "remount,size=20m", str(tiny)], check=True)
-    finish(folder)
     check_done(folder, undisturbed)
 
 
@@ -436,23 +322,11 @@ def test_files_that_a_loss_of_power_emptied_or_tore_are_graded_again(
     check_done(folder, undisturbed)
 
 
-# --- two graders ---
-
-
-def test_a_second_grader_says_so_and_leaves(folder: Path, undisturbed: dict[str, bytes]) -> None:
-    first = started(folder)
-    wait_for(0.0, 2, folder, first)
-    os.killpg(first.pid, signal.SIGSTOP)  # it holds what it holds until the second one has looked
-    try:
-        err = finish(folder, code=2)
-    finally:
-        os.killpg(first.pid, signal.SIGCONT)
-    assert err == f"qdot: {folder / 'graded'} is being graded by another 'qdot grade'; wait until it is done\n"
-    first.communicate(timeout=120)
-    assert first.returncode == 0
-    check_done(folder, undisturbed)
+def test_a_second_grader_says_so_and_leaves(folder: Path, graded_once: Path) -> None:
+    copied(graded_once / "graded", folder / "graded")
     with (folder / "graded" / ".cache" / "lock").open("w") as lock:  # whatever holds it
         fcntl.flock(lock, fcntl.LOCK_EX)
         before = {path: path.stat().st_mtime_ns for path in (folder / "graded").rglob("*")}
-        finish(folder, code=2)
+        err = finish(folder, code=2)
+        assert f"{folder / 'graded'} " in err and "another 'qdot grade'" in err and err.count("\n") == 1
         assert before == {path: path.stat().st_mtime_ns for path in (folder / "graded").rglob("*")}

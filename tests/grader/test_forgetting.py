@@ -69,8 +69,15 @@ STAYS = {
 
 
 def test_nothing_is_left_of_a_student(folder: Path) -> None:
+    sheets = folder / "exports" / "pdf" / "exam"
+    sheets.mkdir(parents=True)
+    for student in ("bo", "cy", "dan"):
+        (sheets / f"{student}.pdf").write_bytes(b"%PDF-1.7")  # in which nothing can be seen
     before = contents(folder)
     said = forget(folder)
+    (pages,) = [line for line in said if "exports/pdf" in line]
+    assert "exports/pdf/exam/ (3 files, as bo.pdf)" in pages
+    said.remove(pages)
     after = contents(folder)
     left = {name for name, data in after.items() if ADA.search(data) or "ada" in name or name.endswith(".zip")}
     assert left <= STAYS
@@ -84,18 +91,7 @@ def test_nothing_is_left_of_a_student(folder: Path) -> None:
         assert name in gone
     assert sum(name.startswith(".qdot/") for name in gone) == 1
     assert not list(folder.glob(f"{forgetting.ASIDE}*"))
-    assert (
-        said[-1] == f"removed {sum('  remove ' in line for line in said)} files and folders, and the lines in 5 tables"
-    )
-
-
-def test_a_folder_of_files_that_nothing_can_be_seen_in_is_told_once(folder: Path) -> None:
-    sheets = folder / "exports" / "pdf" / "exam"
-    sheets.mkdir(parents=True)
-    for name in ("bo", "cy", "dan"):
-        (sheets / f"{name}.pdf").write_bytes(b"%PDF-1.7")
-    (told,) = [line for line in forget(folder) if "exports/pdf" in line]
-    assert "exports/pdf/exam/ (3 files, as bo.pdf)" in told
+    assert str(sum("  remove " in line for line in said)) in said[-1] and "5 tables" in said[-1]
 
 
 def test_nothing_is_lost_of_the_others(folder: Path) -> None:
@@ -108,18 +104,14 @@ def test_nothing_is_lost_of_the_others(folder: Path) -> None:
     for name in tables:
         lines = [line for line in before[name].splitlines(True) if not ADA.search(line)]
         assert after[name] == b"".join(lines)
+    results = [json.loads(line) for line in (folder / "graded" / "results.jsonl").read_text().splitlines()]
+    known = {result["submission"]["sha256"] for result in results if result["submission"]}
+    digests = [json.loads(path.read_text())["marked"]["sha256"] for path in (folder / "graded/.cache").glob("*.json")]
+    assert sorted(filter(None, digests)) == sorted(known) and len(digests) == 2, "kept under another name"
     kept = {name: (folder / name).stat().st_mtime_ns for name in after if name.startswith("graded/.cache/")}
     assert "no mark moved since the last run" in grade(folder, "--diff")
     assert {name: (folder / name).stat().st_mtime_ns for name in kept} == kept, "nobody is graded again"
     assert [student.id for student in load_assignment(folder).roster] == ["bo", "cy"]
-
-
-def test_what_was_graded_of_the_student_is_not_kept_under_another_name(folder: Path) -> None:
-    forget(folder)
-    results = [json.loads(line) for line in (folder / "graded" / "results.jsonl").read_text().splitlines()]
-    known = {result["submission"]["sha256"] for result in results if result["submission"]}
-    digests = [json.loads(path.read_text())["marked"]["sha256"] for path in (folder / "graded/.cache").glob("*.json")]
-    assert sorted(filter(None, digests)) == sorted(known) and len(digests) == 2
 
 
 def test_it_is_told_first_and_asked_about(folder: Path) -> None:
@@ -127,7 +119,7 @@ def test_it_is_told_first_and_asked_about(folder: Path) -> None:
     said = forget(folder, "ada", "--dry-run")
     assert said[-1] == "nothing was removed: --dry-run"
     asked = fails("forget", "ada", folder)
-    assert asked == "qdot: nobody is there to be asked: --yes removes it, --dry-run tells and removes nothing"
+    assert "--yes" in asked and "--dry-run" in asked
     with patch.object(keeping, "_agreed", lambda: False):
         assert run("forget", "ada", folder, code=1).splitlines()[-1] == "nothing was removed"
     assert contents(folder) == before
@@ -141,12 +133,12 @@ def test_a_student_is_known_by_identifier_name_or_email(folder: Path, named: str
 
 
 def test_who_is_nobody(folder: Path) -> None:
-    assert "has nothing of it: unknown student 'adam' (did you mean 'ada'?)" in fails("forget", "adam", folder)
+    assert "'adam' (did you mean 'ada'?)" in fails("forget", "adam", folder)
     for named in ("../hw", "..", "", "ada/..", ".qdot"):
         assert "unknown student" in fails("forget", named, folder)
     (folder / "roster.csv").write_text("student,name\nada,Ada\nbo,Ada\n")
-    assert "'Ada' may be ada or bo; give the identifier" in fails("forget", "Ada", folder)
-    assert "is no assignment's folder" in fails("forget", "ada", folder / "submitted" / "ada")
+    assert "'Ada' may be ada or bo" in fails("forget", "Ada", folder)
+    assert "no assignment's folder" in fails("forget", "ada", folder / "submitted" / "ada")
 
 
 def test_who_has_left_the_roster_is_found_by_what_is_there(folder: Path) -> None:
@@ -171,9 +163,7 @@ def test_what_was_stopped_is_ended_by_the_same_command(folder: Path) -> None:
 
 def test_what_cannot_be_removed_is_told(folder: Path) -> None:
     with patch.object(forgetting, "remove", side_effect=OSError(5, "Input/output error", "x")):
-        assert "x can't be removed: Input/output error; run the same command again" in fails(
-            "forget", "ada", folder, "--yes"
-        )
+        assert "x can't be removed: Input/output error" in fails("forget", "ada", folder, "--yes")
 
 
 def test_not_while_a_class_is_being_graded(folder: Path) -> None:
@@ -221,6 +211,7 @@ def test_what_a_platform_calls_by_names_and_numbers(tmp_path: Path) -> None:
     made = a_class(tmp_path / "hw", STUDENTS)
     for name in ("Ada King Lovelace_31_assignsubmission_file_", "Bo Example_32_assignsubmission_file_"):
         hand_in(made, f"{name}/hw.ipynb", "{}")
+    (tmp_path / ".git").mkdir()
     outside = tmp_path / "outside"
     outside.mkdir()
     (outside / "kept").write_text("x")
@@ -229,7 +220,8 @@ def test_what_a_platform_calls_by_names_and_numbers(tmp_path: Path) -> None:
     (theirs / "closed").mkdir()
     (theirs / "closed" / "deep").write_text("x")
     (theirs / "closed").chmod(0)
-    forget(made.folder)
+    told = forget(made.folder)
+    assert any(line.split()[:2] == ["stays", ".git"] for line in told)
     assert [path.name for path in (made.folder / "submitted").iterdir()] == ["Bo Example_32_assignsubmission_file_"]
     assert (outside / "kept").exists(), "a link is removed, and not what it leads to"
 
@@ -246,9 +238,3 @@ def test_the_page_on_data_protection_names_every_kind_of_file(folder: Path) -> N
     }
     of_nobody = {"assignment.toml", "README.md", ".gitignore", "notes.txt", "graded/feedback/cy.html"}
     assert len(kinds) > 12 and {name for name in kinds - of_nobody if name.split("/")[-1] not in page} == set()
-
-
-def test_what_is_in_git_is_told(tmp_path: Path) -> None:
-    made = a_class(tmp_path / "hw", STUDENTS)
-    (tmp_path / ".git").mkdir()
-    assert any(line.split()[:2] == ["stays", ".git"] for line in forget(made.folder))

@@ -35,10 +35,7 @@ def given_back(sandbox: Sandbox, code: str) -> tuple[str | None, str | None]:
 SYMBOLIC = [
     ("lambda theta1, theta2: cos(theta1)", "cos(theta1)"),
     ("lambda q: [math.sin(q[0]), np.sqrt(q[1])]", "[sin(theta1), sqrt(theta2)]"),
-    (
-        "lambda q, a1: a1*np.array([np.cos(q[0]), np.arctan2(q[0], q[1])])",
-        "[a1*cos(theta1), a1*atan2(theta1, theta2)]",
-    ),
+    ("lambda q, a1: a1*np.array([1, np.arctan2(q[0], q[1])])", "[a1, a1*atan2(theta1, theta2)]"),
     ("lambda q, dq: np.dot(q, dq)", "qd1*theta1 + qd2*theta2"),
     ("lambda *q: q[0] - q[1]", "theta1 - theta2"),
     ("lambda x, y: x/y", "theta1/theta2"),
