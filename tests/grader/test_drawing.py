@@ -1,6 +1,9 @@
 """No problem blocks a class: what can't be certified is drawn anew, and at last left out and told; by faults put in."""
 
 import json
+import subprocess
+import sys
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -25,6 +28,7 @@ from exercises.verify.numeric_reference import Check, NumericReference
 from grader.certify import CERTIFIER
 from grader.cli import app
 from grader.demo import answered
+from tests.support import ROOT
 from tests.support.command import fails, run, runner
 from tests.support.handing_in import one_sandbox
 
@@ -47,8 +51,8 @@ def folder(tmp_path: Path) -> Path:
     return a_class(tmp_path / "hw")
 
 
-def a_class(folder: Path) -> Path:
-    init_assignment(folder, "T", "hw", [Student(name) for name in STUDENTS], secret="0123456789abcdef")
+def a_class(folder: Path, secret: str = "0123456789abcdef") -> Path:
+    init_assignment(folder, "T", "hw", [Student(name) for name in STUDENTS], secret=secret)
     (folder / "assignment.toml").write_text(TOML)
     return folder
 
@@ -198,8 +202,9 @@ def test_a_draw_that_finds_nothing_to_ask_or_fails_is_drawn_anew(
 
 
 def test_who_was_left_out_does_not_keep_the_others_from_being_graded(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    folder = a_class(tmp_path / "hw", secret="fedcba9876543210")  # problems of other tests are cached in this process
     lost, question = {str(seed) for seed in seeds(load_assignment(folder), "s3")}, ASKED["determinant"]
 
     def ask(chain: Chain, rng: Stream) -> tuple[Answer, Details]:
@@ -254,6 +259,42 @@ def test_a_run_that_is_stopped_goes_on_to_the_very_same(
     generate(folder)
     assert notebooks(folder) == notebooks(whole) and there.items() <= notebooks(folder).items()
     assert (folder / "redrawn.csv").read_bytes() == (whole / "redrawn.csv").read_bytes()
+
+
+DRIVER = """
+import sys
+sys.path.insert(0, {root!r})
+from exercises.verify import CHECKS
+from exercises.verify.numeric_reference import Check
+
+def check(numeric, part):
+    yield Check("fault", numeric.problem.id.seed % 2 == 0, "put in")
+
+CHECKS["determinant"] = check
+if __name__ == "__main__":
+    from grader.cli import main
+    main()
+"""
+
+
+@pytest.mark.whole
+def test_a_run_that_is_killed_goes_on_to_the_very_same(tmp_path: Path) -> None:
+    """On two processes; what was handed out before is not another afterwards."""
+    driver = tmp_path / "driver.py"
+    driver.write_text(DRIVER.format(root=str(ROOT)))
+    killed, whole = a_class(tmp_path / "killed"), a_class(tmp_path / "whole")
+    command = [sys.executable, str(driver), "generate"]
+    subprocess.run([*command, str(whole), "--jobs", "2"], check=True, capture_output=True)
+    assert read_redrawn(whole)
+    with subprocess.Popen([*command, str(killed), "--jobs", "2"], stderr=subprocess.DEVNULL) as run_to_kill:
+        while run_to_kill.poll() is None and not (killed / "redrawn.csv").exists():
+            time.sleep(0.01)
+        run_to_kill.kill()
+    there = notebooks(killed)
+    subprocess.run([*command, str(killed), "--jobs", "1"], check=True, capture_output=True)
+    assert notebooks(killed) == notebooks(whole)
+    assert there.items() <= notebooks(killed).items()
+    assert (killed / "redrawn.csv").read_bytes() == (whole / "redrawn.csv").read_bytes()
 
 
 def test_exports_hand_out_and_take_along_the_same_draws(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
