@@ -44,25 +44,15 @@ def test_what_means_nothing_or_two_things_is_refused(text: str, said: str) -> No
 
 
 def test_tables_are_read_where_every_row_has_what_is_due() -> None:
-    assert table_text("a\tb\nc\td", (2, 2)) == "[[a, b], [c, d]]"
-    assert table_text("| a   b |\n| c   d |", (2, 2)) == "[[a, b], [c, d]]"
+    for text in ("a\tb\nc\td", "| a   b |\n| c   d |", "a b\nc d", "a, b\nc, d", "a, b,\nc, d", "[a, b\n c, d]",
+                 "[a b\n c d]", "J = [a b; c d];", "J =\na b\nc d", "a b; c d"):  # fmt: skip
+        assert table_text(text, (2, 2)) == "[[a, b], [c, d]]", text
     assert table_text("[a -b; c d]", (2, 2)) == "[[a, -b], [c, d]]"
     assert table_text("a\n-b", (2, 1)) == "[a, -b]"
     for goes_on in ("a\n+ b", "a\n- b", "a\n* b", "a\nb\nc", "a, b\nc"):
         assert table_text(goes_on, (2, 1)) is None
     for not_two in ("[a - b; c d]", "[a b c; d e]", "[a b; c d; e f]", "a b\nc d e", "a, , b\nc, d"):
         assert table_text(not_two, (2, 2)) is None
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "a b\nc d", "a, b\nc, d", "a, b,\nc, d", "[a, b\n c, d]", "[a b\n c d]", "J = [a b; c d];", "J =\na b\nc d",
-        "a b; c d",
-    ],
-)  # fmt: skip
-def test_rows_stand_in_lines_or_between_semicolons_with_or_without_brackets(text: str) -> None:
-    assert table_text(text, (2, 2)) == "[[a, b], [c, d]]"
 
 
 def test_a_blank_beside_a_comma_parts_entries_with_decimal_commas() -> None:

@@ -287,6 +287,8 @@ def test_a_claim_that_holds_nowhere_covers_nothing_and_is_not_wrong() -> None:
     found = compared("theta2 = 0", "theta2 = 0 or cos(theta2) = 2")
     assert (found.covered, found.sound, found.equal) == ((True, None), (True,), True)
     assert (found.points, found.least) == (100, 50)
+    nothing = compare_sets([], read_pieces("sin(theta2) = 0"), SPACE, "seed")
+    assert not nothing.equal and nothing.missing is not None
 
 
 @pytest.mark.parametrize(("off", "rounded"), [("0.004", True), ("-0.004", True), ("0.006", False)])
