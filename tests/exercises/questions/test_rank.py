@@ -40,11 +40,11 @@ def test_the_rank_is_not_always_the_same(textbook_arms: dict[str, Any]) -> None:
 
     Two that meet in no pose that can be told exactly, as a PUMA's, are not asked.
     """
-    for name, ranks, draws in (("planar_2R", {1, 2}, 20), ("elbow_RRR", {1, 2, 3}, 20), ("PUMA560", {5, 6}, 6)):
+    for name, ranks, draws in (("planar_2R", {1, 2}, 20), ("elbow_RRR", {1, 2, 3}, 20), ("PUMA560", {5, 6}, 4)):
         problems = [asked("rank", textbook_arms[name].chain, seed) for seed in range(several(draws, 30))]
         found = Counter(int(problem.parts[0].answer.as_matrix()[0]) for problem in problems)
         assert ranks <= set(found), (name, found)
-        assert max(found.values()) <= 0.85 * len(problems)
+        assert max(found.values()) <= 0.8 * len(problems)
 
 
 def test_lost_direction_of_the_chapters_arms(textbook_arms: dict[str, Any]) -> None:
@@ -155,7 +155,7 @@ def test_meanings_of_the_chapters_arms(textbook_arms: dict[str, Any]) -> None:
 def test_the_kind_is_left_out_where_it_is_not_the_same_everywhere(textbook_arms: dict[str, Any]) -> None:
     """With a shoulder offset the stretched arm is on the boundary in front, and inside behind the column."""
     chain = textbook_arms["elbow_RRR_shoulder_offset_(Scorbot_point_P)"].chain
-    texts = [asked("singularity-meaning", chain, seed).parts[0].answer for seed in range(10)]
+    texts = [asked("singularity-meaning", chain, seed).parts[0].answer for seed in range(several(6, 10))]
     stretched = [a for a in texts if isinstance(a, Choice) and "stretched" in a.options[a.correct]]
     assert stretched
     assert not any("singularity" in option for answer in stretched for option in answer.options)
