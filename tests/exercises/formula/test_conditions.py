@@ -28,93 +28,48 @@ SAME_FOLD = [
     "sin(theta2)^2 = 0", "sin(theta2)", "theta2 in {0, -pi}", "theta2 in [0, 3*pi]", "tan(theta2) = 0",
     "theta2 = 0 or theta2 = pi", "Or(Eq(theta2, 0), Eq(theta2, pi))", "[theta2 = 0, theta2 = 2*pi, theta2 = -pi]",
     "0 = theta2 or pi = theta2", "theta2 = [0, pi]", "a1*a2*sin(theta2) = 0", "cos(theta2)^2 = 1", "{theta2: k*pi}",
-    "s2 = 0", "theta2 = acos(1) or theta2 = acos(-1)",
+    "s2 = 0", "theta2 = acos(1) or theta2 = acos(-1)", "theta2 - pi = 0 or theta2 = 0",
     "sin(theta1 + theta2)*cos(theta1) = cos(theta1 + theta2)*sin(theta1)",
-    "theta2 - pi = 0 or theta2 = 0",
+]  # fmt: skip
+OTHER_FOLD = [
+    "theta2 = 0", "theta2 = pi", "theta2 in {0, pi, pi/2}", "theta3 = 0 or theta3 = pi", "cos(theta2) = 0",
+    "theta2 = 0 or theta2 = 180", "theta2 in {0, 3.14}", "sin(2*theta2) = 0", "theta2 = 2*k*pi",
+    "sin(theta2) = 0 and sin(theta3) = 0", "theta1 = 0 and sin(theta2) = 0", "sin(theta2/2) = 0",
+    "sin(theta2)*sin(theta3) = 0", "a1 = 0", "0 = 0", "1 = 0",
+]  # fmt: skip
+SHOULDER = "a1 + a2*cos(theta2) + a3*cos(theta2 + theta3) = 0"
+LONG_ENOUGH = Space(JOINTS, Domain({**DOMAIN.roles, "a1": 0.1, "a2": 0.5, "a3": 0.4}))
+BRANCH, OTHER_BRANCH = (f"theta3 = {sign}acos(-(a1 + a2*cos(theta2))/a3) - theta2" for sign in ("", "-"))
+SAME_SHOULDER = [
+    "a1 + a2*c2 + a3*c23 = 0", "a3*c23 = -a1 - a2*c2", "Eq(a1 + a2*c2, -a3*c23)", f"{BRANCH} or {OTHER_BRANCH}",
+    "(a1 + a2*c2 + a3*c23)^2 = 0", "a1 + (a2 + a3*c3)*c2 - a3*s2*s3 = 0",
+]  # fmt: skip
+OTHER_SHOULDER = [
+    BRANCH, "a2*c2 + a3*c23 = 0", "a1 + a2*c2 - a3*c23 = 0", "a1 + a2*c2 + a3*c3 = 0",
+    SHOULDER + " or sin(theta3) = 0", "a1 + a2*c2 = 0 and c23 = 0",
+]  # fmt: skip
+LINES = "[" + ", ".join(f"theta2 = {x} and theta3 = {y}" for x in ("0", "pi") for y in ("0", "pi")) + "]"
+SAME_LINES = [
+    "And(Eq(sin(theta2), 0), Eq(sin(theta3), 0))", "{theta2: [0, pi], theta3: [0, pi]}", "s2 = 0 and s23 = 0",
+    "sin(theta2)^2 + sin(theta3)^2 = 0",
+]  # fmt: skip
+OTHER_LINES = ["sin(theta2) = 0 or sin(theta3) = 0", "{theta2: [0, pi], theta3: 0}"]
+SLIDE = Space(("theta1", "d2"), Domain({"theta1": "angle", "d2": "signed"}))
+COMPARED = [
+    (FOLD, SPACE, SAME_FOLD, OTHER_FOLD), (SHOULDER, LONG_ENOUGH, SAME_SHOULDER, OTHER_SHOULDER),
+    (LINES, SPACE, SAME_LINES, OTHER_LINES),
+    ("d2 = -7/20", SLIDE, ["20*d2 + 7 = 0", "d2 = -0.35"], ["d2 = -7/20 + 2*pi"]),  # a slide has no full turns
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("claimed", SAME_FOLD)
-def test_a_set_is_the_same_however_it_is_written(claimed: str) -> None:
-    assert equal(claimed, FOLD)
-    assert equal(FOLD, claimed)
-
-
-@pytest.mark.parametrize(
-    "claimed",
-    [
-        "theta2 = 0", "theta2 = pi", "theta2 in {0, pi, pi/2}", "theta3 = 0 or theta3 = pi", "cos(theta2) = 0",
-        "theta2 = 0 or theta2 = 180", "theta2 in {0, 3.14}", "sin(2*theta2) = 0",
-        "theta2 = 2*k*pi", "sin(theta2) = 0 and sin(theta3) = 0", "theta1 = 0 and sin(theta2) = 0", "sin(theta2/2) = 0",
-        "sin(theta2)*sin(theta3) = 0", "a1 = 0", "0 = 0", "1 = 0",
-    ],
-)  # fmt: skip
-def test_another_set_is_another(claimed: str) -> None:
-    assert not equal(claimed, FOLD)
-
-
-def test_pieces_missing_and_too_many_are_told_apart() -> None:
-    def compare(claimed: str) -> tuple[tuple[bool | None, ...], tuple[bool | None, ...]]:
-        found = compare_sets(pieces(read(claimed), JOINTS), pieces(read(FOLD), JOINTS), SPACE, "seed")
-        return found.covered, found.sound
-
-    assert compare("theta2 = 0") == ((True, False), (True,))
-    assert compare("[theta2 = 0, theta2 = pi, theta3 = 0]") == ((True, True), (True, True, False))
-    found = compare_sets(pieces(read("theta2 = 0"), JOINTS), pieces(read(FOLD), JOINTS), SPACE, "seed")
-    assert found.missing is not None
-    assert found.missing["theta2"] == pytest.approx(3.14159, abs=1e-4)
-    assert found.surplus is None
-
-
-def test_nothing_claimed_covers_nothing() -> None:
-    found = compare_sets([], pieces(read(FOLD), JOINTS), SPACE, "seed")
-    assert not found.equal
-    assert found.missing is not None
-
-
-SHOULDER = "a1 + a2*cos(theta2) + a3*cos(theta2 + theta3) = 0"
-LONG_ENOUGH = Space(JOINTS, Domain({**DOMAIN.roles, "a1": 0.1, "a2": 0.5, "a3": 0.4}))
-BOTH_BRANCHES = (
-    "theta3 = acos(-(a1 + a2*cos(theta2))/a3) - theta2 or theta3 = -acos(-(a1 + a2*cos(theta2))/a3) - theta2"
-)
-
-
-@pytest.mark.parametrize(
-    "claimed",
-    [
-        "a1 + a2*c2 + a3*c23 = 0", "a3*c23 = -a1 - a2*c2", "Eq(a1 + a2*c2, -a3*c23)", BOTH_BRANCHES,
-        "(a1 + a2*c2 + a3*c23)^2 = 0", "a1 + (a2 + a3*c3)*c2 - a3*s2*s3 = 0",
-    ],
-)  # fmt: skip
-def test_a_condition_that_ties_joints_is_the_same_however_it_is_written(claimed: str) -> None:
-    assert equal(claimed, SHOULDER, LONG_ENOUGH)
-
-
-@pytest.mark.parametrize(
-    "claimed",
-    [
-        BOTH_BRANCHES.partition(" or ")[0], "a2*c2 + a3*c23 = 0", "a1 + a2*c2 - a3*c23 = 0", "a1 + a2*c2 + a3*c3 = 0",
-        SHOULDER + " or sin(theta3) = 0", "a1 + a2*c2 = 0 and c23 = 0",
-    ],
-)  # fmt: skip
-def test_a_condition_that_ties_joints_is_not_another(claimed: str) -> None:
-    assert not equal(claimed, SHOULDER, LONG_ENOUGH)
-
-
-def test_conditions_that_hold_together() -> None:
-    line = "[" + ", ".join(f"theta2 = {x} and theta3 = {y}" for x in ("0", "pi") for y in ("0", "pi")) + "]"
-    for claimed in ("And(Eq(sin(theta2), 0), Eq(sin(theta3), 0))", "{theta2: [0, pi], theta3: [0, pi]}",
-                    "sin(theta2)^2 + sin(theta3)^2 = 0", "s2 = 0 and s23 = 0"):  # fmt: skip
-        assert equal(claimed, line), claimed
-    assert not equal("sin(theta2) = 0 or sin(theta3) = 0", line)
-    assert not equal("{theta2: [0, pi], theta3: 0}", line)
-
-
-def test_a_slide_has_no_full_turns() -> None:
-    space = Space(("theta1", "d2"), Domain({"theta1": "angle", "d2": "signed"}))
-    assert equal("d2 = -7/20", "20*d2 + 7 = 0", space)
-    assert equal("d2 = -0.35", "d2 = -7/20", space)
-    assert not equal("d2 = -7/20 + 2*pi", "d2 = -7/20", space)
+@pytest.mark.parametrize(("reference", "space", "same", "others"), COMPARED, ids=["fold", "tied", "lines", "slide"])
+def test_a_set_is_the_same_however_it_is_written_and_another_is_another(
+    reference: str, space: Space, same: list[str], others: list[str]
+) -> None:
+    for claimed in same:
+        assert equal(claimed, reference, space) and equal(reference, claimed, space), claimed
+    for claimed in others:
+        assert not equal(claimed, reference, space), claimed
 
 
 def test_a_piece_that_does_not_exist_for_the_lengths_is_neither_right_nor_wrong() -> None:

@@ -24,6 +24,7 @@ from exercises.formula.trees import names
 from exercises.stream import Stream
 from grader.compare import compare_line
 from tests.support import DATA
+from tests.support.suites import several
 
 CASES = [json.loads(line) for line in (DATA / "corpus.jsonl").read_text(encoding="utf-8").splitlines()]
 
@@ -38,23 +39,8 @@ def compare(student: str, reference: str, seed: str = "seed") -> Comparison:
 def test_corpus(case: dict[str, Any]) -> None:
     judged = compare_line(json.dumps(case), 1)
     assert (judged["outcome"] == "correct") == case["correct"], judged
-    assert (
-        judged["certificate"] is None
-        or judged["certificate"]["bound"] is None
-        or judged["certificate"]["bound"] < 1e-15
-    )
+    assert ((judged["certificate"] or {}).get("bound") or 0) < 1e-15
     assert judged["outcome"] != "ungraded"
-
-
-@pytest.mark.parametrize(
-    ("student", "reference"),
-    [
-        ("sqrt(-a1)/I", "sqrt(a1)"), ("(-a1)^(1/2)", "I*sqrt(a1)"), ("log(-a1) - I*pi", "log(a1)"),
-        ("log((-a1)*(-1)*(-2)) - I*pi", "log(2*a1)"), ("sqrt(-(a1*theta1^2 + 1))", "I*sqrt(a1*theta1^2 + 1)"),
-    ],
-)  # fmt: skip
-def test_what_is_negative_is_on_the_upper_side_of_a_cut(student: str, reference: str) -> None:
-    assert compare(student, reference).equal == (True,)
 
 
 def test_a_reference_may_be_a_long_sum() -> None:
@@ -69,23 +55,13 @@ def test_a_line_that_is_no_json_is_told(line: str) -> None:
 
 
 WRONG_IN_PLACES = [
-    ("abs(a1*sin(theta2))", "a1*sin(theta2)"),
-    ("a1*sqrt(1 - cos(theta2)^2)", "a1*sin(theta2)"),
+    ("abs(a1*sin(theta2))", "a1*sin(theta2)"), ("a1*sqrt(1 - cos(theta2)^2)", "a1*sin(theta2)"),
     ("a1*sin(theta2) + (abs(a1 - 10) - (10 - a1))", "a1*sin(theta2)"),
     ("a1*sin(theta2) + (abs(theta2 + 3) - (theta2 + 3))*a1", "a1*sin(theta2)"),
-    ("a1*sin(theta2) + a1/10^6", "a1*sin(theta2)"),
-    ("a1*sin(theta2)*(1 + 10^-8)", "a1*sin(theta2)"),
-    ("a1*sin(theta2) + 10^-8*a1*cos(theta2)", "a1*sin(theta2)"),
-    ("asin(sin(theta2))", "theta2"),
-    ("a1*sin(theta2 + 2*3.14)", "a1*sin(theta2)"),
-    ("atan(sin(theta2)/cos(theta2))", "atan2(sin(theta2), cos(theta2))"),
-]
-
-
-@pytest.mark.parametrize(("student", "reference"), WRONG_IN_PLACES)
-def test_what_is_right_in_places_only_is_wrong(student: str, reference: str) -> None:
-    for seed in ("one", "two", "three"):
-        assert compare(student, reference, seed).equal == (False,)
+    ("a1*sin(theta2) + a1/10^6", "a1*sin(theta2)"), ("a1*sin(theta2)*(1 + 10^-8)", "a1*sin(theta2)"),
+    ("a1*sin(theta2) + 10^-8*a1*cos(theta2)", "a1*sin(theta2)"), ("asin(sin(theta2))", "theta2"),
+    ("a1*sin(theta2 + 2*3.14)", "a1*sin(theta2)"), ("atan(sin(theta2)/cos(theta2))", "atan2(sin(theta2), cos(theta2))"),
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("inner", "share"), [("sin(theta2)", 0.5), ("sin(theta2/2 + 3/4*pi)", 0.25)])
@@ -100,26 +76,26 @@ def test_the_bound_of_a_comparison_in_numbers(inner: str, share: float, monkeypa
 
 
 RIGHT = [
-    ("sqrt(a1^2)*sin(theta2)", "a1*sin(theta2)"),
-    ("a1*(exp(I*theta2) - exp(-I*theta2))/(2*I)", "a1*sin(theta2)"),
-    ("a1*sin(theta2 + 2*pi)", "a1*sin(theta2)"),
-    ("a1*2*tan(theta2/2)/(1 + tan(theta2/2)^2)", "a1*sin(theta2)"),
+    # what is negative is on the upper side of a cut
+    ("sqrt(-a1)/I", "sqrt(a1)"), ("(-a1)^(1/2)", "I*sqrt(a1)"), ("log(-a1) - I*pi", "log(a1)"),
+    ("log((-a1)*(-1)*(-2)) - I*pi", "log(2*a1)"), ("sqrt(-(a1*theta1^2 + 1))", "I*sqrt(a1*theta1^2 + 1)"),
+    ("sqrt(a1^2)*sin(theta2)", "a1*sin(theta2)"), ("a1*(exp(I*theta2) - exp(-I*theta2))/(2*I)", "a1*sin(theta2)"),
+    ("a1*sin(theta2 + 2*pi)", "a1*sin(theta2)"), ("a1*2*tan(theta2/2)/(1 + tan(theta2/2)^2)", "a1*sin(theta2)"),
     ("a1*sin(theta2) + 123456789*(sin(theta1)^2 + cos(theta1)^2 - 1)", "a1*sin(theta2)"),
-    ("0.5*2*a1*sin(theta2)", "a1*sin(theta2)"),
-    ("atan2(sin(theta1), cos(theta1))", "theta1"),
-    ("a1 - a1", "0"),
+    ("0.5*2*a1*sin(theta2)", "a1*sin(theta2)"), ("atan2(sin(theta1), cos(theta1))", "theta1"), ("a1 - a1", "0"),
     ("a1*a2*(1 - cos(theta2)^2)/sin(theta2)*sqrt(a2^2)/a2", "a1*a2*sin(theta2)"),
     (
         "sqrt(1 - cos(theta2)^2)^2/sin(theta2)*(1 - cos(theta3)^2)/sin(theta3)*(1 - cos(theta1)^2)/sin(theta1)",
         "sin(theta1)*sin(theta2)*sin(theta3)",
     ),
-]
+]  # fmt: skip
 
 
-@pytest.mark.parametrize(("student", "reference"), RIGHT)
-def test_other_forms_of_the_same_function_are_right(student: str, reference: str) -> None:
-    for seed in ("one", "two", "three"):
-        assert compare(student, reference, seed).equal == (True,)
+@pytest.mark.parametrize("seed", ["one", "two", "three"])
+def test_other_forms_of_the_same_function_are_right_and_what_is_right_in_places_only_is_wrong(seed: str) -> None:
+    for due, pairs in ((True, RIGHT), (False, WRONG_IN_PLACES)):
+        for student, reference in pairs:
+            assert compare(student, reference, seed).equal == (due,), student
 
 
 def test_a_difference_is_shown_where_it_can_be_followed_by_hand() -> None:
@@ -148,7 +124,9 @@ def test_a_given_number_may_be_typed_or_named() -> None:
 
 def test_no_answer_stalls_the_comparison() -> None:
     """A long answer with branches whose terms all but cancel: every point would want many digits."""
-    trigs = "".join(f"{sign}1e9*cos({k}*theta1)*sqrt(a1)" for sign in ("+", "-1.0*") for k in range(2, 4000))
+    trigs = "".join(
+        f"{sign}1e9*cos({k}*theta1)*sqrt(a1)" for sign in ("+", "-1.0*") for k in range(2, several(1500, 4000))
+    )
     compare("a1*cos(theta1)" + trigs, "a1*cos(theta1)")
 
 
@@ -166,13 +144,9 @@ def test_points_are_drawn_from_all_that_a_symbol_may_be() -> None:
         assert np.mean(drawn[name] > 0) == pytest.approx(0.5, abs=0.05)
     for name in ("theta1", "a1", "d2"):
         assert all(round(value, 2) == value for value in drawn[name][:READABLE])
-    assert all(0.2 <= value <= 1.5 for value in drawn["a1"][:READABLE])
+    lengths = [Domain({"a1": "length"}).sample({"a1"}, 20, Stream(str(k)))["a1"][:READABLE] for k in range(200)]
+    assert (np.min(lengths), np.max(lengths)) == (pytest.approx(0.2, abs=0.011), pytest.approx(1.5, abs=0.011))
     assert not all(round(value, 2) == value for value in drawn["a1"][READABLE : READABLE + 5])
-
-
-def test_readable_points_have_lengths_from_0_2_to_1_5() -> None:
-    drawn = [Domain({"a1": "length"}).sample({"a1"}, 20, Stream(str(k)))["a1"][:READABLE] for k in range(200)]
-    assert (np.min(drawn), np.max(drawn)) == (pytest.approx(0.2, abs=0.011), pytest.approx(1.5, abs=0.011))
 
 
 def test_given_numbers_are_fractions_where_they_can_be() -> None:

@@ -63,48 +63,41 @@ ONE, TYPED, DECIMAL = parsed("theta2 = pi/2"), parsed("theta1 = 0 and theta2 = p
 MIXED, TIED = parsed("theta1 = 0 and theta2 = 1.57"), parsed("cos(theta2 + theta3) = 0.5")
 
 
-def test_what_is_inside_everywhere_and_exactly_is_equal() -> None:
-    found = compare_sets(TYPED, ONE, Told(everywhere), "s")
-    assert found.equal and not found.rounded and found.missing is None and found.surplus is None
-    assert (found.points, found.least) == (8, 4)
+def near_somewhere(outer: Sequence[Piece], count: int, tolerance: float) -> np.ndarray:
+    return half(outer, count, tolerance) & (tolerance == ROUNDED)
 
 
-def test_typed_values_that_miss_with_fifty_digits_are_rounded_ones() -> None:
-    found = compare_sets(ONE, ONE, Told(everywhere, exact=False), "s")
-    assert found.sound == (False,) and found.rounded
-    assert found.surplus is not None and found.surplus["theta1"] == 1.0
+INEXACT, NEAR = Told(everywhere, exact=False), Told(only_rounded)
+JUDGED = [
+    # claimed, reference, what the space says: sound, covered, rounded, theta1 of the surplus pose
+    (TYPED, ONE, Told(everywhere), True, True, False, None),
+    (ONE, ONE, INEXACT, False, False, True, 1.0),  # typed values that miss with fifty digits
+    (TIED, ONE, INEXACT, True, False, False, None),  # a reference that does says nothing of rounding
+    (TIED, TIED, INEXACT, True, True, False, None),  # conditions without a value are not held to fifty digits
+    (ONE, ONE, Told(half, exact=False), False, False, False, 2.0),  # the first pose that is not inside
+    (DECIMAL, TIED, NEAR, False, False, True, 1.0),
+    (MIXED, TIED, NEAR, False, False, True, 1.0),
+    (TYPED, TIED, NEAR, False, False, False, 1.0),  # no decimals
+    (TIED, ONE, NEAR, False, False, False, 1.0),  # a decimal in a condition
+    (ONE, DECIMAL, NEAR, False, False, False, 1.0),  # a decimal of the reference
+    (DECIMAL, ONE, Told(near_somewhere), False, False, False, 1.0),
+    (ONE, ONE, Told(everywhere, count=0), None, None, False, None),  # what holds nowhere is no claim
+    (DECIMAL, ONE, Told(only_rounded, count=0), None, None, False, None),
+    (TIED, ONE, Told(everywhere, count=0, miss=1e-6), False, None, False, None),  # near zero, and not followed
+    (TIED, ONE, Told(everywhere, count=0, miss=1e-2), None, None, False, None),
+]
 
 
-def test_a_reference_that_misses_with_fifty_digits_says_nothing_of_rounding() -> None:
-    found = compare_sets(TIED, ONE, Told(everywhere, exact=False), "s")
-    assert found.sound == (True,) and found.covered == (False,) and not found.rounded
-
-
-def test_what_is_inside_at_some_poses_only_is_neither_sound_nor_rounded() -> None:
-    found = compare_sets(ONE, ONE, Told(half, exact=False), "s")
-    assert found.sound == (False,) and not found.rounded
-    assert found.surplus is not None and found.surplus["theta1"] == 2.0  # the first pose that is not
-
-
-def test_conditions_without_a_value_are_not_held_to_fifty_digits() -> None:
-    assert compare_sets(TIED, TIED, Told(everywhere, exact=False), "s").equal
-
-
-@pytest.mark.parametrize("claimed", [DECIMAL, MIXED])
-def test_a_decimal_near_to_what_is_due_is_a_rounded_one(claimed: list[Piece]) -> None:
-    found = compare_sets(claimed, TIED, Told(only_rounded), "s")
-    assert found.rounded and found.sound == (False,)
-
-
-def test_rounding_is_told_of_decimals_that_were_claimed_as_values_and_are_near_at_every_pose() -> None:
-    assert not compare_sets(TYPED, TIED, Told(only_rounded), "s").rounded  # no decimals
-    assert not compare_sets(TIED, ONE, Told(only_rounded), "s").rounded  # a decimal in a condition
-    assert not compare_sets(ONE, DECIMAL, Told(only_rounded), "s").rounded  # a decimal of the reference
-
-    def near_somewhere(outer: Sequence[Piece], count: int, tolerance: float) -> np.ndarray:
-        return half(outer, count, tolerance) & (tolerance == ROUNDED)
-
-    assert not compare_sets(DECIMAL, ONE, Told(near_somewhere), "s").rounded
+@pytest.mark.parametrize(("claimed", "reference", "space", "sound", "covered", "rounded", "surplus"), JUDGED)
+def test_a_comparison_follows_from_what_is_inside_and_how_exactly(
+    claimed: list[Piece], reference: list[Piece], space: Told, sound: bool | None, covered: bool | None, rounded: bool,
+    surplus: float | None,
+) -> None:  # fmt: skip
+    compared = compare_sets(claimed, reference, space, "s")
+    assert (compared.sound, compared.covered, compared.rounded) == ((sound,), (covered,), rounded)
+    assert (compared.surplus or {}).get("theta1") == surplus
+    assert (compared.points, compared.least) == (2 * space.count, space.count)
+    assert compared.equal is (sound is not False and covered is not False)
 
 
 def test_a_piece_with_a_condition_in_it_is_held_to_the_tolerance_of_what_was_searched_for() -> None:
@@ -119,69 +112,27 @@ def test_a_piece_with_a_condition_in_it_is_held_to_the_tolerance_of_what_was_sea
     assert seen == [MEMBER, space.typed]
 
 
-def test_what_holds_nowhere_is_no_claim_and_covers_nothing() -> None:
-    found = compare_sets(ONE, ONE, Told(everywhere, count=0), "s")
-    assert found.sound == (None,) and found.covered == (None,)
-    assert (found.points, found.least) == (0, 0) and not found.rounded
-    decimal = compare_sets(DECIMAL, ONE, Told(only_rounded, count=0), "s")
-    assert decimal.sound == (None,) and not decimal.rounded and decimal.surplus is None
-
-
-@pytest.mark.parametrize(("miss", "sound"), [(1e-6, False), (1e-2, None)])
-def test_what_comes_near_to_zero_but_can_not_be_followed_is_not_sound(miss: float, sound: bool | None) -> None:
-    found = compare_sets(TIED, ONE, Told(everywhere, count=0, miss=miss), "s")
-    assert found.sound == (sound,)
-
-
-def test_only_pieces_that_hold_somewhere_cover() -> None:
-    seen: list[int] = []
-    seeds = ["claimed", "reference"]
-
-    class Empty(Told):
-        def on_piece(self, piece: Piece, used: set[str], stream: Stream, count: int = SAMPLES) -> dict[str, np.ndarray]:
-            count = 0 if piece == TIED[0] else 3 if "claimed" in seeds.pop(0) else 5
-            return {name: np.ones(count) for name in JOINTS}
-
-    def asked(outer: Sequence[Piece], count: int, tolerance: float) -> np.ndarray:
-        seen.append(len(outer))
-        return np.ones(count, dtype=bool)
-
-    found = compare_sets([*TIED, *ONE], ONE, Empty(asked), "s")
-    assert seen == [1, 1, 1] and found.sound == (None, True)
-    assert (found.points, found.least) == (8, 3)
-
-
-def test_a_value_that_is_undefined_for_all_lengths_claims_nothing() -> None:
-    space = Space(JOINTS, DOMAIN)
-    found = compare_sets(parsed("theta2 = acos(2)", "theta2 = pi/2"), ONE, space, "s")
-    assert found.sound == (None, True) and found.covered == (True,)
-
-
-def test_a_double_zero_with_a_value_beside_it_is_sound() -> None:
-    space = Space(JOINTS, DOMAIN)
-    claimed = parsed("theta1 = 0 and 1 - cos(theta2 + theta3) = 0")
-    assert compare_sets(claimed, parsed("theta1 = 0 and sin((theta2 + theta3)/2) = 0"), space, "s").equal
-
-
-@pytest.mark.parametrize("sign", ["", "-"])
-def test_a_condition_whose_value_is_never_real_holds_nowhere(sign: str) -> None:
-    space = Space(JOINTS, DOMAIN)
-    never = parsed(f"{sign}sqrt(-1 - cos(theta1 + theta2)^2) = 0")
-    assert compare_sets([*never, *ONE], ONE, space, "s").sound == (None, True)
-
-
-def test_a_simple_zero_beside_a_double_one_is_looked_at_as_well() -> None:
-    """Poses on the simple zero must not be drawn to the double one, where a claim of that alone would cover them."""
-    both = parsed("(1 - cos(theta1 + theta3))*sin(theta2 + theta3) = 0")
-    one = parsed("1 - cos(theta1 + theta3) = 0")
-    found = compare_sets(one, both, Space(JOINTS, DOMAIN), "s")
-    assert found.sound == (True,) and found.covered == (False,)
-
-
-def test_conditions_that_are_undefined_on_a_part_of_the_circle_are_followed_on_the_rest() -> None:
-    tied = parsed("sqrt(cos(theta1)) = sin(theta2)/2 and sin(theta3 + theta2) = 1/5")
-    same = parsed("2*sqrt(cos(theta1)) = sin(theta2) and 5*sin(theta3 + theta2) = 1")
-    assert compare_sets(tied, same, Space(JOINTS, DOMAIN), "s").equal
+@pytest.mark.parametrize(
+    ("claimed", "reference", "sound", "covered"),
+    [
+        (["theta2 = acos(2)", "theta2 = pi/2"], "theta2 = pi/2", (None, True), (True,)),  # undefined for all lengths
+        (["sqrt(-1 - cos(theta1 + theta2)^2) = 0", "theta2 = pi/2"], "theta2 = pi/2", (None, True), (True,)),
+        (["-sqrt(-1 - cos(theta1 + theta2)^2) = 0", "theta2 = pi/2"], "theta2 = pi/2", (None, True), (True,)),
+        # a double zero with a value beside it
+        (["theta1 = 0 and 1 - cos(theta2 + theta3) = 0"], "theta1 = 0 and sin((theta2 + theta3)/2) = 0",
+         (True,), (True,)),
+        # poses on the simple zero must not be drawn to the double one
+        (["1 - cos(theta1 + theta3) = 0"], "(1 - cos(theta1 + theta3))*sin(theta2 + theta3) = 0", (True,), (False,)),
+        # undefined on a part of the circle
+        (["sqrt(cos(theta1)) = sin(theta2)/2 and sin(theta3 + theta2) = 1/5"],
+         "2*sqrt(cos(theta1)) = sin(theta2) and 5*sin(theta3 + theta2) = 1", (True,), (True,)),
+    ],
+)  # fmt: skip
+def test_conditions_with_double_zeros_and_undefined_values_are_followed(
+    claimed: list[str], reference: str, sound: tuple[bool | None, ...], covered: tuple[bool | None, ...]
+) -> None:
+    compared = compare_sets(parsed(*claimed), parsed(reference), Space(JOINTS, DOMAIN), "s")
+    assert (compared.sound, compared.covered) == (sound, covered)
 
 
 def test_a_value_of_thirteen_digits_is_not_exact_where_the_lengths_are() -> None:

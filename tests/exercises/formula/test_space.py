@@ -1,22 +1,11 @@
 """Pieces of sets and poses on them: how conditions are read, poses found, and what counts as lying in a set."""
 
-import warnings
 from typing import Any
 
 import numpy as np
 import pytest
 
-from exercises.formula.conditions import (
-    MEMBER,
-    SAMPLES,
-    TYPED,
-    SetComparison,
-    Space,
-    _nudged,
-    _of_defined,
-    _ready,
-    compare_sets,
-)
+from exercises.formula.conditions import MEMBER, SAMPLES, TYPED, SetComparison, Space, compare_sets
 from exercises.formula.expression import read
 from exercises.formula.identity import Domain, Rounding
 from exercises.formula.pieces import WHOLE, Piece, pieces
@@ -47,7 +36,12 @@ def poses(text: str, count: int = SAMPLES, space: Space = SPACE) -> dict[str, np
     return space.on_piece(piece, space.names_of([[piece]]), Stream("poses"), count)
 
 
-# --- how conditions are read ---
+def residuals_at(text: str, residuals: list[str]) -> np.ndarray:
+    """Return how far the poses on a piece are from meeting its conditions, a row for each of `residuals`."""
+    values = poses(text)
+    program = compile_program([read(residual) for residual in residuals])
+    assert set(values) >= set(JOINTS)
+    return np.abs(evaluate(program, values, len(values["theta1"]))[0])
 
 
 @pytest.mark.parametrize(
@@ -73,19 +67,15 @@ def test_pieces(text: str, found: list[list[str | None]]) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("theta2", "theta2 stands alone"), ("[theta2]", "theta2 stands alone"),
-        ("[0, theta2 = pi]", "a value stands there without a joint"),
-        ("[theta2 = 0, sin(theta1) = 0, pi]", "a value stands there without a joint"),
-        ("[theta2 = 0, {d3: 1}, pi]", "a value stands there without a joint"),
-        ("[0 = theta2, pi]", "a value stands there without a joint"),
-        ("[a1 = 1, pi]", "a value stands there without a joint"),
-        ("theta2 = [[0]]", "a list stands where a single expression is due"),
-        ("sin(theta2) = [[0]]", "a list stands where a single expression is due"),
-        (" and ".join(["(theta1 = 0 or theta1 = pi)"] * 9), "the conditions make 512 cases; more than 500"),
+        ("theta2", "theta2 stands alone"), ("[theta2]", "theta2 stands alone"), ("[0, theta2 = pi]", "without a joint"),
+        ("[theta2 = 0, sin(theta1) = 0, pi]", "without a joint"), ("[theta2 = 0, {d3: 1}, pi]", "without a joint"),
+        ("[0 = theta2, pi]", "without a joint"), ("[a1 = 1, pi]", "without a joint"),
+        ("theta2 = [[0]]", "a list stands"), ("sin(theta2) = [[0]]", "a list stands"),
+        (" and ".join(["(theta1 = 0 or theta1 = pi)"] * 9), "512 cases; more than 500"),
     ],
 )  # fmt: skip
 def test_what_is_no_condition_is_told(text: str, said: str) -> None:
-    with pytest.raises(ReadError, match=said.replace("*", ".*")):
+    with pytest.raises(ReadError, match=said):
         read_pieces(text)
 
 
@@ -96,64 +86,31 @@ def test_whole_numbers_go_from_minus_six_to_six_and_whole_turns_are_one() -> Non
     assert len(shape("sin(theta2) = k")) == 13
 
 
-def test_a_piece_is_made_ready() -> None:
-    (piece,) = read_pieces("theta1 = a1 and sin(theta2 + theta1) = 0 and d3*cos(theta2) = 1")
-    ready = _ready(piece, JOINTS)
-    assert [joint for joint, _ in ready.values] == ["theta1"]
-    assert ready.free == ["theta2", "d3"]
-    assert ready.zeros is not None
-    assert len(ready.zeros.outputs) == 2
-    for text, values, free in (
-        ("sin(theta2) = 0", ["theta1"], ["theta2"]),
-        ("cos(theta1) = 0", [], ["theta1", "theta2"]),
-    ):
-        ready = _ready(read_pieces(f"theta1 = theta2 + a1 and {text}")[0], JOINTS)
-        assert ([joint for joint, _ in ready.values], ready.free) == (values, free)
-    (piece,) = read_pieces("theta1 = a1")
-    assert (_ready(piece, JOINTS).zeros, _ready(piece, JOINTS).free) == (None, [])
-
-
-def test_nudges_lie_one_block_after_another() -> None:
-    values = {"x": np.array([1.0, 2.0]), "y": np.array([3.0, 4.0])}
-    found = _nudged(values, 2, [("x", 0.5), ("y", -0.5), ("y", 1j)])
-    assert found["x"].tolist() == [1.5, 2.5, 1, 2, 1, 2]
-    assert found["y"].tolist() == [3, 4, 2.5, 3.5, 3 + 1j, 4 + 1j]
-    assert values["x"].tolist() == [1, 2]
-
-
-def test_what_is_not_defined_is_left_out() -> None:
-    rows = np.array([[1.0, np.nan, 3.0], [np.nan, np.nan, np.nan]])
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        found = _of_defined(np.nanmin, rows)
-    assert found.shape == (2, 1)
-    assert found[0, 0] == 1
-    assert np.isnan(found[1, 0])
-
-
-# --- poses ---
-
-
 @pytest.mark.parametrize(
-    ("text", "residual"),
+    ("text", "residuals"),
     [
-        ("sin(theta2) = 0", "sin(theta2)"), ("a1 + 2*a1*cos(theta1 - theta2) = 0", "1 + 2*cos(theta1 - theta2)"),
-        ("a1*d3 - a2*sin(theta2) = 0", "d3 - a2*sin(theta2)/a1"), ("d3^2 = 2", "d3 - sqrt(2)*d3/abs(d3)"),
-        ("theta1 = a1 and sin(theta1 - theta2) = 0", "sin(a1 - theta2)"), ("theta1 = a1 - a2", "theta1 - a1 + a2"),
-        ("sin(theta1)^2 + sin(theta2)^2 = 0", "abs(sin(theta1)) + abs(sin(theta2))"),
-        ("sin(theta2)^2 = 0", "sin(theta2)"),
-        ("1 - cos(theta2) = 0", "sin(theta2)"), ("theta1 = theta2 and cos(theta1) = 0", "cos(theta2)"),
-        ("1e-6*cos(theta2) = 0", "cos(theta2)"), ("1e6*cos(theta2) = 0", "cos(theta2)"),
+        ("sin(theta2) = 0", ["sin(theta2)"]), ("a1 + 2*a1*cos(theta1 - theta2) = 0", ["1 + 2*cos(theta1 - theta2)"]),
+        ("a1*d3 - a2*sin(theta2) = 0", ["d3 - a2*sin(theta2)/a1"]), ("d3^2 = 2", ["d3 - sqrt(2)*d3/abs(d3)"]),
+        ("theta1 = a1 and sin(theta1 - theta2) = 0", ["sin(a1 - theta2)"]), ("theta1 = a1 - a2", ["theta1 - a1 + a2"]),
+        ("sin(theta1)^2 + sin(theta2)^2 = 0", ["sin(theta1)", "sin(theta2)"]), ("sin(theta2)^2 = 0", ["sin(theta2)"]),
+        ("1 - cos(theta2) = 0", ["sin(theta2)"]), ("1e-6*cos(theta2) = 0", ["cos(theta2)"]),
+        ("1e6*cos(theta2) = 0", ["cos(theta2)"]),
+        # values that follow other joints
+        ("theta1 = theta2 and cos(theta1) = 0", ["cos(theta1)", "cos(theta2)", "theta1 - theta2"]),
+        ("theta1 = theta2 and cos(theta2) = 0", ["cos(theta1)", "cos(theta2)", "theta1 - theta2"]),
+        ("theta1 = 2*theta2 and theta2 = pi/3", ["theta2 - pi/3", "theta1 - 2*pi/3"]),
+        ("{theta1: theta2, theta2: d3, d3: 1/2}", ["theta1 - 1/2", "theta2 - 1/2", "d3 - 1/2"]),
+        ("theta1 = theta2 and theta1 = pi/3", ["theta1 - pi/3", "theta2 - pi/3"]),
+        ("theta1 = theta2 and theta2 = theta1", ["theta1 - theta2"]),
+        ("theta1 = theta2/2 + 1 and theta2 = theta1/2", ["theta1 - 4/3", "theta2 - 2/3"]),
+        ("theta1 = a1 and sin(theta2 + theta1) = 0", ["theta1 - a1", "sin(theta2 + a1)"]),
     ],
 )  # fmt: skip
-def test_poses_meet_the_conditions(text: str, residual: str) -> None:
+def test_poses_meet_the_conditions(text: str, residuals: list[str]) -> None:
     """To 1e-9, at a double zero, too; nearly all that were drawn arrive."""
-    found = poses(text)
-    count = len(found["theta1"])
-    assert 40 <= count <= SAMPLES
-    assert set(found) >= set(JOINTS)
-    off = evaluate(compile_program([read(residual)]), found, count)[0][0]
-    assert np.abs(off).max() < 1e-9
+    off = residuals_at(text, residuals)
+    assert 40 <= off.shape[1] <= SAMPLES
+    assert off.max() < 1e-9
 
 
 def test_poses_of_all_free_joints_are_spread() -> None:
@@ -166,12 +123,7 @@ def test_poses_of_all_free_joints_are_spread() -> None:
 @pytest.mark.parametrize(
     "text",
     [
-        "theta2 = acos(2)",
-        "theta2 = 1/0",
-        "cos(theta2) = 2",
-        "1 = 0",
-        "a1 = 0",
-        "d3^2 = -1",
+        "theta2 = acos(2)", "theta2 = 1/0", "cos(theta2) = 2", "1 = 0", "a1 = 0", "d3^2 = -1",
         "cos(theta1) = 0 and a1 = 0",
     ],
 )  # fmt: skip
@@ -187,22 +139,20 @@ def test_poses_are_where_values_are_real() -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "residual"),
+    ("text", "residuals"),
     [
-        ("sqrt(1 + cos(theta2)) = 0", "1 + cos(theta2)"), ("abs(1 + cos(theta2)) = 0", "1 + cos(theta2)"),
-        ("sqrt((1 + cos(theta2))^2)*d3^2 = 0", "(1 + cos(theta2))*d3"),
-        ("sqrt(sin(theta1)^2 + sin(theta2)^2) = 0", "abs(sin(theta1)) + abs(sin(theta2))"),
-        ("a1*sqrt(d3^2 + sin(theta1)^2) = 0", "abs(d3) + abs(sin(theta1))"),
-        ("(1 + cos(theta2))^(1/4) = 0", "1 + cos(theta2)"), ("log(d3) = 0", "d3 - 1"),
-        ("log(d3)*a1 = 0 and cos(theta1) = 0", "abs(d3 - 1) + abs(cos(theta1))"),
+        ("sqrt(1 + cos(theta2)) = 0", ["1 + cos(theta2)"]), ("abs(1 + cos(theta2)) = 0", ["1 + cos(theta2)"]),
+        ("sqrt((1 + cos(theta2))^2)*d3^2 = 0", ["(1 + cos(theta2))*d3"]), ("log(d3) = 0", ["d3 - 1"]),
+        ("sqrt(sin(theta1)^2 + sin(theta2)^2) = 0", ["sin(theta1)", "sin(theta2)"]),
+        ("a1*sqrt(d3^2 + sin(theta1)^2) = 0", ["d3", "sin(theta1)"]),
+        ("(1 + cos(theta2))^(1/4) = 0", ["1 + cos(theta2)"]),
+        ("log(d3)*a1 = 0 and cos(theta1) = 0", ["d3 - 1", "cos(theta1)"]),
     ],
 )  # fmt: skip
-def test_zeros_without_a_slope_are_found(text: str, residual: str) -> None:
+def test_zeros_without_a_slope_are_found(text: str, residuals: list[str]) -> None:
     """As of the square root of a determinant of J J^T; some of those that were drawn arrive."""
-    found = poses(text)
-    assert len(found["theta2"]) > 15
-    off = evaluate(compile_program([read(residual)]), found, len(found["theta2"]))[0][0]
-    assert np.abs(off).max() < 1e-8
+    off = residuals_at(text, residuals)
+    assert off.shape[1] > 15 and off.max() < 1e-8
 
 
 def test_how_near_conditions_come() -> None:
@@ -231,30 +181,6 @@ def test_a_root_that_is_no_whole_side_is_left() -> None:
         assert node_text(piece[0].zero) == node_text(read(text.replace(" = ", " - ")))
 
 
-# --- values that follow other joints ---
-
-
-@pytest.mark.parametrize(
-    ("text", "residuals"),
-    [
-        ("theta1 = theta2 and cos(theta1) = 0", ("cos(theta1)", "cos(theta2)", "theta1 - theta2")),
-        ("theta1 = theta2 and cos(theta2) = 0", ("cos(theta1)", "cos(theta2)", "theta1 - theta2")),
-        ("theta1 = 2*theta2 and theta2 = pi/3", ("theta2 - pi/3", "theta1 - 2*pi/3")),
-        ("{theta1: theta2, theta2: d3, d3: 1/2}", ("theta1 - 1/2", "theta2 - 1/2", "d3 - 1/2")),
-        ("theta1 = theta2 and theta1 = pi/3", ("theta1 - pi/3", "theta2 - pi/3")),
-        ("theta1 = theta2 and theta2 = theta1", ("theta1 - theta2",)),
-        ("theta1 = theta2/2 + 1 and theta2 = theta1/2", ("theta1 - 4/3", "theta2 - 2/3")),
-        ("theta1 = a1 and sin(theta2 + theta1) = 0", ("theta1 - a1", "sin(theta2 + a1)")),
-    ],
-)
-def test_poses_meet_conditions_that_are_tied(text: str, residuals: tuple[str, ...]) -> None:
-    found = poses(text)
-    count = len(found["theta1"])
-    assert count > 40
-    for residual in residuals:
-        assert np.abs(evaluate(compile_program([read(residual)]), found, count)[0][0]).max() < 1e-9
-
-
 @pytest.mark.parametrize(
     ("claimed", "reference", "equal"),
     [
@@ -267,9 +193,6 @@ def test_poses_meet_conditions_that_are_tied(text: str, residuals: tuple[str, ..
 def test_conditions_that_are_tied_are_compared(claimed: str, reference: str, equal: bool) -> None:
     assert compared(claimed, reference).equal is equal
     assert compared(reference, claimed).equal is equal
-
-
-# --- what lies in a set ---
 
 
 def inside(text: str, tolerance: float = MEMBER, **values: list[float]) -> list[bool]:
@@ -342,9 +265,6 @@ def test_names_of_sets_are_those_of_the_joints_and_of_all_conditions() -> None:
     assert SPACE.names_of(sets) == {*JOINTS, "a1", "x", "y"}
 
 
-# --- comparing ---
-
-
 def test_a_comparison_says_what_is_covered_and_sound_and_how_many_points() -> None:
     found = compared("theta2 = 0 or d3 = 1", "sin(theta2) = 0")
     assert (found.covered, found.sound, found.equal) == ((False,), (True, False), False)
@@ -367,6 +287,8 @@ def test_a_claim_that_holds_nowhere_covers_nothing_and_is_not_wrong() -> None:
     found = compared("theta2 = 0", "theta2 = 0 or cos(theta2) = 2")
     assert (found.covered, found.sound, found.equal) == ((True, None), (True,), True)
     assert (found.points, found.least) == (100, 50)
+    nothing = compare_sets([], read_pieces("sin(theta2) = 0"), SPACE, "seed")
+    assert not nothing.equal and nothing.missing is not None
 
 
 @pytest.mark.parametrize(("off", "rounded"), [("0.004", True), ("-0.004", True), ("0.006", False)])

@@ -8,15 +8,7 @@ import pytest
 
 from exercises.formula import identity
 from exercises.formula.expression import read
-from exercises.formula.identity import (
-    Comparison,
-    Domain,
-    Rounding,
-    compare_entries,
-    default_role,
-    missed,
-    number,
-)
+from exercises.formula.identity import Comparison, Domain, Rounding, compare_entries, default_role, missed, number
 from exercises.formula.program import compile_program
 from exercises.formula.trees import names
 from exercises.stream import Stream
@@ -55,9 +47,6 @@ def example(student: str, reference: str) -> dict[str, Any]:
 
 def is_readable(at: dict[str, float]) -> bool:
     return all(round(value, 2) == value for value in at.values())
-
-
-# --- what doubles tell ---
 
 
 @pytest.mark.parametrize("unit", ["1e-6", "1", "1e6"])
@@ -99,8 +88,6 @@ def test_scales_are_those_of_the_terms_and_of_the_largest_entry_for_a_zero() -> 
     assert identity._scales(np.array(sizes)).tolist() == scales
 
 
-# --- which points want many digits ---
-
 SIGNS = [f"sqrt((theta{k} - 1)^2)" for k in range(1, 6)]
 
 
@@ -135,13 +122,6 @@ def test_a_readable_point_may_be_a_removable_singularity_and_no_other() -> None:
         assert found.equal(0) is due, where
 
 
-def test_a_reference_that_is_undefined_at_points_is_compared_at_the_others() -> None:
-    text = "1/(abs(x) + x)"
-    assert compared(text, text).equal == (True,)
-    assert compared(f"1.001*{text}", text, Rounding(0.005)).equal == (True,)
-    assert compared(f"1.01*{text}", text, Rounding(0.005)).equal == (False,)
-
-
 def test_the_bound_counts_the_points_where_every_entry_has_a_value() -> None:
     texts = ["a1", "1/(abs(x) + x)"]
     found = trial(texts, texts, 2000)
@@ -152,40 +132,30 @@ def test_the_bound_counts_the_points_where_every_entry_has_a_value() -> None:
     assert missed(1100, 0.02) < certificate.bound < missed(900, 0.02)
 
 
-# --- what many digits tell ---
+TERMS = f"(sqrt(a1^2)*(10^400/10^400) + 1e14*({ZERO}))*1e9"
+"""Terms that no double holds, 1e14 times as large as what is left of them: 1e-36 with 50 digits, so that 200 decide."""
+PARTLY = "1/(abs(x) + x)"
+DECIDED = [
+    # to 40 digits of the terms
+    *((f"{unit}*sqrt(a1^2)*(1 + {part}*10^-41)", f"{unit}*a1", part < 10)
+      for unit in ("1e-20", "1", "1e20") for part in (9, 11)),
+    (f"sqrt(a1^2) + {HUGE}", "a1", True), (f"sqrt(a1^2)*(1 + 10^-30) + {HUGE}", "a1", False),
+    *((f"{sign}{TERMS}*(1 + {off})", f"{sign}1e9*a1", off == "0") for sign in ("", "-") for off in ("0", "10^-30")),
+    # defined with more digits only: of nothing with 50 digits, of -1e-16 with a double's
+    ("log((3 + 3*10^-60)/3 - 1)", "log(10^-60)", True), ("log(1/49*(49 + 49*10^-60) - 1)", "log(10^-60)", True),
+    ("sqrt(a1^2)/((3 + 3*10^-60)/3 - 1)", "10^60*a1", True),
+    (PARTLY, PARTLY, True), (f"(1 + 10^-30)*{PARTLY}", PARTLY, False),  # compared where the reference is defined
+]  # fmt: skip
 
 
-@pytest.mark.parametrize("unit", ["1e-20", "1", "1e20"])
-def test_with_many_digits_values_are_the_same_to_40_digits_of_the_terms(unit: str) -> None:
-    assert compared(f"{unit}*sqrt(a1^2)*(1 + 9*10^-41)", f"{unit}*a1").equal == (True,)
-    assert compared(f"{unit}*sqrt(a1^2)*(1 + 11*10^-41)", f"{unit}*a1").equal == (False,)
+@pytest.mark.parametrize(("student", "reference", "due"), DECIDED)
+def test_as_many_digits_are_taken_as_decide(student: str, reference: str, due: bool) -> None:
+    assert compared(student, reference).equal == (due,)
 
 
-def test_more_digits_are_taken_where_50_are_too_few() -> None:
-    assert compared(f"sqrt(a1^2) + {HUGE}", "a1").equal == (True,)
-    assert compared(f"sqrt(a1^2)*(1 + 10^-30) + {HUGE}", "a1").equal == (False,)
-
-
-@pytest.mark.parametrize("sign", ["", "-"])
-def test_terms_that_no_double_holds_may_be_many_times_what_is_left_of_them(sign: str) -> None:
-    """1e14 times as large here, which leaves 1e-36 with 50 digits: 200 decide."""
-    text = f"(sqrt(a1^2)*(10^400/10^400) + 1e14*({ZERO}))*1e9"
-    assert compared(f"{sign}{text}", f"{sign}1e9*a1").equal == (True,)
-    assert compared(f"{sign}{text}*(1 + 10^-30)", f"{sign}1e9*a1").equal == (False,)
-
-
-@pytest.mark.parametrize(
-    ("student", "reference"),
-    [
-        ("log((3 + 3*10^-60)/3 - 1)", "log(10^-60)"), ("sqrt(a1^2)/((3 + 3*10^-60)/3 - 1)", "10^60*a1"),
-        ("log(1/49*(49 + 49*10^-60) - 1)", "log(10^-60)"),  # of nothing with 50 digits, of -1e-16 with a double's
-    ],
-)  # fmt: skip
-def test_an_answer_may_be_defined_with_more_digits_only(student: str, reference: str) -> None:
-    assert compared(student, reference).equal == (True,)
-
-
-# --- effort that is used up ---
+def test_a_part_may_be_off_where_the_reference_is_defined() -> None:
+    assert compared(f"1.001*{PARTLY}", PARTLY, Rounding(0.005)).equal == (True,)
+    assert compared(f"1.01*{PARTLY}", PARTLY, Rounding(0.005)).equal == (False,)
 
 
 def test_so_many_evaluations_and_no_more() -> None:
@@ -212,19 +182,15 @@ def test_long_answers_with_branches_are_tried_at_fewer_points(monkeypatch: pytes
     assert compared("sqrt(a1^2)", "a1").certificate.points == identity.POINTS
 
 
-def test_what_could_not_be_looked_at_anywhere_is_not_taken_for_right(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_effort_clear_differences_count_and_nothing_else_is_right(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(identity, "_PRECISE_STEPS", 0)
     assert compared("sqrt(a1^2)", "a1").equal == (False,)
     assert compared("1.001*sqrt(a1^2)", "a1", Rounding(0.005)).equal == (True,)  # doubles are enough for that
     assert compared("0*sqrt(a1)", "0").equal == (True,)
-
-
-def test_a_clear_difference_counts_without_any_effort(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(identity, "_PRECISE_STEPS", 0)
     assert compared("sqrt(sin(theta1)^2)", "sin(theta1)", Rounding(0.005)).equal == (False,)
-    found = example("sqrt(a1^2)*2", "a1")
-    assert found["yours"] == pytest.approx(2 * found["at"]["a1"])
-    assert found["expected"] == pytest.approx(found["at"]["a1"])
+    shown = example("sqrt(a1^2)*2", "a1")
+    assert shown["yours"] == pytest.approx(2 * shown["at"]["a1"])
+    assert shown["expected"] == pytest.approx(shown["at"]["a1"])
 
 
 def test_a_difference_that_50_digits_show_takes_no_more() -> None:
@@ -232,9 +198,6 @@ def test_a_difference_that_50_digits_show_takes_no_more() -> None:
     found.left = 1
     assert found._same(0, 12) is False
     assert found._same(0, 13) is None
-
-
-# --- what is shown ---
 
 
 def test_a_clear_difference_is_shown_at_a_readable_point() -> None:
@@ -275,20 +238,13 @@ def test_a_tiny_difference_is_shown_with_enough_digits(student: str, off: str) -
         assert float(part) == pytest.approx(float(off.replace("10^", "1e")), rel=0.2, abs=0)
 
 
-def test_a_difference_that_is_decided_exactly_is_shown_at_a_readable_point() -> None:
-    """At most 1e-12 of a1 there, and more than doubles need elsewhere."""
-    assert is_readable(example("a1 + a1^9/10^14", "a1")["at"])
-
-
-def test_a_difference_too_small_to_show_comes_with_the_values_of_its_point() -> None:
-    found = example("a1 + 10^-300*theta1", "a1")
-    assert found["yours"] == found["expected"] == found["at"]["a1"]
-
-
-def test_a_difference_is_shown_with_doubles_where_effort_is_used_up(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_difference_too_small_to_show_comes_with_the_values_of_its_point(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A readable one, if doubles do not tell there but elsewhere; so has one for which effort is used up."""
+    assert is_readable(example("a1 + a1^9/10^14", "a1")["at"])  # at most 1e-12 of a1 there
+    tiny = example("a1 + 10^-300*theta1", "a1")
     monkeypatch.setattr(identity, "_PRECISE_STEPS", 0)
-    found = example("a1*(1 + 10^-30)", "a1")
-    assert found["yours"] == found["expected"] == found["at"]["a1"]
+    for shown in (tiny, example("a1*(1 + 10^-30)", "a1")):
+        assert shown["yours"] == shown["expected"] == shown["at"]["a1"]
 
 
 def test_two_values_are_shown_with_as_many_digits_as_it_takes() -> None:
@@ -314,9 +270,6 @@ def test_numbers_are_shown_with_six_digits_or_in_words() -> None:
         assert number(complex(undefined)) == "not a finite number"
 
 
-# --- the whole comparison ---
-
-
 def test_how_many_points_are_tried_and_what_the_bound_is() -> None:
     for student, reference, points, bound in (
         ("sqrt(a1^2)", "a1", 2000, 0.98**2000), ("a1*(1 + sin(1) - sin(1))", "a1", 50, 0.5**50),
@@ -327,15 +280,11 @@ def test_how_many_points_are_tried_and_what_the_bound_is() -> None:
         assert found.bound == pytest.approx(bound, rel=1e-6, abs=0)
 
 
-def test_one_entry_that_is_compared_in_numbers_makes_the_comparison_one_in_numbers() -> None:
-    found = compared(["a1", "sqrt(a2^2)"], ["a1", "a2"])
-    assert found.equal == (True, True)
-    assert (found.certificate.method, found.certificate.points) == ("numeric", 2000)
-
-
-def test_the_points_of_an_exact_comparison_are_those_of_the_entry_that_wants_most() -> None:
-    texts = ["a1", "(((a1 + a2)^900)^900)^400"]
-    certificate = compared(texts, texts).certificate
+def test_a_comparison_has_the_method_and_the_points_of_the_entry_that_wants_most() -> None:
+    mixed, high = compared(["a1", "sqrt(a2^2)"], ["a1", "a2"]), ["a1", "(((a1 + a2)^900)^900)^400"]
+    assert mixed.equal == (True, True)
+    assert (mixed.certificate.method, mixed.certificate.points) == ("numeric", 2000)
+    certificate = compared(high, high).certificate
     assert (certificate.method, certificate.points) == ("exact", 2)
 
 
@@ -349,8 +298,3 @@ def test_the_points_of_an_exact_comparison_are_those_of_the_entry_that_wants_mos
 )  # fmt: skip
 def test_roles_by_name(name: str, role: str) -> None:
     assert default_role(name) == role
-
-
-def test_nothing_may_be_off_unless_it_is_said() -> None:
-    assert (Rounding().relative, Rounding().absolute) == (0.0, 0.0)
-    assert Rounding(absolute=0.01).relative == 0.0

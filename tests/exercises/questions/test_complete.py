@@ -1,6 +1,6 @@
 """Every question is diagnosed, followed through, hinted at, asked by platforms and practised, or says why it is not."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import FrozenInstanceError, fields
 from functools import cache
 
@@ -18,7 +18,6 @@ from exercises.questions.base import DUTIES
 from exercises.questions.results import is_derived
 from exercises.quizzes import ASKED
 from exercises.quizzes.options import blames_of
-from exercises.site.keys import key_of
 from exercises.writing.statement import hints, prompt, worked_solution
 from grader.follow import earlier
 from tests.support.problems import told_in
@@ -30,28 +29,21 @@ def problem_with(name: str) -> Problem:
     convention = told_in(ASKED[name])
     for family in FAMILIES:
         try:
-            return generate(ProblemId(family, 1, (name,), convention=convention))
+            return generate(ProblemId(family, 1, (name,), variation="chapter", convention=convention))
         except QdotError:
             continue
     raise AssertionError(f"no family can be asked {name}")
 
 
-def is_diagnosed(problem: Problem, part: Part) -> bool:
+def works(problem: Problem, part: Part) -> dict[str, bool]:
+    """Return which of DUTIES a question does: platforms as Moodle and Canvas ask for letters or numbers."""
     behind_options = any(blames_of(part, index) for index in range(len(part.answer.offered)))
-    return is_derived(part) or behind_options or next(taken(problem.chain, part), None) is not None
-
-
-def is_followed(problem: Problem, part: Part) -> bool:
-    return not ASKED[part.kind].needs or any(earlier(part))
-
-
-def is_asked_by_platforms(problem: Problem, part: Part) -> bool:
-    """Moodle, Canvas and others ask for letters or numbers."""
-    return bool(part.answer.offered) or in_numbers(problem, part) is not None
-
-
-def is_asked_by_stack(problem: Problem, part: Part) -> bool:
-    return not isinstance(asked_by_stack(problem, without_rounding(part)), str)
+    return {
+        "diagnosis": is_derived(part) or behind_options or next(taken(problem.chain, part), None) is not None,
+        "follow-through": not ASKED[part.kind].needs or any(earlier(part)),
+        "platforms": bool(part.answer.offered) or in_numbers(problem, part) is not None,
+        "STACK": not isinstance(asked_by_stack(problem, without_rounding(part)), str),
+    }
 
 
 def below(kind: type[Details]) -> Iterator[type[Details]]:
@@ -60,7 +52,7 @@ def below(kind: type[Details]) -> Iterator[type[Details]]:
 
 
 @pytest.mark.parametrize("name", ASKED)
-def test_the_details_of_a_question_are_of_a_class_that_says_what_they_are(name: str) -> None:
+def test_the_details_of_a_question_are_frozen_and_of_one_class(name: str) -> None:
     (part,) = problem_with(name).parts
     own = type(part.details)
     assert own is Details or own in below(Details)
@@ -71,41 +63,19 @@ def test_the_details_of_a_question_are_of_a_class_that_says_what_they_are(name: 
             setattr(part.details, detail.name, None)
     for other in below(Details):
         if not issubclass(own, other):
-            with pytest.raises(TypeError, match=f"the details of '{name}' are {own.__name__}, not {other.__name__}$"):
+            with pytest.raises(TypeError, match=rf"'{name}' are {own.__name__}, not {other.__name__}$"):
                 part.about(other)
 
 
-WORKS: dict[str, Callable[[Problem, Part], bool]] = {
-    "diagnosis": is_diagnosed,
-    "follow-through": is_followed,
-    "platforms": is_asked_by_platforms,
-    "STACK": is_asked_by_stack,
-}
-
-
-def test_every_duty_is_looked_at() -> None:
-    assert set(WORKS) == set(DUTIES)
-
-
 @pytest.mark.parametrize("name", ASKED)
-def test_a_question_does_each_duty_or_says_why_not(name: str) -> None:
+def test_a_question_does_each_duty_or_says_why_not_and_is_asked_hinted_at_and_solved(name: str) -> None:
     problem = problem_with(name)
     part, without = problem.parts[-1], ASKED[name].without
-    assert set(without) <= set(DUTIES)
-    assert {duty: works(problem, part) for duty, works in WORKS.items()} == {
-        duty: duty not in without for duty in DUTIES
-    }, without
-    assert all(len(reason.split()) > 3 for reason in without.values())
-
-
-@pytest.mark.parametrize("name", ASKED)
-def test_a_question_is_asked_hinted_at_solved_and_practised(name: str) -> None:
-    problem = problem_with(name)
-    part = problem.parts[-1]
+    assert works(problem, part) == {duty: duty not in without for duty in DUTIES}, without
+    assert set(without) <= set(DUTIES) and all(len(reason.split()) > 3 for reason in without.values())
     assert len(prompt(problem, part)) > 40
     assert len(set(hints(problem, part))) == 3
     assert worked_solution(problem, part)
-    assert key_of(problem, part)["type"]
     named, shape = ASKED[name].entry_names(problem.chain, part), part.shape or (1, 1)
     assert len(named) in (0, shape[0] * shape[1])
     assert len(ASKED[part.kind].labels(problem.chain)) in (0, shape[0])

@@ -1,0 +1,73 @@
+"""One formula in each form beside LaTeX and MathML: for Maxima, in words, for Typst, and for a terminal."""
+
+from collections.abc import Callable
+
+import pytest
+import sympy as sp
+
+from exercises.answers import Matrix
+from exercises.formula.latex import parsed
+from exercises.formula.layout import Layout
+from exercises.formula.printers.maxima import maxima_text
+from exercises.formula.printers.speech import spoken
+from exercises.formula.printers.typst import typst_math
+from exercises.formula.printers.unicode import shown_width, unicode_math
+from exercises.problem import Problem
+from exercises.writing.latex import laid_out
+
+A, B, C = sp.symbols("a b c", real=True)
+FOR_MAXIMA = [
+    (sp.Pow(sp.Pow(A, B, evaluate=False), C, evaluate=False), "(a^(b))^(c)"), ((A + B) ** 2, "(a + b)^2"),
+    (sp.Pow(-A, 2, evaluate=False), "(-a)^2"), (A**2, "a^2"), (sp.sqrt(A), "sqrt(a)"),
+    (sp.Pow(A * B, C, evaluate=False), "(a*b)^(c)"),
+]  # fmt: skip
+PRINTED = [
+    (spoken, r"J^{-1} = \frac{1}{\det J}", "J inverse equals 1 over (determinant of J)"),
+    (spoken, r"\begin{bmatrix} s_{12} & 0 \\ 1 & -a_{2}^{2} \end{bmatrix}",
+     "matrix of 2 rows and 2 columns, row 1: s 12, 0; row 2: 1, minus a 2 squared; end of matrix"),
+    (spoken, r"\begin{bmatrix} 1 \\ 2 \end{bmatrix}", "column with entries 1; 2; end of column"),
+    (spoken, r"90^\circ \leq \theta'_{1}", "90 degrees is at most theta 1 prime"),
+    (spoken, r"p^* + x^{n} \qquad 0{,}5", "p star plus x to the power n, 0,5"),
+    (typst_math, "(a)_{1}", r"\( a \)_(1)"), (typst_math, r"90^\circ = J^T", "90 ° = J^(T)"),
+    (typst_math, r"-\dfrac{a}{2}\, \sqrt{b}", "− display(frac(a, 2)) #h(0.17em) sqrt(b)"),
+    (typst_math, r"\left\{ 0{,}5 \right.", r'lr(\{ "0,5" )'),
+    (typst_math, r"\begin{bmatrix} a & b \\ c & d \end{bmatrix}", 'mat(delim: "[", a, b; c, d)'),
+    (typst_math, r"\begin{aligned} a &= b \\ c &= d \end{aligned}", "a & = b \\ c & = d"),
+    (typst_math, r"\text{ or } \sin x", '" or " op("sin") x'),
+    (unicode_math, r"(d_{2} + 0.5) \cos \varphi_{1}\, \dot{d}_{2}", "(d₂ + 0.5) cos φ₁ d\u0307₂"),
+    (unicode_math, r"-\frac{a_{1} + 1}{2 s_{2}} = -90^\circ", "−(a₁ + 1)/(2 s₂) = −90°"),
+    (unicode_math, r"p^*_{1} J^T \sqrt{2}", "p*₁ Jᵀ √2"),
+    (unicode_math, r"\omega_{1}' \times q_i' = v''", "ω₁′ × qᵢ′ = v″"),
+    (unicode_math, r"1.2 \cdot 10^{-6}", "1.2 ⋅ 10⁻⁶"), (unicode_math, r"x^{a b} + \left(y\right)", "x^(ab) + (y)"),
+    (unicode_math, r"\begin{aligned} a &= 1 \\ b &= 2 \end{aligned}", "a = 1\nb = 2"),
+    (unicode_math, r"J = \begin{bmatrix} 1 & 2 \\ 3 & 4 \end{bmatrix}", "J = ⎡1  2⎤\n    ⎣3  4⎦"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("formula", "text"), FOR_MAXIMA)
+def test_a_power_has_its_base_in_parentheses_where_maxima_would_read_another(formula: sp.Expr, text: str) -> None:
+    assert maxima_text(formula) == text
+
+
+@pytest.mark.parametrize(("printer", "latex", "text"), PRINTED)
+def test_a_formula_is_printed_for_its_reader(printer: Callable[[Layout], str], latex: str, text: str) -> None:
+    printed = printer(parsed(latex))
+    assert (" ".join(printed.split()) if printer is typst_math else printed) == text
+
+
+def test_stacked_matrices_keep_apart() -> None:
+    column = r"\begin{bmatrix} 1 \\ 2 \end{bmatrix}"
+    stacked = parsed(rf"\begin{{aligned}} a &= {column} \\[6pt] b &= {column} \end{{aligned}}")
+    assert [bool(line) for line in unicode_math(stacked).splitlines()] == [True, True, False, True, True]
+
+
+def test_a_dot_over_a_letter_takes_no_column() -> None:
+    assert shown_width("d\u0307₂") == 2
+
+
+def test_formulas_have_a_form_for_terminals(problem: Problem) -> None:
+    for part in problem.parts:
+        if isinstance(part.answer, Matrix):
+            text = unicode_math(laid_out(part.answer.reference, problem.chain))
+            assert "\\" not in text and "{" not in text
+            assert len(text.splitlines()) == part.answer.reference.rows

@@ -1,0 +1,53 @@
+"""Why a question is not asked of an arm: the reason that decides, and no reason where it can be asked."""
+
+from typing import Any
+
+import pytest
+
+from exercises.generation import sample_chain
+from exercises.problem import ProblemId
+from exercises.questions import QUESTIONS
+
+RANK = ("rank", "lost-direction", "lost-motion", "singularity-meaning")
+PATH = ("path-rates", "path-limit")
+PERFORMANCE = ("manipulability", "condition-number")
+REDUNDANT = ("gram-determinant", "least-norm-rates", "self-motion")
+BLOCKS = ("arm-block", "wrist-block", "block-determinants")
+OF_THE_BOOKS = [
+    (RANK, "elbow_RRR", ""), (RANK, "cartesian_PPP", "no singular configuration"),
+    (RANK[1:2], "pan_tilt_2R", "more than its 2 joints"), (RANK[1:2], "PUMA560", "6 rows"),
+    (RANK[2:3], "orthogonal_3R", "no line of the arm"),
+    (("unreachable-velocity",), "planar_2R", ""), (("unreachable-velocity",), "PUMA560", "6 components"),
+    (("unreachable-velocity",), "cartesian_PPP", "no singular configuration"),
+    (PATH, "planar_3R_pose", "linear velocities only"), (PATH, "SCARA_RRRP", "linear velocities only"),
+    (PATH, "planar_3R_position", "not square"), (PATH, "pan_tilt_2R", "not square"),
+    (PATH, "cartesian_PPP", "the same everywhere"),
+    (PERFORMANCE, "planar_3R_pose", "common unit"), (PERFORMANCE, "PUMA560", "common unit"),
+    (PERFORMANCE, "pan_tilt_2R", "singular everywhere"), (PERFORMANCE, "cartesian_PPP", "the same in every"),
+    (PERFORMANCE[:1], "planar_RP", ""), (PERFORMANCE[1:], "planar_RP", "common unit"),
+    (REDUNDANT, "planar_2R", "more joints than rows"), (REDUNDANT, "pan_tilt_2R", "more joints than rows"),
+    (REDUNDANT, "Scorbot_5R_task_xyz_pitch_roll_at_P", "does not move"),
+]  # fmt: skip
+OF_FAMILIES = [
+    (("joint-torques",), "puma-560", "too many"), (("joint-torques",), "lbr-7r", "too many"),
+    (("joint-torques",), "ur-6r", "too many"), (("transform",), "puma-560", "6 joints"),
+    (("tool-jacobian",), "ur-6r", "6 joints"), (("tool-jacobian",), "scorbot-tip", "terms"),
+    (("tool-jacobian",), "scorbot-wrist", "frame 4"), (BLOCKS, "planar-2r", ""), (BLOCKS, "ur-6r", ""),
+    (BLOCKS, "lbr-7r", ""), (BLOCKS, "wrist-zyz", ""), (BLOCKS, "scorbot-tip", ""),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("names", "arm", "why"), OF_THE_BOOKS)
+def test_an_arm_of_the_books_is_refused_for_its_reason(
+    names: tuple[str, ...], arm: str, why: str, textbook_arms: dict[str, Any]
+) -> None:
+    for name in names:
+        refusal = QUESTIONS[name].refusal(textbook_arms[arm].chain)
+        assert (refusal is not None and why in refusal) if why else refusal is None, (name, refusal)
+
+
+@pytest.mark.parametrize(("names", "family", "why"), OF_FAMILIES)
+def test_every_arm_of_a_family_is_refused(names: tuple[str, ...], family: str, why: str) -> None:
+    for name in names:
+        refusals = [QUESTIONS[name].refusal(sample_chain(ProblemId(family, seed))) for seed in range(3)]
+        assert all(refusals) and any(why in str(refusal) for refusal in refusals), (name, refusals)
