@@ -54,18 +54,9 @@ questions = ["singular-configurations", "match-columns", "true-or-false", "singu
 """
 ROBOT = """name = "Slide"
 task = ["vx", "vz"]
-[[joint]]
-kind = "P"
-theta = 0
-d = "d1"
-a = 0
-alpha = "pi/2"
-[[joint]]
-kind = "R"
-theta = "theta2"
-d = 0
-a = "a2"
-alpha = 0
+joint = [
+    {kind = "P", theta = 0, d = "d1", a = 0, alpha = "pi/2"}, {kind = "R", theta = "theta2", d = 0, a = "a2", alpha = 0}
+]
 """
 Data = dict[str, Any]
 
@@ -159,30 +150,21 @@ def problem_of(question: Question, problems: list[Problem]) -> Problem:
 
 # --- files ---
 
-DOCUMENTED: Data = {
-    "type": "object",
-    "required": ["uuid", "type", "title", "topic"],
-    "additionalProperties": False,
-    "properties": {
-        "uuid": {"pattern": "^[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}$"},
-        "type": {"const": "v3"},
-        "title": {"type": "string", "minLength": 1},
-        "topic": {"type": "string", "minLength": 1},
-        "tags": {"type": "array", "items": {"type": "string"}},
-    },
-}
-SCHEMAS = "apps/prairielearn/src/schemas/schemas"
-ASSESSED: Data = {
-    "type": "object",
-    "required": ["uuid", "type", "title", "set", "number", "zones"],
-    "additionalProperties": False,
-    "properties": {
-        "uuid": DOCUMENTED["properties"]["uuid"], "type": {"enum": ["Homework", "Exam"]}, "title": {"type": "string"},
-        "set": {"type": "string"}, "number": {"type": "string"}, "zones": {"type": "array"},
-        "shuffleQuestions": {"type": "boolean"}, "requireHonorCode": {"type": "boolean"},
-    },
-}  # fmt: skip
+UUID, TEXT = {"pattern": "^[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}$"}, {"type": "string", "minLength": 1}
+
+
+def holding(required: Data, **others: Data) -> Data:
+    properties = required | others
+    return {"type": "object", "required": [*required], "additionalProperties": False, "properties": properties}
+
+
+DOCUMENTED = holding({"uuid": UUID, "type": {"const": "v3"}, "title": TEXT, "topic": TEXT}, tags={"items": TEXT})
+ASSESSED = holding(
+    {"uuid": UUID, "type": {"enum": ["Homework", "Exam"]}, "title": TEXT, "set": TEXT, "number": TEXT, "zones": {}},
+    shuffleQuestions={"type": "boolean"}, requireHonorCode={"type": "boolean"},
+)  # fmt: skip
 NAMED: Data = {"type": "object", "required": ["uuid", "longName"]}
+SCHEMAS = "apps/prairielearn/src/schemas/schemas"
 
 
 def schemas() -> list[Data]:
@@ -193,26 +175,31 @@ def schemas() -> list[Data]:
     return [json.loads((folder / f"info{name}.json").read_text()) for name in names]
 
 
-def test_files_are_those_that_the_platform_reads(course: Path, order: Order) -> None:
+def loaded(path: Path) -> Data:
+    content: Data = json.loads(path.read_text())
+    return content
+
+
+def test_files_are_those_that_the_platform_reads(course: Path) -> None:
     question, whole, instance, assessment = schemas()
-    assert sorted(path.name for path in (course / "questions").iterdir()) == ["hw-p1", "hw-p2", "hw-p3", "hw-p4"]
-    infos = [json.loads((folder / "info.json").read_text()) for folder in sorted((course / "questions").iterdir())]
-    for info in infos:
-        jsonschema.validate(info, question)
-    info = json.loads((course / "infoCourse.json").read_text())
+    infos = {path.parent.name: loaded(path) for path in sorted(course.glob("questions/*/info.json"))}
+    assert (
+        list(infos) == sorted(path.name for path in course.glob("questions/*")) == ["hw-p1", "hw-p2", "hw-p3", "hw-p4"]
+    )
+    info = loaded(course / "infoCourse.json")
     jsonschema.validate(info, whole)
-    jsonschema.validate(json.loads((course / "courseInstances/qdot/infoCourseInstance.json").read_text()), instance)
+    jsonschema.validate(loaded(course / "courseInstances/qdot/infoCourseInstance.json"), instance)
     for path in course.glob("courseInstances/qdot/assessments/*/infoAssessment.json"):
-        jsonschema.validate(json.loads(path.read_text()), assessment)
-    assert {one["topic"] for one in infos} == {topic["name"] for topic in info["topics"]}
-    assert {tag for one in infos for tag in one["tags"]} == {tag["name"] for tag in info["tags"]}
+        jsonschema.validate(loaded(path), assessment)
+    for one in infos.values():
+        jsonschema.validate(one, question)
+    assert {one["topic"] for one in infos.values()} == {topic["name"] for topic in info["topics"]}
+    assert {tag for one in infos.values() for tag in one["tags"]} == {tag["name"] for tag in info["tags"]}
 
 
 def test_assessments_ask_every_question_in_order_for_its_points(course: Path, order: Order) -> None:
     folder = course / "courseInstances/qdot/assessments"
-    homework, exam = (
-        json.loads((folder / f"hw-{kind}/infoAssessment.json").read_text()) for kind in ("homework", "exam")
-    )
+    homework, exam = (loaded(folder / f"hw-{kind}/infoAssessment.json") for kind in ("homework", "exam"))
     worth = {f"hw-{slot.name}": sum(slot.max_points) for slot in order.assignment.slots}
     (practice,), (once,) = homework["zones"], exam["zones"]
     assert {one["id"]: one["autoPoints"] for one in practice["questions"]} == worth
@@ -225,18 +212,15 @@ def test_assessments_ask_every_question_in_order_for_its_points(course: Path, or
     assert {len(one["autoPoints"]) for one in again["zones"][0]["questions"]} == {2}
 
 
-@pytest.mark.parametrize(
-    ("title", "key", "number"),
-    [("Homework 6", "robots", "6"), ("Robots, 2nd part", "hw12", "12"), ("Arms of 2R", "velocity-3r", "1")],
-)
-def test_an_assessment_is_called_by_the_number_of_its_title_or_key(
-    order: Order, title: str, key: str, number: str
-) -> None:
-    assert number_of(replace(order.assignment, title=title, key=key)) == number
+def test_an_assessment_is_called_by_the_number_of_its_title_or_key(order: Order) -> None:
+    for title, key, number in (
+        ("Homework 6", "robots", "6"), ("Robots, 2nd part", "hw12", "12"), ("Arms of 2R", "velocity-3r", "1"),
+    ):  # fmt: skip
+        assert number_of(replace(order.assignment, title=title, key=key)) == number
 
 
 def test_uuids_stay_and_belong_to_one_question(course: Path, order: Order) -> None:
-    found = [json.loads((path / "info.json").read_text())["uuid"] for path in sorted((course / "questions").iterdir())]
+    found = [loaded(path)["uuid"] for path in sorted(course.glob("questions/*/info.json"))]
     assert len({uuid.UUID(text) for text in found}) == 4
     other = replace(order, assignment=replace(order.assignment, secret="another"))
     for given, is_same in ((order, True), (other, False)):
