@@ -147,23 +147,6 @@ def test_only_what_grades_has_the_secret_and_notebooks_never_run_beside_the_toke
         assert "uses" not in step or "env" not in step
 
 
-@pytest.mark.whole  # as on GitHub, by the same commands but for where they stand
-def test_a_fresh_clone_on_gitlab_grades_by_the_jobs_own_script(
-    assignment: Assignment, machine: Machine, tmp_path: Path
-) -> None:
-    with grading(assignment, machine, "gitlab", tmp_path) as job:
-        grade = read_yaml(job.clone / ".gitlab-ci.yml")["grade"]
-        variables = {"QDOT_SECRET": SECRET, "QDOT_TOKEN": TOKEN}
-        install, *script = grade["script"]
-        job.run([(install, {}), ("\n".join(script), variables)])  # a runner gives one shell all of a script
-        got = results(job.clone)
-        assert [got[student]["score"] for student in ("ada", "bo")] == [4, 3]
-        assert got["bo"]["submission"]["received"] == "2027-01-15T22:00:00+00:00"  # type: ignore[index]
-        report = job.clone / grade["artifacts"]["reports"]["junit"]
-        assert report.read_text(encoding="utf-8").startswith("<testsuites")
-        assert "**3 of 4 points**" in job.feedback("bo")
-
-
 def checks(clone: Path, platform: str) -> list[str]:
     """Return the commands by which a student's repository checks itself."""
     if platform == "github":

@@ -20,15 +20,14 @@ import pytest
 from exercises.assignment import Student
 from exercises.docs import corrections
 from exercises.errors import QdotError
-from exercises.problem import Part
+from exercises.problem import Problem
 from exercises.site import build as building
 from exercises.site import supply
 from exercises.site.chapter import ERRATA, chapter_pages
 from exercises.site.guide import COMMANDS, OTHERS, OWN_PAGES, arranged
 from exercises.site.pages import Assets, assets_in, linked, pages
 from exercises.site.stale_files import LIST, remove_stale_files
-from exercises.verify import CHECKS
-from exercises.verify.numeric_reference import Check, NumericReference
+from grader import site as command
 from grader.cli import app
 from grader.site import _Quiet
 from tests.support import ROOT
@@ -49,7 +48,13 @@ def assets(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Assets]:
 
 
 @pytest.fixture
-def few_pages(assets: Assets, monkeypatch: pytest.MonkeyPatch) -> None:
+def uncertified(assets: Assets, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Certificates take longer than all that is looked at here."""
+    monkeypatch.setattr(command, "failures_of", lambda _: [])
+
+
+@pytest.fixture
+def few_pages(uncertified: None, monkeypatch: pytest.MonkeyPatch) -> None:
     """Only the first three pages, where a test looks at the bank: to write all takes longer than that."""
     monkeypatch.setattr(building, "pages", lambda around: islice(pages(around), 3))
 
@@ -65,7 +70,21 @@ def loaded(site: Path, name: str) -> Any:
     return json.loads((site / "bank" / f"{name}.json").read_text())
 
 
-def test_a_site_is_built_and_a_rerun_keeps_the_bank(assets: Assets, tmp_path: Path) -> None:
+def test_a_site_has_all_pages_which_lead_somewhere(uncertified: None, tmp_path: Path) -> None:
+    site = tmp_path / "site"
+    run(*ordered(site))
+    _examples_are_told_in_german(site)
+    _links_lead_somewhere(site)
+    practice = (site / "practice.html").read_text()
+    assert '<link rel="modulepreload" href="assets/shared.js">' in practice  # loaded at once, not one after another
+    assert '<link rel="preload" href="bank/index.json" as="fetch" crossorigin="anonymous">' in practice
+    assert "preload" not in (site / "accessibility.html").read_text()
+    shell = json.loads(re.findall(r"const SHELL = (.*);", (site / "sw.js").read_text())[0])
+    assert not [name for name in shell if not (site / name).is_file()]
+    assert "bank/index.de.json" in shell
+
+
+def test_a_rerun_keeps_the_bank(few_pages: None, tmp_path: Path) -> None:
     site = tmp_path / "site"
     arguments = ordered(site)
     assert "2 problems with" in run(*arguments)
@@ -75,8 +94,9 @@ def test_a_site_is_built_and_a_rerun_keeps_the_bank(assets: Assets, tmp_path: Pa
     assert [(problem["key"], problem["variation"], problem["flat"]) for problem in problems] == [
         ("001", "chapter", True), ("001-quiz", "chapter", True),  # it never leaves a plane
     ]  # fmt: skip
-    _sizes_are_told(site)
-    _examples_are_told_in_german(site)
+    told = loaded(site, "sizes")["files"]
+    sizes = {site / "bank" / f"{name}{ending}": size for name, each in told.items() for ending, size in each.items()}
+    assert sizes == {path: path.stat().st_size for path in (site / "bank" / "polar-rp").iterdir()}
     for problem in problems:
         record, *others = (
             loaded(site, f"polar-rp/{problem['key']}{ending}") for ending in ("", ".solutions", ".de", ".solutions.de")
@@ -96,14 +116,6 @@ def test_a_site_is_built_and_a_rerun_keeps_the_bank(assets: Assets, tmp_path: Pa
     assert after.keys() == before.keys()
     assert {path.name for path in after if after[path] == before[path]} >= {"001-quiz.json", "001-quiz.de.json"}
     assert first == {path.relative_to(site): path.read_bytes() for path in site.rglob("*") if path.is_file()}
-    _links_lead_somewhere(site)
-    practice = (site / "practice.html").read_text()
-    assert '<link rel="modulepreload" href="assets/shared.js">' in practice  # loaded at once, not one after another
-    assert '<link rel="preload" href="bank/index.json" as="fetch" crossorigin="anonymous">' in practice
-    assert "preload" not in (site / "accessibility.html").read_text()
-    shell = json.loads(re.findall(r"const SHELL = (.*);", (site / "sw.js").read_text())[0])
-    assert not [name for name in shell if not (site / name).is_file()]
-    assert "bank/index.de.json" in shell
 
 
 def test_what_cannot_be_certified_is_drawn_anew_and_at_last_left_out(
@@ -111,12 +123,12 @@ def test_what_cannot_be_certified_is_drawn_anew_and_at_last_left_out(
 ) -> None:
     site, wrong = tmp_path / "site", {1}
 
-    def check(numeric: NumericReference, part: Part) -> Iterator[Check]:
-        seed = numeric.problem.id.seed
-        yield Check("fault", seed not in wrong and (seed % 1000 != 1 or 1 in wrong), "put in")
+    def failures(problem: Problem) -> list[str]:
+        seed = problem.id.seed
+        return [] if seed not in wrong and (seed % 1000 != 1 or 1 in wrong) else ["put in"]
 
-    monkeypatch.setitem(CHECKS, "determinant", check)
-    monkeypatch.setattr(supply, "DRAWS", 3)  # each of 10 would be certified for all questions
+    monkeypatch.setattr(command, "failures_of", failures)
+    monkeypatch.setattr(supply, "DRAWS", 3)  # each of 10 would be made with all questions
     arguments = ordered(site, "--variants", "2")
     run(*arguments)
     assert loaded(site, "polar-rp/001")["id"] == "polar-rp/1001@chapter"
@@ -125,8 +137,7 @@ def test_what_cannot_be_certified_is_drawn_anew_and_at_last_left_out(
     shutil.rmtree(site / "bank" / "polar-rp")
     result = runner.invoke(app, [str(word) for word in arguments])
     assert result.exit_code == 2
-    assert "001 (polar-rp)" in result.stderr and "determinant: fault: put in\n" in result.stderr
-    assert "1 of polar-rp." in result.stderr
+    assert "001 (polar-rp)" in result.stderr and "put in\n" in result.stderr and "1 of polar-rp." in result.stderr
     assert [problem["key"] for problem in loaded(site, "index")["families"][0]["problems"]] == ["001-quiz", "002"]
 
 
@@ -149,13 +160,6 @@ def _without_english(body: str) -> str:
     body = re.sub(r'<div lang="en">.*?</div>|<noscript>.*?</noscript>|<svg.*?</svg>', "", body, flags=re.DOTALL)
     body = re.sub(r"<(\w+)[^>]* data-text=.*?</\1>", "", body, flags=re.DOTALL)
     return re.sub(r"<[^>]*>", " ", body)
-
-
-def _sizes_are_told(site: Path) -> None:
-    told = loaded(site, "sizes")["files"]
-    files = {path: path.stat().st_size for path in (site / "bank" / "polar-rp").iterdir()}
-    sizes = {site / "bank" / f"{name}{ending}": size for name, each in told.items() for ending, size in each.items()}
-    assert sizes == files
 
 
 def _links_lead_somewhere(site: Path) -> None:
