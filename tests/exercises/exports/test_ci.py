@@ -134,6 +134,7 @@ def test_a_fresh_clone_grades_and_hands_back_by_the_platforms_own_commands(
 
 
 def test_only_what_grades_has_the_secret_and_notebooks_never_run_beside_the_token(assignment: Assignment) -> None:
+    """No repository holds the secret, and a student's workflow asks for one that can only ask."""
     path = exported(assignment, "github") / "grading" / ".github" / "workflows" / "grade.yml"
     assert "github.event" not in path.read_text()  # nothing of what a student sends is read
     workflow = read_yaml(path)
@@ -145,6 +146,13 @@ def test_only_what_grades_has_the_secret_and_notebooks_never_run_beside_the_toke
     assert workflow["permissions"] == {} and job["permissions"] == {"contents": "read"}
     for step in job["steps"]:
         assert "uses" not in step or "env" not in step
+    for platform in ("github", "gitlab"):
+        for path in exported(assignment, platform).rglob("*"):
+            if path.is_file():
+                assert SECRET.encode() not in path.read_bytes()
+                if "students" in path.parts and path.suffix == ".yml":
+                    asked = re.findall(r"secrets\.\w+|QDOT_SECRET|QDOT_TOKEN", path.read_text(encoding="utf-8"))
+                    assert asked == (["secrets.QDOT_ASK"] if platform == "github" else [])
 
 
 def checks(clone: Path, platform: str) -> list[str]:
@@ -185,18 +193,6 @@ def test_a_students_repository_checks_itself_without_any_secret(
         line = (clone / "hw.ipynb").read_text(encoding="utf-8").splitlines()[int(place[1]) - 1]
         assert "p1_jacobian = " in line
         assert "| p1.jacobian | can't be read | left blank |" in (tmp_path / "summary.md").read_text(encoding="utf-8")
-
-
-def test_no_repository_holds_the_secret_and_a_students_workflow_asks_for_one_that_can_only_ask(
-    assignment: Assignment,
-) -> None:
-    for platform in ("github", "gitlab"):
-        for path in exported(assignment, platform).rglob("*"):
-            if path.is_file():
-                assert SECRET.encode() not in path.read_bytes()
-                if "students" in path.parts and path.suffix == ".yml":
-                    asked = re.findall(r"secrets\.\w+|QDOT_SECRET|QDOT_TOKEN", path.read_text(encoding="utf-8"))
-                    assert asked == (["secrets.QDOT_ASK"] if platform == "github" else [])
 
 
 def test_a_push_asks_for_points_by_a_token_that_can_do_no_more(

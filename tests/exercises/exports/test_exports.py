@@ -106,8 +106,7 @@ def test_a_bank_is_of_the_variation_that_is_asked_for(order: Order, tmp_path: Pa
         assert "(moodle, canvas, qti, scorm, jupyterquiz, stack)" in refused and f"for {outlet}," in refused
     assert "'plain'" in fails(*command, tmp_path / "plain", "--variation", "plain")
 
-
-def test_a_place_that_can_not_be_asked_of_other_arms_is_named(order: Order) -> None:
+    # A place that can't be asked of other arms is named.
     tied = order.assignment.slots[0]
     tied = replace(tied, family=FAMILIES["scara"], questions=("lost-motion", "jacobian"), band=(0, 0))
     with pytest.raises(QdotError, match=r"^p1, with variation full: "):

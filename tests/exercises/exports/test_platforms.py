@@ -39,12 +39,10 @@ TOML = """title = "Arms & <signs> / more"
 key = "hw"
 hints = true
 feedback = "solutions"
-[[problem]]
-family = "planar-2r"
-questions = ["jacobian", "determinant", "joint-effect"]
-[[problem]]
-family = "planar-2r"
-questions = ["dependence", "true-or-false"]
+problem = [
+    {family = "planar-2r", questions = ["jacobian", "determinant", "joint-effect"]},
+    {family = "planar-2r", questions = ["dependence", "true-or-false"]},
+]
 """
 Element = ElementTree.Element
 Package = dict[str, bytes]

@@ -136,7 +136,7 @@ def test_what_stack_can_not_do_is_told(notes: list[str], quiz: ET.Element) -> No
     assert [word for word in ("rounded decimals", "factors", "letters") if word not in " ".join(notes)] == []
 
 
-def test_texts_are_castext_with_inputs_pictures_and_mathematics_for_mathjax(quiz: ET.Element) -> None:
+def test_texts_and_feedback_are_castext_with_inputs_pictures_and_mathematics_for_mathjax(quiz: ET.Element) -> None:
     for question in questions(quiz):
         text = content(question, "questiontext/text")
         assert content(question, "input/name") == "ans1" and content(question, "prt/name") == "prt1"
@@ -148,6 +148,10 @@ def test_texts_are_castext_with_inputs_pictures_and_mathematics_for_mathjax(quiz
         assert text.count('style="max-width: 100%; height: auto"') == len(shown)  # no wider than Moodle's column
         assert "<table>" not in content(question, "generalfeedback/text")
         assert "<table>" not in text and '<table class="generaltable ' in text  # which Moodle shows with lines
+    texts = [content(one, "text") for one in quiz.iter() if one.tag in ("truefeedback", "falsefeedback")]
+    said = [text for text in texts if text]
+    assert said and all(text.startswith(("<p>", "[[if ")) and "&lt;p" not in text and "&#" not in text for text in said)
+    assert any('</p><p>{@right@} of 2 entries are right.</p>[[if test="amiss>0"]]<p>' in text for text in said)
 
 
 def test_formulas_are_compared_where_they_are_numbers_of_middling_size() -> None:
@@ -155,13 +159,6 @@ def test_formulas_are_compared_where_they_are_numbers_of_middling_size() -> None
     for entry in ("3*a1", "sqrt(a1 - 1)", "1/(a1 - 1/2)", "100000*a1", "(a1 - 1/2)/8"):
         program = compile_program([read(entry, {"a1": "length"})])
         assert _are_usable(program, [{"a1": 0.6}, {"a1": 0.5}], 0) == (entry == "3*a1"), entry
-
-
-def test_feedback_is_html_with_blocks_of_castext(quiz: ET.Element) -> None:
-    texts = [content(one, "text") for one in quiz.iter() if one.tag in ("truefeedback", "falsefeedback")]
-    said = [text for text in texts if text]
-    assert said and all(text.startswith(("<p>", "[[if ")) and "&lt;p" not in text and "&#" not in text for text in said)
-    assert any('</p><p>{@right@} of 2 entries are right.</p>[[if test="amiss>0"]]<p>' in text for text in said)
 
 
 def test_how_sets_are_typed_speaks_of_joints_as_they_are() -> None:
