@@ -114,14 +114,11 @@ def test_every_formula_compiles_and_fits_and_has_words(problem: Problem) -> None
     assert compile_pdf(DOCUMENT + "\n\n".join(new + whole)).startswith(b"%PDF")
 
 
-def test_nothing_is_typed_on_paper(problem: Problem) -> None:
+def test_nothing_is_typed_on_paper_where_every_answer_has_a_box_and_a_short_form(problem: Problem) -> None:
     for text in (statement(problem, ""), *(prompt(problem, part) for part in problem.parts)):
         shown = on_paper(text, problem)
         assert not re.search(r"`|\btyped\b|\bin quotes\b|as in *[.,]|  |\( ?\)| [,.;]", shown), shown
         assert set(re.findall(r"\$[^$]+\$", text)) <= set(re.findall(r"\$[^$]+\$", shown))
-
-
-def test_every_answer_has_a_box_and_a_short_form(problem: Problem) -> None:
     for part in problem.parts:
         box, short = box_of(problem, part, "x" * 3000), short_answer(problem, part)
         assert short.strip() and "None" not in short
