@@ -107,7 +107,7 @@ def test_the_errata_are_told_in_german_with_the_same_numbers() -> None:
         assert not re.search(r"\d\.\d", " ".join((german.printed, german.right, german.at, *sum(german.values, ()))))
 
 
-@pytest.mark.parametrize("has_docs", [False, pytest.param(True, marks=pytest.mark.integration)])
+@pytest.mark.parametrize("has_docs", [False, True])
 def test_a_site_has_all_pages_which_lead_somewhere(
     has_docs: bool, built: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
