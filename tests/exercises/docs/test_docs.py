@@ -22,6 +22,7 @@ from exercises.questions import QUESTIONS
 from exercises.quizzes import ASKED
 from exercises.variation import STEPS
 from tests.support import ROOT
+from tests.support.suites import families_for
 
 DOCS = ROOT / "docs"
 together = pytest.mark.xdist_group("docs")
@@ -68,25 +69,15 @@ def test_thumbnails_of_a_family_are_up_to_date(family: str) -> None:
     assert thumbnails(family) == kept_thumbnails(family)
 
 
-SLOW = ("lbr-7r", "random-2", "random-3", "random-4")
-
-
-@pytest.mark.families(tuple(name for name in FAMILIES if name not in SLOW), most=5)
-def test_what_is_listed_of_a_family_is_what_its_arms_show(family: str) -> None:
-    """Where this fails, run: python -m exercises.docs"""
-    assert listing()[family] == find_out(FAMILIES[family])
+SLOW = ("lbr-7r", "random-3", "random-4")
 
 
 @pytest.mark.parametrize(
-    "family", [name if name == "random-2" else pytest.param(name, marks=pytest.mark.whole) for name in SLOW]
+    "family", [pytest.param(name, marks=[pytest.mark.whole] if name in SLOW else []) for name in families_for()]
 )
-def test_what_is_listed_of_a_family_of_many_arms_or_joints_is_what_its_arms_show(family: str) -> None:
+def test_what_is_listed_of_a_family_is_what_its_arms_show(family: str) -> None:
     """Where this fails, run: python -m exercises.docs"""
     assert listing()[family] == find_out(FAMILIES[family])
-
-
-def test_the_listing_is_of_all_families_in_their_order() -> None:
-    assert list(listing()) == list(FAMILIES)
 
 
 def test_the_page_of_structures_is_up_to_date_but_for_what_takes_long(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -107,12 +98,6 @@ def test_the_page_of_structures_is_up_to_date_but_for_what_takes_long(monkeypatc
 def test_the_page_of_structures_is_up_to_date() -> None:
     """Where this fails, run: python -m exercises.docs"""
     assert structures.structures_page() == STRUCTURES
-
-
-@together
-def test_no_drawing_is_left_of_a_family_or_step_that_is_gone() -> None:
-    drawn = {name for name in documents() if name.startswith("families/")}
-    assert {f"families/{path.name}" for path in (DOCS / "families").iterdir()} == drawn
 
 
 @together
@@ -140,27 +125,17 @@ def test_every_family_has_its_place_with_thumbnail_and_questions() -> None:
 
 
 @together
-def test_every_question_has_its_row() -> None:
+def test_pages_have_every_question_good_links_whole_drawings_and_the_chapters_results() -> None:
     rows = re.findall(r"^\| `([a-z-]+)` \|", documents()["questions.md"], re.MULTILINE)
-    assert rows == list(ASKED)
-
-
-@together
-def test_links_lead_somewhere() -> None:
+    assert rows == list(ASKED) and list(listing()) == list(FAMILIES)
     for page in ("families.md", "examples.md", "questions.md"):
         for target in re.findall(r"\]\(([^)#]+)\)|src=\"([^\"]+)\"", documents()[page]):
             assert "".join(target) in documents()
-
-
-@together
-def test_drawings_are_well_formed() -> None:
     for name, text in documents().items():
         if name.endswith(".svg"):
             assert ET.fromstring(text).get("role") == "img"
-
-
-@together
-def test_examples_have_the_chapters_results() -> None:
+    drawn = {name for name in documents() if name.startswith("families/")}
+    assert {f"families/{path.name}" for path in (DOCS / "families").iterdir()} == drawn
     page = documents()["examples.md"]
     for formula in (
         r"\det J = a_{1} a_{2} s_{2}",
@@ -179,7 +154,7 @@ def of(where: str) -> list[float]:
 
 
 @together
-def test_printed_formulas_fail_where_the_right_ones_hold() -> None:
+def test_printed_formulas_and_claims_fail_where_the_right_ones_hold() -> None:
     printed, right = of("of $T$")
     assert printed != right == 1
     printed, right = of("$v_x$ and $v_y$")
@@ -188,10 +163,6 @@ def test_printed_formulas_fail_where_the_right_ones_hold() -> None:
     assert abs(printed_x) > 0.1 and abs(printed_y - 0.2) > 0.1 and right == 0
     printed, right, difference = of("partial")
     assert right == pytest.approx(difference, rel=1e-3) and abs(printed - right) > 0.01
-
-
-@together
-def test_printed_claims_on_singularities_fail() -> None:
     rank_straight, det_straight, rank_shoulder, det_shoulder = of("Example 6.3, singular")
     assert rank_straight == 3 and det_straight != 0 and rank_shoulder == 2 and det_shoulder == 0
     terms, total, product = of(r"$\det J$")

@@ -4,20 +4,18 @@ import json
 import re
 import shutil
 import subprocess
-import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from check_jsonschema.cli.main_command import main as check_schema  # type: ignore[import-untyped]
+from click.testing import CliRunner
 
 from exercises.assignment import Assignment, Student
-from exercises.errors import QdotError
-from exercises.exports.outlet import Order
-from exercises.exports.repositories import ACTIONS, assignment_files
+from exercises.exports.repositories import ACTIONS
 from exercises.exports.wheel import versions, wheel
-from grader.certify import failures_of
 from tests.support import ROOT
 from tests.support.ci import Machine, git, github_steps, hosted, read_yaml
 from tests.support.command import fails, run
@@ -105,47 +103,56 @@ def grading(assignment: Assignment, machine: Machine, platform: str, place: Path
         yield Grading(machine, server, clone, {**server.variables(platform), "QDOT_TOKEN": "", **given})
 
 
-def test_a_fresh_clone_on_github_grades_and_hands_back_by_the_workflows_own_commands(
-    assignment: Assignment, machine: Machine, tmp_path: Path
+def commands_of(platform: str, clone: Path) -> Sequence[tuple[str, Mapping[str, str]]]:
+    """Return the commands by which a repository grades, each with its variables."""
+    given = {"QDOT_SECRET": SECRET, "QDOT_TOKEN": TOKEN}
+    if platform == "github":
+        return github_steps(clone / ".github" / "workflows" / "grade.yml", given)
+    install, *script = read_yaml(clone / ".gitlab-ci.yml")["grade"]["script"]
+    return [(install, {}), ("\n".join(script), given)]  # a runner gives one shell all of a script
+
+
+@pytest.mark.integration
+@pytest.mark.parametrize("platform", CHECKS)
+def test_a_fresh_clone_grades_and_hands_back_by_the_platforms_own_commands(
+    platform: str, assignment: Assignment, machine: Machine, tmp_path: Path
 ) -> None:
-    with grading(assignment, machine, "github", tmp_path) as job:
-        workflow = job.clone / ".github" / "workflows" / "grade.yml"
-        said = job.run(github_steps(workflow, {"QDOT_SECRET": SECRET, "QDOT_TOKEN": TOKEN}))
+    with grading(assignment, machine, platform, tmp_path) as job:
+        said = job.run(commands_of(platform, job.clone))
         assert "cy: course/hw-cy is left out" in said and TOKEN not in said
         got = results(job.clone)
         assert [got[student]["score"] for student in ("ada", "bo", "cy")] == [4, 3, 0]
         assert got["ada"]["submission"]["received"] == "2027-01-15T22:00:00+00:00"  # type: ignore[index]
-        assert "| bo | 3 | 4 | graded |" in (tmp_path / "summary.md").read_text(encoding="utf-8")
+        if platform == "github":
+            assert "| bo | 3 | 4 | graded |" in (tmp_path / "summary.md").read_text(encoding="utf-8")
+        else:
+            reports = read_yaml(job.clone / ".gitlab-ci.yml")["grade"]["artifacts"]["reports"]
+            assert (job.clone / reports["junit"]).read_text(encoding="utf-8").startswith("<testsuites")
         told = job.feedback("bo")
         assert "**3 of 4 points**" in told and "ada" not in told
         assert git("-C", job.server.bare("course/hw-bo"), "log", "--format=%s", "main").splitlines() == ["work"]
 
 
 def test_only_what_grades_has_the_secret_and_notebooks_never_run_beside_the_token(assignment: Assignment) -> None:
-    workflow = read_yaml(exported(assignment, "github") / "grading" / ".github" / "workflows" / "grade.yml")
+    """No repository holds the secret, and a student's workflow asks for one that can only ask."""
+    path = exported(assignment, "github") / "grading" / ".github" / "workflows" / "grade.yml"
+    assert "github.event" not in path.read_text()  # nothing of what a student sends is read
+    workflow = read_yaml(path)
+    assert set(workflow["on"]) == {"workflow_dispatch", "schedule", "issues"}  # none runs what a student wrote
+    assert workflow["on"]["issues"] == {"types": ["edited"]}
     (job,) = workflow["jobs"].values()
     given = {step["name"]: set(step.get("env", {})) for step in job["steps"] if "run" in step}
     assert given["Install qdot"] == set() and given["Grade"] == {"QDOT_SECRET"}
     assert workflow["permissions"] == {} and job["permissions"] == {"contents": "read"}
     for step in job["steps"]:
         assert "uses" not in step or "env" not in step
-
-
-@pytest.mark.whole  # as on GitHub, by the same commands but for where they stand
-def test_a_fresh_clone_on_gitlab_grades_by_the_jobs_own_script(
-    assignment: Assignment, machine: Machine, tmp_path: Path
-) -> None:
-    with grading(assignment, machine, "gitlab", tmp_path) as job:
-        grade = read_yaml(job.clone / ".gitlab-ci.yml")["grade"]
-        variables = {"QDOT_SECRET": SECRET, "QDOT_TOKEN": TOKEN}
-        install, *script = grade["script"]
-        job.run([(install, {}), ("\n".join(script), variables)])  # a runner gives one shell all of a script
-        got = results(job.clone)
-        assert [got[student]["score"] for student in ("ada", "bo")] == [4, 3]
-        assert got["bo"]["submission"]["received"] == "2027-01-15T22:00:00+00:00"  # type: ignore[index]
-        report = job.clone / grade["artifacts"]["reports"]["junit"]
-        assert report.read_text(encoding="utf-8").startswith("<testsuites")
-        assert "**3 of 4 points**" in job.feedback("bo")
+    for platform in ("github", "gitlab"):
+        for path in exported(assignment, platform).rglob("*"):
+            if path.is_file():
+                assert SECRET.encode() not in path.read_bytes()
+                if "students" in path.parts and path.suffix == ".yml":
+                    asked = re.findall(r"secrets\.\w+|QDOT_SECRET|QDOT_TOKEN", path.read_text(encoding="utf-8"))
+                    assert asked == (["secrets.QDOT_ASK"] if platform == "github" else [])
 
 
 def checks(clone: Path, platform: str) -> list[str]:
@@ -167,12 +174,14 @@ def test_a_students_repository_on_gitlab_checks_itself_as_on_github(assignment: 
         assert same and all(same)
 
 
-@pytest.mark.parametrize("platform", ["github", pytest.param("gitlab", marks=pytest.mark.whole)])
+@pytest.mark.integration
+@pytest.mark.parametrize("platform", CHECKS)
 def test_a_students_repository_checks_itself_without_any_secret(
     platform: str, assignment: Assignment, machine: Machine, tmp_path: Path
 ) -> None:
     clone = tmp_path / "clone"
-    git("clone", "--quiet", hosted(_students(assignment, platform, tmp_path), tmp_path / "server", "ada"), clone)
+    own = Path(shutil.copytree(exported(assignment, platform) / "students" / "ada", tmp_path / "ada"))
+    git("clone", "--quiet", hosted(own, tmp_path / "server", "ada"), clone)
     install, check = checks(clone, platform)
     machine.run(install, clone)
     done = machine.run(check, clone, GITHUB_STEP_SUMMARY=str(tmp_path / "summary.md"))
@@ -184,27 +193,6 @@ def test_a_students_repository_checks_itself_without_any_secret(
         line = (clone / "hw.ipynb").read_text(encoding="utf-8").splitlines()[int(place[1]) - 1]
         assert "p1_jacobian = " in line
         assert "| p1.jacobian | can't be read | left blank |" in (tmp_path / "summary.md").read_text(encoding="utf-8")
-
-
-def _students(assignment: Assignment, platform: str, place: Path) -> Path:
-    return Path(shutil.copytree(exported(assignment, platform) / "students" / "ada", place / "ada"))
-
-
-def test_no_repository_holds_the_secret_and_a_students_workflow_asks_for_one_that_can_only_ask(
-    assignment: Assignment,
-) -> None:
-    for platform in ("github", "gitlab"):
-        for path in exported(assignment, platform).rglob("*"):
-            if path.is_file():
-                assert SECRET.encode() not in path.read_bytes()
-                if "students" in path.parts and path.suffix == ".yml":
-                    asked = re.findall(r"secrets\.\w+|QDOT_SECRET|QDOT_TOKEN", path.read_text(encoding="utf-8"))
-                    assert asked == (["secrets.QDOT_ASK"] if platform == "github" else [])
-    grade = read_yaml(exported(assignment, "github") / "grading" / ".github" / "workflows" / "grade.yml")
-    assert grade["on"]["issues"] == {"types": ["edited"]}
-    assert set(grade["on"]) == {"workflow_dispatch", "schedule", "issues"}  # none of which runs what a student wrote
-    text = (exported(assignment, "github") / "grading" / ".github" / "workflows" / "grade.yml").read_text()
-    assert "github.event" not in text  # nothing of what a student sends is read
 
 
 def test_a_push_asks_for_points_by_a_token_that_can_do_no_more(
@@ -222,16 +210,11 @@ def test_a_push_asks_for_points_by_a_token_that_can_do_no_more(
 
 
 @pytest.mark.parametrize("platform", CHECKS)
-def test_workflows_hold_to_the_platforms_schema(platform: str, assignment: Assignment, tmp_path: Path) -> None:
-    schema = CHECKS[platform]
+def test_workflows_hold_to_the_platforms_schema(platform: str, assignment: Assignment) -> None:
     files = [str(path) for path in exported(assignment, platform).rglob("*.yml")]
     assert len(files) == 4
-    wrong = tmp_path / "wrong.yml"
-    wrong.write_text("on: push\njobs: {a: {steps: 1}}\n" if platform == "github" else "a: {script: {b: 1}}\n")
-    for given, code in ((files, 0), ([str(wrong)], 1)):
-        command = [sys.executable, "-m", "check_jsonschema", "--builtin-schema", schema, *given]
-        done = subprocess.run(command, capture_output=True, text=True)
-        assert done.returncode == code, done.stdout
+    done = CliRunner().invoke(check_schema, ["--builtin-schema", CHECKS[platform], *files])
+    assert done.exit_code == 0, done.output
 
 
 def workflows(assignment: Assignment) -> list[Path]:
@@ -257,11 +240,9 @@ def quiet(*command: str | Path) -> None:
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-def test_workflows_are_as_a_linter_of_security_wants_them(assignment: Assignment) -> None:
-    quiet(reader("zizmor"), "--offline", "--no-progress", "--persona", "pedantic", *workflows(assignment))
-
-
+@pytest.mark.integration
 def test_workflows_and_their_commands_are_as_linters_want_them(assignment: Assignment) -> None:
+    quiet(reader("zizmor"), "--offline", "--no-progress", "--persona", "pedantic", *workflows(assignment))
     shellcheck = reader("shellcheck")
     quiet(shellcheck, exported(assignment, "github") / "setup-class.sh")
     quiet(needs("actionlint", ACTIONLINT, in_ci=False), "-shellcheck", shellcheck, *workflows(assignment))
@@ -276,21 +257,9 @@ def test_the_wheel_is_the_same_twice_and_its_libraries_are_named() -> None:
     assert not [line for line in named if line.startswith(("pytest==", "qdot=="))]
 
 
-def test_a_robot_outside_of_the_folder_is_refused(assignment: Assignment, tmp_path: Path) -> None:
-    folder = tmp_path / "hw"
-    folder.mkdir()
-    (folder / "assignment.toml").write_text('title = "T"\nkey = "hw"\n[[problem]]\nrobot = "../arm.toml"\n')
-    (folder / "roster.csv").write_text("student\nada\n")
-    with pytest.raises(QdotError, match="lies outside of"):
-        assignment_files(Order(replace(assignment, folder=folder), failures_of))
-
-
-def test_the_check_takes_one_report_only(tmp_path: Path) -> None:
-    assert "write github=PATH" in fails("check", tmp_path / "x.ipynb", "--report", "junit=x")
-
-
-def test_the_report_of_a_check_may_be_standard_output(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_check_takes_one_report_which_may_be_standard_output(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
+    assert "github=PATH" in fails("check", "mine.md", "--report", "junit=x")
     (tmp_path / "mine.md").write_text("```python\np1_determinant = 'a1*a2'\n```")
     said = run("check", "mine.md", "--report", "github=-")
     assert "| p1.determinant | can be read |" in said and [path.name for path in tmp_path.iterdir()] == ["mine.md"]

@@ -116,8 +116,7 @@ def test_a_manifest_is_as_the_schemas_say_and_lists_every_file(made: dict[str, d
         assert order == sorted(order)
         assert set(element.attrib) >= REQUIRED.get(name, set())
     names = [element.attrib["identifier"] for element in root.iter() if "identifier" in element.attrib]
-    assert len(set(names)) == len(names)
-    assert all(re.fullmatch(NCNAME, name) for name in names)
+    assert len(set(names)) == len(names) and all(re.fullmatch(NCNAME, name) for name in names)
     item, resource = (next(root.iter(f"{{{own}}}{name}")) for name in ("item", "resource"))
     organizations = next(root.iter(f"{{{own}}}organizations"))
     assert item.attrib["identifierref"] == resource.attrib["identifier"]
@@ -128,14 +127,7 @@ def test_a_manifest_is_as_the_schemas_say_and_lists_every_file(made: dict[str, d
     told = {"12": ("ADL SCORM", "1.2"), "2004": ("ADL SCORM", "2004 4th Edition")}
     assert tuple(each.text for each in root[0]) == told[version]
     listed = [file.attrib["href"] for file in root.iter(f"{{{own}}}file")]
-    assert len(set(listed)) == len(listed)
-    assert {*listed, "imsmanifest.xml"} == set(package)
-
-
-def test_a_title_is_no_longer_than_the_schema_has_it(order: Order, patched: None) -> None:
-    long = replace(order, assignment=replace(order.assignment, title="x" * 300), variants=1)
-    root = ElementTree.fromstring(exported(long)["12"]["imsmanifest.xml"])
-    assert {len(str(title.text)) for title in root.iter(f"{{{CP12}}}title")} == {200}
+    assert sorted([*listed, "imsmanifest.xml"]) == sorted(package)
 
 
 VALIDATE = """
@@ -164,6 +156,7 @@ for path in paths:
 """
 
 
+@pytest.mark.integration
 @pytest.mark.skipif("QDOT_SCORM" not in os.environ, reason="QDOT_SCORM doesn't name the schemas of SCORM")
 @pytest.mark.parametrize("version", ["12", "2004"])
 def test_a_manifest_holds_to_its_schemas(made: dict[str, dict[str, bytes]], version: str, tmp_path: Path) -> None:
@@ -172,8 +165,6 @@ def test_a_manifest_holds_to_its_schemas(made: dict[str, dict[str, bytes]], vers
     command = [reader("python", "lxml"), "-c", VALIDATE, os.environ["QDOT_SCORM"], version, str(path)]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    path.write_bytes(path.read_bytes().replace(b"<item ", b"<item other='x' ").replace(b"<title>", b"<titel/><title>"))
-    assert subprocess.run(command, capture_output=True).returncode != 0
 
 
 # --- what is in a package ---
@@ -198,8 +189,7 @@ def test_the_page_is_told_its_set_with_points_and_credit(made: dict[str, dict[st
     assert "default-src 'none'; script-src 'self';" in page
     assert "<title>Arms &amp; &lt;signs&gt;</title>" in page
     names = re.findall(r'(?:src|href)="([^"]+)"', page)
-    assert names
-    assert set(names) <= set(made["12"])
+    assert names and set(names) <= set(made["12"])
 
 
 def test_all_variants_are_there_and_nothing_by_which_others_are_made(
@@ -227,8 +217,11 @@ def test_all_variants_are_there_and_nothing_by_which_others_are_made(
 
 
 def test_what_the_assignment_says_of_tries_hints_and_passing_comes_along(order: Order, patched: None) -> None:
-    assignment = replace(order.assignment, attempts=Several(best_of=5), hints=True, feedback="mistake")
+    several = Several(best_of=5)
+    assignment = replace(order.assignment, attempts=several, hints=True, feedback="mistake", title="x" * 300)
     package = exported(replace(order, assignment=assignment, variants=1, passing=Fraction(2, 5)))["12"]
+    titles = ElementTree.fromstring(package["imsmanifest.xml"]).iter(f"{{{CP12}}}title")
+    assert {len(str(title.text)) for title in titles} == {200}  # the schema takes no more
     assert (told(package)["tries"], told(package)["pass"]) == (5, 0.4)
     assert json.loads(package["bank/index.json"])["feedback"] == "mistake"
     assert not [name for name in package if "solutions" in name]
@@ -242,17 +235,13 @@ def test_what_a_browser_judges_otherwise_is_told(order: Order, patched: None, tm
     notes: list[str] = []
     other = an_order(tmp_path, toml, 1)
     exported(replace(other, note=notes.append))
-    assert notes == [
-        "p1: in the package, partial credit of determinant is by the rule of its answer",
-        "p2: in the package, rounded decimals are not taken for right (position)",
-    ]
+    assert [note.partition(":")[0] for note in notes] == ["p1", "p2"]
+    assert "credit of determinant" in notes[0] and "decimals" in notes[1] and "position" in notes[1]
 
 
 def test_more_questions_than_are_kept_are_refused_before_anything_is_written(order: Order) -> None:
     slot = replace(order.assignment.slots[0], questions=("determinant",) * 1001)
-    with pytest.raises(
-        QdotError, match=r"assignment\.toml: it has 1001 questions, and a package has room for .* 1000;"
-    ):
+    with pytest.raises(QdotError, match=r"assignment\.toml: .* 1001 .* 1000"):
         OUTLETS["scorm"].check(replace(order, assignment=replace(order.assignment, slots=(slot,))))
 
 

@@ -11,22 +11,23 @@ import urllib.error
 import urllib.request
 from collections.abc import Iterator
 from http.server import ThreadingHTTPServer
+from itertools import islice
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from exercises.assignment import Student
 from exercises.docs import corrections
 from exercises.errors import QdotError
-from exercises.problem import Part
+from exercises.problem import Problem
 from exercises.site import build as building
 from exercises.site import supply
 from exercises.site.chapter import ERRATA, chapter_pages
 from exercises.site.guide import COMMANDS, OTHERS, OWN_PAGES, arranged
-from exercises.site.pages import Assets, assets_in, linked
+from exercises.site.pages import assets_in, linked, pages
 from exercises.site.stale_files import LIST, remove_stale_files
-from exercises.verify import CHECKS
-from exercises.verify.numeric_reference import Check, NumericReference
+from grader import site as command
 from grader.cli import app
 from grader.site import _Quiet
 from tests.support import ROOT
@@ -39,266 +40,47 @@ pytestmark = pytest.mark.xdist_group("site")
 DOCS = ROOT / "docs"
 
 
+@pytest.fixture(scope="module")
+def assets(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    made = stand_in(tmp_path_factory.mktemp("scripts") / "dist")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(building, "built_assets", lambda: made)
+        yield
+
+
+@pytest.fixture(scope="module")
+def uncertified(assets: None) -> Iterator[None]:
+    """Certificates take longer than all that is looked at here."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(command, "failures_of", lambda _: [])
+        yield
+
+
+@pytest.fixture(scope="module")
+def built(uncertified: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A site of a variant of a family, with few pages."""
+    site = tmp_path_factory.mktemp("first") / "site"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(building, "pages", lambda around: islice(pages(around), 3))
+        run(*ordered(site))
+    return site
+
+
 @pytest.fixture
-def assets(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Assets]:
-    made = stand_in(tmp_path / "dist")
-    monkeypatch.setattr(building, "built_assets", lambda: made)
-    yield made
+def few_pages(uncertified: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Only the first three pages, where a test looks at the bank: to write all takes longer than that."""
+    monkeypatch.setattr(building, "pages", lambda around: islice(pages(around), 3))
 
 
-def test_a_site_is_built_and_a_rerun_keeps_the_bank(assets: Assets, tmp_path: Path) -> None:
-    site = tmp_path / "site"
-    arguments = ("site", "build", "--out", site, "--families", "polar-rp", "--variants", "1", "--jobs", "1")
-    assert "2 problems with" in run(*arguments)
-    index = json.loads((site / "bank" / "index.json").read_text())
-    assert [family["name"] for family in index["families"]] == ["polar-rp"]
-    problems = index["families"][0]["problems"]
-    assert [problem["flat"] for problem in problems] == [True, True]  # it never leaves a plane
-    _sizes_are_told(site)
-    _examples_are_told_in_german(site)
-    assert [(problem["key"], problem["variation"]) for problem in problems] == [
-        ("001", "chapter"), ("001-quiz", "chapter"),
-    ]  # fmt: skip
-    for problem in problems:
-        record = json.loads((site / "bank" / "polar-rp" / f"{problem['key']}.json").read_text())
-        solved = json.loads((site / "bank" / "polar-rp" / f"{problem['key']}.solutions.json").read_text())
-        assert problem["questions"] == [part["kind"] for part in record["parts"]]
-        german = json.loads((site / "bank" / "polar-rp" / f"{problem['key']}.de.json").read_text())
-        assert [part["name"] for part in record["parts"]] == [part["name"] for part in solved["parts"]]
-        assert [part["name"] for part in record["parts"]] == [part["name"] for part in german["parts"]]
-    assert json.loads((site / "bank" / "index.de.json").read_text())["families"]["polar-rp"].startswith("Ebener")
-    before = {path: path.stat().st_mtime_ns for path in site.glob("bank/polar-rp/*")}
-    first = {path.relative_to(site): path.read_bytes() for path in site.rglob("*") if path.is_file()}
-    # A bank of before there were translations gets them; what lacks nothing is not made again.
-    # What is empty, as the power failed before the disk had it, is made again.
-    (site / "bank" / "polar-rp" / "001.de.json").unlink()
-    (site / "bank" / "polar-rp" / "001.solutions.json").write_text("")
-    run(*arguments)
-    after = {path: path.stat().st_mtime_ns for path in site.glob("bank/polar-rp/*")}
-    assert after.keys() == before.keys()
-    assert {path.name for path in after if after[path] == before[path]} >= {"001-quiz.json", "001-quiz.de.json"}
-    assert first == {path.relative_to(site): path.read_bytes() for path in site.rglob("*") if path.is_file()}
-    _links_lead_somewhere(site)
-    practice = (site / "practice.html").read_text()
-    assert '<link rel="modulepreload" href="assets/shared.js">' in practice  # loaded at once, not one after another
-    assert '<link rel="preload" href="bank/index.json" as="fetch" crossorigin="anonymous">' in practice
-    assert "preload" not in (site / "accessibility.html").read_text()
-    shell = json.loads(re.findall(r"const SHELL = (.*);", (site / "sw.js").read_text())[0])
-    assert not [name for name in shell if not (site / name).is_file()]
-    assert "bank/index.de.json" in shell
+def ordered(site: Path, *more: str | Path) -> tuple[str | Path, ...]:
+    """Return the command that builds a site, of a variant of a family if nothing else is asked for."""
+    asked = () if "--assignment" in more else ("--families", "polar-rp")
+    variants = () if "--variants" in more else ("--variants", "1")
+    return ("site", "build", "--out", site, *asked, *variants, "--jobs", "1", *more)
 
 
-def test_what_cannot_be_certified_is_drawn_anew_and_at_last_left_out(
-    assets: Assets, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    site, wrong = tmp_path / "site", {1}
-
-    def check(numeric: NumericReference, part: Part) -> Iterator[Check]:
-        seed = numeric.problem.id.seed
-        yield Check("fault", seed not in wrong and (seed % 1000 != 1 or 1 in wrong), "put in")
-
-    monkeypatch.setitem(CHECKS, "determinant", check)
-    monkeypatch.setattr(supply, "DRAWS", 3)  # each of 10 would be certified for all questions
-    arguments = ("site", "build", "--out", site, "--families", "polar-rp", "--variants", "2", "--jobs", "1")
-    run(*arguments)
-    assert json.loads((site / "bank" / "polar-rp" / "001.json").read_text())["id"] == "polar-rp/1001@chapter"
-    assert json.loads((site / "bank" / "polar-rp" / "002.json").read_text())["id"] == "polar-rp/2@lengths"
-    wrong.clear()
-    shutil.rmtree(site / "bank" / "polar-rp")
-    result = runner.invoke(app, [str(word) for word in arguments])
-    assert result.exit_code == 2
-    assert "001 (polar-rp): none of 10 draws can be asked. The first: determinant: fault: put in\n" in result.stderr
-    assert "not on the site, as no draw passed its certificate: 1 of polar-rp. All others are" in result.stderr
-    index = json.loads((site / "bank" / "index.json").read_text())
-    assert [problem["key"] for problem in index["families"][0]["problems"]] == ["001-quiz", "002"]
-
-
-def _examples_are_told_in_german(site: Path) -> None:
-    for number in ("6-1", "6-2", "6-3", "6-4"):
-        told = json.loads((site / "examples" / f"{number}.de.json").read_text())
-        page = (site / "examples" / f"{number}.html").read_text()
-        assert told["title"] == f"Beispiel {number.replace('-', '.')}"
-        assert 'data-told-in="de"' in page
-        for mark in ("<section", "<table", "<figure", 'data-arm="', 'href="'):  # all that the English page has
-            main = page[page.index("<main") : page.index("</main>")]
-            assert told["body"].count(mark) == main.count(mark), (number, mark)
-        assert not re.search(r"\b(The|the|Example|and|where)\b", _without_english(told["body"])), number
-    assert "Deine erste Antwort" in (site / "docs" / "index.html").read_text()
-    assert "Ebener 2R-Arm" in (site / "arms.html").read_text()
-
-
-def _without_english(body: str) -> str:
-    """Return the words of a page that are not marked as English, nor replaced by the page's script."""
-    body = re.sub(r'<div lang="en">.*?</div>|<noscript>.*?</noscript>|<svg.*?</svg>', "", body, flags=re.DOTALL)
-    body = re.sub(r"<(\w+)[^>]* data-text=.*?</\1>", "", body, flags=re.DOTALL)
-    return re.sub(r"<[^>]*>", " ", body)
-
-
-def _sizes_are_told(site: Path) -> None:
-    told = json.loads((site / "bank" / "sizes.json").read_text())["files"]
-    files = {path: path.stat().st_size for path in (site / "bank" / "polar-rp").iterdir()}
-    sizes = {site / "bank" / f"{name}{ending}": size for name, each in told.items() for ending, size in each.items()}
-    assert sizes == files
-
-
-def _links_lead_somewhere(site: Path) -> None:
-    for page in site.rglob("*.html"):
-        text = page.read_text(encoding="utf-8")
-        assert "<script" not in text.replace('<script type="module" src=', "")  # none but files of the site
-        for address in re.findall(r'(?:href|src)="([^"#][^"]*)"', text):
-            is_tried = page.name == "404.html" and address.startswith("../")  # wherever it is shown
-            if not re.match(r"[a-z]+:", address) and not is_tried:
-                target = (page.parent / address.partition("#")[0]).resolve()
-                assert target.is_file() or "/docs/" not in str(target) or target.suffix != ".html", (page, address)
-                assert target.suffix not in (".css", ".js", ".png") or target.is_file(), (page, address)
-
-
-def test_what_is_not_there_is_answered_by_the_sites_own_page(tmp_path: Path) -> None:
-    (tmp_path / "404.html").write_text("no such page")
-    server = ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(_Quiet, directory=str(tmp_path)))
-    threading.Thread(target=server.serve_forever, daemon=True).start()
-    try:
-        with pytest.raises(urllib.error.HTTPError) as error:
-            urllib.request.urlopen(f"http://127.0.0.1:{server.server_port}/deep/er/page.html")
-        assert (error.value.code, error.value.read()) == (404, b"no such page")
-        assert error.value.headers["Content-Type"] == "text/html; charset=utf-8"
-    finally:
-        server.shutdown()
-        server.server_close()
-
-
-def test_a_rebuild_removes_what_an_earlier_build_wrote_and_nothing_else(assets: Assets, tmp_path: Path) -> None:
-    site = tmp_path / "site"
-    (site / "docs").mkdir(parents=True)
-    for name in ("old/page.html", "docs/gone.html", "docs/changed.html"):
-        (site / name).parent.mkdir(exist_ok=True)
-        (site / name).write_text(name)
-    (tmp_path / "outside.html").write_text("outside")
-    remove_stale_files(site, ["old/page.html", "docs/gone.html", "docs/changed.html"])
-    listed = json.loads((site / LIST).read_text())
-    listed["files"]["../outside.html"] = hashlib.sha256(b"outside").hexdigest()
-    (site / LIST).write_text(json.dumps(listed))
-    (site / "docs" / "changed.html").write_text("the instructor's own now")
-    (site / "docs" / "foreign.html").write_text("nobody listed it")
-    run("site", "build", "--out", site, "--families", "polar-rp", "--variants", "1", "--jobs", "1")
-    assert not (site / "old").exists()
-    assert not (site / "docs" / "gone.html").exists()
-    assert (site / "docs" / "changed.html").read_text() == "the instructor's own now"
-    assert (site / "docs" / "foreign.html").exists()
-    assert (tmp_path / "outside.html").exists()
-    now = set(json.loads((site / LIST).read_text())["files"])
-    assert {"index.html", "sw.js", "assets/pages.js"} <= now
-    assert not now & {"docs/changed.html", "docs/foreign.html"}
-    (site / LIST).write_text('["no list"]')  # nothing is known to be qdot's: nothing is removed
-    assert remove_stale_files(site, ["index.html"]) == []
-    assert (site / "practice.html").exists()
-
-
-def test_a_site_is_told_in_the_convention_of_a_course(assets: Assets, tmp_path: Path) -> None:
-    site = tmp_path / "site"
-    arguments = ("site", "build", "--out", site, "--families", "polar-rp", "--variants", "1", "--jobs", "1")
-    run(*arguments)
-    path = site / "bank" / "polar-rp" / "001.json"
-    assert "convention" not in json.loads(path.read_text())["robot"]
-    run(*arguments, "--twist-order", "v-omega")
-    record = json.loads(path.read_text())
-    assert (record["robot"]["convention"], record["robot"]["twist_order"]) == ("screws", "v-omega")
-    told = {part["name"]: part["prompt"] for part in record["parts"]}
-    assert re.search(r"<mi>v</mi>.{,40}&#x003C9;", told["space-twist"])  # (v, ω)
-    assert "position-vectors" not in told
-    assert "Denavit" not in record["statement"]
-    index = json.loads((site / "bank" / "index.json").read_text())
-    assert {"space-jacobian", "body-twist"} <= set(index["families"][0]["problems"][0]["questions"])
-    assert "is for arms that are told by their axes" in fails(
-        *arguments, "--convention", "dh", "--twist-order", "v-omega"
-    )
-    assignment = a_class(tmp_path / "hw", [Student("ada")])
-    said = fails("site", "build", "--out", site, "--assignment", assignment.folder, "--convention", "screws")
-    assert 'as in convention = "screws" in assignment.toml' in said
-
-
-def test_a_course_has_variants_of_its_own_problems_and_tells_no_seed(assets: Assets, tmp_path: Path) -> None:
-    assignment = a_class(tmp_path / "hw", [Student("ada")])
-    site = tmp_path / "site"
-    run("site", "build", "--out", site, "--assignment", assignment.folder, "--variants", "2", "--jobs", "1",
-        "--variation", "frames")  # fmt: skip
-    index = json.loads((site / "bank" / "index.json").read_text())
-    assert {problem["variation"] for family in index["families"] for problem in family["problems"]} == {"frames"}
-    record = json.loads((site / "bank" / "p1" / "p1-001.json").read_text())
-    assert record["id"] == "p1-001"
-    seeds = [str(assignment.slots[0].identity(assignment.secret, f"bank/{n}").seed) for n in range(20)]
-    content = "".join(path.read_text() for path in site.glob("bank/**/*.json"))
-    assert assignment.secret not in content
-    assert not [seed for seed in seeds if seed in content]
-    assert "<title>T</title>" in (site / "index.html").read_text()
-
-
-def test_a_course_tells_of_wrong_answers_what_its_assignment_says(assets: Assets, tmp_path: Path) -> None:
-    assignment, site = a_class(tmp_path / "hw", [Student("ada")]), tmp_path / "site"
-    arguments = ("site", "build", "--out", site, "--assignment", assignment.folder, "--variants", "1", "--jobs", "1")
-
-    def built(*more: str) -> tuple[str, set[str]]:
-        run(*arguments, *more)
-        index = json.loads((site / "bank" / "index.json").read_text())
-        return index["feedback"], {path.name for path in site.glob("bank/p1/*.json")}
-
-    problems, solutions = {"p1-001.json", "p1-001.de.json"}, {"p1-001.solutions.json", "p1-001.solutions.de.json"}
-    assert built("--feedback", "solutions") == ("solutions", problems | solutions)
-    made = (site / "bank" / "p1" / "p1-001.json").stat().st_mtime_ns
-    assert built() == ("counterexample", problems)
-    (assignment.folder / "assignment.toml").write_text(f'feedback = "outcome"\n{TOML}')
-    assert built() == ("outcome", problems)
-    assert (site / "bank" / "p1" / "p1-001.json").stat().st_mtime_ns == made
-    assert built("--feedback", "solutions") == ("solutions", problems | solutions)
-    assert "unknown level of feedback 'all'; known: outcome, mistake" in fails(*arguments, "--feedback", "all")
-
-
-def test_what_is_wrong_is_said(assets: Assets, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert "unknown family 'planer-2r'" in fails("site", "build", "--out", tmp_path / "s", "--families", "planer-2r")
-    assert "there is no site in" in fails("site", "serve", tmp_path / "nowhere")
-    monkeypatch.setattr(building, "built_assets", lambda: None)
-    said = fails("site", "build", "--out", tmp_path / "s", "--families", "polar-rp", "--variants", "1", "--jobs", "1")
-    assert "run `make site`" in said
-    assert not (tmp_path / "s").exists()
-
-
-@pytest.mark.parametrize(
-    "written", ["{}", '{"src/practice/main.tsx": {"file": "assets/practice.js"}}', "no list", None]
-)
-def test_scripts_of_another_version_are_told(tmp_path: Path, written: str | None) -> None:
-    if written is not None:
-        (tmp_path / ".vite").mkdir()
-        (tmp_path / ".vite" / "manifest.json").write_text(written)
-    with pytest.raises(QdotError, match=r"src/learn/main\.tsx.* run `make site`, which builds them anew"):
-        assets_in(tmp_path)
-
-
-def test_links_of_the_docs_stay_on_the_site() -> None:
-    page = linked('<h2>Two words</h2><a href="judging.md#bounds">x</a>')
-    assert page == '<h2 id="two-words">Two words</h2><a href="judging.html#bounds">x</a>'
-
-
-def test_a_built_site_is_served(tmp_path: Path) -> None:
-    import functools
-    import http.server
-
-    from grader.site import _Quiet
-
-    (tmp_path / "index.html").write_text("hello")
-    handler = functools.partial(_Quiet, directory=str(tmp_path))
-    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
-        threading.Thread(target=server.serve_forever, daemon=True).start()
-        with urllib.request.urlopen(f"http://127.0.0.1:{server.server_port}/index.html") as answer:
-            assert answer.read() == b"hello"
-        server.shutdown()
-    shutil.rmtree(tmp_path)
-
-
-def test_every_page_of_the_documentation_has_its_place() -> None:
-    groups = arranged(DOCS)
-    assert OTHERS not in groups
-    listed = [entry.name for entries in groups.values() for entry in entries]
-    assert sorted(listed) == sorted({path.stem for path in DOCS.glob("*.md")} - set(OWN_PAGES) | {COMMANDS})
+def loaded(site: Path, name: str) -> Any:
+    return json.loads((site / "bank" / f"{name}.json").read_text())
 
 
 def test_the_chapters_pages_tell_where_the_book_differs() -> None:
@@ -323,3 +105,237 @@ def test_the_errata_are_told_in_german_with_the_same_numbers() -> None:
         kinds = {"boundary": "am Rand", "internal": "im Inneren"}
         assert told == [kinds.get(value, value) for _, value in english.values], english.where
         assert not re.search(r"\d\.\d", " ".join((german.printed, german.right, german.at, *sum(german.values, ()))))
+
+
+@pytest.mark.parametrize("has_docs", [False, True])
+def test_a_site_has_all_pages_which_lead_somewhere(
+    has_docs: bool, built: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    site = Path(shutil.copytree(built, tmp_path / "site"))
+    if not has_docs:
+        monkeypatch.setattr(command, "docs_folder", lambda: None)
+    run(*ordered(site))
+    assert (site / "docs" / "index.html").exists() == has_docs
+    if has_docs:
+        assert "Deine erste Antwort" in (site / "docs" / "index.html").read_text()
+        assert "Ebener 2R-Arm" in (site / "arms.html").read_text()
+    _examples_are_told_in_german(site)
+    _links_lead_somewhere(site)
+    practice = (site / "practice.html").read_text()
+    assert '<link rel="modulepreload" href="assets/shared.js">' in practice  # loaded at once, not one after another
+    assert '<link rel="preload" href="bank/index.json" as="fetch" crossorigin="anonymous">' in practice
+    assert "preload" not in (site / "accessibility.html").read_text()
+    shell = json.loads(re.findall(r"const SHELL = (.*);", (site / "sw.js").read_text())[0])
+    assert not [name for name in shell if not (site / name).is_file()]
+    assert "bank/index.de.json" in shell
+
+
+def test_a_rerun_keeps_the_bank(built: Path, few_pages: None, tmp_path: Path) -> None:
+    site = Path(shutil.copytree(built, tmp_path / "site"))
+    arguments = ordered(site)
+    assert "2 problems with" in run(*arguments)
+    (family,) = loaded(site, "index")["families"]
+    problems = family["problems"]
+    assert family["name"] == "polar-rp"
+    assert [(problem["key"], problem["variation"], problem["flat"]) for problem in problems] == [
+        ("001", "chapter", True), ("001-quiz", "chapter", True),  # it never leaves a plane
+    ]  # fmt: skip
+    told = loaded(site, "sizes")["files"]
+    sizes = {site / "bank" / f"{name}{ending}": size for name, each in told.items() for ending, size in each.items()}
+    assert sizes == {path: path.stat().st_size for path in (site / "bank" / "polar-rp").iterdir()}
+    for problem in problems:
+        record, *others = (
+            loaded(site, f"polar-rp/{problem['key']}{ending}") for ending in ("", ".solutions", ".de", ".solutions.de")
+        )
+        assert problem["questions"] == [part["kind"] for part in record["parts"]]
+        names = [part["name"] for part in record["parts"]]
+        assert all([part["name"] for part in other["parts"]] == names for other in others)
+    assert loaded(site, "index.de")["families"]["polar-rp"].startswith("Ebener")
+    before = {path: path.stat().st_mtime_ns for path in site.glob("bank/polar-rp/*")}
+    first = {path.relative_to(site): path.read_bytes() for path in site.rglob("*") if path.is_file()}
+    # A bank of before there were translations gets them; what lacks nothing is not made again.
+    # What is empty, as the power failed before the disk had it, is made again.
+    (site / "bank" / "polar-rp" / "001.de.json").unlink()
+    (site / "bank" / "polar-rp" / "001.solutions.json").write_text("")
+    run(*arguments)
+    after = {path: path.stat().st_mtime_ns for path in site.glob("bank/polar-rp/*")}
+    assert after.keys() == before.keys()
+    assert {path.name for path in after if after[path] == before[path]} >= {"001-quiz.json", "001-quiz.de.json"}
+    assert first == {path.relative_to(site): path.read_bytes() for path in site.rglob("*") if path.is_file()}
+
+
+def test_what_cannot_be_certified_is_drawn_anew_and_at_last_left_out(
+    few_pages: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    site, wrong = tmp_path / "site", {1}
+
+    def failures(problem: Problem) -> list[str]:
+        seed, names = problem.id.seed, {part.name for part in problem.parts}
+        is_wrong = seed in wrong or (seed % 1000 == 1 and 1 not in wrong)
+        return ["put in"] if "determinant" in names and is_wrong else []
+
+    monkeypatch.setattr(command, "failures_of", failures)
+    monkeypatch.setattr(supply, "DRAWS", 3)  # each of 10 would be made with all questions
+    arguments = ordered(site)
+    run(*arguments)
+    assert loaded(site, "polar-rp/001")["id"] == "polar-rp/1001@chapter"
+    wrong.clear()
+    shutil.rmtree(site / "bank" / "polar-rp")
+    result = runner.invoke(app, [str(word) for word in arguments])
+    assert result.exit_code == 2
+    assert "001 (polar-rp)" in result.stderr and "put in\n" in result.stderr and "1 of polar-rp." in result.stderr
+    assert [problem["key"] for problem in loaded(site, "index")["families"][0]["problems"]] == ["001-quiz"]
+
+
+def _examples_are_told_in_german(site: Path) -> None:
+    for number in ("6-1", "6-2", "6-3", "6-4"):
+        told = json.loads((site / "examples" / f"{number}.de.json").read_text())
+        page = (site / "examples" / f"{number}.html").read_text()
+        assert told["title"] == f"Beispiel {number.replace('-', '.')}"
+        assert 'data-told-in="de"' in page
+        for mark in ("<section", "<table", "<figure", 'data-arm="', 'href="'):  # all that the English page has
+            main = page[page.index("<main") : page.index("</main>")]
+            assert told["body"].count(mark) == main.count(mark), (number, mark)
+        assert not re.search(r"\b(The|the|Example|and|where)\b", _without_english(told["body"])), number
+
+
+def _without_english(body: str) -> str:
+    """Return the words of a page that are not marked as English, nor replaced by the page's script."""
+    body = re.sub(r'<div lang="en">.*?</div>|<noscript>.*?</noscript>|<svg.*?</svg>', "", body, flags=re.DOTALL)
+    body = re.sub(r"<(\w+)[^>]* data-text=.*?</\1>", "", body, flags=re.DOTALL)
+    return re.sub(r"<[^>]*>", " ", body)
+
+
+def _links_lead_somewhere(site: Path) -> None:
+    for page in site.rglob("*.html"):
+        text = page.read_text(encoding="utf-8")
+        assert "<script" not in text.replace('<script type="module" src=', "")  # none but files of the site
+        for address in re.findall(r'(?:href|src)="([^"#][^"]*)"', text):
+            is_tried = page.name == "404.html" and address.startswith("../")  # wherever it is shown
+            if not re.match(r"[a-z]+:", address) and not is_tried:
+                target = (page.parent / address.partition("#")[0]).resolve()
+                assert target.is_file() or "/docs/" not in str(target) or target.suffix != ".html", (page, address)
+                assert target.suffix not in (".css", ".js", ".png") or target.is_file(), (page, address)
+
+
+def test_a_built_site_is_served_and_what_is_not_there_is_answered_by_its_own_page(tmp_path: Path) -> None:
+    (tmp_path / "404.html").write_text("no such page")
+    (tmp_path / "index.html").write_text("hello")
+    with ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(_Quiet, directory=str(tmp_path))) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        try:
+            with urllib.request.urlopen(f"http://127.0.0.1:{server.server_port}/index.html") as answer:
+                assert answer.read() == b"hello"
+            with pytest.raises(urllib.error.HTTPError) as error:
+                urllib.request.urlopen(f"http://127.0.0.1:{server.server_port}/deep/er/page.html")
+            assert (error.value.code, error.value.read()) == (404, b"no such page")
+            assert error.value.headers["Content-Type"] == "text/html; charset=utf-8"
+        finally:
+            server.shutdown()
+
+
+def test_a_rebuild_removes_what_an_earlier_build_wrote_and_nothing_else(
+    built: Path, few_pages: None, tmp_path: Path
+) -> None:
+    site = Path(shutil.copytree(built, tmp_path / "site"))
+    (site / "docs").mkdir(exist_ok=True)
+    for name in ("old/page.html", "docs/gone.html", "docs/changed.html"):
+        (site / name).parent.mkdir(exist_ok=True)
+        (site / name).write_text(name)
+    (tmp_path / "outside.html").write_text("outside")
+    remove_stale_files(site, ["old/page.html", "docs/gone.html", "docs/changed.html"])
+    listed = json.loads((site / LIST).read_text())
+    listed["files"]["../outside.html"] = hashlib.sha256(b"outside").hexdigest()
+    (site / LIST).write_text(json.dumps(listed))
+    (site / "docs" / "changed.html").write_text("the instructor's own now")
+    (site / "docs" / "foreign.html").write_text("nobody listed it")
+    run(*ordered(site))
+    assert not (site / "old").exists() and not (site / "docs" / "gone.html").exists()
+    assert (site / "docs" / "changed.html").read_text() == "the instructor's own now"
+    assert (site / "docs" / "foreign.html").exists() and (tmp_path / "outside.html").exists()
+    now = set(json.loads((site / LIST).read_text())["files"])
+    assert {"index.html", "sw.js", "assets/pages.js"} <= now
+    assert not now & {"docs/changed.html", "docs/foreign.html"}
+    (site / LIST).write_text('["no list"]')  # nothing is known to be qdot's: nothing is removed
+    assert remove_stale_files(site, ["index.html"]) == []
+    assert (site / "practice.html").exists()
+
+
+def test_a_site_is_told_in_the_convention_of_a_course(built: Path, few_pages: None, tmp_path: Path) -> None:
+    site = Path(shutil.copytree(built, tmp_path / "site"))
+    assert "convention" not in loaded(site, "polar-rp/001")["robot"]
+    run(*ordered(site, "--twist-order", "v-omega"))
+    record = loaded(site, "polar-rp/001")
+    assert (record["robot"]["convention"], record["robot"]["twist_order"]) == ("screws", "v-omega")
+    told = {part["name"]: part["prompt"] for part in record["parts"]}
+    assert re.search(r"<mi>v</mi>.{,40}&#x003C9;", told["space-twist"])  # (v, ω)
+    assert "position-vectors" not in told
+    assert "Denavit" not in record["statement"]
+    assert {"space-jacobian", "body-twist"} <= set(loaded(site, "index")["families"][0]["problems"][0]["questions"])
+    assert "told by their axes" in fails(*ordered(site, "--convention", "dh", "--twist-order", "v-omega"))
+    assignment = a_class(tmp_path / "hw", [Student("ada")])
+    said = fails(*ordered(site, "--assignment", assignment.folder, "--convention", "screws"))
+    assert 'convention = "screws" in assignment.toml' in said
+
+
+def test_a_course_has_variants_of_its_own_problems_and_tells_no_seed(few_pages: None, tmp_path: Path) -> None:
+    assignment = a_class(tmp_path / "hw", [Student("ada")])
+    site = tmp_path / "site"
+    run(*ordered(site, "--assignment", assignment.folder, "--variants", "2", "--variation", "frames"))
+    families = loaded(site, "index")["families"]
+    assert {problem["variation"] for family in families for problem in family["problems"]} == {"frames"}
+    assert loaded(site, "p1/p1-001")["id"] == "p1-001"
+    seeds = [str(assignment.slots[0].identity(assignment.secret, f"bank/{n}").seed) for n in range(20)]
+    content = "".join(path.read_text() for path in site.glob("bank/**/*.json"))
+    assert not [hidden for hidden in (assignment.secret, *seeds) if hidden in content]
+    assert "<title>T</title>" in (site / "index.html").read_text()
+
+
+def test_a_course_tells_of_wrong_answers_what_its_assignment_says(few_pages: None, tmp_path: Path) -> None:
+    assignment, site = a_class(tmp_path / "hw", [Student("ada")]), tmp_path / "site"
+    arguments = ordered(site, "--assignment", assignment.folder)
+
+    def built(*more: str) -> tuple[str, set[str]]:
+        run(*arguments, *more)
+        return loaded(site, "index")["feedback"], {path.name for path in site.glob("bank/p1/*.json")}
+
+    problems, solutions = {"p1-001.json", "p1-001.de.json"}, {"p1-001.solutions.json", "p1-001.solutions.de.json"}
+    assert built("--feedback", "solutions") == ("solutions", problems | solutions)
+    made = (site / "bank" / "p1" / "p1-001.json").stat().st_mtime_ns
+    assert built() == ("counterexample", problems)
+    (assignment.folder / "assignment.toml").write_text(f'feedback = "outcome"\n{TOML}')
+    assert built() == ("outcome", problems)
+    assert (site / "bank" / "p1" / "p1-001.json").stat().st_mtime_ns == made
+    assert built("--feedback", "solutions") == ("solutions", problems | solutions)
+    assert "unknown level of feedback 'all'" in fails(*arguments, "--feedback", "all")
+
+
+def test_what_is_wrong_is_said(assets: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert "'planer-2r'" in fails("site", "build", "--out", tmp_path / "s", "--families", "planer-2r")
+    assert "nowhere" in fails("site", "serve", tmp_path / "nowhere")
+    monkeypatch.setattr(building, "built_assets", lambda: None)
+    assert "run `make site`" in fails(*ordered(tmp_path / "s"))
+    assert not (tmp_path / "s").exists()
+
+
+@pytest.mark.parametrize(
+    "written", ["{}", '{"src/practice/main.tsx": {"file": "assets/practice.js"}}', "no list", None]
+)
+def test_scripts_of_another_version_are_told(tmp_path: Path, written: str | None) -> None:
+    if written is not None:
+        (tmp_path / ".vite").mkdir()
+        (tmp_path / ".vite" / "manifest.json").write_text(written)
+    with pytest.raises(QdotError, match=r"src/learn/main\.tsx.* run `make site`, which builds them anew"):
+        assets_in(tmp_path)
+
+
+def test_links_of_the_docs_stay_on_the_site() -> None:
+    page = linked('<h2>Two words</h2><a href="judging.md#bounds">x</a>')
+    assert page == '<h2 id="two-words">Two words</h2><a href="judging.html#bounds">x</a>'
+
+
+def test_every_page_of_the_documentation_has_its_place() -> None:
+    groups = arranged(DOCS)
+    assert OTHERS not in groups
+    listed = [entry.name for entries in groups.values() for entry in entries]
+    assert sorted(listed) == sorted({path.stem for path in DOCS.glob("*.md")} - set(OWN_PAGES) | {COMMANDS})

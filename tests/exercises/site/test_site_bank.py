@@ -3,6 +3,7 @@
 import json
 import re
 from collections.abc import Callable
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,8 @@ from exercises.problem import Part, Problem, ProblemId
 from exercises.questions.results import is_derived, result
 from exercises.site.keys import key_of, right_in_numbers, weight
 from exercises.site.record import (
+    _grid,
+    _shown,
     arm_record,
     determinant_factors,
     site_record,
@@ -25,11 +28,11 @@ from exercises.site.record import (
     translated_record,
     typed_names,
 )
-from exercises.site.supply import of_families
 from exercises.variation import STEPS
 from exercises.writing.latex import tex
 from exercises.writing.statement import prompt
 from tests.support import ROOT
+from tests.support.problems import parts_in_turn
 from tests.support.suites import WHOLE, few_families
 
 Drawn = Callable[[str, int], Problem]
@@ -38,8 +41,9 @@ Drawn = Callable[[str, int], Problem]
 @few_families
 def test_keys_hold_what_the_derivation_in_numbers_gives(family: str, drawn: Drawn) -> None:
     problem = drawn(family, 0)
-    # What mistakes give in numbers takes seconds for six joints, and nothing but their form is looked at here.
-    for part in (part for part in problem.parts if WHOLE or problem.chain.n < 6 or not isinstance(part.answer, Number)):
+    for part in parts_in_turn(problem):
+        if isinstance(part.answer, Number) and problem.chain.n >= 6 and not WHOLE:
+            continue  # what mistakes give in numbers takes seconds, and nothing but their form is looked at here
         key = key_of(problem, part)
         json.dumps(key, allow_nan=False)
         if key["type"] == "values" and is_derived(part):
@@ -50,7 +54,9 @@ def test_keys_hold_what_the_derivation_in_numbers_gives(family: str, drawn: Draw
             assert len(key["told"]) == key["options"] > max(key["right"])
 
 
-def test_a_prompt_says_in_which_rates_velocities_and_forces_an_answer_is(family: str, drawn: Drawn) -> None:
+def test_a_prompt_says_in_which_rates_an_answer_is_and_what_rows_and_columns_belong_to(
+    family: str, drawn: Drawn
+) -> None:
     """A page offers signs of those alone."""
     problem = drawn(family, 0)
     spoken = {name for name, info in problem.symbols().items() if info.role in ("rate", "velocity", "force")}
@@ -58,20 +64,15 @@ def test_a_prompt_says_in_which_rates_velocities_and_forces_an_answer_is(family:
         if not isinstance(part.answer, (Choice, Selection, Matching)):
             used = set(re.findall(r"\w+", json.dumps(part.answer.as_json()))) & spoken
             assert used <= set(typed_names(problem, prompt(problem, part))), part.name
-
-
-def test_what_rows_and_columns_belong_to_is_as_the_prompt_says(family: str, drawn: Drawn) -> None:
-    problem = drawn(family, 0)
-    record = site_record(problem)
-    for part, told in zip(problem.parts, record["parts"], strict=True):
-        plain = re.sub(r"[{}]", "", prompt(problem, part))
-        for lines, count, order in zip(told["grid"], part.shape or (1, 1), ("rows", "columns"), strict=True):
+    for part in problem.parts:
+        plain, grid = re.sub(r"[{}]", "", prompt(problem, part)), _grid(problem.chain, part)
+        for lines, count, order in zip(grid, part.shape or (1, 1), ("rows", "columns"), strict=True):
             assert len(lines) in (0, count), (part.name, order)
             named = re.search(rf"{order} in the order \$([^$]*)\$", plain)
             if named:
                 assert named[1].split(", ") == [re.sub(r"[{}]", "", line) for line in lines], (part.name, order)
         if part.shape and part.shape[1] > 1 and "column $i$ belongs to joint $i$" in plain:
-            assert told["grid"][1] == [tex(rate, problem.chain) for rate in problem.chain.rates[: part.shape[1]]]
+            assert grid[1] == [tex(rate, problem.chain) for rate in problem.chain.rates[: part.shape[1]]]
 
 
 def _values_are_right(problem: Problem, part: Part, key: dict[str, Any]) -> None:
@@ -99,16 +100,12 @@ def _poses_are_singular(problem: Problem, key: dict[str, Any]) -> None:
             assert singular[-1] < 1e-5 * max(1.0, singular[0])
 
 
-def test_what_people_do_most_is_told_though_it_comes_late_in_the_catalogue() -> None:
-    """Of an arm of three joints, more mistakes come before than a key holds."""
+def test_mistakes_are_told_and_none_of_them_is_right() -> None:
+    """Also what people do most, though it comes late in the catalogue, and those that no derivation makes."""
     problem = generate(ProblemId("elbow-3r", 1, ("jacobian", "joint-rates"), variation="chapter"))
     jacobian, rates = ({mistake["name"] for mistake in key_of(problem, part)["mistakes"]} for part in problem.parts)
     assert {"transposed", "cross-order"} <= jacobian
     assert {"rates-in-degrees", "degrees-as-radians", "degrees", "transpose-for-inverse"} <= rates
-
-
-def test_all_mistakes_in_numbers_are_told_and_none_of_them_is_right() -> None:
-    """Also those that no derivation makes, and of short questions what is made of the chapter's answer."""
     asked = ("jacobian-size", "joint-rates", "path-rates", "rank", "manipulability", "determinant-value", "speed")
     problem = generate(ProblemId("planar-2r", 1, asked, variation="chapter"))
     told: dict[str, set[str]] = {}
@@ -184,12 +181,6 @@ def test_a_short_question_in_numbers_is_worked_out_as_the_chapters(name: str) ->
     assert right_in_numbers(problem, part) == pytest.approx([float(value) for value in part.answer.as_matrix()])
 
 
-def test_arms_of_a_family_climb_the_steps_unless_one_is_asked_for() -> None:
-    drawn_at = [wanted.variation for wanted in of_families(["scara"], 6) if not wanted.asked]
-    assert drawn_at == [*STEPS, "chapter"]
-    assert {wanted.variation for wanted in of_families(["scara"], 3, "base+lengths")} == {"lengths+base"}
-
-
 def test_the_page_knows_the_steps_in_their_order() -> None:
     text = (ROOT / "site" / "src" / "practice" / "choice.ts").read_text(encoding="utf-8")
     assert f"export const STEPS = {json.dumps(list(STEPS))} as const;" in text
@@ -211,6 +202,7 @@ def test_a_record_says_what_a_page_needs() -> None:
     text = json.dumps(record["parts"][1]["key"])
     assert "sin" not in text and "theta1*" not in text  # numbers, no formula
     solved = solutions_record(problem)
+    assert "factors" in solved and "factors" not in record
     assert [part["name"] for part in solved["parts"]] == ["position", "jacobian", "singular-angles"]
     assert solved["parts"][2]["figure"].startswith("<svg")
     assert 'class="tex"' in solved["parts"][0]["solution"]
@@ -226,13 +218,14 @@ def test_the_arm_beside_a_question_has_the_numbers_of_its_text(family: str, quiz
     asked = short_quiz(family, "") if quiz else tuple(set(listed(family).questions) & set(GIVEN))
     problem = generate(ProblemId(family, 1, asked))
     found = 0
-    for part, told in zip(problem.parts, site_record(problem)["parts"], strict=True):
+    for part in problem.parts:
         if part.kind in OF_ALL_POSES:
             continue
+        pose = _shown(problem.chain, part)
         text = prompt(problem, part).split("- **A.**")[0]
         said = {f"{letter}{index}": float(value) for letter, index, value in LENGTH.findall(text)}
         said |= {f"theta{index}": np.radians(float(value)) for index, value in ANGLE.findall(text)}
-        assert not said or told["pose"] == pytest.approx(said | (told["pose"] or {}), abs=1e-4), part.kind
+        assert not said or pose == pytest.approx(said | (pose or {}), abs=1e-4), part.kind
         found += len(said)
     assert found > 3
 
@@ -242,15 +235,12 @@ OF_ALL_POSES = ["singularity-meaning", "lost-motion"]
 """Of the configurations with one joint at a value, not of one of them."""
 
 
-@pytest.mark.parametrize("variation", list(STEPS))
-def test_a_letter_is_drawn_with_no_length_of_the_table(variation: str) -> None:
-    for seed in range(1, 9):
-        chain = generate(ProblemId("planar-2r", seed, ("position",), variation=variation)).chain
-        values = arm_record(generate(ProblemId("planar-2r", seed, ("position",), variation=variation)))["robot"][
-            "values"
-        ]
-        lengths = {float(length) for joint in chain.joints for length in (joint.a, joint.d) if length.is_number}
-        assert not {round(value, 6) for value in values.values()} & {round(length, 6) for length in lengths}, seed
+def test_a_letter_is_drawn_with_no_length_of_the_table() -> None:
+    for variation, seed in product(STEPS, range(1, 9)):
+        problem = generate(ProblemId("planar-2r", seed, ("position",), variation=variation))
+        values = {round(value, 6) for value in arm_record(problem)["robot"]["values"].values()}
+        lengths = {length for joint in problem.chain.joints for length in (joint.a, joint.d) if length.is_number}
+        assert not values & {round(float(length), 6) for length in lengths}, (variation, seed)
 
 
 @pytest.mark.parametrize("family", ["planar-2r", "elbow-3r", "polar-rp"])
@@ -266,7 +256,5 @@ def test_the_factors_of_a_record_make_up_its_determinant(family: str) -> None:
     assert factors
 
 
-def test_factors_are_told_with_solutions_only() -> None:
-    problem = generate(ProblemId("planar-2r", 7, ("position",)))
-    assert "factors" in solutions_record(problem) and "factors" not in site_record(problem)
+def test_an_arm_without_determinant_has_no_factors() -> None:
     assert determinant_factors(generate(ProblemId("planar-3r", 7, ("position",))).chain) == []
