@@ -93,10 +93,8 @@ def test_conditions_that_hold_together_are_points_and_those_beside_a_curve_are_n
 
 def test_a_condition_in_three_joints_is_drawn_for_values_of_the_third() -> None:
     found = drawn(arm("RRRR", ("vx", "vy", "wz")), [Component((sp.sin(T2 + T3 + 2 * T4),), None)])
-    told = labels(found.svg)
-    assert [label for label in told if label.startswith("θ₄ =")] == [
-        f"θ₄ = {value}°" for value in ("−120", "−60", "0", "60", "120")
-    ]
+    shown = [label for label in labels(found.svg) if label.startswith("θ₄ =")]
+    assert shown == [f"θ₄ = {value}°" for value in ("−120", "−60", "0", "60", "120")]
 
 
 def test_what_is_in_more_joints_is_said_and_open_lengths_are_told() -> None:
@@ -125,15 +123,11 @@ def test_the_same_arm_gives_the_same_bytes() -> None:
     assert GRID % 2 == 1, "0 is a point of the grid"
 
 
-def test_a_map_that_cannot_be_drawn_is_refused_before_anything_is_derived(tmp_path: Path) -> None:
-    for file, why in ((tmp_path / "map.png", "ends in .svg"), (tmp_path / "none" / "map.svg", "there is no folder")):
+def test_a_map_that_cannot_be_drawn_is_refused_before_anything_is_derived_or_not_written(tmp_path: Path) -> None:
+    for file, why in ((tmp_path / "map.png", "ends in .svg"), (tmp_path / "none" / "map.svg", "no folder")):
         with pytest.raises(QdotError, match=why):
             check_map(file)
-    check_map(tmp_path / "map.svg")
-
-
-def test_what_became_of_the_map_is_told(tmp_path: Path) -> None:
     robot, file = read_robot_file(robot_path("puma560"), "", ""), tmp_path / "map.svg"
-    assert write_map(file, robot, None) == "no map was drawn, for no singular set was found"
-    assert write_map(file, robot, ()) == "no map was drawn, for no configuration is singular"
+    check_map(file)
+    assert "no singular set" in write_map(file, robot, None) and "no configuration" in write_map(file, robot, ())
     assert not file.exists()

@@ -123,61 +123,43 @@ def test_where_it_does_not_fit_is_told() -> None:
     assert "2 x 1 and 2 x 2" in _told(_plain(), {**ANSWERS, "jacobian": JACOBIAN[:, 0]})[DERIVATIVE]
 
 
-@pytest.mark.parametrize(
-    "position",
-    [
-        ["a1*cos(theta1) + a2*cos(theta1 + theta2)", "a1*s1 + a2*s12"],
-        "[a1 c1 + a2 c12, a1 s1 + a2 s12]",
-        "[a1*cos(\u03b81) + a2*c12, a1*s1 + a2*s12]",
-        [POSITION[0], POSITION[1]],
-        tuple(POSITION),
-        [[POSITION[0]], [POSITION[1]]],
-        {"x": POSITION[0], "y": POSITION[1]},
-        np.array([POSITION[0], POSITION[1]]),
-        sp.ImmutableMatrix(POSITION),
-        POSITION.subs({T1: sp.Symbol("theta1", real=True), A1: sp.Symbol("a1", positive=True)}),
-        lambda theta1, theta2: [
-            A1 * sp.cos(theta1) + A2 * sp.cos(theta1 + theta2),
-            A1 * sp.sin(theta1) + A2 * sp.sin(theta1 + theta2),
-        ],
-        sp.Matrix([sp.Integral(-A1 * sp.sin(T1), T1) + A2 * sp.cos(T1 + T2), POSITION[1]]),
-        sp.Tuple(*POSITION),
-        POSITION.T,
-        [sp.Matrix([POSITION[0]]), sp.Matrix([POSITION[1]])],
-    ],
-)
-def test_forms_that_the_grader_takes_fit(position: Any) -> None:
-    assert _told(_plain(), {**ANSWERS, "position": position})[DERIVATIVE].startswith("Yes"), position
+FORMS = [
+    ["a1*cos(theta1) + a2*cos(theta1 + theta2)", "a1*s1 + a2*s12"], "[a1 c1 + a2 c12, a1 s1 + a2 s12]",
+    "[a1*cos(\u03b81) + a2*c12, a1*s1 + a2*s12]", [POSITION[0], POSITION[1]], tuple(POSITION),
+    [[POSITION[0]], [POSITION[1]]], {"x": POSITION[0], "y": POSITION[1]}, np.array([POSITION[0], POSITION[1]]),
+    sp.ImmutableMatrix(POSITION),
+    POSITION.subs({T1: sp.Symbol("theta1", real=True), A1: sp.Symbol("a1", positive=True)}),
+    lambda theta1, theta2: list(POSITION.subs({T1: theta1, T2: theta2})),
+    sp.Matrix([sp.Integral(-A1 * sp.sin(T1), T1) + A2 * sp.cos(T1 + T2), POSITION[1]]), sp.Tuple(*POSITION),
+    POSITION.T, [sp.Matrix([POSITION[0]]), sp.Matrix([POSITION[1]])],
+]  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("position", "why"),
-    [
-        ("a1 cos 30\u00b0", "can't be told"),
-        ([sp.Symbol("l1") * sp.cos(T1), A1], "no symbol of this problem is l1"),
-        (["a1*s14", "a2"], "what s14 is"),
-        (lambda t, u: [t, u], "no symbol of this problem is t, u"),
-        (sp.Matrix([sp.Symbol("blank"), A1]), "Not yet: an answer is still blank."),
-        (None, "can't be told"),
-        (object(), "can't be told"),
-        (sp.Eq(T1, 0) & sp.Eq(T2, 0), "can't be told"),
-        (sp.Array([[[A1, A2]], [[A1, A2]]]), "can't be told"),
-        ([[A1, A2], [A1]], "can't be told"),
-        (sp.Matrix([A1, A2, T1, T2]), "2 x 2 and 4 x 2"),
-    ],
-)
-def test_of_other_forms_it_is_said_that_they_are_not_judged(position: Any, why: str) -> None:
-    assert why in _told(_plain(), {**ANSWERS, "position": position})[DERIVATIVE]
-
-
-def test_columns_of_a_jacobian_side_by_side_fit() -> None:
+def test_forms_that_the_grader_takes_fit() -> None:
     columns = [JACOBIAN[:, 0], JACOBIAN[:, 1]]
-    assert _told(_plain(), {**ANSWERS, "jacobian": columns})[DERIVATIVE].startswith("Yes")
+    for changed in (*({"position": form} for form in FORMS), {"jacobian": columns}):
+        assert _told(_plain(), {**ANSWERS, **changed}, DERIVATIVE)[DERIVATIVE].startswith("Yes"), changed
 
 
-def test_what_is_nowhere_a_number_does_not_fit() -> None:
-    nowhere = sp.Matrix([sp.nan, POSITION[1]])
-    assert _told(_plain(), {**ANSWERS, "position": nowhere})[DERIVATIVE].startswith("No.")
+OTHER_FORMS: list[tuple[Any, str]] = [
+    ("a1 cos 30\u00b0", "can't be told"),
+    (sp.Matrix([sp.nan, POSITION[1]]), "No."),  # what is nowhere a number does not fit
+    ([sp.Symbol("l1") * sp.cos(T1), A1], "no symbol of this problem is l1"),
+    (["a1*s14", "a2"], "what s14 is"),
+    (lambda t, u: [t, u], "no symbol of this problem is t, u"),
+    (sp.Matrix([sp.Symbol("blank"), A1]), "Not yet"),
+    (None, "can't be told"),
+    (object(), "can't be told"),
+    (sp.Eq(T1, 0) & sp.Eq(T2, 0), "can't be told"),
+    (sp.Array([[[A1, A2]], [[A1, A2]]]), "can't be told"),
+    ([[A1, A2], [A1]], "can't be told"),
+    (sp.Matrix([A1, A2, T1, T2]), "2 x 2 and 4 x 2"),
+]
+
+
+def test_of_other_forms_it_is_said_that_they_are_not_judged() -> None:
+    for position, why in OTHER_FORMS:
+        assert why in _told(_plain(), {**ANSWERS, "position": position}, DERIVATIVE)[DERIVATIVE], position
 
 
 def test_degrees_in_a_sine_are_seen_though_both_answers_fit() -> None:
@@ -187,33 +169,24 @@ def test_degrees_in_a_sine_are_seen_though_both_answers_fit() -> None:
     assert "look again" not in _told(_plain(), ANSWERS)
 
 
-@pytest.mark.parametrize(
-    ("conditions", "said"),
-    [
-        ([sp.Eq(sp.sin(T2), 0)], "Yes"),
-        ([sp.Eq(T2, 0), sp.Eq(T2, sp.pi)], "Yes"),
-        ([sp.Eq(T2, 0), sp.Eq(T2, -sp.pi)], "Yes"),
-        ([{T2: [0, sp.pi]}], "Yes"),
-        ({T2: [0, sp.pi]}, "Yes"),
-        (sp.Or(sp.Eq(T2, 0), sp.Eq(T2, sp.pi)), "Yes"),
-        ([sp.sin(T2)], "It can't be told: sin(theta2) is no condition; write where it is zero, as Eq(theta2, 0)."),
-        ([sp.Eq(sp.cos(T2), 1), sp.Eq(sp.cos(T2), -1)], "Yes"),
-        ([sp.Eq(2 * T2, 0), sp.Eq(T2, sp.pi)], "Yes"),
-        ([sp.Eq(sp.cos(T2), 2)], "no configuration was found"),
-        ([sp.Eq(T2, 0)], "Not all. Your Jacobian loses rank here, too"),
-        ([sp.Eq(T2, sp.pi / 2)], "No. There theta2 = pi/2, and your Jacobian keeps its rank"),
-        ([sp.And(sp.Eq(T2, 0), sp.Eq(T1, 0)), sp.Eq(T2, sp.pi)], "Not all."),
-        ([sp.Eq(T1, sp.pi / 2)], "No. "),
-        ([0, sp.pi], "numbers without a joint"),
-        ([False], "or of False"),
-        ("theta2 = 0", "not told of text"),
-        ([sp.Symbol("blank")], "Not yet"),
-        ([sp.Eq(T2, sp.pi * sp.Symbol("k"))], "no symbol of this problem is k"),
-    ],
-)
-def test_singular_configurations_are_put_into_the_own_jacobian(conditions: Any, said: str) -> None:
-    told = _told(_plain(), {**ANSWERS, "singular-angles": conditions})[SINGULAR]
-    assert said in told or (said == "not told of text" and "qdot check" in told)
+CONDITIONS: list[tuple[Any, str]] = [
+    ([sp.Eq(sp.sin(T2), 0)], "Yes"), ([sp.Eq(T2, 0), sp.Eq(T2, sp.pi)], "Yes"),
+    ([sp.Eq(T2, 0), sp.Eq(T2, -sp.pi)], "Yes"), ([{T2: [0, sp.pi]}], "Yes"), ({T2: [0, sp.pi]}, "Yes"),
+    (sp.Or(sp.Eq(T2, 0), sp.Eq(T2, sp.pi)), "Yes"), ([sp.sin(T2)], "sin(theta2) is no condition"),
+    ([sp.Eq(sp.cos(T2), 1), sp.Eq(sp.cos(T2), -1)], "Yes"), ([sp.Eq(2 * T2, 0), sp.Eq(T2, sp.pi)], "Yes"),
+    ([sp.Eq(sp.cos(T2), 2)], "no configuration was found"),
+    ([sp.Eq(T2, 0)], "Not all. Your Jacobian loses rank here, too"),
+    ([sp.Eq(T2, sp.pi / 2)], "No. There theta2 = pi/2, and your Jacobian keeps its rank"),
+    ([sp.And(sp.Eq(T2, 0), sp.Eq(T1, 0)), sp.Eq(T2, sp.pi)], "Not all."), ([sp.Eq(T1, sp.pi / 2)], "No. "),
+    ([0, sp.pi], "numbers without a joint"), ([False], "or of False"), ("theta2 = 0", "not told of text"),
+    ([sp.Symbol("blank")], "Not yet"), ([sp.Eq(T2, sp.pi * sp.Symbol("k"))], "no symbol of this problem is k"),
+]  # fmt: skip
+
+
+def test_singular_configurations_are_put_into_the_own_jacobian() -> None:
+    for conditions, said in CONDITIONS:
+        told = _told(_plain(), {**ANSWERS, "singular-angles": conditions}, SINGULAR)[SINGULAR]
+        assert said in told or (said == "not told of text" and "qdot check" in told), conditions
 
 
 def test_a_problem_of_short_questions_has_no_function_for_checks() -> None:

@@ -1,4 +1,4 @@
-"""Special lengths: for which lengths a condition holds anywhere, and what differs where lengths are related."""
+"""What `qdot solve` says of singular configurations and of lengths: so in numbers, and nothing else."""
 
 import itertools
 
@@ -13,13 +13,17 @@ from exercises.arm.singularity import singular_set
 from exercises.families import FAMILIES
 from exercises.generation import sample_chain
 from exercises.problem import ProblemId
-from exercises.solving import Singularities, singular_stages
+from exercises.solving import Singularities, singular_stages, solution_data, solution_text, solve
+from exercises.sound import sound_words
 from exercises.special_lengths import relations
+from exercises.verify.appearance import places_on
+from exercises.writing import worked
+from exercises.writing.statement import worked_steps
 from exercises.writing.worked import SingularComponent
 from tests.support.suites import of_families
 
 A1, A2, A3, D4 = sp.symbols("a1 a2 a3 d4")
-T2, T3, T4, D3 = sp.symbols("theta2 theta3 theta4 d3")
+T1, T2, T3, T4, D3 = sp.symbols("theta1 theta2 theta3 theta4 d3")
 TURNING = Chain("turning", tuple(Joint("R", f"theta{i}", 0, f"a{i}", 0) for i in range(1, 5)), ("vx", "vy"))
 SLIDING = Chain("sliding", (TURNING.joints[0], TURNING.joints[1], Joint("P", 0, "d3", 0, 0)), ("vx", "vy"))
 s, c = sp.sin, sp.cos
@@ -43,26 +47,8 @@ def reach(condition: sp.Expr, lengths: dict[sp.Symbol, float]) -> tuple[float, f
     """Return the least and the greatest value of a condition over all angles, by trying them."""
     angles = sorted(condition.free_symbols - set(lengths), key=str)
     grid = np.meshgrid(*(np.linspace(-np.pi, np.pi, 241) for _ in angles))
-    names: dict[str, object] = {symbol.name: float(value) for symbol, value in lengths.items()}
-    names |= {angle.name: values for angle, values in zip(angles, grid, strict=True)}
-    values = eval_tree(condition, names)
+    values = sp.lambdify(angles, condition.xreplace(lengths), "numpy")(*grid)
     return float(np.min(values)), float(np.max(values))
-
-
-def eval_tree(expression: sp.Expr, names: dict[str, object]) -> np.ndarray:
-    """Return a formula's values, from its tree."""
-    if expression.is_Symbol:
-        return np.asarray(names[expression.name])
-    if not expression.args:
-        return np.asarray(float(expression))
-    args = [eval_tree(arg, names) for arg in expression.args]
-    if isinstance(expression, sp.Add):
-        return np.asarray(sum(args[1:], args[0]))
-    if isinstance(expression, sp.Mul):
-        return np.asarray(np.prod(np.broadcast_arrays(*args), axis=0))
-    if isinstance(expression, sp.Pow):
-        return np.asarray(args[0] ** args[1])
-    return np.asarray({sp.sin: np.sin, sp.cos: np.cos}[type(expression)](args[0]))
 
 
 @pytest.mark.parametrize(("condition", "wanted"), NEEDS, ids=str)
@@ -124,3 +110,48 @@ def test_a_value_that_is_the_same_in_other_words_is_no_difference() -> None:
     *_, found = singular_stages(Chain("puma", rows, ("vx", "vy", "vz")))
     assert isinstance(found, Singularities) and found.singular
     assert not [one.relation for one in found.special if one.relation == "a3 = d4"]
+
+
+PLANAR = (Joint("R", T1, 0, A1, 0), Joint("R", T2, 0, A2, 0))
+
+UP = Joint("R", T1, 0, 0, sp.pi / 2)
+ACROSS = (Joint("R", T1, 0, 0, sp.pi), Joint("R", T2, -0.7, 0, sp.pi), Joint("P", sp.pi / 2, D3, 0.5, -sp.pi / 2))
+PARTS_OF_A_TASK = [
+    (PLANAR, ("vy",), "no joint moves the point along y"),
+    (ACROSS, ("vx", "vz"), "no joint moves the point along x"),  # P moves along y and z, and only x and z count
+    ((UP, Joint("R", T2, 0, A2, 0)), ("wx",), "no joint turns link 2 about x"),
+    ((UP, Joint("R", T2, 0, A1, 0), Joint("R", T3, 0, A2, 0)), ("vx", "vz"), "seen along y"),
+]
+
+
+@pytest.mark.parametrize(("joints", "task", "words"), PARTS_OF_A_TASK)
+def test_what_is_said_of_a_part_of_a_task_is_so_of_that_part(
+    joints: tuple[Joint, ...], task: tuple[str, ...], words: str
+) -> None:
+    """P may move along other axes all the same, so that it does not move along one line."""
+    parts = solution_data(solve(Chain("part", joints, task)))["singular"]
+    assert any(words in part["meaning"] for part in parts)
+
+
+@pytest.mark.parametrize(
+    "false", [Kind("boundary", True, "arm folded back"), Kind("internal", True, "arm stretched out or folded back")]
+)
+def test_a_false_look_or_kind_is_not_told(false: Kind, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(worked, "classify", lambda *_: false)
+    worked_steps.cache_clear()
+    solution = solve(Chain("mine", PLANAR, ("vx", "vy")))
+    (found,) = solution_data(solution)["singular"]
+    worked_steps.cache_clear()
+    if false.kind == "internal":
+        assert (found["meaning"], found["uniform"]) == (false.meaning, False)
+    else:
+        assert found["type"] == "boundary" and "folded back" not in found["meaning"] + solution_text(solution)
+
+
+def test_words_are_sound_where_they_are_so_of_every_configuration() -> None:
+    chain = Chain("mine", PLANAR, ("vx", "vy"))
+    (component,) = worked_steps(chain).components
+    samples = places_on(chain, component)
+    assert sound_words(chain, "arm stretched out or folded back", samples)
+    assert sound_words(chain, "arm stretched out", samples) == ""
+    assert sound_words(chain, "arm stretched out or folded back", []) == ""
