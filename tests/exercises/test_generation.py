@@ -1,4 +1,4 @@
-"""Generating: an id is enough, students do not depend on each other, and their answers differ."""
+"""Generating: an id is enough, students do not depend on each other, their answers differ, and draws are fair."""
 
 import hashlib
 import json
@@ -7,10 +7,12 @@ import re
 import subprocess
 import sys
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import pytest
 import sympy as sp
+from hypothesis import given
+from hypothesis import strategies as st
 
 from exercises.answers import Choice
 from exercises.arm.chain import CONVENTIONS
@@ -22,6 +24,7 @@ from exercises.generation import check_questions, generate, questions_of, sample
 from exercises.problem import ENGINE, LARGEST_SEED, Part, Problem, ProblemId
 from exercises.questions import QUESTIONS, recursion, screws
 from exercises.record import digests
+from exercises.stream import Stream, derived_seed
 from tests.support.suites import of_families, several
 
 STUDENTS = several(6, 30)
@@ -50,59 +53,30 @@ def fingerprint(problem: Problem) -> str:
 ELSEWHERE = """
 import json, sys
 from exercises.generation import generate
-from exercises.record import digests
 from tests.exercises.test_generation import fingerprint
-for line in sys.stdin:
-    problem = generate(json.loads(line))
-    print(json.dumps([fingerprint(problem), digests(problem)["parts"]]), flush=True)
+print(json.dumps([fingerprint(generate(identity)) for identity in sys.argv[1:]]))
 """
 
 
-FOUND_ELSEWHERE = several(("wrist-zyz", "random-3"), tuple(FAMILIES))
-"""Families generated in another process; snapshots, which other processes wrote, hold all of them in `make test`."""
-FOUND_WITH_LARGE_SEEDS = several(("planar-2r", "random-3"), (*CHAPTER, "scara", "puma-560", "random-3"))
 ASKED_ALONE = several(("planar-2r", "planar-3r", "polar-rp", "wrist-zyz", "stanford-6r"), tuple(FIXED))
 """In `make test`, families that can be asked every question between them."""
 ASKED_OF_A_CLASS = several(("polar-rp", "cylindrical"),
                            (*CHAPTER, "elbow", "spherical-offset", "cylindrical"))  # fmt: skip
 
 
-@pytest.fixture(scope="session")
-def elsewhere() -> Iterator[Callable[[ProblemId], list[object]]]:
-    """Ask another process, with other hashes and other arithmetic, for a problem's fingerprint and digests.
+def test_an_id_gives_the_same_problem_in_another_process_and_on_another_machine() -> None:
+    """With other hashes and other arithmetic: OpenBLAS rounds differently where it believes in an older processor.
 
-    OpenBLAS rounds differently on different processors; there it takes the processor for an older one.
+    Snapshots, which other processes wrote, hold all families in `make test`.
     """
+    large = several(("planar-2r",), (*CHAPTER, "scara", "puma-560", "random-3"))
+    identities = [ProblemId(family, 0) for family in several(("wrist-zyz", "random-3"), tuple(FAMILIES))]
+    identities += [ProblemId(family, 1 << 62) for family in large]
     environment = {**os.environ, "PYTHONHASHSEED": "4242", "OPENBLAS_CORETYPE": "Haswell"}
-    command = [sys.executable, "-c", ELSEWHERE]
-    with subprocess.Popen(
-        command, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1
-    ) as process:
-        assert process.stdin is not None and process.stdout is not None
-        ask, answers = process.stdin, process.stdout
-
-        def asked(identity: ProblemId) -> list[object]:
-            ask.write(json.dumps(str(identity)) + "\n")
-            return list(json.loads(answers.readline()))
-
-        yield asked
-        ask.close()
-
-
-@of_families(FOUND_ELSEWHERE)
-def test_an_id_gives_the_same_problem_in_another_process_and_on_another_machine(
-    family: str, drawn: Callable[[str, int], Problem], elsewhere: Callable[[ProblemId], list[object]]
-) -> None:
-    problem = drawn(family, 0)
-    assert elsewhere(problem.id) == [fingerprint(problem), digests(problem)["parts"]]
-
-
-@of_families(FOUND_WITH_LARGE_SEEDS)
-def test_a_large_seed_gives_the_same_problem_in_another_process(
-    family: str, elsewhere: Callable[[ProblemId], list[object]]
-) -> None:
-    identity = ProblemId(family, 1 << 62)
-    assert elsewhere(identity)[0] == fingerprint(generate(identity))
+    command = [sys.executable, "-c", ELSEWHERE, *map(str, identities)]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+    here = [fingerprint(generate(identity)) for identity in identities]
+    assert dict(zip(identities, json.loads(done.stdout), strict=True)) == dict(zip(identities, here, strict=True))
 
 
 @of_families(ASKED_ALONE)
@@ -259,3 +233,49 @@ def test_a_bracket_is_multiplied_out_before_its_terms_are_counted() -> None:
     x, y = sp.symbols("theta1 a1")
     assert _is_multiplied_out(2 * y * sp.sin(x + sp.pi / 3) - sp.cos(x))
     assert not any(map(_is_multiplied_out, (y * (y + sp.sin(x)), sp.sin(x * (x + y)), sp.sin(x) ** 2)))
+
+
+def test_a_seed_gives_the_same_numbers_for_good() -> None:
+    stream = Stream("qdot")
+    assert [stream.below(10) for _ in range(20)] == [5, 8, 1, 3, 5, 4, 0, 1, 0, 4, 6, 9, 0, 3, 7, 7, 3, 0, 1, 3]
+    assert Stream("qdot").uniform(0, 1) == 0.2965712178569676
+    assert Stream("qdot").shuffled("abcdef") == list("abcedf")
+    assert derived_seed("secret", "anna", "p1") == 1761065311792996335
+
+
+def test_streams_of_other_seeds_are_others_and_long() -> None:
+    assert len({Stream(f"planar-2r/{seed}").integer(0, 999) for seed in range(200)}) > 150
+    stream = Stream("long")  # it outlasts its first block
+    assert len({stream.below(1 << 64) for _ in range(1000)}) == 1000
+    with pytest.raises(ValueError, match="positive"):
+        stream.below(0)
+
+
+@given(st.text(st.characters(codec="utf-8"), max_size=20), st.integers(min_value=1, max_value=1 << 64))
+def test_below_stays_below(seed: str, n: int) -> None:
+    assert 0 <= Stream(seed).below(n) < n
+
+
+def test_draws_are_fair() -> None:
+    stream = Stream("fair")
+    counts = Counter(stream.below(6) for _ in range(6000))
+    assert set(counts) == set(range(6))
+    assert max(abs(count - 1000) for count in counts.values()) < 150
+
+
+@given(st.lists(st.integers(), max_size=12), st.integers(min_value=0, max_value=99))
+def test_shuffling_keeps_the_items(items: list[int], seed: int) -> None:
+    assert sorted(Stream(str(seed)).shuffled(items)) == sorted(items)
+
+
+@given(st.floats(-1e6, 1e6), st.floats(0.001, 1e6))
+def test_uniform_keeps_to_its_interval(low: float, width: float) -> None:
+    assert low <= Stream("u").uniform(low, low + width) <= low + width
+
+
+def test_a_derived_seed_depends_on_each_part_and_on_their_borders() -> None:
+    parts = ("secret", "anna", "p1", "planar-2r")
+    others = [("secreT", *parts[1:]), ("secret", "annb", *parts[2:]), (*parts[:2], "p2", parts[3])]
+    seeds = {derived_seed(*each) for each in (parts, *others, ("secret", "ann", "ap1", "planar-2r"))}
+    assert len(seeds) == 5 and all(0 <= seed < 1 << 63 for seed in seeds)
+    assert derived_seed(*parts) in seeds

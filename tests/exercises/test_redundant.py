@@ -17,7 +17,7 @@ from exercises.arm.reciprocal import applies, plain_chain, reciprocal_set
 from exercises.arm.robot_file import read_robot_file
 from exercises.arm.searched import _Rank, lies_on, tried
 from exercises.arm.singularity import singular_set
-from exercises.solving import Solution, _redundant_block, solution_json, solution_text, solve
+from exercises.solving import Solution, solution_json, solution_text, solve
 from exercises.time_limit import DEFAULT, time_limit
 from tests.repository.test_schemas import errors
 from tests.support.problems import drawn
@@ -146,14 +146,6 @@ def test_a_family_of_seven_joints_gives_what_the_minors_do() -> None:
     plain, values = plain_chain(chain)
     ways = {frozenset(str(condition.xreplace(values)) for condition in way) for way in reciprocal_set(plain).ways}
     assert ways == by_minors
-
-
-@pytest.mark.whole
-def test_the_gen3_loses_rank_by_its_small_offsets_where_an_arm_without_them_would() -> None:
-    """All axes of joints 2 to 4 in one plane, and the wrist's centre in line with them, are two conditions."""
-    conditions = _conditions(_solved("gen3"))
-    assert frozenset({"sin(theta3)", "sin(theta4)"}) in conditions
-    assert any("sin(theta6)" in one for one in conditions)
 
 
 # --- the test in numbers ---
@@ -286,16 +278,6 @@ def test_by_elimination_a_position_loses_rank_where_it_does_by_minors(
     for ways in (by_minors, [one.conditions for one in found.components]):
         out = tried(chain, ways)
         assert (out.wrong, out.unexplained) == ((), ())
-
-
-def test_equations_that_nobody_would_read_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(derivation, "LONG", 0)
-    chain = _of_position(SHORT_MINORS)
-    found = solve(chain).redundant
-    assert found is not None and not found.is_cut
-    longest = max(len(condition.args) for one in found.components for condition in one.conditions if condition.is_Add)
-    text = _redundant_block(chain, replace(found, most_terms=longest - 1), 1)
-    assert f"an equation of {longest} terms in $" in text and f"Equations of more than {longest - 1} terms" in text
 
 
 def test_conditions_that_hold_for_few_lengths_are_found_with_these() -> None:

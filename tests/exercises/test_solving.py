@@ -559,14 +559,22 @@ TWO_BY_AXES = 'name = "two"\nconvention = "screws"\ntask = ["vx", "vz"]\npoint =
 TWO_BY_AXES += TURN % ("[0, 1, 0]", "[0, 0, 0]") + TURN % ("[0, 1, 0]", "[0.3, 0, 0]")
 
 
-@pytest.mark.parametrize("arm", [TWO_R.replace('"a1"', "0.4"), TWO_BY_AXES], ids=["table", "axes"])
-@pytest.mark.parametrize(("rpy", "rounded"), [("[0.3, 0.2, 0]", True), ('["pi/3", 0, 0]', False)])
-def test_numbers_that_are_rounded_are_told_to_be(arm: str, rpy: str, rounded: bool, tmp_path: Path) -> None:
+ROUNDED, EXACT = "[0.3, 0.2, 0]", '["pi/3", 0, 0]'
+WITH_A = TWO_R.replace('"a1"', "0.4")
+
+
+@pytest.mark.parametrize(
+    ("arm", "rpy"),
+    [(WITH_A, ROUNDED), (WITH_A, EXACT), (TWO_BY_AXES, ROUNDED)],
+    ids=["table, rounded", "table, exact", "axes, rounded"],
+)
+def test_numbers_that_are_rounded_are_told_to_be(arm: str, rpy: str, tmp_path: Path) -> None:
     path = tmp_path / "arm.toml"
     path.write_text(arm.replace("[[joint]]", f"base = {{rpy = {rpy}}}\n[[joint]]", 1))
     robot = read_robot_file(path)
     stages = (stage for stage in text_stages(robot.chain, robot) if isinstance(stage, Ready))
     texts = {stage.name: " ".join(to_text(stage.content).split()) for stage in stages}
+    rounded = rpy == ROUNDED
     assert ("rounded" in texts["arm"]) == ("rounded" in texts["singular-angles"]) == rounded
     said: list[str] = []
     write_solution(robot, "json", 0.3, said.append, lambda _: nullcontext())

@@ -5,8 +5,8 @@ import re
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, nullcontext, suppress
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -32,9 +32,16 @@ def _robot(folder: Path, rows: Sequence[tuple[object, object, int]]) -> Robot:
     return read_robot_file(path)
 
 
-def _written(robot: Robot, form: str, seconds: float = 60) -> str:
+def _idle(_: str) -> AbstractContextManager[object]:
+    return nullcontext()
+
+
+def _written(
+    robot: Robot, form: str, seconds: float = 60, shown: Callable[[str], AbstractContextManager[object]] = _idle
+) -> str:
     said: list[str] = []
-    write_solution(robot, form, seconds, said.append, lambda _: nullcontext())
+    with suppress(KeyboardInterrupt):
+        write_solution(robot, form, seconds, said.append, shown)
     return "".join(said)
 
 
@@ -90,16 +97,17 @@ def test_an_arm_that_takes_minutes_ends_in_time_and_says_so(tmp_path: Path) -> N
 
 def _stopped(robot: Robot, form: str, stop: str) -> str:
     """Return what is said where Ctrl-C comes at work on something."""
-    said: list[str] = []
+    stops: list[str] = []
 
-    def shown(what: str) -> nullcontext[None]:
+    def shown(what: str) -> AbstractContextManager[object]:
         if what == stop:
+            stops.append(what)
             raise KeyboardInterrupt
         return nullcontext()
 
-    with pytest.raises(KeyboardInterrupt):
-        write_solution(robot, form, 60, said.append, shown)
-    return " ".join("".join(said).split()) if form == "text" else "".join(said)
+    text = _written(robot, form, shown=shown)
+    assert stops
+    return " ".join(text.split()) if form == "text" else text
 
 
 def _keys(robot: Robot, stop: str) -> dict[str, Any]:
@@ -190,18 +198,15 @@ def test_where_all_is_there_nothing_is_missing(tmp_path: Path) -> None:
     """Ctrl-C between the last result and the end."""
     robot = _robot(tmp_path, GIVEN)
     for form in ("text", "latex", "json"):
-        times = iter(range(1000))
-        count = sum(1 for _ in (data_stages(robot.chain) if form == "json" else text_stages(robot.chain, robot)))
+        left = [None for _ in (data_stages(robot.chain) if form == "json" else text_stages(robot.chain, robot))]
 
-        def shown(what: str, times: Iterator[int] = times, count: int = count) -> nullcontext[None]:
-            if next(times) == count:
+        def shown(what: str, left: list[None] = left) -> AbstractContextManager[object]:
+            if not left:
                 raise KeyboardInterrupt
+            left.pop()
             return nullcontext()
 
-        said: list[str] = []
-        with pytest.raises(KeyboardInterrupt):
-            write_solution(robot, form, 60, said.append, shown)
-        assert "".join(said) == _written(robot, form)
+        assert _written(robot, form, shown=shown) == _written(robot, form) and not left
 
 
 def test_the_time_is_an_option_and_ending_by_it_is_no_failure(tmp_path: Path) -> None:
@@ -271,17 +276,12 @@ def test_conditions_that_were_tested_are_kept_where_what_they_look_like_is_not()
             raise OutOfTime
         return nullcontext()
 
-    def begun(form: str) -> str:
-        said: list[str] = []
-        write_solution(robot, form, 60, said.append, ended)
-        return "".join(said)
-
-    whole, data = json.loads(_written(robot, "json")), json.loads(begun("json"))
+    whole, data = json.loads(_written(robot, "json")), json.loads(_written(robot, "json", shown=ended))
     assert errors("solve", data) == [] and data["missing"] == ["meaning"]
     assert len(whole["singular"]) > 1
     assert [one["conditions"] for one in data["singular"]] == [one["conditions"] for one in whole["singular"]]
     assert {one["meaning"] for one in data["singular"]} == {None} != {one["meaning"] for one in whole["singular"]}
     assert data["tested"] == whole["tested"] and data["note"].startswith(whole["note"])
-    shown = " ".join(begun("text").split())
+    shown = " ".join(_written(robot, "text", shown=ended).split())
     assert "as far as they were worked out" in shown and f"{whole['tested']['searches']} searches" in shown
     assert f"Not worked out: {LOOKS}." in shown

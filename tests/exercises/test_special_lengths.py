@@ -100,6 +100,7 @@ def test_a_relation_at_which_a_condition_begins_to_hold_is_looked_at_first() -> 
     assert len({str(one) for one in relations(TURNING, (component,))}) == len(relations(TURNING, (component,)))
 
 
+@pytest.mark.whole
 def test_a_value_that_is_the_same_in_other_words_is_no_difference() -> None:
     """PUMA's elbow: arctan(d4/a3) is 45 degrees where a3 = d4, and nothing else is otherwise there."""
     half = sp.pi / 2

@@ -1,4 +1,4 @@
-"""Models of arms, drawn once for all that look alike, with labels of their own, at the cheapest places."""
+"""Models of arms, drawn once for all that look alike, in a pose of their own, with labels at the cheapest places."""
 
 import math
 from itertools import product
@@ -13,7 +13,7 @@ from exercises.figure.ink import Ink, Line, samples
 from exercises.figure.labels import Layout, Request
 from exercises.figure.model import model_of
 from exercises.figure.places import Places
-from exercises.figure.pose import told_pose
+from exercises.figure.pose import DEFAULT_LENGTH, candidates, told_pose
 from exercises.figure.shapes import Box, Circle, Figure, Glyph, Polyline, Shape, extent, moved, symbol
 from exercises.generation import sample_chain
 from exercises.problem import ProblemId
@@ -156,3 +156,30 @@ def test_what_is_moved_keeps_its_form() -> None:
     assert there != SHAPES
     back = samples(there) - (7.0, -5.0, 0.0)
     assert abs(back - samples(SHAPES)).max() < 1e-9
+
+
+def _point(chain: Chain, pose: dict[str, float] | None) -> tuple[float, float]:
+    (dot,) = [s for s in arm_figure(chain, pose).shapes if isinstance(s, Circle) and s.style == "point"]
+    return dot.center
+
+
+@pytest.mark.parametrize("family", ["planar-2r", "planar-pr", "planar-3r"])
+def test_a_flat_arm_in_that_pose_has_its_point_at_the_same_place(family: str) -> None:
+    chain = sample_chain(ProblemId(family, 3, variation="full"))
+    pose = figure_pose(chain)
+    assert list(pose) == [q.name for q in chain.q]
+    assert _point(chain, pose) == pytest.approx(_point(chain, None), abs=0.5)
+    other = {name: value + 0.5 for name, value in pose.items()}
+    assert _point(chain, other) != pytest.approx(_point(chain, None), abs=5)
+
+
+@pytest.mark.parametrize(("family", "least", "most"), [("polar-rp", 1.5, 2.0), ("scara", 0.5, 1.0)])
+def test_a_slide_is_drawn_longer_than_any_link_in_the_plane_and_only_there(
+    family: str, least: float, most: float
+) -> None:
+    """In the plane its sleeve and its rod are seen from the side, and take room."""
+    chain = sample_chain(ProblemId(family, 0))
+    slide = next(i for i, joint in enumerate(chain.joints) if joint.kind == "P")
+    lengths = [abs(float(v)) for joint in chain.joints for v in (joint.a, joint.d) if v.is_number]
+    extensions = candidates(chain, chain)[:, slide] / (max([*lengths, 0.0]) or DEFAULT_LENGTH)
+    assert least <= extensions.min() and extensions.max() <= most

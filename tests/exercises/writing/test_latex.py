@@ -130,36 +130,9 @@ def _entries(problem: Problem) -> list[sp.Expr]:
     return found
 
 
-def _long_trig(match: re.Match[str]) -> str:
-    angles = "+".join(f"theta{digit}" for digit in match.group(2))
-    return f"{'cos' if match.group(1) == 'c' else 'sin'}({angles})"
-
-
-def _read_back(text: str) -> sp.Expr:
-    """Return the expression of a printed formula, by Python's own rules for what is left after rewriting."""
-    text = re.sub(r"([\d.]+)\^\\circ", r"(\1*pi/180)", text.replace(r"\,", " ").replace("{}", ""))
-    while True:
-        changed = re.sub(r"\\t?frac\{((?:[^{}]|\{[^{}]*\})*)\}\{((?:[^{}]|\{[^{}]*\})*)\}", r"((\1)/(\2))", text)
-        if changed == text:
-            break
-        text = changed
-    text = re.sub(r"\\dot\{(?:\\theta|d)\}_\{(\d)\}", r"qd\1", text)
-    text = re.sub(r"\\?\b(theta|[avwdLhfm])_\{(\w)\}", r"\1\2", text)
-    text = re.sub(r"\\sqrt\{(\d+)\}", r" sqrt(\1)", text)
-    text = re.sub(r"\b(sin|cos)\^\{2\}(\((?:[^()]|\((?:[^()]|\([^()]*\))*\))*\))", r"\1\2^{2}", text)
-    text = re.sub(r"\\omega_\{(\w)\}", r"w\1", text)
-    text = re.sub(r"\b([cs])_\{(\d+)\}", _long_trig, text)
-    text = text.replace(r"\left", "").replace(r"\right", "").replace("\\", "").replace("^{2}", "**2")
-    text = re.sub(r"(?<=[\w)]) (?=[\w(])", "*", text)
-    names = {name: sp.Symbol(name) for name in re.findall(r"[a-zL]+\d|[vwfm][xyz]", text)}
-    return sp.sympify(re.sub(r"\d*\.\d+", lambda m: f"Rational('{m.group()}')", text), locals=names)
-
-
-def test_printed_formulas_mean_the_same_and_break_between_their_terms(problem: Problem) -> None:
+def test_printed_formulas_break_between_their_terms(problem: Problem) -> None:
     for entry in set(_entries(problem)):
         shown, lines = tex(entry, problem.chain), tex_lines(entry, problem.chain).split(r" \\ & \quad ")
-        values = {s: sp.Float(0.3 + 0.17 * i) for i, s in enumerate(sorted(entry.free_symbols, key=str))}
-        assert abs(float((_read_back(shown) - entry).xreplace(values))) < 1e-9, shown
         assert " ".join(lines) == shown and (len(lines) == 1 or len(shown) > LINE)
         assert all(line.startswith(("+ ", "- ")) and line.count("{") == line.count("}") for line in lines[1:])
 
@@ -366,8 +339,10 @@ def test_what_is_set_reads_as_the_same(problem: Problem) -> None:
             prismatic = tuple(q.name[1:] for q in problem.chain.q if q.name.startswith("d"))
             shown = typeset(read(text, problem.symbols()), prismatic)
             ET.fromstring(mathml(shown, True))
-            if len(printed := latex(shown)) < 15_000:  # longer LaTeX is not read
-                assert judge(problem, part, printed, "s").outcome is Outcome.CORRECT, (part.name, printed)
+            reference = part.answer.reference if isinstance(part.answer, Expression) else part.answer.as_matrix()
+            for printed in (latex(shown), tex(reference, problem.chain)):
+                if len(printed) < 15_000:  # longer LaTeX is not read
+                    assert judge(problem, part, printed, "s").outcome is Outcome.CORRECT, (part.name, printed)
         elif isinstance(part.answer, ConditionSet):
             text = f"[{', '.join(part.answer.pieces())}]"
             ET.fromstring(mathml(typeset(read(text, problem.symbols()), (), alternatives=True), True))

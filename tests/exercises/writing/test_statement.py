@@ -32,7 +32,7 @@ from exercises.writing.statement import (
     worked_steps,
 )
 from exercises.writing.worked import Worked
-from tests.support.problems import LONG_ARMS, drawn, parts_in_turn
+from tests.support.problems import LONG_ARMS, parts_in_turn
 from tests.support.programs import LATEX, needs
 from tests.support.suites import few_families, of_families, several
 
@@ -200,15 +200,6 @@ def test_conditions_are_listed_with_the_signs_that_they_have_in_the_determinant(
         determinant = tex(steps.d.determinant, chain, steps.angles)
         sums = [condition for found in steps.found for condition in found.conditions if condition.is_Add]
         assert not [each for each in sums if f"({tex(-each, chain, steps.angles)})" in determinant]
-
-
-def test_other_lengths_are_said_to_be_numbers_where_there_are_any() -> None:
-    """The chapter's arm has open lengths only; with one of them given as a number, the others are told apart."""
-    chapter = drawn("planar-2r", 0, "chapter")
-    first, *others = chapter.chain.joints
-    chain = replace(chapter.chain, joints=(replace(first, a=sp.Rational(3, 10)), *others))
-    texts = [statement(problem, "") for problem in (chapter, replace(chapter, chain=chain))]
-    assert ["Other lengths" in text for text in texts] == [False, True]
 
 
 def test_what_an_earlier_part_has_found_is_not_derived_again() -> None:
