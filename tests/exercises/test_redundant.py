@@ -20,7 +20,6 @@ from exercises.arm.singularity import singular_set
 from exercises.solving import Solution, solution_json, solution_text, solve
 from exercises.time_limit import DEFAULT, time_limit
 from tests.repository.test_schemas import errors
-from tests.support.problems import drawn
 
 Rows = list[tuple[object, object, object, int]]
 IIWA: Rows = [
@@ -137,15 +136,6 @@ def test_a_spherical_shoulder_and_wrist_give_what_the_minors_do(name: str) -> No
     by_minors = {frozenset(map(str, part.conditions)) for part in singular_set(_arm(name)) or ()}
     assert _conditions(_solved(name)) == by_minors
     assert frozenset({"sin(theta4)"}) in by_minors and len(by_minors) == 4
-
-
-def test_a_family_of_seven_joints_gives_what_the_minors_do() -> None:
-    chain = drawn("lbr-7r", 0).chain
-    assert applies(chain)
-    by_minors = {frozenset(map(str, part.conditions)) for part in singular_set(chain) or ()}
-    plain, values = plain_chain(chain)
-    ways = {frozenset(str(condition.xreplace(values)) for condition in way) for way in reciprocal_set(plain).ways}
-    assert ways == by_minors
 
 
 # --- the test in numbers ---

@@ -167,19 +167,6 @@ def test_jacobians_of_screws_are_missing_by_their_names(tmp_path: Path) -> None:
     assert _written(robot, "json") == solution_json(solve(robot.chain))
 
 
-def test_what_the_test_found_amiss_is_told_before_special_lengths(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    doubt = "The list is not complete."
-    monkeypatch.setattr("exercises.solving._doubt", lambda *_: doubt)
-    robot, stop = _robot(tmp_path, TWO_R), "whether anything differs where a1 = a2"
-    text = _stopped(robot, "text", stop)
-    assert 0 < text.index(doubt) < text.index(f"Not worked out: {SPECIAL}.")
-    assert f"{doubt} This ended" in json.loads(_stopped(robot, "json", stop))["note"]
-    whole = _written(robot, "text")
-    assert whole.index(doubt) < whole.index("relations of lengths") and whole.count(doubt) == 1
-
-
 def test_a_section_that_was_stopped_while_it_was_written_is_missing(tmp_path: Path) -> None:
     said: list[str] = []
 

@@ -71,9 +71,7 @@ def is_made_anew(assignment: Assignment, student: str) -> bool:
     return not found.figures
 
 
-def test_what_was_kept_of_another_or_by_other_code_is_not_taken(
-    made: Assignment, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_was_kept_of_another_is_not_taken(made: Assignment, monkeypatch: pytest.MonkeyPatch) -> None:
     assert not is_made_anew(made, "ada")
     changes: list[dict[str, object]] = [{"secret": "another secret, long enough"}, {"title": "Another"}]
     for change in (*changes, {"slots": made.slots[:1]}):

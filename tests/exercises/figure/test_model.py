@@ -174,9 +174,7 @@ def test_a_flat_arm_in_that_pose_has_its_point_at_the_same_place(family: str) ->
 
 
 @pytest.mark.parametrize(("family", "least", "most"), [("polar-rp", 1.5, 2.0), ("scara", 0.5, 1.0)])
-def test_a_slide_is_drawn_longer_than_any_link_in_the_plane_and_only_there(
-    family: str, least: float, most: float
-) -> None:
+def test_a_slide_is_longer_than_any_link_in_the_plane_only(family: str, least: float, most: float) -> None:
     """In the plane its sleeve and its rod are seen from the side, and take room."""
     chain = sample_chain(ProblemId(family, 0))
     slide = next(i for i, joint in enumerate(chain.joints) if joint.kind == "P")

@@ -112,11 +112,6 @@ def test_no_product_reads_as_the_argument_of_a_cosine() -> None:
     assert named(QD2 * C(link), link)[0] == r"\cos \varphi_1\, \dot{\theta}_2"
 
 
-def test_different_angles_have_different_names() -> None:
-    names = angle_names([], sp.Matrix([C(T1 + sp.pi / 3), C(T1 + sp.pi / 4)])).meanings
-    assert len(names) == 2 and sorted(map(str, names)) == [r"\varphi'_{1}", r"\varphi_{1}"]
-
-
 # --- read back: what is printed means what was meant ---
 
 

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from exercises import show
 from exercises.answers import Expression, Matrix
 from exercises.arm.chain import Base, Chain, Joint
 from exercises.arm.derivation import derive
@@ -20,7 +19,7 @@ from exercises.writing.angles import angle_names, arm_angles, is_plain
 from exercises.writing.gathering import gathered
 from exercises.writing.latex import tex
 from exercises.writing.shortening import Theorem, added_up, in_plain_angles, theorem_used, with_plain_numbers
-from exercises.writing.statement import answer_code, hints, worked_solution, worked_solutions
+from exercises.writing.statement import answer_code, worked_solution, worked_solutions
 from exercises.writing.turns import turns_of, with_turns
 from exercises.writing.worked import AngleSums, Worked
 from tests.support.problems import LONG_ARMS, parts_in_turn
@@ -103,20 +102,6 @@ def test_how_angles_are_put_together() -> None:
     assert AngleSums.of([T1 + T2 + SIXTH, T3]) == AngleSums(added=True, subtracted=False, neighbouring=True)
     assert AngleSums.of([T1 - T3]) == AngleSums(added=True, subtracted=True, neighbouring=False)
     assert AngleSums.of([T1, T2]) == AngleSums(added=False, subtracted=False, neighbouring=True)
-
-
-@pytest.mark.parametrize(
-    ("problem_id", "opposite"),
-    [
-        ("planar-rpr/835@frames", True), ("random-4/783@frames", True), ("scara/808@lengths", True),
-        ("planar-2r/416@frames", False),
-    ],
-)  # fmt: skip
-def test_the_rule_that_is_told_is_the_one_that_is_used(problem_id: str, opposite: bool) -> None:
-    problem = generate(problem_id, ["transform"])
-    texts = [worked_solution(problem, problem.parts[0])]
-    texts += [hints(problem, problem.parts[0])[1]] * problem_id.startswith("scara")
-    assert all(("opposite" in text) == ("subtracted" in text) == opposite for text in texts)
 
 
 # --- the theorem that a last step uses ---
@@ -321,9 +306,7 @@ def planar(*thetas: sp.Expr, alphas: tuple[sp.Expr, ...] = (), base: Base | None
         (planar(T1, T2, base=Base(yaw=THIRD)), {"1": T1 + THIRD, "12": T1 + T2 + THIRD}),
     ],
 )
-def test_zeros_senses_and_a_turned_base_are_in_the_angle_of_the_link(
-    chain: Chain, meanings: dict[str, sp.Expr]
-) -> None:
+def test_names_stand_for_the_angles_of_the_links(chain: Chain, meanings: dict[str, sp.Expr]) -> None:
     names = angle_names(arm_angles(chain)).meanings
     assert {str(name): meaning for name, meaning in names.items()} == {
         rf"\varphi_{{{links}}}": meaning for links, meaning in meanings.items()
@@ -341,19 +324,3 @@ def test_zeros_senses_and_a_turned_base_are_in_the_angle_of_the_link(
 )  # fmt: skip
 def test_an_angle_is_known_in_every_form_that_sympy_gives_it(expression: sp.Expr, shown: str) -> None:
     assert tex(expression, None, angle_names([T1 + 5 * sp.pi / 6])) == shown
-
-
-def test_a_text_on_a_whole_problem_says_the_names_once() -> None:
-    problem = generate("stanford-6r/1@full", ["position", "jacobian"])
-    counts = [show(problem, True, form).count("In what follows, let") for form in ("text", "latex", "html", "ipynb")]
-    assert counts == [1] * 4 and "In what follows, let" not in show(problem, False, "text")
-
-
-def test_names_are_put_in_as_if_every_formula_came_by_itself(problem: Problem) -> None:
-    """What a part of a formula becomes is kept, and is the same in every formula."""
-    worked = Worked(problem.chain)
-    names = worked.angles
-    for entry in (*worked.d.geometric, *worked.d.position, *worked.d.geometric):
-        trigs = {trig: names._said(trig) for trig in entry.atoms(sp.sin, sp.cos)}
-        assert names.put_into(entry) == gathered(entry.xreplace(trigs))
-    assert names.put_into(worked.d.geometric) == worked.d.geometric.applyfunc(names.put_into)

@@ -12,7 +12,6 @@ import pytest
 import sympy as sp
 
 from exercises.answers import Choice, ConditionSet, Expression, Matrix, Number
-from exercises.errors import QdotError
 from exercises.families import FAMILIES
 from exercises.generation import generate, sample_chain
 from exercises.problem import Part, Problem, ProblemId
@@ -20,7 +19,7 @@ from exercises.questions import QUESTIONS
 from exercises.questions.singular import OfKind
 from exercises.quizzes import ASKED
 from exercises.render import template_folder
-from exercises.showing import FORMATS, problem_json, show
+from exercises.showing import problem_json, show
 from exercises.writing.latex import tex
 from exercises.writing.markup import to_html, to_html_for_mathjax, to_latex, to_text
 from exercises.writing.statement import (
@@ -172,11 +171,6 @@ def test_json_is_the_contract(problem: Problem) -> None:
             assert [len(row) for row in given["reference"]] == [part.shape[1]] * part.shape[0]
         else:
             assert all(isinstance(text, str) for text in given["reference"])
-
-
-def test_unknown_format_is_refused(drawn: Draw) -> None:
-    with pytest.raises(QdotError, match=", ".join(FORMATS)):
-        show(drawn("planar-2r", 0), False, "pdf")
 
 
 def test_markdown_subset() -> None:
