@@ -70,7 +70,6 @@ WRONG_TOML = [
     (TOML + "question = []\n", "line 7 … problem 1 … 'question' … 'questions'"),
     ('titel = "T"\n' + TOML, "line 1 … 'titel' … 'title'"),
     (TOML + "hint = true\n", "line 7 … 'hint' … 'hints' … top"),
-    ("hint = true\n" + TOML, "line 1 … 'hint' … 'hints'"),
     (TOML + 'feedback = "outcome"\n', "line 7 … 'feedback' … top"),
     (TOML.replace("planar-2r", "planer-2r"), "line 5 … 'planer-2r' … 'planar-2r'"),
     (TOML.replace("position", "positon"), "line 6 … 'positon' … 'position'"),

@@ -106,11 +106,6 @@ def test_parts_need_parts_of_the_same_problem(family: str, drawn: Callable[[str,
     assert problem.max_points == sum(part.points for part in problem.parts)
 
 
-def test_points_may_be_given() -> None:
-    identity = ProblemId("planar-2r", 1, ("position", "jacobian"))
-    assert [part.points for part in generate(identity, points=(3, 0.5)).parts] == [3, 0.5]
-
-
 def test_ids_are_read_and_written() -> None:
     assert str(ProblemId.parse("planar-2r/7")) == "planar-2r/7"
     assert ProblemId.parse("planar-2r/7") == ProblemId("planar-2r", 7)

@@ -15,7 +15,7 @@ from exercises.answers import Choice, ConditionSet, Expression, Matrix, Number
 from exercises.families import FAMILIES
 from exercises.generation import generate, sample_chain
 from exercises.problem import Part, Problem, ProblemId
-from exercises.questions import QUESTIONS
+from exercises.questions import QUESTIONS, recursion, screws
 from exercises.questions.singular import OfKind
 from exercises.quizzes import ASKED
 from exercises.render import template_folder
@@ -33,7 +33,7 @@ from exercises.writing.statement import (
 from exercises.writing.worked import Worked
 from tests.support.problems import LONG_ARMS, parts_in_turn
 from tests.support.programs import LATEX, needs
-from tests.support.suites import few_families, of_families, several
+from tests.support.suites import SHAPES, few_families, of_families, several
 
 CHAPTER = ("planar-2r", "elbow-3r", "polar-rp", "planar-3r")
 Draw = Callable[[str, int], Problem]
@@ -42,6 +42,13 @@ Draw = Callable[[str, int], Problem]
 def test_every_question_has_its_templates() -> None:
     there = {path.name.removesuffix(".md.j2") for path in (template_folder() / "questions").iterdir()}
     assert there == {question.template or name for name, question in ASKED.items()} | {"options"}
+
+
+def test_every_question_has_its_turn_in_sweeps_that_look_at_some(drawn: Draw) -> None:
+    looked_at = {part.name for family in SHAPES.values() for part in parts_in_turn(drawn(family, 0))}
+    assert looked_at == set(QUESTIONS) - {
+        question.name for module in (recursion, screws) for question in module.QUESTIONS
+    }
 
 
 def test_prompts_ask_and_give_nothing_away(problem: Problem) -> None:

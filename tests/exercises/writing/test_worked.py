@@ -61,14 +61,11 @@ SAYS = [
     ("elbow-lateral/607@zeros", BOTH[1:], 0, TABLE, "found above"),
     ("elbow-lateral/607@zeros", BOTH, 0, "", "-0.45 c_{2} + a_{3}"),  # signs are alike in a row
     ("elbow-lateral/295@full@screws", BOTH, 1, "", "(-"),
-    ("spherical-offset/339@chapter", BOTH, 1, "", "(-"),
     ("orthogonal-3r/647@frames", BOTH[:1], 0, "0.5 c_{2}^{2}", "0.5 s_{2}^{2}"),  # squares are taken together
     ("wrist-zyz/241@lengths", ("jacobian", "joint-axes"), 0, LAST_COLUMN, "found above"),
     ("wrist-zyz/241@lengths", ("jacobian", "joint-axes"), 1, "found above", "$R_{i-1}$"),
-    ("wrist-zyz/241@lengths", ("joint-axes",), 0, LAST_COLUMN, "found above"),
     ("planar-pr/675@chapter", ("link-velocity",), 0, "slides along its axis", "turns about"),
     ("planar-2r/416@frames", ("joint-axes",), 0, "", "180°"),  # no half twist
-    ("planar-3r/550@chapter", ("joint-axes",), 0, "", "180°"),
     ("scara/808@lengths", ("joint-axes",), 0, "180°", "found above"),
 ]
 
