@@ -1,28 +1,43 @@
-"""An assignment's folder: what is wrong in it is told with file, line or key, and what would be right."""
+"""An assignment's folder: what is wrong in it is told with file, line or key, and what decimals may be off."""
 
 import os
 import re
-import stat
 import subprocess
 import sys
 import threading
+from dataclasses import replace
+from itertools import product
 from pathlib import Path
 
 import pytest
+import sympy as sp
 
 from exercises import files
+from exercises.answers import ConditionSet, Matrix, Number
 from exercises.arm.chain import CONVENTIONS, Chain, Joint
 from exercises.arm.robot_file import Robot
 from exercises.arm.robot_text import robot_text
-from exercises.assignment import load_assignment
+from exercises.assignment import Assignment, load_assignment
+from exercises.decimals import read_decimals
 from exercises.errors import QdotError
+from exercises.formula.identity import Rounding
+from exercises.generation import generate
+from exercises.problem import Part, Problem, ProblemId
 from exercises.release import Released, init_assignment, notebook_path, release
 from exercises.store import store_path
+from exercises.writing.statement import prompt
 from grader.certify import CERTIFIER
+from grader.parts import judge
+from grader.verdict import Outcome
 from tests.support.command import fails
 
 PROBLEM = '[[problem]]\nfamily = "planar-2r"\nquestions = ["position"]\n'
 TOML = f'title = "T"\nkey = "hw"\n\n{PROBLEM}'
+
+
+def has(text: str, pieces: str) -> bool:
+    """Return whether a text has these pieces, written with an ellipsis between one and the next."""
+    return all(piece in text for piece in pieces.split(" … "))
 
 
 @pytest.fixture
@@ -32,8 +47,7 @@ def folder(tmp_path: Path) -> Path:
 
 
 def test_a_class_whose_file_is_missing_is_told_what_to_name(tmp_path: Path) -> None:
-    said = fails("init", tmp_path / "hw", "--roster", tmp_path / "class.csv")
-    assert f"{tmp_path / 'class.csv'}: there is no such file; name the file that has your class" in said
+    assert str(tmp_path / "class.csv") in fails("init", tmp_path / "hw", "--roster", tmp_path / "class.csv")
 
 
 def test_a_new_folder_is_an_assignment(folder: Path) -> None:
@@ -52,178 +66,94 @@ def test_init_overwrites_nothing(folder: Path) -> None:
     assert (folder / "secret.txt").read_text() == before
 
 
-@pytest.mark.parametrize(
-    ("toml", "said"),
-    [
-        (TOML + "question = []\n", "line 7: problem 1: unknown key 'question' (did you mean 'questions'?); known: fam"),
-        ('titel = "T"\n' + TOML, "line 1: unknown key 'titel' (did you mean 'title'?)"),
-        (
-            TOML + "hint = true\n",
-            "line 7: problem 1: unknown key 'hint'; the key 'hints' is meant, probably, and stands at the top of",
-        ),
-        ("hint = true\n" + TOML, "line 1: unknown key 'hint' (did you mean 'hints'?); known: title, key"),
-        (
-            TOML.replace("planar-2r", "planer-2r"),
-            "line 5: problem 1: family = \"planer-2r\": unknown family 'planer-2r' ",
-        ),
-        (
-            TOML.replace("position", "positon"),
-            "line 6: problem 1: questions = [\"positon\"]: unknown question 'positon' ",
-        ),
-        (TOML.replace('["position"]', '["position", "position"]'), "asked twice"),
-        (
-            TOML.replace('["position"]', "[]"),
-            "line 6: problem 1: questions = []: it names no question; leave the key out to ask all that apply",
-        ),
-        (
-            TOML.replace('"position"', '"quiz", "rank"'),
-            'a quiz stands alone and without brackets, as in questions = "quiz"',
-        ),
-        (
-            TOML.replace('["position"]', "[]").replace("planar-2r", "random-3"),
-            "line 6: problem 1: questions = []: its arms are of many kinds; name the questions that all are asked",
-        ),
-        (TOML.replace("planar-2r", "planar-3r").replace('"position"', '"determinant"'), "not square"),
-        (
-            TOML.replace('["position"]', '"position"'),
-            'questions = "position": it is a list of names, as in questions = [',
-        ),
-        (
-            TOML + "points = [1, 2]\n",
-            "line 7: problem 1: points = [1, 2]: 2 numbers for 1 question; it is a list of pos",
-        ),
-        (
-            TOML.replace('"]\n', '", "jacobian"]\npoints = [1]\n'),
-            ": 1 number for 2 questions; it is a list of positive numbers, one for each, as in points = [1, 1]",
-        ),
-        (TOML + "points = [-1]\n", "points = [-1]: it is a list of positive numbers, one for each question"),
-        (TOML + "points = [nan]\n", "points = [nan]: it is a list of positive numbers"),
-        (TOML + 'points = ["one"]\n', 'line 7: problem 1: points = ["one"]: it is a list of positive numbers'),
-        (TOML + "points = 3\n", "line 7: problem 1: points = 3: it is a list of positive numbers"),
-        (TOML + 'difficulty = "easy"\n', 'difficulty = "easy": it is a step from 0 to 4, or a range, as in diff'),
-        (TOML + "difficulty = [1.5, 2]\n", "difficulty = [1.5, 2]: it is a step from 0 to 4"),
-        (
-            TOML.replace("planar-2r", "cartesian") + "difficulty = [3, 4]\n",
-            "line 7: problem 1: difficulty = [3, 4]: cartesian has no arm of difficulty 3 to 4",
-        ),
-        (
-            TOML.replace("planar-2r", "random-2") + "difficulty = 4\n",
-            "no arm of difficulty 4; its arms are of difficulty 0 ",
-        ),
-        (
-            TOML.replace("planar-2r", "random-2").replace("position", "arm-block"),
-            "'arm-block' can be asked of no arm of",
-        ),
-        (
-            TOML.replace('"planar-2r"\nquestions = ["position"]', '"random-3"'),
-            "name the questions that all are asked, as in",
-        ),
-        (
-            TOML.replace('family = "planar-2r"', "family = 2"),
-            'family = 2: it is the name of a family, as in family = "',
-        ),
-        (TOML.replace('family = "planar-2r"\n', ""), "line 4: problem 1: each [[problem]] has either family"),
-        (
-            TOML.replace('family = "planar-2r"', 'robot = "arm.toml"'),
-            'line 5: problem 1: robot = "arm.toml": there is no file',
-        ),
-        (
-            TOML.replace('key = "hw"', 'key = "../hw"'),
-            'line 2: key = "../hw": it names the notebooks\' files: at most 100',
-        ),
-        (TOML.replace('key = "hw"', 'key = "hw.ipynb"'), 'line 2: key = "hw.ipynb": it is written without .ipynb'),
-        (
-            TOML.replace('"hw"', '"CON"'),
-            'line 2: key = "CON": it names the notebooks\' files, and on Windows none may end',
-        ),
-        (
-            TOML.replace('"hw"', '"a."'),
-            'line 2: key = "a.": it names the notebooks\' files, and on Windows none may end',
-        ),
-        (TOML.replace('"T"', '" "'), 'line 1: title = " ": it is a text, as in title = "'),
-        (
-            "due = 2027-01-15\n" + TOML,
-            "line 1: due = 2027-01-15: it is a day with a time, without quotes, as in due = 20",
-        ),
-        ('feedback = "all"\n' + TOML, 'line 1: feedback = "all": it is "outcome", "mistake", "counterexample",'),
-        (TOML.replace('title = "T"\n', ""), "assignment.toml: the key 'title' is missing; needed: title, key, problem"),
-        ('title = "T"\nkey = "hw"\n', "the key 'problem' is missing"),
-        (
-            TOML.replace("[[problem]]", "[problem]"),
-            "line 4: problem: problems are given as [[problem]] tables, one for each",
-        ),
-        (TOML.replace("[[problem]]", "[[problems]]"), "line 4: unknown key 'problems' (did you mean 'problem'?)"),
-        ('title = "T\n', "line 1"),
-        ('titel = "T"\n' + TOML.replace('title = "T"\n', ""), "unknown key 'titel' (did you mean 'title'?)"),
-        (TOML.replace('"hw"', "hw"), "line 2: not valid TOML: invalid value; put text and formulas in quotes"),
-        (
-            TOML + 'feedback = "outcome"\n',
-            "line 7: problem 1: the key 'feedback' stands at the top of the file, above every",
-        ),
-        (
-            TOML.replace('["position"]', '["position" "jacobian"]'),
-            "line 6: not valid TOML: unclosed array; names stand in",
-        ),
-        (
-            TOML + "[problem]\n",
-            "line 7: not valid TOML: cannot declare 'problem' twice; what there may be several of has",
-        ),
-        ("due = 2027-02-30T10:00:00\n" + TOML, "invalid date or datetime; a day with a time is written 2027-01-15T"),
-        ("", "is missing"),
-    ],
-)
+WRONG_TOML = [
+    (TOML + "question = []\n", "line 7 … problem 1 … 'question' … 'questions'"),
+    ('titel = "T"\n' + TOML, "line 1 … 'titel' … 'title'"),
+    (TOML + "hint = true\n", "line 7 … 'hint' … 'hints' … top"),
+    (TOML + 'feedback = "outcome"\n', "line 7 … 'feedback' … top"),
+    (TOML.replace("planar-2r", "planer-2r"), "line 5 … 'planer-2r' … 'planar-2r'"),
+    (TOML.replace("position", "positon"), "line 6 … 'positon' … 'position'"),
+    (TOML.replace('["position"]', '["position", "position"]'), "line 6 … twice"),
+    (TOML.replace('["position"]', "[]"), "line 6 … questions = []"),
+    (TOML.replace('"position"', '"quiz", "rank"'), 'questions = "quiz"'),
+    (TOML.replace('"planar-2r"\nquestions = ["position"]', '"random-3"'), "name the questions"),
+    (TOML.replace("planar-2r", "planar-3r").replace('"position"', '"determinant"'), "not square"),
+    (TOML.replace('["position"]', '"position"'), 'questions = "position" … questions = ['),
+    (TOML + "points = [1, 2]\n", "line 7 … points = [1, 2] … 2 numbers for 1 question"),
+    (TOML.replace('"]\n', '", "jacobian"]\npoints = [1]\n'), "1 number for 2 questions … points = [1, 1]"),
+    (TOML + "points = [-1]\n", "points = [-1] … positive"),
+    (TOML + "points = [nan]\n", "points = [nan] … positive"),
+    (TOML + 'points = ["one"]\n', 'line 7 … points = ["one"] … positive'),
+    (TOML + "points = 3\n", "line 7 … points = 3 … list"),
+    (TOML + 'difficulty = "easy"\n', 'difficulty = "easy" … 0 to 4'),
+    (TOML + "difficulty = [1.5, 2]\n", "difficulty = [1.5, 2] … 0 to 4"),
+    (TOML.replace("planar-2r", "cartesian") + "difficulty = [3, 4]\n", "[3, 4] … cartesian … 3 to 4"),
+    (TOML.replace("planar-2r", "random-2") + "difficulty = 4\n", "difficulty 4 … difficulty 0 "),
+    (TOML.replace("planar-2r", "random-2").replace("position", "arm-block"), "'arm-block'"),
+    (TOML.replace('family = "planar-2r"', "family = 2"), 'family = 2 … family = "'),
+    (TOML.replace('family = "planar-2r"\n', ""), "line 4 … problem 1 … family"),
+    (TOML.replace('family = "planar-2r"', 'robot = "arm.toml"'), 'line 5 … robot = "arm.toml" … no file'),
+    (TOML.replace('key = "hw"', 'key = "../hw"'), 'line 2 … key = "../hw"'),
+    (TOML.replace('key = "hw"', 'key = "hw.ipynb"'), 'line 2 … key = "hw.ipynb"'),
+    (TOML.replace('"hw"', '"CON"'), 'line 2 … key = "CON" … Windows'),
+    (TOML.replace('"hw"', '"a."'), 'line 2 … key = "a." … Windows'),
+    (TOML.replace('"T"', '" "'), 'line 1 … title = " "'),
+    ("due = 2027-01-15\n" + TOML, "line 1 … due = 2027-01-15 … time"),
+    ("due = 2027-02-30T10:00:00\n" + TOML, "line 1 … 2027-01-15T"),
+    ('feedback = "all"\n' + TOML, 'line 1 … feedback = "all" … "outcome", "mistake", "counterexample"'),
+    (TOML.replace('title = "T"\n', ""), "'title' … needed: title, key, problem"),
+    ('title = "T"\nkey = "hw"\n', "'problem'"),
+    (TOML.replace("[[problem]]", "[problem]"), "line 4 … [[problem]]"),
+    (TOML.replace("[[problem]]", "[[problems]]"), "line 4 … 'problems' … 'problem'"),
+    ('title = "T\n', "line 1"),
+    (TOML.replace('"hw"', "hw"), "line 2 … quotes"),
+    (TOML.replace('["position"]', '["position" "jacobian"]'), "line 6 … unclosed array"),
+    (TOML + "[problem]\n", "line 7 … 'problem'"),
+    ("", "is missing"),
+]
+
+
+@pytest.mark.parametrize(("toml", "said"), WRONG_TOML)
 def test_what_is_wrong_in_assignment_toml_is_told(folder: Path, toml: str, said: str) -> None:
     (folder / "assignment.toml").write_text(toml)
-    with pytest.raises(QdotError) as caught:
+    with pytest.raises(QdotError, match=r"assignment\.toml") as caught:
         load_assignment(folder)
-    assert "assignment.toml" in str(caught.value)
-    assert said in str(caught.value)
+    assert has(str(caught.value), said)
 
 
-@pytest.mark.parametrize(
-    ("roster", "said"),
-    [
-        ("student,name\ns1,A\ns2,B\ns1,C\n", "line 4: student 's1' is already on line 2"),
-        ("student\nAda\nada\n", "line 3: student 'ada' is already on line 2"),
-        ("name,student\nA,s1\n", "the first column is 'name'"),
-        ("", "is empty"),
-        ("student\n", "no student is listed"),
-        ("student\n../s1\n", "can't be a student's identifier"),
-        ("student,name\n,Ada\n", "line 2: the first cell, the student's identifier, is empty"),
-        ("student\n.\n", "can't be a student's identifier"),
-        ("student\na/b\n", "can't be a student's identifier"),
-        ('student\n"a\nb"\n', "line 2: a cell goes on over the end of the line; is a double quote not closed?"),
-        (
-            'student,name\ns1,"Ada\ns2,Bo\n',
-            "line 2: this can't be read (unexpected end of data); is a double quote not",
-        ),
-        ("student,name\ns1,Lovelace, Ada\n", "line 2: 3 cells, and the header has 2; a text with a comma or semicolon"),
-        ('student,name\n\ns1,"A"\ns1,B\n', "line 4: student 's1' is already on line 3"),
-        ("student,name,name\ns1,A,B\n", "line 1: two columns are called 'name'"),
-        ("name\tstudent\nA\ts1\n", "line 1: the first column is 'name', and must be 'student' (then name, email, …)"),
-        ("sep=;\nname;student\n", "line 2: the first column is 'name', and must be 'student'"),
-        ("student,name\ns1,A\0\n", "line 2: this is no text in UTF-8, UTF-16 or Windows-1252; save the file as "),
-    ],
-)
-def test_what_is_wrong_in_the_roster_is_told(folder: Path, roster: str, said: str) -> None:
-    (folder / "roster.csv").write_text(roster)
-    with pytest.raises(QdotError) as caught:
+WRONG_ROSTERS = [
+    ("student,name\ns1,A\ns2,B\ns1,C\n", "line 4 … 's1' … line 2"),
+    ("student\nAda\nada\n", "line 3 … 'ada' … line 2"),
+    ('student,name\n\ns1,"A"\ns1,B\n', "line 4 … 's1' … line 3"),
+    ("name,student\nA,s1\n", "first column … 'name'"),
+    ("name\tstudent\nA\ts1\n", "line 1 … first column … 'name' … 'student'"),
+    ("sep=;\nname;student\n", "line 2 … first column … 'name' … 'student'"),
+    ("", "empty"),
+    ("student\n", "no student"),
+    ("student,name\n,Ada\n", "line 2 … empty"),
+    ("student\n../s1\n", "line 2 … '../s1'"),
+    ("student\n.\n", "line 2 … '.'"),
+    ("student\na/b\n", "line 2 … 'a/b'"),
+    ('student\n"a\nb"\n', "line 2 … quote"),
+    ('student,name\ns1,"Ada\ns2,Bo\n', "line 2 … quote"),
+    ("student,name\ns1,Lovelace, Ada\n", "line 2 … 3 cells … 2"),
+    ("student,name,name\ns1,A,B\n", "line 1 … 'name'"),
+    ("student,name\ns1,A\0\n", "line 2 … UTF-8"),
+    *((f"student\ns1\n{name}\n", f"line 3 … '{name}' … Windows") for name in (
+        "CON", "con.txt", "aux .b", "NUL", "Prn", "com1", "COM²", "lpt9.csv", "CONIN$", "ada.",
+    )),
+    (b"student\n\x81\n", "line 2 … UTF-8"),  # in no encoding of Excel's, or in two: a wrong name would be nobody's
+    ("student\nZo\xeb\n".encode() + b"\xeb\n", "line 3 … UTF-8"),
+    (b"\xff\xfes\0t\0\n\0\0\xd8", "line 2 … UTF-8"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("roster", "said"), WRONG_ROSTERS)
+def test_what_is_wrong_in_the_roster_is_told(folder: Path, roster: str | bytes, said: str) -> None:
+    (folder / "roster.csv").write_bytes(roster if isinstance(roster, bytes) else roster.encode())
+    with pytest.raises(QdotError, match=r"roster\.csv") as caught:
         load_assignment(folder)
-    assert "roster.csv" in str(caught.value)
-    assert said in str(caught.value)
-
-
-RESERVED = ("CON", "con.txt", "aux .b", "NUL", "Prn", "com1", "COM²", "lpt9.csv", "CONIN$", "ada.")
-
-
-@pytest.mark.parametrize("name", RESERVED)
-def test_what_windows_would_call_otherwise_is_no_student(folder: Path, name: str) -> None:
-    (folder / "roster.csv").write_text(f"student\ns1\n{name}\n", encoding="utf-8")
-    said = (
-        f"line 3: '{re.escape(name)}' can't be a student's identifier; it names folders, and on Windows none may end in"
-    )
-    with pytest.raises(QdotError, match=said):
-        load_assignment(folder)
+    assert has(str(caught.value), said)
 
 
 def test_names_of_people_are_students(folder: Path) -> None:
@@ -233,14 +163,11 @@ def test_names_of_people_are_students(folder: Path) -> None:
 
 
 def test_a_folder_or_file_in_an_assignment_is_told_from_it(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (folder / "submitted").mkdir(exist_ok=True)
     for inside in (folder / "submitted", folder / "assignment.toml"):
-        with pytest.raises(
-            QdotError, match=f"is in an assignment's folder; name that folder, {re.escape(str(folder))}$"
-        ):
+        with pytest.raises(QdotError, match=f"in an assignment's folder.* {re.escape(str(folder))}$"):
             load_assignment(inside)
     monkeypatch.chdir(folder / "submitted")
-    with pytest.raises(QdotError, match=r"^\. is in an assignment's folder; name that folder, \.\.$"):
+    with pytest.raises(QdotError, match=r"^\. .* \.\.$"):
         load_assignment(Path())
     with pytest.raises(QdotError, match="is not a folder; 'qdot init"):
         load_assignment(folder / "none")
@@ -252,30 +179,15 @@ def test_roster_keeps_names_and_further_columns(folder: Path) -> None:
     assert (student.id, student.name, student.email, student.others) == ("zoë", "Zoë É", "z@x.org", (("group", "B"),))
 
 
-def test_a_roster_with_semicolons_is_read(folder: Path) -> None:
-    (folder / "roster.csv").write_text('student;name;email\ns1;"Lovelace, Ada";a@x.org\n')
-    (student,) = load_assignment(folder).roster
-    assert (student.id, student.name, student.email) == ("s1", "Lovelace, Ada", "a@x.org")
-
-
-EXCEL = {
-    "UTF-8 with its mark": "utf-8-sig", "Unicode text": "utf-16", "UTF-16, the other way": "utf-16-be",
-    "plain CSV": "cp1252", "UTF-8": "utf-8",
-}  # fmt: skip
-"""The encodings in which Excel writes a table, by what it calls them."""
-
-
-@pytest.mark.parametrize("encoding", EXCEL.values(), ids=EXCEL)
-@pytest.mark.parametrize("separator", [",", ";", "\t"], ids=["commas", "semicolons", "tabs"])
-@pytest.mark.parametrize("end", ["\r\n", "\n", "\r"], ids=["CRLF", "LF", "CR"])
-def test_a_roster_as_excel_writes_it_is_read(folder: Path, encoding: str, separator: str, end: str) -> None:
-    rows = [("student", "name", "email"), ("s1", '"Strauß, Zoë – „Zo“"', "z@x.org"), ("s2", "Bo; €", ""), ("", "", "")]
-    rows[2] = ("s2", '"Bo; €"', "")
-    text = "".join(separator.join(row) + end for row in rows)
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "utf-16-be", "cp1252", "utf-8"])
+def test_a_roster_as_excel_writes_it_is_read(folder: Path, encoding: str) -> None:
+    rows = ("student name email", 's1 "Strauß,_Zoë_–_„Zo“" z@x.org', 's2 "Bo;_€" ', "  ")
     mark = "\ufeff" if encoding == "utf-16-be" else ""
-    (folder / "roster.csv").write_bytes((mark + text).encode(encoding))
-    roster = load_assignment(folder).roster
-    assert [(s.id, s.name, s.email) for s in roster] == [("s1", "Strauß, Zoë – „Zo“", "z@x.org"), ("s2", "Bo; €", "")]
+    for separator, end in product(",;\t", ("\r\n", "\n", "\r")):
+        text = mark + "".join(row.replace(" ", separator).replace("_", " ") + end for row in rows)
+        (folder / "roster.csv").write_bytes(text.encode(encoding))
+        read = [(student.id, student.name, student.email) for student in load_assignment(folder).roster]
+        assert read == [("s1", "Strauß, Zoë – „Zo“", "z@x.org"), ("s2", "Bo; €", "")], (separator, end)
 
 
 def test_a_first_line_that_names_the_separator_is_read_as_excel_reads_it(folder: Path) -> None:
@@ -284,31 +196,16 @@ def test_a_first_line_that_names_the_separator_is_read_as_excel_reads_it(folder:
     assert (student.id, student.others) == ("s1", (("name, or what stands for it", "Ada"),))
 
 
-@pytest.mark.parametrize(
-    "content", [b"student\n\x81\n", "student\nZo\xeb\n".encode() + b"\xeb\n", b"\xff\xfes\0t\0\n\0\0\xd8"]
-)
-def test_bytes_that_are_no_text_are_told(folder: Path, content: bytes) -> None:
-    """What is in no encoding of Excel's, or in two at once: a name read wrongly would be nobody's."""
-    (folder / "roster.csv").write_bytes(content)
-    with pytest.raises(QdotError, match=r"roster\.csv: line [23]: this is no text in UTF-8, UTF-16 or Windows-1252"):
-        load_assignment(folder)
-
-
 @pytest.mark.parametrize("own", CONVENTIONS)
 def test_a_robot_is_told_as_the_nearest_key_says_else_as_its_file_does(folder: Path, own: str) -> None:
     arm = Chain("m", tuple(Joint("R", f"theta{i}", 0, f"a{i}", 0) for i in (1, 2)), ("vx", "vy"))
     (folder / "arm.toml").write_text(robot_text(Robot(arm), own))
     robot = PROBLEM.replace('family = "planar-2r"', 'robot = "arm.toml"')
-
-    def told(top: str, problem: str) -> list[str]:
-        (folder / "assignment.toml").write_text(f'title = "T"\nkey = "hw"\n{top}{robot}{problem}{PROBLEM}{problem}')
-        return [problem.chain.convention for _, problem in load_assignment(folder).problems("ada")]
-
-    assert told("", "") == [own, "dh"]
-    for one in CONVENTIONS:
-        assert told(f'convention = "{one}"\n', "") == [one, one]
-        for other in CONVENTIONS:
-            assert told(f'convention = "{one}"\n', f'convention = "{other}"\n') == [other, other]
+    for top, nearest in product(("", *CONVENTIONS), repeat=2):
+        keys = [f'convention = "{name}"\n' if name else "" for name in (top, nearest)]
+        (folder / "assignment.toml").write_text(f'title = "T"\nkey = "hw"\n{keys[0]}{robot}{keys[1]}{PROBLEM}{keys[1]}')
+        conventions = [problem.chain.convention for _, problem in load_assignment(folder).problems("ada")]
+        assert conventions == [nearest or top or own, nearest or top or "dh"], (top, nearest)
 
 
 def test_a_mistake_in_a_robot_is_told_with_both_files_and_a_doubt_is_noted(folder: Path) -> None:
@@ -320,14 +217,11 @@ def test_a_mistake_in_a_robot_is_told_with_both_files_and_a_doubt_is_noted(folde
     (folder / "assignment.toml").write_text(TOML.replace('family = "planar-2r"', 'robot = "arm.toml"'))
     with pytest.raises(QdotError) as caught:
         load_assignment(folder)
-    place = (
-        f'{folder / "assignment.toml"}: line 5: problem 1: robot = "arm.toml": {folder / "arm.toml"}: line 7: joint 1'
-    )
-    assert str(caught.value) == f'{place}: alpha = "90 deg": angles are in radians; write "pi/2"'
+    places = f"{folder / 'assignment.toml'}: line 5 … {folder / 'arm.toml'}: line 7: joint 1"
+    assert has(str(caught.value), f'{places} … alpha = "90 deg" … "pi/2"')
     (folder / "arm.toml").write_text(robot.replace("90 deg", "0"))
     (said,) = load_assignment(folder).notes
-    assert "arm.toml: line 6: joint 1: a = 400: lengths are in metres; is this in millimetres?" in said
-    assert said.endswith("(1 more like this)")
+    assert has(said, "arm.toml: line 6: joint 1: a = 400 … millimetres … 1 more")
 
 
 def test_the_secret_is_needed(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -335,21 +229,13 @@ def test_the_secret_is_needed(folder: Path, monkeypatch: pytest.MonkeyPatch) -> 
     with_file = load_assignment(folder)
     (folder / "secret.txt").unlink()
     monkeypatch.delenv("QDOT_SECRET", raising=False)
-    with pytest.raises(QdotError, match=r"secret\.txt: there is no such file; without the secret"):
+    with pytest.raises(QdotError, match=r"secret\.txt: .*no such file"):
         load_assignment(folder)
     monkeypatch.setenv("QDOT_SECRET", secret)
     assert load_assignment(folder).digest == with_file.digest
     (folder / "secret.txt").write_text("short\n")
     with pytest.raises(QdotError, match="at least 16"):
         load_assignment(folder)
-
-
-def test_the_digest_follows_what_decides_the_problems(folder: Path) -> None:
-    before = load_assignment(folder).digest
-    assert load_assignment(folder).digest == before
-    path = folder / "assignment.toml"
-    path.write_text(path.read_text().replace('"polar-rp"', '"elbow-3r"'))
-    assert load_assignment(folder).digest != before
 
 
 def test_the_digest_is_about_problems_and_the_edition_about_notebooks(folder: Path) -> None:
@@ -359,6 +245,7 @@ def test_the_digest_is_about_problems_and_the_edition_about_notebooks(folder: Pa
         (TOML.replace('"T"', '"U"'), False),
         (TOML + "points = [3]\n", False),
         (TOML.replace("position", "jacobian"), True),
+        (TOML.replace("planar-2r", "elbow-3r"), True),
         (TOML + PROBLEM, True),
     ):
         (folder / "assignment.toml").write_text(changed)
@@ -383,83 +270,74 @@ def outcomes(folder: Path) -> dict[str, str]:
     return found
 
 
-def test_release_keeps_what_is_there_and_goes_on(folder: Path) -> None:
+@pytest.fixture
+def released(folder: Path) -> Path:
+    """An assignment's folder with the notebooks of its two students."""
     (folder / "assignment.toml").write_text(TOML)
     assert outcomes(folder) == {"s001": "written", "s002": "written"}
-    first = folder / "released" / "s001" / "hw.ipynb"
+    return folder
+
+
+def test_release_keeps_what_is_there_and_goes_on(released: Path) -> None:
+    first = released / "released" / "s001" / "hw.ipynb"
     before = first.read_bytes()
-    with (folder / "roster.csv").open("a") as roster:
+    with (released / "roster.csv").open("a") as roster:
         roster.write("s003,Third,\n")
-    (folder / "solutions" / "s002" / "hw.ipynb").unlink()
-    assert outcomes(folder) == {"s001": "kept", "s002": "completed", "s003": "written"}
+    (released / "solutions" / "s002" / "hw.ipynb").unlink()
+    assert outcomes(released) == {"s001": "kept", "s002": "completed", "s003": "written"}
     assert first.read_bytes() == before
-    (folder / "assignment.toml").write_text(TOML + "points = [3]\n")
-    assert set(outcomes(folder).values()) == {"rewritten"}
-    (folder / "assignment.toml").write_text(TOML.replace("position", "jacobian"))
-    assert set(outcomes(folder).values()) == {"rewritten"}
+    for changed in (TOML + "points = [3]\n", TOML.replace("position", "jacobian")):
+        (released / "assignment.toml").write_text(changed)
+        assert set(outcomes(released).values()) == {"rewritten"}
     assert first.read_bytes() != before
-    assert not list(folder.rglob("*.tmp"))
+    assert not list(released.rglob("*.tmp"))
 
 
 @pytest.mark.parametrize("gone", ["released", "solutions", "certificates"])
-def test_what_a_killed_run_did_not_come_to_is_completed(folder: Path, gone: str) -> None:
-    (folder / "assignment.toml").write_text(TOML)
-    outcomes(folder)
-    (path,) = (folder / gone / "s002").iterdir()
-    released = folder / "released" / "s002" / "hw.ipynb"
-    written, before = released.stat().st_mtime_ns, released.read_bytes()
+def test_what_a_killed_run_did_not_come_to_is_completed(released: Path, gone: str) -> None:
+    (path,) = (released / gone / "s002").iterdir()
+    notebook = released / "released" / "s002" / "hw.ipynb"
+    written, before = notebook.stat().st_mtime_ns, notebook.read_bytes()
     path.unlink()
-    assert outcomes(folder) == {"s001": "kept", "s002": "completed"}
+    assert outcomes(released) == {"s001": "kept", "s002": "completed"}
     assert path.exists()
-    assert released.read_bytes() == before
-    assert gone == "released" or released.stat().st_mtime_ns == written
-    assert set(outcomes(folder).values()) == {"kept"}
+    assert notebook.read_bytes() == before
+    assert gone == "released" or notebook.stat().st_mtime_ns == written
+    assert set(outcomes(released).values()) == {"kept"}
 
 
-def test_a_change_that_a_killed_run_did_not_tell_of_is_told_by_the_next(
-    folder: Path,
-) -> None:
-    (folder / "assignment.toml").write_text(TOML)
-    outcomes(folder)
-    (folder / "assignment.toml").write_text(TOML + "points = [3]\n")
-    solution = folder / "solutions" / "s001" / "hw.ipynb"
+def test_a_change_that_a_killed_run_did_not_tell_of_is_told_by_the_next(released: Path) -> None:
+    (released / "assignment.toml").write_text(TOML + "points = [3]\n")
+    solution = released / "solutions" / "s001" / "hw.ipynb"
     of_before = solution.read_bytes()
-    outcomes(folder)
+    outcomes(released)
     solution.write_bytes(of_before)
-    assert outcomes(folder) == {"s001": "rewritten", "s002": "kept"}
+    assert outcomes(released) == {"s001": "rewritten", "s002": "kept"}
 
 
-def test_what_a_killed_run_had_begun_is_removed_and_what_another_writes_is_not(folder: Path) -> None:
-    (folder / "assignment.toml").write_text(TOML)
-    outcomes(folder)
+def test_what_a_killed_run_had_begun_is_removed_and_what_another_writes_is_not(released: Path) -> None:
+    of_the_first = released / "solutions" / "s001"
     begun = [
-        folder / "solutions" / "s001" / ".hw.ipynb.1ra2d1o5.tmp",
-        folder / "released" / "s002" / ".hw.ipynb.abcd_f_8.tmp",
-        folder / "certificates" / "s002" / ".hw.json.00000000.tmp",
-        _begun_beside(store_path(load_assignment(folder), "s001")),
+        of_the_first / ".hw.ipynb.1ra2d1o5.tmp",
+        released / "released" / "s002" / ".hw.ipynb.abcd_f_8.tmp",
+        released / "certificates" / "s002" / ".hw.json.00000000.tmp",
+        _begun_beside(store_path(load_assignment(released), "s001")),
     ]
-    strange = [
-        folder / "solutions" / "s001" / ".other.ipynb.1ra2d1o5.tmp",
-        folder / "solutions" / "s001" / "hw.ipynb.1ra2d1o5.tmp",
-        folder / "solutions" / "s001" / ".hw.ipynb.swp.tmp",
-        folder / "submitted" / ".hw.ipynb.1ra2d1o5.tmp",
-    ]
+    names = (".other.ipynb.1ra2d1o5.tmp", "hw.ipynb.1ra2d1o5.tmp", ".hw.ipynb.swp.tmp")
+    strange = [*(of_the_first / name for name in names), released / "submitted" / ".hw.ipynb.1ra2d1o5.tmp"]
     for path in (*begun, *strange):
         path.write_text("{")
     program = "import os, sys; from exercises.files import _begun; from pathlib import Path; "
     program += "print(_begun(Path(sys.argv[1]))[1], flush=True); sys.stdin.read()"
-    with subprocess.Popen(
-        [sys.executable, "-c", program, str(folder / "released" / "s001" / "hw.ipynb")],
-        stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-    ) as writer:  # fmt: skip
-        assert writer.stdin is not None
+    command = [sys.executable, "-c", program, str(released / "released" / "s001" / "hw.ipynb")]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as writer:
         assert writer.stdout is not None
         writing = Path(writer.stdout.readline().strip())
-        assert set(outcomes(folder).values()) == {"kept"}
+        assert set(outcomes(released).values()) == {"kept"}
         assert not [path for path in begun if path.exists()]
-        assert [path for path in (*strange, writing) if path.exists()] == [*strange, writing]
+        assert all(path.exists() for path in (*strange, writing))
         writer.kill()
-    outcomes(folder)
+    outcomes(released)
     assert not writing.exists()
 
 
@@ -524,11 +402,9 @@ def test_many_files_are_made_lasting_now_and_then_and_in_the_end(
     assert asked == [(1.5, tmp_path), (6.0, tmp_path), (6.2, tmp_path)]
 
 
-def test_the_students_notebook_gives_no_seed_away(folder: Path) -> None:
-    (folder / "assignment.toml").write_text(TOML)
-    outcomes(folder)
-    assignment = load_assignment(folder)
-    text = (folder / "released" / "s001" / "hw.ipynb").read_text()
+def test_the_students_notebook_gives_no_seed_away(released: Path) -> None:
+    assignment = load_assignment(released)
+    text = (released / "released" / "s001" / "hw.ipynb").read_text()
     ((_, problem),) = assignment.problems("s001")
     assert str(problem.id.seed) not in text
     assert assignment.secret not in text
@@ -560,21 +436,118 @@ def test_what_a_link_leads_to_is_written_and_the_link_stays(tmp_path: Path) -> N
 @pytest.mark.skipif(not Path("/dev/stdout").exists(), reason="no /dev/stdout")
 def test_dev_stdout_is_written_to_and_stays(tmp_path: Path) -> None:
     program = "from pathlib import Path; from exercises.files import write_atomically as w; w(Path('/dev/stdout'), 'x')"
-    link = Path("/dev/stdout").readlink()
     with (tmp_path / "out").open("wb") as out:
         subprocess.run([sys.executable, "-c", program], stdout=out, check=True)
     assert (tmp_path / "out").read_text() == "x" and list(tmp_path.iterdir()) == [tmp_path / "out"]
     piped = subprocess.run([sys.executable, "-c", program], stdout=subprocess.PIPE, check=True)
-    assert piped.stdout == b"x" and Path("/dev/stdout").readlink() == link
+    assert piped.stdout == b"x" and Path("/dev/stdout").is_symlink()
 
 
-@pytest.mark.skipif(not hasattr(os, "mknod") or os.geteuid() != 0, reason="only root can replace a device")
-def test_a_device_is_not_replaced_by_root_either(tmp_path: Path) -> None:
-    device = tmp_path / "null"
-    try:
-        os.mknod(device, 0o600 | stat.S_IFCHR, os.makedev(1, 3))
-        device.write_bytes(b"")
-    except OSError:
-        pytest.skip("no devices here")
-    files.write_atomically(device, "whole")
-    assert device.is_char_device() and list(tmp_path.iterdir()) == [device]
+THREE = Rounding(0.005, 0.0, "to three significant digits")
+NAMES = ("position", "jacobian", "joint-rates", "singular-angles")
+
+
+def problem(rounding: Rounding | None, *names: str) -> Problem:
+    made = generate(ProblemId("planar-2r", 3, names))
+    return replace(made, parts=tuple(replace(part, rounding=rounding) for part in made.parts))
+
+
+def right(asked: Problem, answer: object) -> bool:
+    return judge(asked, asked.parts[0], str(answer), "seed").outcome is Outcome.CORRECT
+
+
+def rounded(part: Part, digits: int) -> str:
+    assert isinstance(part.answer, Matrix)
+    numbers = {atom: sp.Float(atom, digits) for atom in part.answer.reference.atoms(sp.Rational) if atom.q > 1}
+    return str(part.answer.reference.evalf(digits).xreplace(numbers).tolist())
+
+
+def test_formulas_are_exact_unless_the_assignment_says_otherwise() -> None:
+    for digits, policy, due in ((3, None, False), (3, THREE, True), (12, None, False), (1, THREE, False)):
+        asked = problem(policy, "jacobian")
+        assert right(asked, rounded(asked.parts[0], digits)) == due, (digits, policy)
+
+
+def test_a_wrong_formula_stays_wrong_with_rounding() -> None:
+    asked = problem(THREE, "jacobian")
+    answer = asked.parts[0].answer
+    assert isinstance(answer, Matrix)
+    assert not right(asked, (answer.reference * sp.Rational(102, 100)).tolist())
+    assert not right(asked, answer.reference.xreplace({sp.Symbol("theta2"): sp.Symbol("theta1")}).tolist())
+
+
+def test_values_of_joints_may_be_rounded_where_that_is_allowed() -> None:
+    exact, loose = (problem(policy, "singular-angles") for policy in (None, THREE))
+    answer = exact.parts[0].answer
+    assert isinstance(answer, ConditionSet)
+    values = [float(value) for part in answer.components for value in dict(part.solutions or ())[sp.Symbol("theta2")]]
+    for digits, due in ((2, True), (0, False)):
+        claimed = f"{{theta2: {[round(value, digits) for value in values]}}}"
+        assert right(loose, claimed) == due
+        assert not right(exact, claimed)
+
+
+def test_a_tolerance_replaces_that_of_numbers() -> None:
+    asked = problem(Rounding(0.0, 0.01, "within 0.01 rad/s"), "joint-rates")
+    answer = asked.parts[0].answer
+    assert isinstance(answer, Number)
+    due = [float(value) for value in answer.reference]
+    assert right(asked, [value + 0.009 for value in due])
+    assert not right(asked, [value + 0.011 for value in due])
+    fine = problem(Rounding(5e-6, 0.0, "to six significant digits"), "joint-rates")
+    assert right(fine, due)
+    assert not right(fine, [value * 1.001 for value in due])
+
+
+def test_the_student_is_told() -> None:
+    within = Rounding(0.0, 0.01, "within 0.01 rad/s")
+    for policy, name, said in (
+        (THREE, "jacobian", "three significant digits"), (None, "jacobian", ""), (within, "joint-rates", "within 0.01"),
+        (THREE, "joint-rates", "three significant digits"),
+    ):  # fmt: skip
+        asked = problem(policy, name)
+        text = prompt(asked, asked.parts[0])
+        assert said in text and ("Decimals are" in text) == (bool(policy) and name == "jacobian"), name
+
+
+@pytest.mark.parametrize(
+    ("policy", "expected"),
+    [
+        (None, {}),
+        ("exact", {}),
+        (3, dict.fromkeys(NAMES, THREE)),
+        ({"jacobian": 3}, {"jacobian": THREE}),
+        (
+            {"joint-rates": "1 deg/s", "jacobian": "exact"},
+            {"joint-rates": Rounding(0.0, 0.017453292519943295, "within 1 deg/s")},
+        ),
+        ("2mm", dict.fromkeys(NAMES, Rounding(0.0, 0.002, "within 2 mm"))),
+    ],
+)
+def test_policies(policy: object, expected: dict[str, Rounding]) -> None:
+    assert dict(read_decimals(policy, NAMES)) == expected  # type: ignore[arg-type]
+
+
+def _assigned(folder: Path, line: str) -> Assignment:
+    problem = f'[[problem]]\nfamily = "planar-2r"\nquestions = ["jacobian"]\n{line}\n'
+    (folder / "assignment.toml").write_text(f'title = "T"\nkey = "t"\n{problem}')
+    return load_assignment(folder)
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("decimals = 1", "from 2 to 12"), ("decimals = true", "from 2 to 12"), ("decimals = 2.5", "from 2 to 12"),
+        ('decimals = "some"', "unit"), ('decimals = "0 m"', "more than 0"),
+        ('decimals = "1 inch"', "'inch'.*known: m, cm"), ("decimals = {jacobi = 3}", "'jacobi'.*jacobian"),
+    ],
+)  # fmt: skip
+def test_a_policy_that_is_none_is_told_by_its_line(folder: Path, line: str, said: str) -> None:
+    with pytest.raises(QdotError, match=f"line 6.*{said}"):
+        _assigned(folder, line)
+
+
+def test_notebooks_of_another_policy_are_another_edition(folder: Path) -> None:
+    exact, loose = _assigned(folder, ""), _assigned(folder, "decimals = 3")
+    assert exact.edition != loose.edition and exact.digest == loose.digest
+    assert loose.problems("ann")[0][1].parts[0].rounding == THREE

@@ -1,14 +1,18 @@
-"""`qdot families`: every family once, and what is said of its questions is what can be asked, in every form."""
+"""What there is to ask: families, and ready-made sets, which climb and are solved by their own solutions."""
 
 import json
 import re
+import shutil
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
 
 from exercises.arm.library import robot_path
 from exercises.arm.robot_file import read_robot_file
+from exercises.assignment import load_assignment
+from exercises.difficulty import difficulty
 from exercises.errors import QdotError
 from exercises.families import FAMILIES
 from exercises.families.own import own_family
@@ -16,8 +20,11 @@ from exercises.generation import check_questions, listed, sample_chain
 from exercises.overview import TOPICS, WIDTH, asked_in_topics, kinds, overview
 from exercises.problem import ProblemId
 from exercises.questions import QUESTIONS
+from exercises.sets import DEFAULT_SET, SETS
+from exercises.variation import axes_of
 from grader.cli import app
 from tests.support.command import fails, run, runner
+from tests.support.suites import several
 
 
 def test_every_question_has_one_topic() -> None:
@@ -25,13 +32,13 @@ def test_every_question_has_one_topic() -> None:
     assert not set(TOPICS) & set(QUESTIONS), "a topic would be taken for a question"
 
 
-@pytest.mark.parametrize("name", FAMILIES)
-def test_the_topics_of_a_family_are_what_can_be_asked_of_it(name: str) -> None:
-    asked: list[str] = []
-    for told in re.split(r", (?![^(]*\))", asked_in_topics(listed(name).questions)):
-        topic, _, without = told.partition(" (without ")
-        asked += [q for q in TOPICS.get(topic, (topic,)) if q not in without.rstrip(")").split(", ")]
-    assert sorted(asked) == sorted(listed(name).questions)
+def test_the_topics_of_a_family_are_what_can_be_asked_of_it() -> None:
+    for name in FAMILIES:
+        asked: list[str] = []
+        for told in re.split(r", (?![^(]*\))", asked_in_topics(listed(name).questions)):
+            topic, _, without = told.partition(" (without ")
+            asked += [q for q in TOPICS.get(topic, (topic,)) if q not in without.rstrip(")").split(", ")]
+        assert sorted(asked) == sorted(listed(name).questions), name
 
 
 def test_the_overview_has_every_family_once_among_its_kind() -> None:
@@ -76,44 +83,70 @@ def test_a_robot_is_told_as_a_family_is(tmp_path: Path) -> None:
 
 
 def test_a_robot_that_is_taken_for_a_family_is_told_as_what_it_is() -> None:
-    assert 'ur5 is no family but a real robot: robot = "ur5" in assignment.toml' in fails("show", "ur5/3")
-    assert "there is no file none.toml" in fails("families", "none.toml")
+    assert 'robot = "ur5"' in fails("show", "ur5/3")
+    assert "none.toml" in fails("families", "none.toml")
+    assert "'planer-2r' (did you mean 'planar-2r'?)" in fails("families", "planer-2r")
 
 
 def test_what_a_robot_can_not_be_asked_points_to_what_it_can() -> None:
-    said = "`qdot families {}` lists what can"
-    for path, named in ((robot_path("scorbot"), "scorbot"), (robot_path("scorbot", Path("x/..")), "scorbot")):
-        with pytest.raises(QdotError, match=re.escape(said.format(named))):
-            check_questions(own_family(path), ["determinant"])
-    with pytest.raises(QdotError, match=re.escape(said.format("planar-3r"))):
-        check_questions("planar-3r", ["determinant"])
+    scorbot = own_family(robot_path("scorbot"))
+    for family, command in ((scorbot, "scorbot"), (own_family(robot_path("scorbot", Path("x/.."))), "scorbot"),
+                            ("planar-3r", "planar-3r")):  # fmt: skip
+        with pytest.raises(QdotError, match=f"`qdot families {command}`"):
+            check_questions(family, ["determinant"])
+    with pytest.raises(QdotError, match="`qdot families scorbot --convention screws`"):
+        check_questions(scorbot, ["determinant"], convention="screws")
 
 
-def test_what_can_be_asked_is_told_of_a_convention() -> None:
-    """And a refusal in a convention points to what can be asked in it."""
-    for name, chain in (
-        ("planar-2r", sample_chain(ProblemId("planar-2r", 0, convention="screws"))),
-        ("scorbot", replace(read_robot_file(robot_path("scorbot")).chain, convention="screws")),
-    ):
-        row = json.loads(run("families", name, "--convention", "screws", "--json"))
-        assert row["questions"] == [one for one, question in QUESTIONS.items() if question.refusal(chain) is None]
-        assert "home-screws" in row["questions"] and "transform" in row["refused"]
-    assert "qdot show planar-2r/1@screws" in run("families", "planar-2r", "--convention", "screws")
-    assert "did you mean 'modified-dh'" in fails("families", "planar-2r", "--convention", "craig")
-    assert "--convention is for one family or robot" in fails("families", "--convention", "screws")
-    with pytest.raises(QdotError, match="`qdot families scorbot --convention screws` lists what can"):
-        check_questions(own_family(robot_path("scorbot")), ["determinant"], convention="screws")
+@pytest.mark.parametrize("name", ["planar-2r", pytest.param("scorbot", marks=pytest.mark.whole)])
+def test_what_can_be_asked_is_told_of_a_convention(name: str) -> None:
+    chain = (
+        sample_chain(ProblemId(name, 0, convention="screws")) if name in FAMILIES
+        else replace(read_robot_file(robot_path(name)).chain, convention="screws")
+    )  # fmt: skip
+    row = json.loads(run("families", name, "--convention", "screws", "--json"))
+    assert row["questions"] == [one for one, question in QUESTIONS.items() if question.refusal(chain) is None]
+    assert "home-screws" in row["questions"] and "transform" in row["refused"]
+    assert f"{name}/1@screws" in run("families", name, "--convention", "screws") or name not in FAMILIES
+    assert "'modified-dh'" in fails("families", name, "--convention", "craig")
+    assert "--convention" in fails("families", "--convention", "screws")
 
 
-def test_a_family_that_is_none_is_told() -> None:
-    assert "unknown family 'planer-2r' (did you mean 'planar-2r'?)" in fails("families", "planer-2r")
+TRIED = several(("quiz", "mid-term"), tuple(SETS))
+"""Sets that are generated and graded; of the others, `make test` looks at what they ask."""
 
 
-def test_how_far_it_is_is_told_of_a_robot(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of one whose questions take long; where standard error is no terminal, by a line a minute."""
-    monkeypatch.setattr("exercises.console.EVERY", 0.0)
-    told = runner.invoke(app, ["families", "scorbot"])
-    count = len(QUESTIONS)
-    assert f"looking at what scorbot can be asked: {count} of {count}\n" in told.stderr
-    assert "looking" not in told.stdout
-    assert "looking" not in runner.invoke(app, ["families", "planar-2r"]).stderr
+@pytest.mark.parametrize("name", SETS)
+def test_a_set_climbs_and_says_what_it_is_worth(name: str, tmp_path: Path) -> None:
+    """No problem varies less than the one before it; the last is harder than the first."""
+    run("init", tmp_path / "hw", "--set", name)
+    slots, chosen = load_assignment(tmp_path / "hw").slots, SETS[name]
+    varied = [set(axes_of(slot.variation)) for slot in slots]
+    assert all(before <= after for before, after in pairwise(varied))
+    arms = [sample_chain(ProblemId(slot.family.name, 0, variation=slot.variation)) for slot in slots]
+    assert difficulty(arms[-1]) > difficulty(arms[0]) or len({slot.family.name for slot in slots}) < len(slots)
+    assert chosen.points == sum(sum(slot.max_points) for slot in slots)
+    first, *_ = (tmp_path / "hw" / "assignment.toml").read_text(encoding="utf-8").splitlines()
+    assert all(f"{number:g} {unit}" in first for number, unit in (
+        (chosen.problems, "problems"), (chosen.points, "points"), (chosen.minutes, "minutes"),
+    ))  # fmt: skip
+    assert 1 <= chosen.minutes / chosen.points <= 6
+
+
+@pytest.mark.parametrize("name", TRIED)
+def test_a_set_is_solved_by_its_own_solutions(name: str, tmp_path: Path) -> None:
+    run("init", tmp_path, "--set", name)
+    (tmp_path / "roster.csv").write_text("student\ns001\n", encoding="utf-8")
+    run("generate", tmp_path, "--jobs", "1")
+    shutil.copytree(tmp_path / "solutions" / "s001", tmp_path / "submitted" / "s001")
+    run("grade", tmp_path, "--jobs", "1")
+    (result,) = map(json.loads, (tmp_path / "graded" / "results.jsonl").read_text(encoding="utf-8").splitlines())
+    assert result["score"] == result["max_score"] == SETS[name].points
+
+
+def test_sets_are_listed_and_a_wrong_name_is_told() -> None:
+    listed = run("init", "--list")
+    assert all(name in listed and one.title in listed for name, one in SETS.items())
+    assert listed.startswith(DEFAULT_SET)
+    assert "'quizz' (did you mean 'quiz'?)" in fails("init", "x", "--set", "quizz")
+    assert "name the folder" in fails("init")

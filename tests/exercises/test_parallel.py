@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from exercises import console
 from exercises.errors import QdotError
 from exercises.parallel import ordered_map
 from tests.support import ROOT
@@ -65,6 +66,18 @@ def test_what_a_process_has_set_up_is_closed_when_there_is_no_more_to_do(tmp_pat
     assert {f"closed by {pid}" for pid in pids} <= closed and len(closed) == 2
 
 
+def test_a_line_of_progress_says_how_far_it_is(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    now = [0.0]
+    monkeypatch.setattr(time, "monotonic", lambda: now[0])
+    with console.progress("verifying", 5) as counter:
+        for _ in range(4):
+            now[0] += 0.4 * console.EVERY
+            counter.step()
+    assert capsys.readouterr().err.splitlines() == ["verifying: 3 of 5"]
+
+
 def test_what_ends_two_processes_is_lost_and_the_others_are_not(tmp_path: Path) -> None:
     assert list(ordered_map(squared, [5, 6, 7, 8], 2, Place, (tmp_path,), lambda item: -item)) == [25, 36, -7, 64]
 
@@ -75,13 +88,8 @@ def test_a_process_that_ends_is_told_where_nothing_is_to_be_done_twice(tmp_path:
 
 
 def test_an_idle_process_ends_with_the_one_that_was_killed(tmp_path: Path) -> None:
-    with subprocess.Popen(
-        [sys.executable, "-c", PROGRAM, tmp_path],
-        cwd=ROOT,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        text=True,
-    ) as one:
+    command = [sys.executable, "-c", PROGRAM, str(tmp_path)]
+    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as one:
         assert one.stdout is not None
         idle = int(one.stdout.readline())
         one.kill()

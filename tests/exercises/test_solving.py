@@ -26,7 +26,6 @@ from exercises.formula.conditions import Space, compare_sets
 from exercises.formula.expression import read
 from exercises.formula.pieces import pieces
 from exercises.generation import generate
-from exercises.input_file import shown
 from exercises.problem import ProblemId
 from exercises.questions import QUESTIONS
 from exercises.solving import (
@@ -55,7 +54,7 @@ EXPRESSIBLE = [row for row in TRUTH if set(row["task_rows"]) <= set(TASK_ROWS)]
 NAMES = [row["name"] for row in EXPRESSIBLE]
 SMALL = [row["name"] for row in EXPRESSIBLE if row["n"] <= 4]
 AT_TIP = [row["name"] for row in EXPRESSIBLE if row["task_reference_point"].startswith("tip")]
-WRITTEN = ["planar_2R", "planar_RP", "planar_3R_position", "SCARA_RRRP", "ZYZ_wrist", "pan_tilt_2R", "cartesian_PPP"]
+WRITTEN = ["planar_2R", "SCARA_RRRP", "ZYZ_wrist", "pan_tilt_2R", "cartesian_PPP"]
 
 
 def _toml_angle(text: str) -> str:
@@ -63,17 +62,13 @@ def _toml_angle(text: str) -> str:
     return re.sub(r"(?<![a-z\d])(\d+)", r"\1*pi/180", text)
 
 
-def _row_toml(row: dict[str, str]) -> str:
-    theta, alpha = _toml_angle(row["theta_deg"]), _toml_angle(row["alpha_deg"])
-    return (
-        f'[[joint]]\nkind = "{row["type"]}"\ntheta = "{theta}"\nd = "{row["d"]}"\na = "{row["a"]}"\nalpha = "{alpha}"\n'
-    )
-
-
 def _toml(arm: dict[str, Any]) -> str:
     point = re.sub("^tip ", "", arm["task_reference_point"])
-    head = f'name = "{arm["name"]}"\ntask = {json.dumps(arm["task_rows"])}\npoint = "{point}"\n'
-    return head + "".join(map(_row_toml, arm["dh"]))
+    text = f'name = "{arm["name"]}"\ntask = {json.dumps(arm["task_rows"])}\npoint = "{point}"\n'
+    for row in arm["dh"]:
+        theta, *others = (_toml_angle(row["theta_deg"]), row["d"], row["a"], _toml_angle(row["alpha_deg"]))
+        text += (ROW % (theta, *(f'"{entry}"' for entry in others))).replace('"R"', f'"{row["type"]}"')
+    return text
 
 
 @pytest.fixture(scope="session")
@@ -109,26 +104,14 @@ def _number(text: str, values: dict[sp.Symbol, float]) -> float:
 
 def test_the_pose_at_home_of_oblique_axes_is_what_the_file_says(tmp_path: Path) -> None:
     """The table that is worked with has products of roots in brackets, which make the point that was given."""
-    path = tmp_path / "arm.toml"
-    path.write_text(
-        'name = "Oblique"\nconvention = "screws"\npoint = ["a1 + a2", 0, "1/4"]\n'
-        '[[joint]]\nkind = "R"\naxis = [0, 0, 1]\npoint = [0, 0, 0]\n'
-        '[[joint]]\nkind = "R"\naxis = [1, 1, 0]\npoint = ["a1", 0, 0.2]\n'
-        '[[joint]]\nkind = "P"\naxis = [0, 3, 4]\n'
-    )
-    chain = read_robot_file(path).chain
-    a1, a2 = sp.symbols("a1 a2")
+    axes = TURN % ("[0, 0, 1]", "[0, 0, 0]") + TURN % ("[1, 1, 0]", '["a1", 0, 0.2]') + SLIDE % "[0, 3, 4]"
+    chain = _read(tmp_path, 'name = "Oblique"\nconvention = "screws"\npoint = ["a1 + a2", 0, "1/4"]\n' + axes)
+    (a1, a2, d3), share = sp.symbols("a1 a2 d3"), sp.Rational(1, 5)
     steps = Worked(chain)
     assert list(steps.point_at_home) == [a1 + a2, 0, sp.Rational(1, 4)]
-    assert list(steps.axis_at_home(3)) == [0, sp.Rational(3, 5), sp.Rational(4, 5)]
+    assert list(steps.axis_at_home(3)) == [0, 3 * share, 4 * share]
     (_, place), *_ = steps.moved_points
-    d3 = sp.Symbol("d3")
-    assert list(place) == [a1 + a2, sp.Rational(3, 5) * d3, sp.Rational(4, 5) * d3 + sp.Rational(1, 4)]
-
-
-def test_rows_that_no_task_names_are_few() -> None:
-    left_out = [row["name"] for row in TRUTH if row not in EXPRESSIBLE]
-    assert left_out == ["Scorbot_5R_task_xyz_pitch_roll_at_P"]  # its rows are joint-rate sums, not vx … wz
+    assert list(place) == [a1 + a2, 3 * share * d3, 4 * share * d3 + sp.Rational(1, 4)]
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -190,24 +173,19 @@ def test_scorbot_arm_has_the_shoulder_that_the_book_leaves_out(folder: Path) -> 
     elbow, shoulder = solution_data(solution)["singular"]
     assert (elbow["condition"], elbow["solutions"]) == ("sin(theta3)", {"theta3": ["0", "pi"]})
     assert shoulder["condition"] == "a1 + a2*cos(theta2) + a3*cos(theta2 + theta3)"
-    assert shoulder["solutions"] is None and (shoulder["type"], shoulder["uniform"]) == ("internal", True)
-    assert "Straightening joint 2 alone" not in solution_text(solution)  # that is said of the chapter's arm
+    assert (shoulder["solutions"], shoulder["type"], shoulder["uniform"]) == (None, "internal", True)
+    assert "somewhere only if a₁ ≤ a₂ + a₃" in " ".join(solution_text(solution).split())
 
 
 def test_what_the_chapter_has_otherwise_is_said_of_its_own_arm_only(tmp_path: Path) -> None:
     """Not of a file's arm of the same shape, whatever it and its file are called."""
     family = generate(ProblemId("elbow-3r", 0, ("singular-angles",), variation="chapter"))
-    assert "The printed chapter gives" in worked_solution(family, family.parts[0])
+    assert "printed chapter" in worked_solution(family, family.parts[0])
     path = tmp_path / "elbow-3r.toml"
-    rows = [("d1", "a1", "pi/2"), (0, "a2", 0), (0, "a3", 0)]
-    joints = "".join(
-        f'[[joint]]\nkind = "R"\ntheta = "theta{i}"\nd = {shown(d)}\na = {shown(a)}\nalpha = {shown(alpha)}\n'
-        for i, (d, a, alpha) in enumerate(rows, 1)
-    )
-    path.write_text(f'name = "elbow-3r"\n{joints}')
+    rows = (("theta1", '"d1"', '"a1"', '"pi/2"'), ("theta2", 0, '"a2"', 0), ("theta3", 0, '"a3"', 0))
+    path.write_text('name = "elbow-3r"\n' + "".join(ROW % row for row in rows))
     assert Worked(family.chain).is_elbow and Worked(read_robot(path)).is_elbow
-    text = solution_text(solve(read_robot(path)))
-    assert "a boundary singularity" in text and "printed chapter" not in text
+    assert "printed chapter" not in solution_text(solve(read_robot(path)))
     own = generate(ProblemId("elbow-3r", 0, ("singular-angles",)), family=own_family(path))
     assert "printed chapter" not in worked_solution(own, own.parts[0])
 
@@ -228,20 +206,8 @@ def test_every_form_is_written(name: str, folder: Path) -> None:
 
 # --- files ---
 
-TWO_R = """name = "two"
-[[joint]]
-kind = "R"
-theta = "theta1"
-d = 0
-a = "a1"
-alpha = 0
-[[joint]]
-kind = "R"
-theta = "theta2 + pi/2"
-d = 0
-a = 0.35
-alpha = 0
-"""
+ROW = '[[joint]]\nkind = "R"\ntheta = "%s"\nd = %s\na = %s\nalpha = %s\n'
+TWO_R = 'name = "two"\n' + ROW % ("theta1", 0, '"a1"', 0) + ROW % ("theta2 + pi/2", 0, 0.35, 0)
 
 
 def _read(tmp_path: Path, text: str) -> Chain:
@@ -252,8 +218,8 @@ def _read(tmp_path: Path, text: str) -> Chain:
 
 def test_decimals_are_exact_and_the_default_task_is_that_of_the_plane(tmp_path: Path) -> None:
     chain = _read(tmp_path, TWO_R)
-    assert chain.joints[1].a == sp.Rational(7, 20)
-    assert chain.joints[1].theta == sp.Symbol("theta2") + sp.pi / 2
+    second = chain.joints[1]
+    assert (second.a, second.theta) == (sp.Rational(7, 20), sp.Symbol("theta2") + sp.pi / 2)
     assert chain.task == ("vx", "vy")
 
 
@@ -269,128 +235,80 @@ def _refused(tmp_path: Path, old: str, new: str) -> str:
 HEAD, LAST = 'name = "two"', "a = 0.35\nalpha = 0\n"
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "said"),
-    [
-        ('kind = "R"\ntheta = "theta1"', 'kind = "X"\ntheta = "theta1"', 'line 3: joint 1: kind = "X": it is "R"'),
-        ("alpha = 0\n[[", "alhpa = 0\n[[", "line 7: joint 1: unknown key 'alhpa' (did you mean 'alpha'?); known: kind"),
-        ("alpha = 0\n[[joint]]", "[[joint]]", "arm.toml: line 2: joint 1: the key 'alpha' is missing; needed: kind"),
-        (HEAD, "", "arm.toml: the key 'name' is missing"),
-        (HEAD, "name = 5", "line 1: name = 5: it is a text"),
-        (HEAD, f'{HEAD}\ntol = "z"', "arm.toml: line 2: unknown key 'tol' (did you mean 'tool'?); known: name"),
-        (HEAD, f'{HEAD}\ntask = ["vx", "vq"]', 'line 2: task = ["vx", "vq"]: unknown row \'vq\' (did you mean'),
-        (HEAD, f'{HEAD}\ntask = ["vx", "vx"]', "'vx' is named twice"),
-        (HEAD, f'{HEAD}\npoint = "O5"', 'line 2: point = "O5": it is the origin of a frame, "O0" … "O2"'),
-        (HEAD, f"{HEAD}\npoint = [1, 2]", "point = [1, 2]: it is the origin of a frame"),
-        (HEAD, f'{HEAD}\npoint = ["theta1", 0, 0]', 'x = "theta1": theta1 is the variable of joint 1, and stands'),
-        (HEAD, f'{HEAD}\npoint = [0, "4 cm", 0]', 'y = "4 cm": lengths are in metres; write 0.04'),
-        ('a = "a1"', 'a = "f(a1)"', "line 6: joint 1: a = \"f(a1)\": the function 'f' is not understood"),
-        ('a = "a1"', 'a = "theta2"', 'joint 1: a = "theta2": theta2 is the variable of joint 2, and stands nowhere'),
-        ('a = "a1"', 'a = "alpha2"', 'joint 1: a = "alpha2": alpha2 names an angle'),
-        ('a = "a1"', 'a = "pi/2"', 'joint 1: a = "pi/2": pi makes an angle; lengths are in metres'),
-        (
-            LAST,
-            'a = 0.35\nalpha = "a1"\n',
-            'joint 2: alpha = "a1": a1 names a length; call an angle alpha or beta, as in alpha1',
-        ),
-        (LAST, 'a = 0.35\nalpha = "theta7"\n', "theta7 belongs to no joint; the last one is joint 2"),
-        ('a = "a1"', 'a = "1/0"', 'joint 1: a = "1/0": a division by zero; lengths are in metres, as in 0.4 or "a1"'),
-        ('a = "a1"', 'a = "9**9**9**9"', "joint 1: a"),
-        ('a = "a1"', 'a = "0,4"', 'joint 1: a = "0,4": decimals have a point; write 0.4'),
-        ('a = "a1"', "a = true", "joint 1: a = true: it is a number"),
-        ('a = "a1"', "a = inf", "joint 1: a = inf: it is a finite number"),
-        ('a = "a1"', "a = 1e400", 'joint 1: a = 1E+400: it is out of range; lengths are in metres, as in 0.4 or "a1"'),
-        ('a = "a1"', 'a = "d1 + 1e-30"', "it is out of range"),
-        ('a = "a1"', "a = “a1”", 'line 6: not valid TOML: invalid value; its quotes are curly, write straight ones: "'),
-        ('a = "a1"', 'α = "a1"', "invalid statement; a line is KEY = VALUE, a [[header]] or a # comment"),
-        ('a = "a1"', 'a = "\\pi"', "unescaped '\\' in a string; formulas have no backslash"),
-        (
-            LAST,
-            LAST + 'task = ["vx"]\n',
-            "line 14: joint 2: the key 'task' stands at the top of the file, above every [[joint]]",
-        ),
-        (HEAD, f'{HEAD}\ntask = ["x", "y"]', "unknown row 'x' (did you mean 'vx'?)"),
-        ('a = "a1"', 'a = "vx"', "means something else"),
-        ('a = "a1"', 'a = "c1"', "c1 is short for a sine or cosine"),
-        ('a = "a1"', 'a = "k"', "write k1"),
-        ('kind = "R"', 'kind = "P"', 'joint 1: d = 0: a joint of kind "P" moves by its own variable there: d = "d1"'),
-        (
-            'kind = "R"\ntheta = "theta1"\nd = 0',
-            'kind = "P"\ntheta = "theta1"\nd = "d1"',
-            "call a constant angle alpha or b",
-        ),
-        ('a = "a1"', 'a = "len"', "'len' is no name for a length or angle; it is one letter, or alpha or beta,"),
-        ('theta = "theta1"', "theta = 0", 'joint 1: theta = 0: a joint of kind "R" moves by its own variable'),
-        ('theta = "theta1"', 'theta = "2*theta1"', 'line 4: joint 1: theta = "2*theta1": a joint of kind "R"'),
-        ('theta = "theta1"', 'theta = "theta1 + theta2"', "theta2 is the variable of joint 2"),
-        ('theta = "theta1"', 'theta = "theta1"\nalpha = 1.5708', "line 8: not valid TOML: cannot overwrite a value"),
-        ("alpha = 0\n[[joint]]", "alpha = 1.5708\n[[joint]]", '"pi/2"'),
-        ("alpha = 0\n[[joint]]", "alpha = 90\n[[joint]]", 'angles are in radians; 90 degrees would be "pi/2"'),
-        (
-            "alpha = 0\n[[joint]]",
-            "alpha = pi/2\n[[joint]]",
-            "line 7: not valid TOML: invalid value; put text and formulas",
-        ),
-        (
-            "a = 0.35",
-            "a = 0.35 m",
-            "line 12: not valid TOML: expected newline or end of document after a statement; num",
-        ),
-        ('kind = "R"\ntheta = "theta1"', "kind = ", "line 3: not valid TOML: invalid value"),
-        (
-            LAST,
-            LAST + "[draw]\na1 = [0.4, 0.2]\n",
-            "line 15: draw: a1 = [0.4, 0.2]: the smaller end stands first; write a",
-        ),
-        (LAST, LAST + "[draw]\na1 = [-0.4, 0.2]\n", "draw: a1 = [-0.4, 0.2]: -0.4 is not positive"),
-        (LAST, LAST + "[draw]\na1 = [0.401, 0.402]\n", "in whole centimetres; write a1 = [0.40, 0.41]"),
-        (LAST, LAST + "[draw]\na1 = [0.4, 0.40]\n", "both ends are the same"),
-        (LAST, LAST + "[draw]\na1 = 0.4\n", "draw: a1 = 0.4: a length has a range in metres, as in a1 = [0.3, 0.8]"),
-        (LAST, LAST + "[draw]\na9 = [0.1, 0.2]\n", "draw: a9 = [0.1, 0.2]: 'a9' is no open length of the table; open"),
-    ],
-)
+JOINT_1 = "alpha = 0\n[[joint]]"
+MISTAKES = [
+    ('kind = "R"\ntheta = "theta1"', 'kind = "X"\ntheta = "theta1"', 'line 3: joint 1 … kind = "X" … "R"'),
+    ("alpha = 0\n[[", "alhpa = 0\n[[", "line 7: joint 1 … 'alhpa' … 'alpha'"),
+    (JOINT_1, "[[joint]]", "line 2: joint 1 … 'alpha'"), (HEAD, "", "'name'"),
+    (HEAD, "name = 5", "line 1 … name = 5"), (HEAD, f'{HEAD}\ntol = "z"', "line 2 … 'tol' … 'tool'"),
+    (HEAD, f'{HEAD}\ntask = ["vx", "vq"]', 'line 2 … task = ["vx", "vq"] … \'vq\''),
+    (HEAD, f'{HEAD}\ntask = ["vx", "vx"]', "'vx' … twice"), (HEAD, f'{HEAD}\ntask = ["x", "y"]', "'x' … 'vx'"),
+    (HEAD, f'{HEAD}\npoint = "O5"', 'line 2 … point = "O5" … "O0" … "O2"'),
+    (HEAD, f"{HEAD}\npoint = [1, 2]", "point = [1, 2] … origin of a frame"),
+    (HEAD, f'{HEAD}\npoint = ["theta1", 0, 0]', 'x = "theta1" … joint 1'),
+    (HEAD, f'{HEAD}\npoint = [0, "4 cm", 0]', 'y = "4 cm" … 0.04'),
+    (LAST, LAST + 'task = ["vx"]\n', "line 14: joint 2 … 'task' … top … [[joint]]"),
+    ('a = "a1"', 'a = "f(a1)"', "line 6: joint 1 … a = \"f(a1)\" … 'f'"),
+    ('a = "a1"', 'a = "theta2"', 'joint 1 … a = "theta2" … joint 2'),
+    ('a = "a1"', 'a = "alpha2"', 'joint 1 … a = "alpha2" … angle'),
+    ('a = "a1"', 'a = "pi/2"', 'joint 1 … a = "pi/2" … metres'),
+    ('a = "a1"', 'a = "1/0"', 'joint 1 … a = "1/0" … zero'), ('a = "a1"', 'a = "9**9**9**9"', "joint 1: a"),
+    ('a = "a1"', 'a = "0,4"', 'joint 1 … a = "0,4" … 0.4'), ('a = "a1"', "a = true", "joint 1 … a = true"),
+    ('a = "a1"', "a = inf", "joint 1 … a = inf … finite"), ('a = "a1"', "a = 1e400", "joint 1 … a = 1E+400 … range"),
+    ('a = "a1"', 'a = "d1 + 1e-30"', "range"), ('a = "a1"', "a = “a1”", 'line 6 … quotes … "'),
+    ('a = "a1"', 'α = "a1"', "invalid statement … KEY = VALUE"), ('a = "a1"', 'a = "\\pi"', "'\\' … backslash"),
+    ('a = "a1"', 'a = "vx"', 'a = "vx"'), ('a = "a1"', 'a = "c1"', "c1 … cosine"), ('a = "a1"', 'a = "k"', "k1"),
+    ('a = "a1"', 'a = "len"', "'len'"), ("a = 0.35", "a = 0.35 m", "line 12 … not valid TOML"),
+    ('kind = "R"\ntheta = "theta1"', "kind = ", "line 3: not valid TOML"),
+    (LAST, 'a = 0.35\nalpha = "a1"\n', 'joint 2 … alpha = "a1" … alpha1'),
+    (LAST, 'a = 0.35\nalpha = "theta7"\n', "theta7 … joint 2"),
+    ('kind = "R"', 'kind = "P"', 'joint 1 … d = 0 … "P" … d = "d1"'),
+    ('kind = "R"\ntheta = "theta1"\nd = 0', 'kind = "P"\ntheta = "theta1"\nd = "d1"', "theta1 … angle alpha or b"),
+    ('theta = "theta1"', "theta = 0", 'joint 1 … theta = 0 … "R"'),
+    ('theta = "theta1"', 'theta = "2*theta1"', 'line 4: joint 1 … theta = "2*theta1" … "R"'),
+    ('theta = "theta1"', 'theta = "theta1 + theta2"', "theta2 … joint 2"),
+    ('theta = "theta1"', 'theta = "theta1"\nalpha = 1.5708', "line 8: not valid TOML"),
+    (JOINT_1, "alpha = 1.5708\n[[joint]]", '"pi/2"'), (JOINT_1, "alpha = 90\n[[joint]]", 'radians … "pi/2"'),
+    (JOINT_1, "alpha = pi/2\n[[joint]]", "line 7: not valid TOML … formulas"),
+    (LAST, LAST + "[draw]\na1 = [0.4, 0.2]\n", "line 15: draw … a1 = [0.4, 0.2] … smaller"),
+    (LAST, LAST + "[draw]\na1 = [-0.4, 0.2]\n", "draw … -0.4 … positive"),
+    (LAST, LAST + "[draw]\na1 = [0.401, 0.402]\n", "a1 = [0.40, 0.41]"),
+    (LAST, LAST + "[draw]\na1 = [0.4, 0.40]\n", "same"),
+    (LAST, LAST + "[draw]\na1 = 0.4\n", "draw … a1 = 0.4 … a1 = [0.3, 0.8]"),
+    (LAST, LAST + "[draw]\na9 = [0.1, 0.2]\n", "draw … 'a9'"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("old", "new", "said"), MISTAKES)
 def test_a_mistake_is_told_by_place(tmp_path: Path, old: str, new: str, said: str) -> None:
-    assert said in _refused(tmp_path, old, new)
+    told = _refused(tmp_path, old, new)
+    assert all(piece in told for piece in said.split(" … ")), told
 
 
 @pytest.mark.parametrize(
-    ("alpha", "said"),
+    ("alpha", "due"),
     [
-        ("90 deg", 'angles are in radians; write "pi/2"'),
-        ("90deg", 'angles are in radians; write "pi/2"'),
-        ("-45°", 'angles are in radians; write "-pi/4"'),
-        ("30 Degrees", 'angles are in radians; write "pi/6"'),
-        ("60*deg", 'angles are in radians; write "pi/3"'),
-        ("np.deg2rad(90)", 'angles are in radians; write "pi/2"'),
-        ("beta + 90 deg", 'angles are in radians; write "beta + pi/2"'),
-        ("pi/2 rad", 'angles are in radians; write "pi/2"'),
-        ("1.5708 rad", '1.5708 looks like an angle rounded; write it exactly, "pi/2"'),
-        ("0.4 m", 'm is a unit of a length; angles are in radians, as in "pi/2"'),
+        ("90 deg", '"pi/2"'), ("90deg", '"pi/2"'), ("-45°", '"-pi/4"'), ("30 Degrees", '"pi/6"'), ("60*deg", '"pi/3"'),
+        ("np.deg2rad(90)", '"pi/2"'), ("beta + 90 deg", '"beta + pi/2"'), ("pi/2 rad", '"pi/2"'),
+        ("1.5708 rad", '"pi/2"'), ("0.4 m", '"pi/2"'),
     ],
-)
-def test_units_of_angles_are_refused_with_what_to_write(tmp_path: Path, alpha: str, said: str) -> None:
-    place = f'arm.toml: line 13: joint 2: alpha = "{alpha}": '
-    assert _refused(tmp_path, LAST, f'a = 0.35\nalpha = "{alpha}"\n') == place + said
+)  # fmt: skip
+def test_units_of_angles_are_refused_with_what_to_write(tmp_path: Path, alpha: str, due: str) -> None:
+    said = _refused(tmp_path, LAST, f'a = 0.35\nalpha = "{alpha}"\n')
+    assert said.startswith(f'arm.toml: line 13: joint 2: alpha = "{alpha}": ') and said.endswith(due)
 
 
 @pytest.mark.parametrize(
-    ("a", "said"),
+    ("a", "due"),
     [
-        ("0.4 m", "lengths are in metres; write 0.4"),
-        ("0.4m", "lengths are in metres; write 0.4"),
-        ("400 mm", "lengths are in metres; write 0.4"),
-        ("400MM", "lengths are in metres; write 0.4"),
-        ("40 * cm", "lengths are in metres; write 0.4"),
-        ("12 in", "lengths are in metres; write 0.3048"),
-        ("a1 + 5cm", 'lengths are in metres; write "a1 + 0.05"'),
-        ("a1 m", 'lengths are in metres; write "a1"'),
-        ("90 deg", 'deg is a unit of an angle; lengths are in metres, as in 0.4 or "a1"'),
-        ("a1 b2", 'a product is written with *; is "a1*b2" meant?'),
-        ("(a1)(b2)", 'a product is written with *; is "(a1)*(b2)" meant?'),
+        ("0.4 m", " 0.4"), ("0.4m", " 0.4"), ("400 mm", " 0.4"), ("400MM", " 0.4"), ("40 * cm", " 0.4"),
+        ("12 in", " 0.3048"), ("a1 + 5cm", ' "a1 + 0.05"'), ("a1 m", ' "a1"'), ("90 deg", ' 0.4 or "a1"'),
+        ("a1 b2", ' "a1*b2" meant?'), ("(a1)(b2)", ' "(a1)*(b2)" meant?'),
     ],
-)
-def test_units_of_lengths_and_products_without_a_sign_are_refused(tmp_path: Path, a: str, said: str) -> None:
-    assert _refused(tmp_path, "a = 0.35", f'a = "{a}"') == f'arm.toml: line 12: joint 2: a = "{a}": {said}'
+)  # fmt: skip
+def test_units_of_lengths_and_products_without_a_sign_are_refused(tmp_path: Path, a: str, due: str) -> None:
+    said = _refused(tmp_path, "a = 0.35", f'a = "{a}"')
+    assert said.startswith(f'arm.toml: line 12: joint 2: a = "{a}": ') and said.endswith(due)
 
 
 @pytest.mark.parametrize(
@@ -414,25 +332,23 @@ def test_what_can_be_meant_in_one_way_only_is_read(tmp_path: Path, entry: str, v
 def test_lengths_in_millimetres_are_noticed(tmp_path: Path, old: str, new: str, place: str) -> None:
     path = tmp_path / "arm.toml"
     path.write_text(TWO_R.replace(old, new, 1), encoding="utf-8")
-    said = f"{path}: {place}: lengths are in metres; is this in millimetres? 400 mm would be 0.4"
-    assert read_robot_file(path).notes == (said,)
+    (said,) = read_robot_file(path).notes
+    assert said.startswith(f"{path}: {place}: ") and said.endswith(" 0.4")
     path.write_text(TWO_R.replace(old, new.replace("400", "20"), 1).replace("100", "10"), encoding="utf-8")
     assert read_robot_file(path).notes == ()
 
 
 def test_a_file_that_is_not_there_or_no_text(tmp_path: Path) -> None:
     path = tmp_path / "no-arm.toml"
-    with pytest.raises(QdotError, match=r"no-arm\.toml: there is no such file"):
+    with pytest.raises(QdotError, match=r"no-arm\.toml: .*no such file"):
         read_robot(path)
     path.write_bytes(b'name = "x"\n\xff\n')
-    with pytest.raises(QdotError, match=r"no-arm\.toml: line 2: this is not text in UTF-8"):
+    with pytest.raises(QdotError, match=r"no-arm\.toml: line 2: .*UTF-8"):
         read_robot(path)
-    with pytest.raises(QdotError, match=r"the file can't be read: "):
+    with pytest.raises(QdotError, match="can't be read"):
         read_robot(tmp_path)
-
-
-def test_a_file_saved_with_a_byte_order_mark_is_read(tmp_path: Path) -> None:
-    assert _read(tmp_path, "\ufeff" + TWO_R).n == 2
+    path.write_text("\ufeff" + TWO_R, encoding="utf-8")  # a byte order mark
+    assert read_robot(path).n == 2
 
 
 @pytest.fixture
@@ -458,27 +374,13 @@ def test_what_would_be_too_long_to_read_is_not_worked_out(tmp_path: Path) -> Non
     assert QUESTIONS["singular-angles"].refusal(solution.chain) == QUESTIONS["determinant"].refusal(solution.chain)
 
 
-def _many(count: int, alpha: str = "0") -> str:
-    rows = (
-        f'[[joint]]\nkind = "R"\ntheta = "theta{i}"\nd = "d{i}"\na = "a{i}"\nalpha = "{alpha}"\n'
-        for i in range(1, count + 1)
-    )
-    return 'name = "long"\n' + "".join(rows)
+def _many(count: int) -> str:
+    return 'name = "long"\n' + "".join(ROW % (f"theta{i}", f'"d{i}"', f'"a{i}"', 0) for i in range(1, count + 1))
 
 
-def test_an_arm_of_too_many_joints_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(QdotError, match="11 joints are too many to be worked out; an arm has up to 10"):
+def test_an_arm_of_too_many_joints_is_refused_and_parallel_ones_count_for_their_plane(tmp_path: Path) -> None:
+    with pytest.raises(QdotError, match=r"11 joints .*10"):
         _read(tmp_path, _many(11))
-
-
-@pytest.mark.whole  # in `make test`, a short arm stands for it, with a limit of hardly any terms
-def test_an_arm_of_many_joints_is_worked_out_as_far_as_anyone_would_read(tmp_path: Path) -> None:
-    solution = solve(_read(tmp_path, _many(8, "pi/2")))
-    assert solution.singular is None
-    assert "not worked out" in (solution.note or "")
-
-
-def test_six_parallel_joints_count_for_their_plane(tmp_path: Path) -> None:
     assert _read(tmp_path, _many(6)).task == ("vx", "vy")
 
 
@@ -490,131 +392,87 @@ def test_rank_lost_everywhere_is_said_in_every_form(tmp_path: Path) -> None:
     assert "every configuration" in solution_text(solution) and "every configuration" in solution_latex(solution)
 
 
-MODIFIED = """name = "two"
-convention = "modified-dh"
-point = ["a2", 0, 0]
-base = {position = [0, 0, 0.5], rpy = ["pi", 0, 0]}
-[[joint]]
-kind = "R"
-theta = "theta1"
-d = 0
-a = 0
-alpha = 0
-[[joint]]
-kind = "R"
-theta = "theta2"
-d = 0
-a = "a1"
-alpha = 0
-limits = ["-pi/2", "3*pi/4"]
-"""
+MODIFIED = (
+    'name = "two"\nconvention = "modified-dh"\npoint = ["a2", 0, 0]\n'
+    'base = {position = [0, 0, 0.5], rpy = ["pi", 0, 0]}\n'
+    + ROW % ("theta1", 0, 0, 0) + ROW % ("theta2", 0, '"a1"', 0) + 'limits = ["-pi/2", "3*pi/4"]\n'
+)  # fmt: skip
 
 
 def test_an_arm_is_shown_as_it_was_told_and_its_limits_rule_values_out(tmp_path: Path) -> None:
     path = tmp_path / "two.toml"
-    path.write_text(MODIFIED)
-    said = run("solve", path)
-    assert "Given by a modified table (Craig)" in said and "The same arm in a modified table" in said
-    assert "O₀ stands at (0, 0, 0.5) m in the world." in said  # what turns about x is in the first row
     path.write_text(MODIFIED.replace("base =", "# base ="))
     assert "Given by" not in run("solve", path)  # it is told so
     path.write_text(MODIFIED)
-    assert "expressed in the world frame" in said
-    assert "Limits of the joints rule out θ₂ = 180° (from −90° to 135°)." in said
+    said = run("solve", path)
+    assert "Given by" in said and "Craig" in said and "(0, 0, 0.5) m in the world" in said
+    assert "rule out θ₂ = 180° (from −90° to 135°)" in said
     axes = tmp_path / "axes.toml"
     axes.write_text(run("solve", path, "--convert", "screws"))
     by_axes = run("solve", axes)
-    assert "The axes at home" in by_axes and "Screw axes at home" in by_axes and "Denavit" not in by_axes
+    assert "Screw axes at home" in by_axes and "Denavit" not in by_axes
     assert 'base = {position = [0, 0, 0.5], rpy = ["pi", 0, 0]}' in run("solve", path, "--convert", "dh")
-    assert "--convert 'craig' is none of dh, modified-dh, screws" in fails("solve", path, "--convert", "craig")
+    assert "--convert 'craig'" in fails("solve", path, "--convert", "craig")
+    for option, value in (("--format", "json"), ("--map", tmp_path / "map.svg")):
+        assert option in fails("solve", path, "--convert", "dh", option, value)
 
 
-SKEW = """name = "skew"
-task = ["vx", "vy", "vz"]
-[[joint]]
-kind = "R"
-theta = "theta1"
-d = "d1"
-a = %s
-alpha = "pi/3"
-[[joint]]
-kind = "R"
-theta = "theta2"
-d = %s
-a = %s
-alpha = 0
-"""
+SKEW = 'name = "skew"\ntask = ["vx", "vy", "vz"]\n' + ROW % ("theta1", '"d1"', "%s", '"pi/3"')
+SKEW += ROW % ("theta2", "%s", "%s", 0)
 
 
 @pytest.mark.parametrize(
-    ("lengths", "said"),
+    ("lengths", "said", "is_singular"),
     [
-        (('"a1"', '"d2"', '"a2"'), "Only for lengths that are related to each other"),
-        (("0.2", "0.1", "0.4"), "The Jacobian for this task has full rank in every configuration"),
-        (("0.1", "0.1", "0.2"), "where"),  # a2^2 = a1^2 + 3 d2^2, where the conditions do hold together
+        (('"a1"', '"d2"', '"a2"'), "Only for lengths that are related to each other", False),
+        (("0.2", "0.1", "0.4"), "full rank in every configuration", False),
+        (("0.1", "0.1", "0.2"), "where", True),  # a2^2 = a1^2 + 3 d2^2, where the conditions do hold together
     ],
 )
 def test_conditions_that_hold_for_special_lengths_only_are_said_of_those(
-    lengths: tuple[str, str, str], said: str, tmp_path: Path
+    lengths: tuple[str, str, str], said: str, is_singular: bool, tmp_path: Path
 ) -> None:
-    path = tmp_path / "skew.toml"
-    path.write_text(SKEW % lengths)
-    solution = solve(read_robot(path))
-    assert said in solution_text(solution).replace("\n", " ")
-    assert bool(solution.singular) == (lengths[1] == "0.1" and lengths[0] == "0.1")
+    solution = solve(_read(tmp_path, SKEW % lengths))
+    assert said in " ".join(solution_text(solution).split())
+    assert bool(solution.singular) == is_singular
 
 
-def test_a_twist_whose_sine_is_below_a_fraction_bar_is_no_failure(tmp_path: Path) -> None:
-    path = tmp_path / "rrp.toml"
-    rows = [("R", "theta1", 0, 0.2, '"pi/3"'), ("R", "theta2", 0.1, 0.3, '"-pi/4"'), ("P", None, "d3", 0, 0)]
-    joints = "".join(
-        f'[[joint]]\nkind = "{kind}"\ntheta = {shown(theta or 0)}\nd = {shown(d)}\na = {a}\nalpha = {alpha}\n'
-        for kind, theta, d, a, alpha in rows
-    )
-    path.write_text(f'name = "rrp"\ntask = ["vx", "vy", "vz", "wx", "wy", "wz"]\n{joints}')
-    assert solve(read_robot(path)).singular == ()
+def test_a_twist_whose_sine_is_below_a_fraction_bar_is_no_failure() -> None:
+    first = Joint("R", "theta1", 0, sp.Rational(1, 5), sp.pi / 3)
+    second = Joint("R", "theta2", sp.Rational(1, 10), sp.Rational(3, 10), -sp.pi / 4)
+    assert solve(Chain("rrp", (first, second, Joint("P", 0, "d3", 0, 0)), TASK_ROWS)).singular == ()
 
 
 def test_a_table_is_shown_as_it_is_written_and_its_rewriting_is_said(tmp_path: Path) -> None:
     path = tmp_path / "arm.toml"
-    row = '[[joint]]\nkind = "R"\ntheta = "-theta%d + pi/2"\nd = 0.1\na = 0.3\nalpha = "pi/2"\n'
-    path.write_text('name = "m"\ntask = ["vx", "vy"]\n' + row % 1 + row % 2)
-    said = run("solve", path)
-    given, _, standard = said.partition("The same arm in a standard table follows")
-    assert "Given by a standard table in which joints count the other way" in given
+    first, second = (ROW % (f"-theta{i} + pi/2", 0.1, 0.3, '"pi/2"') for i in (1, 2))
+    path.write_text(f'name = "m"\ntask = ["vx", "vy"]\n{first}{second}')
+    given, _, standard = run("solve", path).partition("The same arm in a standard table")
+    assert "joints count the other way" in given
     assert "90° − θ₁" in given and "90° − θ₂" in given and "−90°" not in given
     assert "θ₁ − 90°" in standard
-    path.write_text(
-        'name = "m"\nconvention = "modified-dh"\nbase = {position = [0, 0, 1], rpy = ["pi/2", 0, 0]}\n' + row % 1
-    )
-    assert "on a base at (0, 0, 1) m, turned by roll, pitch and yaw of 90°, 0, 0" in run("solve", path).replace(
-        "\n", " "
-    )
-    assert "--format is for what" in fails("solve", path, "--convert", "dh", "--format", "json")
-    assert "--map is for what" in fails("solve", path, "--convert", "dh", "--map", str(tmp_path / "map.svg"))
+    head = 'name = "m"\nconvention = "modified-dh"\nbase = {position = [0, 0, 1], rpy = ["pi/2", 0, 0]}\n'
+    path.write_text(head + first)
+    assert re.search(r"at \(0, 0, 1\) m, .* 90°, 0, 0", " ".join(run("solve", path).split()))
 
 
-EQUAL_LINKS = 'name = "arm"\n' + "".join(
-    f'[[joint]]\nkind = "R"\ntheta = "theta{i}"\nd = 0\na = {a}\nalpha = 0\n' for i, a in ((1, '"a1"'), (2, "%s"))
-)
+EQUAL_LINKS = 'name = "arm"\n' + ROW % ("theta1", 0, '"a1"', 0) + ROW % ("theta2", 0, "%s", 0)
 
 
 @pytest.mark.parametrize(("second", "relation"), [('"a2"', "a1 = a2"), ("0.7", "a1 = 7/10")])
 def test_links_of_one_length_fold_back_onto_the_base_which_is_no_boundary(
     second: str, relation: str, tmp_path: Path
 ) -> None:
-    path = tmp_path / "arm.toml"
-    path.write_text(EQUAL_LINKS % second)
-    solution = solve(read_robot(path))
+    solution = solve(_read(tmp_path, EQUAL_LINKS % second))
     data = solution_data(solution)
     assert (data["singular"][0]["type"], data["singular"][0]["uniform"]) == ("boundary", True)
     (special,) = data["special_lengths"]
     assert special["lengths"] == relation and special["singular"][0]["uniform"] is False
     said = " ".join(solution_text(solution).split())
     assert "At θ₂ = 180°: P lies on the axis of joint 1, which then does not move it, an internal singularity" in said
-    assert "Looked at were these relations of lengths: a₁ =" in said and "Others were not." in said
-    path.write_text((EQUAL_LINKS % second).replace('"a1"', "0.4").replace('"a2"', "0.7"))
-    assert "special_lengths" not in solution_data(solve(read_robot(path)))
+    assert "Looked at were these relations of lengths: a₁ =" in said
+    given = _read(tmp_path, (EQUAL_LINKS % second).replace('"a1"', "0.4").replace('"a2"', "0.7"))
+    assert "special_lengths" not in solution_data(solve(given))
 
 
 def test_lengths_are_no_joints_whatever_they_are_called() -> None:
@@ -623,17 +481,16 @@ def test_lengths_are_no_joints_whatever_they_are_called() -> None:
     joints = Joint("R", q1, d1, 0, sp.pi / 2), Joint("R", q2, 0, a2, sp.pi / 2), Joint("P", 0, d3, 0, 0)
     chain = Chain("arm", joints, ("vx", "vy", "vz"))
     condition = a2 * sp.cos(q2) + d3 * sp.sin(q2)
-    for same in (d1 * condition, -3 * d1**2 * a2 * condition):
-        assert _plain(same, chain) == _plain(condition, chain)
-    for other in (d3 * condition, sp.cos(q1) * condition, condition + d1):
-        assert _plain(other, chain) != _plain(condition, chain)
+    others = (d3 * condition, sp.cos(q1) * condition, condition + d1)
+    assert {_plain(same, chain) for same in (d1 * condition, -3 * d1**2 * a2 * condition)} == {_plain(condition, chain)}
+    assert all(_plain(other, chain) != _plain(condition, chain) for other in others)
     assert _plain(d1 * d3, chain) == _plain(-2 * a2 * d3, chain) == _plain(d3, chain)
 
 
 @pytest.mark.parametrize(
     ("told", "said"),
     [
-        ("cos(theta2)", "J was found to keep its rank somewhere where `cos(theta2) = 0`: don't rely on this condition"),
+        ("cos(theta2)", "keep its rank somewhere where `cos(theta2) = 0`"),
         ("2 + cos(theta2)", "No configuration was found in which `cos(theta2) + 2 = 0`, in 60 searches"),
         ("theta1 - theta1", ""),
     ],
@@ -641,45 +498,30 @@ def test_lengths_are_no_joints_whatever_they_are_called() -> None:
 def test_what_a_test_in_numbers_finds_amiss_is_told(
     told: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    path = tmp_path / "arm.toml"
     text = (EQUAL_LINKS % "0.7").replace('"a1"', "0.4")
-    path.write_text(text.replace("arm", f"arm {told}"))  # one of which nothing is kept
+    chain = _read(tmp_path, text.replace("arm", f"arm {told}"))  # one of which nothing is kept
     conditions = [to_sympy(read(one)) for one in ("sin(theta2)", told) if one != "theta1 - theta1"]
     components = tuple(Component((condition,), None) for condition in conditions)
     shown = [SingularComponent(one.conditions, None, Kind("", False, "x")) for one in components]
     monkeypatch.setattr("exercises.solving.singular_set", lambda _: components)
     monkeypatch.setattr(Worked, "found", shown)
-    solution = solve(read_robot(path))
+    solution = solve(chain)
     assert said in (solution.note or "") and (said == "") == (solution.note is None)
     monkeypatch.setattr(Worked, "found", [])
     worked_steps.cache_clear()
-    note = solve(read_robot(path)).note
-    assert note is not None and "60 ended in configurations that none of these conditions accounts for" in note
+    note = solve(chain).note
+    assert note is not None and "60 ended in configurations that none of these conditions" in note
 
 
-BY_AXES = """name = "by its axes"
-convention = "screws"
-point = %s
-[[joint]]
-kind = "R"
-axis = [0, 0, 1]
-point = [0.1, 0.2, 0.5]
-[[joint]]
-kind = "P"
-axis = [0, 1, 1]
-[[joint]]
-kind = "R"
-axis = [1, 0, 0]
-point = [0, "a1", 0.3]
-"""
+SLIDE = '[[joint]]\nkind = "P"\naxis = %s\n'
+TURN = SLIDE.replace("P", "R") + "point = %s\n"
+BY_AXES = 'name = "by its axes"\nconvention = "screws"\npoint = %s\n' + TURN % ("[0, 0, 1]", "[0.1, 0.2, 0.5]")
+BY_AXES += SLIDE % "[0, 1, 1]" + TURN % ("[1, 0, 0]", '[0, "a1", 0.3]')
 
 
 def test_json_of_an_arm_told_by_axes_has_its_space_and_body_jacobian(tmp_path: Path) -> None:
     """Held against exponentials of the told axes: where they take axes, and how the body frame then stands."""
-    path = tmp_path / "axes.toml"
-    path.write_text(BY_AXES % "[0.3, 0.4, 0.6]")
-    solution = solve(read_robot(path))
-    data = json.loads(solution_json(solution))
+    data = json.loads(solution_json(solve(_read(tmp_path, BY_AXES % "[0.3, 0.4, 0.6]"))))
     assert errors("solve", data) == [] and data["twist_rows"] == ["wx", "wy", "wz", "vx", "vy", "vz"]
     values = {sp.Symbol(name): value for name, value in (("theta1", 0.4), ("d2", -0.3), ("theta3", 1.2), ("a1", 0.7))}
     q, lengths = np.array([0.4, -0.3, 1.2]), {sp.Symbol("a1"): 0.7}
@@ -706,44 +548,34 @@ def test_json_of_an_arm_told_by_axes_has_its_space_and_body_jacobian(tmp_path: P
     for key, expected in (("space_jacobian", space), ("body_jacobian", body)):
         ours = [[_number(entry, values) for entry in row] for row in data[key]]
         np.testing.assert_allclose(ours, np.array(expected).T, atol=1e-12)
-    path.write_text(BY_AXES % "{frame = 2, offset = [0.3, 0.4, 0.6]}")
-    data = json.loads(solution_json(solve(read_robot(path))))
+    inner = _read(tmp_path, BY_AXES % "{frame = 2, offset = [0.3, 0.4, 0.6]}")
+    data = json.loads(solution_json(solve(inner)))
     assert errors("solve", data) == []
     assert data["body_jacobian"] is None and len(data["space_jacobian"]) == 6  # P is on link 2
-    assert "space_jacobian" not in solution_data(solve(read_robot(_table(path))))
+    assert "space_jacobian" not in solution_data(solve(_read(tmp_path, TWO_R)))
 
 
-def _table(path: Path) -> Path:
-    """Write an arm that is told by a table, and return its file."""
-    path.write_text(TWO_R)
-    return path
+TWO_BY_AXES = 'name = "two"\nconvention = "screws"\ntask = ["vx", "vz"]\npoint = [0.4, 0, 0.2]\n'
+TWO_BY_AXES += TURN % ("[0, 1, 0]", "[0, 0, 0]") + TURN % ("[0, 1, 0]", "[0.3, 0, 0]")
 
 
-TWO_BY_AXES = """name = "two"
-convention = "screws"
-task = ["vx", "vz"]
-point = [0.4, 0, 0.2]
-[[joint]]
-kind = "R"
-axis = [0, 1, 0]
-point = [0, 0, 0]
-[[joint]]
-kind = "R"
-axis = [0, 1, 0]
-point = [0.3, 0, 0]
-"""
+ROUNDED, EXACT = "[0.3, 0.2, 0]", '["pi/3", 0, 0]'
+WITH_A = TWO_R.replace('"a1"', "0.4")
 
 
-@pytest.mark.parametrize("arm", [TWO_R.replace('"a1"', "0.4"), TWO_BY_AXES], ids=["table", "axes"])
-@pytest.mark.parametrize(("rpy", "rounded"), [("[0.3, 0.2, 0]", True), ('["pi/3", 0, 0]', False)])
-def test_numbers_that_are_rounded_are_told_to_be(arm: str, rpy: str, rounded: bool, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("arm", "rpy"),
+    [(WITH_A, ROUNDED), (WITH_A, EXACT), (TWO_BY_AXES, ROUNDED)],
+    ids=["table, rounded", "table, exact", "axes, rounded"],
+)
+def test_numbers_that_are_rounded_are_told_to_be(arm: str, rpy: str, tmp_path: Path) -> None:
     path = tmp_path / "arm.toml"
     path.write_text(arm.replace("[[joint]]", f"base = {{rpy = {rpy}}}\n[[joint]]", 1))
     robot = read_robot_file(path)
     stages = (stage for stage in text_stages(robot.chain, robot) if isinstance(stage, Ready))
     texts = {stage.name: " ".join(to_text(stage.content).split()) for stage in stages}
-    assert ("Some of its numbers have no short form and are rounded to ten decimals" in texts["arm"]) == rounded
-    assert ("Numbers in these conditions are rounded" in texts["singular-angles"]) == rounded
+    rounded = rpy == ROUNDED
+    assert ("rounded" in texts["arm"]) == ("rounded" in texts["singular-angles"]) == rounded
     said: list[str] = []
     write_solution(robot, "json", 0.3, said.append, lambda _: nullcontext())
     content = json.loads("".join(said))

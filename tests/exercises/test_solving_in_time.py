@@ -5,10 +5,11 @@ import re
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, nullcontext, suppress
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -31,9 +32,16 @@ def _robot(folder: Path, rows: Sequence[tuple[object, object, int]]) -> Robot:
     return read_robot_file(path)
 
 
-def _written(robot: Robot, form: str, seconds: float = 60) -> str:
+def _idle(_: str) -> AbstractContextManager[object]:
+    return nullcontext()
+
+
+def _written(
+    robot: Robot, form: str, seconds: float = 60, shown: Callable[[str], AbstractContextManager[object]] = _idle
+) -> str:
     said: list[str] = []
-    write_solution(robot, form, seconds, said.append, lambda _: nullcontext())
+    with suppress(KeyboardInterrupt):
+        write_solution(robot, form, seconds, said.append, shown)
     return "".join(said)
 
 
@@ -73,15 +81,14 @@ def test_with_time_enough_it_writes_what_the_library_does(tmp_path: Path) -> Non
 
 
 def test_an_arm_that_takes_minutes_ends_in_time_and_says_so(tmp_path: Path) -> None:
-    robot = _robot(tmp_path, SKEW)
     before = time.process_time()
+    robot = _robot(tmp_path, SKEW)
+    assert len(robot.chain.task) == 6 and time.process_time() - before < 3
     text = _written(robot, "text", 0.8)
     assert time.process_time() - before < 8
-    assert "T_(5,6)" in text and "What is missing" in text
+    assert "T_(5,6)" in text
     said = " ".join(text[text.index("What is missing") :].split())
-    assert "Determinant of the Jacobian; Singular configurations" in said
-    assert "the 0.8 seconds of processor time were over (--time gives it more)" in said
-    assert "of what is missing, nothing is claimed" in said
+    assert "Determinant of the Jacobian; Singular configurations" in said and "0.8 seconds" in said and "--time" in said
     content = json.loads(_written(robot, "json", 0.5))
     assert errors("solve", content) == []
     assert content["missing"][-2:] == ["determinant", "singular"] and content["singular"] is None
@@ -90,16 +97,24 @@ def test_an_arm_that_takes_minutes_ends_in_time_and_says_so(tmp_path: Path) -> N
 
 def _stopped(robot: Robot, form: str, stop: str) -> str:
     """Return what is said where Ctrl-C comes at work on something."""
-    said: list[str] = []
+    stops: list[str] = []
 
-    def shown(what: str) -> nullcontext[None]:
+    def shown(what: str) -> AbstractContextManager[object]:
         if what == stop:
+            stops.append(what)
             raise KeyboardInterrupt
         return nullcontext()
 
-    with pytest.raises(KeyboardInterrupt):
-        write_solution(robot, form, 60, said.append, shown)
-    return " ".join("".join(said).split()) if form == "text" else "".join(said)
+    text = _written(robot, form, shown=shown)
+    assert stops
+    return " ".join(text.split()) if form == "text" else text
+
+
+def _keys(robot: Robot, stop: str) -> dict[str, Any]:
+    """Return the JSON of what there is where Ctrl-C comes, which is valid."""
+    content: dict[str, Any] = json.loads(_stopped(robot, "json", stop))
+    assert errors("solve", content) == []
+    return content
 
 
 LOOKS, TEST, SPECIAL = (
@@ -107,48 +122,30 @@ LOOKS, TEST, SPECIAL = (
     "what holds for special lengths only",
 )  # fmt: skip
 OPEN, GIVEN = TWO_R, [(0, 0.4, 0), (0, 0.3, 0)]
+LOOKING = "what the configurations look like in which J loses rank"
+KINDS = ["type", "uniform", "meaning"]
 STOPS = [
-    ("the determinant of J", OPEN, "det J = a₁ a₂ s₂", ["Singular configurations"], ["singular"]),
-    (
-        "where the determinant of J is zero",
-        OPEN,
-        "J loses rank where det J is zero, and only there.",
-        ["in which configurations that is so, and what they look like"],
-        ["singular"],
-    ),
-    (
-        "what the configurations look like in which J loses rank",
-        OPEN,
-        "J loses rank where one of these holds, and nowhere else; what they look like was not worked out: 1. s₂ = 0",
-        [LOOKS, TEST, SPECIAL],
-        ["type", "uniform", "meaning", "tested", "special_lengths"],
-    ),
-    (
-        "what the configurations look like in which J loses rank",
-        GIVEN,
-        "J loses rank where one of these holds",
-        [LOOKS, TEST],
-        ["type", "uniform", "meaning", "tested"],
-    ),
-    ("the test of these conditions in numbers", OPEN, "folded back", [TEST, SPECIAL], ["tested", "special_lengths"]),
-    ("the test of these conditions in numbers", GIVEN, "folded back", [TEST], ["tested"]),
-    ("lengths of a special relation to each other", OPEN, "folded back", [SPECIAL], ["special_lengths"]),
-    ("whether anything differs where a1 = a2", OPEN, "folded back", [SPECIAL], ["special_lengths"]),
+    ("the determinant of J", OPEN, "det J = a₁ a₂ s₂", "Singular configurations", ["singular"]),
+    ("where the determinant of J is zero", OPEN, "det J is zero", "in which configurations", ["singular"]),
+    (LOOKING, OPEN, "1. s₂ = 0", f"{LOOKS}; {TEST}; {SPECIAL}", [*KINDS, "tested", "special_lengths"]),
+    (LOOKING, GIVEN, "s₂ = 0", f"{LOOKS}; {TEST}", [*KINDS, "tested"]),
+    (TEST, OPEN, "folded back", f"{TEST}; {SPECIAL}", ["tested", "special_lengths"]),
+    (TEST, GIVEN, "folded back", TEST, ["tested"]),
+    ("lengths of a special relation to each other", OPEN, "folded back", SPECIAL, ["special_lengths"]),
+    ("whether anything differs where a1 = a2", OPEN, "folded back", SPECIAL, ["special_lengths"]),
 ]
 
 
 @pytest.mark.parametrize(("stop", "rows", "there", "missing", "keys"), STOPS)
 def test_ctrl_c_keeps_what_is_there_and_names_what_is_not(
-    stop: str, rows: Sequence[tuple[object, object, int]], there: str, missing: list[str], keys: list[str],
-    tmp_path: Path,
-) -> None:  # fmt: skip
+    stop: str, rows: Sequence[tuple[object, object, int]], there: str, missing: str, keys: list[str], tmp_path: Path
+) -> None:
     robot = _robot(tmp_path, rows)
     text = _stopped(robot, "text", stop)
     assert there in text
-    assert f"Not worked out: {'; '.join(missing)}. This ended because it was stopped, at work on {stop}." in text
+    assert re.search(rf"Not worked out: {re.escape(missing)}.* stopped, at work on {re.escape(stop)}\.", text)
     assert "What is missing" in _stopped(robot, "latex", stop)
-    content = json.loads(_stopped(robot, "json", stop))
-    assert errors("solve", content) == []
+    content = _keys(robot, stop)
     assert content["missing"] == keys and stop in content["note"]
     if "singular" in keys:
         assert content["singular"] is None
@@ -163,26 +160,11 @@ def test_jacobians_of_screws_are_missing_by_their_names(tmp_path: Path) -> None:
     row = '[[joint]]\nkind = "R"\naxis = [0, 0, 1]\npoint = [%s, 0, 0]\n'
     path.write_text(f'name = "arm"\nconvention = "screws"\npoint = [0.7, 0, 0]\n{row % 0}{row % 0.4}')
     robot = read_robot_file(path)
-    content = json.loads(_stopped(robot, "json", "the body Jacobian"))
-    assert errors("solve", content) == [] and content["missing"] == ["body_jacobian", "determinant", "singular"]
+    content = _keys(robot, "the body Jacobian")
+    assert content["missing"] == ["body_jacobian", "determinant", "singular"]
     assert content["space_jacobian"][2] == ["1", "1"] and content["body_jacobian"] is None
-    content = json.loads(_stopped(robot, "json", "the position"))
-    assert errors("solve", content) == [] and content["space_jacobian"] is None
+    assert _keys(robot, "the position")["space_jacobian"] is None
     assert _written(robot, "json") == solution_json(solve(robot.chain))
-
-
-def test_what_the_test_found_amiss_is_told_before_special_lengths(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("exercises.solving._doubt", lambda *_: "The list is not complete.")
-    robot, stop = _robot(tmp_path, TWO_R), "whether anything differs where a1 = a2"
-    text = _stopped(robot, "text", stop)
-    assert re.search(r"\d+\. Remarks =+ The list is not complete\.", text)
-    assert f"Not worked out: {SPECIAL}. This ended" in text
-    assert "The list is not complete. This ended" in json.loads(_stopped(robot, "json", stop))["note"]
-    whole = _written(robot, "text")
-    assert whole.index("The list is not complete.") < whole.index("Looked at were these relations of lengths")
-    assert whole.count("The list is not complete.") == 1
 
 
 def test_a_section_that_was_stopped_while_it_was_written_is_missing(tmp_path: Path) -> None:
@@ -199,136 +181,94 @@ def test_a_section_that_was_stopped_while_it_was_written_is_missing(tmp_path: Pa
     assert "Not worked out: Jacobian by differentiation; Cartesian velocity" in text
 
 
-def test_limits_are_told_with_the_section_that_they_belong_to(tmp_path: Path) -> None:
-    _robot(tmp_path, TWO_R)
-    path = tmp_path / "arm.toml"
-    path.write_text(path.read_text() + 'limits = ["-pi/2", "pi/2"]\n')
-    text = _stopped(read_robot_file(path), "text", "lengths of a special relation to each other")
-    assert "Limits of the joints rule out θ₂ = 180° (from −90° to 90°)." in text
-
-
 def test_where_all_is_there_nothing_is_missing(tmp_path: Path) -> None:
     """Ctrl-C between the last result and the end."""
     robot = _robot(tmp_path, GIVEN)
     for form in ("text", "latex", "json"):
-        times = iter(range(1000))
-        count = sum(1 for _ in (data_stages(robot.chain) if form == "json" else text_stages(robot.chain, robot)))
+        left = [None for _ in (data_stages(robot.chain) if form == "json" else text_stages(robot.chain, robot))]
 
-        def shown(what: str, times: Iterator[int] = times, count: int = count) -> nullcontext[None]:
-            if next(times) == count:
+        def shown(what: str, left: list[None] = left) -> AbstractContextManager[object]:
+            if not left:
                 raise KeyboardInterrupt
+            left.pop()
             return nullcontext()
 
-        said: list[str] = []
-        with pytest.raises(KeyboardInterrupt):
-            write_solution(robot, form, 60, said.append, shown)
-        assert "".join(said) == _written(robot, form)
+        assert _written(robot, form, shown=shown) == _written(robot, form) and not left
 
 
 def test_the_time_is_an_option_and_ending_by_it_is_no_failure(tmp_path: Path) -> None:
     _robot(tmp_path, SKEW)
     assert "What is missing" in run("solve", tmp_path / "arm.toml", "--time", "0.3")
-    assert "--time" in run("solve", "--help")
-    _robot(tmp_path, TWO_R)
-    assert "What is missing" not in run("solve", tmp_path / "arm.toml")
 
 
 STOPPED_IN = """
-import os, signal, sys
-from importlib import import_module
-
-module, name = sys.argv[1:3]
-where = import_module(module)
-for part in name.split(".")[:-1]:
-    where = getattr(where, part)
-usual = getattr(where, name.split(".")[-1])
+import os, pkgutil, signal, sys
+place, name = sys.argv[1].rsplit(".", 1)
+where = pkgutil.resolve_name(place)
+usual = getattr(where, name)
 
 def stopped(*args, **options):
     os.kill(os.getpid(), signal.SIGINT)
     return usual(*args, **options)
 
-setattr(where, name.split(".")[-1], stopped)
+setattr(where, name, stopped)
 signal.signal(signal.SIGINT, signal.default_int_handler)
-sys.argv[:3] = ["qdot"]
+sys.argv[:2] = ["qdot"]
 from grader.cli import main
 main()
 """
 
 
 @pytest.mark.parametrize(
-    ("where", "form", "is_begun"),
+    ("where", "form", "missing"),
     [
-        (("typer.core", "TyperCommand.parse_args"), "json", False),  # the program is there, its command is not
-        (("exercises.arm.robot_file", "read_toml"), "json", False),
-        (("exercises.solving", "derive"), "text", True),
-        (("exercises.solving", "derive"), "json", True),
-        (("exercises.solving", "singular_set"), "json", True),
+        ("typer.core.TyperCommand.parse_args", "json", ""),  # the program is there, its command is not
+        pytest.param("exercises.arm.robot_file.read_toml", "json", "", marks=pytest.mark.whole),
+        pytest.param("exercises.solving.derive", "text", "What", marks=pytest.mark.whole),
+        pytest.param("exercises.solving.derive", "json", "position", marks=pytest.mark.whole),
+        ("exercises.solving.singular_set", "json", "singular"),
     ],
 )
-def test_ctrl_c_at_the_very_beginning_is_told_in_one_line(
-    where: tuple[str, str], form: str, is_begun: bool, tmp_path: Path
-) -> None:
+def test_ctrl_c_at_the_very_beginning_is_told_in_one_line(where: str, form: str, missing: str, tmp_path: Path) -> None:
     """Results go to standard output, and before anything was worked out there are none; then there is one object."""
     _robot(tmp_path, TWO_R)
-    ended = subprocess.run(
-        [sys.executable, "-c", STOPPED_IN, *where, "solve", str(tmp_path / "arm.toml"), "-f", form],
-        capture_output=True, text=True, check=False, timeout=120,
-    )  # fmt: skip
+    command = [sys.executable, "-c", STOPPED_IN, where, "solve", str(tmp_path / "arm.toml"), "-f", form]
+    ended = subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
     assert (ended.returncode, ended.stderr) == (130, "qdot: stopped\n")
-    if not is_begun:
-        assert ended.stdout == ""
-    elif form == "text":
-        assert "What is missing" in ended.stdout
+    if form == "text" or not missing:
+        assert "What is missing" in ended.stdout if missing else ended.stdout == ""
     else:
         content = json.loads(ended.stdout)
-        assert errors("solve", content) == [] and content["missing"]
-        assert content["missing"][0] == ("position" if where[1] == "derive" else "singular")
+        assert errors("solve", content) == [] and content["missing"][0] == missing
 
 
 @pytest.mark.parametrize("text", ["x", "", "0", "0.09", "-3", "nan", "inf", "1e9", "1e400", "0,5", "5 min", "٣"])
 def test_a_time_that_is_none_is_told_in_one_line(text: str, tmp_path: Path) -> None:
     _robot(tmp_path, TWO_R)
     said = fails("solve", tmp_path / "arm.toml", f"--time={text}")
-    assert said == f"qdot: --time {text!r} is not from 0.1 to 100000000 seconds; write a number, as in --time 300"
+    assert said.startswith(f"qdot: --time {text!r} ") and "0.1 to 100000000" in said and "\n" not in said
 
 
 def test_times_are_read_as_numbers() -> None:
-    assert [seconds_of(text) for text in ("300", "0.1", ".5", "1e2", " 7 ", "+2.", "1e8")] == [
-        300, 0.1, 0.5, 100, 7, 2, 1e8,
-    ]  # fmt: skip
+    texts = ("300", "0.1", ".5", "1e2", " 7 ", "+2.", "1e8")
+    assert [seconds_of(text) for text in texts] == [300, 0.1, 0.5, 100, 7, 2, 1e8]
 
 
-def test_an_arm_of_skew_axes_is_read_at_once(tmp_path: Path) -> None:
-    """Which rows count was asked of its formulas, which take a minute."""
-    before = time.process_time()
-    assert len(_robot(tmp_path, SKEW).chain.task) == 6
-    assert time.process_time() - before < 3
-    planar = [(0, 0.3, 0)] * 6
-    assert _robot(tmp_path, planar).chain.task == ("vx", "vy")
-
-
-def test_conditions_that_were_tested_are_kept_where_what_they_look_like_is_not(tmp_path: Path) -> None:
+def test_conditions_that_were_tested_are_kept_where_what_they_look_like_is_not() -> None:
     """Of seven joints: the time ends behind the test in numbers."""
     robot = read_robot_file(robot_path("iiwa7"))
 
     def ended(title: str) -> AbstractContextManager[object]:
-        if title == "what the configurations look like in which J loses rank":
+        if title == LOOKING:
             raise OutOfTime
         return nullcontext()
 
-    whole = json.loads(_written(robot, "json"))
-    said: list[str] = []
-    write_solution(robot, "json", 60, said.append, ended)
-    data = json.loads("".join(said))
+    whole, data = json.loads(_written(robot, "json")), json.loads(_written(robot, "json", shown=ended))
     assert errors("solve", data) == [] and data["missing"] == ["meaning"]
     assert len(whole["singular"]) > 1
     assert [one["conditions"] for one in data["singular"]] == [one["conditions"] for one in whole["singular"]]
     assert {one["meaning"] for one in data["singular"]} == {None} != {one["meaning"] for one in whole["singular"]}
     assert data["tested"] == whole["tested"] and data["note"].startswith(whole["note"])
-    text: list[str] = []
-    write_solution(robot, "text", 60, text.append, ended)
-    shown = "".join(text)
-    assert shown.count("These are the singular configurations:") == 1
-    assert "Singular configurations, as far as they were worked out" in shown
-    assert f"Of {whole['tested']['searches']} searches for lost rank" in " ".join(shown.split())
-    assert "Not worked out: what these configurations look like." in " ".join(shown.split())
+    shown = " ".join(_written(robot, "text", shown=ended).split())
+    assert "as far as they were worked out" in shown and f"{whole['tested']['searches']} searches" in shown
+    assert f"Not worked out: {LOOKS}." in shown

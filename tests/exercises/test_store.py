@@ -1,10 +1,12 @@
-"""What is kept of a class when its notebooks are made: the same as if it were worked out again, or not looked into."""
+"""What is kept: of a class when its notebooks are made, and of templates: the same as if it were made anew."""
 
 import base64
 import pickle
+import sys
 from dataclasses import replace
 from pathlib import Path
 
+import jinja2
 import pytest
 import sympy as sp
 
@@ -13,6 +15,7 @@ from exercises.assignment import Assignment, Student, load_assignment
 from exercises.figure import figure_svg, part_svg
 from exercises.record import digests
 from exercises.release import init_assignment, release
+from exercises.render import CompiledBeside
 from grader.certify import CERTIFIER
 
 pytestmark = pytest.mark.xdist_group("store")  # the class is made once
@@ -68,15 +71,12 @@ def is_made_anew(assignment: Assignment, student: str) -> bool:
     return not found.figures
 
 
-def test_what_was_kept_of_another_is_not_taken(made: Assignment) -> None:
+def test_what_was_kept_of_another_is_not_taken(made: Assignment, monkeypatch: pytest.MonkeyPatch) -> None:
     assert not is_made_anew(made, "ada")
-    assert is_made_anew(replace(made, secret="another secret, long enough"), "ada")
-    assert is_made_anew(replace(made, title="Another"), "ada")
-    assert is_made_anew(replace(made, slots=made.slots[:1]), "ada")
+    changes: list[dict[str, object]] = [{"secret": "another secret, long enough"}, {"title": "Another"}]
+    for change in (*changes, {"slots": made.slots[:1]}):
+        assert is_made_anew(replace(made, **change), "ada")  # type: ignore[arg-type]
     assert is_made_anew(made, "eve")
-
-
-def test_another_version_of_the_code_is_not_taken(made: Assignment, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(store, "code", lambda: "another")
     assert is_made_anew(made, "ada")
 
@@ -122,3 +122,49 @@ def test_what_is_kept_is_read_as_it_was_and_not_worked_out_again() -> None:
     back = pickle.loads(store._pickled(expressions))
     assert [sp.srepr(one) for one in back] == [sp.srepr(one) for one in expressions]
     assert all(one.is_commutative for one in back)
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setattr(sys, "dont_write_bytecode", False)
+    (tmp_path / "greeting.j2").write_text("hello {{ name }}")
+    return tmp_path
+
+
+def greeted(folder: Path) -> str:
+    """Return what a new environment makes of the template."""
+    made = jinja2.Environment(loader=jinja2.FileSystemLoader(folder), bytecode_cache=CompiledBeside(folder))
+    return made.get_template("greeting.j2").render(name="Ada")
+
+
+def kept(folder: Path) -> list[Path]:
+    return list((folder / "__pycache__").iterdir())
+
+
+def test_a_template_is_compiled_once_and_anew_when_it_changed(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert greeted(folder) == "hello Ada"
+    assert len(kept(folder)) == 1
+    with monkeypatch.context() as patched:
+        patched.setattr(jinja2.Environment, "_parse", None)  # called, it fails
+        assert greeted(folder) == "hello Ada"
+    (folder / "greeting.j2").write_text("good night, {{ name }}")
+    assert greeted(folder) == "good night, Ada"
+
+
+@pytest.mark.parametrize("damage", [b"", b"nothing", "half"])
+def test_what_is_damaged_is_made_anew(folder: Path, damage: bytes | str) -> None:
+    greeted(folder)
+    (file,) = kept(folder)
+    whole = file.read_bytes()
+    file.write_bytes(whole[: len(whole) // 2] if isinstance(damage, str) else damage)
+    assert greeted(folder) == "hello Ada"
+    assert file.read_bytes() == whole
+
+
+def test_where_nothing_is_or_can_be_kept_a_template_is_compiled(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    assert greeted(folder) == "hello Ada"
+    assert not (folder / "__pycache__").exists()
+    monkeypatch.setattr(sys, "dont_write_bytecode", False)
+    (folder / "__pycache__").write_text("a file in its place")
+    assert greeted(folder) == "hello Ada"

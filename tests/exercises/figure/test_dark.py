@@ -11,7 +11,6 @@ import pytest
 from exercises.figure import figure_svg, options_svg, singular_svg, thumbnail_svg
 from exercises.generation import sample_chain
 from exercises.problem import ProblemId
-from exercises.render import render
 
 ROOT = Path(__file__).parents[3]
 SVG = "{http://www.w3.org/2000/svg}"
@@ -83,11 +82,3 @@ def test_what_is_drawn_is_readable_on_its_card_and_turned_round(page: str) -> No
     for name, (code, least) in found.items():
         assert contrast(colour(code), white) >= least, name
         assert contrast(turned_round(colour(code), amount), turned_round(white, amount)) >= least, name
-
-
-def test_paper_does_not_turn_drawings_round() -> None:
-    css = render("exports/paper.css.j2")
-    assert "--drawn: none" in css[css.index("@media print") :]
-    site = (ROOT / "site/src/site.css").read_text()
-    for rule in re.findall(r"@media ([^{]*) \{\s+figure:not\(.arm-chart\) svg,[^}]*filter", site):
-        assert rule.startswith("screen")

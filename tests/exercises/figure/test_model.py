@@ -1,4 +1,7 @@
-"""Models of arms: what looks alike is drawn once, with labels of its own, and nothing else of an arm is changed."""
+"""Models of arms, drawn once for all that look alike, in a pose of their own, with labels at the cheapest places."""
+
+import math
+from itertools import product
 
 import pytest
 import sympy as sp
@@ -6,9 +9,12 @@ import sympy as sp
 from exercises import figure
 from exercises.arm.chain import Base, Chain, Joint
 from exercises.figure import arm_figure, figure_pose, small
+from exercises.figure.ink import Ink, Line, samples
+from exercises.figure.labels import Layout, Request
 from exercises.figure.model import model_of
-from exercises.figure.pose import told_pose
-from exercises.figure.shapes import Figure, extent
+from exercises.figure.places import Places
+from exercises.figure.pose import DEFAULT_LENGTH, candidates, told_pose
+from exercises.figure.shapes import Box, Circle, Figure, Glyph, Polyline, Shape, extent, moved, symbol
 from exercises.generation import sample_chain
 from exercises.problem import ProblemId
 
@@ -86,3 +92,92 @@ def test_a_figure_is_the_same_whichever_arm_of_its_model_was_drawn_first(name: s
         return {chain: (figure.figure_svg(chain), figure.singular_svg(chain)) for chain in order}
 
     assert drawn(chains) == drawn(chains[::-1])
+
+
+SHAPES: tuple[Shape, ...] = (
+    Polyline(((40.0, 300.0), (180.0, 140.0), (330.0, 170.0)), "link"),
+    Polyline(((20.0, 310.0), (60.0, 310.0), (40.0, 330.0)), "plate", True),
+    Glyph(1, "R", (Circle((180.0, 140.0), 9.0, "joint-face"), Circle((180.0, 140.0), 2.4, "dot"))),
+)
+BOXES = [(x, y, x + 31.0, y + 17.4) for x, y in product(range(10, 340, 15), range(100, 330, 11))]
+SIZE = (520.0, 360.0)
+
+
+def by_hand(box: Box, shapes: tuple[Shape, ...]) -> int:
+    left, top, right, bottom = box
+    points = samples(shapes).tolist()
+    return sum(left - r < x < right + r and top - r < y < bottom + r for x, y, r in points)
+
+
+def places(*rivals: tuple[float, float]) -> Places:
+    anchors = (((180.0, 140.0), (0.6, 0.8)), ((330.0, 170.0), (0.0, -1.0)))
+    return Places(symbol("O", "1"), anchors, 11.0, 23.0, rivals, Ink(SHAPES), SIZE)
+
+
+def test_points_in_a_box_are_counted_as_one_by_one() -> None:
+    ink, counts = Ink(SHAPES), [by_hand(box, SHAPES) for box in BOXES]
+    assert [ink.hits(box) for box in BOXES] == counts and len(set(counts)) > 5
+
+
+def test_a_leader_is_a_line_like_others() -> None:
+    shape = Polyline(((100.0, 200.0), (140.0, 260.0)), "leader")
+    line = Line(shape)
+    assert [line.hits(box) for box in BOXES] == [by_hand(box, (shape,)) for box in BOXES]
+    assert all(line.is_near(box) for box in BOXES if line.hits(box) or line.is_under(box))
+    assert line.crosses((90.0, 240.0), (150.0, 220.0)) and not line.crosses((90.0, 240.0), (90.0, 200.0))
+
+
+@pytest.mark.parametrize("rivals", [(), ((195.0, 160.0), (330.0, 150.0))])
+def test_no_place_is_cheaper_than_the_best(rivals: tuple[tuple[float, float], ...]) -> None:
+    taken = [(190.0, 145.0, 230.0, 165.0), (310.0, 130.0, 360.0, 150.0)]
+    found = places(*rivals).best(taken, [], math.inf)
+    assert found is not None
+    box, cost = found
+    assert places(*rivals).best(taken, [], cost) == found
+    assert places(*rivals).best(taken, [], cost - 0.02) is None
+    assert not any(box[0] < b[2] and b[0] < box[2] and box[1] < b[3] and b[1] < box[3] for b in taken)
+
+
+def test_a_link_seen_end_on_still_has_a_label() -> None:
+    nowhere = Places(symbol("a", "1"), [((90.0, 90.0), (0.0, -0.0))], 8.0, 20.0, (), Ink(SHAPES), SIZE)
+    assert nowhere.best([], [], math.inf) is not None
+
+
+def test_labels_that_cost_too_much_are_given_up() -> None:
+    requests = [Request(symbol("O", str(k)), (((180.0, 140.0), (0.6, 0.8)),), kind="origin") for k in range(4)]
+    whole = Layout(requests, SHAPES, SIZE)
+    assert whole.place_all() and whole.cost > 1.0
+    assert Layout(requests, SHAPES, SIZE).place_all(whole.cost)
+    assert not Layout(requests, SHAPES, SIZE).place_all(whole.cost - 1.0)
+
+
+def test_what_is_moved_keeps_its_form() -> None:
+    there = tuple(moved(shape, (7.0, -5.0)) for shape in SHAPES)
+    assert there != SHAPES
+    back = samples(there) - (7.0, -5.0, 0.0)
+    assert abs(back - samples(SHAPES)).max() < 1e-9
+
+
+def _point(chain: Chain, pose: dict[str, float] | None) -> tuple[float, float]:
+    (dot,) = [s for s in arm_figure(chain, pose).shapes if isinstance(s, Circle) and s.style == "point"]
+    return dot.center
+
+
+@pytest.mark.parametrize("family", ["planar-2r", "planar-pr", "planar-3r"])
+def test_a_flat_arm_in_that_pose_has_its_point_at_the_same_place(family: str) -> None:
+    chain = sample_chain(ProblemId(family, 3, variation="full"))
+    pose = figure_pose(chain)
+    assert list(pose) == [q.name for q in chain.q]
+    assert _point(chain, pose) == pytest.approx(_point(chain, None), abs=0.5)
+    other = {name: value + 0.5 for name, value in pose.items()}
+    assert _point(chain, other) != pytest.approx(_point(chain, None), abs=5)
+
+
+@pytest.mark.parametrize(("family", "least", "most"), [("polar-rp", 1.5, 2.0), ("scara", 0.5, 1.0)])
+def test_a_slide_is_longer_than_any_link_in_the_plane_only(family: str, least: float, most: float) -> None:
+    """In the plane its sleeve and its rod are seen from the side, and take room."""
+    chain = sample_chain(ProblemId(family, 0))
+    slide = next(i for i, joint in enumerate(chain.joints) if joint.kind == "P")
+    lengths = [abs(float(v)) for joint in chain.joints for v in (joint.a, joint.d) if v.is_number]
+    extensions = candidates(chain, chain)[:, slide] / (max([*lengths, 0.0]) or DEFAULT_LENGTH)
+    assert least <= extensions.min() and extensions.max() <= most

@@ -1,17 +1,28 @@
-"""Formulas as the textbook prints them: its own lines first, then what must hold for every family's answers."""
+"""Formulas as the textbook prints them: its own lines, every family's answers, and what students typed."""
 
 import re
+import xml.etree.ElementTree as ET
+from fractions import Fraction
+from functools import cache
 
 import pytest
 import sympy as sp
 
 from exercises import generate
-from exercises.answers import Expression, Matrix
+from exercises.answers import ConditionSet, Expression, Matrix
 from exercises.arm.derivation import derive
+from exercises.formula.expression import read
+from exercises.formula.printers.latex import latex
+from exercises.formula.printers.mathml import mathml
+from exercises.formula.trees import Node
 from exercises.problem import Problem
 from exercises.writing.angles import AngleNames, angle_names, link_angles
 from exercises.writing.latex import LINE, lengths_of, symbol_latex, tex, tex_angle, tex_length, tex_lines
+from exercises.writing.statement import answer_code, worked_solution, worked_solutions
+from exercises.writing.typeset import TooDeep, typeset
 from exercises.writing.worked import Worked
+from grader.parts import judge
+from grader.verdict import Outcome
 
 T1, T2, T3, A1, A2, A3, D2 = sp.symbols("theta1 theta2 theta3 a1 a2 a3 d2")
 QD1, QD2, VX, VY = sp.symbols("qd1 qd2 vx vy")
@@ -58,6 +69,7 @@ OURS = [
     (-(S(T1) * VX - C(T1) * VY) / (A1 + A2), r"\frac{-s_1 v_x + c_1 v_y}{a_1 + a_2}"),
     (C(T1) * sp.Symbol("fx") + S(T1) * sp.Symbol("fy") + sp.Symbol("mz"), "c_1 f_x + s_1 f_y + m_z"),
     ((D2 + 1) * C(T1), "c_1 (d_2 + 1)"),
+    (A1 * S(T1) * QD1 + (A1 + A2 * C(T2)) * QD2, r"a_1 s_1 \dot{\theta}_1 + (a_1 + a_2 c_2) \dot{\theta}_2"),
     ((D2 + 1) * C(T1 + sp.pi / 3), r"(d_2 + 1) \cos(\theta_1 + 60^\circ)"),
 ]  # fmt: skip
 
@@ -67,22 +79,12 @@ def test_as_printed(expression: sp.Expr, expected: str) -> None:
     assert plain(expression) == expected
 
 
-def test_rates_stand_behind_their_coefficients() -> None:
-    assert (
-        plain(A1 * S(T1) * QD1 + (A1 + A2 * C(T2)) * QD2) == r"a_1 s_1 \dot{\theta}_1 + (a_1 + a_2 c_2) \dot{\theta}_2"
-    )
-
-
-def test_prismatic_rates_are_rates_of_d() -> None:
-    assert symbol_latex("qd2", ("2",)) == r"\dot{d}_{2}"
-
-
 def test_table_entries() -> None:
-    assert tex_angle(T2 - sp.pi / 2) == r"\theta_{2} - 90^\circ"
-    assert tex_angle(sp.S.Zero) == "0"
-    assert tex_length(Q(7, 20)) == r"0.35\,\text{m}"
-    assert tex_length(A1) == "a_{1}" and tex_length(sp.S.Zero) == "0"
+    assert [tex_angle(angle) for angle in (T2 - sp.pi / 2, sp.S.Zero)] == [r"\theta_{2} - 90^\circ", "0"]
+    for length, shown in ((Q(7, 20), r"0.35\,\text{m}"), (A1, "a_{1}"), (sp.S.Zero, "0")):
+        assert tex_length(length) == shown
     assert tex_length(D2 - Q(33, 100)) == r"d_{2} - 0.33\,\text{m}"
+    assert symbol_latex("qd2", ("2",)) == r"\dot{d}_{2}"
 
 
 # --- named angles ---
@@ -110,11 +112,6 @@ def test_no_product_reads_as_the_argument_of_a_cosine() -> None:
     assert named(QD2 * C(link), link)[0] == r"\cos \varphi_1\, \dot{\theta}_2"
 
 
-def test_different_angles_have_different_names() -> None:
-    names = angle_names([], sp.Matrix([C(T1 + sp.pi / 3), C(T1 + sp.pi / 4)])).meanings
-    assert len(names) == 2 and sorted(map(str, names)) == [r"\varphi'_{1}", r"\varphi_{1}"]
-
-
 # --- read back: what is printed means what was meant ---
 
 
@@ -128,45 +125,11 @@ def _entries(problem: Problem) -> list[sp.Expr]:
     return found
 
 
-def _long_trig(match: re.Match[str]) -> str:
-    angles = "+".join(f"theta{digit}" for digit in match.group(2))
-    return f"{'cos' if match.group(1) == 'c' else 'sin'}({angles})"
-
-
-def _read_back(text: str) -> sp.Expr:
-    """Return the expression of a printed formula, by Python's own rules for what is left after rewriting."""
-    text = re.sub(r"([\d.]+)\^\\circ", r"(\1*pi/180)", text.replace(r"\,", " ").replace("{}", ""))
-    while True:
-        changed = re.sub(r"\\t?frac\{((?:[^{}]|\{[^{}]*\})*)\}\{((?:[^{}]|\{[^{}]*\})*)\}", r"((\1)/(\2))", text)
-        if changed == text:
-            break
-        text = changed
-    text = re.sub(r"\\dot\{(?:\\theta|d)\}_\{(\d)\}", r"qd\1", text)
-    text = re.sub(r"\\?\b(theta|[avwdLhfm])_\{(\w)\}", r"\1\2", text)
-    text = re.sub(r"\\sqrt\{(\d+)\}", r" sqrt(\1)", text)
-    text = re.sub(r"\b(sin|cos)\^\{2\}(\((?:[^()]|\((?:[^()]|\([^()]*\))*\))*\))", r"\1\2^{2}", text)
-    text = re.sub(r"\\omega_\{(\w)\}", r"w\1", text)
-    text = re.sub(r"\b([cs])_\{(\d+)\}", _long_trig, text)
-    text = text.replace(r"\left", "").replace(r"\right", "").replace("\\", "").replace("^{2}", "**2")
-    text = re.sub(r"(?<=[\w)]) (?=[\w(])", "*", text)
-    names = {name: sp.Symbol(name) for name in re.findall(r"[a-zL]+\d|[vwfm][xyz]", text)}
-    return sp.sympify(re.sub(r"\d*\.\d+", lambda m: f"Rational('{m.group()}')", text), locals=names)
-
-
-def test_printed_formulas_mean_the_same(problem: Problem) -> None:
+def test_printed_formulas_break_between_their_terms(problem: Problem) -> None:
     for entry in set(_entries(problem)):
-        shown = tex(entry, problem.chain)
-        back = _read_back(shown)
-        values = {s: sp.Float(0.3 + 0.17 * i) for i, s in enumerate(sorted(entry.free_symbols, key=str))}
-        assert abs(float((back - entry).xreplace(values))) < 1e-9, shown
-
-
-def test_long_sums_are_broken_between_their_terms_and_nowhere_else(problem: Problem) -> None:
-    for entry in set(_entries(problem)):
-        whole, lines = tex(entry, problem.chain), tex_lines(entry, problem.chain).split(r" \\ & \quad ")
-        assert " ".join(lines) == whole
+        shown, lines = tex(entry, problem.chain), tex_lines(entry, problem.chain).split(r" \\ & \quad ")
+        assert " ".join(lines) == shown and (len(lines) == 1 or len(shown) > LINE)
         assert all(line.startswith(("+ ", "- ")) and line.count("{") == line.count("}") for line in lines[1:])
-        assert len(lines) == 1 or len(whole) > LINE
 
 
 def test_named_angles_are_the_links_own(problem: Problem) -> None:
@@ -181,21 +144,200 @@ def test_named_angles_are_the_links_own(problem: Problem) -> None:
         assert abs(float((back - entry).xreplace(values))) < 1e-9
 
 
-@pytest.mark.parametrize(
-    ("problem_id", "shown", "not_shown"),
-    [
+def test_quotients_of_lengths_are_of_decimals_and_others_stay_fractions() -> None:
+    for problem_id, there, not_there in (
         ("planar-3r-pose/819@lengths", r"\frac{0.35 s_{3}}{0.45 s_{2}}", r"\frac{7"),
         ("random-3/318@lengths", r"{0.2 d_{2} c_{3}}", "5 "),
-    ],
-)
-def test_quotients_of_lengths_are_of_decimals(problem_id: str, shown: str, not_shown: str) -> None:
-    chain = generate(problem_id, ["inverse-jacobian"]).chain
-    inverse = tex(derive(chain).inverse, chain)
-    assert shown in inverse and not_shown not in inverse
-
-
-def test_what_is_no_quotient_of_an_arms_lengths_stays_a_fraction() -> None:
+    ):
+        chain = generate(problem_id, ["inverse-jacobian"]).chain
+        inverse = tex(derive(chain).inverse, chain)
+        assert there in inverse and not_there not in inverse
     chain = generate("planar-3r-pose/819@lengths", ["jacobian"]).chain
     assert lengths_of(chain) == (Q(9, 20), Q(7, 20))
     assert tex(11 * S(T1) / (13 * S(T2)), chain) == r"\frac{11 s_{1}}{13 s_{2}}"
     assert tex(5 * S(T1) / S(T2), chain) == r"\frac{5 s_{1}}{s_{2}}"
+
+
+Answers = dict[str, list[list[str]]]
+
+REACH = "(a_1 + a_2 c_2 + a_3 c_23)"
+"""How far the wrist of Example 6.3 reaches out."""
+RATE_1, RATE_2, RATE_3 = (rf"\dot{{\theta}}_{i}" for i in (1, 2, 3))
+
+PLANAR: Answers = {
+    "velocity": [
+        [f"-a_1 s_1 {RATE_1} - a_2 s_12 ({RATE_1} + {RATE_2})"],
+        [f"a_1 c_1 {RATE_1} + a_2 c_12 ({RATE_1} + {RATE_2})"],
+    ],
+    "position": [["a_1 c_1 + a_2 c_12"], ["a_1 s_1 + a_2 s_12"]],
+    "jacobian": [["-a_1 s_1 - a_2 s_12", "-a_2 s_12"], ["a_1 c_1 + a_2 c_12", "a_2 c_12"]],
+    "determinant": [["a_1 a_2 s_2"]],
+    "inverse-jacobian": [
+        [r"\frac{c_12}{a_1 s_2}", r"\frac{s_12}{a_1 s_2}"],
+        [r"-\frac{a_1 c_1 + a_2 c_12}{a_1 a_2 s_2}", r"-\frac{a_1 s_1 + a_2 s_12}{a_1 a_2 s_2}"],
+    ],
+    "inverse-velocity": [
+        [r"\frac{c_12 v_x + s_12 v_y}{a_1 s_2}"],
+        [r"-\frac{(a_1 c_1 + a_2 c_12) v_x + (a_1 s_1 + a_2 s_12) v_y}{a_1 a_2 s_2}"],
+    ],
+    "joint-axes": [["0", "0"], ["0", "0"], ["1", "1"]],
+    "position-vectors": [["a_1 c_1 + a_2 c_12", "a_2 c_12"], ["a_1 s_1 + a_2 s_12", "a_2 s_12"], ["0", "0"]],
+    "geometric-jacobian": [
+        ["-a_1 s_1 - a_2 s_12", "-a_2 s_12"], ["a_1 c_1 + a_2 c_12", "a_2 c_12"],
+        ["0", "0"], ["0", "0"], ["0", "0"], ["1", "1"],
+    ],
+    "link-velocity": [[f"-a_1 s_1 {RATE_1}"], [f"a_1 c_1 {RATE_1}"], ["0"], ["0"], ["0"], [RATE_1]],
+}  # fmt: skip
+ELBOW: Answers = {
+    "position": [[f"c_1 {REACH}"], [f"s_1 {REACH}"], ["d_1 - a_2 s_2 - a_3 s_23"]],
+    "jacobian": [
+        [f"-s_1 {REACH}", "-c_1 (a_2 s_2 + a_3 s_23)", "-a_3 c_1 s_23"],
+        [f"c_1 {REACH}", "-s_1 (a_2 s_2 + a_3 s_23)", "-a_3 s_1 s_23"],
+        ["0", "-a_2 c_2 - a_3 c_23", "-a_3 c_23"],
+    ],
+    "determinant": [[f"a_2 a_3 s_3 {REACH}"]],
+    "velocity": [
+        [f"-s_1 {REACH} {RATE_1} - c_1 (a_2 s_2 + a_3 s_23) {RATE_2} - a_3 c_1 s_23 {RATE_3}"],
+        [f"c_1 {REACH} {RATE_1} - s_1 (a_2 s_2 + a_3 s_23) {RATE_2} - a_3 s_1 s_23 {RATE_3}"],
+        [f"-(a_2 c_2 + a_3 c_23) {RATE_2} - a_3 c_23 {RATE_3}"],
+    ],
+}
+
+
+@cache
+def asked(family: str) -> Problem:
+    return generate(f"{family}/1@chapter", list(PLANAR if family == "planar-2r" else ELBOW))
+
+
+def printed(formula: str) -> str:
+    """Return LaTeX without the braces of indices."""
+    return re.sub(r"_\{(\w+)\}", r"_\1", formula)
+
+
+def entries(problem: Problem, name: str) -> list[list[str]]:
+    """Return the LaTeX of an answer, entry by entry."""
+    return [[printed(tex(entry, problem.chain)) for entry in row] for row in problem[name].answer.as_matrix().tolist()]
+
+
+@pytest.mark.parametrize(
+    ("identity", "name"),
+    [*(("planar-2r", name) for name in PLANAR), *(("elbow-3r", name) for name in ELBOW)],
+)
+def test_examples(identity: str, name: str) -> None:
+    """Examples 1, 2 and 4 are about the planar arm, example 3 is about the elbow."""
+    assert entries(asked(identity), name) == (PLANAR if identity == "planar-2r" else ELBOW)[name]
+
+
+@pytest.mark.parametrize(("identity", "names"), [("planar-2r", PLANAR), ("elbow-3r", ELBOW)])
+def test_the_solutions_hold_these_lines_and_name_no_angle(identity: str, names: Answers) -> None:
+    problem = asked(identity)
+    for name, rows in names.items():
+        text = printed(worked_solution(problem, problem[name]))
+        for entry in {entry for row in rows for entry in row}:
+            assert name == "inverse-jacobian" or entry in text, (name, entry)
+    assert not any(r"\varphi" in text for text in worked_solutions(problem).values())
+
+
+def test_the_inverse_is_the_books_matrix_over_the_determinant() -> None:
+    matrix = r"\begin{bmatrix} a_2 c_12 & a_2 s_12 \\ -a_1 c_1 - a_2 c_12 & -a_1 s_1 - a_2 s_12 \end{bmatrix}"
+    text = worked_solution(asked("planar-2r"), asked("planar-2r")["inverse-jacobian"])
+    assert rf"\frac{{1}}{{a_1 a_2 s_2}} {matrix}" in printed(text)
+
+
+def test_code_reads_as_the_formula_does() -> None:
+    assert answer_code(asked("planar-2r"), asked("planar-2r")["position"]) == (
+        "Matrix([\n    a1*cos(theta1) + a2*cos(theta1 + theta2),\n    a1*sin(theta1) + a2*sin(theta1 + theta2),\n])"
+    )
+    assert answer_code(asked("elbow-3r"), asked("elbow-3r")["determinant"]) == (
+        "a2*a3*sin(theta3)*(a1 + a2*cos(theta2) + a3*cos(theta2 + theta3))"
+    )
+
+
+KNOWN = frozenset({"theta1", "theta2", "theta3", "a1", "a2", "d2", "qd1", "qd2", "vx"})
+SET = [
+    ("-a1*sin(theta1) - a2*s12", "-a_{1} s_{1} - a_{2} s_{12}"),
+    ("a1 - (a2 - d2) + (a1 + a2)", "a_{1} - (a_{2} - d_{2}) + (a_{1} + a_{2})"),
+    ("a1-(-a2)", "a_{1} - (-a_{2})"),
+    ("-(a1 + a2)*-a1", "-(a_{1} + a_{2}) (-a_{1})"),
+    ("2*3*a1*2", r"2 \cdot 3 a_{1} \cdot 2"),
+    ("4*sin(theta1)/25", r"\tfrac{4}{25}\, s_{1}"),
+    ("a1/a2/d2", r"\frac{a_{1}}{a_{2} d_{2}}"),
+    ("(1/a1)*a2", r"\frac{a_{2}}{a_{1}}"),
+    ("a1/(a1 + a2)", r"\frac{a_{1}}{a_{1} + a_{2}}"),
+    ("pi/6 + 1/2", r"\tfrac{\pi}{6} + \tfrac{1}{2}"),
+    ("2*(1/3)", r"\tfrac{2}{3}"),
+    ("sin(theta1)^2*cos(theta1 - theta2)**2", r"s_{1}^{2} \cos^{2}(\theta_{1} - \theta_{2})"),
+    ("cos(theta1 + pi/6)", r"\cos\left(\theta_{1} + \tfrac{\pi}{6}\right)"),
+    ("sin(2*theta1) + sin(theta1 + theta1)", r"\sin(2 \theta_{1}) + \sin(\theta_{1} + \theta_{1})"),
+    ("30 deg + 22.5°", r"30^{\circ} + 22.5^{\circ}"),
+    ("-180*pi/180 + a1*pi/180", r"-180^{\circ} + \tfrac{1}{180}\, a_{1} \pi"),
+    ("c321", "c_{123}"),
+    ("(-a1)^2 - a1^2 + (a1*a2)^(1/2)", "(-a_{1})^{2} - a_{1}^{2} + (a_{1} a_{2})^{1/2}"),
+    ("sqrt(a1)^3", r"\left(\sqrt{a_{1}}\right)^{3}"),
+    ("abs(a1) + sign(a1) + atan2(a1, a2)", r"\left|a_{1}\right| + \text{sign}(a_{1}) + \text{atan2}(a_{1}, a_{2})"),
+    ("asin(a1) + acot(a1) + log(a1) + exp(a1)", r"\arcsin(a_{1}) + \text{arccot}(a_{1}) + \ln(a_{1}) + \exp(a_{1})"),
+    ("cot(a1) + sec(a1) + sinh(a1) + tan(a1)", r"\cot(a_{1}) + \sec(a_{1}) + \sinh(a_{1}) + \tan(a_{1})"),
+    ("E^a1 + I", "e^{a_{1}} + i"),
+    ("qd1 + qd2 + vx", r"\dot{\theta}_{1} + \dot{d}_{2} + v_{x}"),
+    ("foo_bar*a1", r"\text{foo_bar}\, a_{1}"),
+    ("9**9**9", "9^{9^{9}}"),
+    ("0.350 + 0.30000000000000004", "0.35 + 0.30000000000000004"),
+    ("1.5e-12*a1 + 2e300", r"(1.5 \cdot 10^{-12}) a_{1} + 2 \cdot 10^{300}"),
+    ("blank", r"\square"),
+    ("[[a1, 0], [0, blank]]", r"\begin{bmatrix} a_{1} & 0 \\ 0 & \square \end{bmatrix}"),
+    ("[1, 2]", r"\begin{bmatrix} 1 \\ 2 \end{bmatrix}"),
+    ("[[1, 2]]", r"\begin{bmatrix} 1 & 2 \end{bmatrix}"),
+    ("{{1, 2}, {3, 4}}", r"\begin{bmatrix} 1 & 2 \\ 3 & 4 \end{bmatrix}"),
+    ("{0, pi}", r"\left\{0, \pi\right\}"),
+    ("[]", r"\left[\right]"),
+    ("{theta2: [0, pi], theta1: 0}", r"\theta_{2} \in \left\{0, \pi\right\} \text{ and } \theta_{1} = 0"),
+    ("theta2 in {0, pi}", r"\theta_{2} \in \left\{0, \pi\right\}"),
+    ("[Eq(theta2, 0), Eq(theta2, pi)]", r"\theta_{2} = 0, \qquad \theta_{2} = \pi"),
+    ("theta2 = 0 or theta1 = k*pi & d2 = 0",
+     r"\theta_{2} = 0 \text{ or } \qquad \theta_{1} = k \pi \text{ and } d_{2} = 0"),
+    ("det = a1", r"\text{det} = a_{1}"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "printed"), SET)
+def test_as_it_was_typed(text: str, printed: str) -> None:
+    shown = typeset(read(text, KNOWN), ("2",))
+    assert latex(shown) == printed
+    ET.fromstring(mathml(shown, True))
+
+
+def test_what_a_text_alone_does_not_tell() -> None:
+    """Alternatives of a singular set, units, a fraction that no text makes, and a name that looks like "x(1)y"."""
+    conditions = read("[Eq(theta2, 0), Eq(theta2, pi)]", KNOWN)
+    assert r"\text{ or }" in latex(typeset(conditions, (), alternatives=True))
+    node = read("[0.5, 2]", KNOWN)
+    assert latex(typeset(node, (), units=("rad/s", ""))) == r"\begin{bmatrix} 0.5\,\text{rad/s} \\ 2 \end{bmatrix}"
+    assert latex(typeset(read("0.5"), (), units=("m",))) == r"0.5\,\text{m}"
+    assert r"\text" not in latex(typeset(node, (), units=("m", "m", "m")))
+    assert latex(typeset(Node("number", value=Fraction(2, 3)))) == r"\tfrac{2}{3}"
+    assert latex(typeset(read("x⑴y"))) == r"\text{x?1?y}"
+
+
+def test_a_sum_may_be_long_and_not_deep() -> None:
+    assert latex(typeset(read("+".join(["a1"] * 5000)))).count("a_{1}") == 5000
+    assert latex(typeset(read("/".join(["a1"] * 500)))).count(r"\frac") == 1
+    for deep in ("(-" * 40 + "1" + ")" * 40, "2^" * 50 + "2", "sin(-" * 25 + "1" + ")" * 25):
+        with pytest.raises(TooDeep):
+            typeset(read(deep))
+
+
+def test_what_is_set_reads_as_the_same(problem: Problem) -> None:
+    """The grader reads LaTeX too: the reference of every part, set and read again, is right."""
+    for part in problem.parts:
+        if isinstance(part.answer, (Expression, Matrix)):
+            text = str(part.answer.as_json()).replace("'", "")
+            prismatic = tuple(q.name[1:] for q in problem.chain.q if q.name.startswith("d"))
+            shown = typeset(read(text, problem.symbols()), prismatic)
+            ET.fromstring(mathml(shown, True))
+            reference = part.answer.reference if isinstance(part.answer, Expression) else part.answer.as_matrix()
+            for printed in (latex(shown), tex(reference, problem.chain)):
+                if len(printed) < 15_000:  # longer LaTeX is not read
+                    assert judge(problem, part, printed, "s").outcome is Outcome.CORRECT, (part.name, printed)
+        elif isinstance(part.answer, ConditionSet):
+            text = f"[{', '.join(part.answer.pieces())}]"
+            ET.fromstring(mathml(typeset(read(text, problem.symbols()), (), alternatives=True), True))

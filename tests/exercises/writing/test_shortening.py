@@ -1,21 +1,31 @@
-"""Sums of sines and cosines that are one of them: written as that one, and no value changes."""
+"""Formulas in other forms: names of angles, sums of sines and cosines that are one of them, gathered products."""
 
 import re
+from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 import pytest
 import sympy as sp
 
-from exercises import generate
-from exercises.answers import Matrix
-from exercises.figure.words import alt_text
-from exercises.problem import Problem
+from exercises.answers import Expression, Matrix
+from exercises.arm.chain import Base, Chain, Joint
+from exercises.arm.derivation import derive
+from exercises.generation import generate, sample_chain
+from exercises.problem import Problem, ProblemId
+from exercises.solving import solution_text, solve
 from exercises.stream import Stream
+from exercises.writing.angles import angle_names, arm_angles, is_plain
+from exercises.writing.gathering import gathered
+from exercises.writing.latex import tex
 from exercises.writing.shortening import Theorem, added_up, in_plain_angles, theorem_used, with_plain_numbers
-from exercises.writing.statement import answer_code, hints, worked_solution
-from exercises.writing.worked import AngleSums
+from exercises.writing.statement import answer_code, worked_solution, worked_solutions
+from exercises.writing.turns import turns_of, with_turns
+from exercises.writing.worked import AngleSums, Worked
+from tests.support.problems import LONG_ARMS, parts_in_turn
 
-T1, T2, T3, A1, D1 = sp.symbols("theta1 theta2 theta3 a1 d1")
+T1, T2, T3, A1, A2, A3, D1, D2 = sp.symbols("theta1 theta2 theta3 a1 a2 a3 d1 d2")
+R1, R2, R3 = sp.symbols("qd1 qd2 qd3")
 S, C, SIXTH, ROOT, HALF = sp.sin, sp.cos, sp.pi / 6, sp.sqrt(3), sp.Rational(1, 2)
 ANGLE = T2 + T3 + SIXTH
 
@@ -28,37 +38,35 @@ ANGLE = T2 + T3 + SIXTH
         (C(T3 + SIXTH) / 4 - ROOT * S(T3 + SIXTH) / 4, -S(T3) / 2),
         (A1 * (C(T2) * (ROOT * C(ANGLE) + S(ANGLE)) + D1), A1 * (2 * C(T2) * C(T2 + T3) + D1)),
         (D1 * ROOT * C(ANGLE) * S(T1) + D1 * S(ANGLE) * S(T1), 2 * D1 * C(T2 + T3) * S(T1)),
-        (C(T2) + ROOT * S(T2), C(T2) + ROOT * S(T2)),  # no constant: it would need a name
-        (
-            C(T1 - T2 + SIXTH) * ROOT + S(T1 - T2 + SIXTH),
-            C(T1 - T2 + SIXTH) * ROOT + S(T1 - T2 + SIXTH),
-        ),  # as would this
-        (A1 * C(ANGLE) + S(ANGLE), A1 * C(ANGLE) + S(ANGLE)),
-        (2 * C(ANGLE) + S(ANGLE), 2 * C(ANGLE) + S(ANGLE)),
+        (C(T2) + ROOT * S(T2), None),  # no constant: it would need a name
+        (C(T1 - T2 + SIXTH) * ROOT + S(T1 - T2 + SIXTH), None),  # as would this
+        (A1 * C(ANGLE) + S(ANGLE), None),
+        (2 * C(ANGLE) + S(ANGLE), None),
     ],
 )
-def test_a_constant_that_only_splits_a_sine_is_left_out(long: sp.Expr, short: sp.Expr) -> None:
-    assert in_plain_angles(long) == short
+def test_a_constant_that_only_splits_a_sine_is_left_out(long: sp.Expr, short: sp.Expr | None) -> None:
+    assert in_plain_angles(long) == (long if short is None else short)
 
 
 @pytest.mark.parametrize(
-    ("long", "short"),
+    ("long", "short", "theorem"),
     [
-        (A1 * C(T1) * C(T2) - A1 * S(T1) * S(T2), A1 * C(T1 + T2)),
-        (C(T1) * C(T2) + S(T1) * S(T2), C(T1 - T2)),
-        (S(T1) * C(T2) - C(T1) * S(T2), S(T1 - T2)),
-        (S(ANGLE) * S(T3 + SIXTH) + C(ANGLE) * C(T3 + SIXTH), C(T2)),
-        (A1 * C(T1) * C(T2) - D1 * S(T1) * S(T2), A1 * C(T1) * C(T2) - D1 * S(T1) * S(T2)),
-        (C(T1) * C(T2) + C(T1) * S(T2), C(T1) * C(T2) + C(T1) * S(T2)),
+        (C(T1) * C(T2) + S(T1) * S(T2), C(T1 - T2), "cos-"), (C(T1) * C(T1 + T2) + S(T1) * S(T1 + T2), C(T2), "cos-"),
+        (A1 * (S(T1) * C(T1 + T2) - C(T1) * S(T1 + T2)), -A1 * S(T2), "sin-"),
+        (C(T1) * C(T2) - S(T1) * S(T2), C(T1 + T2), "cos+"),
+        (A1 * C(T1) * C(T2) - A1 * S(T1) * S(T2), A1 * C(T1 + T2), "cos+"),
+        (S(T1) * C(T2) + C(T1) * S(T2), S(T1 + T2), "sin+"), (S(T1) * C(T2) - C(T1) * S(T2), S(T1 - T2), "sin-"),
+        (S(ANGLE) * S(T3 + SIXTH) + C(ANGLE) * C(T3 + SIXTH), C(T2), "cos-"),
+        (A1 * C(T1) * C(T2) - D1 * S(T1) * S(T2), None, ""), (C(T1) * C(T2) + C(T1) * S(T2), None, ""),
     ],
-)
-def test_the_addition_theorems(long: sp.Expr, short: sp.Expr) -> None:
-    assert added_up(long, lambda angle: True) == short
-
-
-def test_no_angle_comes_in_that_has_no_name() -> None:
-    long = C(T1) * C(T2) + S(T1) * S(T2)
-    assert added_up(long, lambda angle: False) == long
+)  # fmt: skip
+def test_the_addition_theorems(long: sp.Expr, short: sp.Expr | None, theorem: str) -> None:
+    assert added_up(long, lambda angle: False) == long, "no angle comes in that has no name"
+    if short is None:
+        assert added_up(long, lambda angle: True) == long
+        return
+    assert sp.expand(added_up(long, lambda angle: True) - short) == 0
+    assert theorem_used(long, short, lambda trig: trig) == Theorem(theorem, "")
 
 
 def test_numbers_are_multiplied_out_where_that_is_shorter() -> None:
@@ -87,23 +95,6 @@ def test_what_is_shown_of_screws_is_equal_to_the_reference_and_short(problem_id:
         assert not re.search(r"\\sqrt\{3\}[^&]*\\cos[^&]*0\.25 \\sin", worked_solution(problem, part)), part.name
 
 
-def problem_of(problem_id: str, *names: str) -> Problem:
-    return generate(problem_id, list(names))
-
-
-def test_screws_of_a_shoulder_have_a_number_where_they_have_one() -> None:
-    problem = problem_of("elbow-lateral/295@full@screws", "home-screws", "body-jacobian")
-    screws, body = (worked_solution(problem, part) for part in problem.parts)
-    assert r"\frac{\sqrt{3}}{40}" not in screws and "0.45" in screws
-    assert r"0.5 c_{23} \cos \varphi_{1}" in body and r"\sin \varphi_{23} \sin \varphi_{3}" not in body
-    assert "(0.312 m, minus 0.34 m, 0.6 m plus d1)" in alt_text(problem.chain)
-
-
-def test_a_wrist_has_no_name_for_an_angle_that_is_not_needed() -> None:
-    problem = problem_of("wrist-rpy/745@zeros@screws", "body-jacobian")
-    assert r"\varphi_{3}" not in worked_solution(problem, problem.parts[0])
-
-
 # --- angles of parallel axes ---
 
 
@@ -113,53 +104,13 @@ def test_how_angles_are_put_together() -> None:
     assert AngleSums.of([T1, T2]) == AngleSums(added=False, subtracted=False, neighbouring=True)
 
 
-OPPOSITE = "Where axes are parallel, the angles add up; where they point in opposite directions, they are subtracted."
-
-
-@pytest.mark.parametrize(
-    ("problem_id", "said"),
-    [
-        ("planar-rpr/835@frames", OPPOSITE),
-        ("random-4/783@frames", OPPOSITE),
-        ("scara/808@lengths", OPPOSITE),
-        ("planar-2r/416@frames", "Where neighbouring axes are parallel, the angles add up. For"),
-    ],
-)
-def test_the_rule_that_is_told_is_the_one_that_is_used(problem_id: str, said: str) -> None:
-    problem = problem_of(problem_id, "transform")
-    assert said in worked_solution(problem, problem.parts[0])
-
-
-@pytest.mark.parametrize(("problem_id", "name"), [("planar-rpr/835@frames", "13"), ("random-4/783@frames", "14")])
-def test_a_rotation_has_the_angle_that_has_a_name(problem_id: str, name: str) -> None:
-    problem = problem_of(problem_id, "tool-jacobian")
-    rotation = worked_solution(problem, problem.parts[0]).partition("where\n")[2].partition("$$\n\n")[0]
-    assert rf"\cos \varphi_{{{name}}}" in rotation and rotation.count(r"\varphi") == 4
-
-
-def test_hints_tell_of_angles_that_are_subtracted() -> None:
-    problem = problem_of("scara/808@lengths", "transform")
-    plan = hints(problem, problem.parts[0])[1]
-    assert "are subtracted where the axes point in opposite directions, here to" in plan
-
-
 # --- the theorem that a last step uses ---
 
 
-@pytest.mark.parametrize(
-    ("line", "result", "used"),
-    [
-        (C(T1) * C(T2) + S(T1) * S(T2), C(T1 - T2), Theorem("cos-", "")),
-        (C(T1) * C(T1 + T2) + S(T1) * S(T1 + T2), C(T2), Theorem("cos-", "")),
-        (A1 * (S(T1) * C(T1 + T2) - C(T1) * S(T1 + T2)), -A1 * S(T2), Theorem("sin-", "")),
-        (C(T1) * C(T2) - S(T1) * S(T2), C(T1 + T2), Theorem("cos+", "")),
-        (S(T1) * C(T2) + C(T1) * S(T2), S(T1 + T2), Theorem("sin+", "")),
-        (C(T1) * C(T2) + D1, C(T1 + T2), None),
-        (C(T1) * C(T2) - S(T1) * S(T2) + C(T1) * S(T2) + S(T1) * C(T2), C(T1 + T2) + S(T1 + T2), None),
-    ],
-)
-def test_the_theorem_that_is_used(line: sp.Expr, result: sp.Expr, used: Theorem | None) -> None:
-    assert theorem_used(line, result, lambda trig: trig) == used
+def test_no_theorem_is_told_where_none_or_two_are_used() -> None:
+    two = C(T1) * C(T2) - S(T1) * S(T2) + C(T1) * S(T2) + S(T1) * C(T2)
+    for line, result in ((C(T1) * C(T2) + D1, C(T1 + T2)), (two, C(T1 + T2) + S(T1 + T2))):
+        assert theorem_used(line, result, lambda trig: trig) is None
 
 
 def test_a_turn_that_names_of_angles_bring_in_is_told() -> None:
@@ -174,16 +125,202 @@ def test_a_turn_that_names_of_angles_bring_in_is_told() -> None:
 @pytest.mark.parametrize(
     ("problem_id", "formula", "turned"),
     [
-        (
-            "planar-2r/416@frames",
-            r"\alpha \cos\beta - \cos\alpha \sin\beta = \sin(\alpha - \beta)$, and a quarter turn",
-            True,
-        ),
-        ("scara-rrrp/861@full", r"\cos\alpha \cos\beta + \sin\alpha \sin\beta = \cos(\alpha - \beta)$.", False),
-        ("scara-prrr/815@full", r"\sin\alpha \sin\beta = \cos(\alpha - \beta)$, and a quarter turn", True),
+        ("planar-2r/416@frames", r"= \sin(\alpha - \beta)", True),
+        ("scara-rrrp/861@full", r"= \cos(\alpha - \beta)", False),
+        ("scara-prrr/815@full", r"= \cos(\alpha - \beta)", True),
     ],
 )
 def test_a_determinant_cites_the_theorem_that_it_uses(problem_id: str, formula: str, turned: bool) -> None:
-    problem = problem_of(problem_id, "determinant")
-    text = worked_solution(problem, problem.parts[0])
-    assert formula in text and ("90^" in text.partition("The last step")[2].partition("\n")[0]) == turned
+    problem = generate(problem_id, ["determinant"])
+    line = worked_solution(problem, problem.parts[0]).partition("The last step")[2].partition("\n")[0]
+    assert formula in line and ("90^" in line) == ("a quarter turn" in line) == turned
+
+
+def same(first: sp.Expr, second: sp.Expr, seed: str) -> bool:
+    symbols = sorted(first.free_symbols | second.free_symbols, key=str)
+    stream = Stream(seed)
+    values = [[stream.uniform(-2, 2) for _ in symbols] for _ in range(3)]
+    here, there = ([float(sp.lambdify(symbols, e)(*each)) for each in values] for e in (first, second))
+    return bool(np.allclose(here, there, atol=1e-9))
+
+
+@pytest.mark.parametrize(
+    ("written", "expected"),
+    [
+        (
+            A2 * sp.cos(T1) * sp.cos(T2) + A3 * sp.cos(T1) + D2 * sp.sin(T1),
+            (A2 * sp.cos(T2) + A3) * sp.cos(T1) + D2 * sp.sin(T1),
+        ),
+        (sp.sin(T1) * R2 + sp.sin(T1) * R3, sp.sin(T1) * (R2 + R3)),
+        (sp.sin(T1) * R2 - sp.sin(T1) * R3, sp.sin(T1) * (R2 - R3)),
+        (A2 * sp.cos(T1) + A3 * sp.cos(T1 + T2), A2 * sp.cos(T1) + A3 * sp.cos(T1 + T2)),  # each link by its own angle
+        (sp.cos(T1) * R1 + sp.cos(T1) * A2 * R2, sp.cos(T1) * R1 + sp.cos(T1) * A2 * R2),  # two rates, two coefficients
+        (sp.cos(T1) * A2 + D2, sp.cos(T1) * A2 + D2),
+    ],
+)
+def test_what_is_gathered(written: sp.Expr, expected: sp.Expr) -> None:
+    assert gathered(sp.expand(written)) == expected
+
+
+def test_values_stay_and_products_become_fewer(family: str) -> None:
+    for step in ("chapter", "full"):
+        chain = sample_chain(ProblemId(family, 0, variation=step))
+        d = derive(chain)
+        for entry in (*d.position, *d.jacobian, *d.twist()):
+            shorter = gathered(entry)
+            assert same(entry, shorter, f"{family} {entry}")
+            assert sp.count_ops(shorter) <= sp.count_ops(entry)
+
+
+def arm(degrees: int | sp.Rational) -> Chain:
+    alpha = sp.Rational(degrees) * sp.pi / 180
+    joints = (Joint("R", sp.Symbol("theta1"), 0, 0, alpha), Joint("R", T2, 0, A2, 0))
+    return Chain("oblique", joints, ("vx", "vy", "vz"))
+
+
+@pytest.mark.parametrize(
+    ("degrees", "shown"),
+    [(75, ("75", "75")), (15, ("15", "15")), (105, ("75", "75")), (-75, ("75", "75")), (165, ("15", "15")),
+     (72, ("72", "72")), (sp.Rational(45, 2), ("22.5", "22.5")), (54, ("54", "54"))],
+)  # fmt: skip
+def test_a_twist_is_said_as_the_table_has_it(degrees: int, shown: tuple[str, str]) -> None:
+    chain = arm(degrees)
+    (turn,) = turns_of(chain)
+    cosine, sine = shown
+    assert tex(sp.cos(turn) * A2, chain) == rf"\cos({cosine}^\circ) a_{{2}}"
+    assert tex(sp.sin(turn) * A2, chain) == rf"\sin({sine}^\circ) a_{{2}}"
+
+
+def test_no_root_is_left_of_it_in_a_whole_derivation() -> None:
+    text = solution_text(solve(arm(75)))
+    assert "cos(75°)" in text
+    assert "15°" not in text
+    assert "√" not in text
+
+
+def test_angles_that_are_in_no_table_are_said_by_fifteen_degrees() -> None:
+    assert tex(sp.cos(5 * sp.pi / 12) * A2) == r"\sin(15^\circ) a_{2}"
+    assert tex(sp.cos(5 * sp.pi / 12) * A2, arm(90)) == r"\sin(15^\circ) a_{2}"
+
+
+def test_base_and_zeros_of_joints_count_as_the_table_does() -> None:
+    joints = (Joint("R", sp.Symbol("theta1") + 5 * sp.pi / 12, 0, A2, 0), Joint("P", sp.pi / 5, sp.Symbol("d2"), 0, 0))
+    chain = Chain("turned", joints, ("vx",), Base(yaw=-3 * sp.pi / 8, tilt=sp.pi))
+    assert turns_of(chain) == (5 * sp.pi / 12, sp.pi / 5, 3 * sp.pi / 8)
+
+
+@pytest.mark.parametrize(
+    "turn", [sp.pi / 12, 5 * sp.pi / 12, sp.pi / 8, 3 * sp.pi / 8, sp.pi / 5, sp.pi / 10, 2 * sp.pi / 5, 3 * sp.pi / 10]
+)
+def test_what_is_said_has_the_same_value(turn: sp.Expr) -> None:
+    x = sp.Symbol("x")
+    sine, cosine = sp.sin(turn), sp.cos(turn)
+    for whole in (3 * sine * x - cosine / 7, cosine**2 * x + 2, x / sine, sp.expand((sine + x) * (cosine - 2) * 5)):
+        said = with_turns(whole, (turn,))
+        assert abs(sp.N((said - whole).subs(x, sp.Rational(5, 7)), 30)) < 1e-25
+    assert with_turns(sine * x, (turn,)) == sp.sin(turn, evaluate=False) * x
+
+
+def test_roots_that_are_lengths_stay_what_they_are() -> None:
+    whole = sp.sqrt(2) * A2 / 4 + sp.sqrt(6) / 3 + sp.sqrt(5) * T2 + T2
+    assert with_turns(whole, (5 * sp.pi / 12,)) == whole
+
+
+RIGHT, THIRD = sp.pi / 2, sp.pi / 3
+CALL = re.compile(r"\\(?:sin|cos)(?:\^\{\d+\})?(?:\\left)?\((?:[^()]|\([^()]*\))*\)")
+"""A sine or cosine of something without a name."""
+
+
+def are_alike(one: sp.Expr, other: sp.Expr) -> bool:
+    """Return whether the sine and cosine of one angle are, up to signs, those of another."""
+    return any((2 * sp.expand(one - sense * other) / sp.pi).is_Integer for sense in (1, -1))
+
+
+@pytest.fixture
+def problem(problem: Problem) -> Problem:
+    """The problem of a sweep, of long arms with the parts of which it is the turn."""
+    return replace(problem, parts=tuple(parts_in_turn(problem))) if problem.id.family in LONG_ARMS else problem
+
+
+def test_every_angle_has_one_name_and_no_plain_one_has_any(problem: Problem) -> None:
+    meanings = Worked(problem.chain).angles.meanings
+    assert not any(are_alike(one, other) for one, other in combinations(meanings.values(), 2))
+    assert not any(map(is_plain, meanings.values()))
+
+
+def test_solutions_say_angles_by_their_names_only_and_in_degrees(problem: Problem) -> None:
+    for name, text in worked_solutions(problem).items():
+        assert r"\pi}" not in text and not re.search(r"\\theta[^$]*\\pi", text), name
+        said = re.sub(r"^(?:In what follows, l|L)et .*", "", text)  # where it is said what names stand for
+        unnamed = [call for call in CALL.findall(said) if r"\theta_{" in call]
+        # In the configuration that is asked about, some joints are put to values, which gives sums of their own.
+        assert name in ("lost-direction", "lost-motion") or not unnamed, (name, unnamed)
+
+
+def test_names_are_said_before_they_are_used_and_mean_the_same_in_all_parts(problem: Problem) -> None:
+    meanings: dict[str, str] = {}
+    whole = "".join(worked_solutions(problem).values())
+    for name, text in ((part.name, worked_solution(problem, part)) for part in problem.parts):
+        first = text.split("\n\n")[0]
+        said = dict(re.findall(r"\$(\\varphi'*_\{\d+\}) = ([^$]*)\$", first))
+        assert set(re.findall(r"\\varphi'*_\{\d+\}", text)) == set(said), name
+        assert all(meanings.setdefault(name, angle) == angle for name, angle in said.items()), name
+        short = re.findall(r"(?<![A-Za-z\\])[cs]_\{(\d+)\}", text)
+        assert (r"$c_i = \cos\theta_i$" in first) == any(len(digits) == 1 for digits in short), name
+        assert bool(re.search(r"\$[cs]_\{\d\d+\} = \\(cos|sin)\(", first)) == any(len(d) > 1 for d in short), name
+        # One sum in short is an example, where there are others.
+        others = set(re.findall(r"(?<![A-Za-z\\])[cs]_\{\d\d+\}", text)) - set(re.findall(r"[cs]_\{\d\d+\}", first))
+        assert first.endswith(", and so on.") == bool(others), (name, first, others)
+    assert all(whole.count(f"${name} = {angle}$") == 1 for name, angle in meanings.items())
+
+
+def test_code_means_the_reference(problem: Problem) -> None:
+    space = {name: getattr(sp, name) for name in ("Matrix", "Rational", "sin", "cos", "sqrt", "atan", "acos", "pi")}
+    for part in problem.parts:
+        if not isinstance(part.answer, (Expression, Matrix)):
+            continue
+        reference = sp.Matrix([part.answer.as_matrix()])
+        symbols = {symbol.name: symbol for symbol in reference.free_symbols}
+        value = sp.Matrix([eval(answer_code(problem, part), {**space, **symbols})])  # our own text, in a test
+        at = {symbols[name]: sp.Float(0.3 + 0.17 * i, 30) for i, name in enumerate(sorted(symbols))}
+        difference = (value - reference.reshape(*value.shape)).xreplace(at)
+        assert max((abs(entry) for entry in difference.evalf(30)), default=0) < 1e-11, part.name
+
+
+def planar(*thetas: sp.Expr, alphas: tuple[sp.Expr, ...] = (), base: Base | None = None) -> Chain:
+    """Return a planar arm with these angles in its table."""
+    twists = [*alphas, *[sp.S.Zero] * (len(thetas) - len(alphas))]
+    rows = zip(thetas, twists, strict=True)
+    joints = tuple(Joint("R", theta, sp.S.Zero, sp.Symbol(f"a{i}"), alpha) for i, (theta, alpha) in enumerate(rows, 1))
+    return Chain("arm", joints, ("vx", "vy"), base or Base())
+
+
+@pytest.mark.parametrize(
+    ("chain", "meanings"),
+    [
+        (planar(T1, T2), {}),
+        (planar(T1 + RIGHT, T2 - RIGHT), {}),  # quarter turns are worked out
+        (planar(T1, T2, base=Base(yaw=RIGHT)), {}),
+        (planar(T1 + THIRD, T2 + THIRD), {"1": T1 + THIRD, "12": T1 + T2 + 2 * THIRD, "2": T2 + THIRD}),
+        (planar(T1, T2, alphas=(sp.pi,)), {"12": T1 - T2}),
+        (planar(T1, T2, base=Base(yaw=THIRD)), {"1": T1 + THIRD, "12": T1 + T2 + THIRD}),
+    ],
+)
+def test_names_stand_for_the_angles_of_the_links(chain: Chain, meanings: dict[str, sp.Expr]) -> None:
+    names = angle_names(arm_angles(chain)).meanings
+    assert {str(name): meaning for name, meaning in names.items()} == {
+        rf"\varphi_{{{links}}}": meaning for links, meaning in meanings.items()
+    }
+
+
+@pytest.mark.parametrize(
+    ("expression", "shown"),
+    [
+        (A1 * C(T1 + 5 * sp.pi / 6), r"a_{1} \cos \varphi_{1}"),
+        (A1 * S(-T1 - 5 * sp.pi / 6), r"-a_{1} \sin \varphi_{1}"), (A1 * S(T1 + THIRD), r"-a_{1} \cos \varphi_{1}"),
+        (S(2 * T1 + 5 * sp.pi / 3), r"\sin(2 \varphi_{1})"), (C(T1), "c_{1}"),
+        (C(T1 + sp.pi / 4), r"\cos(\theta_{1} + 45^\circ)"),
+    ],
+)  # fmt: skip
+def test_an_angle_is_known_in_every_form_that_sympy_gives_it(expression: sp.Expr, shown: str) -> None:
+    assert tex(expression, None, angle_names([T1 + 5 * sp.pi / 6])) == shown

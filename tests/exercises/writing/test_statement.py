@@ -11,17 +11,15 @@ from pathlib import Path
 import pytest
 import sympy as sp
 
-from exercises import showing
 from exercises.answers import Choice, ConditionSet, Expression, Matrix, Number
-from exercises.errors import QdotError
 from exercises.families import FAMILIES
-from exercises.generation import generate
+from exercises.generation import generate, sample_chain
 from exercises.problem import Part, Problem, ProblemId
 from exercises.questions import QUESTIONS, recursion, screws
 from exercises.questions.singular import OfKind
 from exercises.quizzes import ASKED
 from exercises.render import template_folder
-from exercises.showing import FORMATS, problem_json, show
+from exercises.showing import problem_json, show
 from exercises.writing.latex import tex
 from exercises.writing.markup import to_html, to_html_for_mathjax, to_latex, to_text
 from exercises.writing.statement import (
@@ -33,13 +31,11 @@ from exercises.writing.statement import (
     worked_steps,
 )
 from exercises.writing.worked import Worked
-from tests.support import ROOT
-from tests.support.problems import drawn, parts_in_turn
+from tests.support.problems import LONG_ARMS, parts_in_turn
 from tests.support.programs import LATEX, needs
-from tests.support.suites import SHAPES, of_families, several
+from tests.support.suites import SHAPES, few_families, of_families, several
 
 CHAPTER = ("planar-2r", "elbow-3r", "polar-rp", "planar-3r")
-of_shapes = of_families(several([*SHAPES.values()], [*FAMILIES]))
 Draw = Callable[[str, int], Problem]
 
 
@@ -50,8 +46,9 @@ def test_every_question_has_its_templates() -> None:
 
 def test_every_question_has_its_turn_in_sweeps_that_look_at_some(drawn: Draw) -> None:
     looked_at = {part.name for family in SHAPES.values() for part in parts_in_turn(drawn(family, 0))}
-    of_other_conventions = {question.name for module in (recursion, screws) for question in module.QUESTIONS}
-    assert looked_at == set(QUESTIONS) - of_other_conventions
+    assert looked_at == set(QUESTIONS) - {
+        question.name for module in (recursion, screws) for question in module.QUESTIONS
+    }
 
 
 def test_prompts_ask_and_give_nothing_away(problem: Problem) -> None:
@@ -74,13 +71,13 @@ def _asks(part: Part, text: str) -> None:
 
 @pytest.mark.parametrize("family", CHAPTER)
 def test_the_words_do_not_tell_how_many_conditions_there_are(family: str) -> None:
-    problems = [drawn(family, seed, "frames") for seed in range(3)]
-    (text,) = {prompt(p, part) for p in problems for part in p.parts if part.kind == "singular-angles"}
+    problems = [generate(ProblemId(family, seed, ("singular-angles",), variation="frames")) for seed in range(3)]
+    (text,) = {prompt(problem, problem.parts[0]) for problem in problems}
     assert not re.search(r"\bone condition|two conditions", text)
 
 
 def test_worked_solutions_end_in_the_reference(problem: Problem) -> None:
-    for part in problem.parts:
+    for part in parts_in_turn(problem) if problem.id.family in LONG_ARMS else problem.parts:
         _explains(part, worked_solution(problem, part))
 
 
@@ -105,13 +102,6 @@ def _is_clean(text: str) -> None:
         assert latex.count(r"\begin{") == latex.count(r"\end{"), latex
 
 
-def test_elbow_solution_speaks_of_the_books_mistake(drawn: Draw) -> None:
-    problem = drawn("elbow-3r", 0)
-    part = next(part for part in problem.parts if part.kind == "singular-angles")
-    text = worked_solution(problem, part)
-    assert "The printed chapter gives" in text and "the chapter misses that $J$ loses rank where $P$ is on" in text
-
-
 def test_statement_gives_table_point_task_and_symbols(problem: Problem) -> None:
     text, chain = statement(problem, "A title"), problem.chain
     _is_clean(text)
@@ -131,14 +121,12 @@ def test_statement_gives_table_point_task_and_symbols(problem: Problem) -> None:
 class _Balance(HTMLParser):
     """Check that tags close in order."""
 
-    VOID = ("meta", "br", "img", "hr", "link")
-
     def __init__(self) -> None:
         super().__init__()
         self.open: list[str] = []
 
     def handle_starttag(self, tag: str, attrs: object) -> None:
-        if tag not in self.VOID:
+        if tag not in ("meta", "br", "img", "hr", "link"):
             self.open.append(tag)
 
     def handle_startendtag(self, tag: str, attrs: object) -> None:
@@ -148,7 +136,7 @@ class _Balance(HTMLParser):
         assert self.open.pop() == tag
 
 
-@of_shapes
+@few_families
 @pytest.mark.parametrize("solution", [False, True])
 def test_pages_texts_and_documents(problem: Problem, solution: bool) -> None:
     problem = replace(problem, parts=tuple(parts_in_turn(problem)))
@@ -167,6 +155,7 @@ def test_pages_texts_and_documents(problem: Problem, solution: bool) -> None:
         assert (max(answer.splitlines(), key=len) in text) == solution or answer in ("1", "-1")
 
 
+@pytest.mark.integration
 def test_latex_compiles(tmp_path: Path, drawn: Draw) -> None:
     needs("pdflatex", LATEX, in_ci=False)
     (tmp_path / "x.tex").write_text(show(drawn("planar-2r", 0), True, "latex"), encoding="utf-8")
@@ -174,7 +163,7 @@ def test_latex_compiles(tmp_path: Path, drawn: Draw) -> None:
     assert done.returncode == 0
 
 
-@of_shapes
+@few_families
 def test_json_is_the_contract(problem: Problem) -> None:
     problem = replace(problem, parts=tuple(parts_in_turn(problem)))
     plain, full = problem_json(problem, False), problem_json(problem, True, {"method": "exact"})
@@ -183,37 +172,12 @@ def test_json_is_the_contract(problem: Problem) -> None:
     assert not any("reference" in part or "solution" in part for part in plain["parts"])
     for part, given in zip(problem.parts, full["parts"], strict=True):
         assert {"name", "kind", "type", "shape", "prompt", "points", "needs", "reference"} <= set(given)
-        reference = given["reference"]
         if isinstance(part.answer, (Expression, Choice)):
-            assert isinstance(reference, str)
+            assert isinstance(given["reference"], str)
         elif part.shape is not None and part.shape[1] > 1:
-            assert [len(row) for row in reference] == [part.shape[1]] * part.shape[0]
+            assert [len(row) for row in given["reference"]] == [part.shape[1]] * part.shape[0]
         else:
-            assert all(isinstance(text, str) for text in reference)
-
-
-def test_unknown_format_is_refused(drawn: Draw) -> None:
-    with pytest.raises(QdotError, match="known: text, latex, html, json, ipynb"):
-        show(drawn("planar-2r", 0), False, "pdf")
-    assert tuple(FORMATS) == ("text", "latex", "html", "json", "ipynb")
-
-
-def test_figures_are_drawn_for_the_page_only(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A text and a LaTeX file show none, and to draw them takes longer than all else in these."""
-    made: list[object] = []
-
-    def drawn(*about: object) -> str:
-        made.append(about[-1])
-        return ""
-
-    monkeypatch.setattr(showing, "part_svg", drawn)
-    monkeypatch.setattr(showing, "solution_figure", drawn)
-    problem = generate("planar-2r/7", ["rank", "singular-angles"])
-    for form in ("text", "latex"):
-        show(problem, True, form)
-    assert made == []
-    show(problem, True, "html")
-    assert made == ["rank", "rank-solution", "singular-angles", "singular-angles-solution"]
+            assert all(isinstance(text, str) for text in given["reference"])
 
 
 def test_markdown_subset() -> None:
@@ -239,44 +203,30 @@ def test_conditions_are_listed_with_the_signs_that_they_have_in_the_determinant(
         assert not [each for each in sums if f"({tex(-each, chain, steps.angles)})" in determinant]
 
 
-@pytest.mark.parametrize("family", ["planar-2r", "elbow-3r"])
-def test_other_lengths_are_said_to_be_numbers_where_there_are_any(family: str) -> None:
-    """The chapter's arm has open lengths only; with one of them given as a number, the others are told apart."""
-    chapter = drawn(family, 0, "chapter")
-    assert "Other lengths" not in statement(chapter, "")
-    first, *others = chapter.chain.joints
-    chain = replace(chapter.chain, joints=(replace(first, a=sp.Rational(3, 10)), *others))
-    assert "Other lengths are numbers" in statement(replace(chapter, chain=chain), "")
-
-
 def test_what_an_earlier_part_has_found_is_not_derived_again() -> None:
     """A solution by itself shows the Jacobian and its determinant; behind the parts that ask for them it uses them."""
     asked = ("position", "jacobian", "determinant", "inverse-velocity", "singular-angles", "joint-torques")
     problem = generate(ProblemId("planar-2r", 1, asked, variation="chapter"))
     together = worked_solutions(problem)
-    found = {"jacobian": "coordinates", "singular-angles": "determinant", "joint-torques": "Jacobian"}
-    for name, said in found.items():
+    for name in ("jacobian", "singular-angles", "joint-torques"):
         alone = worked_solution(problem, problem[name])
-        assert re.search(rf"{said}.* found above", together[name]) and "found above" not in alone
+        assert "found above" in together[name] and "found above" not in alone
         assert len(alone) > len(together[name])
     assert "J = " in worked_solution(problem, problem["inverse-velocity"])
     assert "J = " not in together["inverse-velocity"]
-
-
-def test_names_of_angles_are_said_where_the_first_is_used() -> None:
-    problem = generate(ProblemId("elbow-3r", 2, ("jacobian-size", "position", "jacobian"), variation="full"))
-    texts = worked_solutions(problem)
-    with_names = [name for name, text in texts.items() if "let $" in text]
-    assert len(with_names) == 1 and with_names != ["jacobian-size"]
 
 
 @of_families(list(FAMILIES))
 def test_the_minor_that_shows_full_rank_is_that_of_the_jacobian_there(family: str) -> None:
     """It is a minor of J, not zero whatever the open lengths are."""
     for seed in range(several(2, 8)):
-        problem = generate(ProblemId(family, seed, variation="zeros"))
-        part = next((part for part in problem.parts if part.kind == "singularity-type"), None)
-        if part is None or part.about(OfKind).type != "regular" or len(problem.chain.task) == problem.chain.n:
+        identity = ProblemId(family, seed, ("singularity-type",), variation="zeros")
+        chain = sample_chain(identity)
+        if len(chain.task) == chain.n or QUESTIONS["singularity-type"].objects(chain) is not None:
+            continue
+        problem = generate(identity)
+        (part,) = problem.parts
+        if part.about(OfKind).type != "regular":
             continue
         steps, place = worked_steps(problem.chain), part.about(OfKind).place
         shown = steps.minor_at(place)
@@ -290,21 +240,15 @@ def test_the_minor_that_shows_full_rank_is_that_of_the_jacobian_there(family: st
         assert abs(there) > 1e-3 and abs(there - value.xreplace(lengths)) < 2e-3 * max(1, abs(there)), problem.id
 
 
-def test_platforms_that_set_formulas_break_such_a_line_too_and_move_a_wide_table() -> None:
+def test_lines_break_between_many_equations_and_a_wide_table_moves() -> None:
+    found = to_html(r"at $\theta_1 = -145^\circ, \theta_2 = 135^\circ, \theta_3 = 170^\circ$, in $(a, b, c)$")
+    assert found.count("<math") == 4 and found.count("</math>, <math") == 2
+    assert to_html(r"$d_1 = 0{,}55\,\text{m}; d_3 = 0{,}6\,\text{m}; a_2 = 1$").count("</math>; <math") == 2
+    assert to_html("$x = 1, y = 2$").count("<math") == 1
     page = to_html_for_mathjax(r"With $a_1 = 1,\; a_2 = 2,\; P = (0, 1)$, $x = 1, y = 2$ and $a < b$.")
     assert r"\(a_1 = 1\), \(a_2 = 2\), \(P = (0, 1)\), \(x = 1, y = 2\) and \(a &lt; b\)." in page
     page = to_html_for_mathjax("| a | b |\n|---|---|\n| 1 | 2 |\n")
-    assert re.fullmatch(
-        r'<div style="overflow-x: auto; position: relative"><table class=.*</table></div>\s*', page, re.DOTALL
-    )
-
-
-def test_a_line_of_a_page_breaks_between_many_equations() -> None:
-    found = to_html(r"at $\theta_1 = -145^\circ, \theta_2 = 135^\circ, \theta_3 = 170^\circ$, in $(a, b, c)$")
-    assert found.count("<math") == 4
-    assert found.count("</math>, <math") == 2
-    assert to_html(r"$d_1 = 0{,}55\,\text{m}; d_3 = 0{,}6\,\text{m}; a_2 = 1$").count("</math>; <math") == 2
-    assert to_html("$x = 1, y = 2$").count("<math") == 1
+    assert re.fullmatch(r'<div style="overflow-x: auto;[^>]*><table class=.*</table></div>\s*', page, re.DOTALL)
 
 
 def test_no_line_ends_between_a_formula_and_the_signs_that_belong_to_it() -> None:
@@ -312,5 +256,3 @@ def test_no_line_ends_between_a_formula_and_the_signs_that_belong_to_it() -> Non
     held = re.findall(r'<span class="whole">(.*?)</span>', page)
     assert [re.sub(r"<.*?>", "", each) for each in held] == ["O0.", "(a),"]
     assert to_html("Of $O_0$.", lambda latex, _: latex) == "<p>Of O_0.</p>\n"
-    for path in ("templates/feedback.css.j2", "templates/exports/paper.css.j2", "templates/problem.html.j2"):
-        assert ".whole { white-space: nowrap; }" in (ROOT / path).read_text(encoding="utf-8"), path
