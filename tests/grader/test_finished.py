@@ -21,7 +21,7 @@ from grader.finished import in_words
 from grader.marking import mark
 from tests.support.judging import diagnose
 from tests.support.problems import LONG_ARMS, asked, drawn
-from tests.support.suites import few_families
+from tests.support.suites import few_families, of_families
 
 PLANAR = planar_2r()
 C1, S1, C12, S12 = "cos(theta1)", "sin(theta1)", "cos(theta1 + theta2)", "sin(theta1 + theta2)"
@@ -125,7 +125,7 @@ def test_every_slip_in_a_formula_of_any_arm_is_named(family: str) -> None:
             assert diagnose(problem, part, answer, "finished") is not None, (part.name, edit.mistake, answer)
 
 
-@pytest.mark.families(tuple(name for name in FAMILIES if name not in LONG_ARMS), most=5)
+@of_families([name for name in FAMILIES if name not in LONG_ARMS])
 def test_a_slip_throughout_is_named_on_any_arm(family: str) -> None:
     problem = drawn(family, 0)
     part = next(part for part in problem.parts if part.name in ("jacobian", "joint-axes"))

@@ -98,8 +98,7 @@ EXAMPLES = (
     "grader/test_cli.py::test_solve_prints_example_63", "grader/test_cli.py::test_generate_grade_and_check",
     "repository/test_structure.py", "repository/test_suites.py",
 )  # fmt: skip
-"""What `make check` runs, files or beginnings of tests: an example of every question, mistake, export format and language,
-and of grading."""
+"""What `make check` runs: files, or beginnings of the names of tests."""
 
 
 def is_example(nodeid: str) -> bool:
