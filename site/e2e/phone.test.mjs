@@ -2,12 +2,12 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { ON_PHONE } from "./kinds.mjs";
+import { KINDS } from "./kinds.mjs";
 import { armOf, assertAccessible, drawn, inChromium, opened, openedAnew, PHONE } from "./opened.mjs";
 
 const there = inChromium();
 
-for (const path of ON_PHONE) {
+for (const path of KINDS) {
   test(`${path} is accessible on a phone in the dark`, async () => {
     const { page, wrong } = await opened(there, path, { ...PHONE, colorScheme: "dark" });
     await armOf(page);
