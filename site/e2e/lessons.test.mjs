@@ -20,7 +20,7 @@ const WALKS = [
 
 const there = inChromium();
 let site;
-before(() => (site = siteOfClasses(ARMS, ["puma-560", "lbr-7r"])));
+before(() => (site = siteOfClasses(ARMS, ["puma-560"])));
 after(() => site?.remove());
 
 for (const [by, code, offline] of WALKS)
