@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { drawn, inChromium, opened, PHONE, WIDE } from "./opened.mjs";
+import { drawn, emptyTab, inChromium, opened, PHONE, WIDE } from "./opened.mjs";
 import { focused } from "./walk.mjs";
 
 const there = inChromium();
@@ -125,8 +125,7 @@ for (const [name, options] of [
   ["on a phone", PHONE],
 ]) {
   test(`what has the focus stays in sight when the arm comes, ${name}`, async () => {
-    const context = await there.browser.newContext({ serviceWorkers: "block", ...options });
-    const page = await context.newPage();
+    const { page, context } = await emptyTab(there, options);
     let release;
     const held = new Promise((done) => (release = done));
     const asked = page.waitForRequest(/panel[^/]*\.js$/);

@@ -40,13 +40,11 @@ export async function firefox(speaks = "en-GB, en") {
     (each) => `user_pref(${each.map((part) => JSON.stringify(part)).join(", ")});`,
   );
   writeFileSync(join(profile, "user.js"), lines.join("\n"));
-  const child = spawn(PROGRAM, [
-    "--headless",
-    "--no-remote",
-    "--remote-debugging-port=0",
-    "--profile",
-    profile,
-  ]);
+  const child = spawn(
+    PROGRAM,
+    ["--headless", "--no-remote", "--remote-debugging-port=0", "--profile", profile],
+    { env: { ...process.env, TZ: "UTC" } },
+  );
   const address = await listening(child);
   const socket = new WebSocket(`${address}/session`);
   await new Promise((opened, failed) => {

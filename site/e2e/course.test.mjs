@@ -41,7 +41,10 @@ before(() => {
     cpSync(require.resolve(`scorm-again/${name}/min`), join(folder, `${name}.js`));
     writeFileSync(join(folder, `${name}-lms.html`), platformPage(version, name));
   }
-  writeFileSync(join(folder, "page.html"), "<!DOCTYPE html><title>A course</title><body></body>");
+  writeFileSync(
+    join(folder, "page.html"),
+    "<!DOCTYPE html><title>A course</title><link rel='icon' href='data:,'><body></body>",
+  );
   course = { folder };
 });
 before(async () => Object.assign(course, await served(course.folder)));
@@ -64,18 +67,8 @@ function platformPage(version, name) {
 
 /** The package of a version in its platform's page, with what that kept before. */
 async function launched(version, kept) {
-  const context = await there.browser.newContext({ viewport: { width: 1280, height: 900 } });
-  const page = await context.newPage();
-  const wrong = [];
-  page.on("pageerror", (error) => wrong.push(String(error)));
-  page.on("console", (said) => said.type() === "error" && wrong.push(said.text()));
-  await page.addInitScript(() => {
-    window.refused = [];
-    document.addEventListener("securitypolicyviolation", (event) =>
-      window.refused.push(event.violatedDirective),
-    );
-  });
-  await page.goto(`${course.root}/${VERSIONS[version]}-lms.html#${encodeURIComponent(JSON.stringify(kept))}`);
+  const path = `${VERSIONS[version]}-lms.html#${encodeURIComponent(JSON.stringify(kept))}`;
+  const { page, wrong, context } = await openedAnew({ ...there, server: course }, path);
   const frame = page.frameLocator("iframe");
   await frame.locator("form .answer").waitFor();
   return { page, frame, wrong, context };
@@ -181,11 +174,7 @@ test("students have arms of their own, and what was tried in vain may be looked 
 });
 
 test("a platform that takes nothing, or ends badly, keeps nobody from practising", async () => {
-  const context = await there.browser.newContext();
-  const page = await context.newPage();
-  const wrong = [];
-  page.on("pageerror", (error) => wrong.push(String(error)));
-  await page.goto(`${course.root}/page.html`);
+  const { page, wrong, context } = await openedAnew({ ...there, server: course }, "page.html");
   await page.evaluate(() => {
     const refuse = () => "false";
     const fail = () => {
@@ -218,9 +207,7 @@ test("a platform that takes nothing, or ends badly, keeps nobody from practising
 });
 
 test("a package without a platform says so, practises, and is kept in the browser", async () => {
-  const context = await there.browser.newContext();
-  const page = await context.newPage();
-  await page.goto(`${course.root}/scorm2004/index.html`);
+  const { page, context } = await openedAnew({ ...there, server: course }, "scorm2004/index.html");
   await page.getByText("No learning platform is found").waitFor();
   await page.locator("form .answer").waitFor();
   await answered(page, "1");
@@ -233,10 +220,8 @@ test("a package without a platform says so, practises, and is kept in the browse
 });
 
 /** A page of a course at another address, with a round in a frame; what it is sent stays in `told`. */
-async function framed(search, options) {
-  const context = await there.browser.newContext(options);
-  const page = await context.newPage();
-  await page.goto(`${course.root}/page.html`);
+async function framed(search) {
+  const { page, context } = await openedAnew({ ...there, server: course }, "page.html");
   await page.evaluate((address) => {
     window.told = [];
     window.addEventListener("message", ({ data, origin }) => window.told.push({ ...data, origin }));

@@ -51,12 +51,18 @@ export function faults() {
     return across > 2 && down > 4; // lines of a text share some pixels
   };
   // what is in a pane of its own, that is scrolled, is seen as far as the pane goes
-  const pane = (element) => element.closest(".arm-pane, .arm-side, .stage, .beside, .live");
-  for (let i = 0; i < boxes.length; i += 1) {
-    for (let k = i + 1; k < boxes.length; k += 1) {
-      const [a, b] = [boxes[i], boxes[k]];
-      if (a.element.contains(b.element) || b.element.contains(a.element)) continue;
-      if (pane(a.element) !== pane(b.element)) continue;
+  const placed = boxes
+    .map((box) => ({
+      ...box,
+      top: Math.min(...box.rects.map(({ top }) => top)),
+      bottom: Math.max(...box.rects.map(({ bottom }) => bottom)),
+      pane: box.element.closest(".arm-pane, .arm-side, .stage, .beside, .live"),
+    }))
+    .sort((a, b) => a.top - b.top);
+  for (const [i, a] of placed.entries()) {
+    for (let k = i + 1; k < placed.length && placed[k].top < a.bottom; k += 1) {
+      const b = placed[k];
+      if (a.pane !== b.pane || a.element.contains(b.element) || b.element.contains(a.element)) continue;
       if (a.rects.some((one) => b.rects.some((other) => over(one, other))))
         wrong.push(`${name(a.element)} and ${name(b.element)} lie over each other`);
     }

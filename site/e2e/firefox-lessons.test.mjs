@@ -1,5 +1,5 @@
 // What a student does in Firefox from beginning to end: a lesson to mastery of all classes of arms; one's own arm; a round
-// in another page's frame; a lesson that is kept, with no connection. All of it in `make whole`.
+// in another page's frame; a lesson that is kept, with no connection.
 import assert from "node:assert/strict";
 import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -11,9 +11,8 @@ import { firefox, Keys, MISSING } from "./bidi.mjs";
 import { firefoxPage, keyboard } from "./hands.mjs";
 import { answered, CLASSES, keptOffline, siteOfClasses, walkedToMastery, WORDS } from "./lesson.mjs";
 
-const left = process.env.QDOT_SUITE === "whole" ? false : "`make whole` does this";
-const ARMS = 3;
-describe("in Firefox, from beginning to end", { skip: MISSING || left }, () => {
+const ARMS = 2;
+describe("in Firefox, from beginning to end", { skip: MISSING }, () => {
   let folder, bank, remove, site, page;
 
   before(async () => {

@@ -1,7 +1,5 @@
-// Every page by its geometry, from a small phone to the widest screen, light and dark, in English and in German: nothing lies
-// over anything, nothing is wider than the screen or cut off, and no hole is left between what there is. QDOT_SUITE=whole
-// looks at every page in every size and language; else at one of each kind in three sizes, and at kinds of questions and
-// lessons in one, others each day.
+// Every page by its geometry, from a small phone to the widest screen, light or dark, in English or German: nothing lies
+// over anything, nothing is wider than the screen or cut off, and no hole is left between what there is.
 import assert from "node:assert/strict";
 import { readdirSync } from "node:fs";
 import { test } from "node:test";
@@ -11,13 +9,18 @@ import { KINDS } from "./kinds.mjs";
 import { armOf, drawn, inChromium, opened } from "./opened.mjs";
 
 const there = inChromium();
-const SIZES = [
-  [360, 740],
-  [390, 844],
-  [900, 800],
-  [1440, 900],
-  [2560, 1440],
-  [3840, 2160],
+/** Phones, then wider screens: a page is opened in the first size of a row, and gets the others while it is there. */
+const SCREENS = [
+  [
+    [360, 740],
+    [390, 844],
+  ],
+  [
+    [900, 800],
+    [1440, 900],
+    [2560, 1440],
+    [3840, 2160],
+  ],
 ];
 const MORE = ["practice.html?today=1", "own.html#robot=panda", "course.html", "404.html", "licences.html"];
 const ROUND = "practice.html?embed=1&arm=planar-2r&n=3&seed=a";
@@ -29,42 +32,36 @@ const QUESTIONS = [
 const LESSONS = ["rates", "columns", "differentiation", "propagation", "singular", "kinds", "path"].map(
   (lesson) => `learn.html?lesson=${lesson}`,
 );
-const IN_TURN = [...QUESTIONS, ...LESSONS, ROUND, `${ROUND}&lesson=columns`];
-const WHOLE = process.env.QDOT_SUITE === "whole";
+const OWN = [...KINDS, ...MORE, ...QUESTIONS, ...LESSONS, ROUND, `${ROUND}&lesson=columns`];
 
-/** Other pages each day, as in Python's tests/support/suites.py; a number of a day repeats a draw. */
-const DAY = Number(process.env.QDOT_ROTATION ?? Math.floor(Date.now() / 86_400_000));
-
-/** Pages that are looked at in the size with this number. */
-function pages(size) {
-  if (!WHOLE)
-    return [
-      ...[...KINDS, ...MORE].filter((_, i) => (i + size + DAY) % 2 === 0),
-      ...IN_TURN.filter((_, i) => (i + size + DAY) % SIZES.length === 0),
-    ];
+/** Pages with the languages and the colours in which they are looked at; of the others, the language is but at their edges. */
+function looks(screen) {
   const all = readdirSync(there.site.folder, { recursive: true, encoding: "utf8" })
     .map((name) => name.replaceAll("\\", "/"))
     .filter((name) => name.endsWith(".html"));
-  return [...new Set([...KINDS, ...MORE, ...IN_TURN, ...all.sort()])];
+  return [...new Set([...OWN, ...all.sort()])].flatMap((path, i) => {
+    const locales = OWN.includes(path) ? ["en-GB", "de-DE"] : [(i + screen) % 2 === 0 ? "en-GB" : "de-DE"];
+    return locales.map((locale) => ({ path, locale, colorScheme: i % 2 === 0 ? "light" : "dark" }));
+  });
 }
 
-for (const [k, [width, height]] of SIZES.entries()) {
-  test(`nothing lies over anything, is cut off, too wide or leaves a hole at ${width} pixels`, async () => {
+for (const [k, sizes] of SCREENS.entries())
+  test(`nothing lies over anything, is cut off, too wide or leaves a hole, from ${sizes[0][0]} pixels on`, async () => {
     const found = {};
-    for (const [i, path] of pages(k).entries()) {
-      const colorScheme = i % 2 === 0 ? "light" : "dark";
-      for (const locale of WHOLE ? ["en-GB", "de-DE"] : [(i + k + DAY) % 4 < 2 ? "en-GB" : "de-DE"]) {
-        const { page } = await opened(there, path, { viewport: { width, height }, colorScheme, locale });
-        await armOf(page).catch(() => undefined); // a page whose arm has no map is looked at as it is
+    const [first] = sizes.map(([width, height]) => ({ width, height }));
+    for (const { path, ...options } of looks(k)) {
+      const { page } = await opened(there, path, { viewport: first, ...options });
+      await armOf(page);
+      for (const [width, height] of sizes) {
+        await page.setViewportSize({ width, height });
         await page.evaluate(() => scrollTo(0, 0));
         await drawn(page);
         const wrong = await page.evaluate(faults);
-        if (wrong.length > 0) found[`${path} ${locale}`] = wrong;
+        if (wrong.length > 0) found[`${path} ${options.locale} ${width}`] = wrong;
       }
     }
     assert.deepEqual(found, {});
   });
-}
 
 test("what lies over something, is too wide or leaves a hole is found", async () => {
   const { page } = await opened(there, "learn.html", { viewport: { width: 900, height: 800 } });

@@ -1,5 +1,4 @@
-// One page of each kind, and which of them `make test` looks at: all that differ, and the two examples once each.
-
+/** One page of each kind. */
 export const KINDS = [
   "index.html",
   "learn.html",
@@ -17,12 +16,3 @@ export const KINDS = [
   "docs/students.html",
   "docs/commands.html",
 ];
-const WHOLE = process.env.QDOT_SUITE === "whole";
-/** Examples have one template: one with an arm in the plane, one with an arm in space. */
-const LEFT_TO_WHOLE = { wide: ["examples/6-3.html"], phone: ["examples/6-2.html"] };
-const taken = (where) => KINDS.filter((path) => WHOLE || !LEFT_TO_WHOLE[where].includes(path));
-
-export const ON_WIDE = taken("wide");
-export const ON_PHONE = taken("phone");
-/** How many tests are left to `make whole`. */
-export const LEFT = 2 * KINDS.length - ON_WIDE.length - ON_PHONE.length;

@@ -1,4 +1,4 @@
-// The way through the chapter in the browser: goals by touch, in German; a wrong link; what is due on the practice page.
+// The way through the chapter in the browser: goals; a wrong link; what is due on the practice page; the first page.
 // Lessons are walked from their ideas to mastery in lessons.test.mjs.
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -12,17 +12,6 @@ const solved = ["planar-2r/001.solutions", "planar-2r/001-quiz.solutions"];
 const typed = (kind) =>
   solved.flatMap((name) => bankOf(there.site.folder).bank(name).parts).find(({ name }) => name === kind)
     .typed;
-
-test("what is seen going is ticked by touch, too, and in German", async () => {
-  const { page, wrong } = await opened(there, "learn.html?lesson=singular", { ...PHONE, locale: "de-DE" });
-  await page.getByRole("heading", { name: "Wo es versagt" }).waitFor();
-  await page.getByRole("button", { name: "Gelenke", exact: true }).tap();
-  const angle = page.locator('.arm-joints input[type="number"]').nth(1);
-  await angle.fill("0");
-  await angle.press("Enter");
-  await page.locator(".goals li.reached").first().waitFor();
-  assert.deepEqual(wrong, []);
-});
 
 test("a path as it is laid first reaches no goal; one that is changed does", async () => {
   const { page } = await opened(there, "learn.html?lesson=path", WIDE);
@@ -121,41 +110,10 @@ test("in a German browser examples, their list, the gallery and the documentatio
   }
 });
 
-test("a German browser is spoken to in German, and its decimal comma is read where the page prints it", async () => {
-  const { page, wrong } = await opened(there, "practice.html?arm=planar-2r&question=determinant", {
-    ...WIDE,
-    locale: "de-AT",
-  });
-  const field = page.getByLabel("Deine Antwort");
-  await field.waitFor();
-  await field.fill("a1*(0,06*s2 - 0,3)");
-  await page.locator(".preview math").waitFor();
-  await page.getByRole("button", { name: "Prüfen" }).click();
-  await page
-    .locator(".verdict")
-    .getByText(/θ2 = -?\d+/)
-    .waitFor();
-  assert.deepEqual(wrong, []);
-});
-
-test("the first page is an arm at once, which is pulled to its singularity by keys; nothing lies over anything", async () => {
-  for (const width of [360, 700, 800, 960, 1440]) {
-    const { page } = await opened(there, "index.html", { viewport: { width, height: 900 } });
-    await page.locator(".arm-box").waitFor();
-    const boxes = await Promise.all(
-      [".hero h1", ".hero .lead", ".hero .actions", ".arm-box", ".hero-side", ".cards"].map((part) =>
-        page.locator(part).first().boundingBox(),
-      ),
-    );
-    boxes.forEach((a, i) =>
-      boxes.slice(i + 1).forEach((b) => {
-        const across = Math.min(a.x + a.width, b.x + b.width) - Math.max(a.x, b.x);
-        const down = Math.min(a.y + a.height, b.y + b.height) - Math.max(a.y, b.y);
-        assert.ok(across <= 1 || down <= 1, `${width} px: ${JSON.stringify([a, b])}`);
-      }),
-    );
-    assert.ok(boxes[3].y < 600, `${width} px: the arm begins at ${boxes[3].y}`);
-  }
+test("the first page is an arm at once, which is pulled to its singularity by keys", async () => {
+  const small = (await opened(there, "index.html", { viewport: { width: 360, height: 900 } })).page;
+  const { y } = await small.locator(".arm-box").boundingBox();
+  assert.ok(y < 600, `the arm begins at ${y}`);
   const { page } = await opened(there, "index.html");
   await page.locator(".arm-box").focus();
   await page.keyboard.press("2");
@@ -194,3 +152,11 @@ for (const [width, height] of [
     assert.ok(Math.hypot(still[0] - base[0], still[1] - base[1]) < 1, "it is seen from as near as before");
     assert.ok(now[0] < box.x + box.width && now[1] > box.y, "P is in the box");
   });
+
+test("a browser that keeps nothing is told so", async () => {
+  const { page, context } = await openedAnew(there, "learn.html");
+  await page.evaluate(() => Object.defineProperty(navigator, "serviceWorker", { value: {} }));
+  await page.getByText("Keep this course for offline").click();
+  await page.getByText(/This browser keeps nothing for offline here/).waitFor();
+  await context.close();
+});

@@ -10,6 +10,8 @@ const require = createRequire(import.meta.url);
 const AXE = readFileSync(require.resolve("axe-core/axe.min.js"), "utf8");
 export const WIDE = { viewport: { width: 1280, height: 900 } };
 export const PHONE = { viewport: { width: 390, height: 844 }, isMobile: true, hasTouch: true };
+/** The day on which every page is opened, whatever the date is. */
+const NOON = Date.parse("2026-11-25T12:00:00Z");
 /** Milliseconds between two looks at whether a page still asks for something. */
 const LOOK = 30;
 
@@ -38,20 +40,57 @@ export function inChromium() {
 export async function opened(there, path, options = WIDE) {
   const name = JSON.stringify({ ...WIDE, ...options });
   const tab = there.tabs.get(name) ?? (await tabIn(await contextFor(there, options), there.server.root));
-  if (there.tabs.has(name)) await tab.page.evaluate(() => localStorage.clear());
+  if (there.tabs.has(name)) {
+    await tab.page.evaluate(() => localStorage.clear());
+    await tab.page.setViewportSize({ ...WIDE, ...options }.viewport);
+  }
   there.tabs.set(name, tab);
   return tab.at(path);
 }
 
-/** The same in a browser that has kept nothing, with its context: for tests that count, hold or cut off what is loaded. */
+/** The same in a browser that has kept nothing, with its context: for tests that count or cut off what is loaded. */
 export async function openedAnew(there, path, options = WIDE) {
-  const context = await contextFor(there, options);
-  const tab = await tabIn(context, there.server.root);
-  return { ...(await tab.at(path)), context };
+  const { context, at } = await emptyTab(there, options);
+  return { ...(await at(path)), context };
 }
 
-const contextFor = ({ browser }, options) =>
-  browser.newContext({ serviceWorkers: "block", ...WIDE, ...options });
+/** A tab of such a browser, with how to open a page in it: for tests that do something before they open one. */
+export async function emptyTab(there, options = WIDE) {
+  const context = await contextFor(there, options);
+  return { context, ...(await tabIn(context, there.server.root)) };
+}
+
+/**
+ * A browser that has kept nothing. Its language, its time zone, the day, and what it draws by lot are the same on every
+ * machine; `noon` is another day than usual.
+ */
+async function contextFor({ browser }, { noon = NOON, ...options }) {
+  const here = { locale: "en-GB", timezoneId: "UTC", serviceWorkers: "block" };
+  const context = await browser.newContext({ ...here, ...WIDE, ...options });
+  await context.addInitScript(fixChance);
+  await context.addInitScript(fixDay, noon);
+  return context;
+}
+
+/** Sets the clock of a page, which runs on from there. It runs in the page. */
+function fixDay(noon) {
+  const ahead = noon - Date.now();
+  globalThis.Date = class extends Date {
+    constructor(...given) {
+      super(...(given.length > 0 ? given : [Date.now()]));
+    }
+    static now() {
+      return super.now() + ahead;
+    }
+  };
+}
+
+/** Makes a page draw the same lots each time it is opened. It runs in the page. */
+function fixChance() {
+  let last = 2 ** 30;
+  Math.random = () => (last = (last * 48271) % (2 ** 31 - 1)) / (2 ** 31 - 1);
+  crypto.getRandomValues = (numbers) => numbers.fill(Math.random() * 2 ** 32);
+}
 
 /** A new tab, and how to open a page in it; what went wrong is told for each page by itself. */
 async function tabIn(context, root) {

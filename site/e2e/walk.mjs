@@ -1,14 +1,21 @@
 // A page walked through by the Tab key alone.
 import assert from "node:assert/strict";
 
-/** Asserts that the first stop leads to the content, that every stop is in sight with its ring, and that all are met. */
-export async function assertWalked(page) {
+/** Asserts that the first stop leads to the content, and the next one into it. */
+export async function assertReached(page) {
   await page.evaluate(() => scrollTo(0, 0));
   await page.keyboard.press("Tab");
   assert.equal(await page.evaluate(() => document.activeElement.className), "skip", "the way to the content");
   await page.keyboard.press("Enter");
   assert.equal(await page.evaluate(() => document.activeElement.id), "main");
-  await page.evaluate(() => document.activeElement.blur());
+  await page.keyboard.press("Tab");
+  const { html, seen } = await page.evaluate(focused);
+  assert.ok(seen, `shows no focus: ${html}`);
+}
+
+/** Asserts that every stop is in sight with its ring, and that all are met. */
+export async function assertWalked(page) {
+  await page.evaluate(() => scrollTo(0, 0));
   const expected = await page.evaluate(stops);
   const met = [];
   for (let i = 0; i < expected + 50; i += 1) {

@@ -1,7 +1,5 @@
 // Runs the tests in the browser: the site is built once for all of them, one Chromium serves them, and two files are at
-// work at a time.
-//
-// QDOT_SUITE=whole looks at more pages.
+// work at a time. QDOT_SUITE=whole runs all files; else only smoke.test.mjs is run, or the files that are named.
 //
 //     QDOT=../.venv/bin/qdot npm run e2e        # or SITE=folder of a built site
 import { spawn } from "node:child_process";
@@ -9,7 +7,6 @@ import { readdirSync } from "node:fs";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 
-import { LEFT } from "../e2e/kinds.mjs";
 import { builtSite, CHROMIUM, shared } from "./browser.mjs";
 
 /** On two cores a second file runs while the first waits for its page; more only wait for each other. */
@@ -20,9 +17,11 @@ if (!CHROMIUM) {
   process.exit(process.env.CI ? 1 : 0);
 }
 const folder = join(dirname(fileURLToPath(import.meta.url)), "../e2e");
-const wanted = process.argv.slice(2);
-const files = readdirSync(folder).filter((name) => name.endsWith(".test.mjs"));
-const chosen = wanted.length ? files.filter((name) => wanted.some((part) => name.includes(part))) : files;
+const named = process.argv.slice(2);
+const wanted = named.length > 0 ? named : process.env.QDOT_SUITE === "whole" ? [""] : ["smoke"];
+const chosen = readdirSync(folder).filter(
+  (name) => name.endsWith(".test.mjs") && wanted.some((part) => name.includes(part)),
+);
 const site = builtSite();
 const browser = await shared();
 const tests = spawn(
@@ -40,7 +39,5 @@ for (const signal of ["SIGINT", "SIGTERM"]) process.on(signal, () => tests.kill(
 tests.on("exit", async (code) => {
   await browser.close();
   site.remove();
-  if (LEFT && !wanted.length)
-    console.log(`${LEFT} pages in the browser are left out: \`make whole\` looks at them`);
   process.exit(code ?? 1);
 });
