@@ -183,6 +183,7 @@ def test_where_rank_is_lost_everywhere_it_is_said() -> None:
     assert "every configuration" in solution_text(solution)
 
 
+@pytest.mark.whole
 def test_twists_lengths_and_points_that_are_no_polynomials_are_taken() -> None:
     """A twist of 40 degrees, a length with a root, and a point before the last joint, on whose axis it lies or not."""
     joints = list(_arm("iiwa").joints)
@@ -209,6 +210,7 @@ LONG_MINORS: Rows = [(90, ".2", 0, 90), (0, 0, 0, -90), (30, 0, 0, -90), (90, 0,
 SHORT_MINORS: Rows = [(0, 0, 0, 90), (0, 0, "a2", 0), (0, 0, 0, 90), (0, "h4", "a4", 0)]
 
 
+@pytest.mark.whole
 def test_a_position_whose_minors_are_long_is_solved_by_a_force_that_does_no_work() -> None:
     """An arm whose minors of 2,610 terms led to nothing in 20 seconds of a processor."""
     chain = _of_position(LONG_MINORS)
@@ -225,6 +227,7 @@ def test_a_position_whose_minors_are_long_is_solved_by_a_force_that_does_no_work
     assert errors("solve", json.loads(solution_json(solution))) == []
 
 
+@pytest.mark.whole
 def test_special_lengths_are_told_by_elimination(monkeypatch: pytest.MonkeyPatch) -> None:
     """Links 3 and 4 as long as each other, folded on one another: P is on the axis of joint 3 then."""
     chain = _of_position([(0, 0, 0, 90), (0, 0, "a2", 0), (0, 0, "a3", 90), (0, 0, "a4", 0)])
@@ -253,6 +256,7 @@ def test_the_minors_of_short_arms_are_kept() -> None:
 
 
 @pytest.mark.parametrize("point", [(0, 0, 0), (".1", 0, ".3")])
+@pytest.mark.whole
 def test_by_elimination_a_position_loses_rank_where_it_does_by_minors(
     monkeypatch: pytest.MonkeyPatch, point: tuple[object, ...]
 ) -> None:

@@ -168,6 +168,7 @@ def test_kinds_are_the_textbooks(name: str, kind: str, folder: Path) -> None:
     assert (only["type"], only["uniform"]) == (kind, True)
 
 
+@pytest.mark.whole
 def test_scorbot_arm_has_the_shoulder_that_the_book_leaves_out(folder: Path) -> None:
     solution = _solved("elbow_RRR_shoulder_offset_(Scorbot_point_P)", folder)
     elbow, shoulder = solution_data(solution)["singular"]
@@ -177,6 +178,7 @@ def test_scorbot_arm_has_the_shoulder_that_the_book_leaves_out(folder: Path) -> 
     assert "somewhere only if a₁ ≤ a₂ + a₃" in " ".join(solution_text(solution).split())
 
 
+@pytest.mark.whole
 def test_what_the_chapter_has_otherwise_is_said_of_its_own_arm_only(tmp_path: Path) -> None:
     """Not of a file's arm of the same shape, whatever it and its file are called."""
     family = generate(ProblemId("elbow-3r", 0, ("singular-angles",), variation="chapter"))

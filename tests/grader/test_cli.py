@@ -126,6 +126,7 @@ def test_bad_input_gets_one_message_and_code_2(args: tuple[str, ...], said: str)
     assert runner.invoke(app, ["shwo"]).exit_code == 2
 
 
+@pytest.mark.whole
 def test_solve_prints_example_63(tmp_path: Path) -> None:
     (tmp_path / "elbow.toml").write_text(ELBOW)
     found = json.loads(run("solve", tmp_path / "elbow.toml", "--format", "json"))
@@ -193,6 +194,7 @@ def test_compare_by_argument_and_by_batch(tmp_path: Path) -> None:
     assert result.stderr.startswith("qdot: line 1: ") and "2 more lines" in result.stderr
 
 
+@pytest.mark.whole
 def test_verify_problems_and_families(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("exercises.console.EVERY", 0.0)  # as long work tells its progress in a log
     result = runner.invoke(app, ["verify", "planar-pr/7", "polar-rp/1", "--jobs", "1"])

@@ -189,6 +189,7 @@ def test_a_bad_line_stops_no_other() -> None:
 # --- a cell that was stopped ---
 
 
+@pytest.mark.whole
 def test_a_cell_that_is_stopped_behind_its_answer_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assignment = a_class(tmp_path / "hw", [Student("s01"), Student("s02")])
 

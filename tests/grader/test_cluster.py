@@ -364,6 +364,7 @@ def test_where_no_scheduler_answers_is_told(folder: Path, monkeypatch: pytest.Mo
 # --- shares ---
 
 
+@pytest.mark.whole
 def test_shares_put_together_are_the_whole(folder: Path, undisturbed: dict[str, bytes], tmp_path: Path) -> None:
     for share in ("1/2", "2/2"):
         machine = Path(shutil.copytree(folder, tmp_path / share[0]))
@@ -378,6 +379,7 @@ def test_shares_put_together_are_the_whole(folder: Path, undisturbed: dict[str, 
     assert kept_in(folder).items() >= kept.items()
 
 
+@pytest.mark.whole
 def test_slurms_lines_of_the_page_grade_the_class(folder: Path, undisturbed: dict[str, bytes]) -> None:
     """An array of jobs, each with its number, and after any end of them the job that writes the reports."""
     page = (ROOT / "docs" / "many-submissions.md").read_text(encoding="utf-8")

@@ -203,6 +203,7 @@ def typed(piece: str) -> str:
     return equations[0] if len(equations) == 1 else f"And({', '.join(equations)})"
 
 
+@pytest.mark.whole
 def test_the_page_on_partial_credit_is_up_to_date() -> None:
     assert (ROOT / "docs" / "partial-credit.md").read_text(encoding="utf-8") == credit_page()
 

@@ -68,6 +68,7 @@ def test_best_tells_in_one_line_what_is_not_enforced_and_goes_on(folder: Path, w
     assert len(lines) == 1 and "network: watched in Python only" in lines[0]
 
 
+@pytest.mark.whole
 def test_strict_grades_where_it_can_be_had(folder: Path) -> None:
     before = load_assignment(folder)
     (folder / "assignment.toml").write_text(TOML.format('sandbox = "strict"\n'))

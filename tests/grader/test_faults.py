@@ -238,6 +238,7 @@ def around(undisturbed: dict[str, bytes]) -> dict[str, dict[str, Any]]:
     return {result["student"]: result for result in results[AROUND]}
 
 
+@pytest.mark.whole
 def test_who_ends_every_process_is_ungraded_and_the_others_are_not(folder: Path, undisturbed: dict[str, bytes]) -> None:
     expected = around(undisturbed)
     results = graded(folder, 9)
@@ -288,6 +289,7 @@ def test_a_notebook_answers_for_its_process_only_if_it_is_lost_twice(handed_in: 
 
 
 @pytest.mark.parametrize("blocks", several([24], [1, 8, 24]))
+@pytest.mark.whole
 def test_a_file_that_cannot_be_written_whole_is_one_message(
     folder: Path, undisturbed: dict[str, bytes], blocks: int
 ) -> None:

@@ -7,7 +7,6 @@ import pytest
 
 from exercises.arm.stages import as_formulas, formulas
 from exercises.docs import planar_2r
-from exercises.families import FAMILIES
 from exercises.formula.expression import read
 from exercises.formula.program import compile_program, evaluate
 from exercises.formula.trees import Node, node_text, size_of
@@ -20,8 +19,8 @@ from exercises.stream import Stream
 from grader.finished import in_words
 from grader.marking import mark
 from tests.support.judging import diagnose
-from tests.support.problems import LONG_ARMS, asked, drawn
-from tests.support.suites import few_families, of_families
+from tests.support.problems import asked, drawn
+from tests.support.suites import few_families
 
 PLANAR = planar_2r()
 C1, S1, C12, S12 = "cos(theta1)", "sin(theta1)", "cos(theta1 + theta2)", "sin(theta1 + theta2)"
@@ -125,7 +124,7 @@ def test_every_slip_in_a_formula_of_any_arm_is_named(family: str) -> None:
             assert diagnose(problem, part, answer, "finished") is not None, (part.name, edit.mistake, answer)
 
 
-@of_families([name for name in FAMILIES if name not in LONG_ARMS])
+@few_families
 def test_a_slip_throughout_is_named_on_any_arm(family: str) -> None:
     problem = drawn(family, 0)
     part = next(part for part in problem.parts if part.name in ("jacobian", "joint-axes"))

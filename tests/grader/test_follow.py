@@ -167,6 +167,7 @@ def invented(problem: Problem) -> dict[str, str]:
 
 
 @few_families
+@pytest.mark.whole
 def test_nothing_follows_from_what_never_looked_at_the_arm(family: str, drawn: Draw) -> None:
     problem = drawn(family, 0)
     names = [part.name for part in problem.parts]

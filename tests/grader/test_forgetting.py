@@ -68,6 +68,7 @@ STAYS = {
 """What has something of ada still, and is told of."""
 
 
+@pytest.mark.whole
 def test_nothing_is_left_of_a_student(folder: Path) -> None:
     sheets = folder / "exports" / "pdf" / "exam"
     sheets.mkdir(parents=True)

@@ -8,16 +8,14 @@ how the sentence begins that the student reads. `right` has the right answer whe
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cache
 from typing import Any
 
 import pytest
 import sympy as sp
 
 from exercises.answers import LETTERS, Choice, Number
-from exercises.generation import generate
 from exercises.notebook import claims
-from exercises.problem import Part, Problem, ProblemId
+from exercises.problem import Part, Problem
 from grader.answer import Given
 from grader.check import due_claimed, readable
 from grader.function_values import asked_of
@@ -25,6 +23,7 @@ from grader.parts import judge_given
 from grader.reading import due_of, read_answer
 from grader.sandbox import Sandbox
 from tests.support import DATA
+from tests.support.problems import drawn
 
 FORMS = [json.loads(line) for line in (DATA / "forms.jsonl").read_text(encoding="utf-8").splitlines()]
 CELLS, TEXTS = ([form for form in FORMS if form["where"] == where] for where in ("cell", "text"))
@@ -39,10 +38,9 @@ P, q = Matrix([px, py]), Matrix([theta1, theta2])
 SEED = "forms"
 
 
-@cache
 def problem() -> Problem:
     """The plain arm of the chapter."""
-    return generate(ProblemId("planar-2r", 0, variation="chapter"))
+    return drawn("planar-2r", 0, "chapter")
 
 
 def part_of(form: Mapping[str, Any]) -> Part:

@@ -308,6 +308,7 @@ def test_a_group_that_nobody_is_in_is_told_with_those_that_there_are(assignment:
     assert without_answers(assignment, overrides, list(of_groups)) == []
 
 
+@pytest.mark.whole
 def test_the_page_shows_groups_with_their_key_and_the_command_tells_an_unknown_one(assignment: Assignment) -> None:
     def settled(points: str, comment: str, group: str) -> tuple[str, list[dict[str, Any]]]:
         line = f"student,part,points,comment,group\n,,{points},{comment},{group}\n"

@@ -89,6 +89,7 @@ def test_marks_are_taken_away_of_a_whole_class_only(folder: Path) -> None:
         assert "--gone is about a whole class;" in fails("grade", str(folder), "--gone", option)
 
 
+@pytest.mark.whole
 def test_whose_mark_moved_and_why(folder: Path, released: Path) -> None:
     hand_in(folder, released, "s1/hw.ipynb", -1, position="blank")
     hand_in(folder, released, "s2/hw.ipynb", 1)

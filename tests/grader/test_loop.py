@@ -16,7 +16,7 @@ from grader.marking import mark
 from grader.sandbox import Sandbox
 from grader.verdict import Outcome
 from tests.support.problems import some_parts
-from tests.support.suites import few_of, several
+from tests.support.suites import few_families, few_of, several
 
 Draw = Callable[[str, int], Problem]
 
@@ -85,6 +85,7 @@ def mistakes(part: Part, right: str) -> dict[str, str]:
     return {name: wrong for name, wrong in found.items() if angles or name != "degrees"}
 
 
+@few_families
 def test_the_usual_mistakes_fail(problem: Problem, sandbox: Sandbox, monkeypatch: pytest.MonkeyPatch) -> None:
     """Which mistake it is isn't looked for: it changes no mark, takes most of the time, and has test_diagnosis.py."""
     monkeypatch.setattr("grader.marking.diagnose", lambda *_: None)

@@ -107,6 +107,7 @@ def test_the_state_at_the_deadline_is_fetched_by_the_servers_clock(
     assert not list(assignment.folder.glob(".submitted-*"))
 
 
+@pytest.mark.whole
 def test_who_could_not_be_asked_has_no_mark_and_who_pushed_nothing_a_zero(
     assignment: Assignment, github: Server, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -18,6 +18,7 @@ from tests.platforms.repositories import Class, counts
 from tests.support.hosting import serving
 
 
+@pytest.mark.whole
 def test_prairielearns_python_has_to_import_what_its_questions_call() -> None:
     _need(Path(sys.executable), "grader.marking")
     with pytest.raises(subprocess.CalledProcessError):

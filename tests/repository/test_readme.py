@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 from exercises.assignment import load_assignment
 from grader.cli import app
 from tests.support import ROOT
-from tests.support.suites import WHOLE
+from tests.support.suites import WHOLE, several
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"^( *)```toml\n(.*?)^ *```", README, re.MULTILINE | re.DOTALL)
@@ -33,6 +33,7 @@ def shorter(command: list[str]) -> list[str]:
 
 ON_AN_ASSIGNMENT = [command for command in commands() if "homework" in command or command[0] == "check"]
 BY_THEMSELVES = [command for command in commands() if command not in ON_AN_ASSIGNMENT]
+QUICK = [command for command in BY_THEMSELVES if command[0] != "solve"]
 
 
 def ran(command: list[str]) -> None:
@@ -58,7 +59,7 @@ def test_every_command_on_an_assignment_runs(tmp_path: Path, monkeypatch: pytest
     }  # fmt: skip
 
 
-@pytest.mark.parametrize("command", BY_THEMSELVES, ids=" ".join)
+@pytest.mark.parametrize("command", several(QUICK, BY_THEMSELVES), ids=" ".join)
 def test_every_command_by_itself_runs(command: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     ran(command)

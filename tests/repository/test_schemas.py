@@ -93,6 +93,7 @@ def test_problems(problem: str) -> None:
     assert errors("show", {**content, "robot": {**content["robot"], "joints": [{"kind": "X"}]}})
 
 
+@pytest.mark.whole
 def test_solutions(tmp_path: Path) -> None:
     row = '[[joint]]\nkind = "R"\ntheta = "theta{i}"\nd = 0\na = "a{i}"\nalpha = 0\n'
     for joints, task in ((1, '["vx"]'), (2, '["vx", "vy"]'), (3, '["vx", "vy"]'), (2, '["wx", "wz"]')):

@@ -56,7 +56,7 @@ for arguments in %r:
 
 def test_nothing_is_sent_by_any_command(tmp_path: Path) -> None:
     folder = str(tmp_path / "hw")
-    commands = [["init", folder], ["families"], ["show", "polar-rp/1", "--solution"], ["verify", "polar-rp/1"]]
+    commands = [["init", folder], ["families"], ["show", "polar-rp/1", "--solution"]]
     if WHOLE:
         commands += [
             [name, folder, *options, "--jobs", "1"]

@@ -8,9 +8,10 @@ from tests.tools.readers import Asked, differences, question_of
 
 def test_both_readers_say_the_same() -> None:
     """Trees, refusals and verdicts; `python -m tests.tools.readers --count 20000 --seed x` asks for more."""
-    assert list(differences(question_of(several(150, 6000), "a"))) == []
+    assert list(differences(question_of(several(60, 6000), "a"))) == []
 
 
+@pytest.mark.whole
 def test_a_difference_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("tests.tools.readers.tree_text", lambda text, known: "(else)")
     monkeypatch.setattr("tests.tools.readers.verdict", lambda problem, name, text: ("partial", 0.5))

@@ -37,6 +37,7 @@ def test_trees_and_verdicts_for_the_site_are_up_to_date() -> None:
         assert outcome == list(verdict(problem, name, text)), ANEW
 
 
+@pytest.mark.whole
 def test_forms_for_the_site_are_up_to_date() -> None:
     assert FORMS.read_text(encoding="utf-8") == forms_text(), ANEW
 

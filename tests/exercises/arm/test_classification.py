@@ -138,6 +138,7 @@ def test_where_no_configuration_is_found_nothing_is_said_of_looks(family: str) -
     assert meaning(sample_chain(ProblemId(family, 1)), []).endswith(("dependent", "one line", "one plane"))
 
 
+@pytest.mark.whole
 def test_several_conditions_look_like_more_than_one_of_them_does() -> None:
     """Axes 1 and 3 of a 7R arm on one line cost no rank; with axes 5 and 7 on another they do."""
     said = meanings("lbr-7r")

@@ -72,6 +72,7 @@ def test_a_robot_of_fixed_lengths_is_told_to_be_the_same_for_all(tmp_path: Path)
     assert len(notes) == 1 and notes[0].startswith("p1: scorbot") and "variation" not in notes[0]
 
 
+@pytest.mark.whole
 def test_what_is_made_of_a_bank_is_made_by_many_processes_and_is_the_same(order: Order) -> None:
     """Nobody but this process is told how far it is, and of what can't be asked."""
     steps, notes = list[int](), list[str]()

@@ -36,7 +36,7 @@ from exercises.variation import STEPS
 from tests.support import problems
 from tests.support.figures import crossings, faults
 from tests.support.problems import LONG_ARMS
-from tests.support.suites import families_for, of_families, several
+from tests.support.suites import families_for, few_families, of_families, several
 
 SVG = "{http://www.w3.org/2000/svg}"
 PI = sp.pi
@@ -265,6 +265,7 @@ def test_axes_are_named_where_they_tell_something(arm: str, there: set[str], not
     assert names >= set(there) and not names & set(not_there)
 
 
+@few_families
 def test_no_name_lies_on_another_and_no_link_across_one_at_any_step(family: str) -> None:
     """A link crosses another one only where it does so in every pose that is looked at."""
     for step in STEPS if family not in LONG_ARMS else several(("full",), tuple(STEPS)):

@@ -55,7 +55,7 @@ def made(arm: str) -> dict[str, Made]:
     return answers
 
 
-@pytest.mark.parametrize("arm", ASKED)
+@pytest.mark.parametrize("arm", several([arm for arm in ASKED if arm != "planar-2r"], list(ASKED)))
 def test_every_mistake_is_wrong_and_named(arm: str) -> None:
     """By its name, or by that of another that gives the very same answer."""
     its = made(arm)

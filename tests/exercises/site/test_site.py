@@ -83,6 +83,7 @@ def loaded(site: Path, name: str) -> Any:
     return json.loads((site / "bank" / f"{name}.json").read_text())
 
 
+@pytest.mark.whole
 def test_the_chapters_pages_tell_where_the_book_differs() -> None:
     found = {page.path: page.body for page in chapter_pages()}
     assert len(re.findall("<h2>", found["examples/errata.html"])) == len(corrections())
@@ -261,6 +262,7 @@ def test_a_rebuild_removes_what_an_earlier_build_wrote_and_nothing_else(
     assert (site / "practice.html").exists()
 
 
+@pytest.mark.whole
 def test_a_site_is_told_in_the_convention_of_a_course(built: Path, few_pages: None, tmp_path: Path) -> None:
     site = Path(shutil.copytree(built, tmp_path / "site"))
     assert "convention" not in loaded(site, "polar-rp/001")["robot"]

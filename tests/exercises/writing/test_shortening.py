@@ -23,6 +23,7 @@ from exercises.writing.statement import answer_code, worked_solution, worked_sol
 from exercises.writing.turns import turns_of, with_turns
 from exercises.writing.worked import AngleSums, Worked
 from tests.support.problems import LONG_ARMS, parts_in_turn
+from tests.support.suites import few_families
 
 T1, T2, T3, A1, A2, A3, D1, D2 = sp.symbols("theta1 theta2 theta3 a1 a2 a3 d1 d2")
 R1, R2, R3 = sp.symbols("qd1 qd2 qd3")
@@ -162,6 +163,7 @@ def test_what_is_gathered(written: sp.Expr, expected: sp.Expr) -> None:
     assert gathered(sp.expand(written)) == expected
 
 
+@few_families
 def test_values_stay_and_products_become_fewer(family: str) -> None:
     for step in ("chapter", "full"):
         chain = sample_chain(ProblemId(family, 0, variation=step))
