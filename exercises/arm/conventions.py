@@ -45,16 +45,19 @@ class Row:
         return theta, d, self.a, self.alpha
 
 
+UPSIDE_DOWN = Pose(rot_x(sp.pi), sp.zeros(3, 1))
+"""How the frame of a joint that counts the other way is moved."""
 SHORT = 40
 """Operations that a coordinate of an axis may have to be told as it is."""
 
-Placed = tuple[Base, tuple[Joint, ...]]
+Placed = tuple[Base, tuple[Joint, ...], Point | None]
 
 
-def standard(rows: Sequence[Row], base: Pose = HOME) -> Placed:
-    """Return base and table of an arm by rows of the standard table, some of whose variables may be reversed.
+def standard(rows: Sequence[Row], base: Pose = HOME, point: Point | None = None) -> Placed:
+    """Return base, table and point of an arm by rows of the standard table, some of whose variables may be reversed.
 
-    Rz(-q) is Rx(pi) Rz(q) Rx(-pi): what turns the other way turns about an axis the other way up.
+    Rz(-q) is Rx(pi) Rz(q) Rx(-pi): what turns the other way turns about an axis the other way up. A base has no turn
+    about its own z axis: that is joint 1's. The point is told in its frame as that stands in the end.
     """
     rows = list(rows)
     for i, row in enumerate(rows):
@@ -63,37 +66,37 @@ def standard(rows: Sequence[Row], base: Pose = HOME) -> Placed:
             if i:
                 rows[i - 1] = replace(rows[i - 1], alpha=in_one_turn(rows[i - 1].alpha + sp.pi))
             else:
-                base = base @ Pose(rot_x(sp.pi), sp.zeros(3, 1))
+                base = base @ UPSIDE_DOWN
+            point = _with_frame_moved(point, i, UPSIDE_DOWN)
+    placed, turned = (Base(), sp.S.Zero) if base == HOME else stood_on(base)
+    rows[0] = replace(rows[0], theta=rows[0].theta + turned)
     joints = []
     for number, row in enumerate(rows, 1):
         turn, slide = (1, 0) if row.kind == "R" else (0, 1)
         theta, d = row.theta + turn * sp.Symbol(f"theta{number}"), row.d + slide * sp.Symbol(f"d{number}")
         joints.append(Joint(row.kind, theta, d, row.a, row.alpha))
-    return (Base(), tuple(joints)) if base == HOME else stood_on(base, joints)
+    return placed, tuple(joints), _with_frame_moved(point, 0, Pose(rot_z(-turned), sp.zeros(3, 1)))
 
 
-def modified(rows: Sequence[Row], base: Pose = HOME) -> Placed:
-    """Return base and table of an arm by rows of the modified table, whose alpha and a stand before their joint."""
-    first, *others = rows
-    moved = Pose(rot_x(first.alpha), sp.Matrix([first.a, 0, 0]))
-    behind = [(row.a, row.alpha) for row in others] + [(sp.S.Zero, sp.S.Zero)]
-    shifted = [replace(row, a=a, alpha=alpha) for row, (a, alpha) in zip(rows, behind, strict=True)]
-    return standard(shifted, base if moved == HOME else base @ moved)
+def modified(rows: Sequence[Row], base: Pose = HOME, point: Point | None = None) -> Placed:
+    """Return base, table and point of an arm by rows of the modified table, whose alpha and a stand before their joint.
 
-
-def standard_point(point: Point, rows: Sequence[Row], is_modified: bool) -> Point:
-    """Return a point in the standard table, which was told in a frame of the table that is written.
-
-    A frame of the modified one stands before its link; one before a joint that counts the other way is upside down.
+    So do its frames; those of the standard table stand behind them.
     """
-    if point.frame == len(rows):
+    links = [Pose(rot_x(row.alpha), sp.Matrix([row.a, 0, 0])) for row in rows]
+    behind = [(row.a, row.alpha) for row in rows[1:]] + [(sp.S.Zero, sp.S.Zero)]
+    shifted = [replace(row, a=a, alpha=alpha) for row, (a, alpha) in zip(rows, behind, strict=True)]
+    for i, link in enumerate(links):
+        point = _with_frame_moved(point, i, link)
+    return standard(shifted, base if links[0] == HOME else base @ links[0], point)
+
+
+def _with_frame_moved(point: Point | None, frame: int, moved: Pose) -> Point | None:
+    """Return a point as its frame tells it once that is moved by a pose; as it is where another frame is moved."""
+    if point is None or point.frame != frame:
         return point
-    link, offset = rows[point.frame], sp.Matrix(point.offset)
-    if is_modified:
-        offset = rot_x(-link.alpha) * (offset - sp.Matrix([link.a, 0, 0]))
-    if link.reversed:
-        offset = rot_x(sp.pi) * offset
-    return Point(point.frame, (offset[0], offset[1], offset[2]))
+    x, y, z = moved.rotation.T * (sp.Matrix(point.offset) - moved.origin)
+    return Point(frame, (x, y, z))
 
 
 def by_axes(axes: Sequence[Axis], point: sp.Matrix, link: int) -> tuple[Base, tuple[Joint, ...], Point | None]:

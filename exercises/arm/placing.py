@@ -5,7 +5,7 @@ an angle as a multiple of pi/12 or an arctangent, a length as a fraction or the 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import mpmath
 import numpy as np
@@ -64,19 +64,18 @@ class Axis:
 # --- a base anywhere ---
 
 
-def stood_on(pose: Pose, joints: Sequence[Joint]) -> tuple[Base, tuple[Joint, ...]]:
-    """Return a base and the same table such that frame O_0 stands at a pose: a last turn about z_0 is joint 1's.
+def stood_on(pose: Pose) -> tuple[Base, sp.Expr]:
+    """Return the base that stands at a pose but for a last turn about its z axis, and that turn (rad).
 
     The pose's angles are numbers.
     """
-    tilt, yaw, phi = min(_turns(pose.rotation), key=lambda turns: (turns[2] != 0, abs(turns[1]), -turns[0]))
-    first = replace(joints[0], theta=joints[0].theta + phi)
+    tilt, yaw, turn = min(_turns(pose.rotation), key=lambda turns: (turns[2] != 0, abs(turns[1]), -turns[0]))
     x, y, z = pose.origin.applyfunc(exactly)
-    return Base((x, y, z), yaw, tilt), (first, *joints[1:])
+    return Base((x, y, z), yaw, tilt), turn
 
 
 def _turns(r: sp.Matrix) -> list[tuple[sp.Expr, sp.Expr, sp.Expr]]:
-    """Return the two ways of turning a frame as Rz(yaw) Rx(tilt) Rz(phi): (tilt, yaw, phi); one if z_0 is upright."""
+    """Return the two ways of turning a frame as Rz(yaw) Rx(tilt) Rz(turn): (tilt, yaw, turn); one if z_0 is upright."""
     if is_zero(r[0, 2]) and is_zero(r[1, 2]):
         return [(sp.S.Zero if r[2, 2] > 0 else sp.pi, angle_of(r[0, 0], r[1, 0]), sp.S.Zero)]
     size = sp.sqrt(neat(1 - r[2, 2] ** 2))
@@ -98,7 +97,7 @@ def table_of_axes(axes: Sequence[Axis], point: sp.Matrix) -> tuple[Base, tuple[J
     the origin before it.
     """
     stand = _Stand(_first(axes[0]))
-    base, _ = stood_on(stand.frame, (Joint("P", 0, 0, 0, 0),))
+    base, _ = stood_on(stand.frame)
     joints, tool = [], None
     for number, axis in enumerate(axes, 1):
         before, along = stand, stand.frame.rotation[:, 2]

@@ -38,7 +38,7 @@ import numpy as np
 import sympy as sp
 
 from exercises.arm.chain import CALLED, CONVENTIONS, TASK_ROWS, TWIST_ORDERS, Base, Chain, Joint, Point
-from exercises.arm.conventions import Row, axes_of_rows, by_axes, is_rounded, modified, standard, standard_point
+from exercises.arm.conventions import Row, axes_of_rows, by_axes, is_rounded, modified, standard
 from exercises.arm.derivation import derive
 from exercises.arm.entry import check_role, doubt, value_of
 from exercises.arm.kinematics import NumericChain
@@ -305,11 +305,11 @@ class _Reader:
         base = self._pose("base")
         if base != HOME or self.convention == "modified-dh":
             self.told = axes_of_rows(rows, base, self.convention == "modified-dh"), None
-        placed, joints = (modified if self.convention == "modified-dh" else standard)(rows, base)
+        table = modified if self.convention == "modified-dh" else standard
         if self.convention != "dh" or any(row.reversed for row in rows):
             written = zip(rows, self.variables, strict=True)
             self.given = Given(self.convention, tuple(row.written(own) for row, own in written), self._told_base())
-        return placed, joints, self._point(rows)
+        return table(rows, base, self._point())
 
     def _told_base(self) -> tuple[Triple, Triple] | None:
         """Return position and angles of the base as they are told."""
@@ -332,8 +332,9 @@ class _Reader:
                 values[key] = self._checked(value, key in ANGLES)
         return Row(kind, values["theta"], values["d"], values["a"], values["alpha"], is_reversed)
 
-    def _point(self, rows: Sequence[Row]) -> Point | None:
-        n = len(rows)
+    def _point(self) -> Point | None:
+        """Return the point of interest in a frame of the table as it is written, None where none is told."""
+        n = len(self.rows)
         if "tool" in self.table:
             if "point" in self.table:
                 raise QdotError(
@@ -350,10 +351,8 @@ class _Reader:
                 match = re.fullmatch(r"O_?(\d{1,2})", raw)
                 if match is None or int(match.group(1)) > n:
                     raise QdotError(right)
-                point = Point(int(match.group(1)))
-            else:
-                point = self._told_point(raw, right)
-        return standard_point(point, rows, self.convention == "modified-dh")
+                return Point(int(match.group(1)))
+            return self._told_point(raw, right)
 
     def _told_point(self, raw: object, right: str) -> Point:
         """Return a point as [x, y, z] on the last link, or {frame = 2, offset = [x, y, z]}."""

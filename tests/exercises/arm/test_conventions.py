@@ -10,7 +10,7 @@ import pytest
 import sympy as sp
 
 from exercises.arm.chain import CONVENTIONS, Base, Chain, Joint, Point
-from exercises.arm.conventions import axes_of
+from exercises.arm.conventions import TABLES, axes_of
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.library import robot_path, robots
 from exercises.arm.robot_file import Robot, read_robot_file
@@ -81,29 +81,30 @@ def test_an_arm_is_written_in_every_convention_and_read_again(family: str, step:
 
 
 @pytest.mark.parametrize("frame", [0, 1, 2, 3])
-def test_a_modified_table_is_multiplied_out_as_its_book_does(frame: int, tmp_path: Path) -> None:
-    """Rx(alpha_{i-1}) Tx(a_{i-1}) Rz(theta_i) Tz(d_i), with joints that count the other way, and base.
+@pytest.mark.parametrize("convention", TABLES)
+def test_a_table_is_multiplied_out_as_its_book_does(convention: str, frame: int, tmp_path: Path) -> None:
+    """Rx(alpha) Tx(a) and Rz(theta) Tz(d), whichever is first, with joints that count the other way, and base.
 
-    P moves with a frame, or with the tool's, which is behind the last one; on a base with a pitch, not with frame 0.
+    P moves with a frame, or with the tool's, which is behind the last one.
     """
     point = (
         f"point = {{frame = {frame}, offset = [0.05, 0, 0.2]}}" if frame < 3 else "tool = {position = [0.05, 0, 0.2]}"
     )
-    rpy = [30, 45 if frame else 0, 90]
     slide = '[[joint]]\nkind = "P"\ntheta = 45\nd = "0.2 - d2"\na = "l"\nalpha = -60\n'
-    text = f"""{HEAD}convention = "modified-dh"
+    text = f"""{HEAD}convention = "{convention}"
 angles = "degrees"
 task = ["vx"]
-base = {{position = [0.1, -0.2, 0.3], rpy = {rpy}}}
+base = {{position = [0.1, -0.2, 0.3], rpy = [30, 45, 90]}}
 {point}
 {row("-q1 + 30", 0.4, "0.3", 90)}{slide}{row("theta3", 0, "0.25", 180)}"""
     chain, rad, stream = read(tmp_path, text).chain, np.deg2rad, Stream("modified")
     for _ in range(4):
         q, long = [stream.uniform(-2, 2) for _ in range(3)], stream.uniform(0.2, 1)
         rows = [(rad(90), 0.3, -q[0] + rad(30), 0.4), (rad(-60), long, rad(45), 0.2 - q[1]), (np.pi, 0.25, q[2], 0)]
-        pose = placed([0.1, -0.2, 0.3], rad(rpy))
+        pose = placed([0.1, -0.2, 0.3], rad([30, 45, 90]))
         for alpha, a, theta, d in rows[:frame]:
-            pose = pose @ about("x", alpha) @ shift(a, 0, 0) @ about("z", theta) @ shift(0, 0, d)
+            link, own = about("x", alpha) @ shift(a, 0, 0), about("z", theta) @ shift(0, 0, d)
+            pose = pose @ (link @ own if convention == "modified-dh" else own @ link)
         np.testing.assert_allclose(place(chain, q, {"l": long}), (pose @ [0.05, 0, 0.2, 1])[:3], atol=1e-12)
 
 
