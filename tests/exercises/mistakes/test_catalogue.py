@@ -9,6 +9,7 @@ from exercises.mistakes import finished
 from exercises.mistakes.catalogue import CATALOGUE
 from tests.support.judging import diagnose
 from tests.support.problems import asked, drawn
+from tests.support.suites import several
 from tests.tools.diagnoses import Made, answers_with, verdict_on
 
 ASKED = {
