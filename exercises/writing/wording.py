@@ -536,10 +536,11 @@ class Wording(AxisNames):
         of_kind: dict[Kind, list[Values]] = {}
         for values, kind in every:
             of_kind.setdefault(kind, []).append(values)
+        or_between = ", " + self.words.gettext("or") + " "
         return " ".join(
             self.words.gettext(
                 "At %(values)s: %(case)s",
-                values=f", {self.words.gettext('or')} ".join(map(self._at, places)),
+                values=or_between.join(map(self._at, places)),
                 case=self.case(kind, len(places[0])),
             )
             for kind, places in of_kind.items()
