@@ -24,6 +24,9 @@ from grader.reading import due_of, read_answer
 from grader.sandbox import Sandbox
 from tests.support import DATA
 from tests.support.problems import drawn
+from tests.support.suites import several
+
+pytestmark = pytest.mark.xdist_group("forms")  # run once
 
 FORMS = [json.loads(line) for line in (DATA / "forms.jsonl").read_text(encoding="utf-8").splitlines()]
 CELLS, TEXTS = ([form for form in FORMS if form["where"] == where] for where in ("cell", "text"))
@@ -75,9 +78,10 @@ TOGETHER = 12
 
 @pytest.fixture(scope="module")
 def typed(sandbox: Sandbox) -> list[Typed]:
-    """All forms: each that is Python in a cell of its own."""
-    runs = (_run(sandbox, CELLS[begin : begin + TOGETHER]) for begin in range(0, len(CELLS), TOGETHER))
-    return [*(one for run in runs for one in run), *(Typed(form, form["typed"]) for form in TEXTS)]
+    """All forms, in `make test` every third: each that is Python in a cell of its own."""
+    cells, texts = CELLS[:: several(3, 1)], TEXTS[:: several(3, 1)]
+    runs = (_run(sandbox, cells[begin : begin + TOGETHER]) for begin in range(0, len(cells), TOGETHER))
+    return [*(one for run in runs for one in run), *(Typed(form, form["typed"]) for form in texts)]
 
 
 def _run(sandbox: Sandbox, forms: list[dict[str, Any]]) -> list[Typed]:
