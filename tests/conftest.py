@@ -154,12 +154,21 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Leave out what the suite leaves out, unless a test is named on the command line."""
+    for item in items:
+        _keep_together(item)
     if WHOLE or any("::" in name for name in config.args):
         return
     taken = [item for item in items if _is_in_suite(item)]
     LEFT_OUT["tests"] += len(items) - len(taken)
     config.hook.pytest_deselected(items=list(set(items) - set(taken)))
     items[:] = taken
+
+
+def _keep_together(item: pytest.Item) -> None:
+    """Run tests that share a fixture of their file in one process, which makes it once."""
+    fixtures = item._fixtureinfo.name2fixturedefs.values() if hasattr(item, "_fixtureinfo") else ()
+    if any(one.scope == "module" for found in fixtures for one in found) and not item.get_closest_marker("xdist_group"):
+        item.add_marker(pytest.mark.xdist_group(item.path.stem))
 
 
 def _is_in_suite(item: pytest.Item) -> bool:

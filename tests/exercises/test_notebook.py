@@ -8,6 +8,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache
+from itertools import product
 from typing import Any
 
 import nbformat
@@ -19,13 +20,14 @@ from markdown_it import MarkdownIt
 from exercises.answers import Choice, ConditionSet, Direction, Expression, Matrix, Number
 from exercises.arm.chain import CONVENTIONS, TWIST_ORDERS
 from exercises.arm.told import is_by_axes
+from exercises.families import FAMILIES
 from exercises.generation import generate
 from exercises.notebook import notebook_text, solution_notebook, student_notebook
 from exercises.problem import Part, Problem, variable
 from exercises.self_check import RELATIONS, check_cell, function_cell
 from exercises.writing.statement import answer_code, statement
 from tests.support.problems import drawn, parts_in_turn
-from tests.support.suites import few_families
+from tests.support.suites import FEW, few_families, several
 
 pytestmark = few_families  # notebooks are built of any problem in the same way
 
@@ -298,8 +300,10 @@ def _sabotaged(problem: Problem) -> Iterator[tuple[str, str, Any]]:
         yield relation.question, name, wrong
 
 
-@pytest.mark.parametrize("convention", ["dh", "screws"])
-@few_families
+@pytest.mark.parametrize(
+    ("family", "convention"),
+    several([*zip(FEW, ("screws", "dh", "screws"), strict=True)], [*product(FAMILIES, ("dh", "screws"))]),
+)
 def test_an_entry_gone_wrong_does_not_fit(family: str, convention: str) -> None:
     problem = drawn(family, 0, convention=convention)
     space = _space(problem)
@@ -307,8 +311,9 @@ def test_an_entry_gone_wrong_does_not_fit(family: str, convention: str) -> None:
         assert _told(problem, {name: wrong}, question, space)[question].startswith("No."), question
 
 
-@pytest.mark.parametrize("twist_order", TWIST_ORDERS)
-@few_families
+@pytest.mark.parametrize(
+    ("family", "twist_order"), several([*zip(FEW, TWIST_ORDERS, strict=False)], [*product(FAMILIES, TWIST_ORDERS)])
+)
 def test_right_answers_of_an_arm_told_by_axes_fit(family: str, twist_order: str) -> None:
     told = _told(drawn(family, 1, convention="screws", twist_order=twist_order), {})
     assert {said for question, said in told.items() if question != SINGULAR} <= {

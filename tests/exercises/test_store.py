@@ -18,8 +18,6 @@ from exercises.release import init_assignment, release
 from exercises.render import CompiledBeside
 from grader.certify import CERTIFIER
 
-pytestmark = pytest.mark.xdist_group("store")  # the class is made once
-
 STUDENTS = [Student("ada"), Student("bob")]
 SLOTS = """
 [[problem]]

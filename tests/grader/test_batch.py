@@ -24,9 +24,7 @@ from grader.reports.write import write_page, write_reports
 from grader.sandbox import Limits
 from grader.settle import Result
 from grader.submission import OTHER_EDITION, find_submissions
-from tests.support.handing_in import UNCERTIFIED, one_sandbox
-
-pytestmark = pytest.mark.xdist_group("batch")  # the class is made once
+from tests.support.handing_in import UNCERTIFIED, one_process
 
 TOML = """title = "T"
 key = "hw"
@@ -77,7 +75,7 @@ def hand_in(assignment: Assignment, name: str, text: str | bytes) -> Path:
 def grade(assignment: Assignment, jobs: int = 0) -> dict[str, dict[str, Any]]:
     (assignment.folder / "submitted").mkdir(exist_ok=True)
     found = find_submissions(assignment, assignment.folder / "submitted").found
-    with nullcontext() if jobs else one_sandbox():  # processes can't share one
+    with nullcontext() if jobs else one_process():  # processes can't share one
         results = grade_class(assignment, found, jobs, Limits(seconds=20, cell_seconds=2), lambda _: None)
     assert [result["student"] for result in results] == STUDENTS
     return {result["student"]: result for result in results}

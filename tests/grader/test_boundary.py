@@ -23,7 +23,7 @@ from grader.reports.tables import status
 from grader.reports.write import write_page, write_reports
 from grader.sandbox import Limits, Sandbox
 from grader.submission import find_submissions, time_of
-from tests.support.handing_in import Result, a_class, hand_in, one_sandbox, right
+from tests.support.handing_in import Result, a_class, hand_in, one_process, right
 
 VICTIM = "s02"
 PLANTED = "planted"
@@ -39,7 +39,7 @@ def assignment(tmp_path: Path) -> Assignment:
 
 def graded(assignment: Assignment) -> dict[str, Result]:
     """Grade the class and write its reports; return the results as they stand in results.jsonl."""
-    with one_sandbox():
+    with one_process():
         found = find_submissions(assignment, assignment.folder / "submitted").found
         results = grade_class(assignment, found, 0, Limits(seconds=20), lambda _: None, write_page=write_page)
         results = write_reports(assignment, results)

@@ -36,7 +36,6 @@ from tests.support.handing_in import (
     text,
 )
 
-pytestmark = pytest.mark.xdist_group("cells-as-they-come")
 SETUP, POSITION, JACOBIAN, DETERMINANT = 1, 2, 3, 4
 """Places of cells; people count from 1."""
 

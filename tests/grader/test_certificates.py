@@ -23,8 +23,6 @@ from grader.certificates import Record
 from grader.certify import CERTIFIER, Task, certify_all, record_of
 from grader.cli import program
 
-pytestmark = pytest.mark.xdist_group("certificates")  # the folder is made once
-
 JOINTS = [("theta1", '"d1"', "0", '"pi/2"'), ("theta2", "0", '"a2"', "0"), ("theta3", "0", '"a3"', "0")]
 ROWS = [f'[[joint]]\nkind = "R"\ntheta = "{q}"\nd = {d}\na = {a}\nalpha = {alpha}\n' for q, d, a, alpha in JOINTS]
 ARM = f'name = "lab arm"\n{"".join(ROWS)}[draw]\na2 = [0.3, 0.8]\na3 = [0.3, 0.8]\n'

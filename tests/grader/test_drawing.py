@@ -30,7 +30,7 @@ from grader.cli import app
 from grader.demo import answered
 from tests.support import ROOT
 from tests.support.command import fails, run, runner
-from tests.support.handing_in import one_sandbox
+from tests.support.handing_in import one_process
 
 pytestmark = pytest.mark.xdist_group("drawing")
 
@@ -125,7 +125,7 @@ def test_the_draw_that_was_handed_out_is_graded_and_shown(folder: Path, monkeypa
         path = folder / "submitted" / f"{student}.ipynb"
         path.write_text(answered(text.decode(), assignment.problems(student), lambda code, _: code))
     monkeypatch.undo()  # whoever grades finds nothing wrong with the first draws, and has redrawn.csv
-    with one_sandbox():
+    with one_process():
         run("grade", folder, "--jobs", "1")
         results = [json.loads(line) for line in (folder / "graded" / "results.jsonl").read_text().splitlines()]
         assert all(result["score"] == result["max_score"] for result in results)

@@ -47,7 +47,6 @@ STUDENTS = [f"s{i:02d}" for i in range(8)]
 CUT_OFF = "s03: hw.ipynb is not a Jupyter notebook, or was cut off (line 7)\n"
 """What an undisturbed run says on standard error."""
 REPORTS = ("results.jsonl", "grades.csv")
-pytestmark = pytest.mark.xdist_group("faults")  # the class is made and graded once
 
 
 @pytest.fixture(scope="module")

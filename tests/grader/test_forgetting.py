@@ -18,9 +18,7 @@ from grader.batch import alone
 from grader.certify import CERTIFIER
 from tests.support import ROOT
 from tests.support.command import fails, run
-from tests.support.handing_in import a_class, contents, hand_in, one_sandbox, right
-
-pytestmark = pytest.mark.xdist_group("forgetting")  # the folder is made once
+from tests.support.handing_in import a_class, contents, hand_in, one_process, right
 
 STUDENTS = (
     Student("ada", "Ada King Lovelace", "ada@example.org"), Student("bo", "Bo Example", "bo@example.org"),
@@ -49,7 +47,7 @@ def graded(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def grade(folder: Path, *options: str) -> str:
-    with one_sandbox():
+    with one_process():
         return run("grade", folder, "--jobs", "1", *options)
 
 

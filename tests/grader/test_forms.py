@@ -26,8 +26,6 @@ from tests.support import DATA
 from tests.support.problems import drawn
 from tests.support.suites import several
 
-pytestmark = pytest.mark.xdist_group("forms")  # run once
-
 FORMS = [json.loads(line) for line in (DATA / "forms.jsonl").read_text(encoding="utf-8").splitlines()]
 CELLS, TEXTS = ([form for form in FORMS if form["where"] == where] for where in ("cell", "text"))
 SETUP = """

@@ -30,7 +30,7 @@ from grader.reports.rows import rows_of
 from grader.reports.tables import count_set, grades_csv, is_marked
 from grader.settle import Graded, settle
 from tests.support.command import runner
-from tests.support.handing_in import a_class, grade, hand_in, one_sandbox, right
+from tests.support.handing_in import a_class, grade, hand_in, one_process, right
 from tests.support.results import result
 from tests.support.suites import several
 
@@ -313,7 +313,7 @@ def test_the_page_shows_groups_with_their_key_and_the_command_tells_an_unknown_o
     def settled(points: str, comment: str, group: str) -> tuple[str, list[dict[str, Any]]]:
         line = f"student,part,points,comment,group\n,,{points},{comment},{group}\n"
         (assignment.folder / "overrides.csv").write_text(line)
-        with one_sandbox():
+        with one_process():
             errors = runner.invoke(app, ["grade", str(assignment.folder), "--jobs", "1"]).stderr
         lines = (assignment.folder / "graded" / "results.jsonl").read_text().splitlines()
         return errors, [json.loads(line) for line in lines]

@@ -15,7 +15,7 @@ from grader import hosts, pushed
 from grader.pushed import counts_until, main
 from tests.support.ci import git
 from tests.support.command import run
-from tests.support.handing_in import TOML, a_class, one_sandbox, right
+from tests.support.handing_in import TOML, a_class, one_process, right
 from tests.support.hosting import TOKEN, Server, serving
 
 pytestmark = pytest.mark.xdist_group("pushed")
@@ -126,7 +126,7 @@ def test_who_could_not_be_asked_has_no_mark_and_who_pushed_nothing_a_zero(
     assert "404 Not Found" in row["unreached"] and not row["left_out"]
 
     def statuses(code: int) -> list[str]:
-        with one_sandbox():
+        with one_process():
             run("grade", assignment.folder, "--jobs", "1", code=code)
         with (assignment.folder / "graded" / "grades.csv").open() as table:
             return [row["status"] for row in csv.DictReader(table)]
@@ -183,7 +183,7 @@ def test_feedback_goes_to_its_student_and_nothing_is_sent_where_it_is_the_same(
         github.push(f"course/hw-{student}", {"hw.ipynb": right(assignment, student)}, IN_TIME)
     git("init", "--quiet", "--bare", github.bare("course/hw-cy"))
     assert collect(assignment) == 0
-    with one_sandbox():
+    with one_process():
         run("grade", assignment.folder, "--jobs", "1")
     bare, heads = github.bare("course/hw-bo"), []
     for _ in range(2):

@@ -23,9 +23,7 @@ from grader.reports.feedback import feedback_page
 from grader.reports.tables import SUMS, grades_csv, status
 from grader.settle import Graded, settle
 from tests.support import command
-from tests.support.handing_in import UNCERTIFIED, one_sandbox
-
-pytestmark = pytest.mark.xdist_group("settle")  # the class is made once
+from tests.support.handing_in import UNCERTIFIED, one_process
 
 DUE = datetime.datetime(2027, 1, 15, 12, tzinfo=datetime.UTC)
 HOUR = datetime.timedelta(hours=1)
@@ -275,7 +273,7 @@ def hand_in(folder: Path, released: Path, name: str, hours: float, **answers: st
 
 
 def run(folder: Path, *options: str) -> tuple[dict[str, dict[str, Any]], str]:
-    with one_sandbox():
+    with one_process():
         printed = command.run("grade", folder, "--jobs", "1", *options)
     lines = (folder / "graded" / "results.jsonl").read_text().splitlines()
     return {result["student"]: result for result in map(json.loads, lines)}, printed

@@ -12,9 +12,7 @@ from exercises.release import release
 from grader import upgrade
 from grader.certify import CERTIFIER
 from tests.support.command import fails, run
-from tests.support.handing_in import a_class, contents, hand_in, one_sandbox, right
-
-pytestmark = pytest.mark.xdist_group("upgrade")  # the folder is made once
+from tests.support.handing_in import a_class, contents, hand_in, one_process, right
 
 
 @pytest.fixture(scope="module")
@@ -23,7 +21,7 @@ def graded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     release(made, CERTIFIER, 1, lambda _: None)
     hand_in(made, "ada/hw.ipynb", right(made, "ada"))
     hand_in(made, "bo/hw.ipynb", right(made, "bo", lambda cells: cells[-1].update(source="p1_determinant = a1")))
-    with one_sandbox():
+    with one_process():
         run("grade", made.folder, "--jobs", "1")
     return made.folder
 
@@ -36,7 +34,7 @@ def folder(graded: Path, tmp_path: Path) -> Path:
 def checked(folder: Path, *options: str, code: int = 0) -> list[str]:
     """Return the lines that are printed after the first, without the folder's name; nothing is written by that."""
     before = contents(folder)
-    with one_sandbox():
+    with one_process():
         said = run("upgrade-check", folder, "--jobs", "1", *options, code=code)
     assert contents(folder) == before
     return said.replace(str(folder), "hw").splitlines()[1:]

@@ -193,9 +193,6 @@ def course(tmp_path: Path) -> Assignment:
     return load_assignment(made.folder)
 
 
-pytestmark = pytest.mark.xdist_group("container")
-
-
 @pytest.mark.integration
 def test_a_class_is_graded_in_it_as_outside(engine: Engine, course: Assignment, tmp_path: Path) -> None:
     outside = shutil.copytree(course.folder, tmp_path / "outside")

@@ -21,8 +21,6 @@ from tests.support.programs import GIT, needs
 from tests.support.runner import Runner
 from tests.tools import release
 
-pytestmark = pytest.mark.xdist_group("release")
-
 WORKFLOW = ROOT / ".github" / "workflows" / "release.yml"
 JOBS = read_yaml(WORKFLOW)["jobs"]
 TOOLS = ROOT / ".venvs" / "release"

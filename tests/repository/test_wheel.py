@@ -22,7 +22,6 @@ from tests.support import ROOT
 from tests.support.suites import WHOLE
 
 # One worker of pytest-xdist builds the wheel and the environment for all of these.
-pytestmark = pytest.mark.xdist_group("wheel")
 
 
 def run(*command: str | Path, cwd: Path) -> str:

@@ -19,8 +19,6 @@ from tests.support import ROOT
 from tests.support.command import run as run_here
 from tests.support.handing_in import a_class, contents, hand_in, right
 
-pytestmark = pytest.mark.xdist_group("windows")
-
 STAND_IN = ROOT / "tests" / "support" / "windows"
 ON_WINDOWS = sys.platform == "win32"
 NEEDS_SCRIPTS = pytest.mark.skipif(

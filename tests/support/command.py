@@ -1,12 +1,26 @@
 """The command line in this process: what it prints, and what it says of bad input."""
 
+from contextlib import nullcontext
 from pathlib import Path
+from typing import Any
 
-from typer.testing import CliRunner
+from typer.testing import CliRunner, Result
 
 from grader.cli import app
+from tests.support.handing_in import one_process
 
-runner = CliRunner()
+
+class _Runner(CliRunner):
+    """Runs commands, which start no processes unless they are told to use more than one."""
+
+    def invoke(self, *args: Any, **options: Any) -> Result:
+        command = [str(arg) for arg in args[1]]
+        several = "--jobs" in command and command[command.index("--jobs") + 1] != "1"
+        with nullcontext() if several else one_process():
+            return super().invoke(*args, **options)
+
+
+runner = _Runner()
 
 
 def run(*args: str | Path, code: int = 0, stdin: str | None = None) -> str:

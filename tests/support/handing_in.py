@@ -49,10 +49,21 @@ UNCERTIFIED = Certifier(_record, _text)
 
 
 @contextmanager
-def one_sandbox() -> Iterator[None]:
-    """Have what is graded in this process run in one sandbox, kept open: to start one takes longer than a notebook."""
-    with patch("grader.batch.Sandbox", _sandbox), patch("grader.batch._Context.close", lambda _: None):
+def one_process() -> Iterator[None]:
+    """Do all work in this process and in one sandbox, kept open: to start either takes longer than a notebook."""
+    with (
+        patch("exercises.parallel._pooled", _done_here), patch("grader.batch.Sandbox", _sandbox),
+        patch("grader.batch._Context.close", lambda _: None),
+    ):  # fmt: skip
         yield
+
+
+def _done_here(
+    work: Callable[[Any, Any], Any], items: Sequence[Any], jobs: int, chunk: int, setup: Callable[..., Any],
+    arguments: tuple[Any, ...],
+) -> Iterator[Any]:  # fmt: skip
+    state = setup(*arguments)
+    yield from (work(state, item) for item in items)
 
 
 @cache
@@ -107,7 +118,7 @@ def grade(
     assignment: Assignment, submissions: Path | None = None, seconds: float = 20
 ) -> tuple[dict[str, Result], Looked]:
     """Return everybody's result, and what was found."""
-    with opened(submissions or assignment.folder / "submitted") as root, one_sandbox():
+    with opened(submissions or assignment.folder / "submitted") as root, one_process():
         looked = find_submissions(assignment, root)
         results = grade_class(assignment, looked.found, 0, Limits(seconds=seconds, cell_seconds=4), lambda _: None)
     return {result["student"]: result for result in results}, looked

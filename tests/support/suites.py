@@ -68,7 +68,7 @@ def of_families(names: Sequence[str]) -> pytest.MarkDecorator:
 every_family = pytest.mark.families(tuple(FAMILIES), every=True)
 """Run a test on every family in `make test`, too: use it for quick tests only."""
 
-FEW = ("planar-2r", "polar-rp", "pan-tilt", "wrist-zyz")
+FEW = ("polar-rp", "pan-tilt", "wrist-zyz")
 few_families = pytest.mark.families(several(FEW, tuple(FAMILIES)), every=True)
 """Run a test on the families FEW: what takes long and is the same for all arms."""
 

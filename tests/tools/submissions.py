@@ -35,7 +35,7 @@ from grader.reports.write import write_page, write_reports
 from grader.sandbox import Limits
 from grader.submission import find_submissions, opened
 from tests.support import ROOT
-from tests.support.handing_in import Result, a_class, one_sandbox, right
+from tests.support.handing_in import Result, a_class, one_process, right
 from tests.tools.hostile import NEIGHBOUR, OWN, hand_in_drawn
 
 LIMITS = Limits(seconds=6, cell_seconds=2)
@@ -104,7 +104,7 @@ class Class:
 
     def _here(self, source: Path) -> list[str]:
         """Grade in this process; return what the command would say of the folder."""
-        with opened(source) as root, one_sandbox():
+        with opened(source) as root, one_process():
             looked = find_submissions(self.assignment, root)
             results = grade_class(self.assignment, looked.found, 0, LIMITS, lambda _: None, write_page=write_page)
             results = write_reports(self.assignment, results)

@@ -18,8 +18,6 @@ from tests.tools import submissions
 from tests.tools.hostile import KINDS, NEIGHBOUR, OWN, hand_in_drawn
 from tests.tools.submissions import Class, Find, drawn_round
 
-pytestmark = pytest.mark.xdist_group("submissions")  # the class is made once
-
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Class:

@@ -13,12 +13,11 @@ from exercises.arm.classification import samples_on
 from exercises.arm.derivation import structure
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.singularity import singular_set
-from exercises.families import FAMILIES
 from exercises.generation import sample_chain
 from exercises.problem import ProblemId
 from exercises.stream import Stream
 from tests.exercises.arm.sets import rank_ratios, rows_of
-from tests.support.suites import of_families, several
+from tests.support.suites import few_families, of_families
 
 
 def arm(family: str, seed: int = 1) -> Chain:
@@ -44,7 +43,7 @@ def test_parallel_axes_are_a_reason_only_where_their_own_columns_depend_on_each_
                 assert np.linalg.matrix_rank(sample.arm.jacobian(sample.q)[np.ix_(rows, columns)], 1e-6) < len(columns)
 
 
-@of_families([name for name in FAMILIES if name not in ("cartesian", *several(("lbr-7r",), ()))])
+@few_families
 def test_the_reason_that_is_told_holds_at_no_regular_configuration(
     family: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

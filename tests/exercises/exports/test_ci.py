@@ -23,8 +23,6 @@ from tests.support.handing_in import Cells, a_class, right
 from tests.support.hosting import TOKEN, Server, serving
 from tests.support.programs import ACTIONLINT, needs, reader
 
-pytestmark = pytest.mark.xdist_group("ci")
-
 PUSHED = "2027-01-15T22:00:00Z"
 SECRET = "0123456789abcdef"
 CHECKS = {"github": "vendor.github-workflows", "gitlab": "vendor.gitlab-ci"}

@@ -16,7 +16,6 @@ from tests.support.ci import Machine, write_json
 from tests.support.command import run
 from tests.support.handing_in import TOML, Cells, a_class, code, right
 
-pytestmark = pytest.mark.xdist_group("ci")
 SECRET = "0123456789abcdef"
 ADA = {"id": 7, "email": "ada@x.org", "name": "Ada Lovelace"}
 

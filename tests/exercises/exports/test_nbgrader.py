@@ -26,7 +26,6 @@ from tests.support.command import run
 from tests.support.handing_in import TOML, a_class, grade
 from tests.support.programs import reader
 
-pytestmark = pytest.mark.xdist_group("nbgrader")
 NAMES = ("p1-position", "p1-jacobian", "p1-determinant")
 POINTS = dict(zip(("p1.position", "p1.jacobian", "p1.determinant"), (1.0, 2.0, 1.0), strict=True))
 Cells = dict[str, dict[str, Any]]

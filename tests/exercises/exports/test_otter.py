@@ -22,7 +22,6 @@ from tests.support.command import run
 from tests.support.handing_in import TOML, a_class
 from tests.support.programs import reader
 
-pytestmark = pytest.mark.xdist_group("otter")  # exported once
 Answers = dict[str, str]
 
 

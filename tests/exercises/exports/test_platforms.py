@@ -33,8 +33,6 @@ from exercises.several import Several
 from tests.exercises.exports.test_items import an_order
 from tests.support.programs import reader
 
-pytestmark = pytest.mark.xdist_group("platforms")  # exported once
-
 TOML = """title = "Arms & <signs> / more"
 key = "hw"
 hints = true

@@ -32,8 +32,6 @@ from grader.prairielearn import LONGEST
 from tests.support.elements import filled
 from tests.support.handing_in import a_class
 
-pytestmark = pytest.mark.xdist_group("prairielearn")  # exported once
-
 TOML = """title = "Velocity \\"kinematics\\""
 key = "Hw"
 hints = true

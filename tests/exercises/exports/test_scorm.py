@@ -33,8 +33,6 @@ from tests.support.command import fails, run, runner
 from tests.support.programs import reader
 from tests.support.site_scripts import stand_in
 
-pytestmark = pytest.mark.xdist_group("scorm")  # exported once
-
 TOML = """title = "Arms & <signs>"
 key = "hw-1.a"
 feedback = "solutions"

@@ -20,8 +20,6 @@ from tests.support.github_api import github
 from tests.support.handing_in import a_class
 from tests.support.programs import GH, GIT, needs
 
-pytestmark = pytest.mark.xdist_group("setup-class")
-
 SECRET = "0123456789abcdef"
 ROSTER = "student,name,email,GitHub\nada,Ada,,ada-l\nbo,,,@bo\n"
 LOGINS = ("ada-l", "bo")

@@ -35,8 +35,6 @@ from tests.support.command import fails, run, runner
 from tests.support.handing_in import TOML, a_class
 from tests.support.site_scripts import stand_in
 
-pytestmark = pytest.mark.xdist_group("site")
-
 DOCS = ROOT / "docs"
 
 

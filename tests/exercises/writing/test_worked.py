@@ -27,7 +27,7 @@ from exercises.writing.expansion import Expansion, expanded, expansion_of
 from exercises.writing.latex import tex
 from exercises.writing.statement import hints, statement, worked_solution, worked_solutions, worked_steps
 from exercises.writing.worked import Worked, _at_once, _cofactors
-from tests.support.suites import few_families, of_families, several
+from tests.support.suites import of_families, several
 
 
 @pytest.mark.parametrize(
@@ -250,8 +250,7 @@ def near(one: sp.Expr, other: sp.Expr) -> bool:
 
 
 @pytest.mark.parametrize("family", NOT_SQUARE)
-@pytest.mark.parametrize("variation", ["chapter", "full"])
-@few_families
+@pytest.mark.parametrize("variation", several(["full"], ["chapter", "full"]))
 def test_every_line_of_a_minor_is_that_minor_of_the_matrix_shown(family: str, variation: str) -> None:
     chain = generic(family, variation)
     minors = minors_of(chain)

@@ -32,9 +32,6 @@ from tests.support.command import fails, run
 from tests.support.handing_in import a_class
 from tests.support.results import result
 
-pytestmark = pytest.mark.xdist_group("report")  # the class is made once
-
-
 ROWS = [[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 0, 0], [1, 1, 0], [1, 1, 1], [0, 1, 0], [1, 0, 0], [1, 1, 1], [0, 0, 0]]
 
 

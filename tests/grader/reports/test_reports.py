@@ -22,9 +22,7 @@ from grader.reports.gradescope import results_json
 from grader.reports.junit import junit_xml
 from grader.settle import Graded, Result, settle
 from tests.support.command import fails, run
-from tests.support.handing_in import Cells, a_class, code, grade, hand_in, one_sandbox, right
-
-pytestmark = pytest.mark.xdist_group("reports")  # the class is graded once
+from tests.support.handing_in import Cells, a_class, code, grade, hand_in, one_process, right
 
 pytest_plugins = ["pytester"]
 
@@ -150,7 +148,7 @@ def test_classroom50_without_its_variables_is_one_message_and_no_file(
     assert "SUBMISSION_TAG is 'v1'" in fails(*asked)
     assert not list(tmp_path.iterdir())
     monkeypatch.setenv("SUBMISSION_TAG", "submit/1")
-    with one_sandbox():
+    with one_process():
         run(*asked)
     assert json.loads((tmp_path / "result.json").read_text())["owner"] == "ada"
 
@@ -171,7 +169,7 @@ def test_one_student_is_graded_alone_and_the_class_stays_as_it_was(assignment: A
     folder = assignment.folder
     notebook = hand_in(assignment, "../elsewhere/mine.ipynb", right(assignment, "cy"))
     asked = ("--report", f"gradescope={tmp_path / 'r.json'}", "--report", f"github={tmp_path / 's.md'}")
-    with one_sandbox():
+    with one_process():
         printed = run("grade", folder, notebook, "--student", "cy", "--received", "2027-01-09T10:00:00+01:00", *asked)
         assert printed == "cy: graded, 4 of 4 points\n"
         assert json.loads((tmp_path / "r.json").read_text())["score"] == 4
