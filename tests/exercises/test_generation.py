@@ -58,7 +58,7 @@ print(json.dumps([fingerprint(generate(identity)) for identity in sys.argv[1:]])
 """
 
 
-ASKED_ALONE = several(("planar-2r", "planar-3r", "polar-rp", "wrist-zyz", "stanford-6r"), tuple(FIXED))
+ASKED_ALONE = several(("planar-3r", "polar-rp", "wrist-zyz"), tuple(FIXED))
 """In `make test`, families that can be asked every question between them."""
 ASKED_OF_A_CLASS = several(("polar-rp", "cylindrical"),
                            (*CHAPTER, "elbow", "spherical-offset", "cylindrical"))  # fmt: skip

@@ -107,6 +107,7 @@ def test_an_arm_is_solved_in_seconds_and_all_that_is_told_holds(name: str) -> No
     assert not any(np.allclose(q, p) for _, q in first for _, p in other)
 
 
+@pytest.mark.whole
 def test_conditions_without_a_configuration_are_told_as_undecided(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each of these can hold, but not both: sin(theta2) would be 7/5."""
     s2, s4 = sp.sin(sp.Symbol("theta2")), sp.sin(sp.Symbol("theta4"))

@@ -425,11 +425,14 @@ SKEW += ROW % ("theta2", "%s", "%s", 0)
 
 @pytest.mark.parametrize(
     ("lengths", "said", "is_singular"),
-    [
-        (('"a1"', '"d2"', '"a2"'), "Only for lengths that are related to each other", False),
-        (("0.2", "0.1", "0.4"), "full rank in every configuration", False),
-        (("0.1", "0.1", "0.2"), "where", True),  # a2^2 = a1^2 + 3 d2^2, where the conditions do hold together
-    ],
+    few_of(
+        [
+            (('"a1"', '"d2"', '"a2"'), "Only for lengths that are related to each other", False),
+            (("0.2", "0.1", "0.4"), "full rank in every configuration", False),
+            (("0.1", "0.1", "0.2"), "where", True),  # a2^2 = a1^2 + 3 d2^2, where the conditions do hold together
+        ],
+        1,
+    ),
 )
 def test_conditions_that_hold_for_special_lengths_only_are_said_of_those(
     lengths: tuple[str, str, str], said: str, is_singular: bool, tmp_path: Path
@@ -567,8 +570,7 @@ WITH_A = TWO_R.replace('"a1"', "0.4")
 
 @pytest.mark.parametrize(
     ("arm", "rpy"),
-    [(WITH_A, ROUNDED), (WITH_A, EXACT), (TWO_BY_AXES, ROUNDED)],
-    ids=["table, rounded", "table, exact", "axes, rounded"],
+    few_of([(WITH_A, ROUNDED), (WITH_A, EXACT), (TWO_BY_AXES, ROUNDED)], 1),
 )
 def test_numbers_that_are_rounded_are_told_to_be(arm: str, rpy: str, tmp_path: Path) -> None:
     path = tmp_path / "arm.toml"

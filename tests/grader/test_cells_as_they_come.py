@@ -35,6 +35,7 @@ from tests.support.handing_in import (
     right_cells,
     text,
 )
+from tests.support.suites import few_of, several
 
 SETUP, POSITION, JACOBIAN, DETERMINANT = 1, 2, 3, 4
 """Places of cells; people count from 1."""
@@ -277,7 +278,7 @@ def sandbox() -> Any:
         yield made
 
 
-@settings(max_examples=40)
+@settings(max_examples=several(20, 200))
 @given(seed=st.integers(0, 10**9))
 def test_no_edit_loses_an_answer_silently(assignment: Assignment, sandbox: Sandbox, seed: int) -> None:
     rng = random.Random(seed)
@@ -366,7 +367,7 @@ def test_what_is_deep_or_long_is_run_though_it_is_not_looked_into(sandbox: Sandb
     assert "its cell stopped" in found.reasons["p1_a"]
 
 
-@pytest.mark.parametrize("change", [first_cell_stops, first_cell_lacks_a_library, habits])
+@pytest.mark.parametrize("change", few_of([first_cell_stops, first_cell_lacks_a_library, habits], 2))
 def test_a_student_is_told_beforehand_what_the_first_cell_lacks(
     assignment: Assignment, tmp_path: Path, change: Change
 ) -> None:

@@ -24,6 +24,7 @@ from grader.parts import judge_given
 from grader.sandbox import Limits, Sandbox
 from grader.verdict import Judgement, Outcome
 from tests.support.handing_in import RIGHT, a_class, code, grade, hand_in, outcomes, right
+from tests.support.suites import few_of
 
 
 def endless() -> None:
@@ -164,7 +165,9 @@ def test_sums_of_nine_thousand_terms_take_no_longer_than_they_may(polar: Problem
     assert time.process_time() - begun < 5
 
 
-@pytest.mark.parametrize("answer", ["theta1*1e308", "[1e308, 1e308]", "1e200*1e200", "[theta1*1e155, 1e-320]"])
+@pytest.mark.parametrize(
+    "answer", few_of(["theta1*1e308", "[1e308, 1e308]", "1e200*1e200", "[theta1*1e155, 1e-320]"], 2)
+)
 def test_answers_that_overflow_print_nothing(answer: str) -> None:
     problem = generate("planar-2r/1", ["position", "jacobian", "determinant", "joint-rates"])
     with warnings.catch_warnings(record=True) as caught:

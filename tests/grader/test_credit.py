@@ -21,6 +21,7 @@ from grader.verdict import Judgement, Outcome
 from tests.support import ROOT
 from tests.support.judging import earned as share_earned
 from tests.support.problems import asked
+from tests.support.suites import few_families
 
 PLANAR, SCORBOT = planar_2r(), scorbot_arm()
 DETERMINANT = "a2*a3*(a1 + a2*cos(theta2) + a3*cos(theta2 + theta3))*sin(theta3)"
@@ -93,6 +94,7 @@ def test_equal_mistakes_in_a_determinant_earn_equal_shares_whatever_the_arm(fami
             assert judgement.share == share, (mistake, answer, judgement)
 
 
+@few_families
 def test_nothing_is_earned_by_zeros_constants_and_guesses(family: str, drawn: object) -> None:
     problem = drawn(family, 0)  # type: ignore[operator]
     zeros = ", ".join(f"{q.name} = {value}" for q in problem.chain.q for value in ("0", "pi", "pi/2", "-pi/2"))

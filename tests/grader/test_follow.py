@@ -22,7 +22,7 @@ from exercises.stream import Stream
 from grader.follow import earlier
 from grader.marking import mark, points_of, total
 from grader.verdict import Outcome, Verdict
-from tests.support.suites import few_families, few_of
+from tests.support.suites import few_families, few_of, several
 
 Draw = Callable[[str, int], Problem]
 
@@ -134,7 +134,7 @@ GAMES = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("game", few_of(GAMES, 7))
+@pytest.mark.parametrize("game", few_of(GAMES, 5))
 def test_nothing_is_earned_by_making_a_later_part_easier(game: str) -> None:
     names = tuple(name for name in ASKED if game != "copied" or name in GAMES["copied"])
     problem = problem_of(PLANAR, names)
@@ -210,7 +210,7 @@ def test_what_follows_from_a_mistake_is_followed_on_every_family(family: str, dr
     w = formulas(problem.chain)
     tried = followed = 0
     for mistake in EARLY:
-        for wrong in list(made(CATALOGUE[mistake], w, later[0]))[:2]:
+        for wrong in list(made(CATALOGUE[mistake], w, later[0]))[: several(1, 2)]:
             parts = [part for part in problem.parts if is_derived(part) and _is_formula(part)]
             texts = {part.name: written(part, wrong.working) for part in parts}
             if any(len(text) > 4000 or "zoo" in text or "nan" in text for text in texts.values()):

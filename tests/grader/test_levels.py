@@ -12,7 +12,7 @@ from grader.counterexample import shown
 from grader.levels import told
 from grader.marking import mark
 from tests.support.problems import drawn, parts_in_turn
-from tests.support.suites import WHOLE
+from tests.support.suites import WHOLE, few_families
 
 
 def wrong_answer(part: Part, joint: str) -> str:
@@ -37,6 +37,7 @@ def wrong_parts(family: str) -> list[dict[str, Any]]:
     return [part for part in made if part["outcome"] in ("wrong", "partial") and part["certificate"] is not None]
 
 
+@few_families
 def test_every_level_keeps_back_what_is_above_it(family: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """The mistakes behind answers, which take most of the time, are looked for in one family."""
     if not WHOLE and family != "planar-2r":

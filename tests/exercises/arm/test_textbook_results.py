@@ -338,7 +338,7 @@ def _jacobian_of_screws(arm: Arm, key: str, values: Values) -> np.ndarray:
     return np.array([_by_exponentials(s, at, key == "home_body") for s, at in zip(screws, q, strict=True)])
 
 
-@_with("home_space", "home_body")
+@_with("home_space", "home_body", slow=LONG)
 def test_screws_at_home_make_the_space_and_the_body_jacobian(arm: Arm) -> None:
     values = _values(arm)
     for key, jacobian in (("home_space", _space_jacobian), ("home_body", _body_jacobian)):

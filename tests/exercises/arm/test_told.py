@@ -25,7 +25,7 @@ from exercises.writing.expansion import frames_to_see_from, seen_for_minors
 from exercises.writing.statement import hints, prompt, statement, worked_solutions
 from tests.exercises.arm.sets import rows_of
 from tests.support.problems import LONG_ARMS
-from tests.support.suites import of_families, several
+from tests.support.suites import few_families, of_families, several
 
 MODIFIED = "modified-dh"
 FIXED = [name for name, family in FAMILIES.items() if not family.varied]
@@ -51,7 +51,7 @@ def values(chain: Chain, matrix: sp.Matrix, lengths: dict[str, float], q: np.nda
     return np.array(matrix.subs(known).evalf().tolist(), dtype=float)
 
 
-@of_families(FIXED)
+@few_families
 def test_the_frames_are_those_of_the_table_as_it_is_told(family: str) -> None:
     arm = modified(family)
     lengths, poses = at_random(arm)

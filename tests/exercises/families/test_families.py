@@ -15,7 +15,7 @@ from exercises.generation import applicable, questions_of, sample_chain
 from exercises.problem import ProblemId
 from exercises.variation import STEPS, of_axes
 from tests.support.problems import LONG_ARMS
-from tests.support.suites import every_family, of_families, several
+from tests.support.suites import every_family, few_families, few_of, of_families, several
 
 ARMS = 80
 DERIVED = several(2, ARMS)
@@ -86,7 +86,7 @@ def test_a_seed_draws_the_same_along_an_axis_whatever_else_varies(family: str) -
         assert [joint.a for joint in zeros.joints] == [joint.a for joint in frames.joints]
 
 
-@of_families(FIXED)
+@few_families
 def test_difficulty_follows_the_steps(family: str) -> None:
     least = [min(difficulty(arm) for arm in arms(family, step)[:3]) for step in STEPS]
     assert least == sorted(least)
@@ -113,8 +113,8 @@ def test_numbers_are_those_of_a_careful_author(family: str, variation: str) -> N
 # --- a class in which nobody's arm is harder than another's ---
 
 
-@of_families(FIXED)
 @pytest.mark.parametrize("variation", several([*STEPS][-1:], [*STEPS]))
+@few_families
 def test_arms_of_a_family_are_asked_the_same_and_differ_in_difficulty_by_a_step_at_most(
     family: str, variation: str
 ) -> None:
@@ -161,7 +161,7 @@ def test_arms_differ_and_not_in_joints_task_and_number_of_symbols(family: str) -
     assert max(*places.values(), *axes.values()) <= 0.75 * ARMS
 
 
-@pytest.mark.parametrize("family", [name for name in FAMILIES if name not in FIXED])
+@pytest.mark.parametrize("family", few_of([name for name in FAMILIES if name not in FIXED], 1))
 def test_the_point_of_interest_differs_with_the_structure(family: str) -> None:
     """A structure without a last length has no other place for P than the last origin."""
     draws = several(10, 40)

@@ -502,7 +502,7 @@ APART = 8.0
 """Pixels between origins that differ, of an arm with six or seven joints, whose hand may come back to its elbow."""
 
 
-@of_families(several(("elbow-3r", "scara", "wrist-zyz", "stanford-6r"), tuple(FAMILIES)))
+@of_families(several(("scara", "wrist-zyz"), tuple(FAMILIES)))
 def test_a_given_pose_can_be_read_and_names_all_joints_axes_and_the_point(family: str) -> None:
     problem = problems.drawn(family, 0)
     chain = problem.chain

@@ -160,7 +160,7 @@ SIDE_BY_SIDE = re.compile(rf"^({NAMED_AXIS}) &= .*, \\qquad \1' = .*$", re.MULTI
 def test_no_text_speaks_of_frames_on_the_links_and_an_axis_that_others_have_moved_has_a_prime(family: str) -> None:
     if family not in FIXED:
         pytest.skip("its arms are of many structures")
-    arm, each, turn = by_axes(family), several(24, 1), 0 if WHOLE else FEW.index(family)
+    arm, each, turn = by_axes(family), several(36, 1), 0 if WHOLE else FEW.index(family)
     own = applicable(arm)
     names = [*own[turn::each], *applicable(arm, QUIZZES)[turn::each]]
     for problem in (generate(ProblemId(family, 1, (name,), variation="full", convention="screws")) for name in names):

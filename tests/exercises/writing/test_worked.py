@@ -15,7 +15,6 @@ from exercises.arm.directions import task_rows
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.singularity import singular_set
 from exercises.arm.told import told_words
-from exercises.families import FAMILIES
 from exercises.generation import generate, sample_chain
 from exercises.problem import Problem, ProblemId
 from exercises.questions import QUESTIONS
@@ -27,7 +26,7 @@ from exercises.writing.expansion import Expansion, expanded, expansion_of
 from exercises.writing.latex import tex
 from exercises.writing.statement import hints, statement, worked_solution, worked_solutions, worked_steps
 from exercises.writing.worked import Worked, _at_once, _cofactors
-from tests.support.suites import of_families, several
+from tests.support.suites import few_families, few_of, several
 
 
 @pytest.mark.parametrize(
@@ -111,7 +110,7 @@ def solution(identity: str, question: str, convention: str = "dh") -> str:
     return worked_solution(problem, part)
 
 
-@pytest.mark.parametrize("convention", CONVENTIONS)
+@pytest.mark.parametrize("convention", few_of(CONVENTIONS, 1))
 def test_an_origin_has_the_name_that_the_arms_convention_has_for_it(convention: str) -> None:
     """O_2 of the standard table is on the axis of joint 3: the origin of frame 3 of a modified one."""
     assert NAMES[convention] in solution("orthogonal-3r/776@frames", "singular-angles", convention)
@@ -138,7 +137,7 @@ def test_what_lengths_have_to_satisfy_is_told_where_a_condition_may_not_hold() -
     assert LEAST not in solution("elbow/1@chapter", "singular-angles")  # a2 c2 + a3 c23 = 0 holds somewhere for all
 
 
-@of_families(tuple(FAMILIES))
+@few_families
 def test_a_direction_that_is_lost_is_perpendicular_to_all_columns_that_are_shown(family: str) -> None:
     for step in ("chapter", "full"):
         problem = _asking(family, step, "lost-motion")
@@ -274,7 +273,7 @@ def test_the_matrix_shown_has_the_rank_of_the_jacobian(family: str) -> None:
         assert (abs(square[0]) < 1e-12) == (abs(square[1]) < 1e-12)
 
 
-@pytest.mark.parametrize("family", NOT_SQUARE)
+@pytest.mark.parametrize("family", few_of(NOT_SQUARE, 2))
 def test_what_is_left_of_a_minor_is_that_minor_where_the_factor_vanishes(family: str) -> None:
     chain = generic(family)
     minors = minors_of(chain)

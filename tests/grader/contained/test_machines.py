@@ -19,6 +19,7 @@ from grader.guarantees import KERNEL, probe
 from grader.own_folder import own_folder
 from grader.sandbox import Limits, Run, Sandbox
 from tests.support.machines import DOCKERS_ROOT, NOBODY, run_on
+from tests.support.suites import few_of
 
 pytestmark = [
     pytest.mark.xdist_group("machines"),
@@ -124,7 +125,7 @@ sys.exit(os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]))
 
 @pytest.mark.parametrize(
     ("without", "guarantee", "seen"),
-    [
+    few_of([
         ({"namespaces"}, "files", None),
         ({"namespaces", "quota"}, "files", {"wrote 256 MB in all", "wrote 256 MB into files without names"}),
         ({"namespaces", "landlock", "seccomp", "limits"}, "memory", {f"started {attempts.MOST} processes"}),
@@ -132,7 +133,7 @@ sys.exit(os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]))
         ({"namespaces", "landlock", "seccomp", "user", "privileges"}, "processes",
          {"killed the process that starts notebooks"}),
         ({"namespaces", "landlock"}, "files", {"wrote into another folder"}),  # whoever may read a file, reads it
-    ],
+    ], 3),
 )  # fmt: skip
 def test_the_probe_sees_what_nothing_prevents(without: set[str], guarantee: str, seen: set[str] | None) -> None:
     achieved = {each.name: each.achieved for each in probe(without, quick=True).guarantees}[guarantee]

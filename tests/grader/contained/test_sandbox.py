@@ -13,7 +13,7 @@ import pytest
 
 from grader.own_folder import own_folder
 from grader.sandbox import CONTAINED, Limits, Sandbox
-from tests.support.suites import several
+from tests.support.suites import few_of, several
 
 IMPORTS = "from sympy import *\nimport numpy as np\nx, y = symbols('x y')"
 
@@ -125,13 +125,16 @@ def strict() -> Iterator[Sandbox]:
 
 @pytest.mark.parametrize(
     ("cell", "told"),
-    [
-        ("while True: pass", "it took longer than 0.5 s of processor time"),
-        ("import time; time.sleep(60)", "it waited longer than 0.5 s"),
-        (f"import time\n{COMPUTES}\ntime.sleep(60)", "it waited longer than 0.5 s"),
-        (f"{CAUGHT}\nwhile True: pass", "it took longer than 0.5 s of processor time"),
-        ("import time\ntry: time.sleep(60)\nexcept: pass\ntime.sleep(60)", "it waited longer than 0.5 s"),
-    ],
+    few_of(
+        [
+            ("while True: pass", "it took longer than 0.5 s of processor time"),
+            ("import time; time.sleep(60)", "it waited longer than 0.5 s"),
+            (f"import time\n{COMPUTES}\ntime.sleep(60)", "it waited longer than 0.5 s"),
+            (f"{CAUGHT}\nwhile True: pass", "it took longer than 0.5 s of processor time"),
+            ("import time\ntry: time.sleep(60)\nexcept: pass\ntime.sleep(60)", "it waited longer than 0.5 s"),
+        ],
+        3,
+    ),
 )
 def test_a_cell_that_takes_too_long_is_told_what_of(strict: Sandbox, cell: str, told: str) -> None:
     begun = time.monotonic()
