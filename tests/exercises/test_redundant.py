@@ -89,6 +89,7 @@ SLOW = ("panda", "gen3", "iiwa-open", "baxter", "sawyer", "eight", "oblique")
 
 
 @pytest.mark.parametrize("name", ["iiwa", *(pytest.param(name, marks=pytest.mark.whole) for name in SLOW)])
+@pytest.mark.whole
 def test_an_arm_is_solved_in_seconds_and_all_that_is_told_holds(name: str) -> None:
     solution = _solved(name)
     content = json.loads(solution_json(solution))

@@ -442,6 +442,7 @@ def test_conditions_that_hold_for_special_lengths_only_are_said_of_those(
     assert bool(solution.singular) == is_singular
 
 
+@pytest.mark.whole
 def test_a_twist_whose_sine_is_below_a_fraction_bar_is_no_failure() -> None:
     first = Joint("R", "theta1", 0, sp.Rational(1, 5), sp.pi / 3)
     second = Joint("R", "theta2", sp.Rational(1, 10), sp.Rational(3, 10), -sp.pi / 4)

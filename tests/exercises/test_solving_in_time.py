@@ -46,6 +46,7 @@ def _written(
     return "".join(said)
 
 
+@pytest.mark.whole
 def test_a_loop_ends_when_its_processor_time_is_over() -> None:
     before = time.process_time()
     with pytest.raises(OutOfTime), time_limit(0.3):
@@ -255,6 +256,7 @@ def test_times_are_read_as_numbers() -> None:
     assert [seconds_of(text) for text in texts] == [300, 0.1, 0.5, 100, 7, 2, 1e8]
 
 
+@pytest.mark.whole
 def test_conditions_that_were_tested_are_kept_where_what_they_look_like_is_not() -> None:
     """Of seven joints: the time ends behind the test in numbers."""
     robot = read_robot_file(robot_path("iiwa7"))

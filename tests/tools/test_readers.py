@@ -8,7 +8,7 @@ from tests.tools.readers import Asked, differences, question_of
 
 def test_both_readers_say_the_same() -> None:
     """Trees, refusals and verdicts; `python -m tests.tools.readers --count 20000 --seed x` asks for more."""
-    assert list(differences(question_of(several(30, 6000), "a"))) == []
+    assert list(differences(question_of(several(15, 6000), "a"))) == []
 
 
 @pytest.mark.whole

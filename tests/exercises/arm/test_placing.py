@@ -44,6 +44,7 @@ def _has_open_root(entry: sp.Expr) -> bool:
 
 
 @pytest.mark.parametrize("seed", several((3,), range(24)))
+@pytest.mark.whole
 def test_open_places_of_parallel_axes_have_no_roots(seed: int) -> None:
     """Two lengths are open across parallel axes: their distance is a root, and so was all that came out of the table.
 

@@ -68,6 +68,7 @@ def test_it_is_what_is_worked_out(family: str, nothing_shipped: Callable[[], Non
         assert shipped.shipped(structure(arm).chain) == {}
 
 
+@pytest.mark.whole
 def test_real_robots_are_shipped(nothing_shipped: Callable[[], None]) -> None:
     """Where this fails, run: python -m exercises.docs.shipped"""
     arms = [read_robot(robot_path(name)) for name in robots()]

@@ -60,6 +60,7 @@ def test_conditions_through_a_common_point_may_hold(seed: int) -> None:
     assert may_hold_together(conditions, T)
 
 
+@pytest.mark.whole
 def test_what_is_known_of_some_conditions_is_known_of_more() -> None:
     """All three are too long for a basis, and two suffice; of joints that are fixed, nothing is left to work out."""
     whole = sum((s(q) * c(p) * A + c(q) ** 2 * B for q in T for p in T), H)

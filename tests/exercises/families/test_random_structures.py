@@ -113,6 +113,7 @@ def arm(family: str, seed: str) -> Chain:
     return structures(Stream(seed), AXES)
 
 
+@pytest.mark.whole
 def test_an_arm_is_of_the_structure_that_is_drawn_first_and_all_classes_are_reached_as_often() -> None:
     firsts = [order(list(clean_classes(2)), Stream(f"reached/{seed}"))[0] for seed in range(900)]
     for seed in range(several(30, 900)):
@@ -123,7 +124,7 @@ def test_an_arm_is_of_the_structure_that_is_drawn_first_and_all_classes_are_reac
     assert max(often.values()) < 2 * min(often.values())
 
 
-@pytest.mark.parametrize("n", [3, 4])
+@pytest.mark.parametrize("n", several([3], [3, 4]))
 def test_numbers_are_found_for_every_class(n: int) -> None:
     """One structure of each class: the first draw of numbers gives an arm, which is clean.
 

@@ -152,6 +152,7 @@ def test_meanings_of_the_chapters_arms(textbook_arms: dict[str, Any]) -> None:
         assert found == right
 
 
+@pytest.mark.whole
 def test_the_kind_is_left_out_where_it_is_not_the_same_everywhere(textbook_arms: dict[str, Any]) -> None:
     """With a shoulder offset the stretched arm is on the boundary in front, and inside behind the column."""
     chain = textbook_arms["elbow_RRR_shoulder_offset_(Scorbot_point_P)"].chain

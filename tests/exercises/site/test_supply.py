@@ -20,6 +20,7 @@ def arms(family: str, variants: int) -> list[Wanted]:
     return [wanted for wanted in of_families([family], variants) if wanted.asked != (QUIZ,)]
 
 
+@pytest.mark.whole
 def test_family_has_so_many_arms_at_every_step() -> None:
     wanted = of_families(list(FAMILIES), ALL)
     assert len({(one.family, one.key) for one in wanted}) == len(wanted)
