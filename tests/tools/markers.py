@@ -41,18 +41,19 @@ def replayed(made: Callable[..., Any]) -> Callable[..., Any]:
     """Cache a function, whose marks count for every test that asks for its result, not for the first one only."""
     kept: dict[object, tuple[Any, set[int]]] = {}
 
-    def asked(*arguments: object) -> Any:
-        if arguments not in kept:
+    def asked(*arguments: object, **named: object) -> Any:
+        key = (arguments, *sorted(named.items()))
+        if key not in kept:
             marks: set[int] = set()
             before = set(_seen)
             _seen.clear()
             _recorded.append(marks)
             try:
-                kept[arguments] = made(*arguments), marks
+                kept[key] = made(*arguments, **named), marks
             finally:
                 _recorded.remove(marks)
                 _seen.update(before)
-        result, marks = kept[arguments]
+        result, marks = kept[key]
         for number in marks:
             mark(number)
         return result
