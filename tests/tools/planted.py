@@ -41,6 +41,8 @@ MINUTES = 3
 """How long tests are run for one mistake."""
 LONGEST = 60
 """Seconds more than ten times what the longest of the tests takes: then a test hangs."""
+OF_ANY_CHANGE = "tests/exercises/arm/test_shipped.py::test_it_is_what_is_worked_out"
+"""Fails after any change of the modules that derive, right or wrong: it finds nothing."""
 MOST = 1500
 """How many tests are run for one mistake, at most."""
 
@@ -100,6 +102,8 @@ class Recorded:
         for line in path.read_text(encoding="utf-8").splitlines():
             first, name, *took = line.split("\t")
             test = re.sub(r"@[^@\]\[/]*$", "", name)  # the group that pytest-xdist adds
+            if test.startswith(OF_ANY_CHANGE):
+                continue
             if first == "took":
                 made.seconds[test] += float(took[0])
             elif test:
