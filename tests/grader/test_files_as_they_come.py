@@ -441,3 +441,17 @@ def test_a_class_may_have_as_many_files_as_are_allowed(
     else:
         with archives.unpacked(tmp_path / "class.zip") as (folder, left_out):
             assert len(list(folder.rglob("*.ipynb"))) == 3 and not left_out
+
+
+OPTIONS = [
+    ("---\ntags: [a]\n---\np1_jacobian = 1", "p1_jacobian = 1"),
+    (":tags: [a]\np1_jacobian = 1", "p1_jacobian = 1"),
+    ("p1_jacobian = 1\n---\n# after a line\n---", "p1_jacobian = 1\n---\n# after a line\n---"),
+    ("---\np1_jacobian = 1", "---\np1_jacobian = 1"),
+]
+
+
+@pytest.mark.parametrize(("body", "code"), OPTIONS)
+def test_options_of_myst_are_left_out_where_they_open_a_cell(body: str, code: str) -> None:
+    content = read_cells("hw.md", f"text\n\n```{{code-cell}} ipython3\n{body}\n```\n".encode())
+    assert [cell.source for cell in content.cells if cell.is_code] == [code]

@@ -4,14 +4,16 @@ import re
 
 import numpy as np
 import pytest
+import sympy as sp
 
 from exercises.arm import reason
 from exercises.arm.appearance import NEAR, Statement, reason_of
 from exercises.arm.axes import Sample
-from exercises.arm.chain import Chain
+from exercises.arm.chain import Chain, Joint
 from exercises.arm.classification import samples_on
 from exercises.arm.derivation import structure
 from exercises.arm.kinematics import NumericChain
+from exercises.arm.meanings import meanings_of
 from exercises.arm.singularity import singular_set
 from exercises.generation import sample_chain
 from exercises.problem import ProblemId
@@ -77,3 +79,14 @@ def starts(kinds: tuple[str, ...]) -> np.ndarray:
     return np.array(
         [[stream.uniform(-3, 3) if kind == "R" else stream.uniform(0, 1) for kind in kinds] for _ in range(40)]
     )
+
+
+@pytest.mark.parametrize(("length", "is_told"), [(sp.Symbol("a1"), True), (0, False)])
+def test_how_a_slide_runs_past_a_link_is_a_reason_where_the_link_has_a_length(
+    length: sp.Expr | int, is_told: bool
+) -> None:
+    theta1, theta2, d3 = sp.symbols("theta1 theta2 d3")
+    joints = (Joint("R", theta1, 0, length, 0), Joint("R", theta2, 0, 0, sp.pi / 2), Joint("P", 0, d3, 0, 0))
+    chain = Chain("RRP", joints, ("vx", "vy", "wz"))
+    told = {meaning.kind for meaning in meanings_of(chain, samples_of(chain, "sin(theta2)"))}
+    assert ({"along", "across"} <= told) == is_told
