@@ -269,6 +269,11 @@ class Assignment:
             repr((self.digest, self.title, [(slot.points, slot.decimals) for slot in self.slots], *hinted))
         )
 
+    @property
+    def secret_mark(self) -> str:
+        """A short text by which a notebook knows the secret that it was made with, without telling it."""
+        return _short_hash(repr((self.secret, "mark", self.key)))
+
     def digest_of(self, student: str) -> str:
         """Return the digest that a student's notebook has: another where a problem of the student's was drawn anew."""
         return self._own(self.digest, student)

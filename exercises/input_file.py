@@ -56,6 +56,8 @@ def read_table_text(path: Path, missing: str = "") -> str:
     is taken what is no UTF-8 and has nothing in UTF-8 in it.
     """
     content = _content(path, missing)
+    if content.startswith((b"PK\x03\x04", b"\xd0\xcf\x11\xe0")):
+        raise QdotError(f'{path}: this is an Excel workbook, whatever its name says; in Excel, save it as "CSV UTF-8"')
     if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         text = content.decode("utf-16", "replace")
     else:

@@ -165,7 +165,9 @@ def _notebook(
     make: Maker, assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]]
 ) -> "NotebookNode":
     notebook = make(assignment.title, assignment.key, student, problems, assignment.hints)
-    notebook.metadata["qdot"].update(digest=assignment.digest_of(student), edition=assignment.edition_of(student))
+    notebook.metadata["qdot"].update(
+        digest=assignment.digest_of(student), edition=assignment.edition_of(student), secret=assignment.secret_mark
+    )
     return notebook
 
 

@@ -22,6 +22,7 @@ The map, from the bottom up: nothing here imports what stands below it.
     sandbox, guarantees             the grader's side of `contained`; what this machine guarantees, by a probe
     cells, archives                 a file as cells; zip and tar archives, within limits
     layouts, roster, submission     how platforms name what was handed in; whose it is; what may be graded
+    class_check                     a run that can't be right, stopped before it writes
     positions, finding              the line of its file, and the cell, in which the answer to each part is
     uncounted, notebook             which cells need not be run; a notebook by itself
     copies, overrides               whether an answer is right for somebody else; points that a person set

@@ -28,6 +28,7 @@ from grader import guarantees
 from grader.batch import WritePage, alone, cache_of, grade_class, share_of
 from grader.certificates import Kind
 from grader.certify import CERTIFIER, Task, former_students, record_of, tasks_of, unknown_files
+from grader.class_check import check_class, check_secret, read_some
 from grader.cluster import connected
 from grader.compare import TYPES, as_json, compare_lines, likely_type
 from grader.compare import compare as compare_texts
@@ -330,6 +331,7 @@ def _grade(
     from grader.reports.write import write_page, write_reports
 
     looked = find_submissions(assignment, submissions)
+    check_class(assignment, looked, submissions)
     for said in looked.unsure:
         note(said)
     for name in looked.strangers:
@@ -396,6 +398,8 @@ def _grade_one(
         handed_in = find_submissions(assignment, assignment.folder / "submitted").found.get(student.id)
         if handed_in is not None and time is not None:
             handed_in = replace(handed_in, received=time, platform="option")
+    read = read_some(assignment, {} if handed_in is None else {student.id: handed_in}, [student.id])
+    check_secret(assignment, [one for _, one in read], path or assignment.folder / "submitted")
     check_sandbox(assignment.sandbox == "strict")
     result = grade_one(assignment, student, handed_in, limits_of(seconds))
     _tell_notes([result])
@@ -410,6 +414,7 @@ def _grade_share(
     """Grade some students of the roster; what they earn is kept, to be put together with the other shares."""
     students = share_of(assignment.roster, share)
     looked = find_submissions(assignment, submissions)
+    check_class(assignment, looked, submissions)
     if not executor:
         check_sandbox(assignment.sandbox == "strict")
     with alone(assignment.folder, but_for_shares=True):

@@ -2,7 +2,8 @@
 
 A layout looks at what lies in the folder of submissions and says of each file or folder that it knows whose it is said
 to be, and when it came in. Who that is on the roster is for `roster` to say. Sources: Moodle's
-mod/assign/classes/downloader.php, Canvas's lib/content_zipper.rb, and programs that read Gradescope's exports.
+mod/assign/classes/downloader.php, Canvas's lib/content_zipper.rb, and programs that read the exports of Gradescope,
+Brightspace and Blackboard.
 """
 
 import datetime
@@ -94,17 +95,69 @@ def _gradescope(root: Path, entries: Sequence[Path]) -> list[Handed]:
     return handed
 
 
+_BRIGHTSPACE = re.compile(r"(?P<number>\d+)-\d+ - (?P<name>.+?) - .*\d.*", re.DOTALL)
+
+
+def _brightspace(_: Path, entries: Sequence[Path]) -> list[Handed]:
+    """NUMBER-SUBMISSION - NAME - DATE/hw.ipynb, and an index.html that is of nobody."""
+    matches = [(path, said) for path in entries if (said := _BRIGHTSPACE.fullmatch(path.name))]
+    listing = [Handed(path, platform="Brightspace") for path in entries if matches and path.name == "index.html"]
+    return listing + [Handed(path, (said["number"],), said["name"], "Brightspace") for path, said in matches]
+
+
+_BLACKBOARD = re.compile(
+    r"(?P<named>.+_.+)_attempt_\d{4}(?:-\d\d){5}(?:_(?P<file>.+)|\.txt)", re.DOTALL
+)  # fmt: skip
+
+
+def _blackboard(_: Path, entries: Sequence[Path]) -> list[Handed]:
+    """ASSIGNMENT_LOGIN_attempt_DATE_hw.ipynb, and a text without a file's name, which says when, and is of nobody.
+
+    Where the assignment's name ends and a login with an underscore begins, only the roster can say.
+    """
+    matches = [(path, said) for path in entries if (said := _BLACKBOARD.fullmatch(path.name))]
+    return [
+        Handed(path, _ends(said["named"], "_") if said["file"] else (), platform="Blackboard") for path, said in matches
+    ]
+
+
+_ILIAS = re.compile(r"(?P<name>[^_]+_[^_]+)_(?P<login>.+)_(?P<number>\d+)", re.DOTALL)
+
+
+def _ilias(_: Path, entries: Sequence[Path]) -> list[Handed]:
+    """LAST_FIRST_LOGIN_NUMBER/…"""
+    matches = ((path, _ILIAS.fullmatch(path.name)) for path in entries if surely(path.is_dir))
+    return [
+        Handed(path, (said["login"], said["number"]), said["name"].replace("_", " "), "ILIAS")
+        for path, said in matches
+        if said
+    ]
+
+
+def _github(_: Path, entries: Sequence[Path]) -> list[Handed]:
+    """ASSIGNMENT-LOGIN/…, as GitHub Classroom clones a class: all folders begin alike, or are repositories of Git."""
+    folders = [path for path in entries if surely(path.is_dir)]
+    alike = len(folders) > 1 and len({path.name.partition("-")[0] for path in folders}) == 1
+    ends = [(path, _ends(path.name, "-")) for path in folders if alike or surely((path / ".git").exists)]
+    return [Handed(path, ids, platform="GitHub") for path, ids in ends if ids]
+
+
+def _ends(text: str, sign: str) -> tuple[str, ...]:
+    """Return what stands behind each sign, the longest first."""
+    return tuple(text.split(sign, n)[-1] for n in range(1, text.count(sign) + 1))
+
+
 LAYOUTS: dict[str, Layout] = {
-    "gradescope": _gradescope, "moodle": _moodle, "canvas": _canvas, "students": _by_student,
+    "gradescope": _gradescope, "moodle": _moodle, "brightspace": _brightspace, "blackboard": _blackboard,
+    "canvas": _canvas, "ilias": _ilias, "github": _github, "students": _by_student,
 }  # fmt: skip
 """Asked in this order: whoever knows a file or folder first says whose it is."""
 
 
-def export_inside(root: Path) -> Path | None:
-    """Return the only folder in a folder where it has a platform's export, which was unpacked as it came."""
+def only_folder(root: Path) -> Path | None:
+    """Return the folder that is alone in a folder, as where an export was unpacked as it came."""
     inside = _entries(root)
-    alone = len(inside) == 1 and surely((inside[0] / "submission_metadata.yml").is_file)
-    return inside[0] if alone else None
+    return inside[0] if len(inside) == 1 and not inside[0].is_symlink() and surely(inside[0].is_dir) else None
 
 
 def handed_in(root: Path) -> list[Handed]:

@@ -32,11 +32,16 @@ class Roster:
         self._names: dict[str, set[str]] = {}
         for student in students:
             others = [value for column, value in student.others if _IDENTIFIES.search(column)]
-            for text in (student.email, *others):
+            for text in (student.email, student.email.partition("@")[0], *others):
                 if text.strip():
                     self._ids.setdefault(_folded(text), set()).add(student.id)
             for name in set(_spellings(student.name)):
                 self._names.setdefault(name, set()).add(student.id)
+
+    def of_identifier(self, text: str) -> Match | None:
+        """Return who has this identifier in the roster, in any case."""
+        own = self._own.get(_folded(text))
+        return None if own is None else Match((own,))
 
     def owner(self, handed: Handed) -> Match:
         """Return whose a submission is: by identifiers, which a name may not contradict, else by the name."""

@@ -17,12 +17,14 @@ from exercises.console import note
 from exercises.errors import QdotError
 from grader.archives import is_archive, listed, read_packed, unpacked
 from grader.cells import LARGEST, SCRIPTS, TEXTS, Cell, Unreadable, plain, read_cells
-from grader.layouts import Handed, export_inside, handed_in, surely
+from grader.layouts import Handed, handed_in, only_folder, surely
 from grader.roster import Match, Roster
 
 if TYPE_CHECKING:  # loaded where there is one: a student's `qdot check` has none
     from exercises.assignment import Assignment, Student
 
+DEEPEST = 5
+"""Folders in folders in which a class is looked for, where each is alone in the one around it."""
 MOST_FILES, MOST_ATTEMPTS = 2000, 50
 """Files of one student that are looked at, and those of them that are read."""
 NOT_FETCHED = ".not-fetched.csv"
@@ -107,17 +109,21 @@ def find_submissions(assignment: "Assignment", root: Path) -> Looked:
 
 
 def _owners(students: "Sequence[Student]", root: Path) -> tuple[Path, Callable[[Handed], Match]]:
-    """Return the folder in which submissions are, `root` or an export in it, and what says whose one is."""
+    """Return the folder in which submissions are, `root` or one that is alone in it, and what says whose one is."""
     roster = Roster(students)
 
     def owner_of(handed: Handed) -> Match:
         path = handed.path
-        return roster.owner(replace(handed, ids=(*handed.ids, path.name if surely(path.is_dir) else path.stem)))
+        name = path.name if surely(path.is_dir) else path.stem
+        return roster.of_identifier(name) or roster.owner(replace(handed, ids=(*handed.ids, name)))
 
-    inner = export_inside(root)
-    if inner is not None and not any(handed.platform or owner_of(handed).students for handed in handed_in(root)):
-        return inner, owner_of  # else it is a student's, who could put anything into it
-    return root, owner_of
+    inner, depth = root, 0
+    while not any(owner_of(handed).students for handed in handed_in(inner)):  # else it is a student's folder
+        alone = only_folder(inner)
+        if alone is None or depth >= DEEPEST:
+            return root, owner_of
+        inner, depth = alone, depth + 1
+    return inner, owner_of
 
 
 def handed_in_by(students: "Sequence[Student]", root: Path, student: str) -> tuple[list[Path], list[Path]]:
@@ -168,6 +174,8 @@ def files_of_one(path: Path, key: str, platform: str, received: datetime.datetim
 @contextlib.contextmanager
 def opened(submissions: Path) -> Iterator[Path]:
     """Yield the folder of submissions; a platform's zip is unpacked while the block lasts. Raises QdotError."""
+    if submissions.is_file() and not zipfile.is_zipfile(submissions) and submissions.suffix.lower() == ".zip":
+        raise QdotError(f"{submissions} can't be unpacked: it is damaged, or no zip; download it once more")
     if not submissions.is_file() or not zipfile.is_zipfile(submissions):
         yield submissions
         return

@@ -67,6 +67,24 @@ EXPORTS: dict[str, tuple[dict[str, list[str]], list[str]]] = {
         "eve": ["vanderbergannemarie_777_9003_hw-2.ipynb"], "jose": ["díazjosé_LATE_778_9004_my_work_1.ipynb"],
         "hen": ["poincaréhenri_503_text.html"],
     }, ["nobody_999_9005_hw.ipynb"]),
+    "Brightspace": ({
+        "ada1": ["501-99123 - Ada Lovelace - Nov 21, 2026 1105 PM/hw.ipynb"],
+        "hen": ["9-99124 - Henri Poincaré - 21 November, 2026 2305/hw.ipynb"],
+        "eve": ["8-99125 - Anne-Marie van der Berg - Nov 21, 2026 1106 PM/hw.ipynb"],
+    }, ["7-99126 - Some Body - Nov 21, 2026 1107 PM/hw.ipynb"]),
+    "Blackboard": ({
+        "ada1": ["Week 6_ada_attempt_2026-11-21-22-05-07_hw.ipynb"],
+        "ada2": ["Week_6_ada2_attempt_2026-11-21-22-05-07_my_work.ipynb",
+                 "Week_6_ada2_attempt_2026-11-22-22-05-07_my_work.ipynb"],
+    }, ["Week 6_nobody_attempt_2026-11-21-22-05-07_hw.ipynb"]),
+    "ILIAS": ({
+        "hen": ["Poincare_Henri_henri_p_77/hw.ipynb"], "jose": ["Díaz_José_jd_78/hw.ipynb"],
+        "ada1": ["Lovelace_Ada_ada_79/20261121220507_hw.ipynb"],
+    }, ["Body_Some_sb_80/hw.ipynb"]),
+    "GitHub Classroom": ({
+        "ada1": ["hw-ada/hw.ipynb"], "hen": ["hw-hp/hw.ipynb"], "eve": ["hw-eve/hw.ipynb"],
+        "jose": ["hw-A-4/hw.ipynb"],
+    }, ["hw-some-body/hw.ipynb"]),
     "own identifiers": ({
         "ada1": ["ADA1/hw.ipynb"], "ada2": ["ada2.zip"], "hen": ["hen.tar.gz"], "jose": ["José Díaz/hw.ipynb"],
     }, []),
@@ -79,7 +97,12 @@ def test_whose_each_file_is(assignment: Assignment, name: str) -> None:
     expected, others = EXPORTS[name]
     paths = [path for own in expected.values() for path in own]
     found, strangers, unsure = owners(
-        assignment, *paths, *others, *(["grades.csv", "README.txt"] if not others else [])
+        assignment,
+        *paths,
+        *others,
+        *([] if others else ["grades.csv", "README.txt"]),
+        *(["index.html"] if name == "Brightspace" else []),
+        *(["Week 6_ada_attempt_2026-11-21-22-05-07.txt"] if name == "Blackboard" else []),
     )
     assert (found, strangers, unsure) == (expected, [path.split("/")[0] for path in others], [])
     looked = find_submissions(assignment, assignment.folder / "submitted").found
@@ -281,3 +304,26 @@ def test_a_layout_knows_its_own_files_only(tmp_path: Path) -> None:
         (tmp_path / name).mkdir()
     handed = handed_in(tmp_path)
     assert [one.platform for one in handed] == [""] * 5
+
+
+@pytest.mark.parametrize("above", ["submitted", "Week 6/submissions", "a/b/c/d"])
+@pytest.mark.parametrize("name", EXPORTS)
+def test_a_folder_around_everything_is_looked_into(assignment: Assignment, name: str, above: str) -> None:
+    expected, others = EXPORTS[name]
+    own = {who: [f"{above}/{path}" for path in paths] for who, paths in expected.items()}
+    found, strangers, _ = owners(
+        assignment, *(path for paths in own.values() for path in paths), *(f"{above}/{path}" for path in others)
+    )
+    assert (found, strangers) == (own, [path.split("/")[0] for path in others])
+
+
+def test_a_students_folder_that_is_alone_is_not_looked_into_for_others(assignment: Assignment) -> None:
+    assert owners(assignment, "ada1/ada2/hw.ipynb")[0] == {"ada1": ["ada1/ada2/hw.ipynb"]}
+
+
+def test_a_zip_packed_on_windows_has_its_folders(assignment: Assignment, tmp_path: Path) -> None:
+    with zipfile.ZipFile(tmp_path / "all.zip", "w") as packed:
+        packed.writestr(zipfile.ZipInfo("sub\\ada1\\hw.ipynb"), "{}")
+        packed.writestr(zipfile.ZipInfo("sub\\hen\\hw.ipynb"), "{}")
+    with opened(tmp_path / "all.zip") as root:
+        assert [*find_submissions(assignment, root).found] == ["ada1", "hen"]

@@ -41,7 +41,8 @@ LAYERS = {
     "grader": """verdict counterexample levels clock contained function_values answer formulas choices direction
         functions reading parts compare credit residuals numbers finished rounded pairs set_mistakes diagnosis
         advice terms follow similar groups marking prairielearn own_folder sandbox guarantees cells archives
-        layouts roster submission positions finding uncounted notebook copies overrides attempt settle remote cluster
+        layouts roster submission
+        class_check positions finding uncounted notebook copies overrides attempt settle remote cluster
         batch single history certificates sharing certify upgrade forgetting check statistics variants reports
         nbgrader_cells student_command demo commands keeping
         pytest_plugin nbgrader_plugin hosts pushed gradescope otter_marks otter_plugin outlets site docs examples

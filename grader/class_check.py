@@ -1,0 +1,101 @@
+"""A run that can't be right: found before anything is graded or written, and stopped with the likely cause."""
+
+import re
+import unicodedata
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path, PurePath
+from typing import Any
+
+from exercises.assignment import SECRET_FILE, SECRET_VARIABLE, Assignment
+from exercises.errors import QdotError
+from grader.submission import Found, Looked, Submission, read_submission
+
+LOOKED_AT = 25
+"""Students, spread over the roster, whose notebooks' metadata are looked at."""
+SHOWN = 5
+"""Names that a message lists."""
+
+
+def check_class(assignment: Assignment, looked: Looked, root: Path) -> None:
+    """Raise QdotError where files are of nobody, or most notebooks of other students or made with another secret."""
+    ids = [student.id for student in assignment.roster]
+    if looked.strangers and not looked.found:
+        raise QdotError(
+            f"{root}: nothing here is of a student in roster.csv, so nothing was graded. "
+            + _of_nobody(looked.strangers, ids, assignment.key)
+        )
+    read = list(read_some(assignment, looked.found, ids))
+    others = {who: str(said) for who, one in read if isinstance(said := one.claims.get("student"), str) and said != who}
+    if len(others) > 1 and 2 * len(others) > len(read):
+        alike = {who: said for who, said in others.items() if _bare(who) == _bare(said)}
+        cause = (
+            f"{SPREADSHEET} Write these into roster.csv as they were: {_mapping(alike)}."
+            if len(alike) == len(others)
+            else "Is this the class, and the folder, that the notebooks were handed out to?"
+        )
+        raise QdotError(
+            f"{root}: {len(others)} of {len(read)} notebooks were handed out to students of other identifiers than "
+            f"roster.csv has, so nothing was graded. {cause}"
+        )
+    check_secret(assignment, [one for _, one in read], root)
+
+
+def check_secret(assignment: Assignment, read: Sequence[Submission], path: Path) -> None:
+    """Raise QdotError where most notebooks were made with another secret: nobody would get the problems they solved."""
+    said = [one.claims["secret"] for one in read if isinstance(one.claims.get("secret"), str)]
+    wrong = sum(one != assignment.secret_mark for one in said)
+    if 2 * wrong > len(said):
+        source = assignment.folder / SECRET_FILE
+        where = str(source) if source.exists() else f"${SECRET_VARIABLE}"
+        raise QdotError(
+            f"{path}: {'the notebook was' if len(said) == 1 else f'{wrong} of {len(said)} notebooks were'} made with "
+            f"another secret than the one in {where}, so "
+            "nothing was graded: every student would be marked on problems that they never saw. Put the secret "
+            "there that the notebooks were made with"
+        )
+
+
+SPREADSHEET = "They differ by leading zeros, case or the way in which letters are encoded; a spreadsheet removes zeros."
+
+
+def _of_nobody(strangers: Sequence[str], ids: Sequence[str], key: str) -> str:
+    """Return what is the likely cause, and what to do."""
+    called = {_bare(form): form for name in strangers for form in (PurePath(name).stem, name)}
+    alike = {student: called[_bare(student)] for student in ids if _bare(student) in called}
+    if alike:
+        return (
+            f"{SPREADSHEET} Write the identifiers into roster.csv as they were when the notebooks were generated: "
+            f"{_mapping(alike)}."
+        )
+    if f"{key}.ipynb" in strangers:
+        return f"Whose is {key}.ipynb? It is told by the folder, as in STUDENT/{key}.ipynb"
+    return (
+        f"It has {_some(strangers)}; the roster has {_some(ids)}. Is this the right class? If a platform names its "
+        "files otherwise, add its identifiers to roster.csv as a column (docs/submissions.md)"
+    )
+
+
+def read_some(
+    assignment: Assignment, found: Mapping[str, Found], ids: Sequence[str]
+) -> Iterator[tuple[str, Submission]]:
+    """Yield what some students handed in, where it can be read."""
+    there = [student for student in ids if student in found and found[student].files]
+    for student in there[:: -(-len(there) // LOOKED_AT) or 1]:
+        try:
+            yield student, read_submission(found[student].files[0], assignment.key)
+        except Exception:  # noqa: S112 - it is told of this student when it is graded
+            continue
+
+
+def _bare(identifier: str) -> str:
+    """Return an identifier without what spreadsheets and systems change."""
+    return re.sub(r"(?<!\d)0+(?=\d)", "", unicodedata.normalize("NFKC", identifier).casefold())
+
+
+def _mapping(alike: Mapping[str, Any]) -> str:
+    pairs = [f"{now} → {before}" for now, before in list(alike.items())[:SHOWN]]
+    return ", ".join(pairs) + (f" and {len(alike) - SHOWN} more" if len(alike) > SHOWN else "")
+
+
+def _some(names: Sequence[str]) -> str:
+    return ", ".join(map(repr, names[:SHOWN])) + (f" and {len(names) - SHOWN} more" if len(names) > SHOWN else "")
