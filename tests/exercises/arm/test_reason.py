@@ -7,7 +7,7 @@ import pytest
 import sympy as sp
 
 from exercises.arm import reason
-from exercises.arm.appearance import NEAR, Statement, reason_of
+from exercises.arm.appearance import NEAR, Statement, meaning, reason_of
 from exercises.arm.axes import Sample
 from exercises.arm.chain import Chain, Joint
 from exercises.arm.classification import samples_on
@@ -88,5 +88,15 @@ def test_how_a_slide_runs_past_a_link_is_a_reason_where_the_link_has_a_length(
     theta1, theta2, d3 = sp.symbols("theta1 theta2 d3")
     joints = (Joint("R", theta1, 0, length, 0), Joint("R", theta2, 0, 0, sp.pi / 2), Joint("P", 0, d3, 0, 0))
     chain = Chain("RRP", joints, ("vx", "vy", "wz"))
-    told = {meaning.kind for meaning in meanings_of(chain, samples_of(chain, "sin(theta2)"))}
+    told = {one.kind for one in meanings_of(chain, samples_of(chain, "sin(theta2)"))}
     assert ({"along", "across"} <= told) == is_told
+
+
+def test_a_point_on_two_axes_that_meet_is_told_of_both() -> None:
+    theta1, theta2, d3 = sp.symbols("theta1 theta2 d3")
+    joints = (Joint("R", theta1, 0, 0, -sp.pi / 2), Joint("R", theta2, 0, 0, sp.pi / 2), Joint("P", 0, d3, 0, 0))
+    chain = Chain("spherical", joints, ("vx", "vy", "vz"))
+    told = "the point lies on the axes of joints 1 and 2, which then do not move it"
+    assert meaning(chain, samples_of(chain, "d3 = 0")) == told
+    told = "the point lies on the axis of joint 1, which then does not move it"
+    assert meaning(chain, samples_of(chain, "sin(theta2)")) == told
