@@ -18,7 +18,7 @@ import sympy as sp
 from markdown_it import MarkdownIt
 
 from exercises.answers import Choice, ConditionSet, Direction, Expression, Matrix, Number
-from exercises.arm.chain import CONVENTIONS, TWIST_ORDERS
+from exercises.arm.chain import CONVENTIONS, TWIST_ORDERS, Chain, Joint, Point
 from exercises.arm.told import is_by_axes
 from exercises.families import FAMILIES
 from exercises.generation import generate
@@ -400,3 +400,15 @@ def test_a_problem_of_short_questions_has_no_function_for_checks() -> None:
     quiz = Problem(problem.id, problem.chain, tuple(p for p in problem.parts if p.name == "rank"))
     assert function_cell([("p1", quiz)]) == ""
     assert not any(cell.id == "self-check" for cell in student_notebook("t", "k", "s", [("p1", quiz)]).cells)
+
+
+def test_the_transform_is_held_against_the_position_where_the_point_is_the_last_origin() -> None:
+    """For P in the origin of a frame before the last one, only its rotation is looked at."""
+    held = "Is your position the last column of your transform?"
+
+    def asked(frame: int) -> set[str]:
+        joints = tuple(Joint("R", sp.Symbol(f"theta{i}"), 0, sp.Symbol(f"a{i}"), 0) for i in (1, 2, 3))
+        chain = Chain("planar", joints, ("vx", "vy"), tool=Point(frame))
+        return {one.question for one in RELATIONS if one.question == held and one.holds(chain, {})}
+
+    assert held in asked(3) and held not in asked(2)

@@ -161,3 +161,8 @@ def test_a_mistake_that_later_parts_inherit_is_named_once() -> None:
         assert diagnosis is not None
         assert name == first or (diagnosis.inherited == first and "follows from" in diagnosis.says)
         assert name == first or verdicts[name].as_json()["mistake"] is None
+
+
+def test_a_square_that_is_missing_is_its_root_or_twice_its_root() -> None:
+    found = [edit.entry for edit in edits(read("x^2"), ["x"]) if edit.mistake == "square-missing"]
+    assert [node_text(entry) for entry in found] == ["x", "(2*x)"]

@@ -18,6 +18,7 @@ from exercises.arm.kinematics import NumericChain
 from exercises.arm.singularity import singular_set
 from exercises.generation import generate, sample_chain
 from exercises.problem import ProblemId
+from exercises.questions import geometry
 from exercises.questions.geometry import (
     at_values,
     branches,
@@ -222,3 +223,14 @@ def test_a_factor_has_one_sign_throughout_a_solution() -> None:
     problem = generate(replace(ProblemId.parse("elbow-lateral/607@zeros"), questions=asked))
     for part in problem.parts:
         assert r"0.45 c_{2} - a_{3} \cos \varphi_{23}" in worked_solution(problem, part)
+
+
+@pytest.mark.parametrize("turn", range(8))
+def test_zeros_of_a_condition_on_one_angle_are_zeros_within_one_turn(turn: int) -> None:
+    """Also where the angle of the middle and that of the half width add up to more than half a turn."""
+    q, middle = sp.Symbol("theta1"), turn * sp.pi / 4 - sp.pi
+    for value in (sp.Rational(-9, 10), sp.Rational(1, 3), sp.Rational(4, 5)):
+        zeros = geometry._zeros(sp.cos(q - middle) + value, q, turns=True)
+        assert len(zeros) == 2
+        assert all(abs(sp.cos(zero - sp.N(middle, 40)) + value) < 1e-15 for zero in zeros)
+        assert all(abs(zero) <= 3.1416 for zero in zeros)

@@ -26,6 +26,7 @@ from exercises.site import supply
 from exercises.site.chapter import ERRATA, chapter_pages
 from exercises.site.guide import COMMANDS, OTHERS, OWN_PAGES, arranged
 from exercises.site.pages import assets_in, linked, pages
+from exercises.site.robots import robots_text
 from exercises.site.stale_files import LIST, remove_stale_files
 from grader import site as command
 from grader.cli import app
@@ -339,3 +340,8 @@ def test_every_page_of_the_documentation_has_its_place() -> None:
     assert OTHERS not in groups
     listed = [entry.name for entries in groups.values() for entry in entries]
     assert sorted(listed) == sorted({path.stem for path in DOCS.glob("*.md")} - set(OWN_PAGES) | {COMMANDS})
+
+
+def test_the_list_of_arms_has_the_format_that_the_site_reads() -> None:
+    declared = re.search(r"readonly format: (\d+);", (ROOT / "site/src/own/known.ts").read_text(encoding="utf-8"))
+    assert declared and json.loads(robots_text())["format"] == int(declared[1])
