@@ -12,6 +12,7 @@ From the bottom up:
     notation, tables                    what people bring along as plain text; vectors and matrices without commas
     products                            matrices that stand as operands, worked out
     expression                          text to a tree by a grammar, in whatever notation it was written
+    noise                               what floating-point numbers leave of zero, taken away
     program                             trees evaluated at many points at once
     field, angles, exact                rational functions of sines and cosines, compared modulo a random prime
     identity                            are two expressions the same function

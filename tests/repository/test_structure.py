@@ -18,6 +18,7 @@ LAYERS = {
     "exercises": """errors extras completion variation files input_file stream console parallel time_limit
         formula.printing formula.text formula.order formula.layout formula.latex formula.printers formula.vocabulary
         formula.names formula.trees formula.algebra formula.notation formula.tables formula.products formula.expression
+        formula.noise
         formula.program formula.field formula.angles formula.exact formula.identity formula.scale formula.constants
         formula.pieces formula.conditions
         formula.claims

@@ -43,6 +43,33 @@ def test_corpus(case: dict[str, Any]) -> None:
     assert judged["outcome"] != "ungraded"
 
 
+NOISY = (
+    "a1*cos(theta1) - 6.12323399573677e-17*a2*sin(theta1)", "a1*cos(theta1) - 6.123233995736766e-17*a2*sin(theta1)",
+    "a1*cos(theta1) - 612323399573677*a2*sin(theta1)/10**31", "a1*cos(theta1) + a2*a3*a4*1.2E-16*cos(theta2)/3",
+    "a1*cos(theta1 + 6e-17)", "(1 + 1e-16*a2)*a1*cos(theta1)", "1e-17*a2 + a1*cos(theta1)*1e-17/1e-17",
+    "a1*cos(theta1)*(1 - 1e-16) - (6e-9)**2*a2", "\\cos{\\left(\\theta_1\\right)} a_1 - 6.1 \\cdot 10^{-17} a_2",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("text", NOISY)
+def test_what_floating_point_leaves_of_zero_is_no_term(text: str) -> None:
+    assert compare(text, "a1*cos(theta1)").equal == (True,)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["a1*cos(theta1) + 1e-9*a2", "a1*cos(theta1) + a2/10**9", "a1*cos(theta1) - 1e-17*a2/1e-17", "1e-17*a1*cos(theta1)",
+     "a1*cos(theta1) + (1e-17)**0*a2", "a1*cos(theta1)/1e-17", "a1*cos(theta1) + (10^17*a2 + 10^17)/10^17",
+     "a1*cos(theta1) + sqrt(10^34)*a2*1e-17", "a1*cos(theta1) + (10^13 + 9)/10^13*a2"],
+)  # fmt: skip
+def test_a_term_that_is_small_is_one(text: str) -> None:
+    assert compare(text, "a1*cos(theta1)").equal == (False,)
+
+
+def test_an_entry_that_is_only_rounding_is_zero() -> None:
+    assert compare("6.12323399573677e-17*a2*cos(theta1)", "0").equal == (True,)
+
+
 def test_a_reference_may_be_a_long_sum() -> None:
     request = {"type": "matrix", "reference": f"[[{'a1+' * 2000}a1, 0]]", "student": "[[2001*a1, 0]]"}
     assert compare_line(json.dumps(request), 1)["outcome"] == "correct"
@@ -173,9 +200,9 @@ def test_a_given_fraction_is_exact_and_a_given_root_is_a_double(given: float | F
         ).equal[0]
 
     assert right("a1*cos(theta1)", a1=given)
-    assert not right("a1*cos(theta1)*(1 + 10^-13)", a1=given)
-    assert not right("a1*cos(theta1)*(1 + 10^-13)", a1=given, a2=2**0.5)  # a double that the answer does not use
-    assert right("a1*cos(theta1)*(1 + 10^-13)", a1=2**0.5)
+    assert not right("a1*cos(theta1)*(10^13 + 1)/10^13", a1=given)
+    assert not right("a1*cos(theta1)*(10^13 + 1)/10^13", a1=given, a2=2**0.5)  # a double that the answer does not use
+    assert right("a1*cos(theta1)*(10^13 + 1)/10^13", a1=2**0.5)
     assert not right("a1*cos(theta1)*(1 + 10^-11)", a1=2**0.5)
 
 

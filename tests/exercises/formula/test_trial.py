@@ -137,14 +137,14 @@ TERMS = f"(sqrt(a1^2)*(10^400/10^400) + 1e14*({ZERO}))*1e9"
 PARTLY = "1/(abs(x) + x)"
 DECIDED = [
     # to 40 digits of the terms
-    *((f"{unit}*sqrt(a1^2)*(1 + {part}*10^-41)", f"{unit}*a1", part < 10)
+    *((f"{unit}*sqrt(a1^2)*(10^41 + {part})/10^41", f"{unit}*a1", part < 10)
       for unit in ("1e-20", "1", "1e20") for part in (9, 11)),
-    (f"sqrt(a1^2) + {HUGE}", "a1", True), (f"sqrt(a1^2)*(1 + 10^-30) + {HUGE}", "a1", False),
-    *((f"{sign}{TERMS}*(1 + {off})", f"{sign}1e9*a1", off == "0") for sign in ("", "-") for off in ("0", "10^-30")),
+    (f"sqrt(a1^2) + {HUGE}", "a1", True), (f"sqrt(a1^2)*(10^30 + 1)/10^30 + {HUGE}", "a1", False),
+    *((f"{sign}{TERMS}*(10^30 + {off})/10^30", f"{sign}1e9*a1", off == 0) for sign in ("", "-") for off in (0, 1)),
     # defined with more digits only: of nothing with 50 digits, of -1e-16 with a double's
     ("log((3 + 3*10^-60)/3 - 1)", "log(10^-60)", True), ("log(1/49*(49 + 49*10^-60) - 1)", "log(10^-60)", True),
-    ("sqrt(a1^2)/((3 + 3*10^-60)/3 - 1)", "10^60*a1", True),
-    (PARTLY, PARTLY, True), (f"(1 + 10^-30)*{PARTLY}", PARTLY, False),  # compared where the reference is defined
+    ("sqrt(a1^2)/((3*10^60 + 3)/(3*10^60) - 1)", "10^60*a1", True),
+    (PARTLY, PARTLY, True), (f"(10^30 + 1)/10^30*{PARTLY}", PARTLY, False),  # compared where the reference is defined
 ]  # fmt: skip
 
 
@@ -227,23 +227,23 @@ def test_an_answer_without_a_value_is_shown_as_one() -> None:
         assert found["expected"] == found["at"]["a1"]
 
 
-@pytest.mark.parametrize("off", ["10^-12", "10^-30"])
+@pytest.mark.parametrize("power", [12, 30])
 @pytest.mark.parametrize("student", ["a1", "sqrt(a1^2)"])
-def test_a_tiny_difference_is_shown_with_enough_digits(student: str, off: str) -> None:
-    found = example(f"{student}*(1 + {off})", "a1")
+def test_a_tiny_difference_is_shown_with_enough_digits(student: str, power: int) -> None:
+    found = example(f"{student}*(10^{power} + 1)/10^{power}", "a1")
     assert is_readable(found["at"])
     assert float(found["expected"]) == pytest.approx(found["at"]["a1"], rel=1e-9)
     with mpmath.workdps(60):
         part = mpmath.mpf(found["yours"]) / mpmath.mpf(found["expected"]) - 1
-        assert float(part) == pytest.approx(float(off.replace("10^", "1e")), rel=0.2, abs=0)
+        assert float(part) == pytest.approx(10.0**-power, rel=0.2, abs=0)
 
 
 def test_a_difference_too_small_to_show_comes_with_the_values_of_its_point(monkeypatch: pytest.MonkeyPatch) -> None:
     """A readable one, if doubles do not tell there but elsewhere; so has one for which effort is used up."""
-    assert is_readable(example("a1 + a1^9/10^14", "a1")["at"])  # at most 1e-12 of a1 there
-    tiny = example("a1 + 10^-300*theta1", "a1")
+    assert is_readable(example("(10^14*a1 + a1^9)/10^14", "a1")["at"])  # at most 1e-12 of a1 there
+    tiny = example("(2^1000*a1 + theta1)/2^1000", "a1")
     monkeypatch.setattr(identity, "_PRECISE_STEPS", 0)
-    for shown in (tiny, example("a1*(1 + 10^-30)", "a1")):
+    for shown in (tiny, example("a1*(2^100 + 1)/2^100", "a1")):
         assert shown["yours"] == shown["expected"] == shown["at"]["a1"]
 
 
