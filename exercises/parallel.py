@@ -210,7 +210,9 @@ _busy = False
 
 def _begin(setup: Callable[..., object], arguments: tuple[Any, ...]) -> None:
     global _state  # noqa: PLW0603 - set once when a process starts
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that shows progress
+    for number in ("SIGINT", "SIGHUP"):  # they are for the process that shows progress
+        if hasattr(signal, number):
+            signal.signal(getattr(signal, number), signal.SIG_IGN)
     if MASKS:
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     signal.signal(signal.SIGTERM, _terminated)

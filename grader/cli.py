@@ -9,12 +9,14 @@ import functools
 import gc
 import io
 import os
+import re
 import signal
 import sys
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from importlib.util import find_spec
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
@@ -50,6 +52,8 @@ COMMANDS = {
     "demo": "grader.commands",
 }
 """Each command, and the module in which it is the function of that name, with _ for -."""
+ENDING = [signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else [])]
+"""Signals that end the program as Ctrl-C does: of who wants to end it, and of a terminal that was closed."""
 SITE = {"build": "build_site", "serve": "serve"}
 
 
@@ -92,13 +96,36 @@ def program(only: str = "") -> "typer.Typer":
 
     for name, module in COMMANDS.items():
         if only not in COMMANDS or name == only:
-            app.command(name, epilog=epilog(name))(named(module, name))
+            own: dict[str, Any] = {"cls": _of_texts()} if name == "compare" else {}
+            app.command(name, epilog=epilog(name), **own)(named(module, name))
     if only not in COMMANDS:
         pages = typer.Typer(no_args_is_help=True, help="The web site: build it, or show it.")
         for name, function in SITE.items():
             pages.command(name, epilog=epilog(f"site {name}"))(named("grader.site", function))
         app.add_typer(pages, name="site")
     return app
+
+
+def _of_texts() -> "type[typer.core.TyperCommand]":
+    """Return the class of a command whose arguments are formulas, which may begin with a minus."""
+    from typer.core import TyperCommand
+
+    class OfTexts(TyperCommand):
+        def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+            options, texts, left = list[str](), list[str](), iter(args)
+            flags = {name: param for param in self.get_params(ctx) for name in param.opts if name[:1] == "-"}
+            for arg in left:
+                if arg == "--":
+                    texts += left
+                elif arg in flags:
+                    options += [arg, *(() if getattr(flags[arg], "is_flag", False) else [*islice(left, 1)])]
+                elif re.match(r"--[a-z-]+(=|$)", arg):
+                    options.append(arg)
+                else:
+                    texts.append(arg)
+            return super().parse_args(ctx, [*options, "--", *texts])
+
+    return OfTexts
 
 
 def _loaded(module: str, name: str) -> Callable[..., None]:
@@ -179,12 +206,12 @@ def _stop_at_once(number: int, _: object) -> NoReturn:
 
 
 def _begin() -> None:
-    """Have Ctrl-C and SIGTERM end a command such that what it has begun is tidied up: it is about to begin."""
+    """Have Ctrl-C, SIGTERM and SIGHUP end a command such that what it has begun is tidied up: it is about to begin."""
     if not gc.isenabled():
         gc.freeze()
         gc.set_threshold(*BETWEEN_COLLECTIONS)
         gc.enable()
-    for number, handler in ((signal.SIGINT, signal.default_int_handler), (signal.SIGTERM, _stop)):
+    for number, handler in ((signal.SIGINT, signal.default_int_handler), *((each, _stop) for each in ENDING)):
         if signal.getsignal(number) is _stop_at_once:
             signal.signal(number, handler)
 
@@ -223,7 +250,9 @@ def main() -> None:
     """Run the command line: 0 done, 1 something is not as it should be, 2 bad input or our own failure."""
     if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:  # else it was started in the background, to go on
         signal.signal(signal.SIGINT, _stop_at_once)  # nothing has been begun yet
-    signal.signal(signal.SIGTERM, _stop_at_once)
+    for number in ENDING:
+        if signal.getsignal(number) is not signal.SIG_IGN:  # as with nohup
+            signal.signal(number, _stop_at_once)
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are small; without threads a process can be forked
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # else it reads what every installed package offers
     gc.disable()  # until all is loaded, and stays

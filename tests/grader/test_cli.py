@@ -342,6 +342,20 @@ def all_gone(group: int) -> None:
         time.sleep(0.05)
 
 
+@pytest.mark.parametrize(
+    "texts",
+    [["-a1*s1", "-a1*sin(theta1)"], ["-theta1*s2", "--type", "expression", "-theta1*sin(theta2)"], ["--", "-a1", "-a1"],
+     ["--5", "5"]],
+)  # fmt: skip
+def test_an_answer_to_compare_may_begin_with_a_minus(texts: list[str]) -> None:
+    assert json.loads(run("compare", *texts))["outcome"] == "correct"
+
+
+def test_an_option_of_compare_that_is_none_is_told() -> None:
+    result = runner.invoke(app, ["compare", "--jonits", "theta1", "a", "b"])
+    assert result.exit_code == 2 and "--joints" in result.stderr
+
+
 def is_alive(process: psutil.Process, group: int) -> bool:
     """Return whether a process of a group runs; an ended one that nobody has asked for doesn't."""
     try:
@@ -354,14 +368,15 @@ GO_ON = b"run the same command again to go on"
 BEGIN_AGAIN = b"--from SEED"
 STOPS: list[tuple[str, str, signal.Signals, float | str]] = [
     ("generate", "group", signal.SIGINT, AT_WORK),
+    ("generate", "group", signal.SIGHUP, AT_WORK),
     *(("generate", "group", signal.SIGINT, when) for when in (0.3, 1.2, 4)),
     *(("generate", whom, signal.SIGTERM, when) for whom in ("parent", "group") for when in (AT_WORK, 0.3, 4)),
     *(("verify", "parent", signal.SIGTERM, when) for when in (0.3, 4)),
 ]
-"""Stopped while modules are loaded, at 0.3 s, or while problems are made; `make test` takes the first alone."""
+"""Stopped while modules are loaded, at 0.3 s, or while problems are made; `make test` takes the first two alone."""
 
 
-@pytest.mark.parametrize(("command", "whom", "number", "when"), several(STOPS[:1], STOPS))
+@pytest.mark.parametrize(("command", "whom", "number", "when"), several(STOPS[:2], STOPS))
 @pytest.mark.usefixtures("ctrl_c")
 def test_a_stop_ends_everything_at_once_in_one_line(
     tmp_path: Path, command: str, whom: str, number: signal.Signals, when: float | str
