@@ -10,6 +10,7 @@ import re
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import PurePath
 from typing import Any
 
@@ -128,7 +129,7 @@ def _notebook(said: str, text: str) -> Content:
     try:
         data = json.loads(text, object_pairs_hook=_without_outputs, parse_int=float)
     except json.JSONDecodeError as error:
-        raise Unreadable(f"{said} is not a Jupyter notebook, or was cut off (line {error.lineno})") from None
+        raise Unreadable(f"{said} {_fault(text, error)}") from None
     except (RecursionError, MemoryError):
         raise Unreadable(f"{said} is not a Jupyter notebook: it nests too deeply") from None
     listed = _listed(data)
@@ -143,6 +144,27 @@ def _notebook(said: str, text: str) -> Content:
     )
     foreign = sorted({plain(key) for qdot in own for key, value in qdot.items() if key != "part" or _is_odd(value)})
     return Content(tuple(cells), _plain(_plain(data.get("metadata")).get("qdot")), "", tuple(foreign))
+
+
+_CONFLICT = re.compile(r"(?m)^(?:<{7} .*|={7}|>{7} .*)$")
+
+
+def _fault(text: str, error: json.JSONDecodeError) -> str:
+    """Return what is wrong with a text that is no JSON."""
+    marks = [text.count("\n", 0, mark.start()) + 1 for mark in islice(_CONFLICT.finditer(text), 6)]
+    if marks:
+        lines = f"line {marks[0]}" if len(marks) == 1 else f"lines {', '.join(map(str, marks))}"
+        return (
+            f"has conflict markers of Git in it ({lines}): two versions were merged and none was chosen; choose one, "
+            "see that it opens in Jupyter, and hand it in again"
+        )
+    comma = (
+        error.pos if text.startswith(",", error.pos) else len(text[: error.pos].rstrip()) - 1
+    )  # by version of Python
+    if re.compile(r",\s*[\]}]").match(text, max(comma, 0)):
+        line = text.count("\n", 0, comma) + 1
+        return f"has a comma too many at the end of line {line}; remove it, and hand it in again"
+    return f"is not a Jupyter notebook, or was cut off (line {error.lineno})"
 
 
 def _without_outputs(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

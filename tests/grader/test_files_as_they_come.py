@@ -4,6 +4,7 @@ import gzip
 import io
 import json
 import os
+import re
 import stat
 import tarfile
 import time
@@ -455,3 +456,21 @@ OPTIONS = [
 def test_options_of_myst_are_left_out_where_they_open_a_cell(body: str, code: str) -> None:
     content = read_cells("hw.md", f"text\n\n```{{code-cell}} ipython3\n{body}\n```\n".encode())
     assert [cell.source for cell in content.cells if cell.is_code] == [code]
+
+
+BROKEN = [
+    (
+        '{\n<<<<<<< HEAD\n "cells": []\n=======\n "cells": [1]\n>>>>>>> 1a2b\n}',
+        "conflict markers of Git in it (lines 2, 4, 6)",
+    ),
+    ('{"cells": [\n {"source": "a"},\n ]}', "has a comma too many at the end of line 2"),
+    ('{"cells": [],\n}', "has a comma too many at the end of line 1"),
+    ('{"cells": [{"source": "a, ]"', "is not a Jupyter notebook, or was cut off (line 1)"),
+    (",", "is not a Jupyter notebook"),
+]
+
+
+@pytest.mark.parametrize(("content", "said"), BROKEN)
+def test_what_is_wrong_with_a_notebook_is_told_with_its_line(content: str, said: str) -> None:
+    with pytest.raises(Unreadable, match=re.escape(said)):
+        read_cells("hw.ipynb", content.encode())
