@@ -17,6 +17,10 @@ NOTHING = ("", "blank", "ellipsis", "none")
 # --- reading ---
 
 
+LONGEST = 1000
+"""Characters of an answer, without blanks in a row, of which the option is looked for."""
+
+
 def read_choice(text: str, options: Sequence[str]) -> Given:
     """Read an option, by its letter (in any case, in brackets or quotes) or its own text."""
     if _said(text) in NOTHING:
@@ -66,19 +70,24 @@ def chosen_letters(student: str, options: int) -> list[int] | None:
     >>> chosen_letters("AF", 4), chosen_letters("a1*cos(theta1)", 4)
     (None, None)
     """
-    said = re.sub(r"\b(and|joints?)\b|\d+\s*(is\b|[:=.-]>?)|[\"'()\[\]{}.,;&+\s]", "", _plain(student[:200]))
+    said = re.sub(r"\b(and|joints?)\b|\d+\s*(is\b|[:=.-]>?)|[\"'()\[\]{}.,;&+\s]", "", _plain(student))
     letters = LETTERS[:options].casefold()
     return [letters.index(letter) for letter in said] if said and set(said) <= set(letters) else None
 
 
 def _plain(text: str) -> str:
-    """Return a text in small letters, wide ones as plain ones, without marks that nobody sees."""
-    shown = "".join(sign for sign in text if unicodedata.category(sign) != "Cf")
+    """Return a text in small letters, wide ones as plain ones, without marks that nobody sees.
+
+    Of one that is longer than any option, no more is looked at than shows that it is none.
+    """
+    words = " ".join(text.split())
+    shown = "".join(sign for sign in words[:LONGEST] if unicodedata.category(sign) != "Cf")
+    shown += "\N{REPLACEMENT CHARACTER}" if len(words) > LONGEST else ""
     return unicodedata.normalize("NFKC", shown).casefold()
 
 
 def _said(student: str) -> str:
-    return _LABEL.sub("", _plain(student[:1000]).strip()).strip("\"'()[]{}.„“”‚‘’«» ")
+    return _LABEL.sub("", _plain(student)).strip("\"'()[]{}.„“”‚‘’«» ")
 
 
 _LABEL = re.compile(r"^(?:answer|option|antwort|lösung|solution)(?: is| ist| ?[:=])? ?(?=[\"'(\[]?[a-h](?![a-z]))")

@@ -400,3 +400,12 @@ def test_shares_are_graded_in_one_folder_at_once_and_beside_nothing_else(folder:
         assert "another 'qdot grade'" in fails("grade", folder, "--jobs", "1")
     with alone(folder):
         assert "another 'qdot grade'" in fails("grade", folder, "--share", "9/9", "--jobs", "1")
+
+
+class _Client:
+    def nthreads(self) -> dict[str, int]:
+        return {"a": 1, "b": 3}
+
+
+def test_two_tasks_are_out_for_every_thread() -> None:
+    assert cluster._Room(_Client(), "tcp://somewhere")() == 8  # type: ignore[arg-type]

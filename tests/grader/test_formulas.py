@@ -164,7 +164,8 @@ OPTIONS = ("a boundary singularity", "an internal singularity", "no singularity:
     [
         *((student, 1) for student in ("B", "b", '"B"', "(B)", "B.", "an internal singularity")),
         *((student, 2) for student in ("C. no singularity", "C) whatever", "no singularity", "c")),
-        ("singularity", None), ("D", None),
+        ("singularity", None), ("D", None), ("B" + " " * 300_000, 1),
+        *((f"B{' ' * count}C", None) for count in (1, 1000, 300_000)), ("B" * 5000, None),
     ],
 )  # fmt: skip
 def test_a_choice_is_a_letter_or_a_text_that_only_one_option_has(student: str, right: int | None) -> None:
