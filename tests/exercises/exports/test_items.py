@@ -187,3 +187,15 @@ def test_numbers_are_asked_for_as_they_are_and_mistakes_give_others(family: str)
         assert found.wrong or not is_derived(part), part.name
         for title, _, values in found.wrong:
             assert values.shape != right.shape or not np.array_equal(values, right), title
+
+
+def test_where_one_number_is_asked_for_it_is_one_that_tells_most_mistakes_apart(made: list[Item]) -> None:
+    alone = [(one.form, one.number.form) for one in made if one.number is not None]
+    tells = []
+    for whole, single in alone:
+        assert isinstance(whole, Numeric) and isinstance(single, Numeric)
+        (asked,) = single.fields
+        able = [field for field in whole.fields if round(abs(field.value), 9) not in (0, 1)] or whole.fields
+        tells.append({len(field.wrong) for field in able})
+        assert len(asked.wrong) == max(tells[-1])
+    assert any(len(counts) > 1 for counts in tells)

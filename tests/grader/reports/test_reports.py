@@ -237,3 +237,9 @@ def test_what_qdot_fails_on_is_an_error_and_a_wrong_folder_a_line(
     done = pytester.runpytest_inprocess("--qdot", str(broken))
     done.assert_outcomes(errors=1)
     done.stdout.no_fnmatch_line("*Traceback*")
+
+
+@pytest.mark.parametrize("asked", ["csv", "csv=", "=grades.csv", ""])
+def test_a_report_is_asked_for_by_format_and_path(asked: str, tmp_path: Path) -> None:
+    said = fails("grade", tmp_path, "--report", asked)
+    assert ("write FORMAT=PATH" if asked[:1] != "=" else "--report") in said
