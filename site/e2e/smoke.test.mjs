@@ -20,7 +20,7 @@ for (const path of KINDS)
     assert.deepEqual([...wrong, ...(await page.evaluate(() => window.refused))], []);
   });
 
-test("a wrong answer is judged wrong, and a right one right", async () => {
+test("a wrong answer is judged wrong, and a right one right, whose solution is shown", async () => {
   const { page, wrong } = await opened(there, "practice.html?arm=planar-2r&question=determinant");
   const right = bankOf(there.site.folder).typed("determinant");
   const answer = async (text) => {
@@ -32,6 +32,8 @@ test("a wrong answer is judged wrong, and a right one right", async () => {
   await page.locator(".verdict:not(.correct)", { hasText: "It looks like this" }).waitFor();
   await answer(right);
   await page.locator(".verdict.correct").waitFor();
+  await page.getByRole("button", { name: "Show the solution" }).click();
+  await page.locator(".solution math").first().waitFor();
   assert.deepEqual(wrong, []);
 });
 

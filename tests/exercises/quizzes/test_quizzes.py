@@ -204,7 +204,7 @@ def test_a_configuration_that_is_shown_rounded_does_not_stand_out(name: str, see
         ("AC", 1), ("ca", 1), ("A, C", 1), ("['A', 'C']", 1), ("{'C', 'A'}", 1), ("A and C", 1), ('"AC"', 1),
         ("ＡＣ", 1), ("A\u200bC", 1), ("A\nC", 1),
         ("A", 0.5), ("AB", 0.5 - 1 / 3), ("ABC", 1 - 1 / 3), ("ABCDE", 0), ("B", 0), ("AACC", 1),
-        ("AX", 0), ("theta2 = 0", 0), ("A" * 5000, 0.5), ("((((", 0),
+        ("AX", 0), ("theta2 = 0", 0), ("A" * 200, 0.5), ("A" * 5000, 0), ("((((", 0),
     ],
 )  # fmt: skip
 def test_letters_are_marked_one_by_one(typed: str, share: float) -> None:
