@@ -18,7 +18,7 @@ from exercises.formula.trees import Node, ReadError, names, replaced
 from exercises.formula.vocabulary import LIMITS, VOCABULARY, pattern
 
 MAX_DEPTH = LIMITS["depth"]
-MAX_LENGTH = LIMITS["characters"]
+MAX_LENGTH, MOST_EITHER = LIMITS["characters"], LIMITS["either"]
 MAX_DIAGONAL = LIMITS["diagonal"]
 
 _CONTAINERS: dict[str, str] = VOCABULARY["containers"]
@@ -74,6 +74,8 @@ class _Parser:
     def __init__(self, text: str, known: frozenset[str]) -> None:
         self.text, self.known = text, known
         self.tokens, self.at, self.depth = self.meant(_tokens(text)), 0, 0
+        if (signs := sum(text == "±" for _, text, _ in self.tokens)) > MOST_EITHER:
+            raise ReadError(f"the answer has {signs} signs ±, each of which doubles what it means; write them out")
         self.without_brackets = -1
         """Where the argument of a function without brackets ended last."""
         self.braces_are_lists = False

@@ -68,6 +68,8 @@ class Parser {
     private readonly known: ReadonlySet<string>,
   ) {
     this.tokens = tokensOf(text).flatMap((token) => this.meant(token));
+    const count = this.tokens.filter((token) => token.text === "±").length;
+    if (count > LIMITS.either) throw new ReadError("read.either", { count });
   }
 
   /** A token, with what a word between formulas means put for it: "or" for what is "or" in German. */

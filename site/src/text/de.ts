@@ -35,6 +35,7 @@ export const de: Catalogue = {
   "read.many-cases": "die Bedingungen sind zu lang, oder es sind zu viele ganze Zahlen darin",
   "read.cases": "die Bedingungen ergeben {count} Fälle; mehr als {most} werden nicht gelesen",
   "read.long": "die Antwort ist {length} Zeichen lang; mehr als {most} werden nicht gelesen",
+  "read.either": "die Antwort hat {count} Zeichen ±, von denen jedes verdoppelt, was sie bedeutet; schreibe sie aus",
   "read.at": "{what}, bei Zeichen {at}, nahe „{near}“",
   "read.nothing": "es steht nichts da",
   "read.brackets": "mehr als {most} Klammern ineinander",

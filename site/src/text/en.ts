@@ -40,6 +40,7 @@ export const en = {
   "read.many-cases": "the conditions are too long, or there are too many whole numbers in them",
   "read.cases": "the conditions make {count} cases; more than {most} are not read",
   "read.long": "the answer is {length} characters long; more than {most} are not read",
+  "read.either": "the answer has {count} signs ±, each of which doubles what it means; write them out",
   "read.at": "{what} at character {at}, near '{near}'",
   "read.nothing": "nothing is there",
   "read.brackets": "brackets nest more than {most} deep",

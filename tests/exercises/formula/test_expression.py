@@ -196,3 +196,10 @@ def test_a_tree_prints_as_what_reads_as_the_same(text: str) -> None:
 @pytest.mark.parametrize(("text", "digits"), [("0.0", 0), ("1.50", 2), ("1.25e-400", 3), ("12.5e399", 3), ("1e3", 1)])
 def test_digits_of_a_decimal_are_those_that_count(text: str, digits: int) -> None:
     assert digits_of_decimals(read(text)) == digits
+
+
+@pytest.mark.parametrize("sign", ["±", "+/-", r"\pm "])
+def test_twelve_signs_of_plus_or_minus_are_read(sign: str) -> None:
+    read(f"{sign}a2" * 12)
+    with pytest.raises(ReadError, match=r"the answer has 13 signs ±"):
+        read(f"{sign}a2" * 13)
