@@ -1,10 +1,12 @@
 """What a judgement says: reasons word by word, shares, certificates, and what is left out of long ones."""
 
 from fnmatch import fnmatchcase
+from types import SimpleNamespace
 
 import pytest
 
 from exercises.formula.identity import Certificate, Domain, Rounding, missed
+from grader.advice import _entry
 from grader.answer import with_points
 from grader.verdict import Judgement, Outcome
 from tests.support.judging import (
@@ -229,3 +231,8 @@ def test_the_certificate_of_a_set_has_its_points_and_what_is_wrong() -> None:
     assert certificate.counterexample is not None
     assert certificate.counterexample["missing"]["theta2"] == pytest.approx(3.14159)
     assert certificate.counterexample["surplus"]["theta2"] == 1
+
+
+@pytest.mark.parametrize("shape", [None, (1, 1)])
+def test_an_answer_of_one_entry_is_what_is_asked(shape: tuple[int, int] | None) -> None:
+    assert _entry(SimpleNamespace(shape=shape), 0) == "what is asked"  # type: ignore[arg-type]

@@ -22,6 +22,7 @@ from exercises.render import template_folder
 from exercises.showing import problem_json, show
 from exercises.writing.latex import tex
 from exercises.writing.markup import to_html, to_html_for_mathjax, to_latex, to_text
+from exercises.writing.short_answer import short_answer
 from exercises.writing.statement import (
     answer_code,
     prompt,
@@ -30,6 +31,7 @@ from exercises.writing.statement import (
     worked_solutions,
     worked_steps,
 )
+from exercises.writing.wording import Wording
 from exercises.writing.worked import Worked
 from tests.support.problems import LONG_ARMS, parts_in_turn
 from tests.support.programs import LATEX, needs
@@ -256,3 +258,17 @@ def test_no_line_ends_between_a_formula_and_the_signs_that_belong_to_it() -> Non
     held = re.findall(r'<span class="whole">(.*?)</span>', page)
     assert [re.sub(r"<.*?>", "", each) for each in held] == ["O0.", "(a),"]
     assert to_html("Of $O_0$.", lambda latex, _: latex) == "<p>Of O_0.</p>\n"
+
+
+@pytest.mark.parametrize(
+    ("family", "kinds"), [("planar-2r", "both revolute"), ("planar-3r", "all revolute"), ("cartesian", "all prismatic")]
+)
+def test_the_kinds_of_all_joints_are_one_phrase_where_they_are_alike(family: str, kinds: str) -> None:
+    assert Wording(sample_chain(ProblemId(family, 1))).kinds == kinds
+
+
+def test_an_option_that_says_itself_is_named_by_its_letter_alone() -> None:
+    problem = generate(ProblemId("planar-2r", 1, ("true-or-false",)))
+    (part,) = problem.parts
+    assert isinstance(part.answer, Choice)
+    assert short_answer(problem, part).strip() == f"**{part.answer.word}**"
