@@ -291,3 +291,11 @@ def test_report_as_an_instructor_uses_it(assignment: Assignment, tmp_path: Path)
     assert "assignment.toml was changed after grading" in fails("report", folder)
     (folder / "assignment.toml").write_text(toml)
     assert load_assignment(folder).slots[0].points == (1, 2, 1)
+
+
+def test_so_many_unusual_forms_of_an_answer_are_shown(assignment: Assignment, monkeypatch: pytest.MonkeyPatch) -> None:
+    results = a_graded_class(assignment)
+    shown = "Right answers in unusual forms"
+    assert "theta1 - theta1 + 1" in Page(class_page(assignment, results)).text.split(shown)[1]
+    monkeypatch.setattr("grader.reports.class_page.MOST_UNUSUAL", 0)
+    assert "theta1 - theta1 + 1" not in Page(class_page(assignment, results)).text.split(shown)[-1]
