@@ -12,6 +12,8 @@ from grader.submission import Found, Looked, Submission, read_submission
 
 LOOKED_AT = 25
 """Students, spread over the roster, whose notebooks' metadata are looked at."""
+LARGEST = 1_000_000
+"""Bytes of a notebook that is looked at: one that is made to hurt is left to the processes that grade."""
 SHOWN = 5
 """Names that a message lists."""
 
@@ -21,7 +23,7 @@ def check_class(assignment: Assignment, looked: Looked, root: Path) -> None:
     ids = [student.id for student in assignment.roster]
     if looked.strangers and not looked.found:
         raise QdotError(
-            f"{root}: nothing here is of a student in roster.csv, so nothing was graded. "
+            f"{root}: no file or folder here belongs to a student in roster.csv, so nothing was graded. "
             + _of_nobody(looked.strangers, ids, assignment.key)
         )
     read = list(read_some(assignment, looked.found, ids))
@@ -68,7 +70,7 @@ def _of_nobody(strangers: Sequence[str], ids: Sequence[str], key: str) -> str:
             f"{_mapping(alike)}."
         )
     if f"{key}.ipynb" in strangers:
-        return f"Whose is {key}.ipynb? It is told by the folder, as in STUDENT/{key}.ipynb"
+        return f"Whose notebook is {key}.ipynb? Put it into a folder named after the student: STUDENT/{key}.ipynb"
     return (
         f"It has {_some(strangers)}; the roster has {_some(ids)}. Is this the right class? If a platform names its "
         "files otherwise, add its identifiers to roster.csv as a column (docs/submissions.md)"
@@ -78,11 +80,13 @@ def _of_nobody(strangers: Sequence[str], ids: Sequence[str], key: str) -> str:
 def read_some(
     assignment: Assignment, found: Mapping[str, Found], ids: Sequence[str]
 ) -> Iterator[tuple[str, Submission]]:
-    """Yield what some students handed in, where it can be read."""
+    """Yield what some students handed in, where it is a notebook of usual size: no other file is opened here."""
     there = [student for student in ids if student in found and found[student].files]
     for student in there[:: -(-len(there) // LOOKED_AT) or 1]:
+        file = found[student].files[0]
         try:
-            yield student, read_submission(found[student].files[0], assignment.key)
+            if file.suffix == ".ipynb" and file.stat().st_size <= LARGEST:
+                yield student, read_submission(file, assignment.key)
         except Exception:  # noqa: S112 - it is told of this student when it is graded
             continue
 

@@ -8,6 +8,8 @@ import pytest
 from exercises.assignment import Assignment, Student, load_assignment
 from exercises.release import release
 from grader.certify import CERTIFIER
+from grader.class_check import LARGEST, read_some
+from grader.submission import find_submissions
 from tests.support.command import fails, run
 from tests.support.handing_in import a_class, contents
 
@@ -54,7 +56,7 @@ def test_identifiers_that_a_spreadsheet_changed_are_put_beside_those_of_the_fold
 ) -> None:
     roster(folder, *now)
     said = stops(folder)
-    assert "nothing here is of a student" in said
+    assert "no file or folder here belongs to a student" in said
     assert ", ".join(f"{new} → {old}" for new, old in zip(now, IDS, strict=True)) in said
 
 
@@ -96,3 +98,10 @@ def test_a_damaged_zip_and_a_workbook_are_called_what_they_are(folder: Path, tmp
     assert "it is damaged" in stops(folder, tmp_path / "half.zip")
     (folder / "roster.csv").write_bytes(packed.read_bytes())
     assert "roster.csv: this is an Excel workbook" in stops(folder)
+
+
+def test_only_notebooks_of_usual_size_are_opened_before_grading(handed_out: Assignment, folder: Path) -> None:
+    (folder / "submitted" / IDS[0] / "hw.ipynb").write_bytes(b" " * (LARGEST + 1))
+    (folder / "submitted" / IDS[1] / "hw.ipynb").rename(folder / "submitted" / IDS[1] / "hw.py")
+    found = find_submissions(handed_out, folder / "submitted").found
+    assert [student for student, _ in read_some(handed_out, found, IDS)] == [IDS[2]]

@@ -267,7 +267,8 @@ def test_generate_grade_and_check(folder: Path) -> None:
 def test_a_notebook_that_lies_in_nobodys_folder_is_told_of_one(folder: Path, tmp_path: Path) -> None:
     (tmp_path / "hw.ipynb").write_bytes((folder / "released" / "s001" / "hw.ipynb").read_bytes())
     result = runner.invoke(app, ["grade", str(folder), str(tmp_path), "--jobs", "1"])
-    assert "Whose is hw.ipynb? It is told by the folder, as in STUDENT/hw.ipynb\n" in result.stderr
+    said = "Whose notebook is hw.ipynb? Put it into a folder named after the student: STUDENT/hw.ipynb\n"
+    assert said in result.stderr
 
 
 def test_what_was_only_completed_need_not_be_handed_out_anew(folder: Path) -> None:
