@@ -63,7 +63,7 @@ def test_a_scara_has_its_published_space_jacobian() -> None:
     assert same(jacobian[:, 3], [[0]] * 5 + [[-1]])
 
 
-@of_families(several(["planar-2r", "polar-rp", "elbow-3r"], FIXED))
+@of_families(several(["polar-rp", "elbow-3r"], FIXED))
 def test_the_adjoint_changes_the_body_jacobian_into_the_space_jacobian(family: str) -> None:
     arm = by_axes(family)
     if "body-pose" not in applicable(arm):
@@ -85,7 +85,7 @@ def test_a_twist_in_numbers_is_one_that_the_arm_has() -> None:
         assert all(value * 1000 == int(value * 1000) for value in told.twist)
 
 
-@of_families(several(["polar-rp", "wrist-zyz", "scara"], FIXED))
+@of_families(several(["polar-rp", "scara"], FIXED))
 def test_what_is_asked_of_screws_is_certified(family: str) -> None:
     """By exponentials of the axes as they are told, by frames at home, and by differences."""
     arm = by_axes(family)
@@ -160,7 +160,7 @@ SIDE_BY_SIDE = re.compile(rf"^({NAMED_AXIS}) &= .*, \\qquad \1' = .*$", re.MULTI
 def test_no_text_speaks_of_frames_on_the_links_and_an_axis_that_others_have_moved_has_a_prime(family: str) -> None:
     if family not in FIXED:
         pytest.skip("its arms are of many structures")
-    arm, each, turn = by_axes(family), several(36, 1), 0 if WHOLE else FEW.index(family)
+    arm, each, turn = by_axes(family), several(72, 1), 0 if WHOLE else FEW.index(family)
     own = applicable(arm)
     names = [*own[turn::each], *applicable(arm, QUIZZES)[turn::each]]
     for problem in (generate(ProblemId(family, 1, (name,), variation="full", convention="screws")) for name in names):

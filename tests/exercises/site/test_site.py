@@ -35,6 +35,7 @@ from tests.support import ROOT
 from tests.support.command import fails, run, runner
 from tests.support.handing_in import TOML, a_class
 from tests.support.site_scripts import stand_in
+from tests.support.suites import several
 
 DOCS = ROOT / "docs"
 
@@ -107,7 +108,7 @@ def test_the_errata_are_told_in_german_with_the_same_numbers() -> None:
         assert not re.search(r"\d\.\d", " ".join((german.printed, german.right, german.at, *sum(german.values, ()))))
 
 
-@pytest.mark.parametrize("has_docs", [False, True])
+@pytest.mark.parametrize("has_docs", several([True], [False, True]))
 def test_a_site_has_all_pages_which_lead_somewhere(
     has_docs: bool, built: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
