@@ -21,7 +21,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
-from grader.cells import INSTEAD, LARGEST, Unreadable, plain
+from grader.cells import INSTEAD, LARGEST, OverLimit, Unreadable, plain
 from grader.own_folder import own_folder
 
 MOST_FILES = 10_000
@@ -73,7 +73,7 @@ def read_packed(path: Path, name: str) -> bytes:
             raise Unreadable(f"{said} needs a password; {INSTEAD}") from None
         raise Unreadable(f"{said} can't be unpacked: the archive is damaged; {INSTEAD}") from None
     if len(data) > LARGEST:
-        raise Unreadable(f"{said} is larger than {LARGEST // 1_000_000} MB; {INSTEAD}")
+        raise OverLimit(f"{said} is larger than {LARGEST // 1_000_000} MB; {INSTEAD}")
     return data
 
 
@@ -104,7 +104,7 @@ def _check_directory(path: Path) -> None:
         end = file.read()
     place = end.rfind(b"PK\x05\x06")
     if place >= 0 and int.from_bytes(end[place + 12 : place + 16], "little") > 150 * MOST_FILES:
-        raise Unreadable(f"{plain(path.name)} has more than {MOST_FILES} files in it; {INSTEAD}")
+        raise OverLimit(f"{plain(path.name)} has more than {MOST_FILES} files in it; {INSTEAD}")
 
 
 def _listed_tar(path: Path) -> list[Packed]:
@@ -118,11 +118,11 @@ def _members(path: Path) -> Iterator[tuple[tarfile.TarInfo, tarfile.TarFile]]:
     with path.open("rb") as file, gzip.GzipFile(fileobj=file) as unzipped:
         content = io.BytesIO((unzipped if compressed else file).read(LARGEST + 1))
     if content.getbuffer().nbytes > LARGEST:
-        raise Unreadable(f"{plain(path.name)} unpacks to more than {LARGEST // 1_000_000} MB; {INSTEAD}")
+        raise OverLimit(f"{plain(path.name)} unpacks to more than {LARGEST // 1_000_000} MB; {INSTEAD}")
     with tarfile.open(fileobj=content, mode="r:") as tar:
         for number, member in enumerate(tar):
             if number >= MOST_FILES:
-                raise Unreadable(f"{plain(path.name)} has more than {MOST_FILES} files in it; {INSTEAD}")
+                raise OverLimit(f"{plain(path.name)} has more than {MOST_FILES} files in it; {INSTEAD}")
             yield member, tar
 
 

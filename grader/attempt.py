@@ -2,6 +2,7 @@
 
 import datetime
 import hashlib
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -14,7 +15,7 @@ from exercises.errors import QdotError
 from exercises.problem import ENGINE, Problem
 from exercises.setup_cell import setup_cell
 from exercises.store import kept
-from grader.cells import Unreadable, plain
+from grader.cells import OverLimit, Unreadable, plain
 from grader.clock import Allowance
 from grader.copies import Copies
 from grader.finding import Answers, find_answers
@@ -26,7 +27,7 @@ from grader.submission import Found, Note, Submission, oddities, read_submission
 from grader.uncounted import without_self_checks
 from grader.verdict import Outcome, Verdict
 
-GRADER = 13
+GRADER = 14
 """Version of the grader: any change of what a submission earns, or of what is kept of it, raises it."""
 
 Marked = dict[str, Any]
@@ -37,7 +38,7 @@ Marked = dict[str, Any]
 class Attempt:
     """A notebook that a student handed in, and when; where it can't be read, `unreadable` says why.
 
-    `notes` tell what else was handed in that can't be read.
+    It may be that it takes more to read than a limit allows. `notes` tell what else was handed in that can't be read.
     """
 
     file: Path
@@ -45,6 +46,7 @@ class Attempt:
     submission: Submission | None = None
     unreadable: str = ""
     notes: tuple[str, ...] = ()
+    over_limit: bool = False
 
     def is_of(self, assignment: Assignment) -> bool:
         """Tell whether its file's name or its metadata name the assignment."""
@@ -96,7 +98,7 @@ def _read(found: Found, path: Path, key: str) -> Attempt:
     try:
         read = read_submission(path, key)
     except Unreadable as error:
-        return _unreadable(path, str(error))
+        return replace(_unreadable(path, str(error)), over_limit=isinstance(error, OverLimit))
     submission = replace(read, notes=(*found.notes, *read.notes), late=found.late)
     if found.received is not None:
         submission = replace(submission, received=found.received, received_from=found.platform)
@@ -123,10 +125,24 @@ def grade_safely(
 ) -> Marked:  # fmt: skip
     """Grade one notebook, as `grade_attempt` does; whatever fails in it, in whatever way, leaves this one UNGRADED.
 
-    Raises QdotError where the machine runs no notebook at all: that is nobody's submission, and is told once.
+    What it cost is added: seconds of processor time, and the most bytes that its process had. Raises QdotError where
+    the machine runs no notebook at all: that is nobody's submission, and is told once.
     """
+    begun = time.process_time()
+    sandbox.cost()
+    marked = _graded_safely(assignment, student, attempt, sandbox, copies, kept_text)
+    seconds, memory = sandbox.cost()
+    return {**marked, "cost": {"seconds": round(time.process_time() - begun + seconds, 3), "bytes": int(memory)}}
+
+
+def _graded_safely(
+    assignment: Assignment, student: str, attempt: Attempt | None, sandbox: Sandbox, copies: Copies,
+    kept_text: str | None,
+) -> Marked:  # fmt: skip
     try:
         return grade_attempt(assignment, student, attempt, sandbox, copies, kept_text)
+    except OverLimit as error:
+        return ungraded(assignment, student, attempt, str(error), over_limit=True)
     except Exception as error:  # our own failure must neither become a mark nor stop the class
         if isinstance(error, QdotError):
             sandbox.run((), ())
@@ -145,13 +161,15 @@ def grade_attempt(
 ) -> Marked:  # fmt: skip
     """Grade one notebook: regenerate the problems from the assignment, run the cells, mark every part.
 
-    With `kept_text`, which `store` has made, nothing is read from the assignment's folder.
+    With `kept_text`, which `store` has made, nothing is read from the assignment's folder. Raises OverLimit.
     """
     problems = kept(assignment, student, kept_text).problems
     if attempt is None:
         return _marked(assignment, copies, student, problems, None, Answers(Run()), "nothing was handed in", [])
     submission, said = attempt.submission, [Note(note, note) for note in attempt.notes]
     nothing = Answers(Run())
+    if attempt.over_limit:
+        raise OverLimit(attempt.unreadable)
     if submission is None:
         return _marked(assignment, copies, student, problems, None, nothing, attempt.unreadable, said)
     said += [Note(note, note) for note in submission.notes if note]
@@ -224,9 +242,15 @@ def _of_part(slot: str, verdict: Verdict) -> dict[str, Any]:
     return {**verdict.as_json(), "group": group}
 
 
-def ungraded(assignment: Assignment, student: str, attempt: Attempt | None, why: str) -> Marked:
-    """Return what stands for a notebook on which qdot itself failed: no mark. It is made without doing anything."""
-    said = f"qdot could not grade this ({why}); it has no mark yet, tell your instructor"
+def ungraded(
+    assignment: Assignment, student: str, attempt: Attempt | None, why: str, over_limit: bool = False
+) -> Marked:  # fmt: skip
+    """Return what stands for a notebook that exceeded a limit, or on which qdot itself failed: no mark.
+
+    It is made without doing anything.
+    """
+    said = why if over_limit else f"qdot could not grade this ({why})"
+    said += "; it has no mark yet, tell your instructor"
     names = (
         "override",
         "mistake",
@@ -240,7 +264,9 @@ def ungraded(assignment: Assignment, student: str, attempt: Attempt | None, why:
         "entries",
     )
     nothing = dict.fromkeys(names)
-    told: dict[str, Any] = {"outcome": Outcome.UNGRADED.value, "points": None, "reason": said}
+    told: dict[str, Any] = {
+        "outcome": Outcome.UNGRADED.value, "over_limit": over_limit, "points": None, "reason": said,
+    }  # fmt: skip
     return {
         "sha256": None if attempt is None or attempt.submission is None else attempt.submission.sha256,
         "obstacle": said,

@@ -5,7 +5,9 @@ submission, the assignment, and the versions of problems and grader; a rerun tak
 """
 
 import contextlib
+import csv
 import hashlib
+import io
 import json
 import os
 import re
@@ -70,10 +72,12 @@ def grade_class(
     shelf = _Shelf(assignment, limits, cache_of(assignment))
     make_folder(shelf.folder)
     results: dict[int, Result] = {}
+    costs: list[tuple[str, str, str]] = [("student", "seconds", "megabytes")]
 
     def settled(place: int, handed_in: list[Graded]) -> None:
         student = chosen[place]
         results[place] = _settled(assignment, student, handed_in, overrides)
+        costs.append(_cost(student, handed_in))
         now_and_then()
         each(results[place])
 
@@ -87,7 +91,18 @@ def grade_class(
             with contextlib.closing(ordered_map(_grade, tasks, jobs, _Context, context, lost)) as every:
                 for place, handed_in in enumerate(every):
                     settled(place, handed_in)
+    if chosen == assignment.roster:
+        table = io.StringIO()
+        csv.writer(table, lineterminator="\n").writerows(costs)
+        write_atomically(assignment.folder / "graded" / "costs.csv", table.getvalue(), 0o600)
     return [results[place] for place in range(len(tasks))]
+
+
+def _cost(student: Student, handed_in: Sequence[Graded]) -> tuple[str, str, str]:
+    """Return what it took to grade a student in this run: seconds of processor time, and megabytes."""
+    costs = [one.marked["cost"] for one in handed_in if one.marked and "cost" in one.marked]
+    seconds, most = sum(cost["seconds"] for cost in costs), max((cost["bytes"] for cost in costs), default=0)
+    return student.id, f"{seconds:.2f}", f"{most / 1e6:.0f}"
 
 
 def share_of(roster: Sequence[Student], share: str) -> Sequence[Student]:
@@ -182,7 +197,8 @@ class _Shelf:
     def put(self, student: str, attempt: Attempt | None, marked: Marked) -> None:
         """Keep what the grader gives for a notebook. What qdot failed on is not kept: the next run tries again."""
         if is_graded(marked):
-            content = {"key": self._key(student, attempt), "marked": marked}
+            lasting = {name: said for name, said in marked.items() if name != "cost"}  # the same in every run
+            content = {"key": self._key(student, attempt), "marked": lasting}
             write_atomically(self._path(student, attempt), json.dumps(content), lasting=False)
 
     def _path(self, student: str, attempt: Attempt | None) -> Path:

@@ -2,14 +2,18 @@
 
 Nothing is executed, and no library reads the file: what is needed of a notebook is the text of its cells, and a file
 that is damaged, hostile or enormous is to end in one sentence. Scripts and Markdown are split as jupytext writes them.
+A large file is read by this module run as a program, which has limits of memory and time.
 """
 
 import ast
+import contextlib
 import json
 import re
+import subprocess
+import sys
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from itertools import islice
 from pathlib import PurePath
 from typing import Any
@@ -20,8 +24,14 @@ LARGEST = 200_000_000
 MOST_VALUES = 12_000_000
 """Values in a JSON file, each of which takes some 60 bytes of memory, however short it is."""
 
-MOST_CODE = 20_000_000
-"""Characters of code in all cells together."""
+MOST_CODE, MOST_CELLS = 20_000_000, 25_000
+"""Characters of code in all cells together, and cells."""
+
+LARGEST_HERE = 1_000_000
+"""Bytes of a file that is read in this process: whatever is in it, that takes little memory and time."""
+
+MEMORY, SECONDS = 2_000_000_000, 20
+"""Bytes, and seconds of processor time, that reading a larger file may take."""
 
 LONGEST_PARSED = 200_000
 """Characters of a script that Python's own parser is given."""
@@ -29,6 +39,10 @@ LONGEST_PARSED = 200_000
 
 class Unreadable(Exception):
     """A submission that can't be graded at all; the text says why, to the student."""
+
+
+class OverLimit(Unreadable):
+    """A submission that takes more than a limit allows: it has no mark, and nothing of qdot has failed."""
 
 
 @dataclass(frozen=True)
@@ -77,13 +91,50 @@ def read_cells(name: str, data: bytes) -> Content:
     said = plain(name)
     if not data.strip():
         raise Unreadable(f"{said} is empty")
-    content = _content(name, said, data)
-    if sum(len(cell.source) for cell in content.cells if cell.is_code) > MOST_CODE:
-        raise Unreadable(f"{said} has more than {MOST_CODE // 1_000_000} MB of code in its cells, too much to be run")
-    return content
+    return _content(name, said, data) if len(data) <= LARGEST_HERE else _read_apart(said, data)
+
+
+def _read_apart(said: str, data: bytes) -> Content:
+    """Return what is in a file, read by another process within limits. Raises Unreadable."""
+    try:
+        program = [sys.executable, "-I", __file__, said, str(MEMORY), str(SECONDS)]
+        done = subprocess.run(program, input=data, capture_output=True, timeout=10 * SECONDS)
+        told = json.loads(done.stdout)
+    except (subprocess.TimeoutExpired, ValueError):  # it was ended, or ran out of memory
+        raise OverLimit(_TOO_MUCH.format(said)) from None
+    if "why" in told:
+        raise (OverLimit if told["is_over_limit"] else Unreadable)(told["why"])
+    cells = tuple(Cell(**cell) for cell in told.pop("cells"))
+    return Content(cells, **{**told, "foreign": tuple(told["foreign"])})
+
+
+def main(said: str, memory: str, seconds: str) -> None:
+    """Print what is in the file that comes on standard input, as JSON, or why that can't be told."""
+    with contextlib.suppress(ImportError):  # as on Windows
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_AS, (int(memory), int(memory)))
+        resource.setrlimit(resource.RLIMIT_CPU, (int(seconds), int(seconds)))
+    try:
+        told: dict[str, Any] = asdict(_content(said, said, sys.stdin.buffer.read()))
+    except Unreadable as error:
+        told = {"why": str(error), "is_over_limit": isinstance(error, OverLimit)}
+    json.dump(told, sys.stdout)
+
+
+_TOO_MUCH = "{} takes too much memory or time to be read; clear its outputs and hand it in again"
 
 
 def _content(name: str, said: str, data: bytes) -> Content:
+    content = _of_any_kind(name, said, data)
+    if sum(len(cell.source) for cell in content.cells if cell.is_code) > MOST_CODE:
+        raise OverLimit(f"{said} has more than {MOST_CODE // 1_000_000} MB of code in its cells, too much to be run")
+    if len(content.cells) > MOST_CELLS:
+        raise OverLimit(f"{said} has more than {MOST_CELLS} cells; hand in the notebook with your answers alone")
+    return content
+
+
+def _of_any_kind(name: str, said: str, data: bytes) -> Content:
     for begin, kind in NO_NOTEBOOK:
         if data.startswith(begin):
             raise Unreadable(f"{said} is {kind}, not a notebook; {INSTEAD}")
@@ -94,9 +145,9 @@ def _content(name: str, said: str, data: bytes) -> Content:
     if re.match(r"\s*<(!doctype|html|\?xml)", text[:200], re.IGNORECASE):
         raise Unreadable(f"{said} is a web page, such as an export of a notebook; {INSTEAD}")
     if suffix in TEXTS:
-        return _as_text(tuple(_of_markdown(text)), "Markdown")
+        return _as_text(_of_markdown(text), "Markdown")
     if suffix in SCRIPTS or (suffix == ".txt" and re.search(r"(?m)^p\d+_\w+ *=", text)):
-        return _as_text(tuple(_of_script(text)), "a Python script")
+        return _as_text(_of_script(text), "a Python script")
     if suffix in (".ipynb", ".json"):
         raise Unreadable(f"{said} is not a Jupyter notebook, or was cut off (line 1)")
     raise Unreadable(f"{said} is not a notebook; {INSTEAD}")
@@ -125,12 +176,12 @@ def _decoded(said: str, data: bytes) -> str:
 def _notebook(said: str, text: str) -> Content:
     """Return what is in a notebook of any version. What is wrong is told in our own words."""
     if sum(map(text.count, ",[{")) > MOST_VALUES:
-        raise Unreadable(f"{said} holds too much to be read; clear its outputs and hand it in again")
+        raise OverLimit(_TOO_MUCH.format(said))
     try:
         data = json.loads(text, object_pairs_hook=_without_outputs, parse_int=float)
     except json.JSONDecodeError as error:
         raise Unreadable(f"{said} {_fault(text, error)}") from None
-    except (RecursionError, MemoryError):
+    except RecursionError:
         raise Unreadable(f"{said} is not a Jupyter notebook: it nests too deeply") from None
     listed = _listed(data)
     if listed is None:
@@ -204,8 +255,8 @@ _FENCE = re.compile(r"\s*(`{3,}|~{3,})\s*(.*)")
 _CODE = re.compile(r"\{?\s*(\{code-cell\}|code-cell|ipython3?|python3?|py|sympy)\b", re.IGNORECASE)
 
 
-def _as_text(cells: tuple[Cell, ...], kind: str) -> Content:
-    return Content(cells, {}, f"it is {kind}, which was read as a notebook")
+def _as_text(cells: Iterator[Cell], kind: str) -> Content:
+    return Content(tuple(islice(cells, MOST_CELLS + 1)), {}, f"it is {kind}, which was read as a notebook")
 
 
 def _part_in(text: str) -> str | None:
@@ -263,6 +314,19 @@ def parsed(source: str, longest: int) -> ast.Module | None:
         return None
 
 
+def first_fault(source: str) -> int:
+    """Return the line on which a text that is no Python ceases to be; 1 where that can't be told."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            ast.parse(source)
+    except SyntaxError as error:
+        return error.lineno or 1
+    except (ValueError, RecursionError, MemoryError):
+        pass
+    return 1
+
+
 def _of_markdown(text: str) -> Iterator[Cell]:
     """Yield fenced Python as code, and what is between as text."""
     fence, info, body = "", "", list[str]()
@@ -287,3 +351,7 @@ def _fenced(info: str, body: list[str]) -> Cell:
     while header < len(body) and re.match(r":[\w-]+:", body[header]):
         header += 1
     return Cell("\n".join(body[header:]), _part_in("\n".join([info, *body[:header]])))
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

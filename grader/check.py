@@ -17,7 +17,7 @@ from exercises.problem import variable
 from exercises.quizzes import ASKED
 from exercises.setup_cell import setup_of
 from grader.answer import Given, read_any
-from grader.cells import Unreadable
+from grader.cells import OverLimit, Unreadable
 from grader.finding import asked_in, find_answers
 from grader.formulas import unknown_symbols
 from grader.function_values import is_table
@@ -66,7 +66,10 @@ def check_notebook(path: Path) -> Checked:
         raise QdotError(f"{path} has no answer cells; is it a notebook that qdot made?")
     with Sandbox(warm=False) as sandbox:
         setup = setup_of(_claimed_symbols(submission))
-        answers = find_answers(submission.cells, parts, lambda cells, names: sandbox.run(cells, names, setup=setup))
+        try:
+            answers = find_answers(submission.cells, parts, lambda cells, names: sandbox.run(cells, names, setup=setup))
+        except OverLimit as error:
+            raise QdotError(f"{path}: {error}") from None
     rows = []
     for part in parts:
         slot, kind = part.split(".", 1)

@@ -34,7 +34,7 @@ from grader.compare import TYPES, as_json, compare_lines, likely_type
 from grader.compare import compare as compare_texts
 from grader.marking import number
 from grader.overrides import OVERRIDES, read_overrides, without_answers
-from grader.reports.tables import count_set, staff_notes, status
+from grader.reports.tables import NO_MARK, count_set, staff_notes, status
 from grader.sandbox import Limits, check_system
 from grader.settle import Result
 from grader.sharing import shared_answers
@@ -443,10 +443,16 @@ def _results(
 
 
 def _check_graded(results: list[Result]) -> None:
-    """Raise QdotError where qdot failed."""
+    """Say who has no mark because a limit was exceeded. Raises QdotError where qdot failed."""
+    over = [result["student"] for result in results if status(result) == "over limit"]
+    if over:
+        note(
+            f"without a mark, for what they handed in takes more to grade than a limit allows: {', '.join(over[:5])}"
+            f"{', …' if len(over) > 5 else ''}; feedback says which, and overrides.csv can set points"
+        )
     if any(status(result) == "ungraded" for result in results):
         raise QdotError(
-            "some answers have no mark: feedback and grades.csv say 'ungraded', and why; where qdot itself failed, "
+            "qdot failed on some answers, which have no mark: feedback and grades.csv say 'ungraded', and why; "
             "please report it"
         )
 
@@ -509,7 +515,8 @@ def _summary(results: list[Result], folder: Path, nobodys: int) -> str:
     kinds: dict[str, int] = {}
     for result in results:
         kinds[status(result)] = kinds.get(status(result), 0) + 1
-    handed_in = [100 * r["score"] / r["max_score"] for r in results if r["submission"] is not None]
+    marked = [r for r in results if r["submission"] is not None and status(r) not in NO_MARK]
+    handed_in = [100 * r["score"] / r["max_score"] for r in marked]
     mean = f"mean {sum(handed_in) / len(handed_in):.1f} % of those handed in; " if handed_in else ""
     said = ", ".join(f"{count} {kind}" for kind, count in kinds.items())
     left = f"{nobodys} of nobody on the roster, or not surely of one; " if nobodys else ""

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from exercises.problem import Problem, variable
-from grader.cells import Cell, parsed, plain
+from grader.cells import Cell, OverLimit, first_fault, parsed, plain
 from grader.contained.ipython import python_of
 from grader.sandbox import Run
 
@@ -22,6 +22,9 @@ MOST = 50
 
 LONGEST = 30_000
 """Characters of a cell that is looked into; one that is longer is run all the same."""
+
+MOST_PARSED = 3_000_000
+"""Characters of a notebook's cells that are parsed in all, what is parsed again being remembered."""
 
 RunCells = Callable[[Sequence[str], Sequence[str]], Run]
 """Runs cells and returns what variables of these names hold."""
@@ -50,7 +53,10 @@ class Answers:
 
 
 def find_answers(cells: Sequence[Cell], parts: Sequence[str], run: RunCells) -> Answers:
-    """Run a notebook and find the answers to `parts`, called as in "p1.jacobian"."""
+    """Run a notebook and find the answers to `parts`, called as in "p1.jacobian".
+
+    Raises OverLimit where it takes too long to find out which cells have them.
+    """
     names = {part: variable(*part.split(".", 1)) for part in parts}
     book = _Book(cells, names)
     for part in parts:
@@ -99,6 +105,7 @@ class _Book:
 
     def __init__(self, cells: Sequence[Cell], names: Mapping[str, str]) -> None:
         self.cells, self.names, self.notes = cells, names, list[str]()
+        self._trees, self._left = dict[str, ast.Module | None](), MOST_PARSED
         self.sources = {index: cell.source for index, cell in enumerate(cells) if cell.is_code}
         slots = "|".join(sorted({re.escape(part.split(".")[0]) for part in names})) or "$^"
         self._relevant = re.compile(rf"\b(?:{slots})_?\w", re.IGNORECASE)
@@ -109,7 +116,7 @@ class _Book:
         cell = self.cells[index]
         if cell.part not in self.names and not self._relevant.search(cell.source):
             return set()
-        tree = _tree(cell.source)
+        tree = self._tree(cell.source)
         if tree is None:  # by the look of it: why the cell stops is told when it is run
             return set(re.findall(r"(?m)^[ \t]*(\w+)\b[^\n=!<>]*=(?!=)", cell.source[:LONGEST]))
         return set(_bound(tree, cell.source))
@@ -164,7 +171,7 @@ class _Book:
 
     def _answer_in(self, index: int) -> "ast.Assign | ast.Expr | None":
         """Return the statement of an answer cell that gives its answer, whatever the variable is called."""
-        tree = _tree(self.sources[index])
+        tree = self._tree(self.sources[index])
         if tree is None or not tree.body:
             return None
         assigned = {
@@ -199,7 +206,7 @@ class _Book:
 
     def _rename(self, index: int, name: str, other: str) -> bool:
         """Have another variable, where a cell sets it, read as the answer."""
-        tree = _tree(self.sources[index])
+        tree = self._tree(self.sources[index])
         for statement in reversed(tree.body if tree else []):
             if isinstance(statement, ast.Assign) and any(
                 isinstance(t, ast.Name) and t.id == other for t in statement.targets
@@ -218,11 +225,11 @@ class _Book:
     def _read_text(self, index: int, part: str) -> bool:
         """Have Python in a text cell run, where the answer is nowhere else. Return whether there is any."""
         name = self.names[part]
-        code = _code_in(self.cells[index].source, name)
+        code = self._code_in(self.cells[index].source, name)
         if code is None:
             return False
         said = f"{_cells([index])} is a text cell, not code"
-        tree = parsed(code, LONGEST)
+        tree = self._parsed(code)
         self.sources[index], self.sets[index] = code, set(_bound(tree, code)) if tree else {name}
         if name in self.sets[index]:
             self.notes.append(f"{said}; what it says was read for {name} as if it were code")
@@ -231,10 +238,38 @@ class _Book:
             return False
         return True
 
+    def _tree(self, source: str) -> ast.Module | None:
+        """Return the tree of a cell that is not too long, as it is run."""
+        return self._parsed(python_of(source)) if len(source) <= LONGEST else None
 
-def _tree(source: str) -> ast.Module | None:
-    """Return the tree of a cell that is not too long, as it is run."""
-    return parsed(python_of(source), LONGEST) if len(source) <= LONGEST else None
+    def _parsed(self, code: str) -> ast.Module | None:
+        """Return the tree of a text that is Python. Raises OverLimit where too much was parsed."""
+        if code not in self._trees:
+            self._left -= len(code)
+            if self._left < 0:
+                raise OverLimit(
+                    "its cells have too much code in them for answers to be looked for; remove what is no answer"
+                )
+            self._trees[code] = parsed(code, LONGEST)
+        return self._trees[code]
+
+    def _code_in(self, text: str, name: str) -> str | None:
+        """Return the Python in a text cell: all of it, without fences, else what follows after `name =`."""
+        lines = [line for line in text[:LONGEST].split("\n") if not re.match(r"\s*(```|~~~)", line)]
+        whole = "\n".join(lines).strip().strip("`")
+        tree = self._parsed(whole)
+        if tree is not None and any(map(_is_answer, tree.body)):
+            return whole
+        begin = next((n for n, line in enumerate(lines) if re.match(rf" *`*{name} *=(?!=)", line)), None)
+        if begin is None:
+            return None
+        lines = lines[begin : begin + 60]
+        while lines:
+            code = "\n".join(lines).strip().strip("`")
+            if self._parsed(code) is not None:
+                return code
+            del lines[max(0, min(first_fault(code), len(lines)) - 1) :]
+        return None
 
 
 def _bound(tree: ast.AST, source: str) -> Iterator[str]:
@@ -261,23 +296,6 @@ def _shows(statement: ast.Expr) -> bool:
     if isinstance(called, ast.Attribute):
         return called.attr in ("show", "run_line_magic", "run_cell_magic", "system", "getoutput")
     return isinstance(called, ast.Name) and called.id in ("print", "display", "pprint", "init_printing", "help")
-
-
-def _code_in(text: str, name: str) -> str | None:
-    """Return the Python in a text cell: all of it, without fences, else what follows after `name =`."""
-    lines = [line for line in text[:LONGEST].split("\n") if not re.match(r"\s*(```|~~~)", line)]
-    whole = "\n".join(lines).strip().strip("`")
-    tree = parsed(whole, LONGEST)
-    if tree is not None and any(map(_is_answer, tree.body)):
-        return whole
-    begin = next((n for n, line in enumerate(lines) if re.match(rf" *`*{name} *=(?!=)", line)), None)
-    if begin is None:
-        return None
-    for end in range(min(len(lines), begin + 60), begin, -1):
-        code = "\n".join(lines[begin:end]).strip().strip("`")
-        if parsed(code, LONGEST) is not None:
-            return code
-    return None
 
 
 def _is_answer(statement: ast.stmt) -> bool:

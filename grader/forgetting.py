@@ -188,7 +188,8 @@ def _shorter(folder: Path, student: str) -> Iterator[tuple[Path, bytes]]:
     if len(kept) < len(lines):
         yield results, b"".join(raw for raw, _ in kept)
     tables: list[tuple[Path, Callable[[Path], list[tuple[int, dict[str, str]]]]]] = [
-        (folder / "graded" / "grades.csv", _table), (folder / OVERRIDES, _table), (folder / REDRAWN, _table),
+        (folder / "graded" / "grades.csv", _table), (folder / "graded" / "costs.csv", _table),
+        (folder / OVERRIDES, _table), (folder / REDRAWN, _table),
         (folder / "submitted" / NOT_FETCHED, _table), (folder / ROSTER, roster_table),
     ]  # fmt: skip
     for path, read in tables:

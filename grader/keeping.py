@@ -81,9 +81,10 @@ def forget(
     """Remove all that a folder has of one student.
 
     Submissions, notebooks, certificates, feedback, results with what earlier runs gave, what was kept of grading, and
-    the lines in roster.csv, overrides.csv, redrawn.csv, results.jsonl and grades.csv; of exports, the student's own
-    files. It is told first, with what names the student and stays, and asked about. Nobody else's problems or marks
-    change. What was stopped is ended by the same command. docs/privacy.md says what is kept, where and for how long.
+    the lines in roster.csv, overrides.csv, redrawn.csv, results.jsonl, grades.csv and costs.csv; of exports, the
+    student's own files. It is told first, with what names the student and stays, and asked about. Nobody else's
+    problems or marks change. What was stopped is ended by the same command. docs/privacy.md says what is kept, where
+    and for how long.
     """
     plans = forgetting.plans(folder, student)
     for plan in plans:

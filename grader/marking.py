@@ -276,7 +276,7 @@ def _overlong(budget: Budget) -> Judgement:
         f"to judge the answers of this notebook takes longer than {budget.seconds:g} s of processor time; this one has "
         "no mark yet, tell your instructor"
     )
-    return Judgement(Outcome.UNGRADED, 0.0, reason)
+    return Judgement(Outcome.UNGRADED, 0.0, reason, over_limit=True)
 
 
 def _failed(error: Exception) -> Judgement:

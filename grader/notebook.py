@@ -7,7 +7,7 @@ from pathlib import Path
 from exercises.errors import QdotError
 from exercises.problem import Problem
 from exercises.setup_cell import setup_cell
-from grader.cells import Unreadable
+from grader.cells import OverLimit, Unreadable
 from grader.finding import find_answers
 from grader.function_values import asked_of
 from grader.marking import mark
@@ -50,7 +50,10 @@ def grade_notebook(
     asked = {slot: asked_of(problem, problem.domain(), drawn) for slot, problem in problems.items()}
     cells, setup = without_self_checks(submission.cells, list(problems.items())), setup_cell(list(problems.items()))
     with Sandbox(limits, strict=strict) as sandbox:
-        answers = find_answers(cells, parts, lambda cells, names: sandbox.run(cells, names, asked, setup))
+        try:
+            answers = find_answers(cells, parts, lambda cells, names: sandbox.run(cells, names, asked, setup))
+        except OverLimit as error:
+            raise QdotError(f"{path}: {error}") from None
     return {
         slot: mark(
             problem, answers.of(slot, problem),

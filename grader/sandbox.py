@@ -181,6 +181,7 @@ class Sandbox:
         self._folder: OwnFolder | None = None
         self._last: _Lines | None = None
         self._unheard = b""
+        self._cost = (0.0, 0.0)
 
     def __enter__(self) -> "Sandbox":
         return self
@@ -278,6 +279,12 @@ class Sandbox:
             end = "killed" if died_of == signal.SIGKILL else "crashed"
         return end
 
+    def cost(self) -> tuple[float, float]:
+        """Return seconds of processor time of all notebooks since this was asked last, and the most bytes of one."""
+        self._tidied_up()
+        cost, self._cost = self._cost, (0.0, 0.0)
+        return cost
+
     @property
     def left_running(self) -> bool:
         """Whether anything of the last notebook went on after its end."""
@@ -301,7 +308,9 @@ class Sandbox:
     def _end_of_last(self) -> int:
         """Return the signal that ended the last notebook before it was to end, 0 for none. Raises _Lost."""
         assert self._last is not None
-        died_of = int(self._heard().get("signal", 0))
+        heard = self._heard()
+        died_of = int(heard.get("signal", 0))
+        self._cost = self._cost[0] + heard.get("seconds", 0.0), max(self._cost[1], heard.get("memory", 0.0))
         self._left_running = not self._last.are_at_an_end(within=1.0)
         self._forget_last()
         return died_of

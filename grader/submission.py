@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from exercises.console import note
 from exercises.errors import QdotError
 from grader.archives import is_archive, listed, read_packed, unpacked
-from grader.cells import LARGEST, SCRIPTS, TEXTS, Cell, Unreadable, plain, read_cells
+from grader.cells import LARGEST, SCRIPTS, TEXTS, Cell, OverLimit, Unreadable, plain, read_cells
 from grader.layouts import Handed, handed_in, only_folder, surely
 from grader.roster import Match, Roster
 
@@ -375,7 +375,7 @@ def read_submission(path: Path, key: str = "") -> Submission:
     except OSError as error:
         raise Unreadable(f"{said} can't be read: {error.strerror}") from None
     if data is None:
-        raise Unreadable(f"{said} is larger than {LARGEST // 1_000_000} MB; clear its outputs and hand it in again")
+        raise OverLimit(f"{said} is larger than {LARGEST // 1_000_000} MB; clear its outputs and hand it in again")
     notes, digest = [], hashlib.sha256(data).hexdigest()
     name = path.name
     if is_archive(data[:512]):
@@ -418,7 +418,7 @@ def _out_of_archive(path: Path, key: str) -> tuple[str, bytes, str]:
     shallow = sorted(fit, key=lambda packed: (_kind(packed.name), packed.name.count("/"), packed.name))[:20]
     ordered = best_first([_Candidate(one.name, one, reader(one.name, one.size)) for one in shallow], key)
     if ordered[0].size > LARGEST:
-        raise Unreadable(
+        raise OverLimit(
             f"{plain(ordered[0].name)} in {said} is larger than {LARGEST // 1_000_000} MB; clear its outputs"
         )
     note = f"{said} is an archive; {plain(ordered[0].name)} in it was read"

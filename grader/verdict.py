@@ -9,7 +9,7 @@ from exercises.formula.identity import Certificate
 
 
 class Outcome(StrEnum):
-    """CORRECT only when every comparison passed; UNGRADED when qdot itself failed, which is never a mark."""
+    """CORRECT only when every comparison passed; UNGRADED, without a mark, when qdot failed or a limit was exceeded."""
 
     CORRECT = "correct"
     PARTIAL = "partial"
@@ -20,13 +20,17 @@ class Outcome(StrEnum):
 
 @dataclass(frozen=True)
 class Judgement:
-    """How good an answer is: share of the points from 0 to 1, the reason, which entries are right."""
+    """How good an answer is: share of the points from 0 to 1, the reason, which entries are right.
+
+    One that is UNGRADED may be so because it took more than a limit allows; else qdot failed.
+    """
 
     outcome: Outcome
     share: float
     reason: str
     certificate: Certificate | None = None
     entries: tuple[tuple[bool, ...], ...] | None = None
+    over_limit: bool = False
 
     def __repr__(self) -> str:
         return f"Judgement({self.outcome.value}, {self.share:g}: {self.reason})"
@@ -99,6 +103,7 @@ class Verdict:
         return {
             "name": self.part,
             "outcome": self.judgement.outcome.value,
+            "over_limit": self.judgement.over_limit,
             "points": self.points,
             "max_points": self.max_points,
             "override": None,

@@ -181,11 +181,11 @@ def _serve(control: socket.socket, measures: Measures, parent: str, namespace: i
                 while (said := control.recv(1)) == b"t":
                     _answer(control, {"used": _processor_time(child.pid)})
                     _watch(control, measures, child)
-        how = _end(child.pid, patience=0.2 if said == b"c" else 0.0)
+        how, cost = _end(child.pid, patience=0.2 if said == b"c" else 0.0)
         _remove(measures, child.folder)
         if not said:
             return
-        _answer(control, {"signal": how})
+        _answer(control, {"signal": how, **cost})
 
 
 EVERY = 0.01
@@ -304,15 +304,17 @@ def _close_all_but(kept: set[int]) -> None:
     os.closerange(low, resource.getrlimit(resource.RLIMIT_NOFILE)[0] if sys.platform == "darwin" else 65536)
 
 
-def _end(pid: int, patience: float) -> int:
-    """Kill a child and all that came of it; return the signal that had ended it before, 0 for none.
+def _end(pid: int, patience: float) -> tuple[int, dict[str, float]]:
+    """Kill a child and all that came of it; return the signal that had ended it before, 0 for none, and what it cost.
 
     One that closed its pipe is given some time to be seen dead, so that it is known what it died of.
     """
     status = None
     deadline = time.monotonic() + patience
     while True:
-        ended, told = os.waitpid(pid, os.WNOHANG)  # waitid, which would leave it there, came to macOS with Python 3.13
+        ended, told, used = os.wait4(
+            pid, os.WNOHANG
+        )  # waitid, which would leave it there, came to macOS with Python 3.13
         if ended:
             status = told
         if ended or time.monotonic() >= deadline:
@@ -323,9 +325,14 @@ def _end(pid: int, patience: float) -> int:
     if status is None:
         with contextlib.suppress(ProcessLookupError, PermissionError):
             os.kill(pid, signal.SIGKILL)
-        os.waitpid(pid, 0)
+        _, _, used = os.wait4(pid, 0)
     _kill_orphans()
-    return os.WTERMSIG(status) if status is not None and os.WIFSIGNALED(status) else 0
+    ended_by = os.WTERMSIG(status) if status is not None and os.WIFSIGNALED(status) else 0
+    return ended_by, {"seconds": used.ru_utime + used.ru_stime, "memory": used.ru_maxrss * _UNIT_OF_MEMORY}
+
+
+_UNIT_OF_MEMORY = 1 if sys.platform == "darwin" else 1024
+"""Bytes in what the system counts memory by."""
 
 
 def _kill_orphans() -> None:

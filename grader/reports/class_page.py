@@ -32,7 +32,7 @@ from grader.reports.class_view import (
     whom,
     without_attempt,
 )
-from grader.reports.tables import status
+from grader.reports.tables import NO_MARK, status
 from grader.settle import Result
 from grader.similar import Pair, Written, Wrong, alikeness, nearly_the_same, written
 from grader.variants import Comparison, compare, corrected, in_words
@@ -82,11 +82,13 @@ def class_page(assignment: Assignment, results: Sequence[Result]) -> str:
         title=assignment.title,
         students=len(results),
         handed_in=sum(result["submission"] is not None for result in results),
-        states={name: states[name] for name in ("graded", "late", "missing", "unusable", "ungraded")},
+        states={name: states[name] for name in ("graded", "late", "missing", "unusable", *NO_MARK)},
         scores=_scores(of_class),
         alpha=None if of_class.reliability is None else f"{of_class.reliability:.2f}",
         parts=[_part(part) for part in of_parts],
-        outcome_words={name: charts.OUTCOMES[name][0] for name in OUTCOMES if name != "ungraded" or states["ungraded"]},
+        outcome_words={
+            name: charts.OUTCOMES[name][0] for name in OUTCOMES if name != "ungraded" or any(map(states.get, NO_MARK))
+        },
         outcome_chart=_outcome_chart(of_parts),
         interval_chart=_interval_chart(of_parts),
         least=statistics.LEAST,

@@ -11,7 +11,7 @@ from exercises.mistakes.catalogue import CATALOGUE
 from exercises.quizzes import ASKED
 from grader import statistics
 from grader.reports.answers import visible
-from grader.reports.tables import is_marked, status
+from grader.reports.tables import NO_MARK, is_marked, status
 from grader.settle import Result
 from grader.statistics import LEAST, Interval
 
@@ -219,11 +219,13 @@ def not_on_time(assignment: Assignment, results: Sequence[Result]) -> list[dict[
         if late is not None:
             said = f"{in_words(late['seconds'])} late"
             said += f", {100 * late['penalty']:.4g} % taken off" if late["penalty"] else ", nothing taken off"
-        elif state in ("unusable", "ungraded"):
-            said = result["obstacle"] or "qdot failed on a part"
+        elif state in ("unusable", *NO_MARK):
+            said = result["obstacle"] or (
+                "qdot failed on a part" if state == "ungraded" else "judging a part took too long"
+            )
         score = f"{result['score']:g} of {result['max_score']:g}" if is_marked(result) else "no mark"
         rows.append({"who": whom(by_id[result["student"]]), "status": state, "said": visible(said), "score": score})
-    order = ["ungraded", "unusable", "missing", "late"]
+    order = [*NO_MARK, "unusable", "missing", "late"]
     return sorted(rows, key=lambda row: order.index(row["status"]))
 
 

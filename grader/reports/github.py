@@ -15,7 +15,7 @@ from grader.marking import number
 from grader.positions import line_of_answer
 from grader.reports.answers import visible
 from grader.reports.rows import Row, lateness, rows_of
-from grader.reports.tables import staff_notes, status
+from grader.reports.tables import NO_MARK, staff_notes, status
 from grader.settle import Result
 
 MOST_ANNOTATIONS = 10
@@ -117,7 +117,7 @@ def _shown(row: Row) -> str:
 def _of_class(results: Sequence[Result]) -> Iterator[tuple[str, str, str]]:
     for result in results:
         state = status(result)
-        if state in ("ungraded", "unusable"):
+        if state in ("unusable", *NO_MARK):
             yield "error" if state == "ungraded" else "warning", result["student"], "; ".join(staff_notes(result))
 
 

@@ -8,7 +8,7 @@ from exercises.errors import QdotError
 from exercises.quizzes import ASKED
 from grader.levels import told
 from grader.marking import number
-from grader.reports.tables import status
+from grader.reports.tables import NO_MARK, status
 from grader.settle import Result
 
 LONGEST = 4000
@@ -67,8 +67,11 @@ def the_only(results: Sequence[Result], form: str) -> Result:
     """Return the result of the one student whom a report is of. Raises QdotError; also where a part has no mark."""
     if len(results) != 1:
         raise QdotError(f"--report {form} is of one student: name them with --student ID")
-    if status(results[0]) == "ungraded":
-        raise QdotError(f"qdot failed on an answer of {results[0]['student']}, so there is no mark for {form}")
+    if (state := status(results[0])) in NO_MARK:
+        what = (
+            "qdot failed on an answer" if state == "ungraded" else "a limit was exceeded by an answer or the notebook"
+        )
+        raise QdotError(f"{what} of {results[0]['student']}, so there is no mark for {form}")
     return results[0]
 
 

@@ -70,20 +70,25 @@ def _written(column: str, cell: Cell) -> str:
 def is_marked(result: dict[str, Any], *, zero: bool = False) -> bool:
     """Tell whether a student has a mark for a gradebook: of qdot for work that it could grade, or of a person.
 
-    With `zero`, the 0 of what is missing or unusable is a mark, too; what qdot failed on never has one.
+    With `zero`, the 0 of what is missing or unusable is a mark, too; what qdot could not grade never has one.
     """
     by_hand = count_set(result) > 0
-    return (graded := status(result)) in ("graded", "late") or (graded != "ungraded" and (zero or by_hand))
+    return (graded := status(result)) in ("graded", "late") or (graded not in NO_MARK and (zero or by_hand))
+
+
+NO_MARK = ("ungraded", "over limit")
+"""States of work that has no mark before a person has set one."""
 
 
 def status(result: dict[str, Any]) -> str:
     """Return the state of a student's work in a word.
 
-    "missing": nothing handed in; "unusable": no notebook of this assignment; "ungraded": qdot failed; "late"; "graded".
+    "missing": nothing handed in; "unusable": no notebook of this assignment; "over limit": it takes more to be graded
+    than a limit allows; "ungraded": qdot failed; "late"; "graded".
     """
-    points = [part["points"] for problem in result["problems"] for part in problem["parts"]]
-    if None in points and result["override"] is None:
-        return "ungraded"
+    without = [part for problem in result["problems"] for part in problem["parts"] if part["points"] is None]
+    if without and result["override"] is None:
+        return "over limit" if all(part["over_limit"] for part in without) else "ungraded"
     if result["submission"] is None:
         return "missing"
     if result["obstacle"] is not None:

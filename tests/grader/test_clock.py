@@ -136,6 +136,7 @@ def test_an_answer_that_takes_too_long_to_judge_is_no_mark(polar: Problem, monke
     assert position.judgement.outcome is Outcome.WRONG and position.points == 0
     assert determinant.judgement.outcome is Outcome.UNGRADED and determinant.points is None
     assert "takes longer than 0.5 s of processor time" in determinant.judgement.reason
+    assert determinant.as_json()["over_limit"] and not position.as_json()["over_limit"]
 
 
 def test_what_follows_from_an_answer_may_not_be_lost_for_want_of_time(

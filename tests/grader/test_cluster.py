@@ -109,7 +109,7 @@ def reports(folder: Path) -> dict[str, bytes]:
     return {
         str(path.relative_to(folder)): path.read_bytes()
         for path in (folder / "graded").rglob("*")
-        if path.is_file() and path.name != "lock"
+        if path.is_file() and path.name not in ("lock", "costs.csv")
     }
 
 

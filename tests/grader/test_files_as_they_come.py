@@ -17,7 +17,8 @@ import pytest
 
 from exercises.assignment import Assignment, Student
 from grader import archives
-from grader.cells import Unreadable, read_cells
+from grader import cells as reading
+from grader.cells import LARGEST_HERE, OverLimit, Unreadable, read_cells
 from grader.finding import find_answers
 from grader.reports.tables import status
 from grader.sandbox import Sandbox
@@ -264,7 +265,7 @@ def one_file_below(assignment: Assignment, student: str) -> None:
     hand_in(assignment, "Zoe\u0301/hw.ipynb", right(assignment, student))
 
 
-ALL, NONE = RIGHT, ["missing"] * 3
+ALL, NONE, NO_MARK = RIGHT, ["missing"] * 3, ["ungraded"] * 3
 SENTENCE = "hw.ipynb is a PDF, not a notebook; open it in Jupyter and hand in the notebook itself"
 
 
@@ -275,6 +276,10 @@ def of(content: Callable[[str], str | bytes], name: str = HW, due: list[str] = A
 
 def refused(content: Callable[[str], str | bytes], words: str, name: str = HW) -> Case:
     return of(content, name, NONE, f"{name} {words}")
+
+
+def exceeding(content: Callable[[str], str | bytes], words: str, name: str = HW) -> Case:
+    return of(content, name, NO_MARK, f"{name} {words}")
 
 
 def bare(cell: dict[str, Any], _: int) -> None:
@@ -324,28 +329,28 @@ CASES: dict[str, Case] = {
     "tar.gz": of(targz, "hw.tar.gz", ALL, "hw.tar.gz work/hw.ipynb"),
     "zip in a zip": refused(lambda text: of_members(("hw.zip", zipped(HW)(text))), "another archive", "hw.zip"),
     "empty zip": refused(lambda _: of_members(), "no notebook", "hw.zip"),
-    "zip bomb": refused(zip_bomb, "hw.ipynb 200 MB", "hw.zip"),
-    "tar bomb": refused(gz_bomb, "200 MB", "hw.tgz"),
+    "zip bomb": exceeding(zip_bomb, "hw.ipynb 200 MB", "hw.zip"),
+    "tar bomb": exceeding(gz_bomb, "200 MB", "hw.tgz"),
     "lying zip": refused(lying_zip, "hw.ipynb damaged", "hw.zip"),
     "damaged zip": refused(lambda text: zipped(HW)(text)[:-40], "damaged", "hw.zip"),
     "damaged gzip": refused(lambda text: targz(text)[:300], "damaged", "hw.tgz"),
     "encrypted zip": refused(encrypted, "hw.ipynb password", "hw.zip"),
     "links and ../ in a zip": of(zip_with_link, "hw.zip", ALL, "hw.zip ../../../other.ipynb"),
-    "forty thousand files": refused(many_members, "10000 files", "hw.zip"),
+    "forty thousand files": exceeding(many_members, "10000 files", "hw.zip"),
     "a link to the secret": (link_to("secret.txt"), NONE, "hw.ipynb: symbolic link"),
     "a link to a fellow": (link_to("submitted/honest/hw.ipynb"), NONE, "symbolic link"),
     "a folder that is a link": (linked_folder, NONE, "symbolic link"),
     "a pipe": (pipe, NONE, "hw.ipynb: pipe"),
     "a pipe in no folder": (bare_pipe, NONE, "pipe"),
     "a file beside a pipe": (file_and_pipe, ALL, "hw.ipynb: pipe"),
-    "a gigabyte": (sparse, NONE, "hw.ipynb 200 MB"),
-    "a hundred thousand cells": of(many_cells),
+    "a gigabyte": (sparse, NO_MARK, "hw.ipynb 200 MB"),
+    "a hundred thousand cells": exceeding(many_cells, "25000 cells"),
     "a line of a million": of(
         cells(lambda cell, n: n or cell.update(source="x" * 10**6, cell_type="code")), HW, ALL, "cell 1 line 1, xxxx"
     ),
-    "too much code": refused(cells(lambda cell, n: n == 1 and cell.update(source="#" * 21_000_000)), "20 MB code"),
+    "too much code": exceeding(cells(lambda cell, n: n == 1 and cell.update(source="#" * 21_000_000)), "20 MB code"),
     "nested deep": refused(nested(100_000), "deep"),
-    "tiny values": refused(lambda _: '{"cells": [' + "[]," * 6_100_000 + "[]]}", "too much"),
+    "tiny values": exceeding(lambda _: '{"cells": [' + "[]," * 6_100_000 + "[]]}", "too much"),
     "a key that is not known": of(again(big=[0])),
     "empty": refused(lambda _: b" \n", "empty"),
     "cut off": refused(lambda text: text[:700], "cut off (line 1)"),
@@ -390,7 +395,8 @@ def test_every_file_gets_its_verdict(cases: list[str], tmp_path: Path) -> None:
         has_words = any(all(word in each for word in words.split()) for each in told)
         assert has_words if words else not results[case]["staff_notes"], (case, told)
         assert not any(ch in each for each in told for ch in "\n\x1b"), (case, told)
-        assert due == ALL or status(results[case]) == ("unusable" if words else "graded"), case
+        state = "over limit" if due == NO_MARK else "unusable" if words else "graded"
+        assert due == ALL or status(results[case]) == state, case
 
 
 JUPYTEXT = sorted((DATA / "jupytext").iterdir())
@@ -415,10 +421,41 @@ def test_hostile_files_end_in_a_sentence_within_seconds() -> None:
             read_cells(HW, data)
     assert read_cells(HW, b'{"cells": [], "n": ' + b"9" * 10**6 + b"}").cells == ()
     sums = "1" + "+1" * 90_000
-    for source in ("(" * 10**5, "-" * 10**5 + "1", "x" + ".a" * 90_000, sums, "f'" + "{" * 10**5, "# %%\n" * 10**5):
+    for source in ("(" * 10**5, "-" * 10**5 + "1", "x" + ".a" * 90_000, sums, "f'" + "{" * 10**5):
         read_cells("hw.py", source.encode())
     read_cells("hw.md", b"```python\n" * 10**5)
+    for name, data in (("hw.py", b"# %%\n" * 10**6), (HW, b'{"cells": [' + b"{}, " * 30_000 + b"{}]}")):
+        with pytest.raises(OverLimit, match="cells"):
+            read_cells(name, data)
     assert time.process_time() - begun < 20
+
+
+def test_a_large_file_is_read_within_limits_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By another process, which reads the same: also beside outputs of megabytes."""
+    shown = [{"data": {"image/png": "iVBOR" * 300_000}}]
+    cell = {"cell_type": "code", "source": ["x = 'ä'"], "outputs": shown, "metadata": {"qdot": {"part": "p1.jacobian"}}}
+    large = json.dumps({"cells": [cell, {"source": "\ud800"}], "metadata": {"qdot": {"student": "s1"}}}).encode()
+    small = large.replace(b"iVBOR" * 300_000, b"")
+    assert len(small) < LARGEST_HERE < len(large)
+    assert read_cells(HW, large) == read_cells(HW, small)
+    with pytest.raises(Unreadable, match="cut off") as caught:
+        read_cells(HW, large[:-1])
+    assert not isinstance(caught.value, OverLimit)
+    monkeypatch.setattr(reading, "MEMORY", 60_000_000)
+    with pytest.raises(OverLimit, match="too much memory or time"):
+        read_cells("hw.py", b"# %%\n" * 2_000_000)
+
+
+def test_what_exceeds_a_limit_has_no_mark_and_nothing_failed(tmp_path: Path) -> None:
+    """Also where answers are looked for in text that is no Python."""
+    assignment = a_class(tmp_path / "hw", [Student("s0"), Student("s1"), Student("s2")])
+    hand_in(assignment, "s0.py", b"# %%\n" * 10**5)
+    searched = "p1_position = (\np1_jacobian = (\np1_determinant = (\n" + "+".join(["[a]"] * 7000)
+    hand_in(assignment, "s1.ipynb", notebook(assignment, "s1", [text(f"{searched}{k}") for k in range(200)]))
+    hand_in(assignment, "s2.ipynb", right(assignment, "s2"))
+    results, _ = grade(assignment)
+    assert [status(results[name]) for name in ("s0", "s1", "s2")] == ["over limit", "over limit", "graded"]
+    assert "cells" in results["s0"]["obstacle"] and "answers to be looked for" in results["s1"]["obstacle"]
 
 
 def test_the_largest_of_what_is_bounded(tmp_path: Path) -> None:

@@ -90,7 +90,7 @@ def test_nothing_is_left_of_a_student(folder: Path) -> None:
         assert name in gone
     assert sum(name.startswith(".qdot/") for name in gone) == 1
     assert not list(folder.glob(f"{forgetting.ASIDE}*"))
-    assert str(sum("  remove " in line for line in said)) in said[-1] and "5 tables" in said[-1]
+    assert str(sum("  remove " in line for line in said)) in said[-1] and "6 tables" in said[-1]
 
 
 def test_nothing_is_lost_of_the_others(folder: Path) -> None:
@@ -98,7 +98,7 @@ def test_nothing_is_lost_of_the_others(folder: Path) -> None:
     forget(folder)
     after = contents(folder)
     changed = {name for name in after if after[name] != before[name]}
-    tables = {"graded/results.jsonl", "graded/grades.csv", "roster.csv", "overrides.csv", REDRAWN}
+    tables = {"graded/results.jsonl", "graded/grades.csv", "graded/costs.csv", "roster.csv", "overrides.csv", REDRAWN}
     assert changed == tables
     for name in tables:
         lines = [line for line in before[name].splitlines(True) if not ADA.search(line)]

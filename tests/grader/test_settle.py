@@ -51,8 +51,8 @@ def marked(*points: float | None) -> dict[str, Any]:
     """What the grader gives, with these points for the two parts."""
     parts = [
         {"name": name, "outcome": "partial" if p else "ungraded" if p is None else "wrong", "points": p,
-         "max_points": most, "reason": "the reason", "override": None, "mistake": None, "advice": None,
-         "followed_from": None, "certificate": None, "answer": None, "entries": None}
+         "over_limit": False, "max_points": most, "reason": "the reason", "override": None, "mistake": None,
+         "advice": None, "followed_from": None, "certificate": None, "answer": None, "entries": None}
         for name, p, most in zip(("position", "determinant"), points, (2.0, 0.7), strict=True)
     ]  # fmt: skip
     return {

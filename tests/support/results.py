@@ -14,7 +14,7 @@ def part(
 ) -> dict[str, Any]:
     share = SHARES[outcome]
     made = {
-        "name": name, "outcome": outcome, "points": None if share is None else share * max_points,
+        "name": name, "outcome": outcome, "over_limit": False, "points": None if share is None else share * max_points,
         "max_points": max_points, "override": None, "reason": "because", "mistake": mistake,
         "advice": None if mistake is None else f"advice on {mistake}", "followed_from": None, "attempt": None,
         "group": None, "certificate": None, "answer": answer, "entries": None,
