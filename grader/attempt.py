@@ -74,8 +74,9 @@ def read_attempts(found: Found, key: str) -> list[Attempt]:
     if found.failure:
         raise NotFoundOut(found.failure)
     if found.obstacle:
-        return [_unreadable(found.files[0], found.obstacle)]
-    likely = rivals(found.files)
+        return [replace(_unreadable(found.files[0], found.obstacle), over_limit=found.over_limit)]
+    likely, note = rivals(found.files)
+    found = replace(found, notes=(*found.notes, note)) if note else found
     attempts = [_read(found, path, key) for path in likely]
     if not any(one.submission for one in attempts):
         others = (_read(found, path, key) for path in found.files[:MOST_TRIED] if path not in likely)

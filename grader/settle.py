@@ -64,7 +64,7 @@ def settle(
         f", the {assignment.attempts} of this assignment" if len(results) > 1 or not assignment.attempts.best_of else ""
     )
     note = (
-        f"{len(handed_in)} notebooks were handed in; {handed_in[counts].file} counts{rank}, "
+        f"{len(handed_in)} notebooks were read; {handed_in[counts].file} counts{rank}, "
         f"not {', '.join(others[:MOST_NAMED])}{more}"
     )
     if assignment.attempts.best_of is not None and len(results) < len(handed_in):

@@ -25,8 +25,8 @@ if TYPE_CHECKING:  # loaded where there is one: a student's `qdot check` has non
 
 DEEPEST = 5
 """Folders in folders in which a class is looked for, where each is alone in the one around it."""
-MOST_FILES, MOST_ATTEMPTS = 2000, 50
-"""Files of one student that are looked at, and those of them that are read."""
+MOST_FILES, MOST_ATTEMPTS = 20_000, 50
+"""Files that one student may hand in, and those of them that are read."""
 NOT_FETCHED = ".not-fetched.csv"
 """A table in the folder of submissions, student and why, of those whose work could not be fetched into it.
 
@@ -56,7 +56,8 @@ class Submission:
 class Found:
     """The files of one student, the one to grade first; `obstacle` is why none of them can be graded.
 
-    `failure` is what went wrong in qdot, or on the machine, while they were looked for.
+    It may be that they are more than a limit allows. `failure` is what went wrong in qdot, or on the machine, while they
+    were looked for.
     """
 
     files: tuple[Path, ...]
@@ -66,6 +67,7 @@ class Found:
     received: datetime.datetime | None = None
     late: bool | None = None
     failure: str = ""
+    over_limit: bool = False
 
 
 @dataclass(frozen=True)
@@ -227,9 +229,14 @@ class _Gathered:
             self.failure = self.failure or f"{type(error).__name__}: {error}"
         if self.failure:
             return Found(tuple(self.paths), failure=self.failure)
+        if len(self.files) > MOST_FILES:
+            said = f"more than {MOST_FILES:,} files were handed in; hand in the notebook alone"
+            return Found(tuple(self.files[:1]), (), said, self.platform, self.received, self.late, over_limit=True)
         return found
 
     def _found(self, key: str) -> Found | None:
+        if len(self.files) > MOST_FILES:
+            return None
         files = tuple(best_first([_Candidate(path.name, path, _Reader(path)) for path in self.files], key))
         first = self.refused[:3]
         reasons = " and ".join(dict.fromkeys(map(_refusal, first)))
@@ -276,7 +283,7 @@ def _files_in(path: Path) -> Iterator[Path]:
         for name in (name for name, is_folder in inside if not is_folder):
             yield place / name
             count += 1
-            if count >= MOST_FILES:
+            if count > MOST_FILES:
                 return
         places += [place / name for name, is_folder in reversed(inside) if is_folder]
     yield from closed
@@ -329,36 +336,44 @@ def _kind(name: str) -> int:
     )
 
 
+def _depth(name: str) -> int:
+    """Return how many folders a name in an archive leads into; one that leads out of it is deepest."""
+    parts = PurePosixPath(name.replace("\\", "/")).parts
+    return 1000 if ".." in parts else len(parts)
+
+
 def best_first(candidates: Sequence[_Candidate], key: str) -> list[Any]:
     """Return what stands for the candidates, the one to grade first."""
     mark = f'"assignment": "{key}"'.encode()
     is_one = len(candidates) == 1
 
-    def rank(one: _Candidate) -> tuple[int, bool, bool, str]:
+    def rank(one: _Candidate) -> tuple[int, bool, bool, int, str]:
         named = is_one or _kind(one.name) > 1 or mark in one.read()
-        return _kind(one.name), PurePosixPath(one.name).name != f"{key}.ipynb", not named, one.name
+        return _kind(one.name), PurePosixPath(one.name).name != f"{key}.ipynb", not named, _depth(one.name), one.name
 
     return [one.what for one in sorted(candidates, key=rank)]
 
 
-def rivals(files: Sequence[Path]) -> tuple[Path, ...]:
-    """Return the files that may be notebooks to grade, of those of a student, which come best first.
+def rivals(files: Sequence[Path]) -> tuple[tuple[Path, ...], str]:
+    """Return the files that may be notebooks to grade, of those of a student, which come best first; and a note.
 
-    Of more than MOST_ATTEMPTS, these are the first and the newest.
+    Of more than MOST_ATTEMPTS, these are the first and the newest, which the note says.
     """
     kinds = [_kind(path.name) for path in files]
     likely = [path for path, kind in zip(files, kinds, strict=True) if kind <= max(2, kinds[0]) and kind < _LAST_KIND]
     if len(likely) > MOST_ATTEMPTS:
         newest = {*likely[:1], *sorted(likely[1:], key=_changed, reverse=True)[: MOST_ATTEMPTS - 1]}
-        likely = [path for path in likely if path in newest]
-    return tuple(likely) or tuple(files[:1])
+        note = f"{len(likely)} notebooks were handed in, of which {likely[0].name} and the newest others were read"
+        return tuple(path for path in likely if path in newest), note
+    return tuple(likely) or tuple(files[:1]), ""
 
 
-def _changed(path: Path) -> float:
+def _changed(path: Path) -> int:
+    """Return the second in which a file was changed, as far as that is known."""
     try:
-        return path.lstat().st_mtime
+        return int(path.lstat().st_mtime)
     except OSError:
-        return 0.0
+        return 0
 
 
 # --- reading ---
@@ -415,7 +430,7 @@ def _out_of_archive(path: Path, key: str) -> tuple[str, bytes, str]:
 
         return read
 
-    shallow = sorted(fit, key=lambda packed: (_kind(packed.name), packed.name.count("/"), packed.name))[:20]
+    shallow = sorted(fit, key=lambda packed: (_kind(packed.name), _depth(packed.name), packed.name))[:20]
     ordered = best_first([_Candidate(one.name, one, reader(one.name, one.size)) for one in shallow], key)
     if ordered[0].size > LARGEST:
         raise OverLimit(

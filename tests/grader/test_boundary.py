@@ -233,6 +233,21 @@ def test_fifty_notebooks_are_not_all_named_in_one_note(assignment: Assignment) -
     assert "31 " in note and " 25 more" in note and len(note) < 250
 
 
+def test_of_thousands_of_notebooks_the_newest_counts(assignment: Assignment, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever its name is, and it is said that there are others; of more than may be handed in, none does."""
+    for number in range(2100):
+        path = hand_in(assignment, f"s01/v{number:04d}.ipynb", "{}")
+        os.utime(path, (1_700_000_000 + number,) * 2)
+    os.utime(hand_in(assignment, "s01/v9999.ipynb", right(assignment, "s01")), (1_700_009_999,) * 2)
+    (assignment.folder / "submitted" / "s01" / "hw.ipynb").unlink()
+    result = graded(assignment)["s01"]
+    assert (result["score"], result["submission"]["file"]) == (4, "v9999.ipynb")
+    assert any("2101 notebooks were handed in" in said for said in result["notes"])
+    monkeypatch.setattr(submission, "MOST_FILES", 2000)
+    result = graded(assignment)["s01"]
+    assert status(result) == "over limit" and "2,000 files" in result["obstacle"]
+
+
 @pytest.mark.parametrize(("seconds", "year"), [(10**12, 9999), (-(10**12), 1970), (1_700_000_000, 2023)])
 def test_a_files_time_has_a_date_whatever_it_is(seconds: int, year: int) -> None:
     time = time_of(os.stat_result((0,) * 8 + (seconds, 0)))

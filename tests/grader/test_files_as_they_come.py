@@ -327,6 +327,9 @@ CASES: dict[str, Case] = {
     "zip of two, one by its name": of(zipped("a.ipynb", "x/hw.ipynb"), "hw.zip", ALL, "x/hw.ipynb not a.ipynb"),
     "zip called a notebook": of(zipped(HW), HW, ALL, "archive"),
     "tar.gz": of(targz, "hw.tar.gz", ALL, "hw.tar.gz work/hw.ipynb"),
+    "a zip that leads out of itself": of(
+        lambda text: of_members((f"../s01/{HW}", "{}"), (HW, text)), "hw.zip", ALL, "hw.ipynb was read"
+    ),
     "zip in a zip": refused(lambda text: of_members(("hw.zip", zipped(HW)(text))), "another archive", "hw.zip"),
     "empty zip": refused(lambda _: of_members(), "no notebook", "hw.zip"),
     "zip bomb": exceeding(zip_bomb, "hw.ipynb 200 MB", "hw.zip"),

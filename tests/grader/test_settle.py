@@ -235,7 +235,7 @@ def test_the_best_counts_after_what_lateness_takes_off(folder: Path) -> None:
     assert (result["score"], result["submission"]["file"], result["late"]) == (2.6, "a.ipynb", None)
     assert [(one["file"], one["score"]) for one in result["attempts"]] == [("a.ipynb", 2.6), ("b.ipynb", 2.43)]
     assert result["attempts"][1]["received"] == "2027-01-15T13:00:00+00:00"
-    said = "2 notebooks were handed in; a.ipynb counts, the best of this assignment, not b.ipynb"
+    said = "2 notebooks were read; a.ipynb counts, the best of this assignment, not b.ipynb"
     assert result["notes"] == result["staff_notes"] == [said]
     soon = replace(early, file="c.ipynb", received=DUE - HOUR - HOUR / 60, marked=None)
     note = best(assignment, soon, early)["notes"][0]
