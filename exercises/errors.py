@@ -1,11 +1,26 @@
 """The one exception that a user is meant to read."""
 
+import errno
+
 
 class QdotError(Exception):
     """Bad input, told in one sentence: what was wrong, where, and what would be right.
 
     The command line prints the message and leaves with code 2; no traceback is shown.
     """
+
+
+def of_machine(error: BaseException) -> QdotError | None:
+    """Return what to tell of an error for which this machine's limit of open files is to blame; None of any other.
+
+    >>> print(of_machine(OSError(errno.EMFILE, "Too many open files")))
+    this process may open no more files; allow more, as with 'ulimit -n 1024', and run the same command again
+    """
+    if not isinstance(error, OSError) or error.errno != errno.EMFILE:
+        return None
+    return QdotError(
+        "this process may open no more files; allow more, as with 'ulimit -n 1024', and run the same command again"
+    )
 
 
 def unknown(what: str, name: str, known: list[str] | tuple[str, ...]) -> QdotError:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from exercises.assignment import Assignment
-from exercises.errors import QdotError
+from exercises.errors import QdotError, of_machine
 from exercises.problem import ENGINE, Problem
 from exercises.setup_cell import setup_cell
 from exercises.store import kept
@@ -147,6 +147,8 @@ def _graded_safely(
     except Exception as error:  # our own failure must neither become a mark nor stop the class
         if isinstance(error, QdotError):
             sandbox.run((), ())
+        if (cause := of_machine(error)) is not None:
+            raise cause from None
         return ungraded(assignment, student, attempt, told(error))
 
 

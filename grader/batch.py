@@ -18,7 +18,7 @@ from functools import partial
 from pathlib import Path
 
 from exercises.assignment import Assignment, Student
-from exercises.errors import QdotError
+from exercises.errors import QdotError, of_machine
 from exercises.files import cannot_write, lock, made_lasting, make_folder, tidied, write_atomically
 from exercises.parallel import ordered_map
 from grader.attempt import Attempt, Marked, grade_safely, is_graded, made_from, read_attempts, told, ungraded
@@ -257,6 +257,8 @@ def _grade(context: _Context, task: Task) -> list[Graded]:
     except QdotError:
         raise
     except Exception as error:
+        if (cause := of_machine(error)) is not None:
+            raise cause from None
         return _failed(context.assignment, task, told(error))
 
 

@@ -165,7 +165,7 @@ def _guarded(command: Callable[..., None]) -> Callable[..., None]:
     """Return the command with its errors told in one line: 2 for bad input or our own failure, 130 or 143 stopped."""
     import typer
 
-    from exercises.errors import QdotError
+    from exercises.errors import QdotError, of_machine
 
     @functools.wraps(command)
     def run(*args: object, **options: object) -> None:
@@ -183,6 +183,8 @@ def _guarded(command: Callable[..., None]) -> Callable[..., None]:
         except Exception as error:
             if os.environ.get("QDOT_TRACEBACK"):
                 raise
+            if (cause := of_machine(error)) is not None:
+                _leave(str(cause), 2)
             said = f"{type(error).__name__}: {error}"
             _leave(f"qdot itself failed: {said}. Please report it; QDOT_TRACEBACK=1 shows where", 2)
 

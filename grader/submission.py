@@ -56,8 +56,8 @@ class Submission:
 class Found:
     """The files of one student, the one to grade first; `obstacle` is why none of them can be graded.
 
-    It may be that they are more than a limit allows. `failure` is what went wrong in qdot, or on the machine, while they
-    were looked for.
+    It may be that they are more than a limit allows. `failure` is what went wrong in qdot, or on the machine, while
+    they were looked for.
     """
 
     files: tuple[Path, ...]

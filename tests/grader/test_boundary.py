@@ -4,6 +4,7 @@ The class is graded as `qdot grade` does it, in this process: found, read, run, 
 """
 
 import csv
+import errno
 import json
 import os
 import sys
@@ -129,6 +130,20 @@ def test_a_fault_in_any_step_is_its_students_alone(
     for student in assignment.roster:
         assert (assignment.folder / "graded" / "feedback" / f"{student.id}.html").read_text().endswith("</html>\n")
     assert PLANTED in (assignment.folder / "graded" / "feedback" / f"{VICTIM}.html").read_text()
+
+
+@pytest.mark.parametrize("step", ["read", "run"])
+def test_a_machine_that_opens_no_more_files_is_nobodys_failure(
+    step: str, assignment: Assignment, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def planted(*about: Any, **options: Any) -> Any:
+        raise OSError(errno.EMFILE, "Too many open files")
+
+    where, name = STEPS[step]
+    monkeypatch.setattr(where, name, planted)
+    with pytest.raises(QdotError, match="ulimit -n"):
+        graded(assignment)
+    assert not (assignment.folder / "graded" / "results.jsonl").exists()
 
 
 def test_what_was_ungraded_is_graded_when_the_fault_is_gone(
