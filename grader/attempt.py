@@ -59,7 +59,7 @@ class Attempt:
         if self.submission is None:
             return self.unreadable
         read = self.submission
-        return repr((read.sha256, read.notes, read.late, self.notes))
+        return repr((read.sha256, read.notes, read.late, self.notes, *sorted(read.modules.items())))
 
 
 class NotFoundOut(Exception):
@@ -97,7 +97,7 @@ MOST_TRIED = 10
 
 def _read(found: Found, path: Path, key: str) -> Attempt:
     try:
-        read = read_submission(path, key)
+        read = read_submission(path, key, found.files)
     except Unreadable as error:
         return replace(_unreadable(path, str(error)), over_limit=isinstance(error, OverLimit))
     submission = replace(read, notes=(*found.notes, *read.notes), late=found.late)
@@ -184,7 +184,8 @@ def grade_attempt(
     asked = {slot: asked_of(problem, problem.domain(), seed) for slot, problem in problems}
     cells = without_self_checks(submission.cells, problems)
     setup = setup_cell(problems)
-    answers = find_answers(cells, parts, lambda cells, names: _run(sandbox, cells, names, asked, setup))
+    modules = submission.modules
+    answers = find_answers(cells, parts, lambda cells, names: _run(sandbox, cells, names, asked, setup, modules))
     said += oddities(submission, assignment, student)
     said += [Note(note, note) for note in answers.notes if note]
     said += [Note(f"refused: {stop}") for stop in answers.refused if stop not in answers.notes]
@@ -192,12 +193,13 @@ def grade_attempt(
 
 
 def _run(
-    sandbox: Sandbox, cells: Sequence[str], names: Sequence[str], asked: Mapping[str, Mapping[str, Any]], setup: str
-) -> Run:
+    sandbox: Sandbox, cells: Sequence[str], names: Sequence[str], asked: Mapping[str, Mapping[str, Any]], setup: str,
+    modules: Mapping[str, str],
+) -> Run:  # fmt: skip
     """Run a notebook. Where the process that runs it is lost, the notebook must have done it twice to answer for it."""
     run, lost = Run(end="unbegun"), 0
     for _ in range(TRIES):
-        run = sandbox.run(cells, names, asked, setup)
+        run = sandbox.run(cells, names, asked, setup, modules)
         if run.end not in ("lost", "unbegun"):
             return run
         lost += run.end == "lost"

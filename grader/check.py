@@ -23,7 +23,7 @@ from grader.formulas import unknown_symbols
 from grader.function_values import is_table
 from grader.reading import Due, read_as
 from grader.sandbox import Sandbox
-from grader.submission import Submission, read_submission
+from grader.submission import Submission, beside, read_submission
 from grader.verdict import Outcome
 
 STATEMENTS = ("eq", "and", "or", "in", "pair", "dict", "set")
@@ -58,7 +58,7 @@ def check_notebook(path: Path) -> Checked:
     "this can't be read as an answer: expected ')', found 'the end', at character 17, near '1*a2*sin(theta2'"
     """
     try:
-        submission = read_submission(path)
+        submission = read_submission(path, beside=beside(path))
     except Unreadable as error:
         raise QdotError(str(error)) from None
     parts = asked_in(submission.cells, tuple(ASKED))
@@ -67,7 +67,11 @@ def check_notebook(path: Path) -> Checked:
     with Sandbox(warm=False) as sandbox:
         setup = setup_of(_claimed_symbols(submission))
         try:
-            answers = find_answers(submission.cells, parts, lambda cells, names: sandbox.run(cells, names, setup=setup))
+            answers = find_answers(
+                submission.cells,
+                parts,
+                lambda cells, names: sandbox.run(cells, names, setup=setup, modules=submission.modules),
+            )
         except OverLimit as error:
             raise QdotError(f"{path}: {error}") from None
     rows = []

@@ -12,7 +12,7 @@ from grader.finding import find_answers
 from grader.function_values import asked_of
 from grader.marking import mark
 from grader.sandbox import Limits, Sandbox
-from grader.submission import read_submission
+from grader.submission import beside, read_submission
 from grader.uncounted import without_self_checks
 from grader.verdict import Verdict
 
@@ -41,7 +41,7 @@ def grade_notebook(
     {'p1': [Verdict(determinant: correct, 1 of 1)]}
     """
     try:
-        submission = read_submission(Path(path))
+        submission = read_submission(Path(path), beside=beside(Path(path)))
     except Unreadable as error:
         raise QdotError(str(error)) from None
     secret = secrets.token_hex(16) if secret is None else secret
@@ -51,7 +51,9 @@ def grade_notebook(
     cells, setup = without_self_checks(submission.cells, list(problems.items())), setup_cell(list(problems.items()))
     with Sandbox(limits, strict=strict) as sandbox:
         try:
-            answers = find_answers(cells, parts, lambda cells, names: sandbox.run(cells, names, asked, setup))
+            answers = find_answers(
+                cells, parts, lambda cells, names: sandbox.run(cells, names, asked, setup, submission.modules)
+            )
         except OverLimit as error:
             raise QdotError(f"{path}: {error}") from None
     return {

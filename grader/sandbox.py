@@ -210,16 +210,17 @@ class Sandbox:
 
     def run(
         self, cells: Sequence[str], names: Sequence[str], asked: Mapping[str, Mapping[str, Any]] | None = None,
-        setup: str = "",
+        setup: str = "", modules: Mapping[str, str] | None = None,
     ) -> Run:  # fmt: skip
         """Run the cells in order and return the values of `names` as text; before them, `setup`, which is qdot's own.
 
-        A value that is a function is called with symbols or at points: `asked` holds them, by what a name begins with
-        (see `callables`). Raises QdotError where the notebook can't be contained as it should be.
+        Cells may import `modules`, files of Python by name, which are in the notebook's folder. A value that is a
+        function is called with symbols or at points: `asked` holds them, by what a name begins with (see `callables`).
+        Raises QdotError where the notebook can't be contained as it should be.
         """
         request = {
             "cells": list(cells), "names": list(names), "cell_seconds": self.limits.cell_seconds, "asked": asked or {},
-            "setup": setup,
+            "setup": setup, "modules": dict(modules or {}),
         }  # fmt: skip
         run = Run(limits=self.limits)
 

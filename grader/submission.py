@@ -39,6 +39,7 @@ class Submission:
     """A notebook as handed in: its cells, what its metadata claim, and what is to be said of how it was read.
 
     `received_from` is what tells the time: a platform, or "file". `late` is a platform's own mark, where it makes one.
+    `modules` are the files of Python beside it, which its cells may import.
     """
 
     file: Path
@@ -50,6 +51,7 @@ class Submission:
     foreign: tuple[str, ...] = ()
     received_from: str = "file"
     late: bool | None = None
+    modules: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -379,8 +381,19 @@ def _changed(path: Path) -> int:
 # --- reading ---
 
 
-def read_submission(path: Path, key: str = "") -> Submission:
-    """Read a notebook, or what stands for one. Raises Unreadable with a reason for whatever can't be graded."""
+def beside(path: Path) -> tuple[Path, ...]:
+    """Return the files of Python in a notebook's folder, where all that is there is of the same student."""
+    try:
+        return tuple(sorted(path.parent.glob("*.py")))
+    except OSError:
+        return ()
+
+
+def read_submission(path: Path, key: str = "", beside: Sequence[Path] = ()) -> Submission:
+    """Read a notebook, or what stands for one, with the files `beside` it that it may import, in its folder or archive.
+
+    Raises Unreadable with a reason for whatever can't be graded.
+    """
     said = plain(path.name)
     try:
         status = path.stat()
@@ -393,13 +406,32 @@ def read_submission(path: Path, key: str = "") -> Submission:
         raise OverLimit(f"{said} is larger than {LARGEST // 1_000_000} MB; clear its outputs and hand it in again")
     notes, digest = [], hashlib.sha256(data).hexdigest()
     name = path.name
+    near: list[_Near] = [(one.name, _Reader(one)) for one in beside if one.parent == path.parent and one != path]
     if is_archive(data[:512]):
-        name, data, note = _out_of_archive(path, key)
+        name, data, note, near = _out_of_archive(path, key)
         notes.append(note)
     content = read_cells(name, data)
     if content.note:
         notes.append(f"{plain(name)} is no .ipynb file: {content.note}")
-    return Submission(path, digest, time_of(status), content.cells, content.claims, tuple(notes), content.foreign)
+    return Submission(
+        path, digest, time_of(status), content.cells, content.claims, tuple(notes), content.foreign,
+        modules=_modules(near),
+    )  # fmt: skip
+
+
+MOST_MODULES, LARGEST_MODULE = 20, 200_000
+"""Files of Python that a notebook may have beside it, and bytes of each."""
+
+
+_Near = tuple[str, Callable[[], bytes]]
+"""A file beside a notebook: its name, and what reads it."""
+
+
+def _modules(files: Sequence[_Near]) -> dict[str, str]:
+    """Return those files that can be imported, by name, each with its text."""
+    named = [(name, read) for name, read in files if name.endswith(".py") and name[:-3].isidentifier()]
+    read_in = [(name, read()) for name, read in named[:MOST_MODULES]]
+    return {name: data.decode("utf-8-sig", "replace") for name, data in read_in if len(data) <= LARGEST_MODULE}
 
 
 LAST_TIME = 253_370_764_800
@@ -411,8 +443,11 @@ def time_of(status: os.stat_result) -> datetime.datetime:
     return datetime.datetime.fromtimestamp(min(max(int(status.st_mtime), 0), LAST_TIME), datetime.UTC)
 
 
-def _out_of_archive(path: Path, key: str) -> tuple[str, bytes, str]:
-    """Return the name and the text of the notebook in an archive, and what is to be said of it. Raises Unreadable."""
+def _out_of_archive(path: Path, key: str) -> tuple[str, bytes, str, list["_Near"]]:
+    """Return the name and the text of the notebook in an archive, what is to be said of it, and what lies beside it.
+
+    Raises Unreadable.
+    """
     files = [packed for packed in listed(path) if not any(map(_is_hidden, PurePosixPath(packed.name).parts))]
     said = plain(path.name)
     fit = [packed for packed in files if _kind(packed.name) in (0, 1, 3)]
@@ -439,7 +474,13 @@ def _out_of_archive(path: Path, key: str) -> tuple[str, bytes, str]:
     note = f"{said} is an archive; {plain(ordered[0].name)} in it was read"
     others = [plain(one.name) for one in ordered[1:] if _kind(one.name) <= _kind(ordered[0].name)]
     note += f", not {', '.join(others[:5])}" if others else ""
-    return PurePosixPath(ordered[0].name).name, read_packed(path, ordered[0].name), note
+    chosen = PurePosixPath(ordered[0].name)
+    near = [
+        (PurePosixPath(one.name).name, reader(one.name, one.size))
+        for one in files
+        if PurePosixPath(one.name).parent == chosen.parent and one != ordered[0]
+    ]
+    return chosen.name, read_packed(path, ordered[0].name), note, near
 
 
 # --- what its metadata say ---

@@ -199,7 +199,7 @@ MENDED = (
     ("unsupported operand type(s) for *: 'list'", "; a list can't be multiplied: write Matrix([…])*…"),
     (
         "No module named",
-        "; it is not there when a notebook is graded: SymPy and NumPy are, and what the notebook writes",
+        "; it is not there when a notebook is graded: SymPy and NumPy are, and .py files handed in beside it",
     ),
 )
 """What an error of Python's says, and what is said beside it: how to write what was meant."""

@@ -272,6 +272,8 @@ def _do(measures: Measures, folder: str, inbox: int, outbox: int) -> None:
         return
     from . import runner
 
+    for name, source in request.get("modules", {}).items():
+        Path(name).write_text(source, encoding="utf-8", errors="replace")
     if measures.holds("watch"):
         sys.addaudithook(guard.guard(folder))
     runner.run_cells(request, report)

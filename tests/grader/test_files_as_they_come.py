@@ -19,6 +19,7 @@ from exercises.assignment import Assignment, Student
 from grader import archives
 from grader import cells as reading
 from grader.cells import LARGEST_HERE, OverLimit, Unreadable, read_cells
+from grader.check import check_notebook
 from grader.finding import find_answers
 from grader.reports.tables import status
 from grader.sandbox import Sandbox
@@ -459,6 +460,33 @@ def test_what_exceeds_a_limit_has_no_mark_and_nothing_failed(tmp_path: Path) -> 
     results, _ = grade(assignment)
     assert [status(results[name]) for name in ("s0", "s1", "s2")] == ["over limit", "over limit", "graded"]
     assert "cells" in results["s0"]["obstacle"] and "answers to be looked for" in results["s1"]["obstacle"]
+
+
+HELPER = "def angle(x):\n    return x + 0\n"
+
+
+def test_a_module_that_is_handed_in_beside_a_notebook_is_imported_from_there_only(tmp_path: Path) -> None:
+    assignment = a_class(tmp_path / "hw", [Student(f"s{k}") for k in range(4)])
+
+    def importing(student: str) -> str:
+        return right(
+            assignment, student, lambda cells: cells.insert(2, code("from helper import angle\nangle(theta1)"))
+        )
+
+    hand_in(assignment, f"s0/{HW}", importing("s0"))
+    hand_in(assignment, "s0/helper.py", HELPER)
+    hand_in(assignment, "s1.zip", of_members((f"work/{HW}", importing("s1")), ("work/helper.py", HELPER)))
+    hand_in(assignment, f"s2/{HW}", importing("s2"))
+    hand_in(assignment, "s3.ipynb", importing("s3"))
+    hand_in(assignment, "helper.py", HELPER)
+    results, _ = grade(assignment)
+    lacks = ["No module named 'helper'" in " ".join(results[f"s{k}"]["notes"]) for k in range(4)]
+    assert lacks == [False, False, True, True]
+    assert outcomes(results["s0"]) == outcomes(results["s1"]) == RIGHT
+    hand_in(assignment, "s0/helper.py", "raise ValueError('another one')")
+    assert "another one" in " ".join(grade(assignment)[0]["s0"]["notes"]), "it is part of what was handed in"
+    rows = check_notebook(assignment.folder / "submitted" / "s0" / HW)
+    assert "another one" in " ".join(rows.notes)
 
 
 def test_the_largest_of_what_is_bounded(tmp_path: Path) -> None:
