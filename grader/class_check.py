@@ -19,7 +19,7 @@ SHOWN = 5
 
 
 def check_class(assignment: Assignment, looked: Looked, root: Path) -> None:
-    """Raise QdotError where files are of nobody, or most notebooks of other students or made with another secret."""
+    """Raise QdotError where files are of nobody, or most notebooks of others: assignments, students, secrets."""
     ids = [student.id for student in assignment.roster]
     if looked.strangers and not looked.found:
         raise QdotError(
@@ -27,6 +27,12 @@ def check_class(assignment: Assignment, looked: Looked, root: Path) -> None:
             + _of_nobody(looked.strangers, ids, assignment.key)
         )
     read = list(read_some(assignment, looked.found, ids))
+    keys = [said for _, one in read if isinstance(said := one.claims.get("assignment"), str) and said != assignment.key]
+    if 2 * len(keys) > len(read) > 1:
+        raise QdotError(
+            f"{root}: {len(keys)} of {len(read)} notebooks belong to another assignment ({_some(sorted(set(keys)))}) "
+            f"than {assignment.key!r}, so nothing was graded. Is this the right folder?"
+        )
     others = {who: str(said) for who, one in read if isinstance(said := one.claims.get("student"), str) and said != who}
     if len(others) > 1 and 2 * len(others) > len(read):
         alike = {who: said for who, said in others.items() if _bare(who) == _bare(said)}

@@ -47,6 +47,13 @@ def test_what_came_back_is_graded(folder: Path) -> None:
     assert "3 graded; mean 100.0 %" in run("grade", folder)
 
 
+def test_what_was_handed_in_for_another_assignment_is_told(folder: Path) -> None:
+    """As last week's folder, of the same class."""
+    toml = folder / "assignment.toml"
+    toml.write_text(toml.read_text().replace('key = "hw"', 'key = "week-7"'))
+    assert "3 of 3 notebooks belong to another assignment ('hw')" in stops(folder)
+
+
 FULL_WIDTH = {ord("0"): "\uff10"}
 
 
