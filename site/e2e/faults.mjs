@@ -13,9 +13,9 @@ export function faults() {
     }
     return true;
   };
-  const scrolled = (element) => {
+  const scrolled = (element, way = "overflowX") => {
     for (let each = element.parentElement; each && each !== document.body; each = each.parentElement)
-      if (/auto|scroll|hidden|clip/.test(getComputedStyle(each).overflowX)) return true;
+      if (/auto|scroll|hidden|clip/.test(getComputedStyle(each)[way])) return true;
     return false;
   };
   const name = (element) =>
@@ -78,7 +78,9 @@ export function faults() {
   }
   // so many lines of its text, which is larger on the widest screens
   const hole = Math.round(12.5 * parseFloat(getComputedStyle(document.documentElement).fontSize));
-  const inMain = boxes.filter(({ element }) => element.closest("main")).flatMap(({ rects }) => rects);
+  const inMain = boxes
+    .filter(({ element }) => element.closest("main") && !scrolled(element, "overflowY")) // a list may go on below its box
+    .flatMap(({ rects }) => rects);
   const end = Math.floor(Math.max(main.top, ...inMain.map(({ bottom }) => bottom)) + scrollY);
   for (let row = Math.floor(main.top + scrollY), empty = 0; row <= end; row += 1) {
     empty = rows[row] ? 0 : empty + 1;
