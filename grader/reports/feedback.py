@@ -66,6 +66,7 @@ def feedback_page(assignment: Assignment, student: Student, result: dict[str, An
         made_from=made_from(assignment, student, result),
         obstacle=None if result["obstacle"] is None else visible(result["obstacle"]),
         notes=[visible(note) for note in (*_settled(result), *result["notes"])],
+        marked=_marked(result),
         percent=f"{100 * result['score'] / result['max_score']:.0f}",
         score=_points(result["score"]),
         max_score=_points(result["max_score"]),
@@ -74,6 +75,14 @@ def feedback_page(assignment: Assignment, student: Student, result: dict[str, An
         overview=len(parts) > MANY,
         kept_back=_kept_back(assignment.feedback, parts),
     )
+
+
+def _marked(result: Mapping[str, Any]) -> str:
+    """Return of how much there is a mark: "nothing", "some" parts, or "all"."""
+    points = [part["points"] for problem in result["problems"] for part in problem["parts"]]
+    if None not in points or result["override"] is not None:
+        return "all"
+    return "some" if any(each is not None for each in points) else "nothing"
 
 
 def _kept_back(level: str, parts: Sequence[Mapping[str, Any]]) -> str:

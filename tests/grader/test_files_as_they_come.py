@@ -21,6 +21,7 @@ from grader import cells as reading
 from grader.cells import LARGEST_HERE, OverLimit, Unreadable, read_cells
 from grader.check import check_notebook
 from grader.finding import find_answers
+from grader.reports.feedback import feedback_page
 from grader.reports.tables import status
 from grader.sandbox import Sandbox
 from grader.settle import Result
@@ -460,6 +461,8 @@ def test_what_exceeds_a_limit_has_no_mark_and_nothing_failed(tmp_path: Path) -> 
     results, _ = grade(assignment)
     assert [status(results[name]) for name in ("s0", "s1", "s2")] == ["over limit", "over limit", "graded"]
     assert "cells" in results["s0"]["obstacle"] and "answers to be looked for" in results["s1"]["obstacle"]
+    page = feedback_page(assignment, assignment.roster[0], results["s0"])
+    assert "No mark yet" in page and " of 4 points" not in page
 
 
 HELPER = "def angle(x):\n    return x + 0\n"

@@ -156,6 +156,7 @@ def test_every_outcome_is_said_in_words_and_by_a_sign(assignment: Assignment, mi
     words = [said for about, said in page.all("span") if about.get("class") == "word"]
     assert len(set(words)) == 5
     assert Counter(words) == Counter({word: 2 * words[9:].count(word) for word in words})  # contents and parts
+    assert "points so far" in text and "No mark yet" not in text
     assert "<i>" not in text and "&lt;i&gt;told" in text and "A. &lt;b&gt;" in text
     assert "Worked solution" not in text
     for slot, problem in assignment.problems("s1"):
