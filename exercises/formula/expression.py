@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from functools import lru_cache
 
-from exercises.formula.names import ARITY, LONGEST, NamePart, pieces_of, plain_name
+from exercises.formula.names import ARITY, FUNCTIONS, LONGEST, SHORTHAND, NamePart, pieces_of, plain_name
 from exercises.formula.notation import plain
 from exercises.formula.products import carried_out
 from exercises.formula.trees import Node, ReadError, names, replaced
@@ -287,7 +287,7 @@ class _Parser:
             self.at += 1
             negative = self.sign()
             right = self.product()
-            if reach and right.kind == "name" and _ANGLE.fullmatch(str(right.value)):
+            if reach and right.kind == "name" and _is_angle(str(right.value)):
                 raise self.fail(
                     f"a function without brackets stands before {op} {right.value}; write what it is of in brackets, "
                     "as in sin(theta1 + theta2),"
@@ -457,6 +457,8 @@ class _Parser:
             raise self.fail(f"{name} is not an answer{VOCABULARY['undefined_because'].get(name, '')};")
         if name in VOCABULARY["blank"]:
             return Node("blank")
+        if name in SHORTHAND and name not in self.known and self.is_angle_ahead():
+            return self.shorthand(name)
         pieces = pieces_of(raw, self.known)
         one = pieces[0].parts[0] if len(pieces) == 1 and pieces[0].kind == "name" else ""
         if opens and one and not {name, one} & self.known and one not in _BEFORE_BRACKETS:
@@ -466,7 +468,26 @@ class _Parser:
                 else "says where they are not; write where they are,"
             )
             raise self.fail(f"the function {name!r} {said}")
-        return self.product_of(pieces)
+        product = self.product_of(pieces)
+        if pieces[-1].kind in FUNCTIONS and _SHORT_OF_ANGLE.search(name):
+            self.without_brackets = self.at
+        return product
+
+    def is_angle_ahead(self) -> bool:
+        """Tell whether an angle or a bracket follows, behind a power if there is one: c theta1, s^2(theta1)."""
+        ahead = 0 if self.peek() not in ("^", "**") else 4 if self.text_at(1) == "(" else 2
+        kind, text, _ = self.tokens[min(self.at + ahead, len(self.tokens) - 1)]
+        piece = pieces_of(text, self.known)[0] if kind == "name" else None
+        return text == "(" or (piece is not None and (piece.kind == "sum" or _is_angle(piece.parts[0])))
+
+    def shorthand(self, name: str) -> Node:
+        """Read c or s, of what follows: S(1), as SymPy has it, is no sine."""
+        here, function = self.at, SHORTHAND[name]
+        call = self.function(function)
+        if not any(map(_is_angle, names(call))):
+            self.at = here
+            raise self.fail(f"{name} is {function} before an angle only, as in {name}(theta1); write {function}(…),")
+        return call
 
     def product_of(self, pieces: Sequence[NamePart]) -> Node:
         """Return the product that names without a space stand for; a function is of what follows it."""
@@ -539,6 +560,8 @@ class _Parser:
             factors.append(_number(self.peek()))
             self.at += 1
         if self.tokens[self.at][0] == "name" and self.peek() not in _WORDS:
+            if any(piece.kind != "name" for piece in pieces_of(self.peek(), self.known)[1:]):
+                raise self.fail(f"expected '(' after {name},")  # sin theta1cos(theta2)
             self.at += 1
             factors.append(self.named(self.text_at(-1)))
         if not factors or self.peek() in ("/", "^", "**"):
@@ -551,7 +574,7 @@ class _Parser:
 
 
 _JOINT = pattern("joint")
-_ANGLE = pattern("angle")
+_ANGLE, _SHORT_OF_ANGLE = pattern("angle"), pattern("short_of_angle")
 _MODULO: list[str] = VOCABULARY["modulo"]
 _SYNONYMS: dict[str, str] = VOCABULARY["synonyms"]
 _PI = tuple(VOCABULARY["before_whole_numbers"])
@@ -560,6 +583,10 @@ _BEFORE_BRACKETS = ("pi", "I")
 _UNITS: dict[str, str] = VOCABULARY["units"]
 _GO_ON = ("*", "/", "^", "**", "(")
 """What follows a name that is a factor, and no unit at the end of a product."""
+
+
+def _is_angle(name: str) -> bool:
+    return _ANGLE.fullmatch(name) is not None
 
 
 def _is_value(node: Node) -> bool:

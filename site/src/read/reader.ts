@@ -3,7 +3,7 @@
 
 import type { TextKey } from "../text/en.js";
 import { type Message, message, type Values } from "../text/text.js";
-import { ARITY, LONGEST, type Piece, piecesOf, plainName } from "./names.js";
+import { ARITY, FUNCTIONS, LONGEST, type Piece, piecesOf, plainName, SHORTHAND } from "./names.js";
 import { plain } from "./notation.js";
 import { carriedOut } from "./products.js";
 import { type Token, tokensOf } from "./tokens.js";
@@ -19,7 +19,7 @@ import {
   ReadError,
   replaced,
 } from "./tree.js";
-import { lengthOf, LIMITS, table, VOCABULARY, whole } from "./vocabulary.js";
+import { lengthOf, LIMITS, pattern, table, VOCABULARY, whole } from "./vocabulary.js";
 
 /** What a call of SymPy, NumPy or Python that is no function of numbers stands for. */
 const CONTAINERS = table(VOCABULARY.containers);
@@ -31,6 +31,7 @@ const WORDS = new Set(VOCABULARY.words);
 const INVERSES = table(VOCABULARY.inverses);
 const JOINT = whole("joint");
 const ANGLE = whole("angle");
+const SHORT_OF_ANGLE = pattern("short_of_angle");
 const SYNONYMS = table<string>(VOCABULARY.synonyms);
 /** Constants that are multiplied with a bracket behind them: nobody writes functions of these names. */
 const BEFORE_BRACKETS = new Set(["pi", "I"]);
@@ -516,6 +517,7 @@ class Parser {
     }
     if (UNDEFINED.has(own)) throw this.fail("read.no-answer", { name: own });
     if (BLANK.has(own)) return node("blank");
+    if (SHORTHAND.has(own) && !this.known.has(own) && this.isAngleAhead()) return this.shorthand(own);
     const pieces = this.piecesOf(raw);
     const one = pieces.length === 1 && pieces[0]?.kind === "name" ? pieces[0].parts[0] : undefined;
     if (opens && one && !this.known.has(own) && !this.known.has(one) && !BEFORE_BRACKETS.has(one)) {
@@ -524,7 +526,28 @@ class Parser {
     const only = pieces.length === 1 && own === raw ? pieces[0] : undefined;
     if (only?.kind === "function") this.plain.set(raw, only.parts[0] as string);
     else if (only && this.known.has(own)) this.plain.set(raw, meant(only));
-    return this.productOf(pieces);
+    const product = this.productOf(pieces);
+    if (FUNCTIONS.has(pieces.at(-1)?.kind ?? "") && SHORT_OF_ANGLE.test(own)) this.withoutBrackets = this.at;
+    return product;
+  }
+
+  /** Whether an angle or a bracket follows, behind a power if there is one: c theta1, s^2(theta1). */
+  private isAngleAhead(): boolean {
+    const isPower = this.peek() === "^" || this.peek() === "**";
+    const ahead = !isPower ? 0 : this.textAt(1) === "(" ? 4 : 2;
+    const { kind, text } = this.tokens[Math.min(this.at + ahead, this.tokens.length - 1)] as Token;
+    const piece = kind === "name" ? this.piecesOf(text)[0] : undefined;
+    return text === "(" || piece?.kind === "sum" || ANGLE.test(piece?.parts[0] ?? "");
+  }
+
+  /** c or s, of what follows: S(1), as SymPy has it, is no sine. */
+  private shorthand(short: string): Node {
+    const here = this.at;
+    const called = SHORTHAND.get(short) as string;
+    const found = this.function(called);
+    if ([...namesIn(found)].some((each) => ANGLE.test(each))) return found;
+    this.at = here;
+    throw this.fail("read.shorthand", { name: short, function: called });
   }
 
   private piecesOf(raw: string): readonly Piece[] {
@@ -607,6 +630,12 @@ class Parser {
       this.at += 1;
     }
     if (this.here().kind === "name" && !WORDS.has(this.peek())) {
+      if (
+        this.piecesOf(this.peek())
+          .slice(1)
+          .some(({ kind }) => kind !== "name")
+      )
+        throw this.fail("read.bare", { name: called }); // sin theta1cos(theta2)
       this.at += 1;
       factors.push(this.named(this.textAt(-1)));
     }

@@ -60,6 +60,7 @@ export const de: Catalogue = {
   "read.power-of-matrix": "von den Potenzen einer Matrix wird nur die Inverse ausgerechnet, bei höchstens {most} Zeilen; schreibe die Einträge",
   "read.no-product": "Matrizen dieser Formen lassen sich nicht mit {sign} verbinden: {shapes}; schreibe die Einträge, wie in [[a, b], [c, d]]",
   "read.bare": "erwartet wird „(“ nach {name}",
+  "read.shorthand": "{name} ist nur vor einem Winkel {function}, wie in {name}(theta1); schreibe sonst {function}(…)",
   "read.no-argument": "{name} wovon? Das Argument fehlt",
   "read.container": "{name} mit {count} Argumenten ist nicht verständlich",
   "read.range": "die Zahl {number}… ist zu groß oder zu klein",

@@ -70,6 +70,7 @@ export const en = {
   "read.no-product":
     "matrices of these shapes don't go together by {sign}: {shapes}; write the entries, as in [[a, b], [c, d]]",
   "read.bare": "expected '(' after {name},",
+  "read.shorthand": "{name} is {function} before an angle only, as in {name}(theta1); write {function}(…),",
   "read.no-argument": "expected what {name} is of,",
   "read.container": "{name} with {count} arguments is not understood",
   "read.range": "the number {number}… is out of range",

@@ -35,6 +35,10 @@ POSITIONS = [
     "a1*cos(theta1)+a2*cos(theta1+theta2) [m]", "sp.simplify(a1*cos(theta1)+a2*cos(theta1+theta2))",
     "det(J) = a1*c1+a2*c12", "det J = a1*c1+a2*c12", "|J| = a1*c1+a2*c12", r"$\det(J) = a_1 c_1 + a_2 c_{12}$",
     r"\left|J\right| = a_1 c_1 + a_2 c_{12}",
+    "a1 cθ1 + a2 cθ12", "a1cθ₁ + a2cθ₁₂", "a1*c(theta1) + a2*c(theta1+theta2)", "a1 C(θ1) + a2 C(q1+q2)",
+    r"a_1 c\theta_1+a_2 c\theta_{12}", r"a_1c_{\theta_1}+a_2c_{\theta_1+\theta_2}", r"a_1\mathrm{c}\theta_1+a_2c_{1+2}",
+    r"a_1 c\left(\theta_1\right)+a_2(c\theta_1c\theta_2-s\theta_1s\theta_2)", "a1 cth1 + a2 c_q12",
+    "a1 cos_1 + a2 cos_{12}", "a1c theta1 + a2c(theta12)",
 ]  # fmt: skip
 
 
@@ -49,13 +53,15 @@ WRITINGS = {
     "sqrt(3)*a1/2": ["√3/2 a1", "sqrt3/2*a1", "a1 sin(60 deg)", "a1 cos(30.0 degrees)", "√(3) a1/2",
                      r"\frac{\sqrt3}{2}a_1"],
     "pi/6": ["30 deg", "30°", "30 degrees", r"\frac{\pi}{6}", "π/6", "radians(30)", "np.pi/6"],
-    "sin(alpha1)": ["sin(alpha_1)", "sinα1", r"\sin\alpha_1", "sin α_1"], "vx": ["v_x", "v_{x}"],
+    "sin(alpha1)": ["sin(alpha_1)", "sinα1", r"\sin\alpha_1", "sin α_1", "sα1", r"s\alpha_1"], "vx": ["v_x", "v_{x}"],
     "wz": ["omega_z", "ω_z", r"\omega_z", "w_z"],
     "wz*(a1 + a2)": [r"\omega_z (a_1 + a_2)", r"\omega_{z} \left(a_1 + a_2\right)", "ω_z (a1 + a2)"],
     "a1/2": ["1/2 a1", "½ a1", r"\tfrac12 a_1"], "a1^2*a2": ["a1^2 a2", "a1**2a2", "a1² a2", "a1^{2} a2"],
     "sin(theta1)^2": ["sin^2 theta1", "sin²θ1", r"\sin^2\theta_1", r"\sin^{2}{\left(\theta_{1} \right)}",
-                      "s1^2", "s1**2"],
-    "sin(theta1)*cos(theta2)": ["sin theta1 cos theta2", "s1c2", r"\sin\theta_1\cos\theta_2", "sinθ1cosθ2"],
+                      "s1^2", "s1**2", "sθ1²", "s²θ1", r"s^2\theta_1", "s²(θ1)", "s(theta1)**2"],
+    "sin(theta1)*cos(theta2)": ["sin theta1 cos theta2", "s1c2", r"\sin\theta_1\cos\theta_2", "sinθ1cosθ2", "sθ1cθ2",
+                                "Sθ1 Cθ2", "s_θ1 c_θ2", "stheta1*ctheta2", r"s\theta_1c\theta_2", "s(θ1)c(θ2)",
+                                "st1ct2"],
     "sqrt(a1)": ["√(a1)", "√a1", "√ a_1", r"\sqrt{a_1}", "a1^(1/2)"], "a1^(1/3)": [r"\sqrt[3]{a_1}"],
     "cos(theta1) + I*sin(theta1)": ["e^(i*theta1)", "exp(j*theta1)", r"e^{i\theta_1}"],
     "1/sin(theta1)": ["sin(theta1)**-1", "sin(theta1)^{-1}", "csc(theta1)"],
@@ -95,7 +101,9 @@ REFUSED = [
     ("sin theta1/2", "expected '(' after sin"), ("sin theta1^2", "expected '(' after sin"),
     ("sin", "expected '(' after sin"), ("1 000*a1", "two numbers stand side by side"),
     ("1.2.3", "two numbers stand side by side"), ("sin 2 3", "two numbers stand side by side"),
-    ("C(theta1)", "the function 'C' is not understood"), (r"\foo{a1}", "not understood"), (r"\frac{a1}", ""),
+    ("C(a1)", "C is cos before an angle only"), ("S(1)/2", "write sin(…)"), ("sθ1 + θ2", "stands before +"),
+    ("sin theta1cos(theta2)", "expected '(' after sin"), ("s*theta1", "'s' is no symbol"),
+    ("sin1", "'sin1' is no symbol"), (r"\foo{a1}", "not understood"), (r"\frac{a1}", ""),
     (r"\begin{align}a1", ""), ("x" * 70, "a name of 70 characters"),
 ]  # fmt: skip
 
