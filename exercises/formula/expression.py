@@ -10,6 +10,7 @@ import re
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from functools import lru_cache
+from itertools import pairwise
 
 from exercises.formula.names import ARITY, FUNCTIONS, LONGEST, SHORTHAND, NamePart, pieces_of, plain_name
 from exercises.formula.notation import plain
@@ -240,12 +241,17 @@ class _Parser:
         return terms[0] if len(terms) == 1 else Node("and", tuple(terms))
 
     def relation(self) -> Node:
-        left = self.modulo(self.sum())
-        if self.take("=", "=="):
-            return Node("eq", (left, self.values()))
-        if self.take("in"):
-            return Node("in", (left, self.modulo(self.sum())))
-        return left
+        sides = [self.modulo(self.sum())]
+        while self.take("=", "=="):
+            sides.append(self.values())
+        while len(sides) > 2 and sides[0].kind == "name" and sides[0].value not in self.known:
+            del sides[0]  # P = [x; y] = […]
+        equations = tuple(Node("eq", pair) for pair in pairwise(sides))
+        if len(equations) > 1:  # theta1 = theta2 = 0
+            return Node("and", equations)
+        if not equations and self.take("in"):
+            return Node("in", (sides[0], self.modulo(self.sum())))
+        return equations[0] if equations else sides[0]
 
     def values(self) -> Node:
         """Read what stands right of an equation: a value, or several, as in theta2 = 0 or pi."""
@@ -462,6 +468,9 @@ class _Parser:
         pieces = pieces_of(raw, self.known)
         one = pieces[0].parts[0] if len(pieces) == 1 and pieces[0].kind == "name" else ""
         if opens and one and not {name, one} & self.known and one not in _BEFORE_BRACKETS:
+            if self.at == 1 and (behind := self.behind_bracket()) and self.tokens[behind][1] == "=":
+                self.at = behind  # J(q) = …
+                return Node("name", value=one)
             said = (
                 "is not understood; write the formula with sin, cos, tan, sqrt, exp, atan2,"
                 if name not in VOCABULARY["negations"]
@@ -472,6 +481,15 @@ class _Parser:
         if pieces[-1].kind in FUNCTIONS and _SHORT_OF_ANGLE.search(name):
             self.without_brackets = self.at
         return product
+
+    def behind_bracket(self) -> int:
+        """Return where the bracket that begins here has been closed; 0 if it never is."""
+        depth = 0
+        for at in range(self.at, len(self.tokens)):
+            depth += _DEEPER.get(self.tokens[at][1], 0)
+            if depth == 0:
+                return at + 1
+        return 0
 
     def is_angle_ahead(self) -> bool:
         """Tell whether an angle or a bracket follows, behind a power if there is one: c theta1, s^2(theta1)."""

@@ -270,9 +270,14 @@ class Parser {
   }
 
   private relation(): Node {
-    const left = this.modulo(this.sum());
-    if (this.take("=", "==")) return node("eq", left, this.values());
-    return this.take("in") ? node("in", left, this.modulo(this.sum())) : left;
+    const first = this.modulo(this.sum());
+    if (this.take("in")) return node("in", first, this.modulo(this.sum()));
+    const sides = [first];
+    while (this.take("=", "==")) sides.push(this.values());
+    while (sides.length > 2 && sides[0]?.kind === "name" && !this.known.has(sides[0].text)) sides.shift(); // P = [x; y] = […]
+    const equations = sides.slice(1).map((right, i) => node("eq", sides[i] as Node, right));
+    if (equations.length > 1) return node("and", ...equations); // theta1 = theta2 = 0
+    return equations[0] ?? first;
   }
 
   /** What stands right of an equation: a value, or several, as in theta2 = 0 or pi. */
@@ -400,7 +405,7 @@ class Parser {
     let depth = 0;
     for (let at = this.at; at < this.tokens.length; at += 1) {
       const { text } = this.tokens[at] as Token;
-      depth += "([{".includes(text) && text ? 1 : ")]}".includes(text) && text ? -1 : 0;
+      depth += deeperBy(this.tokens[at] as Token);
       if (depth === 0) return false;
       if ((text === ";" && depth === 1) || (text === "[" && at === this.at + 1)) return true;
     }
@@ -521,6 +526,11 @@ class Parser {
     const pieces = this.piecesOf(raw);
     const one = pieces.length === 1 && pieces[0]?.kind === "name" ? pieces[0].parts[0] : undefined;
     if (opens && one && !this.known.has(own) && !this.known.has(one) && !BEFORE_BRACKETS.has(one)) {
+      const behind = this.at === 1 ? this.behindBracket() : 0;
+      if (this.tokens[behind]?.text === "=") {
+        this.at = behind; // J(q) = …
+        return name(one);
+      }
       throw this.fail("read.function", { name: own });
     }
     const only = pieces.length === 1 && own === raw ? pieces[0] : undefined;
@@ -529,6 +539,16 @@ class Parser {
     const product = this.productOf(pieces);
     if (FUNCTIONS.has(pieces.at(-1)?.kind ?? "") && SHORT_OF_ANGLE.test(own)) this.withoutBrackets = this.at;
     return product;
+  }
+
+  /** Where the bracket that begins here has been closed; 0 if it never is. */
+  private behindBracket(): number {
+    let depth = 0;
+    for (let at = this.at; at < this.tokens.length; at += 1) {
+      depth += deeperBy(this.tokens[at] as Token);
+      if (depth === 0) return at + 1;
+    }
+    return 0;
   }
 
   /** Whether an angle or a bracket follows, behind a power if there is one: c theta1, s^2(theta1). */
@@ -674,6 +694,9 @@ class Parser {
     throw this.fail("read.container", { name: kind, count: args.length });
   }
 }
+
+const deeperBy = ({ text }: Token): number =>
+  text === "" ? 0 : Number("([{".includes(text)) - Number(")]}".includes(text));
 
 const isValue = (value: Node): boolean =>
   !["eq", "in", "and", "or"].includes(value.kind) &&
