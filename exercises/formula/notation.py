@@ -187,7 +187,8 @@ class _Latex:
         if sign[0] in SPACES:
             return " "
         if sign == "{":
-            return f"({self.group()})"
+            inner = self.group()
+            return f"{{{inner}}}" if ":" in inner else f"({inner})"  # a dictionary of SymPy's, {\theta_2: [0, pi]}
         if sign == "_":
             return self.subscript()
         if sign == "^":

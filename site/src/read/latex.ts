@@ -40,7 +40,10 @@ class Walk {
     const found = this.peek();
     this.at += 1;
     if (isSpace(found[0])) return " ";
-    if (found === "{") return `(${this.group()})`;
+    if (found === "{") {
+      const inner = this.group();
+      return inner.includes(":") ? `{${inner}}` : `(${inner})`; // a dictionary of SymPy's, {\theta_2: [0, pi]}
+    }
     if (found === "_") return this.subscript();
     if (found === "^") return `^(${this.argument()})`;
     return found.startsWith("\\") && found.length > 1 ? this.command(found.slice(1)) : found;
