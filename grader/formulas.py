@@ -9,7 +9,7 @@ import numpy as np
 from exercises.credit import share_of_entries, share_of_set, spoiled
 from exercises.formula.algebra import Matrix
 from exercises.formula.claims import claimed_pieces
-from exercises.formula.conditions import SetComparison, Space, compare_sets
+from exercises.formula.conditions import ROUNDED, SetComparison, Space, compare_sets
 from exercises.formula.identity import Certificate, Comparison, Domain, Rounding, compare_entries, missed, number
 from exercises.formula.pieces import Atom, Piece, pieces
 from exercises.formula.program import compile_program, evaluate
@@ -173,16 +173,25 @@ def _judge_set(
     comparison = compare_sets(claimed, truth, space, seed)
     if comparison.equal and claimed:
         return correct(_set_certificate(comparison))
+    near = Space(space.joints, space.domain, ROUNDED) if comparison.rounded else space
+    counted = compare_sets(claimed, truth, near, seed) if comparison.rounded else comparison
     # What is claimed beyond the truth must not earn what it happens to cover: only sound pieces count for the share.
-    sound = [piece for piece, held in zip(claimed, comparison.sound, strict=True) if held]
-    found = _found(compare_sets(sound, truth, space, seed).covered, conditions)
-    unsound = sum(held is False for held in comparison.sound)
-    share = share_of_set(found, unsound)
-    reason = _set_reason(comparison, space.joints, what)
-    if comparison.surplus is not None and _are_degrees(claimed, truth, space, seed):
+    sound = [piece for piece, held in zip(claimed, counted.sound, strict=True) if held]
+    found = _found(compare_sets(sound, truth, near, seed).covered, conditions)
+    unsound = sum(held is False for held in counted.sound)
+    share = share_of_set(found, unsound, is_rounded=comparison.rounded)
+    reason = _set_reason(counted, space.joints, what)
+    if comparison.rounded:
+        rounded = [piece for piece, held in zip(claimed, comparison.sound, strict=True) if not held and piece in sound]
+        at = compare_sets(rounded, truth, space, seed).surplus or {}
+        reason = f"right but for rounding{pose_words(at, space.joints)}; write {_EXACTLY}" + (reason and f"; {reason}")
+    if counted.surplus is not None and _are_degrees(claimed, truth, space, seed):
         reason = f"these values are in degrees, and radians are due; {reason}"
-    counted = f"{_found_words(found, unsound)}; " if share else ""
-    return graded(float(share), counted + reason, _set_certificate(comparison))
+    words = f"{_found_words(found, unsound)}; " if share else ""
+    return graded(float(share), words + (reason or "no configuration is claimed"), _set_certificate(comparison))
+
+
+_EXACTLY = "the exact value, as in pi/3 or acos(1/3)"
 
 
 def _found(covered: Sequence[bool | None], conditions: Sequence[Sequence[Piece]]) -> list[tuple[int, int]]:
@@ -230,9 +239,6 @@ def _set_reason(comparison: SetComparison, joints: Sequence[str], what: str) -> 
     if comparison.missing is not None:
         article = "an" if what[0] in "aeiou" else "a"
         said.append(f"{article} {what} is missing{pose_words(comparison.missing, joints)}")
-    if comparison.rounded and comparison.surplus is not None:
-        pose = pose_words(comparison.surplus, joints)
-        said.append(f"right but for rounding{pose}; write the exact value, as in pi/3 or acos(1/3)")
-    elif comparison.surplus is not None:
+    if comparison.surplus is not None:
         said.append(f"claimed, but no {what}{pose_words(comparison.surplus, joints)}")
-    return "; ".join(said) or "no configuration is claimed"
+    return "; ".join(said)

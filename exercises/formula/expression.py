@@ -244,7 +244,7 @@ class _Parser:
         sides = [self.modulo(self.sum())]
         while self.take("=", "=="):
             sides.append(self.values())
-        while len(sides) > 2 and sides[0].kind == "name" and sides[0].value not in self.known:
+        if len(sides) > 2 and sides[0].kind == "name" and sides[1].kind == "list":
             del sides[0]  # P = [x; y] = […]
         equations = tuple(Node("eq", pair) for pair in pairwise(sides))
         if len(equations) > 1:  # theta1 = theta2 = 0

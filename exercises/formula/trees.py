@@ -128,7 +128,7 @@ def refuse_statements(node: Node) -> None:
 
 def no_scalar(node: Node) -> ReadError:
     """Return the error that a node is no part of a single expression."""
-    instead = "; write one side of it alone" if node.kind == "eq" else ""
+    instead = "; write what is asked alone" if node.kind in ("eq", "and") else ""
     return ReadError(f"{_SAID.get(node.kind, node.kind)} stands where a single expression is due{instead}")
 
 

@@ -274,7 +274,7 @@ class Parser {
     if (this.take("in")) return node("in", first, this.modulo(this.sum()));
     const sides = [first];
     while (this.take("=", "==")) sides.push(this.values());
-    while (sides.length > 2 && sides[0]?.kind === "name" && !this.known.has(sides[0].text)) sides.shift(); // P = [x; y] = […]
+    if (sides.length > 2 && sides[0]?.kind === "name" && sides[1]?.kind === "list") sides.shift(); // P = [x; y] = […]
     const equations = sides.slice(1).map((right, i) => node("eq", sides[i] as Node, right));
     if (equations.length > 1) return node("and", ...equations); // theta1 = theta2 = 0
     return equations[0] ?? first;
