@@ -223,6 +223,24 @@ def with_joint(node: Node, joints: Sequence[str]) -> Node:
     return Node("in", (Node("name", value=joints[0]), Node("set", tuple(values))))
 
 
+OR = "commas between conditions mean 'or'; write 'and' between those that have to hold at once"
+
+
+def at_once(node: Node, joints: Sequence[str]) -> Node | None:
+    """Return a list of conditions on different joints as if commas meant "and"; None where they can only mean "or".
+
+    Conditions on the same joints remain alternatives, and values belong to the joint before them.
+    """
+    if node.kind != "list":
+        return None
+    groups: dict[frozenset[str], list[Node]] = {}
+    named: frozenset[str] = frozenset()
+    for condition in node.args:
+        named = frozenset(names(condition) & set(joints)) or named
+        groups.setdefault(named, []).append(condition)
+    return Node("and", tuple(Node("list", tuple(group)) for group in groups.values())) if len(groups) > 1 else None
+
+
 def _says_a_condition(node: Node, joints: Sequence[str]) -> bool:
     return node.kind in ("eq", "in", "dict", "and", "or", "list", "set") or bool(names(node) & set(joints))
 

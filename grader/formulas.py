@@ -14,9 +14,9 @@ from exercises.formula.identity import Certificate, Comparison, Domain, Rounding
 from exercises.formula.pieces import Atom, Piece, pieces
 from exercises.formula.program import compile_program, evaluate
 from exercises.formula.trees import Node, ReadError, names
-from grader.answer import Given, with_joint
+from grader.answer import OR, Given, at_once, with_joint
 from grader.counterexample import at_words, entry_name, number_words, pose_words, values_words
-from grader.verdict import Judgement, correct, graded, missing, wrong
+from grader.verdict import Judgement, Outcome, correct, graded, missing, wrong
 
 
 def judge_expression(
@@ -142,11 +142,18 @@ def judge_singular(
     if given.refusal is not None or given.tree is None:
         return given.refusal or missing()
     truth = [[piece for tree in condition for piece in pieces(tree, joints)] for condition in reference]
+    space = Space(joints, domain, rounding)
     try:
-        claimed = claimed_pieces(with_joint(given.tree, joints), joints)
-        return _judge_set(claimed, truth, Space(joints, domain, rounding), seed)
+        judged = _judge_set(claimed_pieces(with_joint(given.tree, joints), joints), truth, space, seed)
     except ReadError as error:
         return wrong(f"this can't be read as conditions: {error}")
+    if judged.outcome is Outcome.CORRECT or (other := at_once(given.tree, joints)) is None:
+        return judged
+    try:
+        is_better = _judge_set(claimed_pieces(other, joints), truth, space, seed).share > judged.share
+    except ReadError:  # too many cases
+        return judged
+    return replace(judged, reason=f"{OR}; {judged.reason}") if is_better else judged
 
 
 def judge_angles(given: Given, reference: Node, domain: Domain, seed: str) -> Judgement:

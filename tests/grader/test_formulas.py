@@ -5,6 +5,7 @@ from fractions import Fraction
 import pytest
 
 from exercises.formula.identity import Domain
+from grader.answer import OR
 from grader.verdict import Outcome
 from tests.support.judging import (
     judge_angles,
@@ -299,6 +300,21 @@ def test_angles_are_equal_modulo_whole_turns() -> None:
 def test_values_that_are_not_exact_doubles_are_wrong_and_it_is_said_why(student: str, said: str) -> None:
     judged = judge_singular(student, ["sin(theta2) = 0"], ["theta1", "theta2"], DOMAIN, "s")
     assert judged.outcome is not CORRECT and said in judged.reason
+
+
+@pytest.mark.parametrize(
+    ("student", "is_said"),
+    [
+        ("theta1 = 90° or -90°, theta2 = 0", True), ("theta2 = 0, theta1 = pi/2, -pi/2", True),
+        ("(theta1 = ±90°), theta2 = 0", True), ("[Eq(theta1, pi/2), Eq(theta1, -pi/2), Eq(theta2, 0)]", True),
+        ("theta1 = pi, theta2 = 0", False), ("theta1 = 90°, theta1 = -90°", False),
+        ("theta1 = 90° and theta2 = 0", False),
+    ],
+)  # fmt: skip
+def test_how_a_comma_was_read_is_said_where_it_decides_the_mark(student: str, is_said: bool) -> None:
+    reference = ["theta1 = pi/2 and theta2 = 0", "theta1 = -pi/2 and theta2 = 0"]
+    judged = judge_singular(student, reference, ["theta1", "theta2"], DOMAIN, "s")
+    assert judged.outcome is not CORRECT and judged.reason.startswith(OR) is is_said
 
 
 @pytest.mark.parametrize(
