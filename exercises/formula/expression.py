@@ -12,7 +12,7 @@ from fractions import Fraction
 from functools import lru_cache
 from itertools import pairwise
 
-from exercises.formula.names import ARITY, FUNCTIONS, LONGEST, SHORTHAND, NamePart, pieces_of, plain_name
+from exercises.formula.names import ARITY, FUNCTIONS, LONGEST, SHORTHAND, NamePart, factors_of, pieces_of, plain_name
 from exercises.formula.notation import plain
 from exercises.formula.products import carried_out
 from exercises.formula.trees import Node, ReadError, names, replaced
@@ -57,7 +57,8 @@ def _tokens(text: str) -> list[tuple[str, str, int]]:
                     raise ReadError(f"brackets nest more than {MAX_DEPTH} deep {_where(text, at)}")
         at = end
     if at < len(text):
-        raise ReadError(f"cannot read {text[at]!r} {_where(text, at)}; a matrix is written [[a, b], [c, d]]")
+        instead = "a matrix is written [[a, b], [c, d]], a condition theta2 = 0"
+        raise ReadError(f"cannot read {text[at]!r} {_where(text, at)}; {instead}")
     tokens.append(("end", "", at))
     return tokens
 
@@ -79,6 +80,8 @@ class _Parser:
             raise ReadError(f"the answer has {signs} signs ±, each of which doubles what it means; write them out")
         self.without_brackets = -1
         """Where the argument of a function without brackets ended last."""
+        self.without_space: Node | None = None
+        """The product that was read last of names without a space between, and in no bracket."""
         self.braces_are_lists = False
         """Whether functions have square brackets, as in Mathematica, where {a, b} is a list."""
 
@@ -87,10 +90,16 @@ class _Parser:
         found = []
         for kind, text, at in tokens:
             word = _SYNONYMS.get(text) if kind == "name" and text not in self.known else None
-            if word is None:
-                found.append((kind, text, at))
-            elif word:
+            if word:
                 found.append(("number" if word.isdigit() else "name" if word.isalpha() else "op", word, at))
+            elif word is None and kind == "name" and "." in text and (factors := factors_of(text, self.known)):
+                start = at
+                for factor in factors:  # a1.a2.sin
+                    found += [("op", "*", start), ("name", factor, start)]
+                    start += len(factor) + 1
+                del found[-2 * len(factors)]
+            elif word is None:
+                found.append((kind, text, at))
         return found
 
     def peek(self) -> str:
@@ -315,13 +324,15 @@ class _Parser:
         below = -1
         while True:
             kind, text, _ = self.tokens[self.at]
-            if text in ("*", "/"):
+            if text in ("*", "/", "."):
                 self.at += 1
                 here = self.at
-                node = Node(text, (node, self.signed_power()))
+                node = Node(text if text == "/" else "*", (node, self.signed_power()))
                 below = self.at if text == "/" and self.is_symbol(here) and node.args[1].kind == "name" else -1
             elif kind == "number" == self.tokens[self.at - 1][0]:
                 raise self.fail("two numbers stand side by side,")  # 1 000, 1.2.3: no product is meant
+            elif kind == "number" and text.startswith("."):  # a1.2
+                raise self.fail(f"the point of {text} may stand for a product; write *{text[1:]}, or *0{text},")
             elif text == "(" and self.text_at(1) in _MODULO:
                 return node
             elif kind == "name" and self.is_unit(text):
@@ -349,7 +360,7 @@ class _Parser:
         here, node = self.at, self.power()
         if bracket and node.kind == "list" and len(node.args) == 1 and node.args[0].kind in ("number", "neg"):
             self.at = here
-            raise self.fail("did not expect '['")
+            raise self.fail("did not expect '['; an entry of a vector has a name, as a1 or theta2,")
         return node
 
     def is_row_below(self, node: Node) -> bool:
@@ -396,7 +407,7 @@ class _Parser:
         base = self.primary()
         if self.tokens[self.at][1] not in ("**", "^"):
             return base
-        exponents = []
+        exponents, of_last = [], base is self.without_space
         while self.take("**", "^"):
             negative = self.sign()
             exponent = self.primary()
@@ -412,6 +423,8 @@ class _Parser:
                 tower = Node("neg", (Node("^", (below.args[0], tower)),))
             else:
                 tower = Node("^", (below, tower))
+        if of_last:  # a1c2^2
+            return Node("*", (base.args[0], Node("^", (base.args[1], tower))))
         return Node("^", (base, tower))
 
     def primary(self) -> Node:
@@ -430,10 +443,23 @@ class _Parser:
             return self.bracketed("]", "list")
         if self.take("{"):
             return self.bracketed("}", "set")
+        if self.take("|"):
+            return self.absolute()
         raise self.fail("expected a number, a symbol or a bracket, found " + (repr(text) if text else "the end"))
+
+    def absolute(self) -> Node:
+        """Read |a1*sin(theta2)| to its second bar; the bar between two conditions is an "or"."""
+        self.depth += 1
+        if self.depth > MAX_DEPTH:
+            raise self.fail(f"brackets nest more than {MAX_DEPTH} deep")
+        inner = self.sum()
+        self.expect("|")
+        self.depth -= 1
+        return _call(FUNCTIONS["abs"], (inner,))
 
     def bracketed(self, close: str, kind: str) -> Node:
         rows, comma = self.rows(close)
+        self.without_space = None
         items = rows[0]
         if len(rows) > 1 and kind in ("group", "set") and all(len(row) == 1 for row in rows):  # (a; b), {0; pi}
             return Node("list", tuple(row[0] for row in rows))
@@ -524,7 +550,7 @@ class _Parser:
                 raise self.fail(f"expected what {piece.parts[0]} is of,")
         product = factors[0]
         for factor in factors[1:]:
-            product = Node("*", (product, factor))
+            product = self.without_space = Node("*", (product, factor))
         return product
 
     def text_at(self, ahead: int) -> str:

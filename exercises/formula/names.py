@@ -68,6 +68,20 @@ def pieces_of(raw: str, known: frozenset[str]) -> tuple[NamePart, ...]:
     return _split(name, known) or (NamePart("name", (name,)),)
 
 
+def factors_of(raw: str, known: frozenset[str]) -> list[str]:
+    """Return the names with a dot between for a product, as in a1.a2.sin; nothing if one means nothing: a1.subs.
+
+    >>> factors_of("a1.c1", frozenset({"a1", "theta1"})), factors_of("np.sin", frozenset({"a1"}))
+    (['a1', 'c1'], [])
+    """
+    if not known or "." not in plain_name(raw):
+        return []
+    names = raw.split(".")
+    pieces = [piece for name in names for piece in pieces_of(name, known)]
+    is_known = all(piece.kind != "name" or piece.parts[0] in known or piece.parts[0] in CONSTANTS for piece in pieces)
+    return names if is_known else []
+
+
 def _one(name: str, known: frozenset[str]) -> NamePart | None:
     """Return what a name that is no symbol of the problem means by custom; None where it means nothing."""
     short = _SHORT.fullmatch(name)

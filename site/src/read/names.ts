@@ -16,6 +16,7 @@ export const ARITY = table(VOCABULARY.arity);
 export const LONGEST = LIMITS.name;
 
 const CONSTANTS = table(VOCABULARY.constants);
+const MEANT = new Set(CONSTANTS.values());
 const LETTERS = table(VOCABULARY.letters);
 const VELOCITIES = table<string>(VOCABULARY.velocities);
 const RATE = whole("rate");
@@ -58,6 +59,15 @@ export function piecesOf(raw: string, known: ReadonlySet<string>): readonly Piec
   if (/^[ij]/.test(name) && known.has(name.slice(1))) return [named("I"), named(name.slice(1))]; // e^(iθ1)
   const several = split(name, known);
   return several.length > 0 ? several : [named(name)];
+}
+
+/** The names with a dot between for a product, as in a1.a2.sin; nothing if one means nothing: a1.subs. */
+export function factorsOf(raw: string, known: ReadonlySet<string>): readonly string[] {
+  if (known.size === 0 || !plainName(raw).includes(".")) return [];
+  const names = raw.split(".");
+  const isKnown = ({ kind, parts: [symbol = ""] }: Piece) =>
+    kind !== "name" || known.has(symbol) || MEANT.has(symbol);
+  return names.flatMap((name) => piecesOf(name, known)).every(isKnown) ? names : [];
 }
 
 /** What a name that is no symbol of the problem means by custom; null where it means nothing. */

@@ -3,7 +3,7 @@
 
 import type { TextKey } from "../text/en.js";
 import { type Message, message, type Values } from "../text/text.js";
-import { ARITY, FUNCTIONS, LONGEST, type Piece, piecesOf, plainName, SHORTHAND } from "./names.js";
+import { ARITY, factorsOf, FUNCTIONS, LONGEST, type Piece, piecesOf, plainName, SHORTHAND } from "./names.js";
 import { plain } from "./notation.js";
 import { carriedOut } from "./products.js";
 import { type Token, tokensOf } from "./tokens.js";
@@ -61,6 +61,8 @@ class Parser {
   private depth = 0;
   /** Where the argument of a function without brackets ended last. */
   private withoutBrackets = -1;
+  /** The product that was read last of names without a space between, and in no bracket. */
+  private withoutSpace: Node | null = null;
   /** Whether functions have square brackets, as in Mathematica, where {a, b} is a list. */
   private bracesAreLists = false;
 
@@ -76,6 +78,18 @@ class Parser {
   /** A token, with what a word between formulas means put for it: "or" for what is "or" in German. */
   private meant(token: Token): readonly Token[] {
     const word = token.kind === "name" && !this.known.has(token.text) ? SYNONYMS.get(token.text) : undefined;
+    if (word === undefined && token.kind === "name" && token.text.includes(".")) {
+      let at = token.at;
+      const factors = factorsOf(token.text, this.known).flatMap((text): readonly Token[] => {
+        const both: readonly Token[] = [
+          { kind: "op", text: "*", at },
+          { kind: "name", text, at },
+        ];
+        at += text.length + 1;
+        return both;
+      });
+      if (factors.length > 0) return factors.slice(1); // a1.a2.sin
+    }
     if (word === undefined) return [token];
     if (word === "") return [];
     return [
@@ -345,7 +359,7 @@ class Parser {
     let top = this.power();
     let below = -1;
     for (;;) {
-      if (this.take("*")) {
+      if (this.take("*", ".")) {
         top = node("*", top, this.signedPower());
         below = -1;
       } else if (this.take("/")) {
@@ -355,6 +369,8 @@ class Parser {
         below = this.isSymbol(here) && divisor.kind === "name" ? this.at : -1;
       } else if (this.here().kind === "number" && this.tokens[this.at - 1]?.kind === "number") {
         throw this.fail("read.two-numbers"); // 1 000, 1.2.3: no product is meant
+      } else if (this.here().kind === "number" && this.peek().startsWith(".")) {
+        throw this.fail("read.point", { number: this.peek(), factor: this.peek().slice(1) }); // a1.2
       } else if (this.peek() === "(" && MODULO.has(this.textAt(1))) return top;
       else if (this.isUnit()) {
         top = inUnit(top, this.peek());
@@ -390,7 +406,7 @@ class Parser {
       /^(number|neg)$/.test(only?.kind ?? "")
     ) {
       this.at = here;
-      throw this.fail("read.unexpected", { found: "'['" });
+      throw this.fail("read.no-entry");
     }
     return found;
   }
@@ -447,6 +463,7 @@ class Parser {
   private power(): Node {
     const base = this.primary();
     if (this.peek() !== "**" && this.peek() !== "^") return base;
+    const ofLast = base === this.withoutSpace;
     const exponents: Node[] = [];
     while (this.take("**", "^")) {
       const negative = this.sign();
@@ -464,6 +481,8 @@ class Parser {
       const inner = below.args[0];
       tower = below.kind === "neg" && inner ? node("neg", node("^", inner, tower)) : node("^", below, tower);
     }
+    const [left, right] = base.args;
+    if (ofLast && left && right) return node("*", left, node("^", right, tower)); // a1c2^2
     return node("^", base, tower);
   }
 
@@ -481,11 +500,20 @@ class Parser {
     if (this.take("(")) return this.bracketed(")", "group");
     if (this.take("[")) return this.bracketed("]", "list");
     if (this.take("{")) return this.bracketed("}", "set");
+    if (this.take("|")) return this.deeper(() => this.absolute(), "read.brackets");
     throw this.fail("read.operand", { found: this.found() });
+  }
+
+  /** |a1*sin(theta2)| to its second bar; the bar between two conditions is an "or". */
+  private absolute(): Node {
+    const inner = this.sum();
+    this.expect("|");
+    return call("abs", inner);
   }
 
   private bracketed(close: string, kind: "group" | "list" | "set"): Node {
     const { rows, comma } = this.rows(close);
+    this.withoutSpace = null;
     const inLine = close !== "]" && rows.every((row) => row.length === 1); // (a; b), {0; pi}
     if (rows.length > 1 && inLine && kind !== "list") return node("list", ...rows.flat());
     if (rows.length > 1) return node("list", ...rows.map((row) => node("list", ...row))); // [a, b; c, d]
@@ -595,7 +623,9 @@ class Parser {
       } else if (!next) factors.push(this.function(called));
       else throw this.fail("read.no-argument", { name: called });
     }
-    return factors.reduce((product, factor) => node("*", product, factor));
+    const product = factors.reduce((some, factor) => node("*", some, factor));
+    if (factors.length > 1) this.withoutSpace = product;
+    return product;
   }
 
   /** Derivative(theta1(t), t), which is the rate qd1, or Lambda(_n, …), whose _n is any whole number. */

@@ -46,6 +46,8 @@ export const de: Catalogue = {
   "read.unexpected": "{found} passt hier nicht",
   "read.expected": "erwartet wird „{due}“, gefunden wurde {found}",
   "read.the-end": "das Ende",
+  "read.point": "der Punkt von {number} kann ein Malpunkt sein; schreibe *{factor} oder *0{number}",
+  "read.no-entry": "unerwartet: „[“; ein Eintrag eines Vektors hat einen Namen, wie a1 oder theta2",
   "read.two-numbers": "zwei Zahlen stehen nebeneinander",
   "read.operand": "erwartet wird eine Zahl, ein Zeichen oder eine Klammer, gefunden wurde {found}",
   "read.dictionary": "ein Verzeichnis braucht durchweg „Gelenk: Werte“",

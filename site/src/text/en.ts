@@ -51,6 +51,8 @@ export const en = {
   "read.unexpected": "did not expect {found}",
   "read.expected": "expected '{due}', found {found},",
   "read.the-end": "the end",
+  "read.point": "the point of {number} may stand for a product; write *{factor}, or *0{number},",
+  "read.no-entry": "did not expect '['; an entry of a vector has a name, as a1 or theta2,",
   "read.two-numbers": "two numbers stand side by side,",
   "read.operand": "expected a number, a symbol or a bracket, found {found}",
   "read.dictionary": "a dictionary needs 'joint: values' throughout",
