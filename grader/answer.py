@@ -414,7 +414,7 @@ def _unlabelled(node: Node, labels: Sequence[str], shape: tuple[int, int] = (0, 
             flat = len(due) > rows or columns == 1
             cut = [Node("list", tuple(entries[i : i + columns])) for i in range(0, len(due), columns)]
             return Node("list", tuple(cut if flat else entries))
-    if not all(map(_is_named, node.args)):
+    if not said or not all(map(_is_named, node.args)):
         return node
     asked = f", and {', '.join(labels)} are asked" if labels else ""
     instead = f"write it as in {_as_in(shape)}" if columns else "write what is asked alone"

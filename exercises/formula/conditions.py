@@ -354,7 +354,7 @@ def compare_sets(claimed: Sequence[Piece], reference: Sequence[Piece], space: Sp
                 symbols = {name: given.get(name) or float(column[0]) for name, column in values.items()}
                 if not space.holds_exactly(piece, outer, symbols):
                     inside, rounded = np.zeros(count, dtype=bool), rounded or tag == "claimed"
-            elif stated and count and tag == "claimed":
+            elif stated and count and not inside.all() and tag == "claimed":
                 rounded |= bool(space.contains(outer, values, count, ROUNDED.absolute).all())
             held.append(None if count == 0 else bool(inside.all()))
             if count and not inside.all() and example is None:

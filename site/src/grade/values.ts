@@ -558,7 +558,7 @@ export function unlabelled(tree: Node, labels: readonly string[], rows = 0, colu
     (_, k) => `j${Math.floor(k / columns) + 1}${(k % columns) + 1}`,
   );
   const byEntry = byRow ?? (columns > 0 ? called(each) : null);
-  if (!byEntry && tree.args.every(isNamed))
+  if (!byEntry && found.size > 0 && tree.args.every(isNamed))
     throw new ReadError("read.names", { names: [...found.keys()].slice(0, 5).join(", ") });
   if (!byEntry) return tree;
   return node(
