@@ -35,7 +35,7 @@ OWN = Credit()
 # --- the rules ---
 
 AMISS = Fraction(1, 5)
-"""What a wrong sign costs, and what a wrong constant factor does."""
+"""What a wrong sign costs, and what a wrong constant factor does, and rounded values of joints."""
 FORGOTTEN = Fraction(2, 3)
 """By what a condition multiplies the share of which some configurations are forgotten."""
 HALF = Fraction(1, 2)
@@ -92,20 +92,21 @@ def share_of_columns(right: Sequence[bool]) -> Fraction:
     return Fraction(min(sum(right), len(right) - 1), max(len(right), 1))
 
 
-def share_of_set(found: Sequence[tuple[int, int]], unsound: int) -> Fraction:
+def share_of_set(found: Sequence[tuple[int, int]], unsound: int, *, is_rounded: bool = False) -> Fraction:
     """Return the share of a set that is not right: of each condition, how many configurations are `found`, of how many.
 
-    `unsound` claims don't hold. Two of them that are no fewer than what is found are guesses.
+    `unsound` claims don't hold. Two of them that are no fewer than what is found are guesses. Values that are right
+    but for rounding are found; all of them together cost what a wrong sign does.
 
     >>> share_of_set([(1, 2)], 0), share_of_set([(0, 2), (1, 1)], 0), share_of_set([(2, 2)], 1)
     (Fraction(2, 3), Fraction(1, 2), Fraction(1, 2))
-    >>> share_of_set([(2, 2)], 2)
-    Fraction(0, 1)
+    >>> share_of_set([(2, 2)], 2), share_of_set([(2, 2)], 0, is_rounded=True)
+    (Fraction(0, 1), Fraction(4, 5))
     """
     total = sum(some for some, _ in found)
     if total == 0 or (unsound > 1 and unsound >= total):
         return Fraction(0)
-    share = HALF**unsound
+    share = HALF**unsound * (1 - AMISS * is_rounded)
     for some, due in found:
         share *= 1 if some == due else FORGOTTEN if some else HALF
     return share if share < 1 else HALF  # something is claimed that holds nowhere

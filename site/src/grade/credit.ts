@@ -1,6 +1,6 @@
 // What is earned by an answer that is right in part: the rules of ../../../exercises/credit.py (docs/partial-credit.md).
 
-/** What a wrong sign costs, and what a wrong constant factor does. */
+/** What a wrong sign costs, and what a wrong constant factor does, and rounded values of joints. */
 const AMISS = 1 / 5;
 const FORGOTTEN = 2 / 3;
 const HALF = 1 / 2;
@@ -23,16 +23,17 @@ export function shareOfEntries(
   return Math.max(0, Math.min(share, counted.length - 1)) / counted.length;
 }
 
-/** Of a set: how many pieces of each condition are found, of how many, and how many claims don't hold. */
+/** Of a set: how many pieces of each condition are found, of how many, how many claims don't hold, whether values are rounded. */
 export function shareOfSet(
   found: readonly (readonly [some: number, due: number])[],
   unsound: number,
+  isRounded = false,
 ): number {
   const total = found.reduce((sum, [some]) => sum + some, 0);
   if (total === 0 || (unsound > 1 && unsound >= total)) return 0;
   const share = found.reduce(
     (product, [some, due]) => product * (some === due ? 1 : some > 0 ? FORGOTTEN : HALF),
-    HALF ** unsound,
+    HALF ** unsound * (isRounded ? 1 - AMISS : 1),
   );
   return share < 1 ? share : HALF;
 }
