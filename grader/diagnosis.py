@@ -34,7 +34,7 @@ from exercises.quizzes.options import blames_of
 from exercises.stream import Stream
 from exercises.writing.statement import answer_code
 from grader.answer import Given
-from grader.finished import Compared, finished
+from grader.finished import TOO_MANY, Compared, finished
 from grader.function_values import Table
 from grader.numbers import SAME, InNumbers, says_something, unit
 from grader.parts import judge_given
@@ -49,6 +49,7 @@ LEAST_LIKELY = 0.2
 """Prior of a mistake below which a slip in one place of the finished formulas is likelier."""
 MOST_IN_ONE_PLACE = 2
 """Wrong entries that one slip may make in finished formulas."""
+EXTRA = set(TOO_MANY.values())
 SIGNS = {"term-sign-typed", "entry-sign"}
 OF_ONE_PLACE = {"joint", "link", "one"}
 """Words of mistakes that were made in one place: others change everything, and hardly the sign of one entry only."""
@@ -245,7 +246,7 @@ def _likeliest(answer: Wronged, fitting: Sequence[Wrong], oftener: Oftener) -> D
     is_rare = highest < LEAST_LIKELY and count <= MOST_IN_ONE_PLACE
     is_throughout = count == 1 < found.values[..., 0].size and not OF_ONE_PLACE & set(first.slip.words)
     slip = _finished(answer) if count and not found.is_direction and (is_rare or is_throughout) else None
-    if slip is not None and (is_rare or set(slip.mistakes) <= SIGNS):
+    if slip is not None and (set(slip.mistakes) <= SIGNS or (is_rare and not EXTRA & set(slip.mistakes))):
         return slip
     return _said([wrong for wrong, own in zip(rivals, priors, strict=True) if own == highest][:2])
 
