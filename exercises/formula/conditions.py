@@ -236,10 +236,10 @@ class Space:
         return np.where(np.abs(zeros.imag) < MEMBER, zeros.real, np.nan), size
 
     def shown(self, name: str, value: float) -> float:
-        """Return a value of six digits, an angle between -pi and pi."""
+        """Return a value of six digits, an angle between -pi and pi; 0 for the residue of a search for a zero."""
         if self.domain.roles.get(name) == "angle":
             value = float(np.angle(np.exp(1j * value)))
-        return float(f"{value:.6g}") + 0.0
+        return float(f"{value:.6g}") if abs(value) > TYPED else 0.0
 
     def contains(
         self, sets: Sequence[Piece], values: Mapping[str, np.ndarray], count: int, tolerance: float = MEMBER

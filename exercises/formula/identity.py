@@ -334,7 +334,7 @@ class _Trial:
         else:
             point, mine, due = self._tiny(entry)
         at = {name: _short(column[point]) for name, column in sorted(self.values.items())}
-        yours, expected = _apart(mine, due)
+        yours, expected = told_apart(mine, due)
         return {"entry": entry, "at": at, "yours": yours, "expected": expected}
 
     def _tiny(self, entry: int) -> tuple[int, Any, Any]:
@@ -359,7 +359,7 @@ def _short(value: float) -> float:
     return float(f"{value:.6g}")
 
 
-def _apart(yours: Any, expected: Any) -> tuple[float | str, float | str]:
+def told_apart(yours: Any, expected: Any) -> tuple[float | str, float | str]:
     """Return two values with as many digits as it takes to see that they differ."""
     shown = number(complex(yours)), number(complex(expected))
     if shown[0] != shown[1]:

@@ -257,7 +257,7 @@ def test_how_values_are_shown() -> None:
     assert SPACE.shown("theta1", 2.0) == 2.0
     assert SPACE.shown("d3", 4.0) == 4.0
     assert SPACE.shown("a1", 1.23456789) == 1.23457
-    assert str(SPACE.shown("d3", -0.0)) == "0.0"
+    assert [str(SPACE.shown(name, value)) for name, value in (("d3", -0.0), ("theta2", -5.305e-52))] == ["0.0"] * 2
 
 
 def test_names_of_sets_are_those_of_the_joints_and_of_all_conditions() -> None:
