@@ -30,7 +30,7 @@ from exercises.mistakes.catalogue import (
 from exercises.mistakes.given import Values, configurations
 from exercises.problem import Part, Problem
 from exercises.questions.concepts import option_numbers
-from exercises.questions.results import is_derived, result
+from exercises.questions.results import is_derived, is_product, result
 from exercises.quizzes.options import blames_of
 from exercises.stream import Stream
 from exercises.writing.statement import answer_code
@@ -95,46 +95,76 @@ def diagnose(
     >>> diagnose(problem, part, read_answer(problem, part, "d2 + 0.7")).mistakes
     ('determinant-sign',)
     """
-    if given.table is not None:
-        return _of_function(problem, part, given.table, causes, oftener)
-    offered = _behind_options(part, given)
-    if offered is not None:
-        return offered
-    if part.answer.is_a_set:
-        return behind_set(problem, part, given, seed, oftener) if len(given.text) <= LONGEST_SET else None
-    for mistake, slip in taken(problem.chain, part) if len(given.text) <= LONGEST_SET else ():
-        if judge_given(problem, replace(part, answer=slip.answer), given, seed).outcome is Outcome.CORRECT:
-            made = known_by(mistake.name, slip.words)
-            return Diagnosis((mistake.name,), mistake.sentence(slip.words), known_by=(made,))
+    if given.table is None:
+        offered = _behind_options(part, given)
+        if offered is not None:
+            return offered
+        if part.answer.is_a_set:
+            return behind_set(problem, part, given, seed, oftener) if len(given.text) <= LONGEST_SET else None
+        for mistake, slip in taken(problem.chain, part) if len(given.text) <= LONGEST_SET else ():
+            if judge_given(problem, replace(part, answer=slip.answer), given, seed).outcome is Outcome.CORRECT:
+                made = known_by(mistake.name, slip.words)
+                return Diagnosis((mistake.name,), mistake.sentence(slip.words), known_by=(made,))
+    evaluated = _evaluated(problem, part, given, seed)
+    if evaluated is None:
+        return None
+    values, found = evaluated
+    right = result(numbers(problem.chain, values), part)
+    said = rounded(part, found, right, given.entries) if given.table is None else rounded_values(found, right)
+    if said or is_right(found, right):  # as are mistakes that make no difference on this arm
+        return said
+    return named(problem, part, values, found, causes, oftener)
+
+
+def is_one_mistake(problem: Problem, part: Part, given: Given, seed: str) -> bool:
+    """Tell whether a single known mistake gives all that is wrong in an answer in formulas or in several numbers.
+
+    Only what is quickly found counts, so that no mark hangs on how long mistakes are looked for.
+    """
+    evaluated = _evaluated(problem, part, given, seed)
+    if evaluated is None:
+        return False
+    values, found = evaluated
+    w = numbers(problem.chain, values)
+    right = result(w, part)
+    if found.values.shape != right.shape or is_right(found, right):
+        return False
+    alone = [wrong for wrong in wrong_answers(w, part, found.is_precise) if wrong.answer.shape == right.shape]
+    if any(_gives(wrong, found) for wrong in alone):
+        return True
+    if is_product(part):  # of which the factors count
+        return False
+    one_kind = (
+        missing_links(w, part, right, found.values),
+        _finished(problem, part, values, found, right),
+        one_in_some(*in_some_entries(alone, right, found)),
+    )
+    return any(diagnosis is not None and len(diagnosis.mistakes) == 1 for diagnosis in one_kind)
+
+
+def _evaluated(problem: Problem, part: Part, given: Given, seed: str) -> tuple[Values, InNumbers] | None:
+    """Return configurations and an answer there, None where no mistakes in the derivation are known."""
     if not is_derived(part):
         return None
+    if given.table is not None:
+        return _values_of(part, given.table)
     values = configurations(problem.chain, part, problem.domain(), POINTS, Stream(f"{seed}/diagnosis"))
     try:
         in_numbers = _in_numbers(part, given, values)
     except ReadError:  # statements among the entries of an answer that was refused
         return None
-    if in_numbers is None:
-        return None
-    right = result(numbers(problem.chain, values), part)
-    said = rounded(part, in_numbers, right, given.entries)
-    if said or is_right(in_numbers, right):  # as are mistakes that make no difference on this arm
-        return said
-    return named(problem, part, values, in_numbers, causes, oftener)
+    return None if in_numbers is None else (values, in_numbers)
 
 
-def _of_function(
-    problem: Problem, part: Part, table: Table, causes: Sequence[Cause], oftener: Oftener
-) -> Diagnosis | None:
-    if table.shape is None or not is_derived(part) or len(table.shape) > 2:
+def _values_of(part: Part, table: Table) -> tuple[Values, InNumbers] | None:
+    """Return the configurations at which a function was called, and what it returned."""
+    if table.shape is None or len(table.shape) > 2:
         return None
     values = {name: column[:POINTS] for name, column in table.at.items()}
     rows = (*table.shape, *(1,) * (2 - len(table.shape)))
     returned = table.values[:POINTS].T.reshape(*rows, -1)
     room = (max(SAME, part.rounding.relative), part.rounding.absolute) if part.rounding else (SAME, 0.0)
-    answer = InNumbers(returned, np.abs(returned), room, part.answer.counts_up_to_a_factor)
-    right = result(numbers(problem.chain, values), part)
-    said = rounded_values(answer, right)
-    return said if said or is_right(answer, right) else named(problem, part, values, answer, causes, oftener)
+    return values, InNumbers(returned, np.abs(returned), room, part.answer.counts_up_to_a_factor)
 
 
 def _in_numbers(part: Part, given: Given, values: Values) -> InNumbers | None:

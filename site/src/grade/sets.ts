@@ -20,7 +20,7 @@ import {
 import { VOCABULARY } from "../read/vocabulary.js";
 import { message } from "../text/text.js";
 import { claimedPieces, isTied, type Piece } from "./pieces.js";
-import { shareOfSet } from "./credit.js";
+import { falseConditions, shareOfSet } from "./credit.js";
 import { slipsInSet } from "./set-slips.js";
 import { type At, correct, graded, missing, unreadable, type Verdict, wrong } from "./verdict.js";
 import { anyNumber, atText, isBlank } from "./values.js";
@@ -156,7 +156,8 @@ function compared(
   conditions: readonly number[],
 ): Verdict {
   const found = claims.map((claim, i) => counterexample(claim, poses, space, isSingular, i));
-  const bad = found.filter((each) => each !== null && each !== "nowhere");
+  const isBad = found.map((each) => each !== null && each !== "nowhere");
+  const bad = found.filter((_, i) => isBad[i]);
   const openIn = (piece: readonly At[], by: readonly Piece[]) =>
     piece.find((at) => !by.some((claim) => holds(claim, at, space)));
   const uncoveredIn = (by: readonly Piece[], pieces: readonly (readonly At[])[]) =>
@@ -171,11 +172,14 @@ function compared(
     grouped(poses, conditions)
       .filter((pieces) => pieces.length > 0)
       .map((pieces) => [pieces.length - uncoveredIn(sound, pieces).length, pieces.length] as const),
-    bad.length,
+    falseConditions(
+      claims.filter((_, i) => isBad[i]).map((claim) => jointsOf(claim, space)),
+      new Set(sound.map((claim) => jointsOf(claim, space))),
+    ),
   );
   const slips = slipsInSet({
     claims,
-    bad: claims.filter((_, i) => found[i] !== null && found[i] !== "nowhere"),
+    bad: claims.filter((_, i) => isBad[i]),
     poses,
     open: poses.filter((piece) => openIn(piece, claims) !== undefined),
     ...space,
@@ -203,6 +207,12 @@ function compared(
     return graded(share, [message("verdict.uncovered", { at: atText(shown(at, space)) })], { at, ...more });
   const nowhere = found.findIndex((each) => each === "nowhere" || each === "close") + 1;
   return graded(share, [message("verdict.nowhere", { text: String(nowhere) })]);
+}
+
+/** The joints of which a piece says something. */
+function jointsOf(piece: Piece, { joints }: Space): string {
+  const named = new Set(piece.flatMap(({ joint, zero }) => [joint, ...namesIn(zero)]));
+  return joints.filter((joint) => named.has(joint)).join(" ");
 }
 
 /** How many pieces with poses each condition has; without them it is nowhere, and does not count. */
