@@ -139,7 +139,7 @@ def is_one_mistake(problem: Problem, part: Part, given: Given, seed: str) -> boo
         _finished(problem, part, values, found, right),
         one_in_some(*in_some_entries(alone, right, found)),
     )
-    return any(diagnosis is not None and len(diagnosis.mistakes) == 1 for diagnosis in one_kind)
+    return any(diagnosis is not None and diagnosis.is_one for diagnosis in one_kind)
 
 
 def _evaluated(problem: Problem, part: Part, given: Given, seed: str) -> tuple[Values, InNumbers] | None:

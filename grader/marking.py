@@ -46,7 +46,7 @@ def mark(
 
     A part that follows from the student's own wrong answer to an earlier one earns `credit` of its points, unless that
     answer `is_copied`, or is no attempt at this arm. It is an attempt if half of its entries or of the solution's terms
-    are right, if a known mistake gives it, or if it follows from an attempt; what follows from no attempt is none.
+    are right, if one known mistake gives it, or if it follows from an attempt; what follows from no attempt is none.
     What goes wrong in our own code is UNGRADED: it is told loudly, and is no mark. Points at which answers are compared
     are drawn from `secret` and the answer; without one, a secret is drawn, and no answer has a group, whose key depends
     on it. `oftener` is what is known of mistakes that a class makes more. Of the `allowance`, what is left is for other
@@ -166,7 +166,11 @@ class _One:
             self.causes.append(Cause(*diagnosis.cause, part.name, ASKED[part.kind].title))
         attempt = None
         if part.answer.is_formulas:
-            attempt = _is_followed(followed) or _is_half_right(self.judged[part.name]) or _is_named(behind)
+            attempt = (
+                _is_followed(followed)
+                or _is_half_right(self.judged[part.name])
+                or (behind is not None and behind.is_one)
+            )
             attempt = attempt or bool(_looked(looking, has_terms, *about))
             attempt = attempt and not _is_followed(followed, from_attempt=False)
             self.attempts += [part.name] if attempt else []
@@ -187,11 +191,6 @@ def _is_followed(followed: Followed | None, *, from_attempt: bool = True) -> boo
 def _is_half_right(judgement: Judgement) -> bool:
     """Tell whether half of an answer is right; of one formula more than half, as a factor may be shared by chance."""
     return judgement.share >= HALF if judgement.entries is not None else judgement.share > HALF
-
-
-def _is_named(diagnosis: Diagnosis | None) -> bool:
-    """Tell whether a known mistake gives an answer, made here or earlier."""
-    return diagnosis is not None and (bool(diagnosis.mistakes) or diagnosis.inherited is not None)
 
 
 def verdict(

@@ -205,6 +205,10 @@ FROM_UNROTATED = f"[[-({Y[0]}), {Z[1]}, {Z[2]}], [{X[0]}, 0, 0], [0, -({X[1]}), 
             [0.0, 0.0, 0.0, 0.0],
         ),
         ({"singular-angles": "theta3 = 0, pi"}, [1.0]),
+        (
+            {"determinant": "a1*a3*sin(theta1)*sin(theta3)", "singular-angles": "theta1 = 0, pi; theta3 = 0, pi"},
+            [0.5, 0.5],
+        ),
         # an honest attempt, whether what it builds on was answered, left blank or not asked
         ({"joint-axes": UNROTATED, "geometric-jacobian": FROM_UNROTATED}, [0.0, 1.6]),
         ({"joint-axes": UNROTATED, "position-vectors": "", "geometric-jacobian": FROM_UNROTATED}, [0.0, 0.0, 1.6]),
@@ -213,6 +217,15 @@ FROM_UNROTATED = f"[[-({Y[0]}), {Z[1]}, {Z[2]}], [{X[0]}, 0, 0], [0, -({X[1]}), 
 def test_a_chain_is_followed_if_it_began_with_an_attempt(answers: dict[str, str], points: list[float]) -> None:
     problem = generate(ProblemId("elbow-3r", 1, tuple(answers), variation="chapter"))
     assert [verdict.points for verdict in mark(problem, answers, secret="secret")] == points
+
+
+def test_what_two_mistakes_explain_at_once_is_no_attempt() -> None:
+    invention = {
+        "position": "[a1*cos(theta1), a2*sin(theta2)]",
+        "jacobian": "[[-a1*sin(theta1), 0], [0, a2*cos(theta2)]]", "determinant": "-a1*a2*sin(theta1)*cos(theta2)",
+        "singular-angles": "[theta1 = 0, theta1 = pi, theta2 = pi/2, theta2 = -pi/2]",
+    }  # fmt: skip
+    assert all(verdict.points == 0.0 for verdict in marked(problem_of(PLANAR), invention).values())
 
 
 def test_what_was_left_blank_on_the_way_is_worked_out() -> None:
