@@ -5,7 +5,7 @@ marks (the grader, STACK's questions) finds out what is wrong, and takes the sha
 tells the rules with examples.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -27,6 +27,11 @@ class Credit:
     by: str = ""
     worth: Fraction = Fraction(1)
 
+    @property
+    def is_by_mistakes(self) -> bool:
+        """Whether it counts that a single mistake gives all that is wrong, beside the places that are right."""
+        return self.by not in ("entries", "columns", "whole")
+
 
 OWN = Credit()
 """Each answer by the rule of its type."""
@@ -35,32 +40,36 @@ OWN = Credit()
 # --- the rules ---
 
 AMISS = Fraction(1, 5)
-"""What a wrong sign costs, and what a wrong constant factor does, and rounded values of joints."""
+"""What wrong signs cost, however many there are; a common factor that is wrong; and rounded values of joints."""
 FORGOTTEN = Fraction(2, 3)
-"""By what a condition multiplies the share of which some configurations are forgotten."""
+"""By what a condition multiplies the share if some of its configurations are forgotten."""
 HALF = Fraction(1, 2)
-"""By what each factor that is wrong does, each condition that is forgotten, each claim that does not hold."""
+"""What one known mistake leaves, and each wrong factor, forgotten condition and false condition."""
 MOST_WRONG = 2
 """So many factors of a product may be wrong, lost or too many."""
 
 
-def share_but_for_a_factor(*, is_sign_wrong: bool, is_constant_wrong: bool) -> Fraction:
-    """Return the share of what is right but for its sign, or for a constant factor, or for both.
+def share_but_for_a_factor(is_sign_wrong: bool, is_factor_wrong: bool) -> Fraction:
+    """Return the share of an answer that is right but for signs, or for a common factor, or for both.
 
-    >>> share_but_for_a_factor(is_sign_wrong=True, is_constant_wrong=False)
+    >>> share_but_for_a_factor(is_sign_wrong=True, is_factor_wrong=False)
     Fraction(4, 5)
     """
-    return 1 - AMISS * (is_sign_wrong + is_constant_wrong)
+    return 1 - AMISS * (is_sign_wrong + is_factor_wrong)
 
 
-def share_of_product(lost: int, too_many: int) -> Fraction:
-    """Return the share of a product some of whose factors are lost or too many; a wrong one is both.
+def share_of_product(due: int, lost: int, too_many: int) -> Fraction:
+    """Return the share of a product of `due` factors of which some are lost or too many; a wrong one is both.
 
-    >>> share_of_product(lost=1, too_many=0), share_of_product(lost=1, too_many=1), share_of_product(2, 0)
+    Each halves it. If more are wrong than right, those that are right may be there by chance.
+
+    >>> share_of_product(2, lost=1, too_many=0), share_of_product(2, lost=1, too_many=1), share_of_product(4, 2, 0)
     (Fraction(1, 2), Fraction(1, 2), Fraction(1, 4))
+    >>> share_of_product(2, lost=1, too_many=2)
+    Fraction(0, 1)
     """
     wrong = max(lost, too_many)
-    return HALF**wrong if wrong <= MOST_WRONG else Fraction(0)
+    return HALF**wrong if wrong <= min(MOST_WRONG, due - lost) else Fraction(0)
 
 
 def share_of_entries(right: Sequence[bool], zeros: Sequence[bool], blanks: Sequence[bool] | None = None) -> Fraction:
@@ -95,21 +104,33 @@ def share_of_columns(right: Sequence[bool]) -> Fraction:
 def share_of_set(found: Sequence[tuple[int, int]], unsound: int, *, is_rounded: bool = False) -> Fraction:
     """Return the share of a set that is not right: of each condition, how many configurations are `found`, of how many.
 
-    `unsound` claims don't hold. Two of them that are no fewer than what is found are guesses. Values that are right
-    but for rounding are found; all of them together cost what a wrong sign does.
+    `unsound` conditions are claimed and don't hold (`false_conditions`). If they are more than those of which something
+    is found, they are guesses. Values that are right but for rounding are found; all of them together cost what wrong
+    signs do.
 
     >>> share_of_set([(1, 2)], 0), share_of_set([(0, 2), (1, 1)], 0), share_of_set([(2, 2)], 1)
     (Fraction(2, 3), Fraction(1, 2), Fraction(1, 2))
-    >>> share_of_set([(2, 2)], 2), share_of_set([(2, 2)], 0, is_rounded=True)
-    (Fraction(0, 1), Fraction(4, 5))
+    >>> share_of_set([(2, 2), (0, 1)], 1), share_of_set([(2, 2)], 2), share_of_set([(2, 2)], 0, is_rounded=True)
+    (Fraction(1, 4), Fraction(0, 1), Fraction(4, 5))
     """
-    total = sum(some for some, _ in found)
-    if total == 0 or (unsound > 1 and unsound >= total):
+    conditions = sum(some > 0 for some, _ in found)
+    if conditions == 0 or unsound > conditions:
         return Fraction(0)
     share = HALF**unsound * (1 - AMISS * is_rounded)
     for some, due in found:
         share *= 1 if some == due else FORGOTTEN if some else HALF
     return share if share < 1 else HALF  # something is claimed that holds nowhere
+
+
+def false_conditions(false: Sequence[Hashable], true: Collection[Hashable]) -> int:
+    """Return how many false conditions there are, of the joints of each `false` claim and of those that are `true`.
+
+    All false values of a joint are one, unless true ones are claimed beside them: then each is one more guess.
+
+    >>> false_conditions(["theta1", "theta1"], ["theta2"]), false_conditions(["theta2", "theta2"], ["theta2"])
+    (1, 2)
+    """
+    return len({joints for joints in false if joints not in true}) + sum(joints in true for joints in false)
 
 
 # --- what an assignment says ---

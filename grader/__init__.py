@@ -10,11 +10,12 @@ The map, from the bottom up: nothing here imports what stands below it.
     functions                       answers that are Python functions, judged by their values
     reading, parts                  the door: an answer to a part, read in the form that is due; and judged
     compare                         two texts (`qdot compare`)
-    credit, residuals               what an answer earns in part; what it lacks
+    residuals                       what an answer lacks
     numbers, finished, rounded      an answer in numbers; slips in the finished formulas; what is right but for rounding
     set_mistakes                    the mistake behind a set of singular configurations, or what is wrong in it
     diagnosis                       the mistake behind a wrong answer
     advice, terms, follow           what to look at without one; terms of the solution; what follows from a wrong answer
+    credit                          what an answer earns in part
     similar, groups                 answers compared as they are written; the key of equal wrong answers
     marking                         a student's answers to a problem
     prairielearn                    what an exported PrairieLearn question calls

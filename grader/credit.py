@@ -1,7 +1,7 @@
 """What an answer earns that is right in part, by the rule of its type (docs/partial-credit.md).
 
-Shares are those of `exercises.credit`. What depends on the configuration is told from lengths and angles of the arm,
-which are constants.
+Shares are those of `exercises.credit`. Lengths and angles of the arm are constants; what else there is depends on the
+configuration.
 """
 
 from collections.abc import Sequence
@@ -14,13 +14,7 @@ import numpy as np
 import sympy as sp
 
 from exercises.answers import Number
-from exercises.credit import (
-    MOST_WRONG,
-    OWN,
-    share_but_for_a_factor,
-    share_of_columns,
-    share_of_product,
-)
+from exercises.credit import HALF, MOST_WRONG, OWN, share_but_for_a_factor, share_of_columns, share_of_product
 from exercises.formula.algebra import ONE, ZERO, factors, times
 from exercises.formula.expression import tree_of_reference
 from exercises.formula.identity import READABLE, Domain, compare_entries
@@ -29,9 +23,11 @@ from exercises.formula.scale import Factor, constant_factor
 from exercises.formula.text import text_of
 from exercises.formula.trees import Node, names
 from exercises.problem import Part, Problem
-from exercises.questions.results import is_product
+from exercises.questions.results import divisor, is_product
 from exercises.stream import Stream
 from grader.answer import Given
+from grader.diagnosis import is_one_mistake
+from grader.follow import IsCopied, nothing_copied
 from grader.function_values import Table
 from grader.verdict import Judgement, Outcome
 
@@ -41,23 +37,31 @@ MOST_CONSTANTS = 5
 SAME = 1e-9
 
 
-def credited(problem: Problem, part: Part, judgement: Judgement, given: Given, seed: str) -> Judgement:
-    """Return a judgement with the share that the assignment gives for an answer that is right in part."""
+def credited(
+    problem: Problem, part: Part, judgement: Judgement, given: Given, seed: str, is_copied: IsCopied = nothing_copied
+) -> Judgement:
+    """Return a judgement with the share that the assignment gives for an answer that is right in part.
+
+    What is right for somebody else's problem, as `is_copied` tells, is no mistake.
+    """
     if judgement.outcome not in (Outcome.WRONG, Outcome.PARTIAL) or given.refusal is not None:
         return judgement
     policy = part.credit or OWN
     if policy.by == "whole" or part.answer.counts_up_to_a_factor:
         return _earning(judgement, Fraction(0))
-    share = Fraction(judgement.share).limit_denominator(1000)
+    share, reason = Fraction(judgement.share).limit_denominator(1000), judgement.reason
+    if part.answer.is_formulas and part.shape is not None:
+        judgement, share = _of_matrix(problem, part, judgement, share)
+    better = None
     if part.answer.is_formulas:
-        if part.shape is not None:
-            judgement, share = _of_matrix(problem, part, judgement, share)
-        better = _of_whole(problem, part, given, seed) or _of_product(problem, part, given, seed)
-    else:
+        better = _of_factor(problem, part, given, judgement, seed) or _of_product(problem, part, given, seed)
+    elif part.answer.units_due:
         better = _of_numbers(part, given)
+    if policy.is_by_mistakes and max(share, better.share if better else 0) < HALF:
+        better = _of_one_mistake(problem, part, given, seed, is_copied) or better
     if better is not None and better.share > share:
         share = better.share
-        judgement = replace(judgement, reason=f"{better.says}, which earns {share * policy.worth}; {judgement.reason}")
+        judgement = replace(judgement, reason=f"{better.says}, which earns {share * policy.worth}; {reason}")
     return _earning(judgement, share * policy.worth)
 
 
@@ -101,55 +105,78 @@ def _varies(reference: sp.Matrix, constants: AbstractSet[str]) -> list[bool]:
     return [any(symbol.name not in constants for symbol in entry.free_symbols) for entry in reference]
 
 
-# --- right but for a constant factor ---
+# --- right but for signs or a common factor ---
 
 
-def _of_whole(problem: Problem, part: Part, given: Given, seed: str) -> _Credit | None:
-    """Return what is earned by an answer that is right but for its sign or a constant factor.
+def _of_factor(problem: Problem, part: Part, given: Given, judgement: Judgement, seed: str) -> _Credit | None:
+    """Return what is earned if all that is wrong is right but for signs, or for a common factor.
 
-    Of a single number, as a determinant may be, nothing would be left: any number would be right but for a factor.
+    That is a constant, or the determinant in what is divided by it. Of what depends on nothing, signs count only: any
+    number would be right but for a factor; and of a single number, nothing would be left.
     """
     domain = problem.domain()
     due = [entry for row in part.answer.trees(domain.roles) for entry in row]
     varying = set(domain.roles) - problem.constants
-    if sum(entry != ZERO for entry in due) == 1 and not set().union(*map(names, due)) & varying:
+    is_of_numbers = not set().union(*map(names, due)) & varying
+    if any(given.blanks) or (is_of_numbers and sum(entry != ZERO for entry in due) == 1):
         return None
+    wrong = list(range(len(due)))
+    if judgement.entries is not None:
+        wrong = [k for k, same in enumerate(same for row in judgement.entries for same in row) if not same]
+    due = [due[k] for k in wrong]
     if given.table is not None:
-        factor = _factor_of_values(given.table, due, domain, problem.constants)
-    elif any(given.blanks) or given.symbols - set(domain.roles) or len(given.entries) != len(due):
+        factor = _factor_of_values(given.table, wrong, due, domain, problem.constants)
+    elif not wrong or given.symbols - set(domain.roles) or len(given.entries) <= max(wrong):
         return None
     else:
-        factor = constant_factor(given.entries, due, domain, varying, f"{seed}/factor", part.rounding)
-    if factor is None:
+        own = [given.entries[k] for k in wrong]
+        factor = constant_factor(own, due, domain, varying, f"{seed}/factor", part.rounding)
+        det = divisor(problem.chain, part, domain.roles) if (part.credit or OWN).is_by_mistakes else None
+        if factor is None and det is not None:
+            due = [times(entry, det) for entry in due]
+            factor = constant_factor(own, due, domain, varying, f"{seed}/factor", part.rounding)
+            factor = factor and replace(factor, is_other=True)
+    if factor is None or (factor.is_other and not set().union(*map(names, due)) & varying):
         return None
-    words = [word for word, is_wrong in (("its sign", factor.is_negative), ("a constant factor", factor.is_other))
-             if is_wrong]  # fmt: skip
-    share = share_but_for_a_factor(is_sign_wrong=factor.is_negative, is_constant_wrong=factor.is_other)
+    signs = "its sign" if part.shape is None else "signs"
+    words = [word for word, is_wrong in ((signs, factor.is_negative), ("a common factor", factor.is_other)) if is_wrong]
+    if not words:  # nothing is found to be wrong, which is not to say that it is right
+        return None
+    share = share_but_for_a_factor(factor.is_negative, factor.is_other)
     return _Credit(share, f"right but for {' and '.join(words)}")
 
 
-def _factor_of_values(table: Table, due: Sequence[Node], domain: Domain, constants: AbstractSet[str]) -> Factor | None:
-    """Return by what number times lengths, or over them, the values of a function are off."""
+def _moved_values(domain: Domain, varying: AbstractSet[str], seed: str) -> dict[str, np.ndarray]:
+    """Return configurations of one arm, all constants of which are positive."""
+    sampled = domain.sample(set(domain.roles), READABLE + POINTS, Stream(seed))
+    return {  # readable ones may be zeros of a factor
+        name: column[READABLE:] if name in varying else np.full(POINTS, abs(column[-1]))
+        for name, column in sampled.items()
+    }
+
+
+def _factor_of_values(
+    table: Table, which: Sequence[int], due: Sequence[Node], domain: Domain, constants: AbstractSet[str]
+) -> Factor | None:
+    """Return by what number times lengths, or over them, values of a function are off, whatever their signs."""
     count = len(table.values)
-    if table.shape is None or not count or table.values.shape[1] != len(due):
+    if table.shape is None or not count or not which or table.values.shape[1] <= max(which):
         return None
     reference = evaluate(compile_program(list(due)), table.at, count)[0]
     with np.errstate(all="ignore"):
-        ratios = table.values.T / reference
-    counted = [k for k, entry in enumerate(due) if entry != ZERO]
-    zeros = np.array([table.values.T[k] for k, entry in enumerate(due) if entry == ZERO])
-    ratio = ratios[counted[0]] if counted else np.array([np.nan])
-    if not np.all(np.isfinite(ratio)) or (zeros.size and np.abs(zeros).max() > SAME):
+        ratios = table.values.T[list(which)] / reference
+    negative_ones = ratios[:, 0].real < 0
+    ratios = np.where(negative_ones[:, None], -ratios, ratios)
+    if not np.all(np.isfinite(ratios)) or not np.allclose(ratios, ratios[0], rtol=SAME, atol=0):
         return None
-    if not all(np.allclose(ratios[k], ratio, rtol=SAME, atol=0) for k in counted):
-        return None
+    is_negative = bool(negative_ones.any())
     lengths = sorted(name for name in constants if isinstance(domain.roles.get(name), str) and name in table.at)
     for powers in product((0, 1, -1), repeat=min(len(lengths), MOST_CONSTANTS)):
-        left = ratio
+        left = ratios[0]
         for name, power in zip(lengths, powers, strict=False):
             left = left * table.at[name] ** power
         if abs(left[0]) > SAME and np.allclose(left, left[0], rtol=SAME, atol=0):
-            return Factor(bool(left[0].real < 0), any(powers) or abs(abs(left[0]) - 1) > SAME)
+            return Factor(is_negative, any(powers) or abs(abs(left[0]) - 1) > SAME)
     return None
 
 
@@ -178,11 +205,12 @@ def _of_product(problem: Problem, part: Part, given: Given, seed: str) -> _Credi
     up_to = range(MOST_WRONG + 1)
     ways = sorted(product(up_to, up_to), key=lambda way: (max(way), way))[1:]
     for lost, too_many in ways:
-        if lost < len(due) and _is_product_of(own, due, (lost, too_many), domain, varying, f"{seed}/factors"):
+        share = share_of_product(len(due), lost, too_many)
+        if share and _is_product_of(own, due, (lost, too_many), domain, varying, f"{seed}/factors"):
             extra = f", and {_counted(too_many, 'other')}" if too_many > lost else ""
             kept = len(due) - lost
             says = f"{kept} of {_counted(len(due), 'factor')} with joints {'is' if kept == 1 else 'are'} there{extra}"
-            return _Credit(share_of_product(lost, too_many), says)
+            return _Credit(share, says)
     return None
 
 
@@ -203,11 +231,7 @@ def _is_product_of(
     own: Sequence[Node], due: Sequence[Node], without: tuple[int, int], domain: Domain, varying: set[str], seed: str
 ) -> bool:
     """Return whether some of the factors of an answer are some of those that are due, but for a constant factor."""
-    sampled = domain.sample(set(domain.roles), READABLE + POINTS, Stream(seed))
-    values = {  # readable ones may be zeros of a factor
-        name: column[READABLE:] if name in varying else np.full(POINTS, column[-1]) for name, column in sampled.items()
-    }
-    evaluated = evaluate(compile_program([*own, *due]), values, POINTS)[0]
+    evaluated = evaluate(compile_program([*own, *due]), _moved_values(domain, varying, seed), POINTS)[0]
     lost, too_many = without
     ways = product(
         combinations(range(len(own)), len(own) - too_many) if too_many < len(own) else (),
@@ -239,12 +263,40 @@ def _product(trees: Sequence[Node]) -> Node:
 
 
 def _of_numbers(part: Part, given: Given) -> _Credit | None:
-    """Return what is earned by several numbers with units that are right but for the sign of all."""
-    if not part.answer.units_due or len(given.entries) < 2 or not all(part.answer.units_due) or any(given.blanks):
+    """Return what is earned by several numbers with units that are right but for signs."""
+    if len(given.entries) < 2 or not all(part.answer.units_due) or any(given.blanks):
         return None
     due = np.array([float(value) for value in part.answer.as_matrix()])
     values = evaluate(compile_program(list(given.entries)), {}, 1)[0][:, 0]
     room = np.array(part.of(Number).room(part.rounding))
-    if not np.all(np.isfinite(values)) or np.all(np.abs(due) <= room) or np.any(np.abs(values + due) > room):
+    off = np.minimum(np.abs(values - due), np.abs(values + due))
+    if not np.all(np.isfinite(values)) or np.all(np.abs(due) <= room) or np.any(off > room):
         return None
-    return _Credit(share_but_for_a_factor(is_sign_wrong=True, is_constant_wrong=False), "right but for the sign of all")
+    return _Credit(share_but_for_a_factor(is_sign_wrong=True, is_factor_wrong=False), "right but for signs")
+
+
+# --- one known mistake ---
+
+
+def _of_one_mistake(problem: Problem, part: Part, given: Given, seed: str, is_copied: IsCopied) -> _Credit | None:
+    """Return what is earned where one known mistake gives all that is wrong, however many entries it touches."""
+    if any(given.blanks) or not (part.answer.is_formulas or len(part.answer.units_due) > 1):
+        return None
+    if not _moves_as_due(problem, part, given, seed) or not is_one_mistake(problem, part, given, seed):
+        return None
+    if given.rows is not None and is_copied(part, given.rows):
+        return None
+    return _Credit(HALF, "one mistake gives all that is wrong")
+
+
+def _moves_as_due(problem: Problem, part: Part, given: Given, seed: str) -> bool:
+    """Tell whether an answer depends on the configuration, as the reference does: constants may be there by chance."""
+    domain = problem.domain()
+    if not part.answer.is_formulas or given.table is not None:
+        return True
+    if not any(_varies(part.answer.as_matrix(), problem.constants)) or given.symbols - set(domain.roles):
+        return False
+    varying = set(domain.roles) - problem.constants
+    values = evaluate(compile_program(list(given.entries)), _moved_values(domain, varying, f"{seed}/moves"), POINTS)[0]
+    with np.errstate(all="ignore"):
+        return bool((np.abs(values - values[:, :1]).max(axis=1) > SAME * np.abs(values).max()).any())

@@ -29,7 +29,7 @@ from exercises.mistakes.catalogue import (
 from exercises.mistakes.given import Values, configurations
 from exercises.problem import Part, Problem
 from exercises.questions.concepts import option_numbers
-from exercises.questions.results import is_derived, result
+from exercises.questions.results import is_derived, is_product, result
 from exercises.quizzes.options import blames_of
 from exercises.stream import Stream
 from exercises.writing.statement import answer_code
@@ -87,47 +87,69 @@ def diagnose(
     >>> diagnose(problem, part, read_answer(problem, part, "d2 + 0.7")).mistakes
     ('determinant-sign',)
     """
-    if given.table is not None:
-        return _of_function(problem, part, given.table, causes, oftener)
-    offered = _behind_options(part, given)
-    if offered is not None:
-        return offered
-    if part.answer.is_a_set:
-        return behind_set(problem, part, given, seed, oftener) if len(given.text) <= LONGEST_SET else None
-    for mistake, slip in taken(problem.chain, part) if len(given.text) <= LONGEST_SET else ():
-        if judge_given(problem, replace(part, answer=slip.answer), given, seed).outcome is Outcome.CORRECT:
-            made = known_by(mistake.name, slip.words)
-            return Diagnosis((mistake.name,), mistake.sentence(slip.words), known_by=(made,))
+    if given.table is None:
+        offered = _behind_options(part, given)
+        if offered is not None:
+            return offered
+        if part.answer.is_a_set:
+            return behind_set(problem, part, given, seed, oftener) if len(given.text) <= LONGEST_SET else None
+        for mistake, slip in taken(problem.chain, part) if len(given.text) <= LONGEST_SET else ():
+            if judge_given(problem, replace(part, answer=slip.answer), given, seed).outcome is Outcome.CORRECT:
+                made = known_by(mistake.name, slip.words)
+                return Diagnosis((mistake.name,), mistake.sentence(slip.words), known_by=(made,))
+    answer = _wronged(problem, part, given, seed)
+    if answer is None:
+        return None
+    found, right = answer.found, answer.right
+    said = rounded(part, found, right, given.entries) if given.table is None else rounded_values(found, right)
+    if said or is_right(found, right):  # as are mistakes that make no difference on this arm
+        return said
+    return named(answer, causes, oftener)
+
+
+def is_one_mistake(problem: Problem, part: Part, given: Given, seed: str) -> bool:
+    """Tell whether a single known mistake gives all that is wrong in an answer in formulas or in several numbers.
+
+    Only what is quickly found counts, so that no mark hangs on how long mistakes are looked for.
+    """
+    answer = _wronged(problem, part, given, seed)
+    if answer is None:
+        return False
+    found, right = answer.found, answer.right
+    if found.values.shape != right.shape or is_right(found, right):
+        return False
+    if any(_gives(wrong, found) for wrong in wrong_answers(answer.w, part, found.is_precise)):
+        return True
+    if is_product(part):  # of which the factors count
+        return False
+    one_kind = (missing_links(answer.w, part, right, found.values), _finished(answer))
+    return any(diagnosis is not None and diagnosis.is_one for diagnosis in one_kind)
+
+
+def _wronged(problem: Problem, part: Part, given: Given, seed: str) -> "Wronged | None":
+    """Return an answer at configurations, None where no mistakes in the derivation are known."""
     if not is_derived(part):
         return None
+    if given.table is not None:
+        return _of_function(problem, part, given.table)
     values = configurations(problem.chain, part, problem.domain(), POINTS, Stream(f"{seed}/diagnosis"))
     try:
         in_numbers = _in_numbers(part, given, values)
     except ReadError:  # statements among the entries of an answer that was refused
         return None
-    if in_numbers is None:
-        return None
-    right = result(numbers(problem.chain, values), part)
-    said = rounded(part, in_numbers, right, given.entries)
-    if said or is_right(in_numbers, right):  # as are mistakes that make no difference on this arm
-        return said
-    return named(Wronged(problem, part, values, in_numbers, given.rows), causes, oftener)
+    return None if in_numbers is None else Wronged(problem, part, values, in_numbers, given.rows)
 
 
-def _of_function(
-    problem: Problem, part: Part, table: Table, causes: Sequence[Cause], oftener: Oftener
-) -> Diagnosis | None:
-    if table.shape is None or not is_derived(part) or len(table.shape) > 2:
+def _of_function(problem: Problem, part: Part, table: Table) -> "Wronged | None":
+    """Return what a function returned at the configurations at which it was called."""
+    if table.shape is None or len(table.shape) > 2:
         return None
     values = {name: column[:POINTS] for name, column in table.at.items()}
     rows = (*table.shape, *(1,) * (2 - len(table.shape)))
     returned = table.values[:POINTS].T.reshape(*rows, -1)
     room = (max(SAME, part.rounding.relative), part.rounding.absolute) if part.rounding else (SAME, 0.0)
-    answer = InNumbers(returned, np.abs(returned), room, part.answer.counts_up_to_a_factor)
-    right = result(numbers(problem.chain, values), part)
-    said = rounded_values(answer, right)
-    wrong = not said and not is_right(answer, right)
-    return named(Wronged(problem, part, values, answer), causes, oftener) if wrong else said
+    found = InNumbers(returned, np.abs(returned), room, part.answer.counts_up_to_a_factor)
+    return Wronged(problem, part, values, found)
 
 
 def _in_numbers(part: Part, given: Given, values: Values) -> InNumbers | None:

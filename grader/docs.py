@@ -8,16 +8,16 @@ import json
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import cached_property
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import sympy as sp
+
 import exercises
 import grader
-from exercises.answers import ConditionSet
 from exercises.console import say
 from exercises.docs.dependencies import dependencies_page, with_install_words
 from exercises.exports.registry import OUTLETS
@@ -25,7 +25,7 @@ from exercises.files import write_atomically
 from exercises.generation import generate
 from exercises.problem import ENGINE, Problem, ProblemId
 from exercises.render import render
-from grader.marking import mark
+from grader.marking import share_earned
 from grader.reports.formats import FORMATS
 
 ROOT = Path(__file__).parents[1]
@@ -71,97 +71,71 @@ def promises_page() -> str:
 
 # --- partial credit ---
 
-ARMS = {"planar-2r": "theta2", "elbow-3r": "theta3", "ur-6r": "theta3"}
-"""Arms as the chapter draws them, on which mistakes are made; the joint whose sine is a factor of det J."""
-ROWS = "[[{}], [a1*cos(theta1) + a2*cos(theta1 + theta2), {}]]"
-FIRST = "-a1*sin(theta1) - a2*sin(theta1 + theta2), {}"
-OF_JACOBIAN = {
-    "one entry wrong": ROWS.format(FIRST.format("-a2*sin(theta2)"), "a2*cos(theta1 + theta2)"),
-    "the second column upside down": ROWS.format(FIRST.format("a2*cos(theta1 + theta2)"), "-a2*sin(theta1 + theta2)"),
-    "everything negated": (
-        "[[a1*sin(theta1) + a2*sin(theta1 + theta2), a2*sin(theta1 + theta2)], "
-        "[-a1*cos(theta1) - a2*cos(theta1 + theta2), -a2*cos(theta1 + theta2)]]"
-    ),
-    "zeros": "[[0, 0], [0, 0]]",
+ELBOW = ProblemId(
+    "elbow-3r",
+    1,
+    ("position", "joint-axes", "position-vectors", "jacobian", "inverse-jacobian", "determinant", "singular-angles"),
+    variation="chapter",
+)
+SHOULDER = "a1 + a2*cos(theta2) + a3*cos(theta2 + theta3)"
+SETS = {
+    "θ3 = 0, without π": f"theta3 = 0, {SHOULDER} = 0",
+    "θ3 = 0, π, without the shoulder": "theta3 = 0, theta3 = pi",
+    "θ3 = 0, π and θ2 = 0, π": "theta3 = 0, theta3 = pi, theta2 = 0, theta2 = pi",
+    "everything, and θ1 = 0": f"theta3 = 0, theta3 = pi, {SHOULDER} = 0, theta1 = 0",
+    "everything, and θ1 = 0, π": f"theta3 = 0, theta3 = pi, {SHOULDER} = 0, theta1 = 0, theta1 = pi",
+    "all joints 0 or π": ", ".join(f"theta{k} = {value}" for k in (1, 2, 3) for value in ("0", "pi")),
 }
-"""Wrong answers for the planar 2R."""
-TURNED = "[[cos(theta1 + theta2), -sin(theta1 + theta2), 0, {}], [sin(theta1 + theta2), cos(theta1 + theta2), 0, {}], "
-OF_POSE = {
-    "M on the left": (
-        f"{TURNED}[0, 0, 1, 0], [0, 0, 0, 1]]".format(
-            "a1 + a2 + a1*cos(theta1) - a1*cos(theta1 + theta2)", "a1*sin(theta1) - a1*sin(theta1 + theta2)"
-        )
-    ),
-}
-"""The same for its pose by exponentials."""
+"""Wrong sets of singular configurations of the elbow arm."""
 
 
 @dataclass(frozen=True)
 class Example:
-    """A mistake made for an arm, as it was typed, with what it earns and what is said of it."""
+    """A wrong answer to a question, in words, and what it earns."""
 
+    question: str
     mistake: str
-    arm: str
-    answer: str
     share: str
-    reason: str
 
 
 def credit_page() -> str:
     """Return the page on what is right in part, its examples marked by the grader."""
-    of_jacobian = [_example("jacobian", mistake, "planar-2r", answer) for mistake, answer in OF_JACOBIAN.items()]
+    problem = generate(ELBOW)
     examples = [
-        ("Determinants", list(_of_determinants())),
-        ("A Jacobian", of_jacobian),
-        ("A pose", [_example("body-pose", mistake, "planar-2r@screws", pose) for mistake, pose in OF_POSE.items()]),
-        ("Singular configurations", list(_of_sets())),
+        Example(part, mistake, str(share_earned(problem, problem[part], answer).limit_denominator(100)))
+        for part, mistake, answer in _wrong_answers(problem)
     ]
     return render("docs/partial-credit.md.j2", examples=examples)
 
 
-def _of_determinants() -> Iterator[Example]:
-    elbow = r"\*sin(\(theta[23]\))(?=\*|$)"
-    made = {
-        "the sign": (r"^", "-"),
-        "a length lost": (r"a2\*", ""),
-        "a length lost, and the sign": (r"^(.*?)a2\*", r"-\1"),
-        "the sine of the elbow lost": (elbow, ""),
-        "a cosine for the sine of the elbow": (elbow, r"*cos\1"),
-        "a factor too many": (r"$", "*sin(theta1)"),
-    }
-    for mistake, (pattern, instead) in made.items():
-        for arm in ARMS:
-            right = _problem(arm, "determinant").parts[0].answer.as_typed()
-            yield _example("determinant", mistake, arm, re.sub(pattern, instead, right, count=1))
-
-
-def _of_sets() -> Iterator[Example]:
-    made = (
-        ("one of two values forgotten", ("{0} = 0",), 1),
-        ("a wrong value for it", ("{0} = 0", "{0} = pi/2"), 1),
-        ("a claim too many", ("{0} = 0", "{0} = pi", "theta1 = 0"), 1),
-        ("a condition forgotten", (), 2),
-        ("guesses", ("{0} = 0", "{0} = pi", "theta1 = 0", "theta1 = pi"), 1),
+def _wrong_answers(problem: Problem) -> Iterator[tuple[str, str, str]]:
+    """Yield questions, each with a mistake in words and the answer that it gives."""
+    position, axes, vectors, jacobian, inverse, (det,) = (
+        problem[name].answer.as_matrix() for name in ELBOW.questions[:-1]
     )
-    for mistake, claims, least in made:
-        for arm, joint in list(ARMS.items())[: 1 if mistake == "guesses" else None]:
-            answer = _problem(arm, "singular-angles").parts[0].of(ConditionSet)
-            if len(answer.components) >= least:
-                others = [piece for piece in answer.pieces() if not piece.startswith(f"{joint} =")]
-                typed = [*(claim.format(joint) for claim in claims), *others]
-                yield _example("singular-angles", mistake, arm, f"[{', '.join(typed)}]")
-
-
-def _problem(arm: str, question: str) -> Problem:
-    family, _, convention = arm.partition("@")
-    return generate(ProblemId(family, 1, (question,), variation="chapter", convention=convention))
-
-
-def _example(question: str, mistake: str, arm: str, answer: str) -> Example:
-    (marked,) = mark(_problem(arm, question), {question: answer}, secret="docs")  # noqa: S106 - points of examples
-    share = Fraction(marked.judgement.share).limit_denominator(100)
-    said = marked.judgement.reason.split(";")[0] if share else "—"
-    return Example(mistake, arm, answer, str(share), said)
+    theta3 = problem.chain.q[2]
+    first = jacobian.as_mutable()
+    first[0, 0] = 0
+    for name, mistake, answer in (
+        ("joint-axes", "z1 and z2 negated", axes * sp.diag(1, -1, -1)),
+        ("position-vectors", "p* reversed", -vectors),
+        ("jacobian", "the sign and a factor 2 wrong", -2 * jacobian),
+        ("jacobian", "one entry zero", first),
+        ("jacobian", "transposed", jacobian.T),
+        ("inverse-jacobian", "the adjugate, without 1/det J", inverse * det),
+        ("position", "d1 left out", position.subs("d1", 0)),
+        ("position", "θ3 for θ2 + θ3", position.subs(sp.Add(*problem.chain.q[1:]), theta3)),
+    ):
+        yield name, mistake, str(list(answer) if answer.cols == 1 else answer.tolist())
+    for mistake, formula in (
+        ("without a2 a3", f"({det})/(a2*a3)"),
+        ("without sin θ3", f"({det})/sin(theta3)"),
+        ("cos θ3 for sin θ3", f"{det}".replace("*sin(theta3)", "*cos(theta3)")),
+        ("invented, with sin θ3 in it", "a1*a2*a3*sin(theta1)*sin(theta2)*sin(theta3)"),
+    ):
+        yield "determinant", mistake, formula
+    for mistake, claims in SETS.items():
+        yield "singular-angles", mistake, f"[{claims}]"
 
 
 # --- the library ---

@@ -1,11 +1,12 @@
 """Mark a later part by what follows from the student's own earlier answer, where that was wrong.
 
 The parts of a problem build on one another (`Part.needs`). An earlier answer that is wrong is put in the place of the
-reference, and the later one is judged against what follows from it: by trees, exactly as against a reference. Nothing
-follows from an answer that was not given, or that makes the later part easier than it is: one that is zero or constant,
-depends on fewer joints or not by their sines and cosines, has more zeros, is singular where it should not be, or is a
-copy of another of the answers or of the right answer to somebody else's problem. What follows from an answer that is no
-attempt at this arm is told, and earns nothing (`terms`, `marking`).
+reference, and the later one is judged against what follows from it: by trees, exactly as against a reference. A part
+between them that was not answered is worked out in the same way. Nothing follows from an answer that makes the later
+part easier than it is: one that is undefined, not made of sines and cosines of the joints, has more zeros, is singular
+where it should not be, or is a copy of another of the answers or of the right answer to somebody else's problem; what
+follows depends on as many joints as what is due. What follows from an answer that is no attempt at this arm is told,
+and earns nothing (`terms`, `marking`).
 """
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
@@ -14,10 +15,9 @@ from fractions import Fraction
 
 import numpy as np
 
-from exercises.answers import Direction, Matrix, Number
+from exercises.answers import Direction, Number
 from exercises.arm.arithmetic import Trees, determinant
 from exercises.arm.chain import Chain
-from exercises.arm.derivation import derive
 from exercises.arm.stages import Change, Working, numbers, trees
 from exercises.formula.algebra import ZERO, factors
 from exercises.formula.algebra import Matrix as Rows
@@ -82,16 +82,12 @@ def follow(
     answer = answers[part.name]
     if answer.table is not None or part.kind not in QUESTIONS:
         return None
-    context = _Context(problem, answers, seed, is_copied)
+    context = _Context(problem, answers, wrong, seed, is_copied)
     followed: list[Followed] = []
-    for sources in QUESTIONS[part.kind].follows:
-        own = context.own(sources, wrong)
-        if own is None:
-            continue
+    for own, before in context.ways(part):
         result = context.worked_out(part, own)
         judgement = None if result is None else context.judged(part, result, answer)
         if judgement is not None and judgement.share > 0:
-            before = [name for name in sources if name in wrong]
             idle = next((name for name in before if attempts is not None and name not in attempts), None)
             followed.append(Followed(judgement, before[0], idle))
     return max(followed, key=lambda one: (one.idle is None, one.judgement.share), default=None)
@@ -100,8 +96,11 @@ def follow(
 class _Context:
     """A problem with a student's answers, and values for its symbols."""
 
-    def __init__(self, problem: Problem, answers: Mapping[str, Given], seed: str, is_copied: IsCopied) -> None:
-        self.problem, self.answers, self.seed, self.is_copied = problem, answers, f"{seed}/follow", is_copied
+    def __init__(
+        self, problem: Problem, answers: Mapping[str, Given], wrong: Sequence[str], seed: str, is_copied: IsCopied
+    ) -> None:
+        self.problem, self.answers, self.wrong = problem, answers, wrong
+        self.seed, self.is_copied = f"{seed}/follow", is_copied
         self.domain = problem.domain()
         self.parts = {part.name: part for part in problem.parts}
         several = self.domain.sample(set(self.domain.roles), READABLE + POINTS, Stream(self.seed))
@@ -112,39 +111,62 @@ class _Context:
         """The arm."""
         return self.problem.chain
 
-    def own(self, sources: Sequence[str], wrong: Sequence[str]) -> dict[str, Rows] | None:
-        """Return the rows of some parts, the student's where wrong; None where none is wrong, or one of no use."""
-        if not any(name in wrong for name in sources):
+    def ways(self, part: Part) -> Iterator[tuple[Own, list[str]]]:
+        """Yield the rows from which an answer may be worked out, with the wrong answers that they come from."""
+        for sources in QUESTIONS[part.kind].follows:
+            rows = {name: self.rows(name) for name in sources}
+            before = [each for found in rows.values() if found for each in found[1]]
+            if before and None not in rows.values():
+                yield {name: found[0] for name, found in rows.items() if found}, list(dict.fromkeys(before))
+
+    def rows(self, name: str) -> tuple[Rows, list[str]] | None:
+        """Return the rows of a part, with the wrong answers that they come from; None where they are of no use.
+
+        They are the student's where these are wrong, what follows from earlier ones where there is no answer, else the
+        reference's.
+        """
+        part, given = self.part(name), self.answers.get(name)
+        due = None if part is None else self.due(part)
+        if part is None or due is None:
             return None
-        matrices: dict[str, Rows] = {}
-        for name in sources:
-            due = self.due(name)
-            rows = self.usable(name, due) if name in wrong and due is not None else due
-            if rows is None:
+        if given is None or given.refusal is not None:
+            for own, before in self.ways(part):
+                result = self.worked_out(part, own)
+                if result is not None and not isinstance(result, np.ndarray) and self.as_hard(result, due):
+                    return result, before
+        elif name in self.wrong:
+            rows = self.usable(name, given, due)
+            return None if rows is None else (rows, [name])
+        return due, []
+
+    def part(self, name: str) -> Part | None:
+        """Return a part, whether or not it is asked in this problem; None where it can't be asked of this arm."""
+        if name not in self.parts:
+            question = QUESTIONS[name]
+            if question.refusal(self.chain) is not None:
                 return None
-            matrices[name] = rows
-        return matrices
+            answer, details = question.ask(self.chain, Stream(f"{self.seed}/{name}"))
+            self.parts[name] = Part(name, name, answer, question.points, question.needs, details)
+        return self.parts[name]
 
-    def due(self, name: str) -> Rows | None:
-        """Return the rows of a part's reference, whether or not it is asked in this problem."""
-        part = self.parts.get(name)
-        if part is not None and part.answer.entries() and not part.answer.is_in_numbers:
-            return part.answer.trees(self.domain.roles)
-        return Matrix(derive(self.chain).jacobian).trees(self.domain.roles) if name == "jacobian" else None
+    def due(self, part: Part) -> Rows | None:
+        """Return the rows of a part's reference, None where it has none in formulas."""
+        is_in_formulas = part.answer.entries() and not part.answer.is_in_numbers
+        return part.answer.trees(self.domain.roles) if is_in_formulas else None
 
-    def usable(self, name: str, due: Rows) -> Rows | None:
+    def usable(self, name: str, given: Given, due: Rows) -> Rows | None:
         """Return the rows of a wrong answer from which something may follow."""
-        given = self.answers.get(name)
-        if given is None or given.refusal is not None or given.rows is None:
-            return None
         rows = given.rows
-        if (len(rows), len(rows[0])) != (len(due), len(due[0])) or sum(map(size_of, given.entries)) > LONGEST:
+        if rows is None or (len(rows), len(rows[0])) != (len(due), len(due[0])):
+            return None
+        if sum(map(size_of, given.entries)) > LONGEST:
             return None
         if any(given.blanks) or given.symbols - set(self.domain.roles):
             return None
         if self.is_copy(name, rows) or self.is_copied(self.parts[name], rows):
             return None
-        return rows if self.as_hard(rows, due) and self.as_regular(rows, due) else None
+        mine, ours = self.traits(rows), self.traits(due)
+        return rows if mine.is_as_full(ours) and self.as_regular(rows, due) else None
 
     def is_copy(self, name: str, rows: Rows) -> bool:
         """Tell whether rows are, at random configurations, the answer to another part as well."""
@@ -169,13 +191,7 @@ class _Context:
     def as_hard(self, rows: Rows, due: Rows) -> bool:
         """Tell whether rows depend on as many joints as those that are due, and have not clearly more zeros."""
         mine, ours = self.traits(rows), self.traits(due)
-        return (
-            mine.finite
-            and mine.periodic
-            and mine.joints >= ours.joints
-            and mine.others >= ours.others - 1
-            and mine.entries >= ours.entries - ours.entries // 4
-        )
+        return mine.is_as_full(ours) and mine.joints >= ours.joints
 
     def as_regular(self, rows: Rows, due: Rows) -> bool:
         """Tell whether a square matrix has a determinant as hard as that of the one that is due."""
@@ -218,7 +234,8 @@ class _Context:
                 given = {name: _at(rows, values) for name, rows in own.items()}
                 return derived(_with(numbers(self.chain, values), given), part)[..., 0].ravel().astype(float)
             given = {name: Trees.matrix(rows) for name, rows in own.items()}
-            return Trees.rows(derived(_with(trees(self.chain), given), part))
+            rows = Trees.rows(derived(_with(trees(self.chain), given), part))
+            return rows if sum(size_of(entry) for row in rows for entry in row) <= 20 * LONGEST else None
         except ReadError:
             return None
 
@@ -226,9 +243,7 @@ class _Context:
         """Judge an answer against what follows; None where that is easier than what is due, or of no use."""
         if isinstance(result, np.ndarray):
             return self._judged_numbers(part, result, answer)
-        if sum(size_of(entry) for row in result for entry in row) > 20 * LONGEST:
-            return None
-        due = _determinant(rows) if (rows := self._set_due(part)) is not None else self.due(part.name)
+        due = self._determinant_due() if part.answer.is_a_set else self.due(part)
         if due is None or not self.as_hard(result, due):
             return None
         if part.answer.is_a_set:
@@ -242,9 +257,10 @@ class _Context:
             return judge_direction(answer, [row[0] for row in result], self.domain, self.seed)
         return judge_matrix(answer, result, self.domain, self.seed, part.rounding)
 
-    def _set_due(self, part: Part) -> Rows | None:
-        square = len(self.chain.task) == self.chain.n <= MOST_ROWS
-        return self.due("jacobian") if part.answer.is_a_set and square else None
+    def _determinant_due(self) -> Rows | None:
+        jacobian = self.part("jacobian") if len(self.chain.task) == self.chain.n <= MOST_ROWS else None
+        rows = None if jacobian is None else self.due(jacobian)
+        return None if rows is None else _determinant(rows)
 
     def _judged_numbers(self, part: Part, values: np.ndarray, answer: Given) -> Judgement | None:
         largest = float(np.abs(values).max(initial=0.0))
@@ -292,6 +308,11 @@ class Traits:
     joints: int
     others: int
     entries: int
+
+    def is_as_full(self, due: "Traits") -> bool:
+        """Tell whether it is defined, made of sines and cosines, and not half of what is due is zero instead."""
+        is_full = not due.entries or 2 * self.entries > due.entries
+        return self.finite and self.periodic and self.others >= due.others - 1 and is_full
 
 
 def earlier(part: Part) -> Iterator[str]:

@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from exercises.credit import share_of_entries, share_of_set, spoiled
+from exercises.credit import false_conditions, share_of_entries, share_of_set, spoiled
 from exercises.formula.algebra import Matrix
 from exercises.formula.claims import claimed_pieces
 from exercises.formula.conditions import ROUNDED, SetComparison, Space, compare_sets
@@ -137,7 +137,7 @@ def judge_singular(
     """Judge a set of singular configurations by what it contains.
 
     The reference holds what is due for each condition: its values, or the condition itself. The share is by conditions
-    that are found, in part or not, and by claims that are not singular (`share_of_set`).
+    that are found, in part or not, and by conditions that are claimed and not singular (`share_of_set`).
     """
     if given.refusal is not None or given.tree is None:
         return given.refusal or missing()
@@ -185,7 +185,9 @@ def _judge_set(
     # What is claimed beyond the truth must not earn what it happens to cover: only sound pieces count for the share.
     sound = [piece for piece, held in zip(claimed, counted.sound, strict=True) if held]
     found = _found(compare_sets(sound, truth, near, seed).covered, conditions)
-    unsound = sum(held is False for held in counted.sound)
+    claims = [(_joints_of(piece, space), held) for piece, held in zip(claimed, counted.sound, strict=True)]
+    true = {joints for joints, held in claims if held}
+    unsound = false_conditions([joints for joints, held in claims if held is False], true)
     share = share_of_set(found, unsound, is_rounded=comparison.rounded)
     reason = _set_reason(counted, space.joints, what)
     if comparison.rounded:
@@ -201,6 +203,12 @@ def _judge_set(
 _EXACTLY = "the exact value, as in pi/3 or acos(1/3)"
 
 
+def _joints_of(piece: Piece, space: Space) -> frozenset[str]:
+    """Return the joints of which a piece says something."""
+    joints = set(space.joints)
+    return frozenset().union(*(names(atom.zero) & joints | ({atom.joint} if atom.joint else set()) for atom in piece))
+
+
 def _found(covered: Sequence[bool | None], conditions: Sequence[Sequence[Piece]]) -> list[tuple[int, int]]:
     """Return of each condition how many of its pieces are covered, of how many there are anywhere."""
     left, found = list(covered), []
@@ -211,12 +219,13 @@ def _found(covered: Sequence[bool | None], conditions: Sequence[Sequence[Piece]]
 
 
 def _found_words(found: Sequence[tuple[int, int]], unsound: int) -> str:
-    """Say of how many conditions all is found, of how many some, and how many claims don't hold."""
+    """Say of how many conditions all is found, of how many some, and how many conditions don't hold."""
     whole, in_part = sum(some == due for some, due in found), sum(0 < some < due for some, due in found)
     conditions = f"{len(found)} conditions {'is' if whole == 1 else 'are'}" if len(found) > 1 else "1 condition is"
     parts = f", {in_part} in part" if in_part else ""
-    claims = f", {unsound} of the claims {'does' if unsound == 1 else 'do'} not hold" if unsound else ""
-    return f"{whole} of {conditions} found{parts}{claims}"
+    verb = "does" if unsound == 1 else "do"
+    false = f", {unsound} of the claimed conditions {verb} not hold" if unsound else ""
+    return f"{whole} of {conditions} found{parts}{false}"
 
 
 def by_joints(reference: Sequence[Node], joints: Sequence[str]) -> list[list[Node]]:

@@ -8,6 +8,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from exercises.credit import HALF
 from exercises.mistakes.catalogue import NO_OFTENER, Oftener
 from exercises.problem import Part, Problem
 from exercises.quizzes import ASKED
@@ -44,12 +45,13 @@ def mark(
     """Return a verdict for each part; `answers` and `reasons` (why there is none) are by the name of the part.
 
     A part that follows from the student's own wrong answer to an earlier one earns `credit` of its points, unless that
-    answer `is_copied`, or is no attempt at this arm: one that earns something itself, shows a known mistake, has at
-    least half of the solution's terms, or follows from an attempt. What goes wrong in our own code is UNGRADED: it is
-    told loudly, and is no mark. Points at which answers are compared are drawn from `secret` and the answer; without
-    one, a secret is drawn, and no answer has a group, whose key depends on it. `oftener` is what is known of mistakes
-    that a class makes more. Of the `allowance`, what is left is for other problems: an answer that takes too long to
-    judge is UNGRADED, and where it takes too long to find out what is behind a wrong one, nothing is told of it.
+    answer `is_copied`, or is no attempt at this arm. It is an attempt if half of its entries or of the solution's terms
+    are right, if one known mistake gives it, or if it follows from an attempt; what follows from no attempt is none.
+    What goes wrong in our own code is UNGRADED: it is told loudly, and is no mark. Points at which answers are compared
+    are drawn from `secret` and the answer; without one, a secret is drawn, and no answer has a group, whose key depends
+    on it. `oftener` is what is known of mistakes that a class makes more. Of the `allowance`, what is left is for other
+    problems: an answer that takes too long to judge is UNGRADED, and where it takes too long to find out what is behind
+    a wrong one, nothing is told of it.
 
     >>> from exercises import generate
     >>> mark(generate("polar-rp/1", ["determinant"]), {"determinant": "d2 + 0.7"}, secret="s")
@@ -121,7 +123,7 @@ class _One:
             with self.time.judging.spent():
                 given = self.own[part.name] = read_answer(self.problem, part, text, points_seed)
                 judgement = judge_given(self.problem, part, given, self.seeds[part.name])
-                return credited(self.problem, part, judgement, given, self.seeds[part.name])
+                return credited(self.problem, part, judgement, given, self.seeds[part.name], self.is_copied)
         except Overlong:
             return _overlong(self.time.judging)
         except Exception as error:  # our own failure, whatever it is, must not become a mark
@@ -164,8 +166,13 @@ class _One:
             self.causes.append(Cause(*diagnosis.cause, part.name, ASKED[part.kind].title))
         attempt = None
         if part.answer.is_formulas:
-            attempt = self.judged[part.name].share > 0 or _is_followed(followed) or _is_named(behind)
+            attempt = (
+                _is_followed(followed)
+                or _is_half_right(self.judged[part.name])
+                or (behind is not None and behind.is_one)
+            )
             attempt = attempt or bool(_looked(looking, has_terms, *about))
+            attempt = attempt and not _is_followed(followed, from_attempt=False)
             self.attempts += [part.name] if attempt else []
             self.undecided += [part.name] if not attempt and looking.left <= 0 else []
         group = None if self.secret is None else _looked(looking, group_of, *about[:3], behind, self.secret)
@@ -175,14 +182,15 @@ class _One:
 NOT_RIGHT = (Outcome.WRONG, Outcome.PARTIAL)
 
 
-def _is_followed(followed: Followed | None) -> bool:
-    """Tell whether an answer is all that follows from an earlier attempt."""
-    return followed is not None and followed.idle is None and followed.judgement.outcome is Outcome.CORRECT
+def _is_followed(followed: Followed | None, *, from_attempt: bool = True) -> bool:
+    """Tell whether an answer is all that follows from an earlier attempt, or from what is none."""
+    is_whole = followed is not None and followed.judgement.outcome is Outcome.CORRECT
+    return is_whole and followed is not None and (followed.idle is None) is from_attempt
 
 
-def _is_named(diagnosis: Diagnosis | None) -> bool:
-    """Tell whether a known mistake gives an answer, made here or earlier."""
-    return diagnosis is not None and (bool(diagnosis.mistakes) or diagnosis.inherited is not None)
+def _is_half_right(judgement: Judgement) -> bool:
+    """Tell whether half of an answer is right; of one formula more than half, as a factor may be shared by chance."""
+    return judgement.share >= HALF if judgement.entries is not None else judgement.share > HALF
 
 
 def verdict(

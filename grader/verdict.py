@@ -54,6 +54,11 @@ class Diagnosis:
     """Whether it was one of the mistakes, each of which gives the answer, and not all together."""
 
     @property
+    def is_one(self) -> bool:
+        """Whether a single known mistake, made here or earlier, gives the answer: not several kinds or slips."""
+        return self.inherited is not None or self.either or (len(self.mistakes) == 1 and len(self.known_by) <= 1)
+
+    @property
     def names(self) -> str:
         """The names of the mistakes as results.jsonl has them, none as an empty text."""
         return (" or " if self.either else " and ").join(self.mistakes)

@@ -23,7 +23,7 @@ from exercises.answers import (
     Number,
     Selection,
 )
-from exercises.credit import AMISS, OWN
+from exercises.credit import AMISS, HALF, OWN
 from exercises.exports.known_wrong import Known, known_wrong
 from exercises.exports.outlet import Earns
 from exercises.formula.latex import parsed
@@ -127,12 +127,15 @@ class _Rules(Forms[str]):
     part: Part
 
     def formula(self, answer: Expression) -> str:
-        amiss = self._worth(1 - AMISS)
-        both = self._worth(1 - 2 * AMISS)
-        halved = " A factor with joints that is lost, wrong or too many halves it, twice at most." * is_product(
-            self.part
+        factors = (
+            " A factor with joints that is lost, wrong or too many halves it, twice at most; nothing if more are wrong "
+            "than right."
         )
-        return self._ruled(f"Only the sign or a constant factor wrong: {amiss}; both: {both}.{halved}")
+        both = self._worth(1 - 2 * AMISS)
+        return self._ruled(
+            f"Only the sign or a constant factor wrong: {self._worth(1 - AMISS)}; both: {both}; one other mistake: "
+            f"{self._worth(HALF)}.{factors * is_product(self.part)}"
+        )
 
     def matrix(self, answer: Matrix) -> str:
         columns = [k for k in range(answer.reference.cols) if any(answer.reference.col(k))]
@@ -149,15 +152,18 @@ class _Rules(Forms[str]):
         due = sum(entry != 0 for entry in reference) or len(reference)
         each = self._worth(Fraction(1, due))
         spoiled = " One that is zero, and answered with something else, takes off as much." if 0 in reference else ""
-        sign = f" All with the wrong sign: {self._worth(1 - AMISS)}."
+        whole = (
+            f" Only signs wrong, or only a common factor: {self._worth(1 - AMISS)}. One other mistake throughout: "
+            f"{self._worth(HALF)}."
+        )
         return (
-            f"Each of the {due} entries that {'are not zero' if 0 in reference else 'are due'}: {each}.{spoiled}{sign}"
+            f"Each of the {due} entries that {'are not zero' if 0 in reference else 'are due'}: {each}.{spoiled}{whole}"
         )
 
     def conditions(self, answer: ConditionSet) -> str:
         return self._ruled(
-            "A condition that is forgotten halves it, and so does each claim that is not singular; values "
-            "of a condition that are forgotten leave two thirds."
+            "A condition that is forgotten halves it, and so does each that is not singular (all values of a joint are "
+            "one); values of a condition that are forgotten leave two thirds. Nothing if more are wrong than right."
         )
 
     def some_of(self, answer: Selection) -> str:

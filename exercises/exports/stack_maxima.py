@@ -32,11 +32,21 @@ FORMULAS = (
     ("qdot_parallel(u, w, p) := if member(false, u) or abs(u[p]) < 1.0e-10 then false "
     "else is(qdot_count(makelist(qdot_close(u[i]*w[p]/u[p], w[i]), i, 1, length(w))) = length(w));"),
     ("qdot_along(u, w, p) := is(qdot_count(makelist(qdot_parallel(u[m], w[m], p), m, 1, length(w))) = length(w));"),
-    ("qdot_amiss(u, w, p) := block([k], if not qdot_along(u, w, p) then 0 "
-    "else (k: makelist(u[m][p]/w[m][p], m, 1, length(w)), if not qdot_close(k[1], k[2]) then 0 "
-    "elseif qdot_count(makelist(qdot_close(c, -1), c, k)) = length(k) then 1 elseif k[1] < 0 then 2 else 1));"),
+    ("qdot_signed(u, w) := if member(false, flatten(u)) then w else makelist(makelist("
+    "if u[1][i]*w[1][i] < 0 then -w[m][i] else w[m][i], i, 1, length(w[m])), m, 1, length(w));"),
+    ("qdot_amiss(u, w, agree, moving) := block([wrong: sublist(makelist(i, i, 1, length(agree)), "
+    "lambda([i], not agree[i])), v, signs, k], if wrong = [] then return(0), "
+    "u: makelist(makelist(p[i], i, wrong), p, u), w: makelist(makelist(p[i], i, wrong), p, w), "
+    "v: qdot_signed(u, w), signs: if v = w then 0 else 1, "
+    "if abs(v[1][1]) < 1.0e-10 or not qdot_along(u, v, 1) then 0 else (k: makelist(u[m][1]/v[m][1], m, 1, length(v)), "
+    "if qdot_count(makelist(qdot_close(c, 1), c, k)) = length(k) then signs "
+    "elseif qdot_close(k[1], k[2]) and length(sublist(wrong, lambda([i], member(i, moving)))) > 0 then signs + 1 "
+    "else 0));"),
 )  # fmt: skip
-"""`qdot_amiss` counts what is wrong of an answer that is right but for a constant: its sign, its size."""
+"""`qdot_amiss` counts what is wrong if all that is wrong is right but for signs and a constant: signs, the constant.
+
+`agree` tells which entries are right, `moving` are the indices of those that depend on the configuration.
+"""
 
 NUMBERS = (COUNT, READ, "qdot_near(x, y, room) := is(abs(float(x) - y) <= room);")
 
@@ -47,10 +57,13 @@ SETS = (
     COUNT, READ,
     f"qdot_fits(c, t) := is(lhs(c) = lhs(t)) and (if member(lhs(t), turning) then {_FITS});",
     f"qdot_covered(claims, truth) := qdot_count({_MET.format('c', 'claims', 't', 'truth')});",
-    f"qdot_beyond(claims, truth) := length(claims) - qdot_count({_MET.format('t', 'truth', 'c', 'claims')});",
-    ("qdot_set_share(found, beyond) := block([total: apply(\"+\", map(first, found)), share], "
+    ("qdot_beyond(claims, truth) := block([met: lambda([c], is(qdot_covered(truth, [c]) > 0)), found, others], "
+    "found: map(lhs, sublist(claims, met)), others: map(lhs, sublist(claims, lambda([c], not met(c)))), "
+    "length(sublist(others, lambda([q], member(q, found)))) "
+    "+ length(unique(sublist(others, lambda([q], not member(q, found))))));"),
+    ("qdot_set_share(found, beyond) := block([conditions: qdot_count(makelist(is(f[1] > 0), f, found)), share], "
     "share: apply(\"*\", makelist(if f[1] = f[2] then 1 elseif f[1] = 0 then 1/2 else 2/3, f, found))/2^beyond, "
-    "if total = 0 or (beyond > 1 and beyond >= total) then 0 elseif share = 1 then 1/2 else share);"),
+    "if conditions = 0 or beyond > conditions then 0 elseif share = 1 then 1/2 else share);"),
 )  # fmt: skip
 
 

@@ -16,7 +16,9 @@ from exercises.answers import LETTERS, Answer, Choice, ConditionSet, Direction, 
 from exercises.arm.singularity import Component
 from exercises.credit import (
     AMISS,
+    HALF,
     OWN,
+    false_conditions,
     share_but_for_a_factor,
     share_of_columns,
     share_of_entries,
@@ -24,13 +26,16 @@ from exercises.credit import (
 )
 from exercises.exports.known_wrong import Known, domain_of, known_wrong, room_of, same_entries
 from exercises.exports.stack_maxima import FORMULAS, NUMBERS, SETS, names, short_names
+from exercises.formula.algebra import ONE, times
 from exercises.formula.expression import read
 from exercises.formula.identity import READABLE
 from exercises.formula.printers.maxima import maxima_matrix, maxima_text
 from exercises.formula.program import Program, compile_program, evaluate
-from exercises.formula.scale import Factor, constant_factor
+from exercises.formula.scale import constant_factor
 from exercises.formula.text import text_of
+from exercises.formula.trees import Node as Tree
 from exercises.problem import Part, Problem
+from exercises.questions.results import divisor
 from exercises.quizzes.options import blames_of
 from exercises.stream import Stream
 
@@ -125,39 +130,58 @@ class _Asking(Forms["StackPart | str"]):
         return "letters of several options are not asked; the outlets with quizzes ask them"
 
 
-def share_of(problem: Problem, part: Part, answer: sp.Matrix, equal: Sequence[bool]) -> float:
-    """Return the share of formulas that are not all right, as `qdot grade` marks them but for lost factors."""
+def share_of(problem: Problem, part: Part, answer: sp.Matrix, equal: Sequence[bool], is_known: bool = False) -> float:
+    """Return the share of formulas that are not all right, as `qdot grade` marks them but for lost factors.
+
+    What a single mistake gives that `is_known` earns half at least.
+    """
     if all(equal):
         return 1.0
     credit = part.credit or OWN
     if credit.by == "whole":
         return 0.0
     reference = part.answer.as_matrix()
-    share = Fraction(0)
+    share = _share_of_known(problem, part, answer) if is_known else Fraction(0)
     if part.shape is not None:
         _, zeros = _counted(reference)
         columns = reference.cols
         right = {(k // columns + 1, k % columns + 1) for k, same in enumerate(equal) if same}
         if credit.by == "columns" and columns > 1:
-            share = share_of_columns([set(group) <= right for group in _columns(reference)])
+            counted = share_of_columns([set(group) <= right for group in _columns(reference)])
         else:
-            share = share_of_entries(equal, [(k // columns + 1, k % columns + 1) in zeros for k in range(len(equal))])
+            counted = share_of_entries(equal, [(k // columns + 1, k % columns + 1) in zeros for k in range(len(equal))])
         varying = _varying(problem, reference)
-        if varying and not set(varying) & right:
-            share = Fraction(0)
-    if _pivot(problem, reference) is not None and (factor := _factor(problem, answer, reference, equal)) is not None:
-        off = share_but_for_a_factor(is_sign_wrong=factor.is_negative, is_constant_wrong=factor.is_other)
-        share = max(share, off)
+        if not varying or set(varying) & right:
+            share = max(share, counted)
+    if _pivot(problem, reference) is not None:
+        share = max(share, _share_but_for_a_factor(problem, answer, reference, equal))
     return float(share * credit.worth)
 
 
-def _factor(problem: Problem, answer: sp.Matrix, reference: sp.Matrix, equal: Sequence[bool]) -> Factor | None:
-    """Return by what constant factor an answer is off that is not all right."""
-    if any(same and entry != 0 for same, entry in zip(equal, reference, strict=True)):
-        return None  # there it would be 1
-    domain = domain_of(problem)
-    own, due = ([read(text_of(entry), domain.roles) for entry in matrix] for matrix in (answer, reference))
-    return constant_factor(own, due, domain, set(domain.roles) - problem.constants, f"stack/{problem.id}")
+def _share_of_known(problem: Problem, part: Part, answer: sp.Matrix) -> Fraction:
+    """Return what formulas earn at least that a single known mistake gives."""
+    reference = part.answer.as_matrix()
+    moves = _varying(problem, reference) and _varying(problem, answer)
+    if not (part.credit or OWN).is_by_mistakes or not moves:
+        return Fraction(0)
+    det = divisor(problem.chain, part, domain_of(problem).roles)
+    nowhere = [False] * len(reference)
+    return HALF if det is None else max(HALF, _share_but_for_a_factor(problem, answer, reference, nowhere, det))
+
+
+def _share_but_for_a_factor(
+    problem: Problem, answer: sp.Matrix, reference: sp.Matrix, equal: Sequence[bool], common: Tree = ONE
+) -> Fraction:
+    """Return the share of what is right but for signs and a constant in all that is wrong, beside a `common` factor."""
+    domain, moving = domain_of(problem), set(_varying(problem, reference))
+    wrong = [k for k, same in enumerate(equal) if not same]
+    own, due = ([read(text_of(matrix[k]), domain.roles) for k in wrong] for matrix in (answer, reference))
+    due = [times(entry, common) for entry in due]
+    factor = constant_factor(own, due, domain, set(domain.roles) - problem.constants, f"stack/{problem.id}")
+    moves = any((k // reference.cols + 1, k % reference.cols + 1) in moving for k in wrong)
+    if factor is None or (factor.is_other and not moves):
+        return Fraction(0)
+    return share_but_for_a_factor(factor.is_negative, factor.is_other or common != ONE)
 
 
 def _varying(problem: Problem, reference: sp.Matrix) -> "Places":
@@ -215,7 +239,9 @@ def _formulas(problem: Problem, part: Part) -> StackPart | str:
         marking.append(f"like{index}: qdot_same(said, {name});")
         nodes.append(Node("AlgEquiv", f"like{index}", "1", note, score, wrong.says))
         assert isinstance(wrong.answer, sp.MatrixBase)
-        cases.append(Case(wrong.title, name, share_of(problem, part, wrong.answer, wrong.equal), note))
+        if least := _share_of_known(problem, part, wrong.answer):
+            marking.append(_at_least(part, least, f"like{index} = 1"))
+        cases.append(Case(wrong.title, name, share_of(problem, part, wrong.answer, wrong.equal, is_known=True), note))
     unusual = _unusual(problem, reference)
     if unusual is not None:
         variables.append(f"form1: {_shown(unusual, single)};")
@@ -274,18 +300,23 @@ def _are_usable(program: Program, points: Sequence[dict[str, float]], pivot: int
     return pivot is None or bool((np.abs(values[pivot]) > CLEAR).all())
 
 
+def _at_least(part: Part, least: Fraction, condition: str) -> str:
+    """Return the line by which what a single known mistake gives earns so much at least."""
+    return f"share: if {condition} then max(share, {least * (part.credit or OWN).worth}) else share;"
+
+
 def _in_part(problem: Problem, part: Part, reference: sp.Matrix) -> tuple[list[str], str]:
     """Return the lines that work out the share of formulas that are right in part, and what is said of them."""
     lines, said = (["share: 0;"], "") if part.shape is None else _entries(problem, part, reference)
-    pivot = _pivot(problem, reference)
-    if pivot is None:
+    if _pivot(problem, reference) is None:
         return lines, said
     worth = (part.credit or OWN).worth
+    moving = [(i - 1) * reference.cols + j for i, j in _varying(problem, reference)]
     lines += [
-        f"amiss: qdot_amiss(said, due, {pivot});",
+        f"amiss: qdot_amiss(said, due, agree, {moving});",
         f"share: max(share, if amiss = 0 then 0 else {worth}*(1 - {AMISS}*amiss));",
     ]
-    factor = "It is right but for its sign, a constant factor, or both."
+    factor = "It is right but for signs, a common factor, or both."
     return lines, said + f'[[if test="amiss>0"]]<p>{factor}</p>[[/if]]'
 
 
@@ -391,6 +422,8 @@ def _numbers(problem: Problem, part: Part) -> StackPart:
         name, note = f"wrong{index}", f"prt1-{wrong.mistake}"
         variables.append(f"{name}: {_floats(wrong.answer, single)};")
         lines.append(f"like{index}: {near(name)};")
+        if not single and (part.credit or OWN).is_by_mistakes:
+            lines.append(_at_least(part, HALF, f"like{index} = {n}"))
         nodes.append(Node("AlgEquiv", f"like{index}", str(n), note, "share", wrong.says))
         cases.append(Case(wrong.title, name, _share_of_typed(part, wrong, zeros), note))
     off = truth + sp.Matrix([50 * r for r in room])
@@ -417,15 +450,16 @@ def _share_of_numbers(part: Part, zeros: Sequence[bool]) -> list[str]:
     counted = [i for i, zero in enumerate(zeros, 1) if not zero] or list(range(1, n + 1))
     spoiled = [i for i in range(1, n + 1) if i not in counted]
 
-    def near(sign: str, which: Sequence[int]) -> str:
-        return f"qdot_count(makelist(qdot_near(said[i, 1], {sign}float(ta1[i, 1]), room[i]), i, {which}))"
+    def near(which: Sequence[int]) -> str:
+        return f"qdot_count(makelist(qdot_near(said[i, 1], float(ta1[i, 1]), room[i]), i, {which}))"
 
-    share = (
-        f"max(0, min({near('', counted)} - ({len(spoiled)} - {near('', spoiled)}), {len(counted) - 1}))/{len(counted)}"
-    )
+    share = f"max(0, min({near(counted)} - ({len(spoiled)} - {near(spoiled)}), {len(counted) - 1}))/{len(counted)}"
     lines = [f"share: {share};"]
     if all(part.answer.units_due) and not all(zeros):
-        lines.append(f"share: if {near('-', list(range(1, n + 1)))} = {n} then {1 - AMISS} else share;")
+        both = "qdot_near(abs(said[i, 1]), float(abs(ta1[i, 1])), room[i])"
+        lines.append(
+            f"share: if qdot_count(makelist({both}, i, 1, {n})) = {n} then max(share, {1 - AMISS}) else share;"
+        )
     worth = (part.credit or OWN).worth
     return lines if worth == 1 else [*lines, f"share: share*{worth};"]
 
@@ -435,11 +469,15 @@ def _share_of_typed(part: Part, wrong: Known, zeros: Sequence[bool]) -> float:
     credit = part.credit or OWN
     if len(zeros) == 1 or credit.by == "whole":
         return 0.0
-    share = share_of_entries(wrong.equal, zeros)
+    share = max(share_of_entries(wrong.equal, zeros), HALF * credit.is_by_mistakes)
     assert isinstance(wrong.answer, sp.MatrixBase)
     pairs = zip(wrong.answer, part.answer.as_matrix(), room_of(part), strict=True)
-    if all(part.answer.units_due) and not all(zeros) and all(abs(float(a + b)) <= room for a, b, room in pairs):
-        share = 1 - AMISS
+    if (
+        all(part.answer.units_due)
+        and not all(zeros)
+        and all(abs(float(abs(a) - abs(b))) <= room for a, b, room in pairs)
+    ):
+        share = max(share, 1 - AMISS)
     return float(share * credit.worth)
 
 
@@ -521,7 +559,8 @@ def _values(problem: Problem, part: Part) -> StackPart | str:
         lines.append(f"like{index}: [qdot_covered{against} - length({name}), qdot_beyond{against}];")
         claimed = _claims(wrong.answer)
         each = [_claims((component,)) for component in answer.components]
-        share = float(share_of_set([(len(claimed & due), len(due)) for due in each], len(claimed - truth)) * worth)
+        false = false_conditions([q for q, _ in claimed - truth], [q for q, _ in claimed & truth])
+        share = float(share_of_set([(len(claimed & due), len(due)) for due in each], false) * worth)
         nodes.append(Node("AlgEquiv", f"like{index}", "[0, 0]", note, "share", wrong.says))
         cases.append(Case(wrong.title, name, share, note))
     variables += [f"form1: {equations(answer.components, 1)};", f"other1: {{{problem.chain.q[0]} = 1/7}};"]
@@ -530,8 +569,8 @@ def _values(problem: Problem, part: Part) -> StackPart | str:
         Case("nobody's mistake", "other1", 0.0, OTHER),
     ]
     otherwise = (
-        "<p>{@right@} of the configurations are there, and {@beyond@} of your values are not singular or "
-        "not as they are asked for.</p>"
+        "<p>{@right@} of the configurations are there; {@beyond@} of your conditions are not singular or not as they "
+        "are asked for.</p>"
     )
     return StackPart(
         part, "algebraic", _set_words(problem), tuple(variables), tuple(lines), tuple(nodes), tuple(cases),

@@ -1,8 +1,8 @@
-"""Whether an answer is right but for a constant factor, and which kind of factor it is.
+"""Whether an answer is right but for signs and a constant factor, and which of them are wrong.
 
-It is where it is k ≠ 0 times the reference at every configuration. With s, r the entries of answer and reference,
-s', r' the same at another configuration with the same constants, and r_p an entry that is not zero, that is
-s_i r'_p = r_i s'_p for all i: it is compared as exactly as a right answer is.
+It is if it is k > 0 times the reference at every configuration, the entries of which have signs of their own. With
+s, r the entries of answer and reference, s', r' the same at another configuration with the same constants, and r_p an
+entry that is not zero, that is s_i r'_p = r_i s'_p for all i: it is compared as exactly as a right answer is.
 """
 
 from collections.abc import Sequence
@@ -22,7 +22,7 @@ POINTS = 6
 
 @dataclass(frozen=True)
 class Factor:
-    """By what an answer is too large: whether that is negative, and whether it is another than 1 or -1."""
+    """By what an answer is too large: whether signs are wrong, and whether it is another than 1 or -1."""
 
     is_negative: bool
     is_other: bool
@@ -36,26 +36,28 @@ def constant_factor(
     seed: str,
     rounding: Rounding | None = None,
 ) -> Factor | None:
-    """Return by what constant factor all entries are off; None where there is no such factor but 0."""
+    """Return by what constant factor all entries are off, whatever the sign of each; None where there is none but 0."""
     pivot = next((k for k, entry in enumerate(due) if entry != ZERO), None)
     if pivot is None:
         return None
-    if all(compare_entries(entries, [negative(entry) for entry in due], domain, f"{seed}/sign", rounding).equal):
-        return Factor(is_negative=True, is_other=False)
-    there = Domain({**domain.roles, **{_elsewhere(name): domain.roles[name] for name in varying}})
-    answered, right = (_moved(tree, varying) for tree in (entries[pivot], due[pivot]))
-    left = [times(entry, right) for entry in entries]
-    if not all(compare_entries(left, [times(entry, answered) for entry in due], there, f"{seed}/moved").equal):
-        return None
     sampled = domain.sample(set(domain.roles), READABLE + POINTS, Stream(seed))
     values = {name: column if name in varying else np.abs(column) for name, column in sampled.items()}
+    evaluated = evaluate(compile_program([*entries, *due]), values, READABLE + POINTS)[0]
     with np.errstate(all="ignore"):
-        own, reference = evaluate(compile_program([entries[pivot], due[pivot]]), values, READABLE + POINTS)[0]
-        ratio = own / reference
-    known = ratio[np.isfinite(ratio)].real
+        ratios = evaluated[: len(due)] / evaluated[len(due) :]
+    is_negative = ratios[:, -1].real < 0
+    signed = [negative(entry) if minus else entry for entry, minus in zip(due, is_negative, strict=True)]
+    if is_negative.any() and all(compare_entries(entries, signed, domain, f"{seed}/sign", rounding).equal):
+        return Factor(is_negative=True, is_other=False)
+    there = Domain({**domain.roles, **{_elsewhere(name): domain.roles[name] for name in varying}})
+    answered, right = (_moved(tree, varying) for tree in (entries[pivot], signed[pivot]))
+    left = [times(entry, right) for entry in entries]
+    if not all(compare_entries(left, [times(entry, answered) for entry in signed], there, f"{seed}/moved").equal):
+        return None
+    known = ratios[pivot][np.isfinite(ratios[pivot])].real
     if not len(known) or not np.all(np.abs(known) > 0):
         return None
-    return Factor(is_negative=bool(np.all(known < 0)), is_other=True)
+    return Factor(is_negative=bool(is_negative.any()), is_other=True)
 
 
 def _elsewhere(name: str) -> str:

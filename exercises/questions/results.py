@@ -1,8 +1,15 @@
 """Answers as they come out of a derivation, with whatever went wrong in it."""
 
+from collections.abc import Iterable
+
 import numpy as np
 
+from exercises.answers import Matrix
+from exercises.arm.arithmetic import Trees, determinant
+from exercises.arm.chain import Chain
+from exercises.arm.derivation import derive
 from exercises.arm.stages import RESULT, Working
+from exercises.formula.trees import Node
 from exercises.problem import Part
 from exercises.questions import QUESTIONS
 
@@ -20,6 +27,18 @@ def is_made_of_jacobian(part: Part) -> bool:
 def is_product(part: Part) -> bool:
     """Return whether the answer to a part is a product whose factors count, as a determinant is."""
     return part.kind in QUESTIONS and QUESTIONS[part.kind].is_made_of_minors and part.shape is None
+
+
+def divisor(chain: Chain, part: Part, known: Iterable[str]) -> Node | None:
+    """Return det J, if the answer to a part has several entries that are divided by it, as those of the inverse are.
+
+    `known` are the names of the problem's symbols.
+    """
+    is_made_of_minors = part.kind in QUESTIONS and QUESTIONS[part.kind].is_made_of_minors
+    if not is_made_of_minors or part.shape is None or len(chain.task) != chain.n:
+        return None
+    jacobian = Matrix(derive(chain).jacobian).trees(known)
+    return Trees.rows(determinant(Trees.matrix(jacobian)))[0][0]
 
 
 def result(w: Working, part: Part) -> np.ndarray:

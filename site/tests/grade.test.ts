@@ -105,6 +105,7 @@ test.each([
   ["{qd1: 0.5, qd2: -1.25}", "correct", 1],
   ["[0.5, 7]", "partial", 0.5],
   ["[-0.5, 1.25]", "partial", 0.8],
+  ["[-0.5, -1.25]", "partial", 0.8],
   ["[0, 0]", "wrong", 0],
   ["[0.5, a1]", "wrong", 0],
   ["[0.5]", "wrong", 0],
@@ -272,6 +273,9 @@ test.each([
   ["theta2 = 0", "partial", 2 / 3],
   ["theta2 = pi/2", "wrong", 0],
   ["theta2 = 0, theta2 = pi, theta1 = 0", "partial", 0.5],
+  ["theta2 = 0, theta2 = pi, theta1 = 0, theta1 = pi", "partial", 0.5], // one condition, not two values
+  ["theta2 = 0, theta2 = pi, theta2 = pi/2, theta1 = 0", "wrong", 0], // more are false than true
+  ["theta2 = k*pi/2", "wrong", 0],
   ["theta2", "wrong", 0],
   ["sin(theta2)^2 + 1 = 0", "wrong", 0],
   ["theta1 = theta1", "wrong", 0], // always true: it covers everything, and earns nothing
@@ -397,6 +401,32 @@ test.each([
   expect(found.reasons[0]?.key).toBe(said);
 });
 
+test.each([
+  ["[-theta1, theta1]", 0.8, "verdict.but-signs"],
+  ["[-theta1, -theta1]", 0.8, "verdict.but-signs"],
+  ["[2*theta1, -2*theta1]", 0.6, "verdict.but-signs-both"],
+  ["[2*theta1, 2*theta1]", 0.8, "verdict.but-factor"],
+  ["[theta1, -2*theta1]", 0.6, "verdict.but-signs-both"],
+  ["[-theta1, -2*theta1]", 0, "verdict.entries"],
+])("a vector that is right but for signs: %s earns %d", (typed, share, said) => {
+  const right = [
+    [1.5, 0.25],
+    [1.5, 0.25],
+  ];
+  const points = [[1.5], [0.25]];
+  const key: ValuesKey = {
+    ...ALONG,
+    type: "values",
+    symbols: ["theta1"],
+    points,
+    rows: 2,
+    right,
+    moving: [0, 1],
+  };
+  const found = judgeValues(typed, key);
+  expect([found.share, found.reasons[0]?.key]).toEqual([share, said]);
+});
+
 test("where an answer differs, all is told by which it can be followed", () => {
   const key: ValuesKey = {
     type: "values",
@@ -449,7 +479,7 @@ test("a matrix is marked by entry, zeros earn nothing, and the mistake behind it
     mistakes: [[4, 0, 0, 0]],
   };
   expect(judgeValues("[[a1, 0], [1, -a1]]", key)).toMatchObject({ outcome: "correct", sure: true });
-  expect(judgeValues("[[a1, 0], [1, a1]]", key)).toMatchObject({ outcome: "partial", share: 2 / 3 });
+  expect(judgeValues("[[a1, 0], [2, -a1]]", key)).toMatchObject({ outcome: "partial", share: 2 / 3 });
   expect(judgeValues("[[0, 0], [0, 0]]", key)).toMatchObject({ outcome: "wrong", share: 0, mistake: 4 });
   expect(judgeValues("[[a1, blank], [1, -a1]]", key).outcome).toBe("partial");
   expect(judgeValues("[[a1, 0]]", key).outcome).toBe("wrong");

@@ -14,7 +14,8 @@ from exercises.credit import OWN, WAYS, Credit, read_credit
 from exercises.docs import planar_2r, scorbot_arm
 from exercises.errors import QdotError
 from exercises.formula.text import text_of
-from exercises.problem import Part, Problem
+from exercises.generation import generate
+from exercises.problem import Part, Problem, ProblemId
 from exercises.release import init_assignment
 from grader.docs import credit_page
 from grader.verdict import Judgement, Outcome
@@ -31,6 +32,14 @@ RIGHT = (
 )
 
 
+ELBOW_ASKED = ("position", "joint-axes", "position-vectors", "jacobian", "inverse-jacobian")
+
+
+def elbow() -> Problem:
+    names = (*ELBOW_ASKED, "geometric-jacobian", "determinant", "singular-angles")
+    return generate(ProblemId("elbow-3r", 1, names, variation="chapter"))
+
+
 def earned(question: str, answer: str, credit: Credit = OWN, chain: Chain = PLANAR) -> Judgement:
     problem = asked(question, chain)
     part = replace(problem.parts[0], credit=credit)
@@ -40,7 +49,8 @@ def earned(question: str, answer: str, credit: Credit = OWN, chain: Chain = PLAN
 @pytest.mark.parametrize(
     ("answer", "share"),
     [
-        ("a1*a2*sin(theta2)", 1.0), ("a1*a2*cos(theta2)", 0.0), ("a1*a2", 0.0), ("a1*(a2 + a1)*sin(theta2)", 0.8),
+        ("a1*a2*sin(theta2)", 1.0), ("a1*a2*cos(theta2)", 0.5), ("a1*a2", 0.0), ("a1*(a2 + a1)*sin(theta2)", 0.8),
+        ("a1*a2*sin(theta1)", 0.0), ("a1*a2*sin(theta1)*sin(theta2)", 0.5), ("a1*sin(theta1)*sin(2*theta2)", 0.0),
         ("a1*a1*a2*sin(theta2)", 0.8), ("sin(theta2)*(a1*a2 + 0)/a1", 0.8), ("sin(theta2)", 0.8),
         ("-2*a2*sin(theta2)", 0.6), ("a1/0", 0.0), ("x*a1*a2", 0.0), ("[a1, a2]", 0.0), ("{{", 0.0),
     ],
@@ -79,7 +89,10 @@ def test_equal_mistakes_in_a_determinant_earn_equal_shares_whatever_the_arm(fami
             **{f"without {length}": (reference / length, 0.8) for length in lengths},
             "a factor lost": (reference / factors[-1] if len(factors) > 1 else None, 0.5),
             "a factor lost, and the sign": (-reference / factors[-1] if len(factors) > 1 else None, 0.5),
-            "two factors lost": (reference / factors[-1] / factors[0] if len(factors) > 2 else None, 0.25),
+            "two factors lost": (
+                reference / factors[-1] / factors[0] if len(factors) > 2 else None,
+                0.25 if len(factors) > 3 else 0.0,
+            ),
             "a factor too many": (reference * (2 + sp.cos(sp.Symbol("theta1"))), 0.5),
             "no factor": (constant, 0.0),
             "zero": (sp.S.Zero, 0.0),
@@ -127,6 +140,67 @@ def test_no_way_gives_full_marks_for_what_is_not_right_or_takes_any_from_what_is
         assert earned("jacobian", RIGHT.replace("a2*cos", "a1*cos"), Credit(by)).share < 1.0
         share = 0.0 if by == "whole" else 2 / 3
         assert earned("singular-angles", "theta2 = 0", Credit(by)).share == pytest.approx(share)
+
+
+ELBOW = elbow()
+POSITION, AXES, ARMS, J, INVERSE = (ELBOW[name].answer.as_matrix() for name in ELBOW_ASKED)
+SIGNS = sp.diag(1, -1, -1)
+DET = sp.sympify(DETERMINANT)
+GEOMETRIC = sp.Matrix.vstack(J, AXES)
+FULL = "theta3 = 0, theta3 = pi, a1 + a2*cos(theta2) + a3*cos(theta2 + theta3) = 0"
+INVENTED = "a1*a2*a3*sin(theta1)*sin(theta2)*sin(theta3)"
+
+
+def exchanged(matrix: sp.Matrix) -> sp.Matrix:
+    return matrix.replace(sp.sin, sp.Function("S")).replace(sp.cos, sp.sin).replace(sp.Function("S"), sp.cos)
+
+
+@pytest.mark.parametrize(
+    ("question", "answer", "share"),
+    [
+        # a convention or a common factor: one mistake, whatever it touches
+        ("joint-axes", AXES * SIGNS, 0.8), ("joint-axes", -AXES, 0.8), ("joint-axes", AXES * sp.diag(1, -1, 1), 0.8),
+        ("position-vectors", -ARMS, 0.8), ("geometric-jacobian", sp.Matrix.vstack(-J, AXES), 0.8),
+        ("geometric-jacobian", GEOMETRIC * SIGNS, 0.8), ("jacobian", 3 * J * SIGNS, 0.6),
+        ("inverse-jacobian", INVERSE * DET, 0.8), ("inverse-jacobian", INVERSE * sp.Symbol("a2"), 0.8),
+        ("inverse-jacobian", -INVERSE * DET, 0.6), ("determinant", "sin(theta3)*a2", 0.5),
+        ("inverse-jacobian", INVERSE * sp.cos(sp.Symbol("theta1")), 0.0), ("jacobian", J * DET, 0.0),
+        # one known mistake
+        ("position", POSITION.subs("d1", 0), 2 / 3), ("position", exchanged(POSITION), 0.5), ("jacobian", J.T, 0.5),
+        ("position", POSITION.subs(sp.sympify("theta2 + theta3"), sp.Symbol("theta3")), 0.5),
+        ("joint-axes", "[[0, 0, 0], [0, 1, 1], [1, 0, 0]]", 0.0), ("jacobian", J.subs("theta1", 0), 0.5),
+        ("jacobian", J.subs({"theta1": 0, "theta2": 0, "theta3": 1}), 0.0),
+        # nothing of this arm
+        ("determinant", INVENTED, 0.0), ("position", "[a1*cos(theta1), a2*cos(theta2), a3*cos(theta3)]", 0.0),
+        ("position", "[blank, blank, -a2*sin(theta3)]", 0.0),
+        # conditions of a set, not values
+        ("singular-angles", f"[{FULL}, theta1 = 0, theta1 = pi]", 0.5),
+        ("singular-angles", f"[{FULL}, theta1 = 1]", 0.5), ("singular-angles", "[theta3 = 0, theta3 = pi]", 0.5),
+        ("singular-angles", f"[{FULL}, theta1 = 0, theta2 = 0]", 0.25), ("singular-angles", "theta3 = k*pi/2", 0.0),
+        ("singular-angles", "[theta3 = 0, theta3 = pi, theta2 = 0, theta2 = pi]", 0.25),
+        ("singular-angles", "[theta1 = 0, theta1 = pi, theta2 = 0, theta2 = pi, theta3 = 0, theta3 = pi]", 0.0),
+    ],
+)  # fmt: skip
+def test_a_mistake_costs_the_same_however_much_it_touches(question: str, answer: object, share: float) -> None:
+    """What is better never earns less: the elbow arm of the chapter."""
+    text = str(list(answer) if answer.cols == 1 else answer.tolist()) if isinstance(answer, sp.MatrixBase) else answer
+    judged = share_earned(ELBOW, ELBOW[question], str(text), "m")
+    assert judged.share == pytest.approx(share, abs=1e-3), judged
+
+
+@pytest.mark.parametrize(
+    ("question", "right", "wrong"),
+    [
+        ("jacobian", J, 2 * J * SIGNS), ("inverse-jacobian", INVERSE, INVERSE * DET), ("jacobian", J, J.T),
+        ("position", POSITION, exchanged(POSITION)), ("position-vectors", ARMS, -ARMS), ("joint-axes", AXES, 2 * AXES),
+    ],
+)  # fmt: skip
+def test_one_entry_more_that_is_right_never_earns_less(question: str, right: sp.Matrix, wrong: sp.Matrix) -> None:
+    shares, answer = [], wrong.as_mutable()
+    for k in range(len(right)):
+        shares.append(share_earned(ELBOW, ELBOW[question], str(answer.tolist()), "m").share)
+        answer[k] = right[k]
+    assert shares == sorted(shares) and shares[0] < 1.0
 
 
 TOML = """title = "T"
@@ -214,7 +288,9 @@ def test_numbers_are_marked_as_a_vector() -> None:
     problem = asked("joint-rates", PLANAR)
     part = problem.parts[0]
     values = [float(value) for value in part.answer.as_matrix()]
-    for answer, share in (([-v for v in values], 0.8), ([values[0], 99], 0.5), ([0, 0], 0.0), (values, 1.0)):
+    negated = [-v for v in values]
+    one_negated = [-values[0], values[1]]
+    for answer, share in ((negated, 0.8), (one_negated, 0.8), ([values[0], 99], 0.5), ([0, 0], 0.0), (values, 1.0)):
         assert share_earned(problem, part, str(answer), "n").share == share, answer
 
 

@@ -64,7 +64,7 @@ RELATIVE = {
 def test_one_mistake_at_the_start_costs_its_own_part_and_a_fifth_of_the_others() -> None:
     verdicts = marked(problem_of(PLANAR), RELATIVE)
     first = verdicts.pop("position")
-    assert (first.points, first.judgement.outcome, first.followed_from) == (0.0, Outcome.WRONG, None)
+    assert (first.points, first.judgement.outcome, first.followed_from) == (0.5, Outcome.PARTIAL, None)
     assert first.diagnosis is not None and first.diagnosis.mistakes == ("relative-angle",)
     for verdict in verdicts.values():
         assert verdict.points == points_of(verdict.max_points, 1.0, Fraction(4, 5)), verdict
@@ -74,17 +74,17 @@ def test_one_mistake_at_the_start_costs_its_own_part_and_a_fifth_of_the_others()
 
 
 def test_the_assignment_sets_the_credit_and_may_give_none() -> None:
-    half = marked(problem_of(PLANAR), RELATIVE, Fraction(1, 2))
-    assert half["jacobian"].points == 1.0
-    none = marked(problem_of(PLANAR), RELATIVE, Fraction(0))
-    assert none["jacobian"].points == 0.0 and none["jacobian"].followed_from is None
+    three_fifths = marked(problem_of(PLANAR), RELATIVE, Fraction(3, 5))
+    assert three_fifths["jacobian"].points == 1.2
+    none = marked(problem_of(PLANAR), RELATIVE, Fraction(0))  # the same mistake gives it, which earns half by itself
+    assert none["jacobian"].points == 1.0 and none["jacobian"].followed_from is None
 
 
 def test_a_part_is_never_worth_more_and_a_right_one_stays_right() -> None:
     jacobian = written(problem_of(PLANAR)["jacobian"], formulas(PLANAR))
     verdicts = marked(problem_of(PLANAR), {**RELATIVE, "jacobian": jacobian})
     assert verdicts["jacobian"].points == verdicts["jacobian"].max_points
-    assert verdicts["determinant"].points == 0.0  # it follows from nothing that was handed in but a right answer
+    assert verdicts["determinant"].followed_from is None  # what was handed in before is right
     assert all((v.points or 0) <= v.max_points for v in verdicts.values())
 
 
@@ -180,6 +180,63 @@ def test_nothing_follows_from_what_never_looked_at_the_arm(family: str, drawn: D
     assert {verdicts[name].attempt for name in answers} <= {False, None}
 
 
+INVENTED_DETERMINANT = "a1*a2*a3*sin(theta1)*sin(theta2)*sin(theta3)"
+ALL_STRAIGHT = "[theta1 = 0, theta1 = pi, theta2 = 0, theta2 = pi, theta3 = 0, theta3 = pi]"
+UNROTATED = "[[0, 0, 0], [0, 1, 1], [1, 0, 0]]"
+X, Y, Z = (
+    ["a1*c1 + a2*c1*c2 + a3*c1*c23", "a2*c1*c2 + a3*c1*c23", "a3*c1*c23"],
+    ["a1*s1 + a2*s1*c2 + a3*s1*c23", "a2*s1*c2 + a3*s1*c23", "a3*s1*c23"],
+    ["0", "-a2*s2 - a3*s23", "-a3*s23"],
+)
+FROM_UNROTATED = f"[[-({Y[0]}), {Z[1]}, {Z[2]}], [{X[0]}, 0, 0], [0, -({X[1]}), -({X[2]})], {UNROTATED[1:]}"
+
+
+@pytest.mark.parametrize(
+    ("answers", "points"),
+    [
+        # one factor is shared with what is right
+        ({"determinant": INVENTED_DETERMINANT, "singular-angles": ALL_STRAIGHT}, [0.0, 0.0]),
+        (
+            {
+                "position": "[a1*cos(theta1), a2*cos(theta2), a3*cos(theta3)]",
+                "jacobian": "[[-a1*sin(theta1), 0, 0], [0, -a2*sin(theta2), 0], [0, 0, -a3*sin(theta3)]]",
+                "determinant": f"-{INVENTED_DETERMINANT}", "singular-angles": ALL_STRAIGHT,
+            },
+            [0.0, 0.0, 0.0, 0.0],
+        ),
+        ({"singular-angles": "theta3 = 0, pi"}, [1.0]),
+        (
+            {"determinant": "a1*a3*sin(theta1)*sin(theta3)", "singular-angles": "theta1 = 0, pi; theta3 = 0, pi"},
+            [0.5, 0.5],
+        ),
+        # an honest attempt, whether what it builds on was answered, left blank or not asked
+        ({"joint-axes": UNROTATED, "geometric-jacobian": FROM_UNROTATED}, [0.0, 1.6]),
+        ({"joint-axes": UNROTATED, "position-vectors": "", "geometric-jacobian": FROM_UNROTATED}, [0.0, 0.0, 1.6]),
+    ],
+)  # fmt: skip
+def test_a_chain_is_followed_if_it_began_with_an_attempt(answers: dict[str, str], points: list[float]) -> None:
+    problem = generate(ProblemId("elbow-3r", 1, tuple(answers), variation="chapter"))
+    assert [verdict.points for verdict in mark(problem, answers, secret="secret")] == points
+
+
+def test_what_two_mistakes_explain_at_once_is_no_attempt() -> None:
+    invention = {
+        "position": "[a1*cos(theta1), a2*sin(theta2)]",
+        "jacobian": "[[-a1*sin(theta1), 0], [0, a2*cos(theta2)]]", "determinant": "-a1*a2*sin(theta1)*cos(theta2)",
+        "singular-angles": "[theta1 = 0, theta1 = pi, theta2 = pi/2, theta2 = -pi/2]",
+    }  # fmt: skip
+    assert all(verdict.points == 0.0 for verdict in marked(problem_of(PLANAR), invention).values())
+
+
+def test_what_was_left_blank_on_the_way_is_worked_out() -> None:
+    for gone in ({"jacobian": ""}, {"jacobian": "", "determinant": ""}):
+        verdicts = marked(problem_of(PLANAR), {**RELATIVE, **gone})
+        assert verdicts["singular-angles"].points == verdicts["inverse-velocity"].points == 1.6
+        assert verdicts["jacobian"].points == 0.0
+    without = problem_of(PLANAR, ("position", "determinant"))
+    assert marked(without, RELATIVE)["determinant"].followed_from == "position"
+
+
 @pytest.mark.parametrize(
     ("answer", "due"),
     [
@@ -220,7 +277,7 @@ def test_what_follows_from_a_mistake_is_followed_on_every_family(family: str, dr
                 verdict = verdicts[part.name]
                 if verdict.judgement.outcome is not Outcome.CORRECT and _sources_wrong(part, verdicts):
                     tried += 1
-                    followed += verdict.followed_from is not None
+                    followed += (verdict.points or 0.0) >= 0.8 * verdict.max_points
     assert followed >= 0.4 * tried, (followed, tried)
 
 

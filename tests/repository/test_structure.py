@@ -40,8 +40,8 @@ LAYERS = {
         exports.scorm exports.registry
         overview options commands""",
     "grader": """verdict counterexample levels clock contained function_values answer formulas choices direction
-        functions reading parts compare credit residuals numbers finished rounded set_mistakes diagnosis
-        advice terms follow similar groups marking prairielearn own_folder sandbox guarantees cells archives
+        functions reading parts compare residuals numbers finished rounded set_mistakes diagnosis
+        advice terms follow credit similar groups marking prairielearn own_folder sandbox guarantees cells archives
         layouts roster submission
         class_check positions finding uncounted notebook copies overrides attempt settle remote cluster
         batch single history certificates sharing certify upgrade forgetting check statistics variants reports

@@ -27,7 +27,6 @@ from exercises.formula.expression import read
 from exercises.formula.trees import Node, ReadError
 from exercises.formula.vocabulary import VOCABULARY
 from exercises.problem import Part, Problem
-from exercises.questions.results import is_product
 from exercises.quizzes import ASKED
 from exercises.site.keys import key_of
 from exercises.site.record import arm_record
@@ -152,9 +151,8 @@ def verdict(problem: int, name: str, text: str) -> tuple[str, float]:
 
 def verdict_on(problem: Problem, part: Part, text: str, seed: str) -> tuple[str, float]:
     """Return the same of an answer to a part of any problem."""
-    if is_product(part):  # the site has no formula of which it could tell lost factors
-        part = replace(part, credit=Credit("entries"))
-    judged = earned(problem, part, text, seed)
+    by_place = replace(part, credit=Credit("entries"))  # the site counts no factors, and no mistakes that explain all
+    judged = earned(problem, by_place, text, seed)
     return judged.outcome.value, round(judged.share, 9)
 
 

@@ -1,11 +1,11 @@
 // What is earned by an answer that is right in part: the rules of ../../../exercises/credit.py (docs/partial-credit.md).
 
-/** What a wrong sign costs, and what a wrong constant factor does, and rounded values of joints. */
+/** What wrong signs cost, however many there are; a common factor that is wrong; and rounded values of joints. */
 const AMISS = 1 / 5;
 const FORGOTTEN = 2 / 3;
 const HALF = 1 / 2;
 
-/** Of what is right but for its sign, or for a constant factor (`amiss` 1), or for both (2). */
+/** Of what is right but for signs, or for a constant factor (`amiss` 1), or for both (2). */
 export function shareButForFactor(amiss: 1 | 2): number {
   return 1 - AMISS * amiss;
 }
@@ -23,17 +23,23 @@ export function shareOfEntries(
   return Math.max(0, Math.min(share, counted.length - 1)) / counted.length;
 }
 
-/** Of a set: how many pieces of each condition are found, of how many, how many claims don't hold, whether values are rounded. */
+/** Of a set: how many pieces of each condition are found, of how many, how many conditions don't hold, whether values are rounded. */
 export function shareOfSet(
   found: readonly (readonly [some: number, due: number])[],
   unsound: number,
   isRounded = false,
 ): number {
-  const total = found.reduce((sum, [some]) => sum + some, 0);
-  if (total === 0 || (unsound > 1 && unsound >= total)) return 0;
+  const conditions = found.filter(([some]) => some > 0).length;
+  if (conditions === 0 || unsound > conditions) return 0;
   const share = found.reduce(
     (product, [some, due]) => product * (some === due ? 1 : some > 0 ? FORGOTTEN : HALF),
     HALF ** unsound * (isRounded ? 1 - AMISS : 1),
   );
   return share < 1 ? share : HALF;
+}
+
+/** How many conditions are false: all false values of a joint are one, unless true ones are claimed beside them. */
+export function falseConditions(isFalse: readonly string[], isTrue: ReadonlySet<string>): number {
+  const beside = isFalse.filter((joints) => isTrue.has(joints));
+  return beside.length + new Set(isFalse.filter((joints) => !isTrue.has(joints))).size;
 }

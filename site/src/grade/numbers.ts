@@ -100,13 +100,14 @@ function numbers(entries: readonly Node[], key: NumbersKey, text: string): Verdi
     expected: Number((key.right[first] as number).toPrecision(4)),
   });
   const zeros = key.right.map((due) => Math.abs(due) <= key.floor);
-  const isNegated =
+  const isButForSigns =
     right.length > 1 &&
     !zeros.every(Boolean) &&
     key.units.every(Boolean) &&
-    mine.every((value, i) => near(-value, key.right[i] as number));
-  const share = isNegated ? shareButForFactor(1) : shareOfEntries(right, zeros, entries.map(hasBlank));
-  return graded(share, isNegated ? [message("verdict.but-sign"), reason] : [reason], {
+    mine.every((value, i) => near(value, key.right[i] as number) || near(-value, key.right[i] as number));
+  const byEntries = shareOfEntries(right, zeros, entries.map(hasBlank));
+  const share = isButForSigns ? Math.max(byEntries, shareButForFactor(1)) : byEntries;
+  return graded(share, isButForSigns ? [message("verdict.but-signs"), reason] : [reason], {
     entries: right.map((ok) => [ok]),
     ...slipsInNumbers(mine, right, key, text),
   });

@@ -11,7 +11,7 @@ import { hasBlank, integer, name, namesIn, type Node, node, ReadError } from "..
 import { VOCABULARY } from "../read/vocabulary.js";
 import { message } from "../text/text.js";
 import { type Atom, claimedPieces, isTied, type Piece } from "./pieces.js";
-import { shareOfSet } from "./credit.js";
+import { falseConditions, shareOfSet } from "./credit.js";
 import { slipsInSet } from "./set-slips.js";
 import { type At, correct, graded, missing, unreadable, type Verdict, wrong } from "./verdict.js";
 import { anyNumber, atText, isBlank } from "./values.js";
@@ -150,7 +150,8 @@ function compared(
   const claims = typed.map((claim) => exactly(claim, poses, space));
   const found = claims.map((claim, i) => counterexample(claim, space, isSingular, i, poses.flat()));
   const rounded = typed.find((claim, i) => claim !== claims[i] && found[i] === null);
-  const bad = found.filter((each) => each !== null && each !== "nowhere");
+  const isBad = found.map((each) => each !== null && each !== "nowhere");
+  const bad = found.filter((_, i) => isBad[i]);
   const openIn = (piece: readonly At[], by: readonly Piece[]) =>
     piece.find((at) => !by.some((claim) => holds(claim, at, space)));
   const uncoveredIn = (by: readonly Piece[], pieces: readonly (readonly At[])[]) =>
@@ -165,12 +166,15 @@ function compared(
     grouped(poses, conditions)
       .filter((pieces) => pieces.length > 0)
       .map((pieces) => [pieces.length - uncoveredIn(sound, pieces).length, pieces.length] as const),
-    bad.length,
+    falseConditions(
+      claims.filter((_, i) => isBad[i]).map((claim) => jointsOf(claim, space)),
+      new Set(sound.map((claim) => jointsOf(claim, space))),
+    ),
     rounded !== undefined,
   );
   const slips = slipsInSet({
     claims,
-    bad: claims.filter((_, i) => found[i] !== null && found[i] !== "nowhere"),
+    bad: claims.filter((_, i) => isBad[i]),
     poses,
     open: poses.filter((piece) => openIn(piece, claims) !== undefined),
     ...space,
@@ -204,6 +208,12 @@ function compared(
     });
   const nowhere = found.findIndex((each) => each === "nowhere" || each === "close") + 1;
   return graded(share, [message("verdict.nowhere", { text: String(nowhere) })]);
+}
+
+/** The joints of which a piece says something. */
+function jointsOf(piece: Piece, { joints }: Space): string {
+  const named = new Set(piece.flatMap(({ joint, zero }) => [joint, ...namesIn(zero)]));
+  return joints.filter((joint) => named.has(joint)).join(" ");
 }
 
 /** How many pieces with poses each condition has; without them it is nowhere, and does not count. */

@@ -215,7 +215,7 @@ function compared(rows: readonly (readonly Node[])[], key: ValuesKey): Verdict {
     );
   const right = differing.map((k) => k < 0);
   const zeros = scales.map((scale) => scale === 0 && largest > 0);
-  const amiss = blank.some(Boolean) ? 0 : amissIn(mine, key, zeros);
+  const amiss = blank.some(Boolean) ? 0 : amissIn(mine, key, zeros, right);
   const moving = key.moving ?? [];
   const byEntries =
     right.length === 1 || (moving.length > 0 && !moving.some((i) => right[i]))
@@ -307,21 +307,26 @@ interface Amiss {
   readonly says: TextKey;
 }
 
-/** Whether all entries are right but for their sign, or for a number times lengths or over them, or for both; else 0. */
+/** Whether all that is wrong is right but for signs, or for a number times lengths or over them, or for both; else 0. */
 function amissIn(
   mine: (k: number) => readonly (Value | null)[],
   key: ValuesKey,
   zeros: readonly boolean[],
+  right: readonly boolean[],
 ): Amiss | 0 {
-  const filled = zeros.flatMap((zero, i) => (zero ? [] : [i]));
-  if (filled.length === 0 || (filled.length === 1 && (key.moving ?? []).length === 0)) return 0;
+  const moving = key.moving ?? [];
+  const wrong = right.flatMap((ok, i) => (ok ? [] : [i]));
+  const isOneNumber = moving.length === 0 && zeros.filter((zero) => !zero).length === 1;
+  if (isOneNumber || wrong.some((i) => zeros[i])) return 0;
   const ratios: number[] = [];
+  let signs: readonly number[] = [];
   for (let k = 0; k < key.points.length; k += 1) {
     const own = mine(k);
-    const each = filled.map((i) => (own[i]?.im === 0 ? own[i].re / (key.right[i]?.[k] ?? NaN) : NaN));
+    const signed = wrong.map((i) => (own[i]?.im === 0 ? own[i].re / (key.right[i]?.[k] ?? NaN) : NaN));
+    if (k === 0) signs = signed.map(Math.sign);
+    const each = signed.map((ratio, j) => ratio * signs[j]!);
     const ratio = each[0] as number;
     if (!Number.isFinite(ratio) || !each.every((other) => near(other, ratio))) return 0;
-    if (zeros.some((zero, i) => zero && !same(own[i] ?? null, 0))) return 0;
     ratios.push(ratio);
   }
   const constants = (key.constants ?? []).slice(0, MOST_CONSTANTS).map((name) => key.symbols.indexOf(name));
@@ -331,9 +336,15 @@ function amissIn(
     );
     const [first] = left as [number];
     if (!(Math.abs(first) > SAME) || !left.every((each) => near(each, first))) continue;
-    const isOther = powers.some((power) => power !== 0) || !near(Math.abs(first), 1);
-    if (first < 0 && isOther) return { count: 2, says: "verdict.but-both" };
-    return { count: 1, says: first < 0 ? "verdict.but-sign" : "verdict.but-factor" };
+    const isOther = powers.some((power) => power !== 0) || !near(first, 1);
+    const isNegative = signs.includes(-1);
+    if (!isNegative && !isOther) return 0;
+    if (isOther && !wrong.some((i) => moving.includes(i))) return 0; // any number would be right but for a factor
+    const several = right.length > 1;
+    if (isNegative && isOther)
+      return { count: 2, says: several ? "verdict.but-signs-both" : "verdict.but-both" };
+    if (!isNegative) return { count: 1, says: "verdict.but-factor" };
+    return { count: 1, says: several ? "verdict.but-signs" : "verdict.but-sign" };
   }
   return 0;
 }

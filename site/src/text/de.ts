@@ -82,6 +82,8 @@ export const de: Catalogue = {
   "verdict.but-sign": "Bis auf das Vorzeichen ist es richtig.",
   "verdict.but-factor": "Bis auf einen konstanten Faktor ist es richtig.",
   "verdict.but-both": "Bis auf das Vorzeichen und einen konstanten Faktor ist es richtig.",
+  "verdict.but-signs": "Bis auf Vorzeichen ist es richtig.",
+  "verdict.but-signs-both": "Bis auf Vorzeichen und einen konstanten Faktor ist es richtig.",
   "verdict.entries": "{right} von {count} Einträgen sind richtig.",
   "verdict.blank": "Eintrag ({row}, {column}) ist leer geblieben.",
   "verdict.undefined": "nicht definiert",

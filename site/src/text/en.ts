@@ -98,6 +98,8 @@ export const en = {
   "verdict.but-sign": "It is right but for its sign.",
   "verdict.but-factor": "It is right but for a constant factor.",
   "verdict.but-both": "It is right but for its sign and a constant factor.",
+  "verdict.but-signs": "It is right but for signs.",
+  "verdict.but-signs-both": "It is right but for signs and a constant factor.",
   "verdict.entries": "{right} of {count} entries are right.",
   "verdict.blank": "Entry ({row}, {column}) was left blank.",
   "verdict.undefined": "undefined",

@@ -246,7 +246,8 @@ def test_question_tests_of_a_determinant_pass_in_maxima(quiz: ET.Element, tmp_pa
     assert [line for line in maxima(script, tmp_path) if line.startswith("RAN")] == expected
 
 
-SAME, AMISS = "qdot_same(qdot_values(qdot_read({})), {})", "qdot_amiss(qdot_values(qdot_read({})), qdot_values({}), {})"
+SAME = "qdot_same(qdot_values(qdot_read({})), {})"
+AMISS = "block([u: qdot_values(qdot_read({})), w: qdot_values({})], qdot_amiss(u, w, qdot_agree(u, w), {}))"
 FORMULAS = [
     *(
         (SAME.format(*pair), "1")
@@ -263,21 +264,27 @@ FORMULAS = [
             ("{s1}", "sin(theta1)"), ("s1 = s1", "sin(theta1)"),
         )
     ),
-    (AMISS.format("-a1*sin(theta2)", "a1*sin(theta2)", 1), "1"),
-    (AMISS.format("sin(theta2)/2", "a1*sin(theta2)", 1), "1"),
-    (AMISS.format("-sin(theta2)", "a1*sin(theta2)", 1), "2"),
-    (AMISS.format("a1*cos(theta2)", "a1*sin(theta2)", 1), "0"),
-    (AMISS.format("a1*sin(theta2)^2", "a1*sin(theta2)", 1), "0"),
-    (AMISS.format("0", "a1*sin(theta2)", 1), "0"),
-    (AMISS.format("matrix([0, 2*s2])", "matrix([0, sin(theta2)])", 2), "1"),
-    (AMISS.format("matrix([1, 2*s2])", "matrix([0, sin(theta2)])", 2), "0"),
-    (AMISS.format("matrix([unknown, 2*s2])", "matrix([0, sin(theta2)])", 2), "0"),
+    (AMISS.format("-a1*sin(theta2)", "a1*sin(theta2)", [1]), "1"),
+    (AMISS.format("sin(theta2)/2", "a1*sin(theta2)", [1]), "1"),
+    (AMISS.format("-sin(theta2)", "a1*sin(theta2)", [1]), "2"),
+    (AMISS.format("a1*cos(theta2)", "a1*sin(theta2)", [1]), "0"),
+    (AMISS.format("a1*sin(theta2)^2", "a1*sin(theta2)", [1]), "0"),
+    (AMISS.format("0", "a1*sin(theta2)", [1]), "0"),
+    (AMISS.format("matrix([0, 2*s2])", "matrix([0, sin(theta2)])", [2]), "1"),
+    (AMISS.format("matrix([1, 2*s2])", "matrix([0, sin(theta2)])", [2]), "0"),
+    (AMISS.format("matrix([unknown, 2*s2])", "matrix([0, sin(theta2)])", [2]), "0"),
+    (AMISS.format("matrix([s1, -s2])", "matrix([-sin(theta1), sin(theta2)])", [1, 2]), "1"),
+    (AMISS.format("matrix([-s1, -s2])", "matrix([-sin(theta1), sin(theta2)])", [1, 2]), "1"),
+    (AMISS.format("matrix([2*s1, -2*s2])", "matrix([-sin(theta1), sin(theta2)])", [1, 2]), "2"),
+    (AMISS.format("matrix([1, 7])", "matrix([1, 1])", []), "0"),
 ]  # fmt: skip
 SETS = [
     ("qdot_covered([theta2 = 0.5], [theta2 = 1/2])", "1"),
     ("qdot_covered([theta2 = 2*%pi + 1/2], [theta2 = 1/2])", "1"),
     ("qdot_covered([theta2 = 180], [theta2 = %pi])", "0"),
     ("qdot_beyond([theta2 = 1/2, 5, x + y, theta1 = 1/2], [theta2 = 1/2])", "3"),
+    ("qdot_beyond([theta2 = 1/2, theta1 = 0, theta1 = 1], [theta2 = 1/2])", "1"),
+    ("qdot_beyond([theta2 = 1/2, theta2 = 0, theta2 = 1], [theta2 = 1/2])", "2"),
     ("qdot_covered([d2 = 2*%pi], [d2 = 0])", "0"),
     ("qdot_set_share([[1, 2]], 0)", "2/3"),
     ("qdot_set_share([[0, 2], [1, 1]], 1)", "1/4"),
@@ -377,7 +384,7 @@ def test_known_wrong_answers_are_wrong_for_the_grader_and_blamed_on_their_mistak
             assert judged.outcome in (Outcome.WRONG, Outcome.PARTIAL)
             if isinstance(part.answer, Matrix):
                 share = earned(problem, part, text, "known").share
-                assert share_of(problem, part, wrong.answer, wrong.equal) == pytest.approx(share)
+                assert share_of(problem, part, wrong.answer, wrong.equal, is_known=True) == pytest.approx(share)
             blamed = diagnose(problem, part, text, "known")
             assert blamed is not None and blamed.mistakes
 
@@ -390,7 +397,7 @@ def test_shares_are_those_of_the_grader_whatever_the_policy(order: Order) -> Non
         assert isinstance(wrong.answer, sp.MatrixBase)
         text = str(wrong.answer.tolist())
         judged = earned(variant.problem, part, text, "s")
-        assert share_of(variant.problem, part, wrong.answer, wrong.equal) == pytest.approx(judged.share)
+        assert share_of(variant.problem, part, wrong.answer, wrong.equal, is_known=True) == pytest.approx(judged.share)
 
 
 def test_what_is_marked_as_a_whole_earns_nothing_in_part(order: Order) -> None:
