@@ -110,7 +110,8 @@ def diagnose(
 def is_one_mistake(problem: Problem, part: Part, given: Given, seed: str) -> bool:
     """Tell whether a single known mistake gives all that is wrong in an answer in formulas or in several numbers.
 
-    Only what is quickly found counts, so that no mark hangs on how long mistakes are looked for.
+    Entries in which it would be wrong, too, may be right: what is better earns no less. Only what is quickly found
+    counts, so that no mark hangs on how long mistakes are looked for.
     """
     answer = _wronged(problem, part, given, seed)
     if answer is None:
@@ -118,8 +119,12 @@ def is_one_mistake(problem: Problem, part: Part, given: Given, seed: str) -> boo
     found, right = answer.found, answer.right
     if found.values.shape != right.shape or is_right(found, right):
         return False
-    if any(_gives(wrong, found) for wrong in wrong_answers(answer.w, part, found.is_precise)):
-        return True
+    is_wrong = ~found.like(right)
+    if (np.abs(found.values[is_wrong]) > SAME).any():  # zeros are given by many
+        for wrong in wrong_answers(answer.w, part, found.is_precise):
+            fits = wrong.answer.shape == right.shape and (found.like(wrong.answer) | ~is_wrong).all()
+            if fits and says_something(wrong.answer):
+                return True
     if is_product(part):  # of which the factors count
         return False
     one_kind = (missing_links(answer.w, part, right, found.values), _finished(answer))
