@@ -505,6 +505,9 @@ MISTAKES = (
         "{Where} one term{which} seems to be multiplied by a wrong number, and the rest is right.", "6.3",
     ),
     Mistake(
+        "entry-factor", "Factor of an entry", "{Where} everything seems to be multiplied by one wrong number.", "6.3",
+    ),
+    Mistake(
         "constant-typed", "Constant in one place",
         "{Where} a constant term seems to be wrong, missing or extra, and the rest is right.", "6.3",
     ),
