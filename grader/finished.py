@@ -42,6 +42,7 @@ POINTS_FOR_CONSTANT = 4
 MOST_WAYS, FEW_POINTS = 300, 3
 """Ways to put an arm's own lengths in the place of those in an answer that are tried, and at how many points."""
 
+OWN_TABLE = "use the lengths in the table of your own arm. See (6.1)."
 TOO_MANY = {"term-missing": "term-surplus", "factor-missing": "factor-surplus"}
 """What is missing in what is due beside an answer is too many in the answer beside what is due."""
 
@@ -122,15 +123,19 @@ def _everywhere(rows: Rows, values: Values, found: InNumbers) -> Diagnosis | Non
 
 
 def _of_another_arm(formulas: Compared, values: Values, found: InNumbers, right: np.ndarray) -> Diagnosis | None:
-    """Return that an answer is right but for its lengths, of which several are not those of this arm."""
+    """Return that an answer is right but for its lengths, of which several are not those of this arm.
+
+    It is no mistake of the catalogue, for which something is paid: the arm may be another student's.
+    """
     entries = [entry for row in formulas.mine or [] for entry in row]
     if sum(map(size_of, entries)) > LONGEST:
         return None
     mine = [leaf for entry in entries for leaf in _lengths_in(entry)]
     known = list(dict.fromkeys(leaf for row in formulas.due for entry in row for leaf in _lengths_in(entry)))
     own = list(dict.fromkeys(mine))
-    times_strange = sum(mine.count(leaf) for leaf in own if leaf not in known)
-    if times_strange < 2 or not 0 < len(known) ** len(own) <= MOST_WAYS:
+    strange = [leaf for leaf in own if leaf not in known]
+    own = own if len(known) ** len(own) <= MOST_WAYS else strange  # others may stand for another length, too
+    if sum(map(mine.count, strange)) < 2 or not 0 < len(known) ** len(own) <= MOST_WAYS:
         return None
     some = {name: value[:FEW_POINTS] for name, value in values.items()}
     ways = list(product(_evaluated(known, some), repeat=len(own)))
@@ -142,8 +147,8 @@ def _of_another_arm(formulas: Compared, values: Values, found: InNumbers, right:
     due, size = right[..., :FEW_POINTS], found.size[..., :FEW_POINTS]
     if not any(InNumbers(answers[:, :, k], size, found.room).is_all(due) for k in range(len(ways))):
         return None
-    which = ", ".join(node_text(leaf) for leaf in own if leaf not in known)
-    return Diagnosis(("other-lengths",), CATALOGUE["other-lengths"].sentence({"which": which}))
+    which = ", ".join(map(node_text, strange))
+    return Diagnosis((), f"This would be right for an arm with other lengths ({which}): {OWN_TABLE}")
 
 
 def _lengths_in(node: Node) -> Iterator[Node]:

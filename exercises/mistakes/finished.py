@@ -515,11 +515,6 @@ MISTAKES = (
         "sum-multiplied", "Product for a sum",
         "{Where} you seem to have a product where a sum is expected: rates and angles of joints are added.", "6.3",
     ),
-    Mistake(
-        "other-lengths", "Lengths of another arm",
-        "This would be right for an arm with other lengths ({which}): use the lengths in the table of your own arm.",
-        "6.1",
-    ),
     Mistake("square-missing", "Square missing", "{Where} a square seems to be missing.", "6.3"),
     Mistake("wave-typed", "Sine for cosine in one place", "{Where} a sine stands where a cosine is due, or the other "
             "way round.", "Example 6.1"),
