@@ -110,8 +110,8 @@ def diagnose(
 def is_one_mistake(problem: Problem, part: Part, given: Given, seed: str) -> bool:
     """Tell whether a single known mistake gives all that is wrong in an answer in formulas or in several numbers.
 
-    Entries in which it would be wrong, too, may be right: what is better earns no less. Only what is quickly found
-    counts, so that no mark hangs on how long mistakes are looked for.
+    What such a mistake would spoil besides may be right: no cause is named then, but a better answer never earns less.
+    Only what is quickly found counts, so that no mark hangs on how long mistakes are looked for.
     """
     answer = _wronged(problem, part, given, seed)
     if answer is None:
@@ -119,14 +119,15 @@ def is_one_mistake(problem: Problem, part: Part, given: Given, seed: str) -> boo
     found, right = answer.found, answer.right
     if found.values.shape != right.shape or is_right(found, right):
         return False
-    is_wrong = ~found.like(right)
-    if (np.abs(found.values[is_wrong]) > SAME).any():  # zeros are given by many
-        for wrong in wrong_answers(answer.w, part, found.is_precise):
-            fits = wrong.answer.shape == right.shape and (found.like(wrong.answer) | ~is_wrong).all()
-            if fits and says_something(wrong.answer):
-                return True
+    alone = [one for one in wrong_answers(answer.w, part, found.is_precise) if one.answer.shape == right.shape]
+    if any(_gives(one, found) for one in alone):
+        return True
     if is_product(part):  # of which the factors count
         return False
+    wrong = ~found.like(right) & ~np.isnan(found.values).any(axis=-1)
+    several = not found.is_direction and wrong.any() and right.shape[-1] > 1
+    if several and any(found.like(one.answer)[wrong].all() and says_something(one.answer[wrong]) for one in alone):
+        return True
     one_kind = (missing_links(answer.w, part, right, found.values), _finished(answer))
     return any(diagnosis is not None and diagnosis.is_one for diagnosis in one_kind)
 
