@@ -47,6 +47,8 @@ POINTS = 16
 THREE_DECIMALS = 6e-4
 LEAST_LIKELY = 0.2
 """Prior of a mistake below which a slip in one place of the finished formulas is likelier."""
+VERY_LIKELY = 2.0
+"""Prior of a mistake throughout an answer that is likelier than the wrong sign of a single entry."""
 MOST_IN_ONE_PLACE = 2
 """Wrong entries that one slip may make in finished formulas."""
 EXTRA = set(TOO_MANY.values())
@@ -273,7 +275,8 @@ def _likeliest(answer: Wronged, fitting: Sequence[Wrong], oftener: Oftener) -> D
     count = int((~found.like(answer.right)).sum()) if found.values.shape == answer.right.shape else 0
     is_rare = highest < LEAST_LIKELY and count <= MOST_IN_ONE_PLACE
     is_throughout = count == 1 < found.values[..., 0].size and not OF_ONE_PLACE & set(first.slip.words)
-    slip = _finished(answer) if count and not found.is_direction and (is_rare or is_throughout) else None
+    is_less_likely = is_rare or (is_throughout and highest < VERY_LIKELY)
+    slip = _finished(answer) if count and not found.is_direction and is_less_likely else None
     if slip is not None and (set(slip.mistakes) <= SIGNS or (is_rare and not EXTRA & set(slip.mistakes))):
         return slip
     return _said([wrong for wrong, own in zip(rivals, priors, strict=True) if own == highest][:2])

@@ -49,8 +49,10 @@ OFTENER = (
 PRIORS: dict[str, float] = {
     "point-forgotten": 2.0, "link-left-out": 1.5, "joint-left-out": 1.0, "row-misread": 0.1, "cross-order": 0.1,
     "arm-reversed": 0.1, "modified-dh": 0.1, "joint-turns-other-way": 0.1, "previous-axis": 0.1, "wrong-axis": 0.1,
+    "base-exchanged": 0.1, "link-not-rotated": 0.5, "own-link-only": 0.5, "arm-of-one-link": 0.5, "screw-sign": 2.0,
+    "link-subtracted": 1.5, "offset-forgotten": 1.5, "base-forgotten": 1.5,
     "row-of-rotation": 0.1, "arm-to-origin": 0.1, "offset-sign": 1.0, "offset-in-degrees": 1.0, "wrong-radians": 1.0,
-    "slide-offset-sign": 1.0, "lengths-exchanged": 1.0, "other-point": 1.0, "value-sign-in-set": 1.0,
+    "slide-offset-sign": 1.5, "lengths-exchanged": 1.0, "other-point": 1.0, "value-sign-in-set": 1.0,
     "tangent-turned-over": 1.0, "product-sign": 1.0, "axis-sign": 0.5, "offset-forgotten-in-set": 1.0,
     "offset-sign-in-set": 1.0, "quarter-turn-singular": 0.5,
 }  # fmt: skip
@@ -61,8 +63,10 @@ BY_PROPAGATION = 0.5
 
 ALIKE: dict[str, tuple[str, ...]] = {
     "prismatic-as-revolute": ("joint-left-out",),
-    "link-left-out": ("point-forgotten", "chain-rule"),
+    "link-left-out": ("point-forgotten", "chain-rule", "offset-forgotten", "base-forgotten"),
+    "link-subtracted": ("offset-forgotten", "slide-offset-sign"),
     "row-misread": ("offset-sign",),
+    "distance-forgotten": ("other-point",),
     "term-sign": ("product-sign",),
     "tangent-turned-over": ("value-sign-in-set",),
     "quarter-turn-singular": ("offset-forgotten-in-set", "offset-sign-in-set"),

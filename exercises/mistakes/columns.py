@@ -1,8 +1,8 @@
 """Mistakes in the columns of a Jacobian: by differentiation (6.3) and by propagation (6.9 to 6.12)."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from itertools import combinations
+from itertools import combinations, permutations, product
 
 import numpy as np
 import sympy as sp
@@ -178,6 +178,18 @@ def _to_origin(chain: Chain, _: Shape) -> Iterator[Slip]:
     yield Slip({"arms": lambda w, _: w["frames on axes"], "linear": propagated})
 
 
+def _from_other_origin(chain: Chain, _: Shape) -> Iterator[Slip]:
+    for i, j in permutations(range(chain.n), 2):
+
+        def changed(w: Working, arms: np.ndarray, i: int = i, j: int = j) -> np.ndarray:
+            out = np.array(arms)
+            out[i] = arms[j]
+            return out
+
+        frame, other = (frame_on_axis(chain, joint + 1) for joint in (i, j))
+        yield Slip({"arms": changed}, {"joint": i + 1, "frame": frame, "other": other})
+
+
 def _reversed(chain: Chain, _: Shape) -> Iterator[Slip]:
     yield Slip({"arms": lambda w, arms: -arms, "linear": propagated})
 
@@ -297,11 +309,21 @@ def _rotations_on_axes(w: Working) -> list[np.ndarray]:
 
 
 def _along_x(chain: Chain, _: Shape) -> Iterator[Slip]:
-    def column(row: int) -> Change:
-        return lambda w, _: np.stack([rotation[:, row] for rotation in _rotations_on_axes(w)])
+    for axis in "xy":
+        yield Slip({"axes": _along(axis, range(chain.n + 1)), "linear": propagated}, {"axis": axis})
 
-    yield Slip({"axes": column(0), "linear": propagated}, {"axis": "x"})
-    yield Slip({"axes": column(1), "linear": propagated}, {"axis": "y"})
+
+def _one_along_x(chain: Chain, _: Shape) -> Iterator[Slip]:
+    for axis, i in product("xy", range(chain.n)):
+        yield Slip({"axes": _along(axis, [i]), "linear": propagated}, {"axis": axis, "joint": i + 1})
+
+
+def _along(axis: str, joints: Sequence[int]) -> Change:
+    def changed(w: Working, axes: np.ndarray) -> np.ndarray:
+        columns = [rotation[:, "xy".index(axis)] for rotation in _rotations_on_axes(w)]
+        return np.stack([column if i in joints else axes[i] for i, column in enumerate(columns)])
+
+    return changed
 
 
 def _axis_row(chain: Chain, _: Shape) -> Iterator[Slip]:
@@ -483,6 +505,11 @@ _ALL = (
         "6.13", _from_base,
     ),
     Mistake(
+        "arm-from-other-origin", "One vector p* from another origin",
+        "The vector p* of joint {joint} seems to start at O{other}: for this joint it runs from the origin of frame "
+        "{frame}.", "6.13", _from_other_origin, rare=True,
+    ),
+    Mistake(
         "arm-to-origin", "Vector to the joint for p*",
         "The vectors p* seem to run from the base to the joints: they run from the joints to the point.",
         "6.13", _to_origin, rare=True,
@@ -547,6 +574,11 @@ _ALL = (
         _along_x, rare=True,
     ),
     Mistake(
+        "wrong-axis-of-joint", "x or y axis for z, for one joint",
+        "For joint {joint}, the {axis} axis of the frame seems to be taken: joints rotate about, and slide along, z.",
+        "below 6.10", _one_along_x, rare=True,
+    ),
+    Mistake(
         "row-of-rotation", "Row of the rotation matrix for its column",
         "The axes seem to be the last rows of the rotation matrices: they are the last columns.", "below 6.10",
         _axis_row, rare=True,
@@ -582,10 +614,10 @@ _ALL = (
 )  # fmt: skip
 
 OF_FRAMES = frozenset({
-    "next-arm", "next-frame", "previous-frame", "arm-from-base", "arm-to-origin", "arm-reversed", "arm-of-one-link",
-    "no-cross-product", "tool-frame", "own-frames", "wrong-axis", "row-of-rotation", "velocity-of-other-frame",
-    "arms-exchanged",
-    "rows-not-turned", "turned-the-wrong-way", "frame-before",
+    "next-arm", "next-frame", "previous-frame", "arm-from-base", "arm-from-other-origin", "arm-to-origin",
+    "arm-reversed", "arm-of-one-link", "no-cross-product", "tool-frame", "own-frames", "wrong-axis",
+    "wrong-axis-of-joint", "row-of-rotation", "velocity-of-other-frame", "arms-exchanged", "rows-not-turned",
+    "turned-the-wrong-way", "frame-before",
 })  # fmt: skip
 """Those that speak of frames on the links, or of vectors from their origins."""
 MISTAKES = of_frames(_ALL, but={one.name for one in _ALL} - OF_FRAMES)

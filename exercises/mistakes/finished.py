@@ -101,8 +101,8 @@ def _anywhere(node: Node) -> Iterator[Edit]:
 def _here(node: Node) -> Iterator[Edit]:
     if node.kind == "call" and node.value in WAVES:
         yield Edit("wave-typed", _other_wave(node))
-        yield Edit("wave-derived", _other_wave(node))
-        yield Edit("wave-derived", negative(_other_wave(node)))
+        yield Edit("wave-derived" if node.value == "sin" else "wave-not-derived", _other_wave(node))
+        yield Edit("wave-not-derived" if node.value == "sin" else "wave-derived", negative(_other_wave(node)))
         for angle in _angles(node.args[0]):
             yield Edit("angle-typed", Node("call", (angle,), node.value))
         yield from _split(node)
@@ -148,6 +148,7 @@ def _of_product(node: Node) -> Iterator[Edit]:
         yield Edit("factor-missing", kept, lost)
         if lost.kind in ("+", "-"):  # the factor multiplies one of the terms only
             add = plus if lost.kind == "+" else minus
+            yield Edit("waves-in-factor", times(_changed(lost, _other_wave), kept))
             yield Edit("bracket-missing", add(lost.args[0], times(lost.args[1], kept)))
             yield Edit("bracket-missing", add(times(kept, lost.args[0]), lost.args[1]))
 
@@ -524,9 +525,18 @@ MISTAKES = (
         "sum with the other terms.", "Example 6.1",
     ),
     Mistake(
-        "wave-derived", "Sine for cosine in one place, and a sign",
-        "{Where} there is a sine where a cosine is expected, or the other way round, and the sign is wrong, too: did "
-        "you differentiate a factor too often, or not at all?", "6.3",
+        "wave-derived", "Sine or cosine differentiated once too often",
+        "{Where} there is a sine where a cosine is expected, or the other way round, with a sign as if it had been "
+        "differentiated once more.", "6.3",
+    ),
+    Mistake(
+        "wave-not-derived", "Sine or cosine not differentiated",
+        "{Where} there is a sine where a cosine is expected, or the other way round, with a sign as if it had not been "
+        "differentiated.", "6.3",
+    ),
+    Mistake(
+        "waves-in-factor", "Sines for cosines in a factor",
+        "{Where} sines and cosines seem to be exchanged in one factor, and the rest is right.", "Example 6.1",
     ),
     Mistake(
         "waves-typed", "Sines for cosines in an entry",

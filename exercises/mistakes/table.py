@@ -169,7 +169,7 @@ def _from_another_row(chain: Chain, _: Shape) -> Iterator[Slip]:
 def _lengths_exchanged(chain: Chain, _: Shape) -> Iterator[Slip]:
     rows = told_rows(chain)
     for i, j in combinations(range(chain.n), 2):
-        if rows[i].a != rows[j].a:
+        if 0 != rows[i].a != rows[j].a != 0:
 
             def changed(w: Working, table: Table, i: int = i, j: int = j) -> Table:
                 one, other = _told(w, table, i).a, _told(w, table, j).a

@@ -129,6 +129,9 @@ def elbow_jacobian(second: list[str], third: list[str]) -> str:
 SECOND = [f"-cos(theta1)*({BENT})", f"-sin(theta1)*({BENT})", f"-({BENT_SLOPE})"]
 THIRD = [f"-a3*{wave}" for wave in ("cos(theta1)*sin(theta2 + theta3)", "sin(theta1)*sin(theta2 + theta3)",
                                     "cos(theta2 + theta3)")]  # fmt: skip
+RPR_SINE, RPR_COSINE = "sin(theta1 + theta3 + pi/4)", "cos(theta1 + theta3 + pi/4)"
+P_X, P_Y = f"a3*{RPR_SINE} - (d2 - 1/4)*c1", f"-a3*{RPR_COSINE} - (d2 - 1/4)*s1"
+C1_60, S1_60, T12 = "cos(theta1 + pi/3)", "sin(theta1 + pi/3)", "theta1 + theta2 + pi/12"
 OFFSET, WRONG = "(0.25 - 0.7*c2 + a3*c23)", "(0.3 - 0.6*c2 + a3*c23)"
 P3 = "[-a1*s1 - a2*s12 - a3*s123, -a2*s12 - a3*s123, -a3*s123], [a1*c1 + a2*c12 + a3*c123, a2*c12 + a3*c123, a3*c123]"
 
@@ -136,7 +139,7 @@ P3 = "[-a1*s1 - a2*s12 - a3*s123, -a2*s12 - a3*s123, -a3*s123], [a1*c1 + a2*c12 
 @pytest.mark.parametrize(
     ("problem", "question", "answer", "mistake"),
     [
-        ("wrist-zyz/1@chapter", "determinant", "cos(theta2)", "wave-derived"),
+        ("wrist-zyz/1@chapter", "determinant", "cos(theta2)", "wave-not-derived"),
         ("wrist-zyz/1@chapter", "jacobian", "[[0, -s1, -c1*s2], [0, c1, s1*s2], [1, 0, c2]]",
          "term-sign-typed: row 1, column 3"),
         ("elbow-3r/1@chapter", "jacobian",  # both factors of the product differentiated
@@ -153,6 +156,25 @@ P3 = "[-a1*s1 - a2*s12 - a3*s123, -a2*s12 - a3*s123, -a3*s123], [a1*c1 + a2*c12 
         ("elbow-3r/2@frames", "position",
          f"[{WRONG}*cos(theta1 - pi/3), -0.6*s2 + a3*s23 - d1, 0.7 + {WRONG}*sin(theta1 - pi/3)]",
          ": other lengths (0.3, 0.6)"),
+        ("planar-rpr/14@frames", "position",  # the base in (0.3, 0), which is no exchange with a z that is 0
+         f"[{P_X} + s1/5 + 3/10, {P_Y} - c1/5]", "term-missing: entry 2|0.4"),
+        ("planar-rpr/14@frames", "position-vectors",
+         f"[[{P_X} + s1/5, {P_X} + s1/5, a3*{RPR_SINE}], [{P_Y} - c1/5, {P_Y} - c1/5, -a3*{RPR_COSINE}], [0, 0, 0]]",
+         "arm-from-other-origin: joint 2|O0|frame 1"),
+        ("wrist-zyz/9@zeros", "twist",
+         f"[0, 0, 0, -qd2*{S1_60} - qd3*s2*{C1_60}, qd2*{C1_60} - qd3*s2*{S1_60}, qd1 - qd3*c2]",
+         "distance-forgotten and other-point: row 3|O2"),
+        ("scara/3@zeros", "position",  # where twice the last link is what is added to d3
+         f"[a1*{C1_60} + 0.3*cos({T12}), a1*{S1_60} + 0.3*sin({T12}), d1 - d3 - 0.1]",
+         "link-subtracted and offset-forgotten: link 4|joint 3"),
+        ("spherical/4@frames", "position",  # of which the base is as high as link 1 is long
+         "[-(d3 - 0.2)*s1*cos(theta2 + pi/4), (d3 - 0.2)*c1*cos(theta2 + pi/4), (d3 - 0.2)*sin(theta2 + pi/4) + 0.45]",
+         "link-left-out and base-forgotten: link 1"),
+        ("polar-rp/13@lengths", "jacobian", "[[d2*c1 - 0.15*s1, c1], [d2*s1 + 0.15*c1, s1]]",
+         "wrong-axis-of-joint: joint 2, the x"),
+        ("elbow-lateral/17@lengths", "determinant", "-0.6*a3*(a3*s23 + 0.6*s2)*s3", "waves-in-factor"),
+        ("planar-2r/15@lengths@screws", "home-screws",
+         "[[0, 0], [0, 0], [1, 1], [0, 0], [0, a1], [0, 0]]", "screw-sign"),
         ("scara/1@chapter", "singular-angles", "[theta2 = 0, theta2 = pi, d3 = 0]", "joint-called-singular: d3"),
         ("orthogonal-3r/1@chapter", "singular-angles",
          "[theta3 = 0, theta3 = pi, theta2 = acos(-a1/a2), a2 + a3*c3 = 0]", "one-root-only"),

@@ -53,7 +53,7 @@ RIGHT = (f"-a1*{S1} - a2*{S12}", f"-a2*{S12}", f"a1*{C1} + a2*{C12}", f"a2*{C12}
         ),
         ({0: "0"}, "entry-missing", "row 1, column 1"),
         ({2: f"-a1*{C1} - a2*{C12}"}, "entry-sign", "row 2, column 1"),
-        ({1: f"a2*{C12}"}, "wave-derived", "row 1, column 2"),
+        ({1: f"a2*{C12}"}, "wave-not-derived", "row 1, column 2"),
         ({1: f"-a2*{S12}*a1"}, "factor-surplus", "row 1, column 2|a1"),
         ({1: RIGHT[0]}, "term-surplus", "row 1, column 2|a1"),
         ({0: f"-(a1*{S1} + 3*a2*{S12})*2/2"}, "factor-surplus", "row 1, column 1"),
