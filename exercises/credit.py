@@ -40,7 +40,7 @@ OWN = Credit()
 # --- the rules ---
 
 AMISS = Fraction(1, 5)
-"""What wrong signs cost, however many there are, and what a common factor that is wrong costs."""
+"""What wrong signs cost, however many there are, a common factor that is wrong, and rounded values of joints."""
 FORGOTTEN = Fraction(2, 3)
 """By what a condition multiplies the share if some of its configurations are forgotten."""
 HALF = Fraction(1, 2)
@@ -101,21 +101,22 @@ def share_of_columns(right: Sequence[bool]) -> Fraction:
     return Fraction(min(sum(right), len(right) - 1), max(len(right), 1))
 
 
-def share_of_set(found: Sequence[tuple[int, int]], unsound: int) -> Fraction:
+def share_of_set(found: Sequence[tuple[int, int]], unsound: int, *, is_rounded: bool = False) -> Fraction:
     """Return the share of a set that is not right: of each condition, how many configurations are `found`, of how many.
 
     `unsound` conditions are claimed and don't hold (`false_conditions`). If they are more than those of which something
-    is found, they are guesses.
+    is found, they are guesses. Values that are right but for rounding are found; all of them together cost what wrong
+    signs do.
 
     >>> share_of_set([(1, 2)], 0), share_of_set([(0, 2), (1, 1)], 0), share_of_set([(2, 2)], 1)
     (Fraction(2, 3), Fraction(1, 2), Fraction(1, 2))
-    >>> share_of_set([(2, 2), (0, 1)], 1), share_of_set([(2, 2)], 2)
-    (Fraction(1, 4), Fraction(0, 1))
+    >>> share_of_set([(2, 2), (0, 1)], 1), share_of_set([(2, 2)], 2), share_of_set([(2, 2)], 0, is_rounded=True)
+    (Fraction(1, 4), Fraction(0, 1), Fraction(4, 5))
     """
     conditions = sum(some > 0 for some, _ in found)
     if conditions == 0 or unsound > conditions:
         return Fraction(0)
-    share = HALF**unsound
+    share = HALF**unsound * (1 - AMISS * is_rounded)
     for some, due in found:
         share *= 1 if some == due else FORGOTTEN if some else HALF
     return share if share < 1 else HALF  # something is claimed that holds nowhere

@@ -12,7 +12,7 @@ The map, from the bottom up: nothing here imports what stands below it.
     compare                         two texts (`qdot compare`)
     residuals                       what an answer lacks
     numbers, finished, rounded      an answer in numbers; slips in the finished formulas; what is right but for rounding
-    pairs, set_mistakes             two mistakes at once, or in some entries; behind a set of singular configurations
+    set_mistakes                    the mistake behind a set of singular configurations, or what is wrong in it
     diagnosis                       the mistake behind a wrong answer
     advice, terms, follow           what to look at without one; terms of the solution; what follows from a wrong answer
     credit                          what an answer earns in part

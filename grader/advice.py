@@ -254,7 +254,7 @@ def _of_claims(problem: Problem, part: Part, given: Given, seed: str, together: 
         else ("set each factor to zero by itself, and look for all angles in a turn")
     )
     if found.rounded:
-        return "A value that is right but for its digits does not count: write each as it is, as in pi/3 or acos(1/3)."
+        return "A value that is right but for its digits earns less: write each as it is, as in pi/3 or acos(1/3)."
     if found.surplus is None:
         return f"What you give is singular, and it is not all: {every}."
     if together or any(len(piece) > 1 for piece in claimed):

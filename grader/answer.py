@@ -15,7 +15,16 @@ from exercises.formula.identity import Domain
 from exercises.formula.notation import kind_of_unit, units_of_numbers
 from exercises.formula.pieces import WHOLE_NUMBERS
 from exercises.formula.tables import numbers_text, table_text
-from exercises.formula.trees import Node, ReadError, as_matrix, has_blank, names, node_text, refuse_statements
+from exercises.formula.trees import (
+    Node,
+    ReadError,
+    as_matrix,
+    has_blank,
+    names,
+    node_text,
+    refuse_statements,
+    statement_in,
+)
 from exercises.formula.vocabulary import VOCABULARY
 from grader.function_values import Table
 from grader.verdict import Judgement, missing, wrong
@@ -177,7 +186,8 @@ def _alternatives(node: Node) -> list[Node]:
 
 def _is_bare(node: Node, joints: Sequence[str]) -> bool:
     """Tell whether a formula of the joints stands there without what it is equal to."""
-    return node.kind in ("+", "-", "*", "/", "^", "neg", "call") and bool(names(node) & set(joints))
+    is_formula = node.kind in ("+", "-", "*", "/", "^", "neg", "call") and statement_in(node) is None
+    return is_formula and bool(names(node) & set(joints))
 
 
 def _without_blanks(node: Node) -> Node:
@@ -211,6 +221,24 @@ def with_joint(node: Node, joints: Sequence[str]) -> Node:
     if len(joints) != 1:
         raise ReadError(f"say which joint has these values, as in {joints[-1]} = 0, pi/3")
     return Node("in", (Node("name", value=joints[0]), Node("set", tuple(values))))
+
+
+OR = "commas between conditions mean 'or'; write 'and' between those that have to hold at once"
+
+
+def at_once(node: Node, joints: Sequence[str]) -> Node | None:
+    """Return a list of conditions on different joints as if commas meant "and"; None where they can only mean "or".
+
+    Conditions on the same joints remain alternatives, and values belong to the joint before them.
+    """
+    if node.kind != "list":
+        return None
+    groups: dict[frozenset[str], list[Node]] = {}
+    named: frozenset[str] = frozenset()
+    for condition in node.args:
+        named = frozenset(names(condition) & set(joints)) or named
+        groups.setdefault(named, []).append(condition)
+    return Node("and", tuple(Node("list", tuple(group)) for group in groups.values())) if len(groups) > 1 else None
 
 
 def _says_a_condition(node: Node, joints: Sequence[str]) -> bool:
@@ -304,16 +332,18 @@ def is_all_blank(node: Node) -> bool:
 
 
 def _right_side(given: Given, domain: Domain, labels: Sequence[str] = ()) -> Given:
-    """Take what stands right of "J = …" or "det: …": of a name of the student's own, or the only one of `labels`."""
+    """Take what J is from "J = …", "… = J" or "det: …": of a name of the student's own, or the only one of `labels`."""
     tree = given.tree
     if tree is not None and tree.kind == "dict" and len(tree.args) == 1:
         tree = tree.args[0]
     if tree is None or tree.kind not in ("eq", "pair"):
         return given
-    left, right = tree.args
-    own = _is_called(left) and not names(left) & set(domain.roles)
-    label = left.kind == "name" and [_label_of(str(left.value))] == [_label_of(label) for label in labels]
-    return replace(given, tree=right) if own or label else given
+    for name, value in (tree.args, tree.args[::-1]):
+        own = _is_called(name) and not names(name) & set(domain.roles)
+        label = name.kind == "name" and [_label_of(str(name.value))] == [_label_of(label) for label in labels]
+        if own or label:
+            return replace(given, tree=value)
+    return given
 
 
 LINEAR, ANGULAR = ("vx", "vy", "vz"), ("wx", "wy", "wz")
@@ -333,8 +363,8 @@ def _other_component(tree: Node, labels: Sequence[str]) -> str:
 
 
 def _is_called(node: Node) -> bool:
-    """Tell whether words stand there, or the power of a name: The determinant, J^-1."""
-    while node.kind == "*" and node.args[1].kind == "name":
+    """Tell whether words stand there, dx/dq, or the power of a name: The determinant, J^-1."""
+    while node.kind in ("*", "/") and node.args[1].kind == "name":
         node = node.args[0]
     return node.kind == "name" or (node.kind == "^" and node.args[0].kind == "name")
 
@@ -384,7 +414,11 @@ def _unlabelled(node: Node, labels: Sequence[str], shape: tuple[int, int] = (0, 
             flat = len(due) > rows or columns == 1
             cut = [Node("list", tuple(entries[i : i + columns])) for i in range(0, len(due), columns)]
             return Node("list", tuple(cut if flat else entries))
-    return node
+    if not said or not all(map(_is_named, node.args)):
+        return node
+    asked = f", and {', '.join(labels)} are asked" if labels else ""
+    instead = f"write it as in {_as_in(shape)}" if columns else "write what is asked alone"
+    raise ReadError(f"{', '.join(list(said)[:5])} stand before the entries{asked}; {instead}")
 
 
 def _once(node: Node) -> Node:

@@ -16,7 +16,7 @@ from exercises.formula.trees import has_blank
 from exercises.problem import variable
 from exercises.quizzes import ASKED
 from exercises.setup_cell import setup_of
-from grader.answer import Given, read_any
+from grader.answer import OR, Given, at_once, read_any
 from grader.cells import OverLimit, Unreadable
 from grader.finding import asked_in, find_answers
 from grader.formulas import unknown_symbols
@@ -167,7 +167,15 @@ def _row(part: str, text: str, due: Due | None) -> CheckedAnswer:
     shown = text if len(text) <= 300 else text[:300] + " …"
     if given.tree is not None and has_blank(given.tree):
         return CheckedAnswer(part, False, f"partly left blank: {shown}")
+    if due is not None and due.answer.is_a_set:
+        return CheckedAnswer(part, True, shown + (f" ({OR})" if _may_mean_and(given, due) else ""))
     return CheckedAnswer(part, True, ("" if ".singular" in part else _shape(given)) + shown)
+
+
+def _may_mean_and(given: Given, due: Due) -> bool:
+    """Tell whether commas in a text stand between conditions on different joints; in a list they stand for "or"."""
+    is_list = given.text.strip()[:1] in ("[", "{")
+    return not is_list and given.tree is not None and at_once(given.tree, due.joints) is not None
 
 
 def _unknown(given: Given, due: Due | None) -> str:

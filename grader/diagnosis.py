@@ -1,13 +1,12 @@
 """Name the mistake behind a wrong answer: the one of the catalogue that gives the very same answer.
 
-Answers are compared at random configurations, or at the one that is given. First each mistake by itself, then two
-together (one on the way to J, one behind it), then mistakes that were made in some entries only. What gives none of
-these is not guessed at.
+Answers are compared at random configurations, or at the one that is given. If no mistake of the catalogue gives the
+whole answer, what is wrong is told entry by entry. What gives neither is not guessed at.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -35,32 +34,27 @@ from exercises.quizzes.options import blames_of
 from exercises.stream import Stream
 from exercises.writing.statement import answer_code
 from grader.answer import Given
-from grader.finished import How, finished
+from grader.finished import TOO_MANY, Compared, finished
 from grader.function_values import Table
 from grader.numbers import SAME, InNumbers, says_something, unit
-from grader.pairs import (
-    all_but_one,
-    in_some_entries,
-    misread_and_more,
-    misread_twice,
-    one_beside_slips,
-    one_in_some,
-    said,
-    two,
-    two_in_some,
-)
 from grader.parts import judge_given
 from grader.residuals import missing_links
 from grader.rounded import is_right, rounded, rounded_values
 from grader.set_mistakes import behind_set
 from grader.verdict import Diagnosis, Outcome, known_by
 
-POINTS = 5
+POINTS = 16
 THREE_DECIMALS = 6e-4
 LEAST_LIKELY = 0.2
 """Prior of a mistake below which a slip in one place of the finished formulas is likelier."""
 MOST_IN_ONE_PLACE = 2
 """Wrong entries that one slip may make in finished formulas."""
+EXTRA = set(TOO_MANY.values())
+SIGNS = {"term-sign-typed", "entry-sign"}
+OF_ONE_PLACE = {"joint", "link", "one"}
+"""Words of mistakes that were made in one place: others change everything, and hardly the sign of one entry only."""
+OF_ANOTHER = ("other-lengths",)
+"""What is right for another arm is no mistake that was made on this one."""
 LONGEST_SET = 600
 """Characters of a set that is compared with what mistakes make of the right one; each comparison takes its time."""
 
@@ -105,15 +99,14 @@ def diagnose(
             if judge_given(problem, replace(part, answer=slip.answer), given, seed).outcome is Outcome.CORRECT:
                 made = known_by(mistake.name, slip.words)
                 return Diagnosis((mistake.name,), mistake.sentence(slip.words), known_by=(made,))
-    evaluated = _evaluated(problem, part, given, seed)
-    if evaluated is None:
+    answer = _wronged(problem, part, given, seed)
+    if answer is None:
         return None
-    values, found = evaluated
-    right = result(numbers(problem.chain, values), part)
+    found, right = answer.found, answer.right
     said = rounded(part, found, right, given.entries) if given.table is None else rounded_values(found, right)
     if said or is_right(found, right):  # as are mistakes that make no difference on this arm
         return said
-    return named(problem, part, values, found, causes, oftener)
+    return named(answer, causes, oftener)
 
 
 def is_one_mistake(problem: Problem, part: Part, given: Given, seed: str) -> bool:
@@ -121,50 +114,50 @@ def is_one_mistake(problem: Problem, part: Part, given: Given, seed: str) -> boo
 
     Only what is quickly found counts, so that no mark hangs on how long mistakes are looked for.
     """
-    evaluated = _evaluated(problem, part, given, seed)
-    if evaluated is None:
+    answer = _wronged(problem, part, given, seed)
+    if answer is None or answer.found.values.shape != answer.right.shape or is_right(answer.found, answer.right):
         return False
-    values, found = evaluated
-    w = numbers(problem.chain, values)
-    right = result(w, part)
-    if found.values.shape != right.shape or is_right(found, right):
+    found, right = answer.found, answer.right
+    wrong = np.ones(right.shape[:2], dtype=bool) if part.answer.is_in_numbers else ~found.like(right)
+    for one in wrong_answers(answer.w, part, found.is_precise):
+        if (
+            one.answer.shape == right.shape
+            and says_something(one.answer[wrong])
+            and found.like(one.answer)[wrong].all()
+        ):
+            return True
+    is_blank = not np.abs(found.values[wrong]).max(axis=-1).all()
+    if is_product(part) or is_blank:  # of a product the factors count, and zeros are no attempt
         return False
-    alone = [wrong for wrong in wrong_answers(w, part, found.is_precise) if wrong.answer.shape == right.shape]
-    if any(_gives(wrong, found) for wrong in alone):
-        return True
-    if is_product(part):  # of which the factors count
-        return False
-    one_kind = (
-        missing_links(w, part, right, found.values),
-        _finished(problem, part, values, found, right),
-        one_in_some(*in_some_entries(alone, right, found)),
-    )
-    return any(diagnosis is not None and diagnosis.is_one for diagnosis in one_kind)
+    looked = (missing_links(answer.w, part, right, found.values), _finished(answer))
+    return any(diagnosis is not None and diagnosis.is_one and diagnosis.mistakes != OF_ANOTHER for diagnosis in looked)
 
 
-def _evaluated(problem: Problem, part: Part, given: Given, seed: str) -> tuple[Values, InNumbers] | None:
-    """Return configurations and an answer there, None where no mistakes in the derivation are known."""
+def _wronged(problem: Problem, part: Part, given: Given, seed: str) -> "Wronged | None":
+    """Return an answer with its values at configurations, None where no mistakes in the derivation are known."""
     if not is_derived(part):
         return None
     if given.table is not None:
-        return _values_of(part, given.table)
+        return _wronged_function(problem, part, given.table)
     values = configurations(problem.chain, part, problem.domain(), POINTS, Stream(f"{seed}/diagnosis"))
     try:
         in_numbers = _in_numbers(part, given, values)
     except ReadError:  # statements among the entries of an answer that was refused
         return None
-    return None if in_numbers is None else (values, in_numbers)
+    return None if in_numbers is None else Wronged(problem, part, values, in_numbers, given.rows)
 
 
-def _values_of(part: Part, table: Table) -> tuple[Values, InNumbers] | None:
-    """Return the configurations at which a function was called, and what it returned."""
+def _wronged_function(problem: Problem, part: Part, table: Table) -> "Wronged | None":
+    """Return a function with what it returned where it was called."""
     if table.shape is None or len(table.shape) > 2:
         return None
     values = {name: column[:POINTS] for name, column in table.at.items()}
     rows = (*table.shape, *(1,) * (2 - len(table.shape)))
     returned = table.values[:POINTS].T.reshape(*rows, -1)
     room = (max(SAME, part.rounding.relative), part.rounding.absolute) if part.rounding else (SAME, 0.0)
-    return values, InNumbers(returned, np.abs(returned), room, part.answer.counts_up_to_a_factor)
+    return Wronged(
+        problem, part, values, InNumbers(returned, np.abs(returned), room, part.answer.counts_up_to_a_factor)
+    )
 
 
 def _in_numbers(part: Part, given: Given, values: Values) -> InNumbers | None:
@@ -211,104 +204,95 @@ def _behind_options(part: Part, given: Given) -> Diagnosis | None:
     return None
 
 
-def named(
-    problem: Problem,
-    part: Part,
-    values: Values,
-    found: InNumbers,
-    causes: Sequence[Cause] = (),
-    oftener: Oftener = NO_OFTENER,
-) -> Diagnosis | None:
-    """Return the mistake that gives values at configurations, or nothing.
+@dataclass(frozen=True)
+class Wronged:
+    """A wrong answer with its values at configurations, and its formulas as they were typed, if there are any."""
 
-    Of several that do, one that was found in an earlier part is the cause here, too; else the likeliest is told.
+    problem: Problem
+    part: Part
+    values: Values
+    found: InNumbers
+    rows: Rows | None = None
+
+    @cached_property
+    def w(self) -> Working:
+        """The right derivation at the configurations."""
+        return numbers(self.problem.chain, self.values)
+
+    @cached_property
+    def right(self) -> np.ndarray:
+        """The right answer, (rows, columns, N)."""
+        return result(self.w, self.part)
+
+    @property
+    def upright(self) -> "Wronged":
+        """The same, a vector that was typed as a row or column in the shape that is right."""
+        shape = self.right.shape
+        if 1 not in shape[:2] or self.found.values.shape == shape or self.found.values.swapaxes(0, 1).shape != shape:
+            return self
+        found = replace(self.found, values=self.found.values.swapaxes(0, 1), size=self.found.size.swapaxes(0, 1))
+        return replace(self, found=found, rows=None if self.rows is None else _turned(self.rows))
+
+
+def named(answer: Wronged, causes: Sequence[Cause] = (), oftener: Oftener = NO_OFTENER) -> Diagnosis | None:
+    """Return the mistake that gives an answer at configurations, or nothing.
+
+    Of several that do, one that was found in an earlier part is the cause here, too; else the likeliest is told. Where
+    none does, what is wrong is told entry by entry, if it is one thing in each.
     """
-    w = numbers(problem.chain, values)
-    right = result(w, part)
-    if 1 in right.shape[:2] and found.values.shape == right.swapaxes(0, 1).shape != right.shape:
-        found = replace(found, values=found.values.swapaxes(0, 1), size=found.size.swapaxes(0, 1))
+    answer = answer.upright
+    found, right, part = answer.found, answer.right, answer.part
     if found.is_direction and _moves(right, found.values):
         mistake = CATALOGUE["direction-that-moves"]
         return Diagnosis((mistake.name,), mistake.sentence({}))
-    alone, fitting = [], []
+    fitting = []
     highest = max([1.0, *oftener.values()])
-    for wrong in wrong_answers(w, part, found.is_precise):
-        if wrong.answer.shape == found.values.shape:
-            alone.append(wrong)
-            if _gives(wrong, found):
-                fitting.append(wrong)
-                if not causes and prior(wrong, oftener) >= highest:
-                    break
+    for wrong in wrong_answers(answer.w, part, found.is_precise):
+        if _gives(wrong, found):
+            fitting.append(wrong)
+            if not causes and prior(wrong, oftener) >= highest:
+                break
     if fitting:
         inherited = next((one for one in fitting if _cause(one, causes)), None)
-        if inherited:
-            return _inherited(inherited, causes)
-        return _likeliest(problem, part, values, w, found, right, fitting, oftener)
-    if found.values.shape != right.shape:
+        return _inherited(inherited, causes) if inherited else _likeliest(answer, fitting, oftener)
+    if found.values.shape != right.shape or found.is_direction:
         return None
-    if right[..., 0].size == 1 and part.type == "number":
-        return two(w, right, alone, part, found) or misread_and_more(w, right, alone, part, found)
-    if found.is_direction:
-        return two(w, right, alone, part, found) or misread_and_more(w, right, alone, part, found)
-    return (
-        missing_links(w, part, right, found.values)
-        or _finished(problem, part, values, found, right)
-        or two(w, right, alone, part, found)
-        or _finished(problem, part, values, found, right, "pairs")
-        or _in_part(problem, part, values, w, found, right, alone)
-        or _finished(problem, part, values, found, right, "any constant")
-    )
-
-
-def _in_part(
-    problem: Problem,
-    part: Part,
-    values: Values,
-    w: Working,
-    found: InNumbers,
-    right: np.ndarray,
-    alone: Sequence[Wrong],
-) -> Diagnosis | None:
-    """Return what went wrong in some entries only, or twice."""
-    telling, off = in_some_entries(alone, right, found)
-    return (
-        one_in_some(telling, off)
-        or misread_and_more(w, right, alone, part, found)
-        or two_in_some(telling, off, part, found)
-        or all_but_one(alone, right, found)
-        or one_beside_slips(_forms(problem, part), values, telling, off, found)
-        or misread_twice(w, right, alone, part, found)
-    )
+    return missing_links(answer.w, part, right, found.values) or _finished(answer) or _finished(answer, any_number=True)
 
 
 def _gives(wrong: Wrong, found: InNumbers) -> bool:
     return found.is_all(wrong.answer) and says_something(wrong.answer)
 
 
-def _likeliest(
-    problem: Problem,
-    part: Part,
-    values: Values,
-    w: Working,
-    found: InNumbers,
-    right: np.ndarray,
-    fitting: Sequence[Wrong],
-    oftener: Oftener,
-) -> Diagnosis:
+def _likeliest(answer: Wronged, fitting: Sequence[Wrong], oftener: Oftener) -> Diagnosis:
     """Return the mistake with the highest prior, or the first two of them; a slip in one place may be likelier."""
-    first = max(fitting, key=partial(prior, oftener=oftener))
+    found, first = answer.found, max(fitting, key=partial(prior, oftener=oftener))
     alike = [*ALIKE.get(first.mistake.name, ()), *(["row-sign"] if _of_either_row(first, found) else [])]
-    others = [wrong for name in alike for wrong in made(CATALOGUE[name], w, part) if _gives(wrong, found)]
-    rivals = [first, *(wrong for wrong in others if wrong.sentence != first.sentence)]
+    ways = (wrong for name in alike for wrong in made(CATALOGUE[name], answer.w, answer.part))
+    rivals = [first, *(wrong for wrong in ways if _gives(wrong, found) and wrong.sentence != first.sentence)]
     priors = [prior(wrong, oftener) for wrong in rivals]
     highest = max(priors)
-    few = (~found.like(right)).sum() <= MOST_IN_ONE_PLACE if found.values.shape == right.shape else False
-    if highest < LEAST_LIKELY and few and not found.is_direction:
-        slip = _finished(problem, part, values, found, right)
-        if slip is not None:
-            return slip
-    told = [wrong for wrong, own in zip(rivals, priors, strict=True) if own == highest][:2]
-    return said(told, either=len(told) > 1)
+    count = int((~found.like(answer.right)).sum()) if found.values.shape == answer.right.shape else 0
+    is_rare = highest < LEAST_LIKELY and count <= MOST_IN_ONE_PLACE
+    is_throughout = count == 1 < found.values[..., 0].size and not OF_ONE_PLACE & set(first.slip.words)
+    slip = _finished(answer) if count and not found.is_direction and (is_rare or is_throughout) else None
+    if slip is not None and (set(slip.mistakes) <= SIGNS or (is_rare and not EXTRA & set(slip.mistakes))):
+        return slip
+    return _said([wrong for wrong, own in zip(rivals, priors, strict=True) if own == highest][:2])
+
+
+def _said(wrongs: Sequence[Wrong]) -> Diagnosis:
+    """Return what is said of a mistake, or of two of which either gives the answer."""
+    first, names = wrongs[0], tuple(dict.fromkeys(wrong.mistake.name for wrong in wrongs))
+    says = " Or, which gives the same answer: ".join(dict.fromkeys(map(_sentence, wrongs)))
+    cause = (first.mistake.name, dict(first.slip.words)) if len(wrongs) == 1 else None
+    ways = tuple(known_by(wrong.mistake.name, wrong.slip.words) for wrong in wrongs)
+    return Diagnosis(names, says, cause, known_by=ways, either=len(names) > 1)
+
+
+def _sentence(wrong: Wrong) -> str:
+    missing = wrong.slip.missing
+    return f"{wrong.sentence} What is missing has {missing} in it." if missing else wrong.sentence
 
 
 def _of_either_row(wrong: Wrong, found: InNumbers) -> bool:
@@ -325,20 +309,20 @@ def _moves(lost: np.ndarray, found: np.ndarray) -> bool:
     return bool(np.isfinite(along).all() and (along < 1e-3).all())
 
 
-def _finished(
-    problem: Problem, part: Part, values: Values, found: InNumbers, right: np.ndarray, how: How = "one"
-) -> Diagnosis | None:
+def _finished(answer: Wronged, any_number: bool = False) -> Diagnosis | None:
     """Return what went wrong in the finished formulas, as worked solutions show them or as they are compared."""
-    if part.answer.is_in_numbers or not part.answer.entries() or part.type == "number":
-        return None
-    for form in _forms(problem, part):
-        for rows in (form, [list(column) for column in zip(*form, strict=True)]):
-            if (len(rows), len(rows[0])) == right.shape[:2]:
-                diagnosis = finished(rows, values, found, right, how)
-                if diagnosis is not None:
-                    return diagnosis
-                break
+    for form in _forms(answer.problem, answer.part):
+        rows = form if (len(form), len(form[0])) == answer.right.shape[:2] else _turned(form)
+        if (len(rows), len(rows[0])) == answer.right.shape[:2]:
+            both = Compared(rows, answer.rows)
+            diagnosis = finished(both, answer.values, answer.found, answer.right, any_number)
+            if diagnosis is not None:
+                return diagnosis
     return None
+
+
+def _turned(rows: Rows) -> Rows:
+    return [list(column) for column in zip(*rows, strict=True)]
 
 
 def _forms(problem: Problem, part: Part) -> Iterator[Rows]:
@@ -363,4 +347,4 @@ def _inherited(wrong: Wrong, causes: Sequence[Cause]) -> Diagnosis:
     cause = _cause(wrong, causes)
     assert cause is not None
     says = f"This follows from what went wrong in {cause.title!r}: the same mistake gives this answer."
-    return Diagnosis((), says, inherited=cause.part, known_by=said([wrong]).known_by)
+    return Diagnosis((), says, inherited=cause.part, known_by=_said([wrong]).known_by)

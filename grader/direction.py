@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from exercises.formula.identity import Certificate, Domain, compare_entries, number
+from exercises.formula.identity import Certificate, Domain, compare_entries, number, told_apart
 from exercises.formula.program import compile_program, evaluate
 from exercises.formula.trees import Node
 from grader.answer import Given
@@ -67,8 +67,8 @@ def _for_own_pivot(certificate: Certificate, due: Node, own: Node, pivot: int) -
     if not scale:  # as -sin(theta1) is at 0, which is among the readable configurations
         own_pivot = {"entry": pivot, "yours": number(answered), "expected": 0.0}
         return replace(certificate, counterexample={**example, **own_pivot})
-    values = {name: number(example[name] / scale) for name in ("yours", "expected")}
-    return replace(certificate, counterexample={**example, **values, "pivot": pivot})
+    yours, expected = told_apart(example["yours"] / scale, example["expected"] / scale)
+    return replace(certificate, counterexample={**example, "yours": yours, "expected": expected, "pivot": pivot})
 
 
 def _numeric(given: Given, due: Sequence[Node], tolerance: float) -> Judgement:

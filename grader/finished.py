@@ -3,23 +3,32 @@
 Where single entries are meant, they are named: the rest of the answer is right.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
-from itertools import islice
-from typing import Literal
+from itertools import islice, product
 
 import numpy as np
 
+from exercises.formula.algebra import ONE, terms_of
 from exercises.formula.algebra import Matrix as Rows
 from exercises.formula.program import evaluate_each
-from exercises.formula.trees import Node, size_of
+from exercises.formula.trees import Node, names, node_text, size_of
 from exercises.mistakes.catalogue import CATALOGUE
-from exercises.mistakes.finished import LONGEST, Edit, edits, throughout, waves_in
+from exercises.mistakes.finished import (
+    LONGEST,
+    MOST_TERMS,
+    Edit,
+    edits,
+    is_length,
+    throughout,
+    waves_in,
+)
 from exercises.mistakes.given import Values
-from grader.numbers import SAME, InNumbers, says_something
+from grader.numbers import InNumbers, says_something
 from grader.verdict import Diagnosis
 
-MOST_ENTRIES = 6
+MOST_ENTRIES = 8
 """Wrong entries in which single slips are looked for."""
 MOST_NODES = 40_000
 """Nodes of all changed formulas that are evaluated for an answer."""
@@ -30,32 +39,44 @@ MOST_WAVES = 24
 """Sines and cosines of an entry whose angle may be wrong by any constant."""
 POINTS_FOR_CONSTANT = 4
 
-LEAST_PAIRED = 20
-"""Nodes of an entry in which two slips are looked for: of a shorter one, two leave too little to tell them by."""
-MOST_PAIRED = 400
-"""Slips in an entry of which two are tried together."""
+MOST_WAYS, FEW_POINTS = 300, 3
+"""Ways to put an arm's own lengths in the place of those in an answer that are tried, and at how many points."""
+
+TOO_MANY = {"term-missing": "term-surplus", "factor-missing": "factor-surplus"}
+"""What is missing in what is due beside an answer is too many in the answer beside what is due."""
 
 Place = tuple[int, int]
 
-How = Literal["one", "pairs", "any constant"]
+
+@dataclass(frozen=True)
+class Compared:
+    """The formulas of the reference, (rows, columns), and the student's beside them, where there are any."""
+
+    due: Rows
+    mine: Rows | None = None
 
 
-def finished(rows: Rows, values: Values, found: InNumbers, right: np.ndarray, how: How = "one") -> Diagnosis | None:
-    """Return what went wrong in the finished formulas; `rows` are the reference's, in the shape of `right`.
+def finished(
+    formulas: Compared, values: Values, found: InNumbers, right: np.ndarray, any_number: bool = False
+) -> Diagnosis | None:
+    """Return what went wrong in the finished formulas, which have the shape of `right`.
 
-    By `how`, one slip in an entry is looked for, or two as well, or an angle that is wrong by any constant.
+    One slip in an entry is looked for, also a number or an angle that is wrong by `any_number`. What is blank is not
+    wrong.
     """
-    wrong = ~found.like(right)
-    places = [(int(i), int(j)) for i, j in np.argwhere(wrong)]
-    if not places or np.isnan(found.values).any() or found.values.shape != right.shape:
+    if found.values.shape != right.shape:
         return None
-    alone = wrong.size == 1
-    if len(places) == 1 and not alone:
-        return in_places(rows, values, found, places, how)
+    wrong = ~found.like(right) & ~np.isnan(found.values).any(axis=-1)
+    places = [(int(i), int(j)) for i, j in np.argwhere(wrong)]
+    if not places:
+        return None
+    if len(places) == 1 < wrong.size:
+        return _in_places(formulas, values, found, right, places, any_number)
     return (
         _exchanged(found, right, places)
-        or _everywhere(rows, values, found)
-        or (in_places(rows, values, found, places, how) if len(places) <= MOST_ENTRIES else None)
+        or _everywhere(formulas.due, values, found)
+        or _of_another_arm(formulas, values, found, right)
+        or (_in_places(formulas, values, found, right, places, any_number) if len(places) <= MOST_ENTRIES else None)
     )
 
 
@@ -100,17 +121,60 @@ def _everywhere(rows: Rows, values: Values, found: InNumbers) -> Diagnosis | Non
     return None
 
 
-def in_places(
-    rows: Rows, values: Values, found: InNumbers, places: Sequence[Place], how: How = "one"
+def _of_another_arm(formulas: Compared, values: Values, found: InNumbers, right: np.ndarray) -> Diagnosis | None:
+    """Return that an answer is right but for its lengths, of which several are not those of this arm."""
+    entries = [entry for row in formulas.mine or [] for entry in row]
+    mine = [leaf for entry in entries for leaf in _lengths_in(entry)]
+    known = list(dict.fromkeys(leaf for row in formulas.due for entry in row for leaf in _lengths_in(entry)))
+    own = list(dict.fromkeys(mine))
+    strange = [leaf for leaf in own if leaf not in known]
+    tried = 0 < len(known) ** len(own) <= MOST_WAYS and sum(map(size_of, entries)) <= LONGEST
+    if not tried or sum(map(mine.count, strange)) < 2:
+        return None
+    some = {name: value[:FEW_POINTS] for name, value in values.items()}
+    ways = list(product(_evaluated(known, some), repeat=len(own)))
+    put = {leaf: Node("name", value=f"length {k}") for k, leaf in enumerate(own)}
+    lengths = {f"length {k}": np.concatenate([way[k] for way in ways]).real for k in range(len(own))}
+    tiled = {name: np.tile(value, len(ways)) for name, value in some.items()}
+    evaluated = _evaluated([_with_leaves(entry, put) for entry in entries], tiled | lengths)
+    answers = evaluated.reshape(*right.shape[:2], len(ways), -1)
+    due, size = right[..., :FEW_POINTS], found.size[..., :FEW_POINTS]
+    if not any(InNumbers(answers[:, :, k], size, found.room).is_all(due) for k in range(len(ways))):
+        return None
+    which = ", ".join(map(node_text, strange))
+    return Diagnosis(("other-lengths",), CATALOGUE["other-lengths"].sentence({"which": which}))
+
+
+def _lengths_in(node: Node) -> Iterator[Node]:
+    if node.kind == "decimal" or (node.kind == "name" and is_length(node.value)):
+        yield node
+    for arg in node.args:
+        yield from _lengths_in(arg)
+
+
+def _with_leaves(node: Node, put: Mapping[Node, Node]) -> Node:
+    if not node.args:
+        return put.get(node, node)
+    return Node(node.kind, tuple(_with_leaves(arg, put) for arg in node.args), node.value)
+
+
+def _in_places(
+    formulas: Compared, values: Values, found: InNumbers, right: np.ndarray, places: Sequence[Place], any_number: bool
 ) -> Diagnosis | None:
     """Return the one kind of slip that was made in each of some entries, or up to two kinds."""
-    made: dict[Slip, list[Place]] = {}
-    for place in places:
-        slips = _slips(rows[place[0]][place[1]], values, found.entry(*place), found.values[..., 0].size > 3, how)
-        if slips is None:
+    several, is_all = found.values[..., 0].size > 3, len(places) == found.values[..., 0].size
+    possible: dict[Place, list[Slip]] = {}
+    for i, j in places:
+        entry = _Entry(
+            formulas.due[i][j], formulas.mine[i][j] if formulas.mine else None, values, found.entry(i, j), right[i, j]
+        )
+        possible[i, j] = entry.slips(beside_others=several and not is_all, any_number=any_number)
+        if not possible[i, j]:
             return None
-        for slip in slips:
-            made.setdefault(slip, []).append(place)
+    common = [name for name, _ in possible[places[0]] if all(name in dict(slips) for slips in possible.values())]
+    made: dict[Slip, list[Place]] = {}
+    for place, slips in possible.items():
+        made.setdefault(next(slip for slip in slips if slip[0] in common[:1] or not common), []).append(place)
     names = tuple(dict.fromkeys(name for name, _ in made))
     if len(names) > 2:
         return None
@@ -123,19 +187,68 @@ Slip = tuple[str, str]
 """The name of a mistake, and which term or factor is missing, in words."""
 
 
-def _slips(entry: Node, values: Values, found: InNumbers, beside_others: bool, how: How) -> tuple[Slip, ...] | None:
-    """Return the slip that gives an entry, or two; a constant says something `beside_others` only that are right."""
-    changed = list(_affordable(entry, values))
-    if not changed or not (says_something(found.values) or (beside_others and found.values.any())):
-        return None
-    answers = _evaluated([edit.entry for edit in changed] + [entry], values)
-    for k in np.flatnonzero(found.like(answers[:-1, None, None])):
-        return ((changed[k].mistake, changed[k].which),)
-    if how == "any constant":
-        return (("angle-typed", ""),) if _by_a_constant(entry, values, found) else None
-    if how == "one" or size_of(entry) < LEAST_PAIRED:
-        return None
-    return _two(changed, answers[:-1], answers[-1], found)
+@dataclass(frozen=True)
+class _Entry:
+    """One wrong entry: as it is due, as it was typed, and both in numbers."""
+
+    due: Node
+    mine: Node | None
+    values: Values
+    found: InNumbers
+    right: np.ndarray
+
+    def slips(self, beside_others: bool, any_number: bool) -> list[Slip]:
+        """Return the slips that give the entry, the likelier first; a constant tells one only `beside_others`."""
+        says = says_something(self.found.values)
+        if not (says or beside_others):
+            return []
+        if not self.found.values.any():
+            return [
+                ("term-missing", Edit("", self.due, self.due).which) if terms_of(self.due, 1) else ("entry-missing", "")
+            ]
+        slips = list(dict.fromkeys((*self._edited(), *self._reversed(), *self._by_sign())))
+        if slips or not (says and any_number):
+            return slips
+        is_turned = _by_a_constant(self.due, self.values, self.found)
+        return list(self._by_number()) or ([("angle-typed", "")] if is_turned else [])
+
+    def _edited(self) -> Iterator[Slip]:
+        """Yield what gives the entry if it is done to what is due."""
+        changed = list(islice(edits(self.due, self.values), MOST_EDITS))
+        answers = _evaluated([edit.entry for edit in changed], self.values)
+        for k in np.flatnonzero(self.found.like(answers[:, None, None])) if changed else ():
+            yield changed[k].mistake, changed[k].which
+
+    def _reversed(self) -> Iterator[Slip]:
+        """Yield what is too many in the entry: what is due is what remains without it."""
+        if self.mine is None:
+            return
+        some = (edit for edit in edits(self.mine, self.values) if edit.mistake in TOO_MANY)
+        changed = list(islice(some, MOST_EDITS))
+        answers = _evaluated([edit.entry for edit in changed], self.values)
+        due = replace(self.found, values=self.right[None, None])
+        for k in np.flatnonzero(due.like(answers[:, None, None])) if changed else ():
+            yield TOO_MANY[changed[k].mistake], changed[k].which
+        if due.is_all(np.zeros_like(due.values)):
+            yield "term-surplus", Edit("", self.mine, self.mine).which
+
+    def _by_number(self) -> Iterator[Slip]:
+        """Yield the terms that are multiplied by a wrong number, whatever that is, or that a number is added."""
+        terms = (terms_of(self.due, MOST_TERMS) if size_of(self.due) <= LONGEST else None) or []
+        off = self.found.values[0, 0] - self.right
+        for term, values in zip([*terms, ONE], _evaluated([*terms, ONE], self.values), strict=True):
+            with np.errstate(all="ignore"):
+                share = off / values
+            if np.isfinite(share).all() and np.ptp(share.real) <= 1e-6 * np.abs(share).max():
+                about = ", ".join(sorted(names(term)))
+                yield ("number-typed", f" (with {about} in it)") if about else ("constant-typed", "")
+
+    def _by_sign(self) -> Iterator[Slip]:
+        """Yield that the entry has the size that is due, and the wrong sign in some configurations only."""
+        mine, due = self.found.values[0, 0].real, self.right.real
+        of_size = replace(self.found, values=np.abs(mine)[None, None]).is_all(np.abs(due)[None, None])
+        if of_size and (mine * due > 0).any() and (mine * due < 0).any():
+            yield "sign-lost", ""
 
 
 def _by_a_constant(entry: Node, values: Values, found: InNumbers) -> bool:
@@ -160,28 +273,6 @@ def _by_a_constant(entry: Node, values: Values, found: InNumbers) -> bool:
         if found.is_all(_evaluated([one.turned(more)], values)[None]):
             return True
     return False
-
-
-def _two(made: Sequence[Edit], answers: np.ndarray, right: np.ndarray, found: InNumbers) -> tuple[Slip, ...] | None:
-    """Return two slips in different terms, whose differences add up, or in different factors, whose ratios multiply."""
-    mine = found.values[0, 0]
-    with np.errstate(all="ignore"):
-        changed = np.isfinite(answers).all(axis=1) & (np.abs(answers - right) > SAME * np.abs(right)).any(axis=1)
-        indices = np.flatnonzero(changed)[:MOST_PAIRED]
-        some = answers[indices]
-        sums = some[:, None] + some[None] - right
-        products = some[:, None] * some[None] / right
-        for together in (sums, products):
-            near = np.abs(together - mine) <= SAME * (np.abs(some).max(axis=0) + np.abs(mine))
-            for one, other in np.argwhere(near.all(axis=-1)):
-                if one < other:
-                    both = (made[indices[one]], made[indices[other]])
-                    return tuple(dict.fromkeys((edit.mistake, edit.which) for edit in both))
-    return None
-
-
-def _affordable(entry: Node, values: Values) -> Iterator[Edit]:
-    return islice(edits(entry, values), MOST_EDITS)
 
 
 def _evaluated(entries: Sequence[Node], values: Values) -> np.ndarray:

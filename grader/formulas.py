@@ -9,14 +9,14 @@ import numpy as np
 from exercises.credit import false_conditions, share_of_entries, share_of_set, spoiled
 from exercises.formula.algebra import Matrix
 from exercises.formula.claims import claimed_pieces
-from exercises.formula.conditions import SetComparison, Space, compare_sets
+from exercises.formula.conditions import ROUNDED, SetComparison, Space, compare_sets
 from exercises.formula.identity import Certificate, Comparison, Domain, Rounding, compare_entries, missed, number
 from exercises.formula.pieces import Atom, Piece, pieces
 from exercises.formula.program import compile_program, evaluate
 from exercises.formula.trees import Node, ReadError, names
-from grader.answer import Given, with_joint
+from grader.answer import OR, Given, at_once, with_joint
 from grader.counterexample import at_words, entry_name, number_words, pose_words, values_words
-from grader.verdict import Judgement, correct, graded, missing, wrong
+from grader.verdict import Judgement, Outcome, correct, graded, missing, wrong
 
 
 def judge_expression(
@@ -142,11 +142,18 @@ def judge_singular(
     if given.refusal is not None or given.tree is None:
         return given.refusal or missing()
     truth = [[piece for tree in condition for piece in pieces(tree, joints)] for condition in reference]
+    space = Space(joints, domain, rounding)
     try:
-        claimed = claimed_pieces(with_joint(given.tree, joints), joints)
-        return _judge_set(claimed, truth, Space(joints, domain, rounding), seed)
+        judged = _judge_set(claimed_pieces(with_joint(given.tree, joints), joints), truth, space, seed)
     except ReadError as error:
         return wrong(f"this can't be read as conditions: {error}")
+    if judged.outcome is Outcome.CORRECT or (other := at_once(given.tree, joints)) is None:
+        return judged
+    try:
+        is_better = _judge_set(claimed_pieces(other, joints), truth, space, seed).share > judged.share
+    except ReadError:  # too many cases
+        return judged
+    return replace(judged, reason=f"{OR}; {judged.reason}") if is_better else judged
 
 
 def judge_angles(given: Given, reference: Node, domain: Domain, seed: str) -> Judgement:
@@ -173,18 +180,27 @@ def _judge_set(
     comparison = compare_sets(claimed, truth, space, seed)
     if comparison.equal and claimed:
         return correct(_set_certificate(comparison))
+    near = Space(space.joints, space.domain, ROUNDED) if comparison.rounded else space
+    counted = compare_sets(claimed, truth, near, seed) if comparison.rounded else comparison
     # What is claimed beyond the truth must not earn what it happens to cover: only sound pieces count for the share.
-    sound = [piece for piece, held in zip(claimed, comparison.sound, strict=True) if held]
-    found = _found(compare_sets(sound, truth, space, seed).covered, conditions)
-    claims = [(_joints_of(piece, space), held) for piece, held in zip(claimed, comparison.sound, strict=True)]
+    sound = [piece for piece, held in zip(claimed, counted.sound, strict=True) if held]
+    found = _found(compare_sets(sound, truth, near, seed).covered, conditions)
+    claims = [(_joints_of(piece, space), held) for piece, held in zip(claimed, counted.sound, strict=True)]
     true = {joints for joints, held in claims if held}
     unsound = false_conditions([joints for joints, held in claims if held is False], true)
-    share = share_of_set(found, unsound)
-    reason = _set_reason(comparison, space.joints, what)
-    if comparison.surplus is not None and _are_degrees(claimed, truth, space, seed):
+    share = share_of_set(found, unsound, is_rounded=comparison.rounded)
+    reason = _set_reason(counted, space.joints, what)
+    if comparison.rounded:
+        rounded = [piece for piece, held in zip(claimed, comparison.sound, strict=True) if not held and piece in sound]
+        at = compare_sets(rounded, truth, space, seed).surplus or {}
+        reason = f"right but for rounding{pose_words(at, space.joints)}; write {_EXACTLY}" + (reason and f"; {reason}")
+    if counted.surplus is not None and _are_degrees(claimed, truth, space, seed):
         reason = f"these values are in degrees, and radians are due; {reason}"
-    counted = f"{_found_words(found, unsound)}; " if share else ""
-    return graded(float(share), counted + reason, _set_certificate(comparison))
+    words = f"{_found_words(found, unsound)}; " if share else ""
+    return graded(float(share), words + (reason or "no configuration is claimed"), _set_certificate(comparison))
+
+
+_EXACTLY = "the exact value, as in pi/3 or acos(1/3)"
 
 
 def _joints_of(piece: Piece, space: Space) -> frozenset[str]:
@@ -239,9 +255,6 @@ def _set_reason(comparison: SetComparison, joints: Sequence[str], what: str) -> 
     if comparison.missing is not None:
         article = "an" if what[0] in "aeiou" else "a"
         said.append(f"{article} {what} is missing{pose_words(comparison.missing, joints)}")
-    if comparison.rounded and comparison.surplus is not None:
-        pose = pose_words(comparison.surplus, joints)
-        said.append(f"right but for rounding{pose}; write the exact value, as in pi/3 or acos(1/3)")
-    elif comparison.surplus is not None:
+    if comparison.surplus is not None:
         said.append(f"claimed, but no {what}{pose_words(comparison.surplus, joints)}")
-    return "; ".join(said) or "no configuration is claimed"
+    return "; ".join(said)

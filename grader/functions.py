@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from exercises.formula.identity import Certificate, Comparison, Rounding, missed, number
+from exercises.formula.identity import Certificate, Comparison, Rounding, missed, told_apart
 from exercises.formula.program import compile_program, evaluate
 from exercises.formula.trees import names
 from exercises.problem import Part
@@ -59,10 +59,11 @@ def _compared(
     if not all(equal):
         entry = equal.index(False)
         point = int(np.argmax(~right[entry] & defined[entry]))
+        yours, expected = told_apart(complex(found[entry, point]), complex(due[entry, point]))
         example = {
             "entry": entry,
             "at": {name: float(f"{column[point]:.6g}") for name, column in sorted(at.items())},
-            "yours": number(complex(found[entry, point])),
-            "expected": number(complex(due[entry, point])),
+            "yours": yours,
+            "expected": expected,
         }
     return Comparison(tuple(equal), Certificate("numeric", POINTS, missed(POINTS), example))

@@ -11,7 +11,7 @@ from grader.numbers import InNumbers
 from grader.verdict import Diagnosis
 
 NEAR = 2e-3
-"""What decimals for exact constants change at most, as a share of an entry: 3.14 for pi changes as much."""
+"""What decimals for exact constants change at most, as a share of the entries: 3.14 for pi changes as much."""
 NEAR_VALUES = 1e-6
 """What rounding changes at most in the values of a function, as a share of the largest: six digits are left of them."""
 EXACTLY = "Right but for rounding: write exact values, as pi/2 for 1.5708 and sqrt(3)/2 for 0.866."
@@ -36,6 +36,7 @@ def rounded(part: Part, found: InNumbers, right: np.ndarray, entries: Sequence[N
         return Diagnosis((), EXACTLY) if entries and is_right(found, right) else None  # as 866025/1000000
     off = np.abs(found.values - right)
     size = np.minimum(found.size, 2 * np.abs(right).max())  # terms may be large that are no part of the answer
+    size = np.maximum(size, np.abs(right).max(axis=(0, 1)))  # cos(1.5708) times an entry may be added to another one
     if not (found.like(right) | (off <= NEAR * size).all(axis=-1)).all():
         return None
     if part.rounding is not None:

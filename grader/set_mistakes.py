@@ -1,12 +1,13 @@
-"""The mistake behind a wrong set of singular configurations, or two: sets are compared as they are written.
+"""The mistake behind a wrong set of singular configurations, or what is wrong in it, piece by piece.
 
 A piece that gives values of joints is told by these values, one that ties several joints by the values of what vanishes
-up to a factor. Only what is written in another form is compared by its configurations, which takes its time.
+up to a factor. Only what is written in another form, or what no mistake gives, is compared by its configurations, which
+takes its time.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import islice, product
+from itertools import product
 
 import numpy as np
 
@@ -14,13 +15,16 @@ from exercises.answers import ConditionSet
 from exercises.arm.arithmetic import program_of
 from exercises.arm.singularity import Component
 from exercises.formula.claims import claimed_pieces
+from exercises.formula.conditions import SetComparison, Space, compare_sets
 from exercises.formula.identity import READABLE
 from exercises.formula.pieces import Piece
+from exercises.formula.pieces import pieces as read_pieces
 from exercises.formula.program import Program, compile_program, evaluate
-from exercises.formula.trees import ReadError, digits_of_decimals, names
+from exercises.formula.trees import ReadError, digits_of_decimals, names, node_text
 from exercises.mistakes.base import Mistake, Taken
 from exercises.mistakes.catalogue import ALIKE, CATALOGUE, NO_OFTENER, Oftener, taken, usual
 from exercises.mistakes.given import Values
+from exercises.mistakes.sets import missed, zero_there
 from exercises.problem import Part, Problem
 from exercises.stream import Stream
 from grader.answer import Given, with_joint
@@ -29,8 +33,8 @@ from grader.rounded import EXACTLY, NEAR
 from grader.verdict import Diagnosis, Outcome, known_by
 
 POINTS = 3
-MOST_PAIRS = 1500
-"""Pairs of mistakes that are tried."""
+MOST_SAID = 3
+"""Things that are said of one set."""
 DIGITS = 6
 
 Mark = tuple[str, tuple[complex, ...]]
@@ -48,7 +52,7 @@ class Marks:
 def behind_set(
     problem: Problem, part: Part, given: Given, seed: str, oftener: Oftener = NO_OFTENER
 ) -> Diagnosis | None:
-    """Return the mistake that makes the right set one that was given, or two that do."""
+    """Return the mistake that makes the right set one that was given, or what is wrong in this."""
     if given.tree is None:
         return None
     joints = [q.name for q in problem.chain.q]
@@ -58,7 +62,7 @@ def behind_set(
         return None
     look = _Look(problem, seed)
     if not all(map(look.is_plain, pieces)):
-        return _as_configurations(problem, part, given, seed)
+        return _as_configurations(problem, part, given, seed) or _piece_by_piece(problem, part, pieces, seed)
     mine = look.marks_of(pieces)
     if look.is_rounded(mine, Taken(part.answer), digits_of_decimals(given.tree) > 0):
         return Diagnosis((), EXACTLY)
@@ -68,27 +72,66 @@ def behind_set(
             look.may_be_same(mine, slip) and _judged(problem, part, given, slip, seed) is Outcome.CORRECT
         ):
             return _told(problem, part, mistake, slip, look, oftener)
-    for (first, one), (second, other) in islice(_twice(problem, part, made), MOST_PAIRS):
-        if look.is_same(mine, other):
-            between = replace(part, answer=one.answer)
-            both = [
-                _likeliest(problem, part, first, one, look, oftener)[0],
-                _likeliest(problem, between, second, other, look, oftener)[0],
-            ]
-            says = " ".join(mistake.sentence(slip.words) for mistake, slip in both)
-            made_here = tuple(known_by(mistake.name, slip.words) for mistake, slip in both)
-            return Diagnosis(tuple(dict.fromkeys(mistake.name for mistake, _ in both)), says, known_by=made_here)
-    return None
+    return _piece_by_piece(problem, part, pieces, seed)
 
 
-def _twice(
-    problem: Problem, part: Part, made: Sequence[tuple[Mistake, Taken]]
-) -> Iterator[tuple[tuple[Mistake, Taken], tuple[Mistake, Taken]]]:
-    """Yield a mistake, and another that is made in what it gives."""
-    for mistake, slip in made:
-        for other, more in taken(problem.chain, replace(part, answer=slip.answer)):
-            if other.name != mistake.name:
-                yield (mistake, slip), (other, more)
+def _piece_by_piece(problem: Problem, part: Part, claimed: Sequence[Piece], seed: str) -> Diagnosis | None:
+    """Return which claims are not singular, and of which conditions some or all is missing, each seen by itself."""
+    claims = _Claims(problem, part, claimed, seed)
+    compared = claims.compared
+    wrong = [piece for piece, is_sound in zip(claimed, compared.sound, strict=True) if is_sound is False]
+    if compared.rounded or any(len(piece) > 1 or piece[0].joint is None for piece in wrong):
+        return None
+    said = [*claims.called_singular(wrong), *claims.missing(wrong)]
+    if not 0 < len(said) <= MOST_SAID:
+        return None
+    says = dict.fromkeys(CATALOGUE[name].sentence(words) for name, words in said)
+    names = tuple(dict.fromkeys(name for name, _ in said))
+    return Diagnosis(names, " ".join(says), known_by=tuple(dict.fromkeys(known_by(*each) for each in said)))
+
+
+class _Claims:
+    """A claimed set and the conditions that are due, a list of pieces each, compared by their configurations."""
+
+    def __init__(self, problem: Problem, part: Part, claimed: Sequence[Piece], seed: str) -> None:
+        assert isinstance(part.answer, ConditionSet)
+        joints, roles = [q.name for q in problem.chain.q], problem.domain().roles
+        trees = part.answer.by_condition([tree for (tree,) in part.answer.trees(roles)])
+        self.chain, self.components, self.claimed, self.seed = problem.chain, part.answer.components, claimed, seed
+        self.space = Space(joints, problem.domain(), part.rounding)
+        self.due = [[piece for tree in group for piece in read_pieces(tree, joints)] for group in trees]
+        self.compared = self._compare(claimed, [piece for group in self.due for piece in group])
+
+    def _compare(self, some: Sequence[Piece], others: Sequence[Piece]) -> SetComparison:
+        return compare_sets(some, others, self.space, self.seed)
+
+    def called_singular(self, wrong: Sequence[Piece]) -> Iterator[tuple[str, Mapping[str, object]]]:
+        """Yield the mistake behind the wrong values of each joint, with its words."""
+        due = {q.name for component in self.components for q, _ in component.solutions or ()}
+        for joint in dict.fromkeys(str(piece[0].joint) for piece in wrong):
+            own = [piece for piece in wrong if piece[0].joint == joint]
+            values = ", ".join(node_text(piece[0].zero).removeprefix("(").removesuffix(")") for piece in own)
+            if any(self._within(own, group) for group in self.due):
+                yield "condition-of-several-forgotten", {"joint": joint}
+            else:
+                name = "value-called-singular" if joint in due else "joint-called-singular"
+                yield name, {"joint": joint, "values": values, "zero": zero_there(self.chain)}
+
+    def missing(self, wrong: Sequence[Piece]) -> Iterator[tuple[str, Mapping[str, object]]]:
+        """Yield the mistake behind each condition that is missing or given in part, with its words."""
+        for k, (component, own) in enumerate(zip(self.components, self.due, strict=True)):
+            within = self._within(wrong, own)
+            if False not in self._compare(own, self.claimed).sound or len(within) == len(own):
+                continue
+            others = [piece for group in self.due[:k] + self.due[k + 1 :] for piece in group]
+            rest = [piece for piece in self.claimed if piece not in wrong]
+            in_part = within or [piece for piece in rest if self._compare([piece], others).sound == (False,)]
+            yield ("one-root-only", {}) if in_part else missed(self.chain, component)
+
+    def _within(self, claimed: Sequence[Piece], due: Sequence[Piece]) -> list[Piece]:
+        """Return the pieces of a condition that lie in what is claimed."""
+        held = self._compare(due, claimed).sound if claimed else ()
+        return [piece for piece, is_held in zip(due, held, strict=False) if is_held]
 
 
 def _likeliest(

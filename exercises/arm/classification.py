@@ -13,7 +13,7 @@ from exercises.arm.appearance import meaning
 from exercises.arm.axes import Sample
 from exercises.arm.bare import bare, bare_pieces
 from exercises.arm.chain import TASK_ROWS, Chain
-from exercises.arm.kinds import kind_is_sure, kinds_at
+from exercises.arm.kinds import are_one_sided, kind_is_sure, kinds_at
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.lengths import are_unrelated, with_open_lengths
 from exercises.arm.singularity import Component, singular_set
@@ -234,6 +234,13 @@ def _kinds_among(chain: Chain, parts: Sequence[Sequence[Sample]]) -> set[str]:
         if len(found) < 2:
             found |= {kind for kind in kinds_at(chain, samples) if kind is not None}
     return found
+
+
+@lru_cache(maxsize=256)
+def is_one_sided(chain: Chain, condition: sp.Expr | None, values: tuple[tuple[sp.Symbol, sp.Expr], ...]) -> bool:
+    """Tell whether configurations lose one direction, to one side of it only: where a condition holds, or at values."""
+    text = f"{condition} = 0" if condition is not None else " and ".join(f"{q} = {value}" for q, value in values)
+    return are_one_sided(chain, samples_on(chain, text, "sides"))
 
 
 def seen_on(chain: Chain, conditions: Sequence[str]) -> list[Sample]:

@@ -60,6 +60,20 @@ def kind_at(chain: Chain, sample: Sample) -> str | None:
     return kinds_at(chain, [sample])[0]
 
 
+def are_one_sided(chain: Chain, samples: Sequence[Sample]) -> bool:
+    """Tell whether each configuration loses one direction only, on one side of which nothing can be reached.
+
+    It is not so at a boundary if a joint can rotate without moving the point, and brings the arm to the edge with that.
+    """
+    hands = [hand for sample in samples if (hand := _without_wrist(chain, sample)) is not None]
+    rows = [0, 1, 2] if hands else [TASK_ROWS.index(row) for row in chain.task]
+    places = hands or samples
+    if not places or len(places) < len(samples):
+        return False
+    sigma = np.linalg.svd(_jacobians(places, rows), compute_uv=False)
+    return set(_ranks(sigma, places)) == {len(rows) - 1} and set(_kinds_seen(places, rows)) == {"boundary"}
+
+
 def kinds_at(chain: Chain, samples: Sequence[Sample]) -> list[str | None]:
     """Return the same of many configurations of arms of one structure, in less time than one by one."""
     if not samples:
@@ -146,8 +160,7 @@ def _kinds_seen(samples: Sequence[Sample], task: list[int]) -> list[str | None]:
     """Return the kinds that configurations show by their own small motions and by the search for others."""
     if not samples:
         return []
-    arms = NumericChain.several([sample.arm for sample in samples])
-    u, sigma, vt = np.linalg.svd(arms.jacobian(np.stack([sample.q for sample in samples])[:, None])[:, 0, task])
+    u, sigma, vt = np.linalg.svd(_jacobians(samples, task))
     ranks = _ranks(sigma, samples)
     kinds: list[str | None] = ["regular"] * len(samples)
     for rank in sorted({int(rank) for rank in ranks if rank < sigma.shape[1]}):
@@ -162,6 +175,12 @@ def _kinds_seen(samples: Sequence[Sample], task: list[int]) -> list[str | None]:
                 is_edge[rest] = _are_edges([places[k] for k in rest.tolist()], task, lost[rest], own)
         _put(kinds, at.tolist(), ["boundary" if edge else "internal" for edge in is_edge])
     return kinds
+
+
+def _jacobians(samples: Sequence[Sample], task: list[int]) -> np.ndarray:
+    """Return the rows of a task of the Jacobians of samples (k x rows x n)."""
+    arms = NumericChain.several([sample.arm for sample in samples])
+    return np.asarray(arms.jacobian(np.stack([sample.q for sample in samples])[:, None])[:, 0, task])
 
 
 def _directions(lost: np.ndarray, bending: "_Bending", is_square: bool) -> Iterator[np.ndarray]:

@@ -11,16 +11,16 @@ from typing import Any
 
 import numpy as np
 
-from exercises.formula.constants import holds_at, room_of, same_value, value_of
-from exercises.formula.identity import FLOATS, Domain, Rounding
+from exercises.formula.constants import holds_at, same_value, value_of
+from exercises.formula.identity import Domain, Rounding
 from exercises.formula.pieces import Atom, Piece, is_tied
 from exercises.formula.program import Program, compile_program, evaluate
-from exercises.formula.trees import Node, digits_of_decimals, names
+from exercises.formula.trees import Node, names
 from exercises.stream import Stream
 
 SAMPLES = 50
-ROUNDED = 5e-3
-"""A decimal that is so near to the value of a joint that is due is told to be a rounded one."""
+ROUNDED = Rounding(absolute=5e-3)
+"""A value of a joint that is so near to one that is due is that one, rounded."""
 TYPED = 1e-9
 """How near a configuration must be that was typed as values of joints."""
 MEMBER = 1e-7
@@ -236,10 +236,10 @@ class Space:
         return np.where(np.abs(zeros.imag) < MEMBER, zeros.real, np.nan), size
 
     def shown(self, name: str, value: float) -> float:
-        """Return a value of six digits, an angle between -pi and pi."""
+        """Return a value of six digits, an angle between -pi and pi; 0 for the residue of a search for a zero."""
         if self.domain.roles.get(name) == "angle":
             value = float(np.angle(np.exp(1j * value)))
-        return float(f"{value:.6g}") + 0.0
+        return float(f"{value:.6g}") if abs(value) > TYPED else 0.0
 
     def contains(
         self, sets: Sequence[Piece], values: Mapping[str, np.ndarray], count: int, tolerance: float = MEMBER
@@ -265,30 +265,25 @@ class Space:
         return np.asarray((np.abs(gap) <= tolerance) & (np.abs(misses.imag) <= tolerance))
 
     def holds_exactly(self, piece: Piece, outer: Sequence[Piece], symbols: Mapping[str, Any]) -> bool:
-        """Tell whether values of joints that were typed as numbers meet the conditions of a piece to the last digit.
+        """Tell whether values of joints that were typed as numbers meet the conditions of a piece to a double's digits.
 
         Conditions for joints that have no such value are left to the search.
         """
         given = {str(atom.joint): value_of(atom.zero) for atom in piece if atom.joint is not None}
         typed = {joint: value for joint, value in given.items() if value is not None}
-        return any(
-            all(self._meets(atom, typed, symbols, room_of([a.zero for a in (*piece, *other)])) for atom in other)
-            for other in outer
-        )
+        return any(all(self._meets(atom, typed, symbols) for atom in other) for other in outer)
 
-    def _meets(self, atom: Atom, typed: Mapping[str, Any], symbols: Mapping[str, Any], room: float) -> bool:
+    def _meets(self, atom: Atom, typed: Mapping[str, Any], symbols: Mapping[str, Any]) -> bool:
         if atom.joint is not None:
             due = value_of(atom.zero)
             if due is None or atom.joint not in typed:
                 return True
-            return same_value(typed[atom.joint], due, self.domain.roles.get(atom.joint) == "angle", room)
+            return same_value(typed[atom.joint], due, self.domain.roles.get(atom.joint) == "angle")
         used = names(atom.zero)
         if not used & set(typed) or used & set(self.joints) - set(typed):
             return True
-        if any(value is None for name, value in self.domain.given().items() if name in used):
-            room = FLOATS
         return holds_at(atom.zero, {joint: typed[joint] for joint in used & set(typed)},
-                        {name: symbols[name] for name in used - set(typed)}, room)  # fmt: skip
+                        {name: symbols[name] for name in used - set(typed)})  # fmt: skip
 
     def _typical(self, ready: _Ready, values: Mapping[str, np.ndarray], count: int) -> float:
         """Return how large the terms of an expression are at random poses (where it vanishes they may vanish, too)."""
@@ -352,14 +347,15 @@ def compare_sets(claimed: Sequence[Piece], reference: Sequence[Piece], space: Sp
             counts.append(count)
             # Values that were stated are held to the tolerance of all answers, what was projected to the projection's.
             stated = all(atom.joint is not None for atom in piece)
-            inside = space.contains(outer, values, count, space.typed if stated else MEMBER)
+            searched = MEMBER if tag == "claimed" else max(MEMBER, space.typed)
+            inside = space.contains(outer, values, count, space.typed if stated else searched)
             if stated and count and inside.all() and space.rounding is None:
                 given = space.domain.given()
                 symbols = {name: given.get(name) or float(column[0]) for name, column in values.items()}
                 if not space.holds_exactly(piece, outer, symbols):
                     inside, rounded = np.zeros(count, dtype=bool), rounded or tag == "claimed"
-            elif stated and count and tag == "claimed" and any(digits_of_decimals(atom.zero) for atom in piece):
-                rounded |= bool(space.contains(outer, values, count, ROUNDED).all())
+            elif stated and count and not inside.all() and tag == "claimed":
+                rounded |= bool(space.contains(outer, values, count, ROUNDED.absolute).all())
             held.append(None if count == 0 else bool(inside.all()))
             if count and not inside.all() and example is None:
                 first = int(np.nonzero(~inside)[0][0])

@@ -1,6 +1,6 @@
-"""Values of joints that are typed as numbers: held with 50 digits to conditions, not to within a tolerance."""
+"""Values of joints that are typed as numbers, held with 50 digits to conditions: to a double's digits, not to a few."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
 
@@ -8,7 +8,7 @@ import mpmath
 import numpy as np
 
 from exercises.formula.angles import Angles
-from exercises.formula.identity import SAME, allowed_for_decimals
+from exercises.formula.identity import FLOATS, SAME
 from exercises.formula.program import compile_program, evaluate, evaluate_precisely
 from exercises.formula.trees import Node, names
 
@@ -23,27 +23,22 @@ def value_of(node: Node) -> Any:
     return mpmath.re(value) if mpmath.isfinite(value) and abs(mpmath.im(value)) < SAME else None
 
 
-def same_value(one: Any, other: Any, angles: bool, room: float) -> bool:
-    """Tell whether two values are the same, angles modulo whole turns, but for `room` of their size."""
+def same_value(one: Any, other: Any, angles: bool) -> bool:
+    """Tell whether two values are the same, angles modulo whole turns: to the digits that programs print of doubles."""
     with mpmath.workdps(DIGITS):
         off = one - other
         if angles:
             off -= 2 * mpmath.pi * mpmath.nint(off / (2 * mpmath.pi))
-        return bool(abs(off) <= max(room, SAME) * max(1, abs(other)))
+        return bool(abs(off) <= FLOATS * max(1, abs(other)))
 
 
-def holds_at(zero: Node, at: Mapping[str, Any], symbols: Mapping[str, Any], room: float) -> bool:
+def holds_at(zero: Node, at: Mapping[str, Any], symbols: Mapping[str, Any]) -> bool:
     """Tell whether an expression vanishes at values of joints, for some values of the other symbols."""
     program = compile_program([zero])
     values = {**symbols, **at}
     misses = evaluate_precisely(program, values, DIGITS)[0]
     size = float(evaluate(program, {name: np.array([float(value)]) for name, value in values.items()}, 1)[1][0, 0])
-    return bool(mpmath.isfinite(misses) and abs(misses) <= max(room, SAME) * max(size, 1e-300))
-
-
-def room_of(nodes: Sequence[Node]) -> float:
-    """Return what values may be off because of decimals that are doubles."""
-    return max((allowed_for_decimals(node) for node in nodes), default=0.0)
+    return bool(mpmath.isfinite(misses) and abs(misses) <= FLOATS * max(size, 1e-300))
 
 
 def turns_of(node: Node) -> Fraction | None:

@@ -10,8 +10,9 @@ import re
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from functools import lru_cache
+from itertools import pairwise
 
-from exercises.formula.names import ARITY, LONGEST, NamePart, pieces_of, plain_name
+from exercises.formula.names import ARITY, FUNCTIONS, LONGEST, SHORTHAND, NamePart, factors_of, pieces_of, plain_name
 from exercises.formula.notation import plain
 from exercises.formula.products import carried_out
 from exercises.formula.trees import Node, ReadError, names, replaced
@@ -56,7 +57,8 @@ def _tokens(text: str) -> list[tuple[str, str, int]]:
                     raise ReadError(f"brackets nest more than {MAX_DEPTH} deep {_where(text, at)}")
         at = end
     if at < len(text):
-        raise ReadError(f"cannot read {text[at]!r} {_where(text, at)}; a matrix is written [[a, b], [c, d]]")
+        instead = "a matrix is written [[a, b], [c, d]], a condition theta2 = 0"
+        raise ReadError(f"cannot read {text[at]!r} {_where(text, at)}; {instead}")
     tokens.append(("end", "", at))
     return tokens
 
@@ -78,6 +80,8 @@ class _Parser:
             raise ReadError(f"the answer has {signs} signs ±, each of which doubles what it means; write them out")
         self.without_brackets = -1
         """Where the argument of a function without brackets ended last."""
+        self.without_space: Node | None = None
+        """The product that was read last of names without a space between, and in no bracket."""
         self.braces_are_lists = False
         """Whether functions have square brackets, as in Mathematica, where {a, b} is a list."""
 
@@ -86,10 +90,16 @@ class _Parser:
         found = []
         for kind, text, at in tokens:
             word = _SYNONYMS.get(text) if kind == "name" and text not in self.known else None
-            if word is None:
-                found.append((kind, text, at))
-            elif word:
+            if word:
                 found.append(("number" if word.isdigit() else "name" if word.isalpha() else "op", word, at))
+            elif word is None and kind == "name" and "." in text and (factors := factors_of(text, self.known)):
+                start = at
+                for factor in factors:  # a1.a2.sin
+                    found += [("op", "*", start), ("name", factor, start)]
+                    start += len(factor) + 1
+                del found[-2 * len(factors)]
+            elif word is None:
+                found.append((kind, text, at))
         return found
 
     def peek(self) -> str:
@@ -240,12 +250,17 @@ class _Parser:
         return terms[0] if len(terms) == 1 else Node("and", tuple(terms))
 
     def relation(self) -> Node:
-        left = self.modulo(self.sum())
-        if self.take("=", "=="):
-            return Node("eq", (left, self.values()))
-        if self.take("in"):
-            return Node("in", (left, self.modulo(self.sum())))
-        return left
+        sides = [self.modulo(self.sum())]
+        while self.take("=", "=="):
+            sides.append(self.values())
+        if len(sides) > 2 and sides[0].kind == "name" and sides[1].kind == "list":
+            del sides[0]  # P = [x; y] = […]
+        equations = tuple(Node("eq", pair) for pair in pairwise(sides))
+        if len(equations) > 1:  # theta1 = theta2 = 0
+            return Node("and", equations)
+        if not equations and self.take("in"):
+            return Node("in", (sides[0], self.modulo(self.sum())))
+        return equations[0] if equations else sides[0]
 
     def values(self) -> Node:
         """Read what stands right of an equation: a value, or several, as in theta2 = 0 or pi."""
@@ -287,7 +302,7 @@ class _Parser:
             self.at += 1
             negative = self.sign()
             right = self.product()
-            if reach and right.kind == "name" and _ANGLE.fullmatch(str(right.value)):
+            if reach and right.kind == "name" and _is_angle(str(right.value)):
                 raise self.fail(
                     f"a function without brackets stands before {op} {right.value}; write what it is of in brackets, "
                     "as in sin(theta1 + theta2),"
@@ -309,13 +324,15 @@ class _Parser:
         below = -1
         while True:
             kind, text, _ = self.tokens[self.at]
-            if text in ("*", "/"):
+            if text in ("*", "/", "."):
                 self.at += 1
                 here = self.at
-                node = Node(text, (node, self.signed_power()))
+                node = Node(text if text == "/" else "*", (node, self.signed_power()))
                 below = self.at if text == "/" and self.is_symbol(here) and node.args[1].kind == "name" else -1
             elif kind == "number" == self.tokens[self.at - 1][0]:
                 raise self.fail("two numbers stand side by side,")  # 1 000, 1.2.3: no product is meant
+            elif kind == "number" and text.startswith("."):  # a1.2
+                raise self.fail(f"the point of {text} may stand for a product; write *{text[1:]}, or *0{text},")
             elif text == "(" and self.text_at(1) in _MODULO:
                 return node
             elif kind == "name" and self.is_unit(text):
@@ -343,7 +360,7 @@ class _Parser:
         here, node = self.at, self.power()
         if bracket and node.kind == "list" and len(node.args) == 1 and node.args[0].kind in ("number", "neg"):
             self.at = here
-            raise self.fail("did not expect '['")
+            raise self.fail("did not expect '['; an entry of a vector has a name, as a1 or theta2,")
         return node
 
     def is_row_below(self, node: Node) -> bool:
@@ -390,7 +407,7 @@ class _Parser:
         base = self.primary()
         if self.tokens[self.at][1] not in ("**", "^"):
             return base
-        exponents = []
+        exponents, of_last = [], base is self.without_space
         while self.take("**", "^"):
             negative = self.sign()
             exponent = self.primary()
@@ -406,6 +423,8 @@ class _Parser:
                 tower = Node("neg", (Node("^", (below.args[0], tower)),))
             else:
                 tower = Node("^", (below, tower))
+        if of_last:  # a1c2^2
+            return Node("*", (base.args[0], Node("^", (base.args[1], tower))))
         return Node("^", (base, tower))
 
     def primary(self) -> Node:
@@ -424,10 +443,23 @@ class _Parser:
             return self.bracketed("]", "list")
         if self.take("{"):
             return self.bracketed("}", "set")
+        if self.take("|"):
+            return self.absolute()
         raise self.fail("expected a number, a symbol or a bracket, found " + (repr(text) if text else "the end"))
+
+    def absolute(self) -> Node:
+        """Read |a1*sin(theta2)| to its second bar; the bar between two conditions is an "or"."""
+        self.depth += 1
+        if self.depth > MAX_DEPTH:
+            raise self.fail(f"brackets nest more than {MAX_DEPTH} deep")
+        inner = self.sum()
+        self.expect("|")
+        self.depth -= 1
+        return _call(FUNCTIONS["abs"], (inner,))
 
     def bracketed(self, close: str, kind: str) -> Node:
         rows, comma = self.rows(close)
+        self.without_space = None
         items = rows[0]
         if len(rows) > 1 and kind in ("group", "set") and all(len(row) == 1 for row in rows):  # (a; b), {0; pi}
             return Node("list", tuple(row[0] for row in rows))
@@ -457,16 +489,49 @@ class _Parser:
             raise self.fail(f"{name} is not an answer{VOCABULARY['undefined_because'].get(name, '')};")
         if name in VOCABULARY["blank"]:
             return Node("blank")
+        if name in SHORTHAND and name not in self.known and self.is_angle_ahead():
+            return self.shorthand(name)
         pieces = pieces_of(raw, self.known)
         one = pieces[0].parts[0] if len(pieces) == 1 and pieces[0].kind == "name" else ""
         if opens and one and not {name, one} & self.known and one not in _BEFORE_BRACKETS:
+            if self.at == 1 and (behind := self.behind_bracket()) and self.tokens[behind][1] == "=":
+                self.at = behind  # J(q) = …
+                return Node("name", value=one)
             said = (
                 "is not understood; write the formula with sin, cos, tan, sqrt, exp, atan2,"
                 if name not in VOCABULARY["negations"]
                 else "says where they are not; write where they are,"
             )
             raise self.fail(f"the function {name!r} {said}")
-        return self.product_of(pieces)
+        product = self.product_of(pieces)
+        if pieces[-1].kind in FUNCTIONS and _SHORT_OF_ANGLE.search(name):
+            self.without_brackets = self.at
+        return product
+
+    def behind_bracket(self) -> int:
+        """Return where the bracket that begins here has been closed; 0 if it never is."""
+        depth = 0
+        for at in range(self.at, len(self.tokens)):
+            depth += _DEEPER.get(self.tokens[at][1], 0)
+            if depth == 0:
+                return at + 1
+        return 0
+
+    def is_angle_ahead(self) -> bool:
+        """Tell whether an angle or a bracket follows, behind a power if there is one: c theta1, s^2(theta1)."""
+        ahead = 0 if self.peek() not in ("^", "**") else 4 if self.text_at(1) == "(" else 2
+        kind, text, _ = self.tokens[min(self.at + ahead, len(self.tokens) - 1)]
+        piece = pieces_of(text, self.known)[0] if kind == "name" else None
+        return text == "(" or (piece is not None and (piece.kind == "sum" or _is_angle(piece.parts[0])))
+
+    def shorthand(self, name: str) -> Node:
+        """Read c or s, of what follows: S(1), as SymPy has it, is no sine."""
+        here, function = self.at, SHORTHAND[name]
+        call = self.function(function)
+        if not any(map(_is_angle, names(call))):
+            self.at = here
+            raise self.fail(f"{name} is {function} before an angle only, as in {name}(theta1); write {function}(…),")
+        return call
 
     def product_of(self, pieces: Sequence[NamePart]) -> Node:
         """Return the product that names without a space stand for; a function is of what follows it."""
@@ -485,7 +550,7 @@ class _Parser:
                 raise self.fail(f"expected what {piece.parts[0]} is of,")
         product = factors[0]
         for factor in factors[1:]:
-            product = Node("*", (product, factor))
+            product = self.without_space = Node("*", (product, factor))
         return product
 
     def text_at(self, ahead: int) -> str:
@@ -539,6 +604,8 @@ class _Parser:
             factors.append(_number(self.peek()))
             self.at += 1
         if self.tokens[self.at][0] == "name" and self.peek() not in _WORDS:
+            if any(piece.kind != "name" for piece in pieces_of(self.peek(), self.known)[1:]):
+                raise self.fail(f"expected '(' after {name},")  # sin theta1cos(theta2)
             self.at += 1
             factors.append(self.named(self.text_at(-1)))
         if not factors or self.peek() in ("/", "^", "**"):
@@ -551,7 +618,7 @@ class _Parser:
 
 
 _JOINT = pattern("joint")
-_ANGLE = pattern("angle")
+_ANGLE, _SHORT_OF_ANGLE = pattern("angle"), pattern("short_of_angle")
 _MODULO: list[str] = VOCABULARY["modulo"]
 _SYNONYMS: dict[str, str] = VOCABULARY["synonyms"]
 _PI = tuple(VOCABULARY["before_whole_numbers"])
@@ -560,6 +627,10 @@ _BEFORE_BRACKETS = ("pi", "I")
 _UNITS: dict[str, str] = VOCABULARY["units"]
 _GO_ON = ("*", "/", "^", "**", "(")
 """What follows a name that is a factor, and no unit at the end of a product."""
+
+
+def _is_angle(name: str) -> bool:
+    return _ANGLE.fullmatch(name) is not None
 
 
 def _is_value(node: Node) -> bool:

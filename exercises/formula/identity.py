@@ -7,8 +7,9 @@ values are the same is decided with 50 digits, at one point at least of every re
 of functions with branches keep their signs: both sides are analytic there, and the same all over it if they are the
 same around a point.
 
-Decimals mean what they say: 0.5 is a half, 3.14 is not pi. Only a number of 16 digits or more is taken for the double
-that a program prints, and allowed what a chain of operations with doubles loses (FLOATS, of the size of the terms).
+Decimals mean what they say: 0.5 is a half, 3.14 is not pi. Only a number of 13 digits or more is taken for the double
+that a program prints (SymPy prints 15, without zeros at the end), and allowed what a chain of operations with doubles
+loses (FLOATS, of the size of the terms).
 An assignment may allow more (`Rounding`).
 """
 
@@ -35,9 +36,10 @@ SHARE, SHARE_BRANCHING = 0.5, 0.02
 READABLE = 8
 """That many points come first and have two decimals, so that a counterexample can be followed by hand."""
 
-DOUBLE, NEARLY = 16, 14
-FLOATS, NEARLY_FLOATS = 1e-12, 5e-16
-"""What entries may be off with decimals of DOUBLE digits, and of NEARLY (doubles that happen to be short) or more."""
+PRINTED, DOUBLE = 13, 16
+"""Digits from which on a decimal that was typed is a double as programs print it, and a problem's number is a root."""
+FLOATS = 1e-12
+"""What entries may be off with decimals of PRINTED digits or more, and values of joints always."""
 SAME = 1e-40
 """With 50 digits, values are the same if they differ by less, of the size of the terms."""
 
@@ -194,8 +196,7 @@ def _count(theirs: Program, certain: Sequence[bool]) -> int:
 
 def allowed_for_decimals(node: Node) -> float:
     """Return what part of its size a value may be off because its decimals are doubles; 0 where they are not."""
-    digits = digits_of_decimals(node)
-    return FLOATS if digits >= DOUBLE else NEARLY_FLOATS if digits >= NEARLY else 0.0
+    return FLOATS if digits_of_decimals(node) >= PRINTED else 0.0
 
 
 def _allowed(node: Node, rounding: Rounding | None, doubles: AbstractSet[str]) -> tuple[float, float]:
@@ -333,7 +334,7 @@ class _Trial:
         else:
             point, mine, due = self._tiny(entry)
         at = {name: _short(column[point]) for name, column in sorted(self.values.items())}
-        yours, expected = _apart(mine, due)
+        yours, expected = told_apart(mine, due)
         return {"entry": entry, "at": at, "yours": yours, "expected": expected}
 
     def _tiny(self, entry: int) -> tuple[int, Any, Any]:
@@ -358,7 +359,7 @@ def _short(value: float) -> float:
     return float(f"{value:.6g}")
 
 
-def _apart(yours: Any, expected: Any) -> tuple[float | str, float | str]:
+def told_apart(yours: Any, expected: Any) -> tuple[float | str, float | str]:
     """Return two values with as many digits as it takes to see that they differ."""
     shown = number(complex(yours)), number(complex(expected))
     if shown[0] != shown[1]:

@@ -9,6 +9,8 @@ from exercises.formula.vocabulary import LIMITS, VOCABULARY, pattern
 
 FUNCTIONS: dict[str, str] = VOCABULARY["functions"]
 """Every function that an expression may call, under each name that is understood for it."""
+SHORTHAND: dict[str, str] = VOCABULARY["shorthand"]
+"""What c and s are before an angle."""
 ARITY: dict[str, int] = VOCABULARY["arity"]
 CONSTANTS = tuple(dict.fromkeys(VOCABULARY["constants"].values()))
 
@@ -66,11 +68,25 @@ def pieces_of(raw: str, known: frozenset[str]) -> tuple[NamePart, ...]:
     return _split(name, known) or (NamePart("name", (name,)),)
 
 
+def factors_of(raw: str, known: frozenset[str]) -> list[str]:
+    """Return the names with a dot between for a product, as in a1.a2.sin; nothing if one means nothing: a1.subs.
+
+    >>> factors_of("a1.c1", frozenset({"a1", "theta1"})), factors_of("np.sin", frozenset({"a1"}))
+    (['a1', 'c1'], [])
+    """
+    if not known or "." not in plain_name(raw):
+        return []
+    names = raw.split(".")
+    pieces = [piece for name in names for piece in pieces_of(name, known)]
+    is_known = all(piece.kind != "name" or piece.parts[0] in known or piece.parts[0] in CONSTANTS for piece in pieces)
+    return names if is_known else []
+
+
 def _one(name: str, known: frozenset[str]) -> NamePart | None:
     """Return what a name that is no symbol of the problem means by custom; None where it means nothing."""
     short = _SHORT.fullmatch(name)
-    if short is not None and (angles := _angles(short.group(2), known)):
-        return NamePart("cos" if short.group(1) in "cC" else "sin", angles)
+    if short is not None and (angles := _angles(short.group(3), known, short.group(2) or "theta")):
+        return NamePart(SHORTHAND[short.group(1)], angles)
     rate = _RATE.fullmatch(name)
     if rate is not None:
         symbol = f"qd{next(filter(None, rate.groups()))}"
@@ -97,9 +113,9 @@ def _one(name: str, known: frozenset[str]) -> NamePart | None:
     return NamePart("sum", angles) if angles else None
 
 
-def _angles(digits: str, known: frozenset[str]) -> tuple[str, ...]:
+def _angles(digits: str, known: frozenset[str], letter: str = "theta") -> tuple[str, ...]:
     """Return the angles that c12 or theta12 counts, if all are known, or nothing is."""
-    angles = tuple(f"theta{digit}" for digit in digits)
+    angles = tuple(f"{letter}{digit}" for digit in digits)
     return angles if not known or all(angle in known for angle in angles) else ()
 
 
@@ -110,7 +126,7 @@ def _words(known: frozenset[str]) -> re.Pattern[str]:
 
 
 def _split(name: str, known: frozenset[str]) -> tuple[NamePart, ...]:
-    """Return the pieces of names without a space between, as a1c12 or costheta1; nothing if a part means nothing."""
+    """Return the pieces of names without a space between, as a1c12 or costheta1; nothing if one means nothing."""
     if not known:
         return ()
     split: list[NamePart] = []
@@ -120,7 +136,8 @@ def _split(name: str, known: frozenset[str]) -> tuple[NamePart, ...]:
             return ()
         word, at = match.group(), match.end()
         piece = NamePart("name", (word,)) if word in known or word == "pi" else None
-        piece = piece or (NamePart("function", (FUNCTIONS[word],)) if word in FUNCTIONS else _one(word, known))
+        function = FUNCTIONS.get(word) or SHORTHAND.get(word)
+        piece = piece or (NamePart("function", (function,)) if function is not None else _one(word, known))
         if piece is None:
             return ()
         split.append(piece)

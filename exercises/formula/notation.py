@@ -156,7 +156,7 @@ def _without_unit(text: str, known: AbstractSet[str]) -> str:
 
 _LATEX_TOKEN = pattern("latex_token")
 _LATEX: dict[str, Any] = VOCABULARY["latex"]
-_HEIGHT = pattern("height_of_row")
+_HEIGHT, _SUM_OF_DIGITS = pattern("height_of_row"), pattern("sum_of_digits")
 
 
 def _from_latex(text: str) -> str:
@@ -187,12 +187,21 @@ class _Latex:
         if sign[0] in SPACES:
             return " "
         if sign == "{":
-            return f"({self.group()})"
+            inner = self.group()
+            return f"{{{inner}}}" if ":" in inner else f"({inner})"  # a dictionary of SymPy's, {\theta_2: [0, pi]}
         if sign == "_":
-            return re.sub(f"[{SPACES},()]+", "", self.argument())
+            return self.subscript()
         if sign == "^":
             return f"^({self.argument()})"
         return self.command(sign[1:]) if sign[0] == "\\" and len(sign) > 1 else sign
+
+    def subscript(self) -> str:
+        r"""Return what stands below: 12 of {1,2} and of {1+2}; c_{\theta_1+\theta_2} is of the sum."""
+        index = re.sub(f"[{SPACES},()]+", "", self.argument())
+        index = index.replace("+", "") if _SUM_OF_DIGITS.fullmatch(index) else index
+        if "+" in index or "-" in index:
+            return f"({index})"
+        return f"{index} " if re.search("[0-9]$", index) and self.peek()[:1].isalpha() else index  # a_1c \theta_1
 
     def group(self) -> str:
         """Return what stands up to the closing brace, and pass that."""

@@ -1,4 +1,4 @@
-"""Products, sums and inverses of matrices that were written and not worked out: 1/a1 * [[a, b], [c, d]] * [vx; vy]."""
+"""What was written of matrices and not worked out: 1/a1 * [[a, b], [c, d]] * [vx; vy], and [qd1; qd2] = [a; b]."""
 
 from collections.abc import Callable, Sequence
 from fractions import Fraction
@@ -54,7 +54,7 @@ def _has_matrices(node: Node) -> bool:
     stack = [node]
     while stack:
         top = stack.pop()
-        if top.kind in _OPERATIONS and any(arg.kind == "list" for arg in top.args):
+        if top.kind in (*_OPERATIONS, "eq") and any(arg.kind == "list" for arg in top.args):
             return True
         stack.extend(top.args)
     return False
@@ -70,6 +70,8 @@ def _size(node: Node, most: int) -> int:
 
 
 def _operation(top: Node, args: tuple[Node, ...]) -> Node:
+    if top.kind == "eq" and all(arg.kind == "list" for arg in args):
+        return _equation(args)
     if top.kind not in _OPERATIONS or all(arg.kind != "list" for arg in args):
         return Node(top.kind, args, top.value)
     args = tuple(arg.args[0] if _is_bracket(arg) else arg for arg in args)  # [a + b] c: brackets, and no list
@@ -117,6 +119,19 @@ def _sum(sign: str, one: Rows, other: Rows, args: tuple[Node, ...]) -> Node:
         return _impossible(sign, args)
     pairs = (zip(mine, theirs, strict=True) for mine, theirs in zip(one, other, strict=True))
     return _matrix([[Node(sign, pair) for pair in row] for row in pairs])
+
+
+def _equation(args: tuple[Node, ...]) -> Node:
+    """Return an equation of two vectors or matrices as one for each entry, a name before what it is."""
+    if _is_bracket(args[0]):  # [theta2] = [0, pi]
+        return Node("eq", (args[0].args[0], args[1]))
+    sides = [_rows(arg) for arg in args]
+    shapes = [(len(rows), len(rows[0])) for rows in sides]
+    is_vector = all(1 in shape for shape in shapes)
+    if (is_vector and max(shapes[0]) != max(shapes[1])) or (not is_vector and shapes[0] != shapes[1]):
+        return _impossible("=", args)
+    pairs = zip(*([entry for row in rows for entry in row] for rows in sides), strict=True)
+    return Node("and", tuple(Node("eq", (b, a) if b.kind == "name" != a.kind else (a, b)) for a, b in pairs))
 
 
 def _product(one: Rows, other: Rows, args: tuple[Node, ...]) -> Node:
@@ -173,6 +188,8 @@ def _signed(index: int, node: Node) -> Node:
 def _impossible(sign: str, args: Sequence[Node]) -> Node:
     shapes = [f"a {len(rows)} x {len(rows[0])}" for rows in (_rows(arg) for arg in args if arg.kind == "list")]
     what = " and ".join(shapes) + (" matrix" if len(shapes) == 1 else "")
-    said = {"+": "a sum", "-": "a difference", "*": "a product", "/": "a quotient", "^": "a power"}[sign]
+    said = {"+": "a sum", "-": "a difference", "*": "a product", "/": "a quotient", "^": "a power", "=": "equation"}[
+        sign
+    ]
     also = "" if len(shapes) == len(args) else " and a number"
     raise ReadError(f"there is no {said.removeprefix('a ')} of {what}{also}; write its entries, as in [[a, b], [c, d]]")

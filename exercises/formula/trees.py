@@ -109,19 +109,27 @@ _SAID = {
 }  # fmt: skip
 
 
-def refuse_statements(node: Node) -> None:
-    """Raise ReadError where a tree is no single expression: lists, conditions or blanks are in it."""
+def statement_in(node: Node) -> Node | None:
+    """Return a list, a condition or a blank in a tree, which is no single expression then; None in one that is."""
     stack = [node]
     while stack:
         top = stack.pop()
         if top.kind not in _SCALARS:
-            raise no_scalar(top)
+            return top
         stack.extend(top.args)
+    return None
+
+
+def refuse_statements(node: Node) -> None:
+    """Raise ReadError where a tree is no single expression."""
+    if (statement := statement_in(node)) is not None:
+        raise no_scalar(statement)
 
 
 def no_scalar(node: Node) -> ReadError:
     """Return the error that a node is no part of a single expression."""
-    return ReadError(f"{_SAID.get(node.kind, node.kind)} stands where a single expression is due")
+    instead = "; write what is asked alone" if node.kind in ("eq", "and") else ""
+    return ReadError(f"{_SAID.get(node.kind, node.kind)} stands where a single expression is due{instead}")
 
 
 def _is_column(node: Node) -> bool:

@@ -8,10 +8,10 @@ from types import ModuleType
 import numpy as np
 
 from exercises.arm.chain import Chain
-from exercises.arm.stages import RESULT, STAGES, Working, built_on, propagated
+from exercises.arm.stages import Working, propagated
 from exercises.errors import QdotError
 from exercises.mistakes import algebra, arrangement, choices, columns, finished, numeric, position, screws, sets, table
-from exercises.mistakes.base import Mistake, Shape, Slip, Taken
+from exercises.mistakes.base import Mistake, Slip, Taken
 from exercises.problem import Part
 from exercises.questions.results import is_derived, is_made_of_jacobian, result
 
@@ -36,16 +36,6 @@ ONE_NUMBER = frozenset(
     {*_IN_NUMBERS, "all-relative-angles", "degrees", "determinant-sign", "sign", "square-lost"} - {"value-sign"}
 )
 """What is looked for behind a wrong answer of a single number, which many others would meet by chance."""
-
-ON_THE_WAY = frozenset(mistake.name for module in (position, columns) for mistake in module.MISTAKES)
-"""What is looked for together with a second mistake behind J."""
-
-READING = (
-    "offset-forgotten", "offset-sign", "slide-offset-sign", "offset-in-degrees", "wrong-radians", "twist-sign",
-    "twist-forgotten", "length-forgotten", "distance-forgotten", "base-forgotten", "lengths-exchanged",
-    "point-forgotten", "base-exchanged", "decimal-point", "value-sign",
-)  # fmt: skip
-"""What is misread most often, in that order: looked for together with any second mistake."""
 
 Oftener = Mapping[str, float]
 """How many times as often as by `PRIORS` mistakes are made, by their names; what an instructor says of a course."""
@@ -80,12 +70,6 @@ ALIKE: dict[str, tuple[str, ...]] = {
 """Mistakes that give the same answer as another on some arms: the likelier one is told, both where none is."""
 
 _POSITIONS = frozenset({"table", "rotations", "own links", "links"})
-_BEHIND = {stage for stage in STAGES if "jacobian" in built_on(stage)}
-_LATE = frozenset(_BEHIND | {"wanted velocity", "joint rates", RESULT})
-"""Stages behind J, and what J is multiplied by."""
-
-_LOOKS_BACK = frozenset({"product-sign", "blocks-added", "velocity-of-other-frame"})
-"""Mistakes behind J in which there is more than J: the same J with another mistake before may give another result."""
 
 
 @dataclass(frozen=True)
@@ -172,44 +156,6 @@ def made(mistake: Mistake, w: Working, part: Part, right: np.ndarray | None = No
             answer = _result(working, part)
             if answer is not None:
                 yield Wrong(mistake, slip, working, answer)
-
-
-def late_mistakes(chain: Chain, part: Part, shape: Shape, precise: bool = False) -> list[tuple[Mistake, Slip]]:
-    """Return the mistakes that are made behind J, in an answer of some rows and columns, in every way they are made."""
-    some = (mistake for mistake in likely(part, precise) if mistake.name not in _LOOKS_BACK)
-    slips = ((mistake, slip) for mistake in some for slip in mistake.slips(chain, shape))
-    return [(mistake, slip) for mistake, slip in slips if set(slip.changes) <= _LATE]
-
-
-def late_slips(first: Wrong, part: Part, late: Iterable[tuple[Mistake, Slip]]) -> Iterator[Wrong]:
-    """Yield what mistakes behind J make of an answer in which another was made on the way to it.
-
-    Those in stages that the answer does not come from are left out: they change nothing.
-    """
-    w = first.working
-    for mistake, slip in late:
-        if set(slip.changes) == {RESULT}:  # what is written down otherwise is worked out already
-            with np.errstate(all="ignore"):
-                yield Wrong(mistake, slip, w, slip.changes[RESULT](w, first.answer))
-        elif any(stage == RESULT or w.comes_from(stage) for stage in slip.changes):
-            answer = _result(w.but(slip.changes), part)
-            if answer is not None:
-                yield Wrong(mistake, slip, w, answer)
-
-
-def fingerprint(w: Working, answer: np.ndarray) -> bytes:
-    """Return an answer and what mistakes behind J change in it, to twelve digits: what they make of it is the same."""
-    arrays = [answer, *w.jacobians()]
-    if answer.shape[:2] == (len(w.chain.task), w.n):
-        arrays.append(w["geometric"])  # other rows of it may be written down
-    return b"".join(map(_rounded, arrays))
-
-
-def _rounded(values: np.ndarray) -> bytes:
-    finite = np.isfinite(values)
-    largest = np.abs(values).max(where=finite, initial=1e-300)
-    rounded = np.where(finite, np.round(np.where(finite, values, 0) / largest, 12) + 0.0, values)
-    return repr((values.shape, f"{largest:.11e}")).encode() + rounded.tobytes()
 
 
 def _result(working: Working, part: Part) -> np.ndarray | None:

@@ -218,6 +218,34 @@ def _turning_slides(chain: Chain, _: Shape) -> Iterator[Slip]:
             yield Slip({"angular": _column(i, lambda w, i: w["axes"][i])}, {"joint": i + 1})
 
 
+def _all_slides_turn(chain: Chain, _: Shape) -> Iterator[Slip]:
+    slides = [i for i, joint in enumerate(chain.joints) if joint.kind == "P"]
+
+    def changed(w: Working, angular: np.ndarray) -> np.ndarray:
+        return np.stack([w["axes"][i] if i in slides else angular[:, i] for i in range(w.n)], axis=1)
+
+    if len(slides) > 1:
+        yield Slip({"angular": changed}, {"joint": " and ".join(str(i + 1) for i in slides)})
+
+
+def _one_turns(chain: Chain, _: Shape) -> Iterator[Slip]:
+    revolute = [i for i, joint in enumerate(chain.joints) if joint.kind == "R"]
+    for i in revolute if len(revolute) > 2 else ():
+
+        def changed(w: Working, angular: np.ndarray, i: int = i) -> np.ndarray:
+            return np.stack([angular[:, k] if k == i else 0 * angular[:, k] for k in range(w.n)], axis=1)
+
+        yield Slip({"angular": changed}, {"joint": i + 1})
+
+
+def _next_turns(chain: Chain, _: Shape) -> Iterator[Slip]:
+    def changed(w: Working, angular: np.ndarray) -> np.ndarray:
+        turning = [k if w["kinds"][k] == "P" else min(k + 1, w.n) for k in range(w.n)]
+        return np.stack([angular[:, k] if i == k else w["axes"][i] for k, i in enumerate(turning)], axis=1)
+
+    yield Slip({"angular": changed}, _on_axis(chain))
+
+
 def _column(joint: int, new: Callable[[Working, int], np.ndarray]) -> Change:
     def changed(w: Working, right: np.ndarray) -> np.ndarray:
         out = np.array(right)
@@ -483,6 +511,21 @@ _ALL = (
         "no-angular-part", "Angular part left out",
         "The angular part of joint {joint} seems to be left out: a revolute joint turns all links behind it.",
         "6.10", _not_turning,
+    ),
+    Mistake(
+        "slides-turn", "Angular parts for prismatic joints",
+        "Joints {joint} are prismatic, but seem to have an angular part: a prismatic joint rotates nothing.", "6.11",
+        _all_slides_turn, rare=True,
+    ),
+    Mistake(
+        "angular-of-one-joint", "Angular part of one joint only",
+        "Only joint {joint} seems to have an angular part: every revolute joint rotates all links behind it.", "6.10",
+        _one_turns, rare=True,
+    ),
+    Mistake(
+        "angular-of-next-axis", "Axis of the next joint in the angular rows",
+        "In the angular rows the axes seem to be those of the next joints: joint i rotates about {axis}.", "6.10",
+        _next_turns, rare=True,
     ),
     Mistake(
         "blocks-exchanged", "Linear and angular rows exchanged",

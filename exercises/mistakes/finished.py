@@ -69,6 +69,7 @@ def edits(entry: Node, symbols: Iterable[str] = ()) -> Iterator[Edit]:
         for new in _angles(angle):
             yield Edit("angle-typed", _changed(entry, partial(_put, {angle: new})))
     terms = terms_of(entry, MOST_TERMS)
+    yield Edit("term-sign-typed" if terms is not None and len(terms) == 1 else "entry-sign", negative(entry))
     if terms is not None and len(terms) > 1:
         for k, term in enumerate(terms):
             rest = [*terms[:k], *terms[k + 1 :]]
@@ -100,6 +101,8 @@ def _anywhere(node: Node) -> Iterator[Edit]:
 def _here(node: Node) -> Iterator[Edit]:
     if node.kind == "call" and node.value in WAVES:
         yield Edit("wave-typed", _other_wave(node))
+        yield Edit("wave-derived", _other_wave(node))
+        yield Edit("wave-derived", negative(_other_wave(node)))
         for angle in _angles(node.args[0]):
             yield Edit("angle-typed", Node("call", (angle,), node.value))
         yield from _split(node)
@@ -117,6 +120,7 @@ def _of_sum(node: Node) -> Iterator[Edit]:
     yield Edit("term-sign-typed", Node(node.kind, (negative(left), right)))
     yield Edit("term-missing", left, right)
     yield Edit("term-missing", right if node.kind == "+" else negative(right), left)
+    yield Edit("sum-multiplied", _product(addends(node)))
     yield from _unlike(node)
     if right.kind == "*" and node.kind == "-":  # without its bracket, the minus holds for the first term only
         for edit in _of_product(right):
@@ -351,14 +355,15 @@ def throughout(rows: Sequence[Sequence[Node]]) -> Iterator[tuple[str, list[list[
     for angle in sums:
         for new in _angles(angle):
             yield "angle-throughout", _all(rows, partial(_put, {angle: new}))
-    lengths = sorted({name for row in rows for entry in row for name in names(entry) if _is_length(name)})
+    lengths = sorted({name for row in rows for entry in row for name in names(entry) if is_length(name)})
     if len(lengths) > 1:
         yield "lengths-missing", [[_ones(entry, lengths) for entry in row] for row in rows]
     for length in lengths:
         yield "lengths-missing", [[_ones(entry, [length]) for entry in row] for row in rows]
 
 
-def _is_length(name: str) -> bool:
+def is_length(name: str) -> bool:
+    """Tell whether a name is that of a length: a1, d3, b2."""
     return name[0] in "adb" and name[1:].isdigit()
 
 
@@ -475,6 +480,43 @@ MISTAKES = (
         "unlike-terms-added", "Terms added that are not alike",
         "{Where} numbers seem to be added that stand before different things: only like terms add up.", "6.3",
     ),
+    Mistake(
+        "entry-sign", "Sign of an entry", "{Where} all signs seem to be wrong, and the rest is right.", "6.3",
+    ),
+    Mistake(
+        "entry-missing", "Entry left at zero",
+        "{Where} you have zero, but several terms are expected there.", "6.3",
+    ),
+    Mistake(
+        "sign-lost", "Sign lost in a root",
+        "{Where} the size is right, but the sign is wrong in some configurations: a square root is never negative, so "
+        "the root of 1 - cos² is the absolute value of the sine.", "6.3",
+    ),
+    Mistake(
+        "term-surplus", "Extra term", "{Where} one term{which} seems to be extra, and the rest is right.",
+        "6.3",
+    ),
+    Mistake(
+        "factor-surplus", "Extra factor",
+        "{Where} one factor{which} of a product seems to be extra: check that every term has the same unit.", "6.3",
+    ),
+    Mistake(
+        "number-typed", "Number in one place",
+        "{Where} one term{which} seems to be multiplied by a wrong number, and the rest is right.", "6.3",
+    ),
+    Mistake(
+        "constant-typed", "Constant in one place",
+        "{Where} a constant term seems to be wrong, missing or extra, and the rest is right.", "6.3",
+    ),
+    Mistake(
+        "sum-multiplied", "Product for a sum",
+        "{Where} you seem to have a product where a sum is expected: rates and angles of joints are added.", "6.3",
+    ),
+    Mistake(
+        "other-lengths", "Lengths of another arm",
+        "This would be right for an arm with other lengths ({which}): use the lengths in the table of your own arm.",
+        "6.1",
+    ),
     Mistake("square-missing", "Square missing", "{Where} a square seems to be missing.", "6.3"),
     Mistake("wave-typed", "Sine for cosine in one place", "{Where} a sine stands where a cosine is due, or the other "
             "way round.", "Example 6.1"),
@@ -482,6 +524,11 @@ MISTAKES = (
         "angle-typed", "Angle in one place",
         "{Where} the angle of one sine or cosine seems to be wrong, and the rest is right: compare what stands in its "
         "sum with the other terms.", "Example 6.1",
+    ),
+    Mistake(
+        "wave-derived", "Sine for cosine in one place, and a sign",
+        "{Where} there is a sine where a cosine is expected, or the other way round, and the sign is wrong, too: did "
+        "you differentiate a factor too often, or not at all?", "6.3",
     ),
     Mistake(
         "waves-typed", "Sines for cosines in an entry",

@@ -140,6 +140,12 @@ def _away(chain: Chain, at: AtDistance) -> Iterator[tuple[np.ndarray, str]]:
     behind = [2 * a - b for a, b in zip(line.start, map(float, at.seam.target.values()), strict=True)]
     away = Line(chain, at.seam.lengths, at.seam.joints, [sp.Float(value) for value in behind])
     yield _rates_at(away, float(at.distance), float(at.seam.speed)), ""
+    back = float(line.length) - float(at.distance)
+    for distance, more in ((float(at.distance), _OR_SIGN), (back, "")):
+        yield -_rates_at(line, distance, float(at.seam.speed)), more
+
+
+_OR_SIGN = ", or all rates have the wrong sign, as with a wrong sign of the determinant"
 
 
 _ALL = (
@@ -155,7 +161,7 @@ _ALL = (
     ),
     Mistake(
         "path-turned-round", "Path in the other direction",
-        "P seems to move away from B: the direction is that from A to B.", "6.7", takes=_on_path(_away), rare=True,
+        "P seems to move from B to A instead of from A to B{more}.", "6.7", takes=_on_path(_away), rare=True,
     ),
     Mistake(
         "offset-forgotten-on-path", "Joint offset left out along the path",

@@ -32,7 +32,7 @@ def _every(chain: Chain) -> str:
     return "every factor of det J counts" if square else "every way counts in which all minors are zero"
 
 
-def _zero_there(chain: Chain) -> str:
+def zero_there(chain: Chain) -> str:
     """Return the question that a singular configuration answers."""
     return "is det J zero there" if chain.n == len(chain.task) else "are all minors zero there"
 
@@ -73,18 +73,27 @@ def _one_root(chain: Chain, part: Part) -> Iterator[Taken]:
                 yield _set(_with(components, k, _thinned(components[k], keep, joint)))
 
 
+def missed(chain: Chain, component: Component) -> tuple[str, dict[str, object]]:
+    """Return the mistake by which a component is left out, and the words for its sentence."""
+    if _is_tied(chain, component):
+        return "shoulder-missed", {"every": _every(chain), "instead": ""}
+    return "component-missed", {"kind": "values of a joint", "every": _every(chain)}
+
+
 def _missed(chain: Chain, part: Part) -> Iterator[Taken]:
     components = _components(part)
     for k, component in enumerate(components):
         if len(components) > 1:
-            yield _set((*components[:k], *components[k + 1 :]), kind=_kind(component), every=_every(chain))
+            kind = "a condition that ties several joints" if _is_tied(chain, component) else "values of a joint"
+            yield _set((*components[:k], *components[k + 1 :]), kind=kind, every=_every(chain))
     for k in range(len(components)):
         if len(components) > 2:
             yield _set((components[k],), kind="more than one kind of condition", every=_every(chain))
 
 
-def _kind(component: Component) -> str:
-    return "a condition that ties several joints" if component.solutions is None else "values of a joint"
+def _is_tied(chain: Chain, component: Component) -> bool:
+    """Tell whether a condition of a component depends on several joints."""
+    return any(len(condition.free_symbols & set(chain.q)) > 1 for condition in component.conditions)
 
 
 def _tied_missed(chain: Chain, part: Part) -> Iterator[Taken]:
@@ -93,7 +102,7 @@ def _tied_missed(chain: Chain, part: Part) -> Iterator[Taken]:
     The rest is seen from one joint at a time.
     """
     components = _components(part)
-    solved = [component for component in components if component.solutions is not None]
+    solved = [component for component in components if not _is_tied(chain, component)]
     if len(solved) == len(components):
         return
     if solved:
@@ -185,7 +194,7 @@ def _joint_added(chain: Chain, part: Part) -> Iterator[Taken]:
     """Call a joint singular that is not: the book's own slip."""
     components = _components(part)
     for q, called in _called_singular(chain, components):
-        yield _set((*components, called), joint=q, values=_values(called), zero=_zero_there(chain))
+        yield _set((*components, called), joint=q, values=_values(called), zero=zero_there(chain))
 
 
 def _offsets(factor: int) -> Callable[[Chain, Part], Iterator[Taken]]:
@@ -306,7 +315,7 @@ def _value_sign(chain: Chain, part: Part) -> Iterator[Taken]:
 def _all_joints(chain: Chain, part: Part) -> Iterator[Taken]:
     revolute = [q for joint, q in zip(chain.joints, chain.q, strict=True) if joint.kind == "R"]
     if _components(part) and len(revolute) > 1:
-        yield _set([_straight(q) for q in revolute], zero=_zero_there(chain))
+        yield _set([_straight(q) for q in revolute], zero=zero_there(chain))
 
 
 def _degrees(chain: Chain, part: Part) -> Iterator[Taken]:
@@ -393,6 +402,10 @@ _ALL = (
         "joint-called-singular", "A joint called singular that is not",
         "{joint} seems to be called singular at {values}: {zero}? (The book has this slip in its own Example 6.3.)",
         "6.8", takes=_joint_added,
+    ),
+    Mistake(
+        "value-called-singular", "A value called singular that is not",
+        "{joint} = {values} seems to be called singular: {zero}?", "6.8",
     ),
     Mistake(
         "all-joints-straight", "All joints at 0 or pi called singular",

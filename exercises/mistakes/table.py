@@ -238,17 +238,25 @@ def _degrees(chain: Chain, _: Shape) -> Iterator[Slip]:
 
 
 def _no_base(chain: Chain, _: Shape) -> Iterator[Slip]:
+    if not told_base(chain).is_world:
+        yield Slip({"table": _without_base(chain, any(told_base(chain).position))})
+
+
+def _base_not_rotated(chain: Chain, _: Shape) -> Iterator[Slip]:
     told = told_base(chain)
+    if any(told.position) and (told.yaw, told.tilt) != (0, 0):
+        yield Slip({"table": _without_base(chain, at_origin=False)})
 
-    def at_origin(w: Working, table: Table) -> Table:
+
+def _without_base(chain: Chain, at_origin: bool) -> Change:
+    """Return the change of the table that leaves out the rotation of the base, also its position if `at_origin`."""
+
+    def changed(w: Working, table: Table) -> Table:
         position, yaw, tilt = table.base  # of which the first row of a modified table may take a part
-        return replace(
-            table,
-            base=(position * 0 if any(told.position) else position, yaw * 0, tilt * 0 if told.tilt != 0 else tilt),
-        )
+        unturned = tilt * 0 if told_base(chain).tilt != 0 else tilt
+        return replace(table, base=(position * 0 if at_origin else position, yaw * 0, unturned))
 
-    if not told.is_world:
-        yield Slip({"table": at_origin})
+    return changed
 
 
 def _no_offset(chain: Chain, _: Shape) -> Iterator[Slip]:
@@ -495,6 +503,11 @@ _ALL = (
     Mistake(
         "base-forgotten", "Base left out",
         "The arm does not stand in the origin of the world frame: its base seems to be left out.", "6.1", _no_base,
+    ),
+    Mistake(
+        "base-not-rotated", "Rotation of the base left out",
+        "The base is rotated in the world frame, and this rotation seems to be left out.", "6.1", _base_not_rotated,
+        rare=True,
     ),
     Mistake(
         "twist-sign", "Twist with the wrong sign",

@@ -230,7 +230,7 @@ class Question:
     def typed_labels(self, chain: Chain, part: Part) -> tuple[str, ...]:
         """Return the names under which the entries of a vector, or the one result, may be typed: qd1, vx, tau1."""
         labels = self.labels(chain) or tuple(
-            name.translate(_OF_LATEX)
+            name.removeprefix(r"\text").translate(_OF_LATEX)
             for name in self.entry_names(chain, part)
             if part.shape is None or part.shape[1] == 1
         )

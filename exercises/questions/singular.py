@@ -58,17 +58,23 @@ class Place:
     condition: sp.Expr | None = None
     words: str = ""
 
+    @property
+    def values(self) -> tuple[tuple[sp.Symbol, sp.Expr], ...]:
+        """The joint values in order."""
+        return tuple(self.joints.items())
 
-def components_at(chain: Chain, place: Place) -> tuple[Component, Component] | None:
-    """Return the component on which a place lies, and the part of it with the place's joint values; None off all."""
+
+def components_at(chain: Chain, place: Place) -> list[tuple[Component, Component]]:
+    """Return the components on which a place lies, each with the part of it that has the place's joint values."""
+    found = []
     for component in singular_set(chain) or ():
         if place.condition is not None:
             if place.condition in component.conditions:
-                return component, component
+                found.append((component, component))
         elif component.solutions is not None and all(place.joints[q] in values for q, values in component.solutions):
             here = tuple((q, (place.joints[q],)) for q, _ in component.solutions)
-            return component, replace(component, solutions=here)
-    return None
+            found.append((component, replace(component, solutions=here)))
+    return found
 
 
 @dataclass(frozen=True, kw_only=True)

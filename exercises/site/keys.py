@@ -32,6 +32,7 @@ import numpy as np
 from exercises.answers import Answer, ConditionSet, Direction, Forms, Letters, Number
 from exercises.arm.stages import Working, numbers
 from exercises.formula.conditions import Space
+from exercises.formula.constants import value_of
 from exercises.formula.expression import read
 from exercises.formula.identity import Domain
 from exercises.formula.pieces import pieces
@@ -426,9 +427,15 @@ def _pieces(problem: Problem, part: Part, answer: ConditionSet) -> list[Any]:
     for text in answer.pieces():
         for piece in pieces(read(text, domain.roles), joints):
             values = space.on_piece(piece, {*joints, *symbols}, stream, 4 * POSES)
+            exact = {atom.joint: value_of(atom.zero) for atom in piece if atom.joint is not None}
             poses = np.array([values[name] for name in symbols]).T[:POSES]
-            keys.append([[float(f"{value:.9f}") + 0.0 for value in pose] for pose in poses])
+            keys.append([[_in_pose(*one) for one in zip(pose, map(exact.get, symbols), strict=True)] for pose in poses])
     return keys
+
+
+def _in_pose(found: float, exact: Any) -> float:
+    """Return a value as it was found, with nine decimals, or the exact one if there is one, as a double."""
+    return (float(f"{found:.9f}") if exact is None else float(exact)) + 0.0
 
 
 # ---

@@ -11,12 +11,13 @@ from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
+import sympy as sp
 
 from exercises.arm.axes import Sample
 from exercises.arm.bare import bare, bare_pieces
 from exercises.arm.chain import TASK_ROWS, Chain
-from exercises.arm.classification import Kind, by_value, classify, samples_on
-from exercises.arm.kinds import kinds_at
+from exercises.arm.classification import Kind, by_value, classify, is_one_sided, samples_on
+from exercises.arm.kinds import are_one_sided, kinds_at
 from exercises.arm.singularity import Component, singular_set
 from exercises.verify.numeric_reference import Check, NumericReference
 
@@ -53,6 +54,15 @@ def _said(chain: Chain, pieces: tuple[str, ...], kind: Kind) -> Check:
         where = ", ".join(f"{q} = {value:.4g}" for q, value in zip(chain.q, false[0].q, strict=True)) if false else ""
         return Check(name, False, f"{kind.meaning}: at {len(false)} of {len(samples)} not so, as at {where}")
     return Check(name, is_of_kind(chain, kind, samples), f"{kind.meaning}; {kind.kind}, at {len(samples)} places")
+
+
+def side_of_lost_direction(
+    chain: Chain, condition: sp.Expr | None, values: tuple[tuple[sp.Symbol, sp.Expr], ...], samples: Sequence[Sample]
+) -> Check:
+    """Test at other configurations what solutions say of a boundary: whether one side of the lost direction is out."""
+    is_said = is_one_sided(chain, condition, values)
+    detail = f"one side only is{'' if is_said else ' not'} said, at {len(samples)} configurations"
+    return Check("side of the lost direction", not is_said or are_one_sided(chain, samples), detail)
 
 
 def places_on(chain: Chain, component: Component) -> list[Sample]:

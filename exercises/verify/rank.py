@@ -15,6 +15,7 @@ from exercises.problem import Part
 from exercises.questions.geometry import AtPose
 from exercises.questions.inversion import Configuration
 from exercises.questions.rank import LostAt, LostInFormulas, OfMeaning, OfMotion
+from exercises.verify.appearance import side_of_lost_direction
 from exercises.verify.exponentials import exponential_jacobian
 from exercises.verify.formulas import EXACT, agree
 from exercises.verify.numeric_reference import POSES, Check, NumericReference, apart, random_poses, samples_where
@@ -198,6 +199,8 @@ def _meaning(numeric: NumericReference, part: Part) -> Iterator[Check]:
     expected = [index == right for index in range(len(holds))]
     detail = f"{', '.join(sorted(kinds))} at {len(samples)} configurations; options that hold: {holds}"
     yield Check("only the right one holds", holds == expected, detail)
+    if asked.offered[right][1] == "boundary":
+        yield side_of_lost_direction(numeric.chain, asked.condition, asked.values, samples)
     reasons = {meaning.kind for meaning, _ in asked.offered} <= _OF_AXES or bool(numeric.chain.linear_rows)
     yield Check("a reason", reasons, "where P is, is no reason for a loss of turns; its task counts other rows too")
 

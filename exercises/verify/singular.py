@@ -20,7 +20,7 @@ from exercises.formula.pieces import pieces
 from exercises.problem import Part
 from exercises.questions.singular import OPTIONS, OfKind, Place, components_at
 from exercises.stream import Stream
-from exercises.verify.appearance import said_of_component, said_of_singularities
+from exercises.verify.appearance import said_of_component, said_of_singularities, side_of_lost_direction
 from exercises.verify.numeric_reference import (
     ARMS,
     Check,
@@ -177,9 +177,10 @@ def _type(numeric: NumericReference, part: Part) -> Iterator[Check]:
     kinds = set(map(str, kinds_at(numeric.chain, samples)))
     detail = f"{', '.join(sorted(kinds))} at {len(samples)} configurations"
     yield Check("kind", bool(samples) and kinds == {kind}, detail)
-    found = components_at(numeric.chain, place)
-    if found is not None:
-        yield said_of_component(numeric.chain, found[1])
+    for _, here in components_at(numeric.chain, place):
+        yield said_of_component(numeric.chain, here)
+    if kind == "boundary":
+        yield side_of_lost_direction(numeric.chain, place.condition, place.values, samples)
     if kind == "regular" and place.condition is None and len(numeric.task) == numeric.chain.n:
         yield _regular_throughout(numeric, place)
 

@@ -181,10 +181,10 @@ class Wording(AxisNames):
         """Whether boundary and internal can be told apart for the task."""
         return kind_is_sure(self.chain)
 
-    def kind_shown(self, kind: str) -> str:
-        """Return why a singularity is of its kind."""
+    def kind_shown(self, kind: str, one_sided: bool) -> str:
+        """Return why a singularity is of its kind; a boundary may be `one_sided` along the direction that is lost."""
         say = self.words
-        if kind == "boundary":
+        if kind == "boundary" and one_sided:
             return {
                 "v": say.gettext(
                     "Along the direction that is lost, $P$ can be moved to one side only, and no other configuration "
@@ -198,6 +198,14 @@ class Wording(AxisNames):
                     "Along the direction that is lost, the arm can leave this pose to one side only, and no other "
                     "configuration takes it to the other side."
                 ),
+            }[self._motions]
+        if kind == "boundary":
+            return {
+                "v": say.gettext("There are places next to this one that $P$ can't reach in any configuration."),
+                "w": say.gettext(
+                    "There are orientations next to this one that the last link can't take in any configuration."
+                ),
+                "vw": say.gettext("There are poses next to this one that the arm can't reach in any configuration."),
             }[self._motions]
         return {
             "v": say.gettext("$P$ can reach all places around this one, with joint values near these or with others."),

@@ -15,7 +15,7 @@ import sympy as sp
 from exercises.arm.appearance import dependence
 from exercises.arm.axes import Sample, along, slope
 from exercises.arm.chain import TASK_ROWS, Chain, Point
-from exercises.arm.classification import Kind, Values, by_value, classify
+from exercises.arm.classification import Kind, Values, by_value, classify, is_one_sided
 from exercises.arm.conventions import axes_of
 from exercises.arm.derivation import Derivation, TooLong, derive, structure, task_velocity
 from exercises.arm.kinematics import NumericChain, frame_behind, joint_rotation, link_frames, link_vector
@@ -652,16 +652,20 @@ class Worked(AxisNames):
         q = np.array([complex(sp.N(joints[symbol].xreplace(lengths))) for symbol in self.chain.q])
         return Sample(arm, q.real) if np.abs(q.imag).max() < 1e-12 else None
 
-    def of_place(self, place: Place) -> SingularComponent | None:
-        """Return the component that a place lies on, or None where the arm is not singular."""
-        found = components_at(self.chain, place)
-        if found is None:
-            return None
-        component, here = found
-        if here is component:
-            return self.classified(component)
-        conditions = tuple(map(self.as_shown, component.conditions))
-        return SingularComponent(conditions, component.solutions, classify(self.chain, here))
+    def of_place(self, place: Place) -> list[SingularComponent]:
+        """Return the components that a place lies on, none where the arm is not singular."""
+        return [
+            self.classified(component)
+            if here is component
+            else SingularComponent(
+                tuple(map(self.as_shown, component.conditions)), component.solutions, classify(self.chain, here)
+            )
+            for component, here in components_at(self.chain, place)
+        ]
+
+    def is_one_sided(self, asked: Place | MeaningAsked) -> bool:
+        """Tell whether P gets past singular places to one side only, along the direction that is lost."""
+        return is_one_sided(self.chain, asked.condition, asked.values)
 
     # --- numbers ---
 

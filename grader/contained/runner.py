@@ -145,7 +145,10 @@ def _line(raised: BaseException, name: str) -> int | None:
 
 
 class _Symbols:
-    """Which names were symbols and are numbers by now, as after `theta1 = 0.5`: what is typed then lacks them."""
+    """Which names were symbols and are numbers by now, as after `theta1 = 0.5` or `for theta1 in [0, pi]`.
+
+    What is typed then lacks them.
+    """
 
     def __init__(self) -> None:
         self.known: dict[str, str] = {}
@@ -157,7 +160,7 @@ class _Symbols:
             if type(value) is sympy.Symbol:
                 self.known[name] = value.name
                 self.lost.pop(name, None)
-            elif name in self.known and name not in self.lost and type(value) in NUMBERS:
+            elif name in self.known and name not in self.lost and _is_number(value):
                 self.lost[name] = index, repr(value)[:40]
 
     def tell(self, source: str, answered: str, report: Report) -> None:
@@ -171,7 +174,14 @@ def _says(name: str, text: str) -> bool:
     return re.search(rf"\b{re.escape(name)}\b", text) is not None
 
 
-NUMBERS = (int, float, sympy.Integer, sympy.Float, sympy.Rational, numpy.float64)
+def _is_number(value: Any) -> bool:
+    """Tell whether a value is a number, also pi/2; what a notebook makes of these classes is not asked."""
+    kind = type(value)
+    is_formula = issubclass(kind, sympy.Expr) and kind.__module__.startswith("sympy.")
+    return kind in NUMBERS or (is_formula and bool(value.is_number))
+
+
+NUMBERS = (int, float, complex, numpy.float64, numpy.int64)
 MOST_LOST = 20
 
 
@@ -192,6 +202,10 @@ MENDED = (
         "; 'or' and 'and' join no equations: write a list of them, or Or(Eq(theta1, 0), Eq(theta2, pi))",
     ),
     ("loop of ufunc does not support", "; NumPy's functions take numbers: write SymPy's, as in sin(theta1)"),
+    (
+        "onvert expression to float",
+        "; float() and the functions of math take numbers: write SymPy's, as in sin(theta1)",
+    ),
     ("Cannot cast ufunc", "; numpy.linalg takes numbers: write Matrix(…).det() or Matrix(…).inv()"),
     ("'FunctionClass'", "; a function stands there without what it is of: write sin(theta1)"),
     ("and 'function'", "; a function stands there without what it is of: write rad(30), or the number alone"),

@@ -3,10 +3,12 @@
 What was left to be carried out (Derivative, Integral, a determinant that is only named) is carried out.
 """
 
+import sys
 from decimal import Decimal
 from fractions import Fraction
 from typing import Any
 
+import mpmath
 import numpy
 import sympy
 from sympy.matrices.expressions.matexpr import MatrixExpr
@@ -19,6 +21,12 @@ UNDONE = (
 )  # fmt: skip
 """What SymPy leaves to be carried out by `doit`."""
 
+NOT_READ = {
+    sympy.Piecewise: "a Piecewise has a formula for each condition; write one formula, if need be with abs or sign",
+    sympy.Indexed: "an IndexedBase is not read; write symbols of the problem, as theta1 for theta[1]",
+}
+"""What SymPy has that is not read, and what to write instead."""
+
 
 def text_of(value: Any, depth: int = 0) -> str:
     """Return a value as the text of an expression; raise TypeError for what is none."""
@@ -30,6 +38,10 @@ def text_of(value: Any, depth: int = 0) -> str:
         return _text_of_array(value, depth + 1)
     if isinstance(value, sympy.Basic):
         return _text_of_basic(value, depth)
+    if isinstance(value, mpmath.matrix):
+        return text_of(value.tolist(), depth + 1)
+    if isinstance(value, (mpmath.mpf, mpmath.mpc)):
+        return text_of(complex(value) if value.imag else float(value.real))
     if isinstance(value, numpy.generic):
         return text_of(value.item(), depth + 1)
     if value is Ellipsis:
@@ -55,6 +67,11 @@ def _text_of_array(value: Any, depth: int) -> str:
 def _text_of_basic(value: Any, depth: int) -> str:
     if isinstance(value, MatrixExpr) and value.has(sympy.MatrixSymbol):
         raise TypeError("a MatrixSymbol has a name and no entries; write the entries, as in Matrix([[a, b], [c, d]])")
+    if value.has(*NOT_READ):
+        raise TypeError(next(instead for kind, instead in NOT_READ.items() if value.has(kind)))
+    units = sys.modules.get("sympy.physics.units")  # loaded only where a notebook uses it
+    if units is not None and value.has(units.Quantity):
+        raise TypeError("units of sympy.physics are not read; write the number alone, in m, rad, m/s or rad/s")
     done = _carried_out(value)
     if done is not value:
         return text_of(done, depth + 1)

@@ -285,7 +285,7 @@ test.each([
   ["sin(theta2)^2 = 0", "correct", 1],
   ["theta2 = 0, theta2 = pi, sin(theta1) = 2", "correct", 1],
   ["theta2 = 0, theta2 = pi, theta1 = foo", "wrong", 0],
-  ["theta2 = 0, theta2 = 3.14159", "partial", 1 / 3],
+  ["theta2 = 0, theta2 = 3.14159", "partial", 4 / 5],
 ])("a set: %s is %s", (typed, outcome, share) => {
   const found = judgeSet(typed, SET, ANGLES, stretched);
   expect([found.outcome, found.share]).toEqual([outcome, share]);

@@ -27,7 +27,7 @@ const shown = (text: string): string => text.slice(0, 60);
 
 /** Words to which the grammar itself gives a meaning, and kinds of nodes that are called like one. */
 const GRAMMAR = new Set(
-  "pi sin cos in and or list set eq name number blank qd rate matrix diagonal image radians sqrt ... Derivative condition transposed inverse modulo \\\\ ±".split(
+  "pi theta sin cos abs in and or list set eq name number blank qd rate matrix diagonal image radians sqrt ... Derivative condition transposed inverse modulo \\\\ ±".split(
     " ",
   ),
 );

@@ -37,6 +37,9 @@ def test_what_is_said_is_what_the_answer_fails_simplest_first(question: str, ans
     assert found.says.startswith(begins)
 
 
+AXES = "[[0, {sign}s1, {cos}*s1*(1 - c2) + s2*c1], [0, c1, s1*s2 + {cos}*(c1*c2 - c1)], [1, {cos}, c2 + 0.00001*{cos}]]"
+
+
 @pytest.mark.parametrize(
     ("arm", "question", "answer", "is_said"),
     [  # due are 1.391223934 and 0.3918262811
@@ -50,6 +53,9 @@ def test_what_is_said_is_what_the_answer_fails_simplest_first(question: str, ans
         ("planar-2r/3@zeros", "position", TWO_R.format(pi="3.14", sign="+"), True),
         ("planar-2r/3@zeros", "position", TWO_R.format(pi="3.1416", sign="-"), False),
         ("planar-2r/3@zeros", "position", TWO_R.format(pi="3.2", sign="+"), False),
+        ("wrist-zyz/1@chapter", "joint-axes", AXES.format(cos="3.673e-6", sign="-"), True),  # of 1.5708, multiplied out
+        ("wrist-zyz/1@chapter", "joint-axes", AXES.format(cos="7.963e-4", sign="-"), True),  # of 1.57
+        ("wrist-zyz/1@chapter", "joint-axes", AXES.format(cos="3.673e-6", sign="+"), False),
     ],
 )
 def test_what_is_right_but_for_rounding_is_said_so_and_blamed_on_nothing(

@@ -411,7 +411,10 @@ RIGHT_ONE = "p1_determinant = a1*a2*sin(theta2)"
     ("written", "told"),
     [
         (["theta2 = 0.5", RIGHT_ONE], "theta2 = 0.5 in cell 2"),
-        (["theta2 = pi/2", RIGHT_ONE], ""),  # no number that one forgets: the answer shows it
+        (["theta2 = pi/2", RIGHT_ONE], "theta2 = pi/2 in cell 2"),
+        (["for theta2 in [0, pi]: pass", "p1_determinant = {theta2: [0, pi]}"], "theta2 = pi in cell 2"),
+        (["p1_determinant = []\nfor theta2 in [0, pi]: p1_determinant.append(Eq(theta2, 0))"], "theta2 = pi in cell 2"),
+        (["print([theta2 for theta2 in [0, pi]])", RIGHT_ONE], ""),
         ([f"theta2 = 1\n{RIGHT_ONE}"], "theta2 = 1 in cell 2"),
         (["t2 = theta2", "t2 = Rational(1, 3)", "p1_determinant = a1*a2*sin(t2)"], "t2 = 1/3 in cell 3"),
         ([RIGHT_ONE, "theta2 = 0.5"], ""),

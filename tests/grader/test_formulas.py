@@ -5,6 +5,7 @@ from fractions import Fraction
 import pytest
 
 from exercises.formula.identity import Domain
+from grader.answer import OR
 from grader.verdict import Outcome
 from tests.support.judging import (
     judge_angles,
@@ -249,7 +250,8 @@ SETS: dict[tuple[str, Outcome | None], tuple[list[str], tuple[str, ...]]] = {
     ("quarter turns", CORRECT): (["cos(2*theta2) = 0"], ("theta2 = pi/4 + n*pi/2",)),
     ("half turns", CORRECT): (
         ["sin(theta2) = 0"],
-        ("theta2 = -k*pi", "theta2 = k*pi", "{theta2: [0, pi]}", "{theta2: [0.0, 3.141592653589793]}"),
+        ("theta2 = -k*pi", "theta2 = k*pi", "{theta2: [0, pi]}", "{theta2: [0.0, 3.141592653589793]}",
+         "theta2 = 0 or 3.14159265358979"),
     ),
 }  # fmt: skip
 """References with what students write; None: not right."""
@@ -290,7 +292,7 @@ def test_angles_are_equal_modulo_whole_turns() -> None:
 @pytest.mark.parametrize(
     ("student", "said"),
     [
-        ("{theta2: [0, 3.14159265358979]}", "rounding"), ("{theta2: [0, 3.1416]}", "rounding"),
+        ("{theta2: [0, 3.1415926536]}", "rounding"), ("{theta2: [0, 3.1416]}", "rounding"),
         ("{theta2: [0, 2.9]}", "theta1 ="), ("theta2 = k*180", "degrees"), ("theta2 in {0, 180}", "degrees"),
         ("theta2 = 0", "missing"),
     ],
@@ -298,6 +300,37 @@ def test_angles_are_equal_modulo_whole_turns() -> None:
 def test_values_that_are_not_exact_doubles_are_wrong_and_it_is_said_why(student: str, said: str) -> None:
     judged = judge_singular(student, ["sin(theta2) = 0"], ["theta1", "theta2"], DOMAIN, "s")
     assert judged.outcome is not CORRECT and said in judged.reason
+
+
+@pytest.mark.parametrize(
+    ("student", "is_said"),
+    [
+        ("theta1 = 90° or -90°, theta2 = 0", True), ("theta2 = 0, theta1 = pi/2, -pi/2", True),
+        ("(theta1 = ±90°), theta2 = 0", True), ("[Eq(theta1, pi/2), Eq(theta1, -pi/2), Eq(theta2, 0)]", True),
+        ("theta1 = pi, theta2 = 0", False), ("theta1 = 90°, theta1 = -90°", False),
+        ("theta1 = 90° and theta2 = 0", False),
+    ],
+)  # fmt: skip
+def test_how_a_comma_was_read_is_said_where_it_decides_the_mark(student: str, is_said: bool) -> None:
+    reference = ["theta1 = pi/2 and theta2 = 0", "theta1 = -pi/2 and theta2 = 0"]
+    judged = judge_singular(student, reference, ["theta1", "theta2"], DOMAIN, "s")
+    assert judged.outcome is not CORRECT and judged.reason.startswith(OR) is is_said
+
+
+@pytest.mark.parametrize(
+    ("student", "share", "said"),
+    [
+        ("theta2 = 0, theta2 = 3.1416 rad", 4 / 5, "1 of 1 condition is found; right but for rounding: theta1 ="),
+        ("theta2 = 0, 22/7", 4 / 5, "rounding"), ("theta2 = 0°, 179.9°", 4 / 5, "rounding"),
+        ("theta2 = 3.14", 8 / 15, "rounding"), ("theta2 = 0, 3.14, 1", 2 / 5, "claimed, but no singular"),
+        ("theta2 = 0, 3.1", 1 / 3, "claimed, but no singular"),
+    ],
+)  # fmt: skip
+def test_values_that_are_right_but_for_rounding_are_found_and_cost_a_fifth(
+    student: str, share: float, said: str
+) -> None:
+    judged = judge_singular(student, ["theta2 = 0", "theta2 = pi"], ["theta1", "theta2"], DOMAIN, "s")
+    assert judged.share == pytest.approx(share) and said in judged.reason
 
 
 def test_a_singular_set_may_name_given_lengths() -> None:

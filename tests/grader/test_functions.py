@@ -1,20 +1,23 @@
 """Answers that are Python functions: called with symbols where they take them, at random configurations where not."""
 
+import re
 from collections.abc import Callable
+from dataclasses import replace
 
 import pytest
 import sympy as sp
 
 from exercises.answers import Expression, Matrix
+from exercises.formula.program import compile_program, evaluate
 from exercises.problem import Part, Problem, variable
 from grader.contained.callables import TABLE
 from grader.finding import Answers
-from grader.function_values import asked_of, read_table
+from grader.function_values import POINTS, asked_of, read_table
 from grader.functions import judge_function
 from grader.marking import mark
 from grader.sandbox import Limits, Sandbox
 from grader.verdict import Outcome
-from tests.support.problems import some_parts
+from tests.support.problems import drawn, some_parts
 from tests.support.suites import few_families
 
 Draw = Callable[[str, int], Problem]
@@ -172,3 +175,13 @@ def test_a_table_that_a_student_typed_is_no_answer(problem: Problem) -> None:
         for text in (*pairs, "", "[]", "{}", '{"shape": [1], "values": []}', '{"shape": [1e400]}', "[" * 10000):
             judged = judge_function(part, read_table(TABLE + text, domain, "points"), joints, domain.roles)
             assert judged.outcome is Outcome.WRONG
+
+
+def test_values_that_are_nearly_right_are_shown_with_the_digits_in_which_they_differ() -> None:
+    problem = drawn("planar-2r", 0, variation="chapter")
+    part, domain, joints = problem["position"], problem.domain(), [q.name for q in problem.chain.q]
+    empty = read_table(f'{TABLE}{{"shape": [2], "values": []}}', domain, "points")
+    rows = part.answer.trees(domain.roles)
+    right = evaluate(compile_program([row[0] for row in rows]), empty.at, POINTS)[0].T
+    example = judge_function(part, replace(empty, shape=(2,), values=right * (1 + 1e-8)), joints, domain.roles)
+    assert re.search(r"yours (\S+), expected (?!\1$)", example.reason), example.reason

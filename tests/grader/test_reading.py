@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from exercises.answers import ConditionSet
 from exercises.assignment import Student
 from exercises.formula.expression import read
 from exercises.formula.identity import Domain
@@ -19,10 +20,12 @@ from exercises.generation import generate
 from exercises.notebook import claims, notebook_text, student_notebook
 from exercises.problem import Problem, ProblemId
 from exercises.quizzes import ASKED
+from grader import check
+from grader.answer import OR
 from grader.check import check_notebook, due_claimed
 from grader.marking import mark
 from grader.parts import judge
-from grader.reading import due_of, read_answer
+from grader.reading import Due, due_of, read_answer
 from grader.sandbox import Sandbox
 from grader.verdict import Outcome
 from tests.support.handing_in import Cells, a_class, hand_in, right
@@ -110,6 +113,19 @@ def test_check_says_of_every_answer_what_the_grader_says_of_its_form(tmp_path: P
     assert len(rows) == 3
     for row in rows:
         assert not row.readable and typed[row.part.removeprefix("p1.")][1] in row.said, row
+
+
+@pytest.mark.parametrize(
+    ("text", "is_said"),
+    [
+        ("theta1 = 90° or -90°, theta3 = 0", True), ("theta1 = 0; theta3 = 0", True), ("theta3 = 0, pi", False),
+        ("[Eq(theta1, 0), Eq(theta3, 0)]", False), ("theta1 = 0 and theta3 = 0", False),
+    ],
+)  # fmt: skip
+def test_check_says_how_a_comma_between_conditions_on_other_joints_is_read(text: str, is_said: bool) -> None:
+    due = Due(ConditionSet(()), Domain({"theta1": "angle", "theta3": "angle"}), ("theta1", "theta3"))
+    row = check._row("p1.singular-angles", text, due)
+    assert row.readable and row.said == text + (f" ({OR})" if is_said else "")
 
 
 def test_check_knows_the_symbols_of_the_students_own_problem(tmp_path: Path) -> None:

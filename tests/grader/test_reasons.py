@@ -35,9 +35,9 @@ def singular(student: str, *reference: str, rounding: Rounding | None = None) ->
     return judge_singular(student, reference, JOINTS, DOMAIN, "s", rounding)
 
 
-@pytest.mark.parametrize("student", ["Eq(a1, a1*a2)", "Eq(2*detJ, a1*a2)", "Eq(a1*a2, detJ)", "Eq(a1*a2, a1*a2)"])
-def test_only_a_name_of_their_own_may_stand_left(student: str) -> None:
-    for text, is_right in ((student, False), ("Eq(detJ, a1*a2)", True)):
+@pytest.mark.parametrize("student", ["Eq(a1, a1*a2)", "Eq(2*detJ, a1*a2)", "Eq(a1*a2, a1)", "Eq(a1*a2, a1*a2)"])
+def test_only_a_name_of_their_own_may_stand_on_the_other_side(student: str) -> None:
+    for text, is_right in ((student, False), ("Eq(detJ, a1*a2)", True), ("Eq(a1*a2, detJ)", True)):
         judged = judge_expression(text, "a1*a2", DOMAIN, "s")
         assert (judged.outcome is Outcome.CORRECT) is is_right
         assert is_right or "can't be read as an answer: an equation" in judged.reason

@@ -40,7 +40,7 @@ LAYERS = {
         exports.scorm exports.registry
         overview options commands""",
     "grader": """verdict counterexample levels clock contained function_values answer formulas choices direction
-        functions reading parts compare residuals numbers finished rounded pairs set_mistakes diagnosis
+        functions reading parts compare residuals numbers finished rounded set_mistakes diagnosis
         advice terms follow credit similar groups marking prairielearn own_folder sandbox guarantees cells archives
         layouts roster submission
         class_check positions finding uncounted notebook copies overrides attempt settle remote cluster

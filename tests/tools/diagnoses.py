@@ -179,19 +179,22 @@ def random_answers(problem: Problem, part: Part, count: int) -> Iterator[str]:
         trigs = "*".join(sine_or_cosine() for _ in range(rng.randint(1, 2)))
         return f"{rng.randint(2, 9)}/{rng.choice((7, 11, 13))}*{rng.choice(lengths)}*{trigs}"
 
+    def spoiled(entry: str) -> str:
+        return rng.choice((f"(({entry}) + {noise()})*({noise()} + {noise()})", f"{noise()} + {noise()}"))
+
     answer = part.answer
     for _ in range(count):
         if isinstance(answer, Expression):
-            yield rng.choice((f"({text_of(answer.reference)}) + {noise()}", noise()))
+            yield spoiled(text_of(answer.reference))
         elif isinstance(answer, Number):
             yield str([float(f"{float(v) * rng.uniform(0.3, 3):.5g}") for v in answer.reference])
         elif isinstance(answer, (ConditionSet, Choice, Selection, Matching)):
             return
         else:
             rows = [[text_of(entry) for entry in row] for row in answer.as_matrix().tolist()]
-            for _ in range(rng.randint(1, 3)):
-                i, j = rng.randrange(len(rows)), rng.randrange(len(rows[0]))
-                rows[i][j] = rng.choice((f"({rows[i][j]}) + {noise()}", noise()))
+            places = [(i, j) for i, row in enumerate(rows) for j, entry in enumerate(row) if entry != "0"]
+            for i, j in rng.sample(places, min(len(places), rng.randint(1, 3))):
+                rows[i][j] = spoiled(rows[i][j])
             yield "[" + ", ".join(f"[{', '.join(row)}]" for row in rows) + "]"
 
 

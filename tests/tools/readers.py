@@ -7,6 +7,7 @@ and the verdict may not. Python's answers to texts chosen by hand are kept for t
 
 import argparse
 import json
+import math
 import subprocess
 import sys
 import unicodedata
@@ -216,6 +217,22 @@ SETS = (
 )  # fmt: skip
 """Answers to the question where an arm is singular, right ones and wrong ones; for most arms wrong."""
 
+_NEAR_PI = (
+    *(f"{turns * math.pi:.{digits}g}" for turns in (1, -1, 3) for digits in range(2, 18)),
+    *(f"{degrees:.{digits}g}°" for degrees in (180.0, 179.99999, 179.9) for digits in (3, 8)),
+    *(f"pi {sign} 1e-{power}" for sign in "+-" for power in range(2, 16)), "22/7", "355/113", "103993/33102",
+    "3141592653589793/10**15", "0.5*2*pi", "1.5*2*pi/3", "acos(-1)", "2*acos(0)", "3.1416 rad", "180 deg", "π", "3.15",
+)  # fmt: skip
+_NEAR_ZERO = ("0.0", "-0", *(f"1e-{power}" for power in range(2, 17)), *(f"-2.5e-{power}" for power in range(2, 17)))
+DECIMALS = (
+    *(form.format(value) for value in _NEAR_PI for form in (
+        "theta2=0, theta2={}", "theta2 = {}", "{{theta2: [{}, 0]}}", "theta2 = 0 or {}",
+        "theta2 = 0, theta2 = {0}, theta1 = {0}",
+    )),
+    *(form.format(value) for value in _NEAR_ZERO for form in ("theta2 = {}, pi", "{{theta2: [3.14159265358979, {}]}}")),
+)  # fmt: skip
+"""Values of an angle in decimals and fractions that are right, that are but for rounding, and that are not."""
+
 ANYTHING = (
     "0", "1", "-1", "hello world", "a1", "x", "[0, 0]", "[[1, 0], [0, 1]]", "nan", "", " ", "blank", "...", "I",
     "1/0", "[blank, 1]", "det(J) = 1", "0,5", "2,0", "２,０", "a1²,3", "30 deg", "{qd1: 1, qd2: 2}",
@@ -307,7 +324,7 @@ def kept_question() -> Asked:
                 answers += [*ANYTHING, *(right[0].replace(old, new) for old, new in WORDS)]
                 answers += [f"{start}{right[0]}{end}" for start, end in product(STARTS[3:], ENDS[:2])]
             if isinstance(part.answer, ConditionSet):
-                answers += SETS if k == 0 else SETS[:: len(problems())]
+                answers += (*SETS, *DECIMALS) if k == 0 else SETS[:: len(problems())]
             question.answers += [(k, part.name, text) for text in dict.fromkeys(answers)]
     return question
 

@@ -5,13 +5,12 @@ import json
 import numpy as np
 import pytest
 
-from tests.support import ROOT
 from tests.support.suites import several
 from tests.tools.fuzz import KNOWN
 from tests.tools.readers import kept_question, tree_text, verdict
 from tests.tools.site_arms import TARGET as ARMS
 from tests.tools.site_arms import arms_text
-from tests.tools.site_corpus import FORMS, READINGS, SLIPS, TARGET, corpus_case, forms_text
+from tests.tools.site_corpus import FORMS, READINGS, SLIPS, TARGET, corpus_case, forms_text, records
 from tests.tools.site_slips import slips_text
 
 EACH = several(9, 1)
@@ -21,10 +20,9 @@ ANEW = "run: python -m tests.tools.site_corpus"
 
 def test_the_corpus_of_the_site_is_up_to_date() -> None:
     cases = json.loads(TARGET.read_text(encoding="utf-8"))
-    records = (ROOT / "tests" / "data" / "corpus.jsonl").read_text(encoding="utf-8").splitlines()
-    assert len(cases) == len(records), ANEW
-    for case, record in list(zip(cases, records, strict=True))[::EACH]:
-        assert case == corpus_case(json.loads(record)), ANEW
+    assert len(cases) == len(records()), ANEW
+    for case, record in list(zip(cases, records(), strict=True))[::EACH]:
+        assert case == corpus_case(record), ANEW
 
 
 def test_trees_and_verdicts_for_the_site_are_up_to_date() -> None:

@@ -1,6 +1,6 @@
 // What is earned by an answer that is right in part: the rules of ../../../exercises/credit.py (docs/partial-credit.md).
 
-/** What wrong signs cost, however many there are, and what a common factor that is wrong costs. */
+/** What wrong signs cost, however many there are, a common factor that is wrong, and rounded values of joints. */
 const AMISS = 1 / 5;
 const FORGOTTEN = 2 / 3;
 const HALF = 1 / 2;
@@ -23,16 +23,17 @@ export function shareOfEntries(
   return Math.max(0, Math.min(share, counted.length - 1)) / counted.length;
 }
 
-/** Of a set: how many pieces of each condition are found, of how many, and how many conditions don't hold. */
+/** Of a set: how many pieces of each condition are found, of how many, how many conditions don't hold, whether values are rounded. */
 export function shareOfSet(
   found: readonly (readonly [some: number, due: number])[],
   unsound: number,
+  isRounded = false,
 ): number {
   const conditions = found.filter(([some]) => some > 0).length;
   if (conditions === 0 || unsound > conditions) return 0;
   const share = found.reduce(
     (product, [some, due]) => product * (some === due ? 1 : some > 0 ? FORGOTTEN : HALF),
-    HALF ** unsound,
+    HALF ** unsound * (isRounded ? 1 - AMISS : 1),
   );
   return share < 1 ? share : HALF;
 }

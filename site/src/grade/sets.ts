@@ -7,19 +7,10 @@ import type { ConfigurationsKey } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
 import { withPoints } from "../read/points.js";
 import { read } from "../read/reader.js";
-import {
-  anyNode,
-  digitsOfDecimals,
-  hasBlank,
-  name,
-  namesIn,
-  type Node,
-  node,
-  ReadError,
-} from "../read/tree.js";
+import { hasBlank, integer, name, namesIn, type Node, node, ReadError } from "../read/tree.js";
 import { VOCABULARY } from "../read/vocabulary.js";
 import { message } from "../text/text.js";
-import { claimedPieces, isTied, type Piece } from "./pieces.js";
+import { type Atom, claimedPieces, isTied, type Piece } from "./pieces.js";
 import { falseConditions, shareOfSet } from "./credit.js";
 import { slipsInSet } from "./set-slips.js";
 import { type At, correct, graded, missing, unreadable, type Verdict, wrong } from "./verdict.js";
@@ -28,7 +19,8 @@ import { anyNumber, atText, isBlank } from "./values.js";
 /** How near a pose must be to a condition, in radians or metres; to a value, of which keys tell nine decimals. */
 const NEAR = 1e-6;
 const STATED = 1e-9;
-/** A value that is so near to one that is due is that one, rounded. */
+/** How near a value must be that was typed, of its size; one that is so near is the one that is due, rounded. */
+const TYPED = 1e-12;
 const ROUNDED = 5e-3;
 const STARTS = 12;
 const STEPS = 40;
@@ -149,13 +141,15 @@ function assigned(tree: Node, { joints }: Space): Node {
 }
 
 function compared(
-  claims: readonly Piece[],
+  typed: readonly Piece[],
   poses: readonly (readonly At[])[],
   space: Table,
   isSingular: IsSingular,
   conditions: readonly number[],
 ): Verdict {
-  const found = claims.map((claim, i) => counterexample(claim, poses, space, isSingular, i));
+  const claims = typed.map((claim) => exactly(claim, poses, space));
+  const found = claims.map((claim, i) => counterexample(claim, space, isSingular, i, poses.flat()));
+  const rounded = typed.find((claim, i) => claim !== claims[i] && found[i] === null);
   const isBad = found.map((each) => each !== null && each !== "nowhere");
   const bad = found.filter((_, i) => isBad[i]);
   const openIn = (piece: readonly At[], by: readonly Piece[]) =>
@@ -164,7 +158,7 @@ function compared(
     pieces.map((piece) => openIn(piece, by)).filter((at) => at !== undefined);
   const uncovered = (by: readonly Piece[]) => uncoveredIn(by, poses);
   const open = uncovered(claims.filter((_, i) => found[i] !== "nowhere"));
-  if (claims.length > 0 && open.length === 0 && bad.length === 0)
+  if (claims.length > 0 && open.length === 0 && bad.length === 0 && !rounded)
     return correct(message("verdict.set"), false);
   // What is claimed beyond the truth must not earn what it happens to cover.
   const sound = claims.filter((_, i) => found[i] === null);
@@ -176,6 +170,7 @@ function compared(
       claims.filter((_, i) => isBad[i]).map((claim) => jointsOf(claim, space)),
       new Set(sound.map((claim) => jointsOf(claim, space))),
     ),
+    rounded !== undefined,
   );
   const slips = slipsInSet({
     claims,
@@ -185,26 +180,32 @@ function compared(
     ...space,
     holds: (claim, at) => holds(claim, at, space),
     isSound: (claim, instead) =>
-      counterexample(claim, [], space, (at) => isSingular(instead(at)), 0, poses.flat()) === null,
+      counterexample(claim, space, (at) => isSingular(instead(at)), 0, poses.flat()) === null,
   });
   const [slip] = slips;
   const more = slip ? { slips: slips.map((each) => each.slip) } : {};
   // the pose that is told is one of what the first slip is about
   const ofSlip = slip?.claim && found[claims.indexOf(slip.claim)];
   const off = [ofSlip, ...bad].find((each) => typeof each === "object" && each !== null);
-  const isRounded = claims.some((claim, i) => {
-    const at = found[i];
-    return at && typeof at === "object" && isRoundedAt(claim, at, poses, space);
-  });
-  if (off && isRounded) return graded(share, [message("verdict.rounded")], { at: off });
+  const also = rounded ? [message("verdict.rounded")] : [];
   if (off)
-    return graded(share, [message("verdict.unsound", { at: atText(shown(off, space)) })], {
+    return graded(share, [...also, message("verdict.unsound", { at: atText(shown(off, space)) })], {
       at: off,
       ...more,
     });
   const at = (slip?.piece && openIn(slip.piece, claims)) ?? open[0];
   if (at)
-    return graded(share, [message("verdict.uncovered", { at: atText(shown(at, space)) })], { at, ...more });
+    return graded(share, [...also, message("verdict.uncovered", { at: atText(shown(at, space)) })], {
+      at,
+      ...more,
+    });
+  if (rounded)
+    return graded(share, also, {
+      at: {
+        ...poses.flat()[0],
+        ...Object.fromEntries(rounded.map(({ joint, zero }) => [joint, evaluate(zero, {}).re])),
+      },
+    });
   const nowhere = found.findIndex((each) => each === "nowhere" || each === "close") + 1;
   return graded(share, [message("verdict.nowhere", { text: String(nowhere) })]);
 }
@@ -269,11 +270,10 @@ function slopeOf(zero: Piece[number]["zero"], at: At, joint: string): number {
  */
 function counterexample(
   piece: Piece,
-  poses: readonly (readonly At[])[],
   space: Space,
   isSingular: IsSingular,
   seed: number,
-  lengths = poses.flat(),
+  lengths: readonly At[],
 ): At | "nowhere" | "close" | null {
   const random = stream(seed + 1);
   const given = (k: number): At => lengths[k % Math.max(lengths.length, 1)] ?? {};
@@ -283,7 +283,7 @@ function counterexample(
     const at = solved(ready, randomPose(given(start), space, random));
     if (!at || !holds(piece, at, space)) continue;
     found += 1;
-    if (!isSingular(at) || isRoundedAt(piece, at, poses, space)) return at;
+    if (!isSingular(at)) return at;
   }
   if (found > 0) return null;
   if (ready.zeros.length === 0 || ready.free.length === 0) return "nowhere";
@@ -302,25 +302,29 @@ function missOf({ zeros }: Ready, at: At): number {
   return misses.some(Number.isNaN) ? Infinity : Math.max(...misses);
 }
 
-/** Whether a value was typed that is the right one but for rounding: 3.14 is not pi, nor is 355/113. */
-function isRoundedAt(piece: Piece, at: At, poses: readonly (readonly At[])[], space: Space): boolean {
-  return piece.some(({ joint, zero }) => {
-    if (joint === null || namesIn(zero).size > 0) return false;
-    if (anyNode(zero, isNothing)) return true;
-    const value = at[joint] as number;
-    return poses.some((others) => {
-      const dues = others.map((other) => other[joint] as number);
-      const due = dues[0] as number;
-      if (dues.some((other) => distance(joint, other, due, space) > STATED)) return false;
-      const off = distance(joint, value, due, space);
-      return off > STATED && off < ROUNDED;
-    });
+/** A claim on values alone with those put for them that are right, if they are but for rounding: pi for 3.14, also for 355/113. */
+function exactly(claim: Piece, poses: readonly (readonly At[])[], space: Space): Piece {
+  if (claim.some(({ joint }) => joint === null)) return claim;
+  const atoms = claim.map((atom) => {
+    const due = roundedFrom(atom, poses, space);
+    return due === null ? atom : { ...atom, zero: integer(due) };
   });
+  return atoms.every((atom, i) => atom === claim[i]) ? claim : atoms;
 }
 
-/** Whether a decimal is so small that keys, which have nine decimals, don't show it; what a program prints for 0 is none. */
-function isNothing({ kind, value, digits }: Node): boolean {
-  return kind === "decimal" && digits > 0 && digits < 16 && Math.abs(value) < STATED;
+/** The value that is the same in all poses of a piece and near to one that was typed, which is another; null without one. */
+function roundedFrom({ joint, zero }: Atom, poses: readonly (readonly At[])[], space: Space): number | null {
+  if (joint === null || namesIn(zero).size > 0) return null;
+  const value = evaluate(zero, {}).re;
+  const found = poses
+    .map((others) => others.map((other) => other[joint] as number))
+    .filter((dues) => dues.every((due) => distance(joint, due, dues[0] as number, space) < STATED))
+    .map(([due]) => ({ due: due as number, off: distance(joint, value, due as number, space) }))
+    .filter(({ off }) => off < ROUNDED)
+    .sort((a, b) => a.off - b.off)[0];
+  if (!found) return null;
+  const isFound = found.due !== 0 && Math.round(found.due * 1e9) / 1e9 === found.due; // by a search, and told with nine decimals
+  return found.off >= (isFound ? STATED : TYPED * Math.max(1, Math.abs(found.due))) ? found.due : null;
 }
 
 function randomPose(given: At, { joints, angles }: Space, random: () => number): At {
@@ -445,21 +449,4 @@ function stream(seed: number): () => number {
     t = (t + Math.imul(t ^ (t >>> 7), 61 | t)) ^ t;
     return ((t ^ (t >>> 14)) >>> 0) / 4294967296;
   };
-}
-
-// --- angles ---
-
-/** Whether two sets of angles are the same, modulo whole turns; typed decimals mean what they say. */
-export function sameAngles(mine: readonly Node[], right: readonly number[]): boolean {
-  const space = { joints: ["angle"], angles: new Set(["angle"]) };
-  const found = mine.map((angle) => {
-    const digits = digitsOfDecimals(angle);
-    return { value: evaluate(angle, {}).re, room: digits > 0 && digits < 16 ? 1e-15 : 1e-9 };
-  });
-  const near = (one: (typeof found)[number], due: number) =>
-    distance("angle", one.value, due, space) < one.room;
-  return (
-    found.every((one) => right.some((due) => near(one, due))) &&
-    right.every((due) => found.some((one) => near(one, due)))
-  );
 }

@@ -502,17 +502,16 @@ function complexText({ re, im, size }: Value): string {
 
 // --- forms that an answer may have ---
 
-/** What stands right of "J = …" or "det: …": of a name of the student's own, or the only one of `labels`. */
+/** What J is from "J = …", "… = J" or "det: …": of a name of the student's own, or the only one of `labels`. */
 export function rightSide(typed: Node, known: ReadonlySet<string>, labels: readonly string[] = []): Node {
   const tree = typed.kind === "dict" && typed.args.length === 1 ? (typed.args[0] as Node) : typed;
   const [left, right] = tree.args;
   if ((tree.kind !== "eq" && tree.kind !== "pair") || !left || !right) return typed;
-  const names = namesIn(left);
-  const own = isCalled(left) && ![...names].some((each) => known.has(each));
-  const [label] = labels;
-  const isAsked =
-    left.kind === "name" && labels.length === 1 && labelOf(left.text) === labelOf(label as string);
-  return own || isAsked ? right : typed;
+  const isOwn = (name: Node) => isCalled(name) && ![...namesIn(name)].some((each) => known.has(each));
+  const isAsked = (name: Node) =>
+    name.kind === "name" && labels.length === 1 && labelOf(name.text) === labelOf(labels[0] as string);
+  if (isOwn(left) || isAsked(left)) return right;
+  return isOwn(right) || isAsked(right) ? left : typed;
 }
 
 /** The components of a velocity, and of an angular one. */
@@ -531,10 +530,10 @@ function otherComponent(typed: Node, labels: readonly string[]): string {
   return COMPONENTS.includes(name) && name !== labelOf(label) ? left.text : "";
 }
 
-/** Whether words stand there, or the power of a name: The determinant, J^-1. */
+/** Whether words stand there, dx/dq, or the power of a name: The determinant, J^-1. */
 function isCalled(tree: Node): boolean {
   let top = tree;
-  while (top.kind === "*" && top.args[1]?.kind === "name") top = top.args[0] as Node;
+  while ((top.kind === "*" || top.kind === "/") && top.args[1]?.kind === "name") top = top.args[0] as Node;
   return top.kind === "name" || (top.kind === "^" && top.args[0]?.kind === "name");
 }
 
@@ -570,6 +569,8 @@ export function unlabelled(tree: Node, labels: readonly string[], rows = 0, colu
     (_, k) => `j${Math.floor(k / columns) + 1}${(k % columns) + 1}`,
   );
   const byEntry = byRow ?? (columns > 0 ? called(each) : null);
+  if (!byEntry && found.size > 0 && tree.args.every(isNamed))
+    throw new ReadError("read.names", { names: [...found.keys()].slice(0, 5).join(", ") });
   if (!byEntry) return tree;
   return node(
     "list",

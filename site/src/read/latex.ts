@@ -1,13 +1,14 @@
 // LaTeX as the plain text that the grammar reads; what is not known is left, for the grammar to complain about.
 
 import { FUNCTIONS } from "./names.js";
-import { compiled, isSpace, LIMITS, pattern, stripped, table, VOCABULARY } from "./vocabulary.js";
+import { compiled, isSpace, LIMITS, pattern, stripped, table, VOCABULARY, whole } from "./vocabulary.js";
 
 const TOKEN = pattern("latex_token", "g");
 const { latex } = VOCABULARY;
 const WORDS = table(latex.words);
 const RATES = table(latex.rates);
 const VELOCITIES = new Map(Object.entries(latex.velocities).map(([dot, of]) => [dot, table<string>(of)]));
+const SUM_OF_DIGITS = whole("sum_of_digits");
 const HEIGHT = compiled(`^${VOCABULARY.patterns.height_of_row}`);
 
 export function latexAsText(text: string): string {
@@ -39,11 +40,21 @@ class Walk {
     const found = this.peek();
     this.at += 1;
     if (isSpace(found[0])) return " ";
-    if (found === "{") return `(${this.group()})`;
-    if (found === "_")
-      return [...this.argument()].filter((sign) => !isSpace(sign) && !",()".includes(sign)).join("");
+    if (found === "{") {
+      const inner = this.group();
+      return inner.includes(":") ? `{${inner}}` : `(${inner})`; // a dictionary of SymPy's, {\theta_2: [0, pi]}
+    }
+    if (found === "_") return this.subscript();
     if (found === "^") return `^(${this.argument()})`;
     return found.startsWith("\\") && found.length > 1 ? this.command(found.slice(1)) : found;
+  }
+
+  /** What stands below: 12 of {1,2} and of {1+2}; of \theta_1+\theta_2 the sum in brackets. */
+  private subscript(): string {
+    const bare = [...this.argument()].filter((sign) => !isSpace(sign) && !",()".includes(sign)).join("");
+    const index = SUM_OF_DIGITS.test(bare) ? bare.replaceAll("+", "") : bare;
+    if (/[-+]/.test(index)) return `(${index})`;
+    return /[0-9]$/.test(index) && /^\p{L}/u.test(this.peek()) ? `${index} ` : index; // a_1c \theta_1
   }
 
   /** What stands up to the closing brace, which is passed. */

@@ -6,6 +6,9 @@ import { compiled, LIMITS, literally, table, VOCABULARY, whole } from "./vocabul
 /** Every function that an expression may call, under each name that is understood for it. */
 export const FUNCTIONS = table(VOCABULARY.functions);
 
+/** What c and s are before an angle. */
+export const SHORTHAND = table<string>(VOCABULARY.shorthand);
+
 /** How many arguments a function takes; the others take one. */
 export const ARITY = table(VOCABULARY.arity);
 
@@ -13,6 +16,7 @@ export const ARITY = table(VOCABULARY.arity);
 export const LONGEST = LIMITS.name;
 
 const CONSTANTS = table(VOCABULARY.constants);
+const MEANT = new Set(CONSTANTS.values());
 const LETTERS = table(VOCABULARY.letters);
 const VELOCITIES = table<string>(VOCABULARY.velocities);
 const RATE = whole("rate");
@@ -57,12 +61,21 @@ export function piecesOf(raw: string, known: ReadonlySet<string>): readonly Piec
   return several.length > 0 ? several : [named(name)];
 }
 
+/** The names with a dot between for a product, as in a1.a2.sin; nothing if one means nothing: a1.subs. */
+export function factorsOf(raw: string, known: ReadonlySet<string>): readonly string[] {
+  if (known.size === 0 || !plainName(raw).includes(".")) return [];
+  const names = raw.split(".");
+  const isKnown = ({ kind, parts: [symbol = ""] }: Piece) =>
+    kind !== "name" || known.has(symbol) || MEANT.has(symbol);
+  return names.flatMap((name) => piecesOf(name, known)).every(isKnown) ? names : [];
+}
+
 /** What a name that is no symbol of the problem means by custom; null where it means nothing. */
 function custom(name: string, known: ReadonlySet<string>): Piece | null {
   const short = SHORT.exec(name);
-  const counted = short ? angles(short[2] as string, known) : [];
+  const counted = short ? angles(short[3] as string, known, short[2]) : [];
   if (short && counted.length > 0)
-    return { kind: "cC".includes(short[1] as string) ? "cos" : "sin", parts: counted };
+    return { kind: SHORTHAND.get(short[1] as string) as "sin" | "cos", parts: counted };
   const rate = RATE.exec(name);
   if (rate) {
     const symbol = `qd${rate.slice(1).find((digit) => digit)}`;
@@ -92,12 +105,12 @@ function together(name: string, known: ReadonlySet<string>): Piece | null {
 }
 
 /** The angles that c12 or theta12 counts, if all are known, or nothing is. */
-function angles(digits: string, known: ReadonlySet<string>): string[] {
-  const found = [...digits].map((digit) => `theta${digit}`);
+function angles(digits: string, known: ReadonlySet<string>, letter = "theta"): string[] {
+  const found = [...digits].map((digit) => letter + digit);
   return known.size === 0 || found.every((angle) => known.has(angle)) ? found : [];
 }
 
-/** The pieces of names without a space between, as a1c12 or costheta1; nothing if a part means nothing. */
+/** The pieces of names without a space between, as a1c12, costheta1 or a1c; nothing if a part means nothing. */
 function split(name: string, known: ReadonlySet<string>): Piece[] {
   if (known.size === 0) return [];
   const words = [...new Set([...known, ...FUNCTIONS.keys(), "pi"])];
@@ -110,7 +123,7 @@ function split(name: string, known: ReadonlySet<string>): Piece[] {
   let at = 0;
   for (let match = pattern.exec(name); match; match = pattern.exec(name)) {
     const word = match[0];
-    const called = FUNCTIONS.get(word);
+    const called = FUNCTIONS.get(word) ?? SHORTHAND.get(word);
     const piece: Piece | null =
       known.has(word) || word === "pi"
         ? named(word)

@@ -1,4 +1,4 @@
-// Products, sums and inverses of matrices that were written and not worked out, as in 1/a1 * [[a, b], [c, d]] * [vx; vy].
+// What was written of matrices and not worked out: 1/a1 * [[a, b], [c, d]] * [vx; vy], and [qd1; qd2] = [a; b].
 // The rules of ../../../exercises/formula/products.py; ../../tests/readers.test.ts holds both together.
 
 import { anyNode, integer, type Kind, type Node, node, ReadError } from "./tree.js";
@@ -14,7 +14,8 @@ const isList = ({ kind }: Node): boolean => kind === "list";
 
 /** A tree in which matrices are no operands: what was to be done with them is done. Throws ReadError. */
 export function carriedOut(tree: Node): Node {
-  if (!anyNode(tree, ({ kind, args }) => OPERATIONS.has(kind) && args.some(isList))) return tree;
+  const isOpen = ({ kind, args }: Node) => (OPERATIONS.has(kind) || kind === "eq") && args.some(isList);
+  if (!anyNode(tree, isOpen)) return tree;
   const done: Node[] = [];
   let made = 0;
   const todo: (readonly [top: Node, ready: boolean])[] = [[tree, false]];
@@ -49,6 +50,7 @@ function sizeOf(tree: Node, most: number): number {
 }
 
 function operation(top: Node, given: readonly Node[]): Node {
+  if (top.kind === "eq" && given.every(isList)) return equation(given as [Node, Node]);
   if (!OPERATIONS.has(top.kind) || !given.some(isList)) return { ...top, args: given };
   const args = given.map((arg) => (isBracket(arg) ? (arg.args[0] as Node) : arg)); // [a + b] c: brackets, and no list
   const [one, other] = args as [Node, Node];
@@ -85,6 +87,22 @@ function sum(sign: Kind, args: readonly Node[]): Node {
   const [one, other] = args.map(rowsOf) as [Rows, Rows];
   if (one.length !== other.length || one[0]?.length !== other[0]?.length) return impossible(sign, args);
   return matrix(one.map((row, i) => row.map((entry, j) => node(sign, entry, other[i]?.[j] as Node))));
+}
+
+/** An equation of two vectors or matrices as one for each entry, a name before what it is. */
+function equation(args: readonly [Node, Node]): Node {
+  if (isBracket(args[0])) return node("eq", args[0].args[0] as Node, args[1]); // [theta2] = [0, pi]
+  const [one, other] = args.map(rowsOf) as [Rows, Rows];
+  const shapes = [one, other].map((rows) => [rows.length, rows[0]?.length as number]);
+  const isVector = shapes.every((shape) => shape.includes(1));
+  const [left, right] = shapes.map((shape) => (isVector ? Math.max(...shape) : shape.join()));
+  if (left !== right) return impossible("=", args);
+  const values = other.flat();
+  const pairs = one.flat().map((a, i) => {
+    const b = values[i] as Node;
+    return b.kind === "name" && a.kind !== "name" ? node("eq", b, a) : node("eq", a, b);
+  });
+  return node("and", ...pairs);
 }
 
 function product(args: readonly Node[]): Node {
@@ -129,7 +147,7 @@ function determinant(rows: Rows): Node {
 
 const signed = (index: number, tree: Node): Node => (index % 2 ? node("neg", tree) : tree);
 
-function impossible(sign: Kind, args: readonly Node[]): never {
+function impossible(sign: Kind | "=", args: readonly Node[]): never {
   const shapes = args.filter(isList).map((arg) => {
     const rows = rowsOf(arg);
     return `${rows.length} × ${rows[0]?.length}`;

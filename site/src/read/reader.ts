@@ -3,7 +3,7 @@
 
 import type { TextKey } from "../text/en.js";
 import { type Message, message, type Values } from "../text/text.js";
-import { ARITY, LONGEST, type Piece, piecesOf, plainName } from "./names.js";
+import { ARITY, factorsOf, FUNCTIONS, LONGEST, type Piece, piecesOf, plainName, SHORTHAND } from "./names.js";
 import { plain } from "./notation.js";
 import { carriedOut } from "./products.js";
 import { type Token, tokensOf } from "./tokens.js";
@@ -19,7 +19,7 @@ import {
   ReadError,
   replaced,
 } from "./tree.js";
-import { lengthOf, LIMITS, table, VOCABULARY, whole } from "./vocabulary.js";
+import { lengthOf, LIMITS, pattern, table, VOCABULARY, whole } from "./vocabulary.js";
 
 /** What a call of SymPy, NumPy or Python that is no function of numbers stands for. */
 const CONTAINERS = table(VOCABULARY.containers);
@@ -31,6 +31,7 @@ const WORDS = new Set(VOCABULARY.words);
 const INVERSES = table(VOCABULARY.inverses);
 const JOINT = whole("joint");
 const ANGLE = whole("angle");
+const SHORT_OF_ANGLE = pattern("short_of_angle");
 const SYNONYMS = table<string>(VOCABULARY.synonyms);
 /** Constants that are multiplied with a bracket behind them: nobody writes functions of these names. */
 const BEFORE_BRACKETS = new Set(["pi", "I"]);
@@ -60,6 +61,8 @@ class Parser {
   private depth = 0;
   /** Where the argument of a function without brackets ended last. */
   private withoutBrackets = -1;
+  /** The product that was read last of names without a space between, and in no bracket. */
+  private withoutSpace: Node | null = null;
   /** Whether functions have square brackets, as in Mathematica, where {a, b} is a list. */
   private bracesAreLists = false;
 
@@ -75,6 +78,18 @@ class Parser {
   /** A token, with what a word between formulas means put for it: "or" for what is "or" in German. */
   private meant(token: Token): readonly Token[] {
     const word = token.kind === "name" && !this.known.has(token.text) ? SYNONYMS.get(token.text) : undefined;
+    if (word === undefined && token.kind === "name" && token.text.includes(".")) {
+      let at = token.at;
+      const factors = factorsOf(token.text, this.known).flatMap((text): readonly Token[] => {
+        const both: readonly Token[] = [
+          { kind: "op", text: "*", at },
+          { kind: "name", text, at },
+        ];
+        at += text.length + 1;
+        return both;
+      });
+      if (factors.length > 0) return factors.slice(1); // a1.a2.sin
+    }
     if (word === undefined) return [token];
     if (word === "") return [];
     return [
@@ -269,9 +284,14 @@ class Parser {
   }
 
   private relation(): Node {
-    const left = this.modulo(this.sum());
-    if (this.take("=", "==")) return node("eq", left, this.values());
-    return this.take("in") ? node("in", left, this.modulo(this.sum())) : left;
+    const first = this.modulo(this.sum());
+    if (this.take("in")) return node("in", first, this.modulo(this.sum()));
+    const sides = [first];
+    while (this.take("=", "==")) sides.push(this.values());
+    if (sides.length > 2 && sides[0]?.kind === "name" && sides[1]?.kind === "list") sides.shift(); // P = [x; y] = […]
+    const equations = sides.slice(1).map((right, i) => node("eq", sides[i] as Node, right));
+    if (equations.length > 1) return node("and", ...equations); // theta1 = theta2 = 0
+    return equations[0] ?? first;
   }
 
   /** What stands right of an equation: a value, or several, as in theta2 = 0 or pi. */
@@ -339,7 +359,7 @@ class Parser {
     let top = this.power();
     let below = -1;
     for (;;) {
-      if (this.take("*")) {
+      if (this.take("*", ".")) {
         top = node("*", top, this.signedPower());
         below = -1;
       } else if (this.take("/")) {
@@ -349,6 +369,8 @@ class Parser {
         below = this.isSymbol(here) && divisor.kind === "name" ? this.at : -1;
       } else if (this.here().kind === "number" && this.tokens[this.at - 1]?.kind === "number") {
         throw this.fail("read.two-numbers"); // 1 000, 1.2.3: no product is meant
+      } else if (this.here().kind === "number" && this.peek().startsWith(".")) {
+        throw this.fail("read.point", { number: this.peek(), factor: this.peek().slice(1) }); // a1.2
       } else if (this.peek() === "(" && MODULO.has(this.textAt(1))) return top;
       else if (this.isUnit()) {
         top = inUnit(top, this.peek());
@@ -384,7 +406,7 @@ class Parser {
       /^(number|neg)$/.test(only?.kind ?? "")
     ) {
       this.at = here;
-      throw this.fail("read.unexpected", { found: "'['" });
+      throw this.fail("read.no-entry");
     }
     return found;
   }
@@ -399,7 +421,7 @@ class Parser {
     let depth = 0;
     for (let at = this.at; at < this.tokens.length; at += 1) {
       const { text } = this.tokens[at] as Token;
-      depth += "([{".includes(text) && text ? 1 : ")]}".includes(text) && text ? -1 : 0;
+      depth += deeperBy(this.tokens[at] as Token);
       if (depth === 0) return false;
       if ((text === ";" && depth === 1) || (text === "[" && at === this.at + 1)) return true;
     }
@@ -441,6 +463,7 @@ class Parser {
   private power(): Node {
     const base = this.primary();
     if (this.peek() !== "**" && this.peek() !== "^") return base;
+    const ofLast = base === this.withoutSpace;
     const exponents: Node[] = [];
     while (this.take("**", "^")) {
       const negative = this.sign();
@@ -458,6 +481,8 @@ class Parser {
       const inner = below.args[0];
       tower = below.kind === "neg" && inner ? node("neg", node("^", inner, tower)) : node("^", below, tower);
     }
+    const [left, right] = base.args;
+    if (ofLast && left && right) return node("*", left, node("^", right, tower)); // a1c2^2
     return node("^", base, tower);
   }
 
@@ -475,11 +500,20 @@ class Parser {
     if (this.take("(")) return this.bracketed(")", "group");
     if (this.take("[")) return this.bracketed("]", "list");
     if (this.take("{")) return this.bracketed("}", "set");
+    if (this.take("|")) return this.deeper(() => this.absolute(), "read.brackets");
     throw this.fail("read.operand", { found: this.found() });
+  }
+
+  /** |a1*sin(theta2)| to its second bar; the bar between two conditions is an "or". */
+  private absolute(): Node {
+    const inner = this.sum();
+    this.expect("|");
+    return call("abs", inner);
   }
 
   private bracketed(close: string, kind: "group" | "list" | "set"): Node {
     const { rows, comma } = this.rows(close);
+    this.withoutSpace = null;
     const inLine = close !== "]" && rows.every((row) => row.length === 1); // (a; b), {0; pi}
     if (rows.length > 1 && inLine && kind !== "list") return node("list", ...rows.flat());
     if (rows.length > 1) return node("list", ...rows.map((row) => node("list", ...row))); // [a, b; c, d]
@@ -516,15 +550,52 @@ class Parser {
     }
     if (UNDEFINED.has(own)) throw this.fail("read.no-answer", { name: own });
     if (BLANK.has(own)) return node("blank");
+    if (SHORTHAND.has(own) && !this.known.has(own) && this.isAngleAhead()) return this.shorthand(own);
     const pieces = this.piecesOf(raw);
     const one = pieces.length === 1 && pieces[0]?.kind === "name" ? pieces[0].parts[0] : undefined;
     if (opens && one && !this.known.has(own) && !this.known.has(one) && !BEFORE_BRACKETS.has(one)) {
+      const behind = this.at === 1 ? this.behindBracket() : 0;
+      if (this.tokens[behind]?.text === "=") {
+        this.at = behind; // J(q) = …
+        return name(one);
+      }
       throw this.fail("read.function", { name: own });
     }
     const only = pieces.length === 1 && own === raw ? pieces[0] : undefined;
     if (only?.kind === "function") this.plain.set(raw, only.parts[0] as string);
     else if (only && this.known.has(own)) this.plain.set(raw, meant(only));
-    return this.productOf(pieces);
+    const product = this.productOf(pieces);
+    if (FUNCTIONS.has(pieces.at(-1)?.kind ?? "") && SHORT_OF_ANGLE.test(own)) this.withoutBrackets = this.at;
+    return product;
+  }
+
+  /** Where the bracket that begins here has been closed; 0 if it never is. */
+  private behindBracket(): number {
+    let depth = 0;
+    for (let at = this.at; at < this.tokens.length; at += 1) {
+      depth += deeperBy(this.tokens[at] as Token);
+      if (depth === 0) return at + 1;
+    }
+    return 0;
+  }
+
+  /** Whether an angle or a bracket follows, behind a power if there is one: c theta1, s^2(theta1). */
+  private isAngleAhead(): boolean {
+    const isPower = this.peek() === "^" || this.peek() === "**";
+    const ahead = !isPower ? 0 : this.textAt(1) === "(" ? 4 : 2;
+    const { kind, text } = this.tokens[Math.min(this.at + ahead, this.tokens.length - 1)] as Token;
+    const piece = kind === "name" ? this.piecesOf(text)[0] : undefined;
+    return text === "(" || piece?.kind === "sum" || ANGLE.test(piece?.parts[0] ?? "");
+  }
+
+  /** c or s, of what follows: S(1), as SymPy has it, is no sine. */
+  private shorthand(short: string): Node {
+    const here = this.at;
+    const called = SHORTHAND.get(short) as string;
+    const found = this.function(called);
+    if ([...namesIn(found)].some((each) => ANGLE.test(each))) return found;
+    this.at = here;
+    throw this.fail("read.shorthand", { name: short, function: called });
   }
 
   private piecesOf(raw: string): readonly Piece[] {
@@ -552,7 +623,9 @@ class Parser {
       } else if (!next) factors.push(this.function(called));
       else throw this.fail("read.no-argument", { name: called });
     }
-    return factors.reduce((product, factor) => node("*", product, factor));
+    const product = factors.reduce((some, factor) => node("*", some, factor));
+    if (factors.length > 1) this.withoutSpace = product;
+    return product;
   }
 
   /** Derivative(theta1(t), t), which is the rate qd1, or Lambda(_n, …), whose _n is any whole number. */
@@ -607,6 +680,12 @@ class Parser {
       this.at += 1;
     }
     if (this.here().kind === "name" && !WORDS.has(this.peek())) {
+      if (
+        this.piecesOf(this.peek())
+          .slice(1)
+          .some(({ kind }) => kind !== "name")
+      )
+        throw this.fail("read.bare", { name: called }); // sin theta1cos(theta2)
       this.at += 1;
       factors.push(this.named(this.textAt(-1)));
     }
@@ -645,6 +724,9 @@ class Parser {
     throw this.fail("read.container", { name: kind, count: args.length });
   }
 }
+
+const deeperBy = ({ text }: Token): number =>
+  text === "" ? 0 : Number("([{".includes(text)) - Number(")]}".includes(text));
 
 const isValue = (value: Node): boolean =>
   !["eq", "in", "and", "or"].includes(value.kind) &&

@@ -20,6 +20,7 @@ export const en = {
   "read.unit": "{unit} can't be right here, for {due} is due; write it in {due}, or the number alone.",
   "read.unit-of-entry":
     "{unit} can't be right here, for entry {entry} is in {due}; write it in {due}, or the number alone.",
+  "read.names": "{names} stand before the entries; write what is asked alone",
   "read.twice": "{name} stands there twice; write each entry once",
   "read.no-order": "a set in braces has no order; write the entries as a list, [a, b]",
   "read.two-values": "{joint} can't have two values at once; write {joint} = 0 or {joint} = pi/3",
@@ -50,6 +51,8 @@ export const en = {
   "read.unexpected": "did not expect {found}",
   "read.expected": "expected '{due}', found {found},",
   "read.the-end": "the end",
+  "read.point": "the point of {number} may stand for a product; write *{factor}, or *0{number},",
+  "read.no-entry": "did not expect '['; an entry of a vector has a name, as a1 or theta2,",
   "read.two-numbers": "two numbers stand side by side,",
   "read.operand": "expected a number, a symbol or a bracket, found {found}",
   "read.dictionary": "a dictionary needs 'joint: values' throughout",
@@ -70,6 +73,7 @@ export const en = {
   "read.no-product":
     "matrices of these shapes don't go together by {sign}: {shapes}; write the entries, as in [[a, b], [c, d]]",
   "read.bare": "expected '(' after {name},",
+  "read.shorthand": "{name} is {function} before an angle only, as in {name}(theta1); write {function}(…),",
   "read.no-argument": "expected what {name} is of,",
   "read.container": "{name} with {count} arguments is not understood",
   "read.range": "the number {number}… is out of range",

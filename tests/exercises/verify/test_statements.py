@@ -5,8 +5,10 @@ import pytest
 from exercises.answers import Choice
 from exercises.generation import generate
 from exercises.problem import ProblemId
+from exercises.questions.singular import OfKind
 from exercises.quizzes.drawn import Said
 from exercises.verify import certify
+from exercises.writing.statement import worked_solution
 
 
 @pytest.mark.parametrize("family", ["planar-3r", "elbow-3r"])
@@ -22,3 +24,24 @@ def test_that_a_pose_is_singular_is_true_or_false_as_its_rank_says(family: str) 
         if answers == {"true", "false"}:
             return
     pytest.fail(f"of 40 statements, {answers} only")
+
+
+ONE_SIDE = "$P$ can be moved to one side only"
+
+
+@pytest.mark.parametrize(
+    ("problem", "conditions", "one_side"),
+    [("orthogonal-3r/219@lengths", 2, False), ("orthogonal-3r/4@full", 1, False), ("planar-2r/3@lengths", 1, True)],
+)
+def test_one_side_of_a_boundary_is_named_only_if_the_lost_direction_has_one(
+    problem: str, conditions: int, one_side: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """P on the axis of joint 2 is on the boundary, but reaches both sides of the direction that is lost there."""
+    asked = generate(problem, ["singularity-type"])
+    (part,) = asked.parts
+    solution = worked_solution(asked, part)
+    assert part.about(OfKind).type == "boundary"
+    assert (ONE_SIDE in solution) == one_side and certify(asked).passed
+    assert solution.partition("the Jacobian has lost rank")[0].count("= 0") == conditions
+    monkeypatch.setattr("exercises.verify.appearance.is_one_sided", lambda *_: True)
+    assert certify(asked).passed == one_side
