@@ -71,15 +71,17 @@ def pieces_of(raw: str, known: frozenset[str]) -> tuple[NamePart, ...]:
 def factors_of(raw: str, known: frozenset[str]) -> list[str]:
     """Return the names with a dot between for a product, as in a1.a2.sin; nothing if one means nothing: a1.subs.
 
+    Without a problem, whose symbols are not known, they end with a digit.
+
     >>> factors_of("a1.c1", frozenset({"a1", "theta1"})), factors_of("np.sin", frozenset({"a1"}))
     (['a1', 'c1'], [])
     """
-    if not known or "." not in plain_name(raw):
+    if "." not in plain_name(raw):
         return []
     names = raw.split(".")
     pieces = [piece for name in names for piece in pieces_of(name, known)]
-    is_known = all(piece.kind != "name" or piece.parts[0] in known or piece.parts[0] in CONSTANTS for piece in pieces)
-    return names if is_known else []
+    symbols = {piece.parts[0] for piece in pieces if piece.kind == "name"} - {*CONSTANTS, *known}
+    return names if all(not known and re.search("[0-9]$", symbol) for symbol in symbols) else []
 
 
 def _one(name: str, known: frozenset[str]) -> NamePart | None:

@@ -61,12 +61,15 @@ export function piecesOf(raw: string, known: ReadonlySet<string>): readonly Piec
   return several.length > 0 ? several : [named(name)];
 }
 
-/** The names with a dot between for a product, as in a1.a2.sin; nothing if one means nothing: a1.subs. */
+/**
+ * The names with a dot between for a product, as in a1.a2.sin; nothing if one means nothing: a1.subs. Without a problem,
+ * whose symbols are not known, they end with a digit.
+ */
 export function factorsOf(raw: string, known: ReadonlySet<string>): readonly string[] {
-  if (known.size === 0 || !plainName(raw).includes(".")) return [];
+  if (!plainName(raw).includes(".")) return [];
   const names = raw.split(".");
   const isKnown = ({ kind, parts: [symbol = ""] }: Piece) =>
-    kind !== "name" || known.has(symbol) || MEANT.has(symbol);
+    kind !== "name" || MEANT.has(symbol) || (known.size > 0 ? known.has(symbol) : /[0-9]$/.test(symbol));
   return names.flatMap((name) => piecesOf(name, known)).every(isKnown) ? names : [];
 }
 

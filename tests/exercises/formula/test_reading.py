@@ -176,8 +176,9 @@ def test_symbols_of_the_problem_win_over_customs() -> None:
     assert read("e*m", known).args[0].value == "e"
 
 
-def test_without_a_problem_nothing_is_split() -> None:
+def test_without_a_problem_nothing_is_split_but_at_dots() -> None:
     assert read("a1a2").value == "a1a2"
+    assert read("a1.a2.sin(theta2)") == read("a1*a2*sin(theta2)") and read("a1.foo").value == "a1.foo"
 
 
 @pytest.mark.parametrize(
