@@ -36,6 +36,7 @@ FACTORS = {
     2 * np.pi: "by the factor 2 pi, as between turns and radians",
 }
 """What is said of a factor between an answer and the right one, or one over it."""
+AGAIN = "Work it out again step by step, and look at each number that you took from the problem."
 EASY = (0.0, np.pi / 2, np.pi / 6)
 MOST_POSES = 81
 
@@ -59,9 +60,10 @@ def _of_numbers(part: Part, given: Given) -> str | None:
         mine = evaluate(compile_program(list(given.entries)), {}, 1)[0]
     except (KeyError, ReadError):  # names among the numbers
         return None
+    if all(entry.is_Integer for entry in part.answer.as_matrix()):  # as a rank, which is counted
+        return AGAIN
     right = np.array([complex(entry) for entry in part.answer.as_matrix()])[:, None]
-    again = "Work it out again step by step, and look at each number that you took from the problem."
-    return next(_ratio(mine, right, 5e-3), again)
+    return next(_ratio(mine, right, 5e-3), AGAIN)
 
 
 def _of_formulas(problem: Problem, part: Part, given: Given, seed: str) -> str | None:
@@ -125,7 +127,9 @@ def _ratio(mine: np.ndarray, right: np.ndarray, room: float) -> Iterator[str]:
 
 
 def _units(look: _Look, values: Values) -> Iterator[str]:
-    """Look at how an answer grows with all lengths, where none of these is a number."""
+    """Look at how an answer in formulas grows with all lengths, where none of these is a number."""
+    if look.part.answer.is_in_numbers:
+        return
     chain = look.chain
     lengths = {str(symbol) for symbol in chain.parameters} | {
         str(q) for q, joint in zip(chain.q, chain.joints, strict=True) if joint.kind == "P"

@@ -112,25 +112,25 @@ def diagnose(
 def is_one_mistake(problem: Problem, part: Part, given: Given, seed: str) -> bool:
     """Tell whether a single known mistake gives all that is wrong in an answer in formulas or in several numbers.
 
-    Only what is quickly found counts, so that no mark hangs on how long mistakes are looked for.
+    Entries in which it would be wrong, too, may be right: what is better earns no less. Only what is quickly found
+    counts, so that no mark hangs on how long mistakes are looked for.
     """
     answer = _wronged(problem, part, given, seed)
-    if answer is None or answer.found.values.shape != answer.right.shape or is_right(answer.found, answer.right):
+    if answer is None:
         return False
     found, right = answer.found, answer.right
-    wrong = np.ones(right.shape[:2], dtype=bool) if part.answer.is_in_numbers else ~found.like(right)
-    for one in wrong_answers(answer.w, part, found.is_precise):
-        if (
-            one.answer.shape == right.shape
-            and says_something(one.answer[wrong])
-            and found.like(one.answer)[wrong].all()
-        ):
-            return True
-    is_blank = not np.abs(found.values[wrong]).max(axis=-1).all()
-    if is_product(part) or is_blank:  # of a product the factors count, and zeros are no attempt
+    if found.values.shape != right.shape or is_right(found, right):
         return False
-    looked = (missing_links(answer.w, part, right, found.values), _finished(answer))
-    return any(diagnosis is not None and diagnosis.is_one and diagnosis.mistakes != OF_ANOTHER for diagnosis in looked)
+    is_wrong = ~found.like(right)
+    is_filled = np.abs(found.values[is_wrong]).max(axis=-1) > SAME  # zeros are given by many
+    for wrong in wrong_answers(answer.w, part, found.is_precise) if is_filled.any() else ():
+        fits = wrong.answer.shape == right.shape and (found.like(wrong.answer) | ~is_wrong).all()
+        if fits and says_something(wrong.answer):
+            return True
+    if is_product(part) or not is_filled.all():  # of a product the factors count
+        return False
+    one_kind = (missing_links(answer.w, part, right, found.values), _finished(answer))
+    return any(each is not None and each.is_one and each.mistakes != OF_ANOTHER for each in one_kind)
 
 
 def _wronged(problem: Problem, part: Part, given: Given, seed: str) -> "Wronged | None":

@@ -166,7 +166,8 @@ class _Context:
         if self.is_copy(name, rows) or self.is_copied(self.parts[name], rows):
             return None
         mine, ours = self.traits(rows), self.traits(due)
-        return rows if mine.is_as_full(ours) and self.as_regular(rows, due) else None
+        is_regular = name != "jacobian" or self.as_regular(rows, due)
+        return rows if mine.is_as_full(ours) and is_regular else None
 
     def is_copy(self, name: str, rows: Rows) -> bool:
         """Tell whether rows are, at random configurations, the answer to another part as well."""
@@ -194,7 +195,7 @@ class _Context:
         return mine.is_as_full(ours) and mine.joints >= ours.joints
 
     def as_regular(self, rows: Rows, due: Rows) -> bool:
-        """Tell whether a square matrix has a determinant as hard as that of the one that is due."""
+        """Tell whether a Jacobian, if it is square, has a determinant as hard as that of the one that is due."""
         if not 1 < len(due) == len(due[0]) <= MOST_ROWS:
             return True
         return self.as_hard(_determinant(rows), _determinant(due))

@@ -1,8 +1,9 @@
 """What of a solution stands in a wrong answer, by terms: whether it is an attempt at this arm.
 
 Both are multiplied out, as they are written and with the sines and cosines of sums taken apart; a term is there that is
-a term of the solution at random configurations, with either sign. Terms without joints or velocities count nothing:
-constants stand in any text.
+a term of the solution at random configurations, with either sign. Of an answer with more terms than the solution, the
+share is that of its own terms: one that has everything in it is no attempt. Terms without joints or velocities count
+nothing: constants stand in any text.
 """
 
 from collections.abc import Sequence
@@ -35,7 +36,10 @@ def has_terms(problem: Problem, part: Part, given: Given, seed: str) -> bool:
 
 
 def share_of_terms(problem: Problem, part: Part, given: Given, seed: str) -> Fraction:
-    """Return the share of the solution's terms that stand in an answer, each in the entry where it belongs."""
+    """Return the share of the solution's terms that stand in an answer, each in the entry where it belongs.
+
+    Where the answer has more terms, it is the share of these that are the solution's.
+    """
     domain, rows = problem.domain(), given.rows
     if not part.answer.is_formulas or given.refusal is not None or rows is None:
         return Fraction(0)
@@ -52,12 +56,14 @@ def share_of_terms(problem: Problem, part: Part, given: Given, seed: str) -> Fra
 
 
 def _share(rows: Matrix, due: Matrix, varying: AbstractSet[str], values: dict[str, np.ndarray]) -> Fraction:
-    there = total = 0
+    there = total = mine = 0
     for own, right in zip((e for row in rows for e in row), (e for row in due for e in row), strict=True):
         wanted = [term for term in terms_of(right, MOST) or [right] if names(term) & varying]
+        given = terms_of(own, MOST) or [own]
         total += len(wanted)
-        there += _found(terms_of(own, MOST) or [own], wanted, values)
-    return Fraction(there, total) if total else Fraction(0)
+        mine += sum(bool(names(term) & varying) for term in given)
+        there += _found(given, wanted, values)
+    return Fraction(there, max(total, mine)) if total else Fraction(0)
 
 
 def _found(own: Sequence[Node], wanted: Sequence[Node], values: dict[str, np.ndarray]) -> int:

@@ -37,6 +37,19 @@ def test_what_is_said_is_what_the_answer_fails_simplest_first(question: str, ans
     assert found.says.startswith(begins)
 
 
+@pytest.mark.parametrize(
+    ("arm", "question", "answer"),
+    [
+        ("planar-2r/3", "joint-rates", "-0.247, 0.580"), ("planar-2r/3", "manipulability", "0.35 m^2"),
+        ("elbow-3r/2", "rank", "1"),
+    ],
+)  # fmt: skip
+def test_numbers_are_not_asked_for_units_nor_counts_for_a_factor(arm: str, question: str, answer: str) -> None:
+    problem = generate(f"{arm}@chapter", [question])
+    found = advise(problem, problem.parts[0], read_answer(problem, problem.parts[0], answer), "advice")
+    assert found is not None and found.says.startswith("Work ")
+
+
 AXES = "[[0, {sign}s1, {cos}*s1*(1 - c2) + s2*c1], [0, c1, s1*s2 + {cos}*(c1*c2 - c1)], [1, {cos}, c2 + 0.00001*{cos}]]"
 
 

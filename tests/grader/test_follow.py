@@ -247,6 +247,7 @@ def test_what_was_left_blank_on_the_way_is_worked_out() -> None:
         ),
         ("[a1*cos(theta1) + a2*sin(theta2)/3, a1*sin(theta2)/5 - 3*a2*cos(theta1)]", False),  # a quarter
         ("[a1*sin(theta1)/2 + a2*sin(theta1 + theta2)*3, a1*cos(theta1)*7]", False),  # in the other entry
+        ("[a1*(c1 + s1) + a2*(c1*c2 + s1 + c2), a1*(s1 + c1) + a2*(s1 + s2)]", False),  # among twice as many
     ],
 )
 def test_half_of_the_terms_are_an_attempt(answer: str, due: bool) -> None:
