@@ -112,8 +112,8 @@ def diagnose(
 def is_one_mistake(problem: Problem, part: Part, given: Given, seed: str) -> bool:
     """Tell whether a single known mistake gives all that is wrong in an answer in formulas or in several numbers.
 
-    Entries in which it would be wrong, too, may be right: what is better earns no less. Only what is quickly found
-    counts, so that no mark hangs on how long mistakes are looked for.
+    What such a mistake would spoil besides may be right: no cause is named then, but a better answer never earns less.
+    Only what is quickly found counts, so that no mark hangs on how long mistakes are looked for.
     """
     answer = _wronged(problem, part, given, seed)
     if answer is None:

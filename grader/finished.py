@@ -42,6 +42,7 @@ POINTS_FOR_CONSTANT = 4
 MOST_WAYS, FEW_POINTS = 300, 3
 """Ways to put an arm's own lengths in the place of those in an answer that are tried, and at how many points."""
 
+OWN_TABLE = "use the lengths in the table of your own arm. See (6.1)."
 TOO_MANY = {"term-missing": "term-surplus", "factor-missing": "factor-surplus"}
 """What is missing in what is due beside an answer is too many in the answer beside what is due."""
 
@@ -122,14 +123,19 @@ def _everywhere(rows: Rows, values: Values, found: InNumbers) -> Diagnosis | Non
 
 
 def _of_another_arm(formulas: Compared, values: Values, found: InNumbers, right: np.ndarray) -> Diagnosis | None:
-    """Return that an answer is right but for its lengths, of which several are not those of this arm."""
+    """Return that an answer is right but for its lengths, of which several are not those of this arm.
+
+    It is no mistake of the catalogue, for which something is paid: the arm may be another student's.
+    """
     entries = [entry for row in formulas.mine or [] for entry in row]
+    if sum(map(size_of, entries)) > LONGEST:
+        return None
     mine = [leaf for entry in entries for leaf in _lengths_in(entry)]
     known = list(dict.fromkeys(leaf for row in formulas.due for entry in row for leaf in _lengths_in(entry)))
     own = list(dict.fromkeys(mine))
     strange = [leaf for leaf in own if leaf not in known]
-    tried = 0 < len(known) ** len(own) <= MOST_WAYS and sum(map(size_of, entries)) <= LONGEST
-    if not tried or sum(map(mine.count, strange)) < 2:
+    own = own if len(known) ** len(own) <= MOST_WAYS else strange  # others may stand for another length, too
+    if sum(map(mine.count, strange)) < 2 or not 0 < len(known) ** len(own) <= MOST_WAYS:
         return None
     some = {name: value[:FEW_POINTS] for name, value in values.items()}
     ways = list(product(_evaluated(known, some), repeat=len(own)))
@@ -142,7 +148,7 @@ def _of_another_arm(formulas: Compared, values: Values, found: InNumbers, right:
     if not any(InNumbers(answers[:, :, k], size, found.room).is_all(due) for k in range(len(ways))):
         return None
     which = ", ".join(map(node_text, strange))
-    return Diagnosis(("other-lengths",), CATALOGUE["other-lengths"].sentence({"which": which}))
+    return Diagnosis((), f"This would be right for an arm with other lengths ({which}): {OWN_TABLE}")
 
 
 def _lengths_in(node: Node) -> Iterator[Node]:
@@ -233,15 +239,19 @@ class _Entry:
             yield "term-surplus", Edit("", self.mine, self.mine).which
 
     def _by_number(self) -> Iterator[Slip]:
-        """Yield the terms that are multiplied by a wrong number, whatever that is, or that a number is added."""
+        """Yield a term, or all, that is multiplied by a wrong number, whatever that is, or that a number is added."""
         terms = (terms_of(self.due, MOST_TERMS) if size_of(self.due) <= LONGEST else None) or []
+        parts = [*terms, ONE, *([self.due] if len(terms) > 1 else [])]
         off = self.found.values[0, 0] - self.right
-        for term, values in zip([*terms, ONE], _evaluated([*terms, ONE], self.values), strict=True):
+        for part, values in zip(parts, _evaluated(parts, self.values), strict=True):
             with np.errstate(all="ignore"):
                 share = off / values
             if np.isfinite(share).all() and np.ptp(share.real) <= 1e-6 * np.abs(share).max():
-                about = ", ".join(sorted(names(term)))
-                yield ("number-typed", f" (with {about} in it)") if about else ("constant-typed", "")
+                about = ", ".join(sorted(names(part)))
+                if part in terms and about:
+                    yield "number-typed", f" (with {about} in it)"
+                else:
+                    yield ("entry-factor" if about else "constant-typed"), ""
 
     def _by_sign(self) -> Iterator[Slip]:
         """Yield that the entry has the size that is due, and the wrong sign in some configurations only."""

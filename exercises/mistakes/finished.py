@@ -505,17 +505,15 @@ MISTAKES = (
         "{Where} one term{which} seems to be multiplied by a wrong number, and the rest is right.", "6.3",
     ),
     Mistake(
+        "entry-factor", "Factor of an entry", "{Where} everything seems to be multiplied by one wrong number.", "6.3",
+    ),
+    Mistake(
         "constant-typed", "Constant in one place",
         "{Where} a constant term seems to be wrong, missing or extra, and the rest is right.", "6.3",
     ),
     Mistake(
         "sum-multiplied", "Product for a sum",
         "{Where} you seem to have a product where a sum is expected: rates and angles of joints are added.", "6.3",
-    ),
-    Mistake(
-        "other-lengths", "Lengths of another arm",
-        "This would be right for an arm with other lengths ({which}): use the lengths in the table of your own arm.",
-        "6.1",
     ),
     Mistake("square-missing", "Square missing", "{Where} a square seems to be missing.", "6.3"),
     Mistake("wave-typed", "Sine for cosine in one place", "{Where} a sine stands where a cosine is due, or the other "

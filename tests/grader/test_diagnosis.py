@@ -129,7 +129,7 @@ def elbow_jacobian(second: list[str], third: list[str]) -> str:
 SECOND = [f"-cos(theta1)*({BENT})", f"-sin(theta1)*({BENT})", f"-({BENT_SLOPE})"]
 THIRD = [f"-a3*{wave}" for wave in ("cos(theta1)*sin(theta2 + theta3)", "sin(theta1)*sin(theta2 + theta3)",
                                     "cos(theta2 + theta3)")]  # fmt: skip
-OFFSET = "(0.25 - 0.7*c2 + a3*c23)"
+OFFSET, WRONG = "(0.25 - 0.7*c2 + a3*c23)", "(0.3 - 0.6*c2 + a3*c23)"
 P3 = "[-a1*s1 - a2*s12 - a3*s123, -a2*s12 - a3*s123, -a3*s123], [a1*c1 + a2*c12 + a3*c123, a2*c12 + a3*c123, a3*c123]"
 
 
@@ -148,7 +148,11 @@ P3 = "[-a1*s1 - a2*s12 - a3*s123, -a2*s12 - a3*s123, -a3*s123], [a1*c1 + a2*c12 
         ("elbow-3r/2@frames", "position",
          f"[{OFFSET}*cos(theta1 - pi/3), {OFFSET}*sin(theta1 - pi/3), 0.7 + d1 + 0.7*s2 - a3*s23]", "base-not-rotated"),
         ("planar-2r/2@lengths", "path-rates", "[-0.2397, 0.09242]", "path-turned-round: or all rates"),
-        ("planar-2r/2@lengths", "position", "[0.4*c1 + a2*c12, 0.4*s1 + a2*s12]", "other-lengths: 0.4"),
+        ("planar-2r/2@lengths", "position", "[0.4*c1 + a2*c12, 0.4*s1 + a2*s12]", ": other lengths (0.4)"),
+        ("planar-2r/2@lengths", "position", "[a1*c1 + 0.5*c12, a1*s1 + 0.5*s12]", ": other lengths (a1)"),
+        ("elbow-3r/2@frames", "position",
+         f"[{WRONG}*cos(theta1 - pi/3), -0.6*s2 + a3*s23 - d1, 0.7 + {WRONG}*sin(theta1 - pi/3)]",
+         ": other lengths (0.3, 0.6)"),
         ("scara/1@chapter", "singular-angles", "[theta2 = 0, theta2 = pi, d3 = 0]", "joint-called-singular: d3"),
         ("orthogonal-3r/1@chapter", "singular-angles",
          "[theta3 = 0, theta3 = pi, theta2 = acos(-a1/a2), a2 + a3*c3 = 0]", "one-root-only"),
@@ -164,7 +168,7 @@ def test_what_is_named_is_true_of_slips_in_one_place(problem: str, question: str
     found = diagnose(asked_here, asked_here.parts[0], answer, "one place")
     name, _, words = mistake.partition(": ")
     assert " and ".join(found.mistakes if found else ()) == name, found
-    assert all(word in found.says for word in words.split("|") if found), found
+    assert all(found and word in found.says for word in words.split("|") if word), found
 
 
 @pytest.mark.parametrize(

@@ -57,10 +57,10 @@ RIGHT = (f"-a1*{S1} - a2*{S12}", f"-a2*{S12}", f"a1*{C1} + a2*{C12}", f"a2*{C12}
         ({1: f"-a2*{S12}*a1"}, "factor-surplus", "row 1, column 2|a1"),
         ({1: RIGHT[0]}, "term-surplus", "row 1, column 2|a1"),
         ({0: f"-(a1*{S1} + 3*a2*{S12})*2/2"}, "factor-surplus", "row 1, column 1"),
+        ({2: f"1.7*a1*{C1} + 1.7*a2*{C12}"}, "entry-factor", "row 2, column 1"),
+        ({0: f"-a1*{S1}*1.3 - a2*{S12}"}, "factor-surplus", "row 1, column 1"),
         ({3: f"a2*{C12} + 2"}, "term-surplus", "row 2, column 2"),
         ({1: f"-a2*sqrt(1 - {C12}^2)"}, "sign-lost", "row 1, column 2"),
-        ({k: entry.replace("a1*", "0.7*").replace("a2*", "a1*") for k, entry in enumerate(RIGHT)}, "other-lengths", ""),
-        ({k: entry.replace("a1*", "0.7*") for k, entry in enumerate(RIGHT)}, "other-lengths", ""),
         ({k: entry.replace("a1*", "").replace("a2*", "") for k, entry in enumerate(RIGHT)}, "lengths-missing", ""),
         ({k: f"-({entry})" for k, entry in enumerate(RIGHT)}, "sign", ""),  # no cross product in the wrong order
     ],
