@@ -40,7 +40,7 @@ OWN = Credit()
 # --- the rules ---
 
 AMISS = Fraction(1, 5)
-"""What wrong signs cost, however many there are; a common factor that is wrong; and rounded values of joints."""
+"""What wrong signs cost, however many there are, a common factor that is wrong, and rounded values of joints."""
 FORGOTTEN = Fraction(2, 3)
 """By what a condition multiplies the share if some of its configurations are forgotten."""
 HALF = Fraction(1, 2)

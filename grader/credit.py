@@ -131,8 +131,8 @@ def _of_factor(problem: Problem, part: Part, given: Given, judgement: Judgement,
     else:
         own = [given.entries[k] for k in wrong]
         factor = constant_factor(own, due, domain, varying, f"{seed}/factor", part.rounding)
-        det = divisor(problem.chain, part, domain.roles) if (part.credit or OWN).is_by_mistakes else None
-        if factor is None and det is not None:
+        is_open = factor is None and (part.credit or OWN).is_by_mistakes
+        if is_open and (det := divisor(problem.chain, part, domain.roles)) is not None:
             due = [times(entry, det) for entry in due]
             factor = constant_factor(own, due, domain, varying, f"{seed}/factor", part.rounding)
             factor = factor and replace(factor, is_other=True)

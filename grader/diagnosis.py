@@ -55,6 +55,8 @@ EXTRA = set(TOO_MANY.values())
 SIGNS = {"term-sign-typed", "entry-sign"}
 OF_ONE_PLACE = {"joint", "link", "one"}
 """Words of mistakes that were made in one place: others change everything, and hardly the sign of one entry only."""
+OF_ANOTHER = ("other-lengths",)
+"""What is right for another arm is no mistake that was made on this one."""
 LONGEST_SET = 600
 """Characters of a set that is compared with what mistakes make of the right one; each comparison takes its time."""
 
@@ -121,25 +123,24 @@ def is_one_mistake(problem: Problem, part: Part, given: Given, seed: str) -> boo
     found, right = answer.found, answer.right
     if found.values.shape != right.shape or is_right(found, right):
         return False
-    alone = [one for one in wrong_answers(answer.w, part, found.is_precise) if one.answer.shape == right.shape]
-    if any(_gives(one, found) for one in alone):
-        return True
-    if is_product(part):  # of which the factors count
+    is_wrong = ~found.like(right)
+    is_filled = np.abs(found.values[is_wrong]).max(axis=-1) > SAME  # zeros are given by many
+    for wrong in wrong_answers(answer.w, part, found.is_precise) if is_filled.any() else ():
+        fits = wrong.answer.shape == right.shape and (found.like(wrong.answer) | ~is_wrong).all()
+        if fits and says_something(wrong.answer):
+            return True
+    if is_product(part) or not is_filled.all():  # of a product the factors count
         return False
-    wrong = ~found.like(right) & ~np.isnan(found.values).any(axis=-1)
-    several = not found.is_direction and wrong.any() and right.shape[-1] > 1
-    if several and any(found.like(one.answer)[wrong].all() and says_something(one.answer[wrong]) for one in alone):
-        return True
     one_kind = (missing_links(answer.w, part, right, found.values), _finished(answer))
-    return any(diagnosis is not None and diagnosis.is_one for diagnosis in one_kind)
+    return any(each is not None and each.is_one and each.mistakes != OF_ANOTHER for each in one_kind)
 
 
 def _wronged(problem: Problem, part: Part, given: Given, seed: str) -> "Wronged | None":
-    """Return an answer at configurations, None where no mistakes in the derivation are known."""
+    """Return an answer with its values at configurations, None where no mistakes in the derivation are known."""
     if not is_derived(part):
         return None
     if given.table is not None:
-        return _of_function(problem, part, given.table)
+        return _wronged_function(problem, part, given.table)
     values = configurations(problem.chain, part, problem.domain(), POINTS, Stream(f"{seed}/diagnosis"))
     try:
         in_numbers = _in_numbers(part, given, values)
@@ -148,16 +149,17 @@ def _wronged(problem: Problem, part: Part, given: Given, seed: str) -> "Wronged 
     return None if in_numbers is None else Wronged(problem, part, values, in_numbers, given.rows)
 
 
-def _of_function(problem: Problem, part: Part, table: Table) -> "Wronged | None":
-    """Return what a function returned at the configurations at which it was called."""
+def _wronged_function(problem: Problem, part: Part, table: Table) -> "Wronged | None":
+    """Return a function with what it returned where it was called."""
     if table.shape is None or len(table.shape) > 2:
         return None
     values = {name: column[:POINTS] for name, column in table.at.items()}
     rows = (*table.shape, *(1,) * (2 - len(table.shape)))
     returned = table.values[:POINTS].T.reshape(*rows, -1)
     room = (max(SAME, part.rounding.relative), part.rounding.absolute) if part.rounding else (SAME, 0.0)
-    found = InNumbers(returned, np.abs(returned), room, part.answer.counts_up_to_a_factor)
-    return Wronged(problem, part, values, found)
+    return Wronged(
+        problem, part, values, InNumbers(returned, np.abs(returned), room, part.answer.counts_up_to_a_factor)
+    )
 
 
 def _in_numbers(part: Part, given: Given, values: Values) -> InNumbers | None:

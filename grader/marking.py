@@ -223,8 +223,8 @@ def verdict(
 
 def _no_attempt(earlier: str) -> str:
     return (
-        f"it follows from your own answer to {earlier!r}, and earns nothing by that: fewer than half of the terms "
-        "there are those of this arm, and no known mistake gives that answer"
+        f"it follows from your own answer to {earlier!r}, and earns nothing by that: less than half of that answer is "
+        "of this arm, and no single known mistake gives it"
     )
 
 

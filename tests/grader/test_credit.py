@@ -172,7 +172,8 @@ def exchanged(matrix: sp.Matrix) -> sp.Matrix:
         ("jacobian", J.subs({"theta1": 0, "theta2": 0, "theta3": 1}), 0.0),
         # nothing of this arm
         ("determinant", INVENTED, 0.0), ("position", "[a1*cos(theta1), a2*cos(theta2), a3*cos(theta3)]", 0.0),
-        ("position", "[blank, blank, -a2*sin(theta3)]", 0.0),
+        ("position", "[blank, blank, -a2*sin(theta3)]", 0.0), ("position", [POSITION[0], 0, 0], 1 / 3),
+        ("position", POSITION.subs({"a1": 7, "a2": 3, "a3": 5}), 0.0),
         # conditions of a set, not values
         ("singular-angles", f"[{FULL}, theta1 = 0, theta1 = pi]", 0.5),
         ("singular-angles", f"[{FULL}, theta1 = 1]", 0.5), ("singular-angles", "[theta3 = 0, theta3 = pi]", 0.5),

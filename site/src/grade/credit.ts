@@ -1,6 +1,6 @@
 // What is earned by an answer that is right in part: the rules of ../../../exercises/credit.py (docs/partial-credit.md).
 
-/** What wrong signs cost, however many there are; a common factor that is wrong; and rounded values of joints. */
+/** What wrong signs cost, however many there are, a common factor that is wrong, and rounded values of joints. */
 const AMISS = 1 / 5;
 const FORGOTTEN = 2 / 3;
 const HALF = 1 / 2;
