@@ -16,12 +16,25 @@ class ReadError(ValueError):
 class Node:
     """A piece of an expression: `kind` and `args`; `value` holds a number (Fraction) or a name.
 
-    Kinds: number, decimal, name, blank, call, neg, + - * / ^, list, set, dict, pair, eq, in, and, or.
+    Kinds: number, decimal, name, blank, call, neg, + - * / ^, list, set, dict, pair, eq, in, and (`CHAIN`), or.
     """
 
     kind: str
     args: tuple["Node", ...] = ()
     value: Any = None
+
+
+CHAIN = "="
+"""The value of an "and" of equations that were written in one, A = B = C."""
+
+
+def chain_of(node: Node) -> list[Node]:
+    """Return the sides of A = B = C; nothing of what is no equation."""
+    if node.kind == "eq":
+        return list(node.args)
+    if node.kind != "and" or node.value != CHAIN or any(arg.kind != "eq" for arg in node.args):
+        return []
+    return [node.args[0].args[0], *(arg.args[1] for arg in node.args)]
 
 
 def replaced(node: Node, name: str, new: Node) -> Node:
