@@ -26,9 +26,10 @@ from exercises.formula.trees import (
     node_text,
     refuse_statements,
     replaced,
+    size_of,
     statement_in,
 )
-from exercises.formula.vocabulary import VOCABULARY, pattern
+from exercises.formula.vocabulary import LIMITS, VOCABULARY, pattern
 from grader.function_values import Table
 from grader.verdict import Judgement, missing, wrong
 
@@ -154,12 +155,20 @@ def read_conditions(text: str, domain: Domain, joints: Sequence[str] = ()) -> Gi
     """
     given = _read(text, domain)
     if given.tree is not None:
-        given = replace(given, tree=_without_blanks(_counted(given.tree)))
+        try:
+            given = replace(given, tree=_without_blanks(_counted(given.tree)))
+        except ReadError as error:
+            return given.refused(f"this can't be read as conditions: {error}")
     if given.tree is None or not joints:
         return given
     if with_points(text) != text:
         return given.refused(
             "a comma between two digits may belong to a number or stand between two; write 0.5, or 0, 5 with a space"
+        )
+    if joint := _last_in_chain(given.tree, joints):
+        return given.refused(
+            f"a product with {joint} between two signs = may mean two things; put a comma or 'and' between two "
+            "conditions"
         )
     if bare := next((one for one in _alternatives(given.tree) if _is_bare(one, joints)), None):
         return given.refused(
@@ -177,6 +186,18 @@ def read_conditions(text: str, domain: Domain, joints: Sequence[str] = ()) -> Gi
     except ReadError as error:
         return given.refused(f"this can't be read as conditions: {error}")
     return given
+
+
+def _last_in_chain(node: Node, joints: Sequence[str]) -> str:
+    """Return the last factor of a product between two signs =, where it is a joint that may begin another condition."""
+    stack = [node]
+    while stack:
+        top = stack.pop()
+        for side in chain_of(top)[1:-1]:
+            if side.kind == "*" and side.args[1].kind == "name" and side.args[1].value in joints:
+                return str(side.args[1].value)
+        stack.extend(top.args)
+    return ""
 
 
 _SHOWN = 60
@@ -208,7 +229,7 @@ def _without_blanks(node: Node) -> Node:
 def _counted(node: Node) -> Node:
     """Return conditions with the values put in that a whole number is said to have, as in theta2 = k*pi, k = 0, 1.
 
-    With dots behind them, as in k = 0, 1, 2, …, it is any whole number.
+    With dots behind them, as in k = 0, 1, 2, …, it is any whole number. Raises ReadError where that gets too long.
     """
     at = next((i for i, arg in enumerate(node.args) if _whole_number_of(arg)), 0) if node.kind == "list" else 0
     if not at or any(arg.kind in ("eq", "in", "and", "or", "dict", "list") for arg in node.args[at + 1 :]):
@@ -219,6 +240,8 @@ def _counted(node: Node) -> Node:
     if any(map(has_blank, values)):
         return rest
     flat = [one for value in values for one in (value.args if value.kind == "set" else (value,))]
+    if size_of(rest) * len(flat) > LIMITS["worked_out"]:
+        raise ReadError("the conditions are too long, or there are too many whole numbers in them")
     return Node("list", tuple(arg for value in flat for arg in replaced(rest, str(name.value), value).args))
 
 
@@ -231,6 +254,8 @@ def _whole_number_of(node: Node) -> bool:
 def _says_nothing(node: Node) -> bool:
     """Tell whether an entry was left blank, or only says that k is a whole number, or that det J is asked or zero."""
     if node.kind == "eq" and (left := names(node.args[0])) and left <= set(VOCABULARY["determinant"]):
+        return True
+    if node.kind == "in" and node.args[1].value in VOCABULARY["number_sets"]:
         return True
     if node.kind == "in" and node.args[0].value in WHOLE_NUMBERS:
         return node.args[1].value in VOCABULARY["whole_number_sets"]

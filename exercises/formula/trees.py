@@ -141,7 +141,7 @@ def refuse_statements(node: Node) -> None:
 
 def no_scalar(node: Node) -> ReadError:
     """Return the error that a node is no part of a single expression."""
-    instead = "; write what is asked alone" if node.kind in ("eq", "and") else ""
+    instead = "; write what is asked alone" if node.kind in ("eq", "and", "or", "in") else ""
     return ReadError(f"{_SAID.get(node.kind, node.kind)} stands where a single expression is due{instead}")
 
 

@@ -260,6 +260,13 @@ def test_cubic_metres_are_the_unit_of_a_determinant_of_three_linear_rows(unit: s
         assert (given.refusal is None) == is_right and (is_right or "m^2 is due" in str(given.refusal))
 
 
+def test_many_conditions_for_many_values_of_a_whole_number_are_refused() -> None:
+    problem = generate("planar-2r/0", ["singular-angles"])
+    text = "theta2 = k*pi, " * 5000 + "k = 0" + ", 0" * 5000
+    given = read_answer(problem, problem["singular-angles"], text)
+    assert given.refusal is not None and "the conditions are too long" in given.refusal.reason
+
+
 @pytest.mark.parametrize("text", ["[1e999, 0]", "1e999 0", "[[1e999], [0]]", "(1, 1e999)"])
 def test_what_stays_a_table_when_it_is_read_as_one_is_refused_once(text: str) -> None:
     problem = generate("polar-rp/0", ["joint-rates", "position"])

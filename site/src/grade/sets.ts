@@ -7,8 +7,21 @@ import type { ConfigurationsKey } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
 import { withPoints } from "../read/points.js";
 import { read } from "../read/reader.js";
-import { hasBlank, integer, name, namesIn, type Node, node, ReadError, replaced } from "../read/tree.js";
-import { VOCABULARY } from "../read/vocabulary.js";
+import { sizeOf } from "../read/products.js";
+import {
+  anyNode,
+  CHAIN,
+  chainOf,
+  hasBlank,
+  integer,
+  name,
+  namesIn,
+  type Node,
+  node,
+  ReadError,
+  replaced,
+} from "../read/tree.js";
+import { LIMITS, VOCABULARY } from "../read/vocabulary.js";
 import { message } from "../text/text.js";
 import { type Atom, claimedPieces, isTied, type Piece } from "./pieces.js";
 import { falseConditions, shareOfSet } from "./credit.js";
@@ -99,6 +112,7 @@ function counted(tree: Node): Node {
   const rest = node("list", ...tree.args.slice(0, at));
   if (values.some(hasBlank)) return rest;
   const flat = values.flatMap((value) => (value.kind === "set" ? value.args : [value]));
+  if (sizeOf(rest, Infinity) * flat.length > LIMITS.worked_out) throw new ReadError("read.many-cases");
   return node("list", ...flat.flatMap((value) => replaced(rest, whole.text, value).args));
 }
 
@@ -129,6 +143,7 @@ function saysNothing(tree: Node): boolean {
   const [left, right] = tree.args;
   const called = tree.kind === "eq" && left ? [...namesIn(left)] : [];
   if (called.length > 0 && called.every((each) => VOCABULARY.determinant.includes(each))) return true;
+  if (tree.kind === "in" && VOCABULARY.number_sets.includes(right?.text ?? "")) return true;
   if (tree.kind === "in" && VOCABULARY.whole_numbers.includes(left?.text ?? ""))
     return VOCABULARY.whole_number_sets.includes(right?.text ?? "");
   const isSeveral =
@@ -150,11 +165,22 @@ function unclear(answer: string, tree: Node, key: ConfigurationsKey): Verdict | 
       known: key.symbols.join(", "),
     });
   if (withPoints(answer) !== answer) return wrong("read.comma");
+  if (hasProductInChain(tree, key.joints)) return wrong("read.chain");
   const several = ["list", "set", "or"].includes(tree.kind) ? tree.args : [tree];
   const isBare = (each: Node) =>
     ["+", "-", "*", "/", "^", "neg", "call"].includes(each.kind) &&
     key.joints.some((one) => namesIn(each).has(one));
   return several.some(isBare) ? wrong("read.bare-condition", { joint }) : null;
+}
+
+/** Whether a product with a joint stands between two signs of equality: the joint may begin a condition of its own. */
+function hasProductInChain(tree: Node, joints: readonly string[]): boolean {
+  const isOpen = ({ kind, args: [, last] }: Node): boolean =>
+    kind === "*" && last?.kind === "name" && joints.includes(last.text);
+  return anyNode(
+    tree,
+    (each) => each.kind === "and" && each.text === CHAIN && chainOf(each).slice(1, -1).some(isOpen),
+  );
 }
 
 /** Bare values, as in {0, pi}, given to the joint that they must mean. Throws ReadError where that is not clear. */
