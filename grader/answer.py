@@ -16,16 +16,20 @@ from exercises.formula.notation import kind_of_unit, units_of_numbers
 from exercises.formula.pieces import WHOLE_NUMBERS
 from exercises.formula.tables import numbers_text, table_text
 from exercises.formula.trees import (
+    CHAIN,
     Node,
     ReadError,
     as_matrix,
+    chain_of,
     has_blank,
     names,
     node_text,
     refuse_statements,
+    replaced,
+    size_of,
     statement_in,
 )
-from exercises.formula.vocabulary import VOCABULARY
+from exercises.formula.vocabulary import LIMITS, VOCABULARY, pattern
 from grader.function_values import Table
 from grader.verdict import Judgement, missing, wrong
 
@@ -94,7 +98,7 @@ def read_matrix(
 
     Vectors may stand for the `columns` of a matrix by their names, and for the halves of a twist, v and ω.
     """
-    given = _in_order(_right_side(_read(text, domain), domain))
+    given = _in_order(_right_side(_spread(_read(text, domain), (*labels, *columns)), domain))
     if given.tree is not None and (whole := _of_vectors(given.tree, shape, labels, columns)) is not None:
         given = replace(given, tree=whole)
     given = _in_rows(given, labels, "a matrix", shape)
@@ -114,7 +118,7 @@ def read_numbers(text: str, count: int, labels: Sequence[str] = (), units: Seque
         return Given(text).refused(why)
     if count == 1 and (point := with_points(text)) != text:
         return replace(read_numbers(point, count, labels), text=text)
-    given = _in_order(_right_side(_read(text, Domain({})), Domain({})))
+    given = _in_order(_right_side(_spread(_read(text, Domain({})), labels), Domain({})))
     given = _in_shape(_in_rows(given, labels, "numbers"), (count, 1), text)
     if given.refusal is None and given.symbols:
         left = ", ".join(sorted(given.symbols)[:5])
@@ -122,7 +126,7 @@ def read_numbers(text: str, count: int, labels: Sequence[str] = (), units: Seque
         given = given.refused(f"numbers are due, and {left} is left in the answer; write numbers alone, as in {due}")
     given = _of_scalars(given, "numbers")
     if given.refusal is not None and (table := numbers_text(text, count)) not in (None, text):
-        again = read_numbers(table, count) if numbers_text(table, count) in (None, table) else given
+        again = read_numbers(table, count, labels) if numbers_text(table, count) in (None, table) else given
         return replace(again, text=text)
     return given
 
@@ -151,12 +155,20 @@ def read_conditions(text: str, domain: Domain, joints: Sequence[str] = ()) -> Gi
     """
     given = _read(text, domain)
     if given.tree is not None:
-        given = replace(given, tree=_without_blanks(given.tree))
+        try:
+            given = replace(given, tree=_without_blanks(_counted(given.tree)))
+        except ReadError as error:
+            return given.refused(f"this can't be read as conditions: {error}")
     if given.tree is None or not joints:
         return given
     if with_points(text) != text:
         return given.refused(
             "a comma between two digits may belong to a number or stand between two; write 0.5, or 0, 5 with a space"
+        )
+    if joint := _last_in_chain(given.tree, joints):
+        return given.refused(
+            f"a product with {joint} between two signs = may mean two things; put a comma or 'and' between two "
+            "conditions"
         )
     if bare := next((one for one in _alternatives(given.tree) if _is_bare(one, joints)), None):
         return given.refused(
@@ -176,6 +188,18 @@ def read_conditions(text: str, domain: Domain, joints: Sequence[str] = ()) -> Gi
     return given
 
 
+def _last_in_chain(node: Node, joints: Sequence[str]) -> str:
+    """Return the last factor of a product between two signs =, where it is a joint that may begin another condition."""
+    stack = [node]
+    while stack:
+        top = stack.pop()
+        for side in chain_of(top)[1:-1]:
+            if side.kind == "*" and side.args[1].kind == "name" and side.args[1].value in joints:
+                return str(side.args[1].value)
+        stack.extend(top.args)
+    return ""
+
+
 _SHOWN = 60
 
 
@@ -191,19 +215,48 @@ def _is_bare(node: Node, joints: Sequence[str]) -> bool:
 
 
 def _without_blanks(node: Node) -> Node:
-    """Return conditions without the places that were left blank, and without the dots behind 0, pi, 2*pi, …"""
+    """Return conditions without what says nothing: blanks, dots behind 0, pi, 2*pi, …, det J = 0, k in Z."""
     if node.kind in ("eq", "in", "pair") and node.args[1].kind in ("list", "set"):
         return Node(node.kind, (node.args[0], _without_blanks(node.args[1])), node.value)
-    if node.kind == "and":
-        left = tuple(arg for arg in node.args if not _says_nothing(arg))
-        return node if len(left) != 1 else left[0]
-    if node.kind not in ("list", "set"):
+    if node.kind not in ("and", "or", "list", "set"):
         return node
-    return Node(node.kind, tuple(_without_blanks(arg) for arg in node.args if not _says_nothing(arg)))
+    left = tuple(arg for arg in node.args if not _says_nothing(arg)) or node.args
+    if node.kind in ("and", "or") and len(left) == 1:
+        return _without_blanks(left[0])
+    return Node(node.kind, left if node.kind == "and" else tuple(map(_without_blanks, left)), node.value)
+
+
+def _counted(node: Node) -> Node:
+    """Return conditions with the values put in that a whole number is said to have, as in theta2 = k*pi, k = 0, 1.
+
+    With dots behind them, as in k = 0, 1, 2, …, it is any whole number. Raises ReadError where that gets too long.
+    """
+    at = next((i for i, arg in enumerate(node.args) if _whole_number_of(arg)), 0) if node.kind == "list" else 0
+    if not at or any(arg.kind in ("eq", "in", "and", "or", "dict", "list") for arg in node.args[at + 1 :]):
+        return node
+    name, listed = node.args[at].args
+    values = [*(listed.args if listed.kind in ("list", "set") else (listed,)), *node.args[at + 1 :]]
+    rest = Node("list", node.args[:at])
+    if any(map(has_blank, values)):
+        return rest
+    flat = [one for value in values for one in (value.args if value.kind == "set" else (value,))]
+    if size_of(rest) * len(flat) > LIMITS["worked_out"]:
+        raise ReadError("the conditions are too long, or there are too many whole numbers in them")
+    return Node("list", tuple(arg for value in flat for arg in replaced(rest, str(name.value), value).args))
+
+
+def _whole_number_of(node: Node) -> bool:
+    """Tell whether the values of a whole number are listed, as in k = 0, 1 or k in {0, 1}."""
+    is_said = node.kind in ("eq", "in") and node.args[0].value in WHOLE_NUMBERS
+    return is_said and node.args[1].kind != "name"
 
 
 def _says_nothing(node: Node) -> bool:
-    """Tell whether an entry was left blank, or only says that k is a whole number."""
+    """Tell whether an entry was left blank, or only says that k is a whole number, or that det J is asked or zero."""
+    if node.kind == "eq" and (left := names(node.args[0])) and left <= set(VOCABULARY["determinant"]):
+        return True
+    if node.kind == "in" and node.args[1].value in VOCABULARY["number_sets"]:
+        return True
     if node.kind == "in" and node.args[0].value in WHOLE_NUMBERS:
         return node.args[1].value in VOCABULARY["whole_number_sets"]
     is_several = node.kind in ("eq", "in", "pair") and node.args[1].kind in ("list", "set")
@@ -336,10 +389,13 @@ def _right_side(given: Given, domain: Domain, labels: Sequence[str] = ()) -> Giv
     tree = given.tree
     if tree is not None and tree.kind == "dict" and len(tree.args) == 1:
         tree = tree.args[0]
-    if tree is None or tree.kind not in ("eq", "pair"):
+    if tree is None or (tree.kind != "pair" and not chain_of(tree)):
         return given
-    for name, value in (tree.args, tree.args[::-1]):
-        own = _is_called(name) and not names(name) & set(domain.roles)
+    sides = chain_of(tree) or tree.args
+    if any(names(side) & set(domain.roles) for side in sides[1:-1]) and not names(sides[-1]):
+        return given  # det J = a1*a2*sin(theta2) = 0
+    for name, value in ((sides[0], sides[-1]), (sides[-1], sides[0])):  # det J = J11*J22 - J12*J21 = …
+        own = (_is_called(name) or _is_of_entries(name)) and not names(name) & set(domain.roles)
         label = name.kind == "name" and [_label_of(str(name.value))] == [_label_of(label) for label in labels]
         if own or label:
             return replace(given, tree=value)
@@ -363,10 +419,32 @@ def _other_component(tree: Node, labels: Sequence[str]) -> str:
 
 
 def _is_called(node: Node) -> bool:
-    """Tell whether words stand there, dx/dq, or the power of a name: The determinant, J^-1."""
+    """Tell whether words stand there, dx/dq, |J|, or the power of a name: The determinant, J^-1."""
+    node = node.args[0] if node.kind == "call" and node.value == "abs" else node
     while node.kind in ("*", "/") and node.args[1].kind == "name":
         node = node.args[0]
     return node.kind == "name" or (node.kind == "^" and node.args[0].kind == "name")
+
+
+def _is_of_entries(node: Node) -> bool:
+    """Tell whether a formula is one of entries of the Jacobian, J11*J22 - J12*J21."""
+    return bool(names(node)) and all(_ENTRY.fullmatch(name) for name in names(node))
+
+
+_ENTRY = re.compile(r"[jJ]_?[1-6]{2}")
+
+
+def _spread(given: Given, due: Sequence[str]) -> Given:
+    """Return z0 = z1 = a, of names that are `due`, as z0 = a, z1 = a, also in a list."""
+    tree, called = given.tree, [_label_of(name) for name in due]
+    if tree is None or tree.kind not in ("and", "list", "set"):
+        return given
+    spread = []
+    for node in (tree,) if tree.value == CHAIN else tree.args:
+        *left, value = chain_of(node) or (node,)
+        is_named = bool(left) and all(one.kind == "name" and _label_of(str(one.value)) in called for one in left)
+        spread += [Node("eq", (name, value)) for name in left] if is_named else [node]
+    return replace(given, tree=tree if tree.value == CHAIN and len(spread) == 1 else Node(tree.kind, tuple(spread)))
 
 
 def _in_order(given: Given) -> Given:
@@ -432,13 +510,19 @@ def _once(node: Node) -> Node:
 
 
 def _of_vectors(node: Node, shape: tuple[int, int], labels: Sequence[str], columns: Sequence[str]) -> Node | None:
-    """Return the matrix of v = […], ω = […] or of z0 = […], z1 = […], which may come in any order; None for others."""
-    if node.kind not in ("dict", "list", "set", "and") or not all(map(_is_named, node.args)):
+    """Return the matrix of v = […], ω = […] or of z0 = […], z1 = […], which may come in any order; None for others.
+
+    The columns of a Jacobian, or the screws, are J1, J2, or S1, S2.
+    """
+    if node.kind not in ("dict", "list", "set", "and") or not all(map(_name_before, node.args)):
         return None
     called = [_label_of(label) for label in labels]
+    first = _label_of(_name_before(node.args[0]))[:1] if node.args else ""
+    if not columns and shape[1] > 1 and first in _COLUMNS:
+        columns = [f"{first}{i + 1}" for i in range(shape[1])]
     is_twist = called in ([*LINEAR, *ANGULAR], [*ANGULAR, *LINEAR])
     due = [called[0][0], called[3][0]] if is_twist else [_label_of(column) for column in columns]
-    said = {_label_of(str(arg.args[0].value)): _vector(arg.args[1]) for arg in node.args}
+    said = {_label_of(_name_before(arg)): _vector(arg.args[1]) for arg in node.args}
     vectors = [said.get(name, ()) for name in due]
     if (
         not due
@@ -450,6 +534,17 @@ def _of_vectors(node: Node, shape: tuple[int, int], labels: Sequence[str], colum
     if is_twist:
         return Node("list", tuple(entry for vector in vectors for entry in vector))
     return Node("list", tuple(Node("list", row) for row in zip(*vectors, strict=True)))
+
+
+_COLUMNS = ("j", "s")
+
+
+def _name_before(node: Node) -> str:
+    """Return the name before an entry; S1 before one is no sine. Nothing where there is none."""
+    name = node.args[0] if node.kind in ("pair", "eq") else node
+    if node.kind in ("pair", "eq") and name.kind == "call" and name.value == "sin" and name.args[0].kind == "name":
+        return str(name.args[0].value).replace("theta", "s")
+    return str(name.value) if _is_named(node) else ""
 
 
 def _vector(node: Node) -> tuple[Node, ...]:
@@ -473,7 +568,11 @@ def _label_of(name: str) -> str:
     plain = VOCABULARY["velocities"].get(plain, plain)
     for spelled, letter in VOCABULARY["spelled"].items():
         plain = plain.replace(spelled, letter)
-    return plain.removeprefix("p") if len(plain) > 1 else plain
+    entry = _POINT_OF_ENTRY.fullmatch(plain)
+    return entry.group(1) if entry else plain.removeprefix("p") if len(plain) > 1 else plain
+
+
+_POINT_OF_ENTRY = pattern("point_of_entry")
 
 
 def _in_shape(given: Given, due: tuple[int, int], text: str) -> Given:
@@ -488,7 +587,7 @@ def _in_shape(given: Given, due: tuple[int, int], text: str) -> Given:
         return given
     turned = " (transposed?)" if shape == due[::-1] and due[0] != due[1] and 1 not in due else ""
     asked = f"; write it as in {_as_in(due)}" if shape != due[::-1] or 1 in due else ""
-    commas = "" if re.search(r"\d,\d", text) is None else _COMMAS
+    commas = _COMMAS if len(rows) * len(rows[0]) > due[0] * due[1] and re.search(r"\d,\d", text) else ""
     return given.refused(
         f"the answer is {shape[0]} x {shape[1]}, and {due[0]} x {due[1]} is due{turned}{commas or asked}"
     )

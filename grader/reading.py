@@ -78,7 +78,7 @@ def read_as(due: Due, text: str, points_seed: str = "") -> Given:
     return given
 
 
-_CUBIC = re.compile(r"(?<![\w])(?:m|\\mathrm\{m\}|\\text\{m\})(?:\^\(?3\)?|\^\{3\}|³|\*\*3)\]?[ .$]{0,9}$")
+_CUBIC = re.compile(r"(?<![\w])(?:m|\\mathrm\{m\}|\\text\{m\})(?:\^\(?3\)?|\^\{3\}|³|\*\*3)[\])]?[ .$]{0,9}$")
 """Cubic metres at the end of an answer."""
 CUBED = 3
 

@@ -15,7 +15,7 @@ from itertools import pairwise
 from exercises.formula.names import ARITY, FUNCTIONS, LONGEST, SHORTHAND, NamePart, factors_of, pieces_of, plain_name
 from exercises.formula.notation import plain
 from exercises.formula.products import carried_out
-from exercises.formula.trees import Node, ReadError, names, replaced
+from exercises.formula.trees import CHAIN, Node, ReadError, names, replaced
 from exercises.formula.vocabulary import LIMITS, VOCABULARY, pattern
 
 MAX_DEPTH = LIMITS["depth"]
@@ -34,6 +34,9 @@ _TOKEN = re.compile("|".join(
     for kind, name in (("space", "passed"), ("number", "number"), ("name", "name"), ("op", "operator"))
 ))  # fmt: skip
 
+_NO_FACTOR, _ENDS_FACTOR = ("=", "==", ",", ";", ":", "&"), ("*", "/", "^", "**", "=", "==", ")", "]", "}", ",", ";")
+"""What a factor in bars can't hold, and what can't begin an alternative behind its second bar."""
+_BEFORE_STATEMENT = (",", ";", "and", "&", "or", "[", "(", "{")
 _ALTERNATIVE = ("or", "|")
 """Words behind a comma that say no more than the comma between conditions; entries of a vector are no alternatives."""
 
@@ -57,7 +60,7 @@ def _tokens(text: str) -> list[tuple[str, str, int]]:
                     raise ReadError(f"brackets nest more than {MAX_DEPTH} deep {_where(text, at)}")
         at = end
     if at < len(text):
-        instead = "a matrix is written [[a, b], [c, d]], a condition theta2 = 0"
+        instead = "write a formula as a1*cos(theta1), a matrix as [[a, b], [c, d]], a condition as theta2 = 0"
         raise ReadError(f"cannot read {text[at]!r} {_where(text, at)}; {instead}")
     tokens.append(("end", "", at))
     return tokens
@@ -82,6 +85,8 @@ class _Parser:
         """Where the argument of a function without brackets ended last."""
         self.without_space: Node | None = None
         """The product that was read last of names without a space between, and in no bracket."""
+        self.in_bars = False
+        """Whether the next bar ends an absolute value."""
         self.braces_are_lists = False
         """Whether functions have square brackets, as in Mathematica, where {a, b} is a list."""
 
@@ -257,7 +262,7 @@ class _Parser:
             del sides[0]  # P = [x; y] = […]
         equations = tuple(Node("eq", pair) for pair in pairwise(sides))
         if len(equations) > 1:  # theta1 = theta2 = 0
-            return Node("and", equations)
+            return Node("and", equations, CHAIN)
         if not equations and self.take("in"):
             return Node("in", (sides[0], self.modulo(self.sum())))
         return equations[0] if equations else sides[0]
@@ -281,6 +286,8 @@ class _Parser:
         if not bracket and self.peek() not in _MODULO:
             return value
         self.at += 2 if bracket else 1
+        if self.text_at(-1) == "%" and self.tokens[self.at][0] in ("end", "op") and self.peek() != "(":
+            raise self.fail("percentages are not read; write a decimal, as in 0.5,")
         step = Node("*", (Node("name", value=VOCABULARY["whole_numbers"][0]), self.sum()))
         if bracket:
             self.expect(")")
@@ -343,6 +350,8 @@ class _Parser:
                     f"/{self.text_at(-1)} {text} may mean two things; write what stands below in brackets, as in "
                     "a/(b*c), or a/b*c,"
                 )
+            elif text == "|" and self.is_bar_of_factor():
+                node = Node("*", (node, self.power()))
             elif text == "[" and self.is_row_below(node):
                 node = self.with_row(node)
             elif kind == "number" or text in ("(", "[") or (kind == "name" and text not in _WORDS):
@@ -362,6 +371,24 @@ class _Parser:
             self.at = here
             raise self.fail("did not expect '['; an entry of a vector has a name, as a1 or theta2,")
         return node
+
+    def is_bar_of_factor(self) -> bool:
+        """Tell whether a factor in bars begins here, as in a1|s2|, and no alternative behind a bar, as in 0 | pi."""
+        if self.in_bars:
+            return False
+        depth, at, symbols = 0, self.at + 1, False
+        while self.tokens[at][0] != "end" and not (self.tokens[at][1] == "|" and depth == 0):
+            kind, text, _ = self.tokens[at]
+            depth += _DEEPER.get(text, 0)
+            if depth < 0 or (depth == 0 and (text in _NO_FACTOR or text in _WORDS)):
+                return False
+            symbols |= kind == "name" and not text.startswith(_PI)
+            at += 1
+        if self.tokens[at][0] == "end" or not symbols:
+            return False
+        first, last = self.tokens[self.at + 1], self.tokens[at - 1]
+        is_tight = first[2] == self.tokens[self.at][2] + 1 and last[2] + len(last[1]) == self.tokens[at][2]
+        return is_tight or self.tokens[at + 1][0] == "end" or self.tokens[at + 1][1] in _ENDS_FACTOR
 
     def is_row_below(self, node: Node) -> bool:
         """Tell whether a list is a row, or several, with another below it, as calculators write [a, b][c, d]."""
@@ -452,14 +479,17 @@ class _Parser:
         self.depth += 1
         if self.depth > MAX_DEPTH:
             raise self.fail(f"brackets nest more than {MAX_DEPTH} deep")
+        self.in_bars, outer = True, self.in_bars
         inner = self.sum()
+        self.in_bars = outer
         self.expect("|")
         self.depth -= 1
         return _call(FUNCTIONS["abs"], (inner,))
 
     def bracketed(self, close: str, kind: str) -> Node:
+        self.in_bars, outer = False, self.in_bars
         rows, comma = self.rows(close)
-        self.without_space = None
+        self.in_bars, self.without_space = outer, None
         items = rows[0]
         if len(rows) > 1 and kind in ("group", "set") and all(len(row) == 1 for row in rows):  # (a; b), {0; pi}
             return Node("list", tuple(row[0] for row in rows))
@@ -494,7 +524,7 @@ class _Parser:
         pieces = pieces_of(raw, self.known)
         one = pieces[0].parts[0] if len(pieces) == 1 and pieces[0].kind == "name" else ""
         if opens and one and not {name, one} & self.known and one not in _BEFORE_BRACKETS:
-            if self.at == 1 and (behind := self.behind_bracket()) and self.tokens[behind][1] == "=":
+            if self.begins_statement() and (behind := self.behind_bracket()) and self.tokens[behind][1] == "=":
                 self.at = behind  # J(q) = …
                 return Node("name", value=one)
             said = (
@@ -507,6 +537,10 @@ class _Parser:
         if pieces[-1].kind in FUNCTIONS and _SHORT_OF_ANGLE.search(name):
             self.without_brackets = self.at
         return product
+
+    def begins_statement(self) -> bool:
+        """Tell whether the name that was passed last is the first of a statement."""
+        return self.at == 1 or self.tokens[self.at - 2][1] in _BEFORE_STATEMENT
 
     def behind_bracket(self) -> int:
         """Return where the bracket that begins here has been closed; 0 if it never is."""

@@ -2,6 +2,7 @@
 
 import re
 from collections import Counter
+from collections.abc import Iterable
 from collections.abc import Set as AbstractSet
 from typing import Any
 
@@ -24,9 +25,19 @@ _END = pattern("end")
 """The semicolon or full stop that ends a statement or a sentence."""
 
 _UNITS: dict[str, str] = VOCABULARY["units"]
-_UNIT_AT_END = re.compile(
-    f"{VOCABULARY['patterns']['before_unit']}({'|'.join(map(re.escape, sorted(_UNITS, key=len, reverse=True)))})$"
-)
+
+
+def _pattern_of_units(units: Iterable[str]) -> str:
+    """Return what finds any of these units, also with blanks around its stroke, as in rad / s."""
+    return "|".join(re.escape(unit).replace("/", " ?/ ?") for unit in sorted(units, key=len, reverse=True))
+
+
+def _unit(found: str) -> str:
+    """Return a unit as the vocabulary has it."""
+    return found.replace(" /", "/").replace("/ ", "/")
+
+
+_UNIT_AT_END = re.compile(f"{VOCABULARY['patterns']['before_unit']}({_pattern_of_units(_UNITS)})$")
 
 _WHOLE, _BEFORE_WHOLE = VOCABULARY["whole_numbers"], tuple(VOCABULARY["before_whole_numbers"])
 
@@ -88,8 +99,7 @@ def _of_joints(text: str, known: AbstractSet[str]) -> str:
 
 
 _NUMBER_IN_UNIT = re.compile(
-    f"{VOCABULARY['patterns']['number_in_unit']}({'|'.join(map(re.escape, sorted(_UNITS, key=len, reverse=True)))})"
-    f"{VOCABULARY['patterns']['behind_unit']}"
+    f"{VOCABULARY['patterns']['number_in_unit']}({_pattern_of_units(_UNITS)}){VOCABULARY['patterns']['behind_unit']}"
 )
 
 
@@ -97,7 +107,7 @@ def without_units(text: str, known: AbstractSet[str]) -> str:
     """Return a text without the units of its numbers, as in 0.5 rad/s, 30 cm; those of m are left to the grammar."""
 
     def number(found: re.Match[str]) -> str:
-        unit = found.group(2)
+        unit = _unit(found.group(2))
         return found.group() if unit in known or unit in _WHOLE else f"{found.group(1)}{_UNITS[unit]}"
 
     return _NUMBER_IN_UNIT.sub(number, text)
@@ -105,8 +115,7 @@ def without_units(text: str, known: AbstractSet[str]) -> str:
 
 _NAMED_IN_UNIT = re.compile(
     f"{VOCABULARY['patterns']['name_of_number']}{VOCABULARY['patterns']['number_in_unit']}"
-    f"((?:{'|'.join(map(re.escape, sorted([*_UNITS, *VOCABULARY['degrees']], key=len, reverse=True)))}))"
-    f"{VOCABULARY['patterns']['behind_unit']}"
+    f"({_pattern_of_units([*_UNITS, *VOCABULARY['degrees']])}){VOCABULARY['patterns']['behind_unit']}"
 )
 
 
@@ -116,7 +125,7 @@ def units_of_numbers(text: str) -> list[tuple[str, str, int]]:
     >>> units_of_numbers("qd1 = 0.5 rad/s, 118 mm/s")
     [('qd1', 'rad/s', 0), ('', 'mm/s', 16)]
     """
-    return [(found.group(1) or "", found.group(3), found.start()) for found in _NAMED_IN_UNIT.finditer(text)]
+    return [(found.group(1) or "", _unit(found.group(3)), found.start()) for found in _NAMED_IN_UNIT.finditer(text)]
 
 
 def kind_of_unit(unit: str) -> str:
@@ -144,10 +153,11 @@ def _counted(row: str, known: AbstractSet[str]) -> str:
 
 def _without_unit(text: str, known: AbstractSet[str]) -> str:
     match = _UNIT_AT_END.search(text)
-    if match is None or match.group(1) in known:
+    unit = "" if match is None else _unit(match.group(1))
+    if match is None or unit in known:
         return text
-    factor, rest = _UNITS[match.group(1)], text[: match.start()]
-    if (factor and rest[:1] in "[{") or "=" in text or (match.group(1) in _WHOLE and rest.endswith(_BEFORE_WHOLE)):
+    factor, rest = _UNITS[unit], text[: match.start()]
+    if (factor and rest[:1] in "[{") or "=" in text or (unit in _WHOLE and rest.endswith(_BEFORE_WHOLE)):
         return text  # a list can't be scaled, and in theta2 = pi*m the m is any whole number
     return f"({rest}){factor}" if factor else rest
 
@@ -156,6 +166,7 @@ def _without_unit(text: str, known: AbstractSet[str]) -> str:
 
 _LATEX_TOKEN = pattern("latex_token")
 _LATEX: dict[str, Any] = VOCABULARY["latex"]
+_GOES_ON = ("", "=", "+", "-", "*", "/", ")", "]", *_LATEX["row_ends"])
 _HEIGHT, _SUM_OF_DIGITS = pattern("height_of_row"), pattern("sum_of_digits")
 
 
@@ -193,7 +204,16 @@ class _Latex:
             return self.subscript()
         if sign == "^":
             return f"^({self.argument()})"
+        if sign in _LATEX["row_ends"] or sign == "&":
+            return self.between(sign)
         return self.command(sign[1:]) if sign[0] == "\\" and len(sign) > 1 else sign
+
+    def between(self, sign: str) -> str:
+        r"""Return what stands between two statements for \\\\, or nothing where the next line goes on, as in & = b."""
+        while self.peek() and (self.peek()[0] in SPACES or self.peek()[1:] in _LATEX["spaces"] or self.peek() == "&"):
+            self.at += 1
+        goes_on = self.peek() in _GOES_ON or self.peek() == "\\end"
+        return " " if goes_on else " & " if sign == "&" else "; "
 
     def subscript(self) -> str:
         r"""Return what stands below: 12 of {1,2} and of {1+2}; c_{\theta_1+\theta_2} is of the sum."""
@@ -246,6 +266,9 @@ class _Latex:
             return f" {_LATEX['rates'][name]}{index.group() if index else ''}"
         if name == "begin":
             return self.matrix()
+        if name == "end":
+            self.argument()
+            return " "
         if name in _LATEX["matrices"] and self.peek() == "{":
             self.at += 1
             return self.rows("}")
@@ -264,7 +287,7 @@ class _Latex:
         r"""Return the rows of \begin{matrix} … \end{matrix} as nested lists."""
         kind = self.argument()
         if kind not in _LATEX["matrices"]:
-            return ""
+            return " "
         if kind in _LATEX["with_columns"] and self.peek() == "{":
             self.argument()
         text = self.rows("\\end")

@@ -89,6 +89,11 @@ def _alternatives(node: Node, joints: Sequence[str]) -> list[Piece]:
         if says_more:
             joint = _joint_of(arg, joints)
             is_label = joint is not None and arg.kind == "name" and len(node.args) == 2 and arg is node.args[0]
+            if is_label and len(joints) == 2 and arg.value == joints[0] and node.args[1].kind not in ("list", "set"):
+                raise ReadError(
+                    f"a pair may be a joint and its value, or the values of {joints[0]} and {joints[1]}; write "
+                    f"{joints[0]} = 0 or {joints[1]} = 0"
+                )
             if not is_label or names(node.args[1]) & set(joints):
                 union += pieces(arg, joints)
         elif joint is not None:
@@ -99,7 +104,9 @@ def _alternatives(node: Node, joints: Sequence[str]) -> list[Piece]:
 
 
 def _joint_of(node: Node, joints: Sequence[str]) -> Node | None:
-    """Return the joint that an equation or membership assigns, or a joint's bare name."""
+    """Return the joint that an equation or membership assigns, the last of alternatives, or a joint's bare name."""
+    if node.kind == "or":
+        return _joint_of(node.args[-1], joints)
     own = node.args[0] if node.kind in ("eq", "in") else node
     return own if own.kind == "name" and own.value in joints else None
 

@@ -12,6 +12,7 @@ from exercises.formula.vocabulary import SPACES, VOCABULARY, pattern
 
 _FRAME, _GAP, _BLANK = pattern("frame_of_table"), pattern("gap_of_table"), pattern("gap_of_matlab")
 _GOES_ON, _MATLAB, _BETWEEN = pattern("line_goes_on"), pattern("rows_of_matlab"), pattern("between_numbers")
+_NAMED = pattern("named_number")
 _NUMBER, _NAME = pattern("decimal_with_comma"), pattern("name_of_table")
 _COMMA, _POINT = pattern("comma_of_list"), pattern("comma_of_number")
 _FACTORS = sorted({factor for factor in VOCABULARY["units"].values() if factor})
@@ -83,16 +84,32 @@ def numbers_text(text: str, count: int) -> str | None:
 
     >>> numbers_text("0,5; -1,25", 2), numbers_text("0,5, -1,25", 2), numbers_text("0,5,-1,25", 2)
     ('[0.5, -1.25]', '[0.5, -1.25]', None)
+    >>> numbers_text("x = 0,5 und y=-1,25", 2), numbers_text("x = 1 2", 2)
+    ('[x = 0.5, y = -1.25]', None)
     """
     if count < 2 or len(text) > MOST:
         return None
     inner = without_units(text, frozenset()).strip(SPACES)
     if inner[:1] + inner[-1:] in ("()", "[]") or (inner[:1] + inner[-1:] == "{}" and ";" in inner):
         inner = inner[1:-1]
+    if named := _named_numbers(inner):
+        return f"[{', '.join(named)}]" if len(named) == count else None
     entries = [entry.strip(SPACES) for entry in _BETWEEN.split(inner)]
     if len(entries) == count and all(map(_is_number, entries)):
         return f"[{', '.join(entry.replace(',', '.') for entry in entries)}]"
     return table_text(text, (count, 1))
+
+
+def _named_numbers(text: str) -> list[str]:
+    """Return numbers that have names, as in x = 0,5 and y = 1, one by one; nothing where anything else is there."""
+    found, at = list[str](), 0
+    while at < len(text):
+        one = _NAMED.match(text, at)
+        if one is None:
+            return []
+        found.append(f"{one.group(1)} = {one.group(2).replace(',', '.')}")
+        at = one.end()
+    return found
 
 
 def _is_number(entry: str) -> bool:

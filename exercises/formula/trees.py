@@ -16,12 +16,25 @@ class ReadError(ValueError):
 class Node:
     """A piece of an expression: `kind` and `args`; `value` holds a number (Fraction) or a name.
 
-    Kinds: number, decimal, name, blank, call, neg, + - * / ^, list, set, dict, pair, eq, in, and, or.
+    Kinds: number, decimal, name, blank, call, neg, + - * / ^, list, set, dict, pair, eq, in, and (`CHAIN`), or.
     """
 
     kind: str
     args: tuple["Node", ...] = ()
     value: Any = None
+
+
+CHAIN = "="
+"""The value of an "and" of equations that were written in one, A = B = C."""
+
+
+def chain_of(node: Node) -> list[Node]:
+    """Return the sides of A = B = C; nothing of what is no equation."""
+    if node.kind == "eq":
+        return list(node.args)
+    if node.kind != "and" or node.value != CHAIN or any(arg.kind != "eq" for arg in node.args):
+        return []
+    return [node.args[0].args[0], *(arg.args[1] for arg in node.args)]
 
 
 def replaced(node: Node, name: str, new: Node) -> Node:
@@ -128,7 +141,7 @@ def refuse_statements(node: Node) -> None:
 
 def no_scalar(node: Node) -> ReadError:
     """Return the error that a node is no part of a single expression."""
-    instead = "; write what is asked alone" if node.kind in ("eq", "and") else ""
+    instead = "; write what is asked alone" if node.kind in ("eq", "and", "or", "in") else ""
     return ReadError(f"{_SAID.get(node.kind, node.kind)} stands where a single expression is due{instead}")
 
 

@@ -236,6 +236,9 @@ NAMED_VECTORS = (
     ("planar-2r/0@chapter", "joint-axes", "z0 = [0, 0, 1], z1 = [0, 0, 1]"),
     ("planar-2r/0@chapter@modified-dh", "joint-axes", "z_2: [0, 0, 1]; z_1: [0, 0, 1]"),
     ("planar-2r/0@chapter@screws", "joint-axes", "omega_2 = [0, 0, 1], omega_1 = [0, 0, 1]"),
+    ("scara/23@chapter", "joint-axes", "z0 = z1 = (0,0,1)^T, z2 = z3 = (0,0,-1)^T"),
+    ("elbow-3r/5@zeros", "joint-axes", "z0 = (0, 0, 1), z1 = z2 = (cos(θ1+45°), sin(θ1+45°), 0)"),
+    ("planar-2r/15@lengths@screws", "home-screws", "S1 = (0,0,1,0,0,0), S2 = (0,0,1,0,-a1,0)"),
     ("planar-2r/0@chapter@screws", "space-twist", "v = [a1 qd2 s1, -a1 qd2 c1, 0], ω = [0, 0, qd1 + qd2]"),
 )  # fmt: skip
 
@@ -248,13 +251,20 @@ def test_vectors_stand_for_columns_and_halves_by_their_names_in_every_convention
     assert judge(problem, problem[question], text, "seed").outcome is Outcome.CORRECT
 
 
-@pytest.mark.parametrize("unit", ["m^3", "m³", "m^(3)", "[m^3]", r"\,\mathrm{m}^3"])
+@pytest.mark.parametrize("unit", ["m^3", "m³", "m^(3)", "[m^3]", "(m³)", r"\,\mathrm{m}^3"])
 def test_cubic_metres_are_the_unit_of_a_determinant_of_three_linear_rows(unit: str) -> None:
     for family, is_right in (("elbow-3r", True), ("planar-2r", False)):
         problem = generate(ProblemId(family, 0, ("determinant",)))
         part = problem["determinant"]
         given = read_answer(problem, part, f"{part.answer.as_typed()} {unit}")
         assert (given.refusal is None) == is_right and (is_right or "m^2 is due" in str(given.refusal))
+
+
+def test_many_conditions_for_many_values_of_a_whole_number_are_refused() -> None:
+    problem = generate("planar-2r/0", ["singular-angles"])
+    text = "theta2 = k*pi, " * 5000 + "k = 0" + ", 0" * 5000
+    given = read_answer(problem, problem["singular-angles"], text)
+    assert given.refusal is not None and "the conditions are too long" in given.refusal.reason
 
 
 @pytest.mark.parametrize("text", ["[1e999, 0]", "1e999 0", "[[1e999], [0]]", "(1, 1e999)"])

@@ -77,7 +77,7 @@ _WORDS = """
     Matrix diag Union ImageSet Lambda FiniteSet Eq Or And Rational Float Pow Tuple Derivative theta1.diff (t)
     \\frac \\dfrac12 \\sqrt \\sqrt[3] \\sin \\cos^2 \\theta_1 \\dot \\dot{\\theta}_1 \\left( \\right) \\cdot \\pi
     \\in \\lor \\begin{bmatrix} \\end{bmatrix} \\begin{array}{cc} \\\\ & \\mathrm{m} \\text \\{ \\} $ $$ \\( \\)
-    + - * / ** ^ ( ) [ ] { } , : = == ; . & | # ' ° ½ ² ⁻¹ · × − ÷ … ₁ ′
+    + - * / ** ^ ( ) [ ] { } , : = == ; . & | % => ⇒ # ' ° ½ ² ⁻¹ · × − ÷ … ₁ ′
     0 1 2 3 12 180 0.5 .5 1. 1,5 1e3 1e-400 9e399 0.1000000000000000055511151231257827 3.14159265358979 9^9^9 1000 007
     rad deg cm mm m/s N*m in and or ∈
     ٣ １ 𝟙 ५ Ａ１ ⅕ ㎧ ﷺ ª İ

@@ -212,6 +212,11 @@ SETS = (
     "theta3 = k*pi", "ImageSet(Lambda(_n, pi*_n), Integers)", "theta2 = 2*k*pi or theta2 = pi + 2*k*pi",
     "abs(cos(theta2)) = 1", "theta3 = 0, pi", "cos(theta2) = 1, cos(theta2) = -1",
     "theta1 = theta2 and sin(theta2) = 0", "d2 = 0", "d3 = 0", "theta2 = -pi, 0, pi", "blank", "[0, blank]", "theta2",
+    "det J = 0 => sin(theta2) = 0 => theta2 = 0, pi", "det J = a1*a2*s2 = 0", "theta2 = k*pi, k = 0, ±1, …",
+    "theta2 = 0 theta2 = pi", "theta1 in R, theta2 = 0, pi", "theta2 = k*pi, k = 0, 1", "k = 0, theta2 = k*pi",
+    "θ2 ∈ {kπ | k ∈ ℤ}", "theta2%pi == 0",
+    "(theta1, 0), (theta1, pi)",
+    "(theta2, 0), (theta2, pi)", "all theta1, theta2 = 0 or pi", "theta1 = 0 or theta2 = 0, pi", "[det J = 0]",
     "theta2 = [0, 180]", "theta2 = 0 and theta1 = 0", "a1 + a2*cos(theta2) = 0", "sqrt(sin(theta2)^2) = 0",
     "tan(theta2) = 0", "theta2 = k", "hello world", "theta2 = 355/113",
 )  # fmt: skip
@@ -236,7 +241,9 @@ DECIMALS = (
 ANYTHING = (
     "0", "1", "-1", "hello world", "a1", "x", "[0, 0]", "[[1, 0], [0, 1]]", "nan", "", " ", "blank", "...", "I",
     "1/0", "[blank, 1]", "det(J) = 1", "0,5", "2,0", "２,０", "a1²,3", "30 deg", "{qd1: 1, qd2: 2}",
-    "qd1 = 1, qd2 = 2", "constructor", "toString",
+    "qd1 = 1, qd2 = 2", "qd1=1 qd2=2,5", "qd1 = qd2 = 1", "z0 = z1 = (0, 0, 1)", "J1 = (1, 0), J2 = (0, 1)",
+    "S1 = (0,0,1), S2 = (1,0,0)", "x(q) = a1, y(q) = 0", "det J = J11*J22 - J12*J21 = a1", "0.5 rad / s, 1 m/s",
+    "x = a1 \\\\ y = a2", "|J| = a1 = a2", "J = a1*a2 = 0", "x_P = 1, y_P = 2", "constructor", "toString",
 )  # fmt: skip
 
 MORE = (

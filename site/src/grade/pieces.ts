@@ -103,11 +103,16 @@ function alternatives(tree: Node, joints: ReadonlySet<string>): Piece[] {
     const saysMore =
       [...namesIn(arg)].some((each) => joints.has(each)) || /^(eq|in|and|or|dict)$/.test(arg.kind);
     if (saysMore) {
-      const own = arg.kind === "eq" || arg.kind === "in" ? (arg.args[0] as Node) : arg;
+      let last = arg;
+      while (last.kind === "or") last = last.args.at(-1) as Node;
+      const own = last.kind === "eq" || last.kind === "in" ? (last.args[0] as Node) : last;
       joint = own.kind === "name" && joints.has(own.text) ? own : null;
       const [, other] = tree.args;
       const isLabel = joint && arg.kind === "name" && tree.args.length === 2 && arg === tree.args[0];
       const goesOn = other !== undefined && [...namesIn(other)].some((each) => joints.has(each));
+      const [first = "", second = ""] = joints;
+      if (isLabel && joints.size === 2 && arg.text === first && !["list", "set"].includes(other?.kind ?? ""))
+        throw new ReadError("read.pair", { first, second });
       if (!isLabel || goesOn) found.push(...pieces(arg, joints));
     } else if (joint) {
       found.push(...assigned(joint, arg, joints));

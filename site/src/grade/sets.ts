@@ -7,8 +7,21 @@ import type { ConfigurationsKey } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
 import { withPoints } from "../read/points.js";
 import { read } from "../read/reader.js";
-import { hasBlank, integer, name, namesIn, type Node, node, ReadError } from "../read/tree.js";
-import { VOCABULARY } from "../read/vocabulary.js";
+import { sizeOf } from "../read/products.js";
+import {
+  anyNode,
+  CHAIN,
+  chainOf,
+  hasBlank,
+  integer,
+  name,
+  namesIn,
+  type Node,
+  node,
+  ReadError,
+  replaced,
+} from "../read/tree.js";
+import { LIMITS, VOCABULARY } from "../read/vocabulary.js";
 import { message } from "../text/text.js";
 import { type Atom, claimedPieces, isTied, type Piece } from "./pieces.js";
 import { falseConditions, shareOfSet } from "./credit.js";
@@ -59,7 +72,7 @@ export function judgeSet(
   try {
     const tree = read(answer, new Set(key.symbols));
     if (isBlank(tree)) return missing();
-    const said = withoutBlanks(tree);
+    const said = withoutBlanks(counted(tree));
     const refused = unclear(answer, said, key);
     if (refused) return refused;
     const poses = posesOf(key, said);
@@ -85,21 +98,52 @@ function posesOf(key: ConfigurationsKey, tree: Node): readonly (readonly At[])[]
     );
 }
 
-/** Conditions without the places that were left blank, and without the dots behind 0, pi, 2*pi, … */
+/**
+ * Conditions with the values put in that a whole number is said to have, as in theta2 = k*pi, k = 0, 1. With dots behind
+ * them, as in k = 0, 1, 2, …, it is any whole number.
+ */
+function counted(tree: Node): Node {
+  const at = tree.kind === "list" ? tree.args.findIndex(isWholeNumber) : 0;
+  const behind = tree.args.slice(at + 1);
+  const isMore = ({ kind }: Node): boolean => ["eq", "in", "and", "or", "dict", "list"].includes(kind);
+  if (at <= 0 || behind.some(isMore)) return tree;
+  const [whole, listed] = (tree.args[at] as Node).args as readonly [Node, Node];
+  const values = [...(listed.kind === "list" || listed.kind === "set" ? listed.args : [listed]), ...behind];
+  const rest = node("list", ...tree.args.slice(0, at));
+  if (values.some(hasBlank)) return rest;
+  const flat = values.flatMap((value) => (value.kind === "set" ? value.args : [value]));
+  if (sizeOf(rest, Infinity) * flat.length > LIMITS.worked_out) throw new ReadError("read.many-cases");
+  return node("list", ...flat.flatMap((value) => replaced(rest, whole.text, value).args));
+}
+
+/** Whether the values of a whole number are listed, as in k = 0, 1 or k in {0, 1}. */
+function isWholeNumber({ kind, args: [left, right] }: Node): boolean {
+  return (
+    (kind === "eq" || kind === "in") &&
+    VOCABULARY.whole_numbers.includes(left?.text ?? "") &&
+    right?.kind !== "name"
+  );
+}
+
+/** Conditions without what says nothing: blanks, dots behind 0, pi, 2*pi, …, det J = 0, k in Z. */
 function withoutBlanks(tree: Node): Node {
   const [left, right] = tree.args;
   const isList = ({ kind }: Node) => kind === "list" || kind === "set";
   if (["eq", "in", "pair"].includes(tree.kind) && left && right && isList(right))
     return node(tree.kind, left, withoutBlanks(right));
-  const kept = tree.args.filter((arg) => !saysNothing(arg));
-  if (tree.kind === "and") return kept.length === 1 ? (kept[0] as Node) : tree;
-  if (!isList(tree)) return tree;
-  return node(tree.kind, ...kept.map(withoutBlanks));
+  if (!["and", "or", "list", "set"].includes(tree.kind)) return tree;
+  const saying = tree.args.filter((arg) => !saysNothing(arg));
+  const kept = saying.length > 0 ? saying : tree.args;
+  if (!isList(tree) && kept.length === 1) return withoutBlanks(kept[0] as Node);
+  return { ...tree, args: tree.kind === "and" ? kept : kept.map(withoutBlanks) };
 }
 
-/** Whether an entry was left blank, or only says that k is a whole number. */
+/** Whether an entry was left blank, or only says that k is a whole number, or that det J is asked or zero. */
 function saysNothing(tree: Node): boolean {
   const [left, right] = tree.args;
+  const called = tree.kind === "eq" && left ? [...namesIn(left)] : [];
+  if (called.length > 0 && called.every((each) => VOCABULARY.determinant.includes(each))) return true;
+  if (tree.kind === "in" && VOCABULARY.number_sets.includes(right?.text ?? "")) return true;
   if (tree.kind === "in" && VOCABULARY.whole_numbers.includes(left?.text ?? ""))
     return VOCABULARY.whole_number_sets.includes(right?.text ?? "");
   const isSeveral =
@@ -121,11 +165,22 @@ function unclear(answer: string, tree: Node, key: ConfigurationsKey): Verdict | 
       known: key.symbols.join(", "),
     });
   if (withPoints(answer) !== answer) return wrong("read.comma");
+  if (hasProductInChain(tree, key.joints)) return wrong("read.chain");
   const several = ["list", "set", "or"].includes(tree.kind) ? tree.args : [tree];
   const isBare = (each: Node) =>
     ["+", "-", "*", "/", "^", "neg", "call"].includes(each.kind) &&
     key.joints.some((one) => namesIn(each).has(one));
   return several.some(isBare) ? wrong("read.bare-condition", { joint }) : null;
+}
+
+/** Whether a product with a joint stands between two signs of equality: the joint may begin a condition of its own. */
+function hasProductInChain(tree: Node, joints: readonly string[]): boolean {
+  const isOpen = ({ kind, args: [, last] }: Node): boolean =>
+    kind === "*" && last?.kind === "name" && joints.includes(last.text);
+  return anyNode(
+    tree,
+    (each) => each.kind === "and" && each.text === CHAIN && chainOf(each).slice(1, -1).some(isOpen),
+  );
 }
 
 /** Bare values, as in {0, pi}, given to the joint that they must mean. Throws ReadError where that is not clear. */

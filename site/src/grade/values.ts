@@ -8,6 +8,8 @@ import { tableText } from "../read/tables.js";
 import {
   anyNode,
   asMatrix,
+  CHAIN,
+  chainOf,
   digitsOfDecimals,
   hasBlank,
   namesIn,
@@ -15,7 +17,7 @@ import {
   node,
   ReadError,
 } from "../read/tree.js";
-import { table, VOCABULARY } from "../read/vocabulary.js";
+import { table, VOCABULARY, whole } from "../read/vocabulary.js";
 import { inDigits, message, said, type Message } from "../text/text.js";
 import type { TextKey } from "../text/en.js";
 import { shareButForFactor, shareOfEntries } from "./credit.js";
@@ -120,27 +122,62 @@ export function matrixOf(
   { rows, columns }: Pick<ValuesKey, "rows" | "columns">,
   vectors: readonly string[] = [],
 ): Node[][] {
-  const tree = rightSide(typed, known);
+  const tree = rightSide(spread(typed, [...labels, ...vectors]), known);
   const isOrdered = ({ kind }: Node) => ["eq", "pair", "set", "list"].includes(kind);
   if (tree.kind === "set" && tree.args.length > 1 && !tree.args.some(isOrdered))
     throw new ReadError("read.no-order");
-  return asMatrix(ofVectors(tree, labels, vectors) ?? unlabelled(tree, labels, rows, columns));
+  return asMatrix(
+    ofVectors(tree, labels, vectors, { rows, columns }) ?? unlabelled(tree, labels, rows, columns),
+  );
 }
 
 /** The matrix of v = […], ω = […] or of z0 = […], z1 = […], which may come in any order; null for anything else. */
-function ofVectors({ kind, args }: Node, labels: readonly string[], columns: readonly string[]): Node | null {
-  if (!["dict", "list", "set", "and"].includes(kind) || !args.every(isNamed)) return null;
+function ofVectors(
+  { kind, args }: Node,
+  labels: readonly string[],
+  vectors: readonly string[],
+  { rows: count, columns: across }: Pick<ValuesKey, "rows" | "columns">,
+): Node | null {
+  if (!["dict", "list", "set", "and"].includes(kind) || !args.every(nameBefore)) return null;
+  const first = args[0] ? labelOf(nameBefore(args[0])).slice(0, 1) : "";
+  const isCounted = vectors.length === 0 && across > 1 && (first === "j" || first === "s"); // J1, J2 or S1, S2
+  const columns = isCounted ? Array.from({ length: across }, (_, i) => `${first}${i + 1}`) : vectors;
   const called = labels.map(labelOf);
   const halves = [COMPONENTS, [...COMPONENTS.slice(3), ...COMPONENTS.slice(0, 3)]];
   const isTwist = halves.some((each) => each.join() === called.join());
   const due = isTwist ? [0, 3].map((i) => (called[i] as string)[0] as string) : columns.map(labelOf);
-  const said = new Map(args.map((arg) => [labelOf(arg.args[0]?.text ?? ""), vectorOf(arg.args[1] as Node)]));
-  const vectors = due.map((name) => said.get(name) ?? []);
+  const said = new Map(args.map((arg) => [labelOf(nameBefore(arg)), vectorOf(arg.args[1] as Node)]));
+  const found = due.map((name) => said.get(name) ?? []);
   const isAll = due.length > 0 && args.length === due.length && said.size === due.length;
-  if (!isAll || vectors.some(({ length }) => length !== LINEAR.length)) return null;
-  if (isTwist) return node("list", ...vectors.flat());
-  const rows = LINEAR.map((_, row) => vectors.map((vector) => vector[row] as Node));
+  if (!isAll || found.some(({ length }) => length * (isTwist ? 2 : 1) !== count)) return null;
+  if (isTwist) return node("list", ...found.flat());
+  const rows = Array.from({ length: count }, (_, row) => found.map((vector) => vector[row] as Node));
   return node("list", ...rows.map((row) => node("list", ...row)));
+}
+
+/** z0 = z1 = a, of names that are `due`, as z0 = a, z1 = a, also in a list. */
+function spread(tree: Node, due: readonly string[]): Node {
+  if (!["and", "list", "set"].includes(tree.kind)) return tree;
+  const called = due.map(labelOf);
+  const isChain = tree.kind === "and" && tree.text === CHAIN;
+  const found = (isChain ? [tree] : tree.args).flatMap((each) => {
+    const sides = chainOf(each);
+    const left = sides.slice(0, -1);
+    const isDue = ({ kind, text }: Node): boolean => kind === "name" && called.includes(labelOf(text));
+    return left.length > 0 && left.every(isDue)
+      ? left.map((one) => node("eq", one, sides.at(-1) as Node))
+      : [each];
+  });
+  return isChain && found.length === 1 ? tree : node(tree.kind, ...found);
+}
+
+/** The name before an entry; S1 before one is no sine. Nothing where there is none. */
+function nameBefore(tree: Node): string {
+  if (tree.kind !== "pair" && tree.kind !== "eq") return "";
+  const [{ kind, text, args }] = tree.args as readonly [Node];
+  const [angle] = args;
+  if (kind === "call" && text === "sin" && angle?.kind === "name") return angle.text.replaceAll("theta", "s");
+  return isNamed(tree) ? text : "";
 }
 
 /** The entries of a row or column; nothing of what is none. */
@@ -505,9 +542,13 @@ function complexText({ re, im, size }: Value): string {
 /** What J is from "J = …", "… = J" or "det: …": of a name of the student's own, or the only one of `labels`. */
 export function rightSide(typed: Node, known: ReadonlySet<string>, labels: readonly string[] = []): Node {
   const tree = typed.kind === "dict" && typed.args.length === 1 ? (typed.args[0] as Node) : typed;
-  const [left, right] = tree.args;
-  if ((tree.kind !== "eq" && tree.kind !== "pair") || !left || !right) return typed;
-  const isOwn = (name: Node) => isCalled(name) && ![...namesIn(name)].some((each) => known.has(each));
+  const sides = tree.kind === "pair" ? tree.args : chainOf(tree); // det J = J11*J22 - J12*J21 = …
+  const [left, right] = [sides[0], sides.at(-1)];
+  const isOfSymbols = (side: Node) => [...namesIn(side)].some((each) => known.has(each));
+  // det J = a1*a2*sin(theta2) = 0
+  if (!left || !right || (namesIn(right).size === 0 && sides.slice(1, -1).some(isOfSymbols))) return typed;
+  const isOwn = (name: Node) =>
+    (isCalled(name) || isOfEntries(name)) && ![...namesIn(name)].some((each) => known.has(each));
   const isAsked = (name: Node) =>
     name.kind === "name" && labels.length === 1 && labelOf(name.text) === labelOf(labels[0] as string);
   if (isOwn(left) || isAsked(left)) return right;
@@ -530,9 +571,15 @@ function otherComponent(typed: Node, labels: readonly string[]): string {
   return COMPONENTS.includes(name) && name !== labelOf(label) ? left.text : "";
 }
 
-/** Whether words stand there, dx/dq, or the power of a name: The determinant, J^-1. */
+/** Whether a formula is one of entries of the Jacobian, J11*J22 - J12*J21. */
+function isOfEntries(tree: Node): boolean {
+  const called = [...namesIn(tree)];
+  return called.length > 0 && called.every((each) => /^[jJ]_?[1-6]{2}$/.test(each));
+}
+
+/** Whether words stand there, dx/dq, |J|, or the power of a name: The determinant, J^-1. */
 function isCalled(tree: Node): boolean {
-  let top = tree;
+  let top = tree.kind === "call" && tree.text === "abs" ? (tree.args[0] as Node) : tree;
   while ((top.kind === "*" || top.kind === "/") && top.args[1]?.kind === "name") top = top.args[0] as Node;
   return top.kind === "name" || (top.kind === "^" && top.args[0]?.kind === "name");
 }
@@ -590,6 +637,7 @@ function once(tree: Node): Node {
 }
 
 const VELOCITIES = table(VOCABULARY.velocities);
+const POINT_OF_ENTRY = whole("point_of_entry");
 
 /** The name of an entry as it is compared: of P_x, p_x, px and x the last; v_x and x_dot are vx, ω_x is wx. */
 export function labelOf(name: string): string {
@@ -597,7 +645,8 @@ export function labelOf(name: string): string {
   let plain = VELOCITIES.get(joined) ?? joined;
   for (const [spelled, letter] of Object.entries(VOCABULARY.spelled))
     plain = plain.replaceAll(spelled, letter);
-  return plain.length > 1 && plain.startsWith("p") ? plain.slice(1) : plain;
+  const entry = POINT_OF_ENTRY.exec(plain)?.[1];
+  return entry ?? (plain.length > 1 && plain.startsWith("p") ? plain.slice(1) : plain);
 }
 
 export function isBlank(tree: Node): boolean {

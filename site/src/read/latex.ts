@@ -8,6 +8,7 @@ const { latex } = VOCABULARY;
 const WORDS = table(latex.words);
 const RATES = table(latex.rates);
 const VELOCITIES = new Map(Object.entries(latex.velocities).map(([dot, of]) => [dot, table<string>(of)]));
+const GOES_ON = new Set(["", "=", "+", "-", "*", "/", ")", "]", ...latex.row_ends]);
 const SUM_OF_DIGITS = whole("sum_of_digits");
 const HEIGHT = compiled(`^${VOCABULARY.patterns.height_of_row}`);
 
@@ -46,7 +47,17 @@ class Walk {
     }
     if (found === "_") return this.subscript();
     if (found === "^") return `^(${this.argument()})`;
+    if (found === "&" || latex.row_ends.includes(found)) return this.between(found);
     return found.startsWith("\\") && found.length > 1 ? this.command(found.slice(1)) : found;
+  }
+
+  /** What stands between two statements for \\\\, or nothing where the next line goes on, as in & = b. */
+  private between(sign: string): string {
+    const isGap = (found: string): boolean =>
+      isSpace(found[0]) || found === "&" || (found.length > 1 && latex.spaces.includes(found.slice(1)));
+    while (isGap(this.peek())) this.at += 1;
+    if (GOES_ON.has(this.peek()) || this.peek() === "\\end") return " ";
+    return sign === "&" ? " & " : "; ";
   }
 
   /** What stands below: 12 of {1,2} and of {1+2}; of \theta_1+\theta_2 the sum in brackets. */
@@ -94,6 +105,10 @@ class Walk {
       return ` ${velocity ?? rate + (/[0-9]*$/.exec(of)?.[0] ?? "")}`;
     }
     if (name === "begin") return this.matrix();
+    if (name === "end") {
+      this.argument();
+      return " ";
+    }
     if (latex.matrices.includes(name) && this.peek() === "{") {
       this.at += 1;
       return this.rows("}");
@@ -112,7 +127,7 @@ class Walk {
   /** The rows of \begin{matrix} … \end{matrix} as nested lists. */
   private matrix(): string {
     const kind = this.argument();
-    if (!latex.matrices.includes(kind)) return "";
+    if (!latex.matrices.includes(kind)) return " ";
     if (latex.with_columns.includes(kind) && this.peek() === "{") this.argument();
     const text = this.rows("\\end");
     this.argument();

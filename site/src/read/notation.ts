@@ -24,8 +24,16 @@ const END = pattern("end");
 
 const { whole_numbers: WHOLE, before_whole_numbers: BEFORE_WHOLE } = VOCABULARY;
 const UNITS = table(VOCABULARY.units);
-const UNIT_NAMES = [...UNITS.keys()].sort((a, b) => b.length - a.length).map(literally);
-const UNIT_AT_END = compiled(`${VOCABULARY.patterns.before_unit}(${UNIT_NAMES.join("|")})$`);
+/** What finds any of these units, also with blanks around its stroke, as in rad / s. */
+const unitsPattern = (units: readonly string[]): string =>
+  [...units]
+    .sort((a, b) => b.length - a.length)
+    .map((unit) => literally(unit).replace("\\/", " ?/ ?"))
+    .join("|");
+/** A unit as the vocabulary has it. */
+const unitOf = (found: string): string => found.replace(" /", "/").replace("/ ", "/");
+const UNIT_NAMES = unitsPattern([...UNITS.keys()]);
+const UNIT_AT_END = compiled(`${VOCABULARY.patterns.before_unit}(${UNIT_NAMES})$`);
 
 /**
  * What stands before the result, a unit in brackets behind it, degrees inside it, roots by their sign; each with what
@@ -96,23 +104,22 @@ export function plain(answer: string, known: ReadonlySet<string>): string {
 }
 
 const NUMBER_IN_UNIT = compiled(
-  `${VOCABULARY.patterns.number_in_unit}(${UNIT_NAMES.join("|")})${VOCABULARY.patterns.behind_unit}`,
+  `${VOCABULARY.patterns.number_in_unit}(${UNIT_NAMES})${VOCABULARY.patterns.behind_unit}`,
   "g",
 );
 
 /** A text without the units of its numbers, as in 0.5 rad/s, 30 cm; those of m are left to the grammar. */
 export function withoutUnits(text: string, known: ReadonlySet<string>): string {
-  return text.replace(NUMBER_IN_UNIT, (found: string, number: string, unit: string) =>
-    known.has(unit) || WHOLE.includes(unit) ? found : number + (UNITS.get(unit) ?? ""),
-  );
+  return text.replace(NUMBER_IN_UNIT, (found: string, number: string, written: string) => {
+    const unit = unitOf(written);
+    return known.has(unit) || WHOLE.includes(unit) ? found : number + (UNITS.get(unit) ?? "");
+  });
 }
 
-const OF_NUMBERS = [...UNITS.keys(), ...VOCABULARY.degrees]
-  .sort((a, b) => b.length - a.length)
-  .map(literally);
+const OF_NUMBERS = unitsPattern([...UNITS.keys(), ...VOCABULARY.degrees]);
 const NAMED_IN_UNIT = compiled(
   `${VOCABULARY.patterns.name_of_number}${VOCABULARY.patterns.number_in_unit}` +
-    `((?:${OF_NUMBERS.join("|")}))${VOCABULARY.patterns.behind_unit}`,
+    `(${OF_NUMBERS})${VOCABULARY.patterns.behind_unit}`,
   "g",
 );
 
@@ -120,7 +127,7 @@ const NAMED_IN_UNIT = compiled(
 export function unitsOfNumbers(text: string): { name: string; unit: string; start: number }[] {
   return [...text.matchAll(NAMED_IN_UNIT)].map((found) => ({
     name: found[1] ?? "",
-    unit: found[3] as string,
+    unit: unitOf(found[3] as string),
     start: found.index,
   }));
 }
@@ -161,8 +168,8 @@ function ofJoints(answer: string, known: ReadonlySet<string>): string {
 
 function withoutUnit(text: string, known: ReadonlySet<string>): string {
   const found = UNIT_AT_END.exec(text);
-  const unit = found?.[1];
-  if (!found || unit === undefined || known.has(unit)) return text;
+  const unit = unitOf(found?.[1] ?? "");
+  if (!found || known.has(unit)) return text;
   const factor = UNITS.get(unit) ?? "";
   const rest = text.slice(0, found.index);
   // A list can't be scaled, and in theta2 = pi*m the m is any whole number.

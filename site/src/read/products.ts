@@ -39,7 +39,7 @@ export function carriedOut(tree: Node): Node {
 }
 
 /** How many nodes a tree has, counted no further than `most`. */
-function sizeOf(tree: Node, most: number): number {
+export function sizeOf(tree: Node, most: number): number {
   let count = 0;
   const stack = [tree];
   for (let top = stack.pop(); top && count < most; top = stack.pop()) {

@@ -9,6 +9,7 @@ import { carriedOut } from "./products.js";
 import { type Token, tokensOf } from "./tokens.js";
 import {
   call,
+  CHAIN,
   integer,
   type Kind,
   name,
@@ -40,6 +41,10 @@ const UNITS = table(VOCABULARY.units);
 /** What follows a name that is a factor, and no unit at the end of a product. */
 const GO_ON = new Set(["*", "/", "^", "**", "("]);
 
+/** What a factor in bars can't hold, and what can't begin an alternative behind its second bar. */
+const NO_FACTOR = new Set(["=", "==", ",", ";", ":", "&"]);
+const ENDS_FACTOR = new Set(["*", "/", "^", "**", "=", "==", ")", "]", "}", ",", ";"]);
+const BEFORE_STATEMENT = new Set([",", ";", "and", "&", "or", "[", "(", "{"]);
 /** Words behind a comma that say no more than the comma; entries of a vector are no alternatives. */
 const BETWEEN_ENTRIES = new Set(["and", "&"]);
 const BETWEEN_CONDITIONS = new Set(["and", "&", "or", "|"]);
@@ -63,6 +68,8 @@ class Parser {
   private withoutBrackets = -1;
   /** The product that was read last of names without a space between, and in no bracket. */
   private withoutSpace: Node | null = null;
+  /** Whether the next bar ends an absolute value. */
+  private inBars = false;
   /** Whether functions have square brackets, as in Mathematica, where {a, b} is a list. */
   private bracesAreLists = false;
 
@@ -290,7 +297,7 @@ class Parser {
     while (this.take("=", "==")) sides.push(this.values());
     if (sides.length > 2 && sides[0]?.kind === "name" && sides[1]?.kind === "list") sides.shift(); // P = [x; y] = […]
     const equations = sides.slice(1).map((right, i) => node("eq", sides[i] as Node, right));
-    if (equations.length > 1) return node("and", ...equations); // theta1 = theta2 = 0
+    if (equations.length > 1) return { ...node("and", ...equations), text: CHAIN }; // theta1 = theta2 = 0
     return equations[0] ?? first;
   }
 
@@ -315,6 +322,8 @@ class Parser {
     const bracket = this.peek() === "(" && MODULO.has(this.textAt(1));
     if (!bracket && !MODULO.has(this.peek())) return value;
     this.at += bracket ? 2 : 1;
+    const isNumber = ["end", "op"].includes(this.here().kind) && this.peek() !== "(";
+    if (this.textAt(-1) === "%" && isNumber) throw this.fail("read.percent");
     const step = node("*", name(VOCABULARY.whole_numbers[0] as string), this.sum());
     if (bracket) this.expect(")");
     const several = value.kind === "list" || value.kind === "set";
@@ -377,7 +386,8 @@ class Parser {
         this.at += 1;
       } else if (this.at === below && this.here().kind === "name" && !WORDS.has(this.peek())) {
         throw this.fail("read.below", { name: this.textAt(-1), next: this.peek() });
-      } else if (this.peek() === "[" && this.isRowBelow(top)) top = this.withRow(top);
+      } else if (this.peek() === "|" && this.isBarOfFactor()) top = node("*", top, this.power());
+      else if (this.peek() === "[" && this.isRowBelow(top)) top = this.withRow(top);
       else if (this.startsFactor()) top = node("*", top, this.factor());
       else return top;
     }
@@ -409,6 +419,32 @@ class Parser {
       throw this.fail("read.no-entry");
     }
     return found;
+  }
+
+  /** Whether a factor in bars begins here, as in a1|s2|, and no alternative behind a bar, as in 0 | pi. */
+  private isBarOfFactor(): boolean {
+    if (this.inBars) return false;
+    let depth = 0;
+    let symbols = false;
+    let at = this.at + 1;
+    for (; ; at += 1) {
+      const { kind, text } = this.tokens[at] as Token;
+      if (kind === "end" || (text === "|" && depth === 0)) break;
+      depth += deeperBy(this.tokens[at] as Token);
+      if (depth < 0 || (depth === 0 && (NO_FACTOR.has(text) || WORDS.has(text)))) return false;
+      symbols ||=
+        kind === "name" && !VOCABULARY.before_whole_numbers.some((constant) => text.startsWith(constant));
+    }
+    const [bar, first, last, close] = [
+      this.here(),
+      this.tokens[this.at + 1],
+      this.tokens[at - 1],
+      this.tokens[at],
+    ];
+    if (!first || !last || close?.kind === "end" || !symbols) return false;
+    const isTight = first.at === bar.at + 1 && last.at + last.text.length === close?.at;
+    const behind = this.tokens[at + 1] as Token;
+    return isTight || behind.kind === "end" || ENDS_FACTOR.has(behind.text);
   }
 
   /** Whether a list is a row, or several, with another below it, as calculators write [a, b][c, d]. */
@@ -506,13 +542,19 @@ class Parser {
 
   /** |a1*sin(theta2)| to its second bar; the bar between two conditions is an "or". */
   private absolute(): Node {
+    const outer = this.inBars;
+    this.inBars = true;
     const inner = this.sum();
+    this.inBars = outer;
     this.expect("|");
     return call("abs", inner);
   }
 
   private bracketed(close: string, kind: "group" | "list" | "set"): Node {
+    const outer = this.inBars;
+    this.inBars = false;
     const { rows, comma } = this.rows(close);
+    this.inBars = outer;
     this.withoutSpace = null;
     const inLine = close !== "]" && rows.every((row) => row.length === 1); // (a; b), {0; pi}
     if (rows.length > 1 && inLine && kind !== "list") return node("list", ...rows.flat());
@@ -554,7 +596,8 @@ class Parser {
     const pieces = this.piecesOf(raw);
     const one = pieces.length === 1 && pieces[0]?.kind === "name" ? pieces[0].parts[0] : undefined;
     if (opens && one && !this.known.has(own) && !this.known.has(one) && !BEFORE_BRACKETS.has(one)) {
-      const behind = this.at === 1 ? this.behindBracket() : 0;
+      const isFirst = this.at === 1 || BEFORE_STATEMENT.has(this.textAt(-2));
+      const behind = isFirst ? this.behindBracket() : 0;
       if (this.tokens[behind]?.text === "=") {
         this.at = behind; // J(q) = …
         return name(one);

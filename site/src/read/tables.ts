@@ -15,6 +15,7 @@ const COMMA = pattern("comma_of_list");
 const POINT = pattern("comma_of_number", "g");
 const BETWEEN = pattern("between_numbers");
 const NUMBER = whole("decimal_with_comma");
+const NAMED = pattern("named_number", "y");
 const FACTORS = ["", ...new Set(Object.values(VOCABULARY.units))];
 /** Characters of a table that is read. */
 const MOST = 4000;
@@ -73,10 +74,23 @@ export function numbersText(text: string, count: number): string | null {
   let inner = stripped(withoutUnits(text, new Set()));
   const ends = inner.slice(0, 1) + inner.slice(-1);
   if (ends === "()" || ends === "[]" || (ends === "{}" && inner.includes(";"))) inner = inner.slice(1, -1);
+  const named = namedNumbers(inner);
+  if (named.length > 0) return named.length === count ? `[${named.join(", ")}]` : null;
   const entries = inner.split(BETWEEN).map(stripped);
   if (entries.length === count && entries.every(isNumber))
     return `[${entries.map((entry) => entry.replace(",", ".")).join(", ")}]`;
   return tableText(text, count, 1);
+}
+
+/** Numbers that have names, as in x = 0,5 and y = 1, one by one; nothing where anything else is there. */
+function namedNumbers(text: string): readonly string[] {
+  const found: string[] = [];
+  for (NAMED.lastIndex = 0; NAMED.lastIndex < text.length;) {
+    const one = NAMED.exec(text);
+    if (!one) return [];
+    found.push(`${one[1]} = ${one[2]?.replace(",", ".")}`);
+  }
+  return found;
 }
 
 /** Whether a number stands there, alone or times what its unit is worth. */

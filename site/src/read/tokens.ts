@@ -14,7 +14,7 @@ export interface Token {
 }
 
 /** Signs that stand for themselves, whatever follows, and those that do unless they stand twice. */
-const ALONE = new Set("+-/^()[]{},:;&|±");
+const ALONE = new Set("+-/%^()[]{},:;&|±");
 const TWICE = new Set("*=");
 
 /** The tokens of a text, the last of kind "end". Throws ReadError for signs that mean nothing, and brackets too deep. */

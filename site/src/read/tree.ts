@@ -82,6 +82,16 @@ export function integer(value: number, text = String(value)): Node {
   return { kind: "number", args: NO_ARGS, text, value, digits: 0 };
 }
 
+/** The text of an "and" of equations that were written in one, A = B = C. */
+export const CHAIN = "=";
+
+/** The sides of A = B = C; nothing of what is no equation. */
+export function chainOf({ kind, args, text }: Node): readonly Node[] {
+  if (kind === "eq") return args;
+  if (kind !== "and" || text !== CHAIN || args.some((arg) => arg.kind !== "eq")) return [];
+  return [args[0]?.args[0] as Node, ...args.map((arg) => arg.args[1] as Node)];
+}
+
 /** The tree with another tree put for a name. */
 export function replaced(tree: Node, old: string, put: Node): Node {
   const done: Node[] = [];

@@ -38,6 +38,10 @@ export const en = {
     "the function '{name}' is not understood; write the formula with sin, cos, tan, sqrt, exp, atan2,",
   "read.alone": "{joint} stands alone; say what it is, as in {joint} = pi/3",
   "read.no-joint": "a value stands there without a joint; write it as in theta1 = pi/3",
+  "read.chain":
+    "A product between two signs = may mean two things; put a comma or 'and' between two conditions.",
+  "read.pair":
+    "a pair may be a joint and its value, or the values of {first} and {second}; write {first} = 0 or {second} = 0",
   "read.many-cases": "the conditions are too long, or there are too many whole numbers in them",
   "read.cases": "the conditions make {count} cases; more than {most} are not read",
   "read.long": "the answer is {length} characters long; more than {most} are not read",
@@ -47,7 +51,9 @@ export const en = {
   "read.brackets": "brackets nest more than {most} deep",
   "read.functions": "functions nest more than {most} deep",
   "read.powers": "powers nest more than {most} deep",
-  "read.sign": "cannot read '{sign}'",
+  "read.sign":
+    "cannot read '{sign}'; write a formula as a1*cos(theta1), a matrix as [[a, b], [c, d]], a condition as theta2 = 0,",
+  "read.percent": "percentages are not read; write a decimal, as in 0.5,",
   "read.unexpected": "did not expect {found}",
   "read.expected": "expected '{due}', found {found},",
   "read.the-end": "the end",
