@@ -165,11 +165,6 @@ def read_conditions(text: str, domain: Domain, joints: Sequence[str] = ()) -> Gi
         return given.refused(
             "a comma between two digits may belong to a number or stand between two; write 0.5, or 0, 5 with a space"
         )
-    if joint := _last_in_chain(given.tree, joints):
-        return given.refused(
-            f"a product with {joint} between two signs = may mean two things; put a comma or 'and' between two "
-            "conditions"
-        )
     if bare := next((one for one in _alternatives(given.tree) if _is_bare(one, joints)), None):
         return given.refused(
             f"{node_text(bare)[:_SHOWN]} is no condition; write where it is zero, as in {joints[-1]} = 0 or "
@@ -180,6 +175,11 @@ def read_conditions(text: str, domain: Domain, joints: Sequence[str] = ()) -> Gi
         return given.refused(
             f"{listed} {'is' if len(unknown) == 1 else 'are'} no symbol of this problem; write conditions on "
             f"{', '.join(joints)}, as in {joints[-1]} = 0 or {joints[-1]} = pi/3; whole numbers are k, n and m"
+        )
+    if joint := _last_in_chain(given.tree, joints):
+        return given.refused(
+            f"a product with {joint} between two signs = may mean two things; write a comma or 'and' between "
+            "two conditions"
         )
     try:
         claimed_pieces(with_joint(given.tree, joints), joints)

@@ -33,7 +33,7 @@ export const de: Catalogue = {
   "read.function": "die Funktion „{name}“ wird nicht verstanden; schreibe die Formel mit sin, cos, tan, sqrt, exp, atan2,",
   "read.alone": "{joint} steht allein; schreibe, was es ist, etwa {joint} = pi/3",
   "read.no-joint": "dort steht ein Wert ohne Gelenk; schreibe ihn etwa als theta1 = pi/3",
-  "read.chain": "Ein Produkt zwischen zwei Gleichheitszeichen ist zweideutig; setze ein Komma oder „and“ zwischen zwei Bedingungen.",
+  "read.chain": "Ein Produkt zwischen zwei Gleichheitszeichen ist zweideutig; schreibe ein Komma oder „and“ zwischen zwei Bedingungen.",
   "read.pair": "ein Paar kann ein Gelenk und sein Wert sein oder die Werte von {first} und {second}; schreibe {first} = 0 oder {second} = 0",
   "read.many-cases": "die Bedingungen sind zu lang, oder es sind zu viele ganze Zahlen darin",
   "read.cases": "die Bedingungen ergeben {count} Fälle; mehr als {most} werden nicht gelesen",

@@ -39,7 +39,7 @@ export const en = {
   "read.alone": "{joint} stands alone; say what it is, as in {joint} = pi/3",
   "read.no-joint": "a value stands there without a joint; write it as in theta1 = pi/3",
   "read.chain":
-    "A product between two signs = may mean two things; put a comma or 'and' between two conditions.",
+    "A product between two signs = may mean two things; write a comma or 'and' between two conditions.",
   "read.pair":
     "a pair may be a joint and its value, or the values of {first} and {second}; write {first} = 0 or {second} = 0",
   "read.many-cases": "the conditions are too long, or there are too many whole numbers in them",
