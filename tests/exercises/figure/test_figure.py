@@ -354,7 +354,7 @@ def sizes(svg: str) -> tuple[str | None, set[str | None]]:
     return root.get("width"), {text.get("font-size") or first.get("font-size") for text, first in texts}
 
 
-@few_families
+@every_family
 def test_lettering_has_one_size_in_all_drawings_of_one_width(identity: str) -> None:
     """Notebooks and platforms show all drawings equally wide: then all names and captions are equally large."""
     chain = sampled(identity)
