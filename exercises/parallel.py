@@ -35,6 +35,8 @@ HAS_SERVER = "forkserver" in METHODS
 CAN_FORK = sys.platform == "linux" and "fork" in METHODS
 """Whether a process may be forked: on macOS, libraries of the system fail after it. A fork of a process with threads
 would copy whatever they were doing in whatever state it is, as the drawing of a progress bar."""
+OF_GROUP = {getattr(signal, name) for name in ("SIGINT", "SIGHUP") if hasattr(signal, name)}
+"""Signals that a terminal sends to all processes at once: Ctrl-C, and its own end, of which Windows has none."""
 MASKS = hasattr(signal, "pthread_sigmask")
 """Whether a process can be born deaf to a signal; Windows has none that could reach it before it listens."""
 if HAS_SERVER:
@@ -167,16 +169,16 @@ def _pooled(
 
 @contextmanager
 def _stop_put_off() -> Iterator[None]:
-    """Let Ctrl-C and SIGTERM take effect after the block only; what starts in it is born deaf to Ctrl-C."""
+    """Let a stop take effect after the block only; what starts in it is born deaf to what a whole group is sent."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
     came: list[signal.Signals] = []
     previous = {  # another thread may be given the signal
         each: signal.signal(each, lambda number, _: came.append(signal.Signals(number)))
-        for each in (signal.SIGINT, signal.SIGTERM)
+        for each in (*OF_GROUP, signal.SIGTERM)
     }
-    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if MASKS else set()
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, OF_GROUP) if MASKS else set()
     try:
         yield
     finally:
@@ -210,11 +212,10 @@ _busy = False
 
 def _begin(setup: Callable[..., object], arguments: tuple[Any, ...]) -> None:
     global _state  # noqa: PLW0603 - set once when a process starts
-    for number in ("SIGINT", "SIGHUP"):  # they are for the process that shows progress
-        if hasattr(signal, number):
-            signal.signal(getattr(signal, number), signal.SIG_IGN)
+    for number in OF_GROUP:  # they are for the process that shows progress
+        signal.signal(number, signal.SIG_IGN)
     if MASKS:
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, OF_GROUP)
     signal.signal(signal.SIGTERM, _terminated)
     threading.Thread(target=_follow_parent, daemon=True).start()
     _state = setup(*arguments)
