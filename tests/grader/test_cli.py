@@ -300,10 +300,12 @@ AT_WORK = "at work"
 
 @pytest.fixture
 def ctrl_c() -> Iterator[None]:
-    """Have Ctrl-C end what is started in a test, also where it doesn't end the tests, as behind nohup."""
-    usual = signal.signal(signal.SIGINT, signal.default_int_handler)
+    """Have Ctrl-C and a closed terminal end what is started in a test, also where they don't end the tests (nohup)."""
+    numbers = (signal.SIGINT, signal.SIGHUP)
+    usual = [signal.signal(number, signal.default_int_handler) for number in numbers]
     yield
-    signal.signal(signal.SIGINT, usual)
+    for number, handler in zip(numbers, usual, strict=True):
+        signal.signal(number, handler)
 
 
 def ended(process: subprocess.Popen[bytes]) -> tuple[bytes, bytes]:
