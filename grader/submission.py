@@ -382,9 +382,9 @@ def _changed(path: Path) -> int:
 
 
 def beside(path: Path) -> tuple[Path, ...]:
-    """Return the files of Python in a notebook's folder, where all that is there is of the same student."""
+    """Return the files of Python in a notebook's folder, where all that is there is of the same student; no links."""
     try:
-        return tuple(sorted(path.parent.glob("*.py")))
+        return tuple(sorted(each for each in path.parent.glob("*.py") if not _refusal(each)))
     except OSError:
         return ()
 

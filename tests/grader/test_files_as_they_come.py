@@ -489,8 +489,12 @@ def test_a_module_that_is_handed_in_beside_a_notebook_is_imported_from_there_onl
     assert outcomes(results["s0"]) == outcomes(results["s1"]) == RIGHT
     hand_in(assignment, "s0/helper.py", "raise ValueError('another one')")
     assert "another one" in " ".join(grade(assignment)[0]["s0"]["notes"]), "it is part of what was handed in"
-    rows = check_notebook(assignment.folder / "submitted" / "s0" / HW)
-    assert "another one" in " ".join(rows.notes)
+    own = assignment.folder / "submitted" / "s0"
+    assert "another one" in " ".join(check_notebook(own / HW).notes)
+    (own / "helper.py").rename(tmp_path / "elsewhere.py")
+    (own / "helper.py").symlink_to(tmp_path / "elsewhere.py")
+    os.mkfifo(own / "waits.py")  # whoever reads it waits
+    assert "No module named 'helper'" in " ".join(check_notebook(own / HW).notes)
 
 
 def test_the_largest_of_what_is_bounded(tmp_path: Path) -> None:
