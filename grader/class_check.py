@@ -8,7 +8,8 @@ from typing import Any
 
 from exercises.assignment import SECRET_FILE, SECRET_VARIABLE, Assignment
 from exercises.errors import QdotError
-from grader.submission import Found, Looked, Submission, read_submission
+from grader.layouts import only_folder
+from grader.submission import DEEPEST, Found, Looked, Submission, read_submission
 
 LOOKED_AT = 25
 """Students, spread over the roster, whose notebooks' metadata are looked at."""
@@ -18,19 +19,25 @@ SHOWN = 5
 """Names that a message lists."""
 
 
-def check_class(assignment: Assignment, looked: Looked, root: Path) -> None:
-    """Raise QdotError where files are of nobody, or most notebooks of others: assignments, students, secrets."""
+def check_class(assignment: Assignment, looked: Looked, root: Path, named: Path) -> None:
+    """Raise QdotError where files are of nobody, or most notebooks of others: assignments, students, secrets.
+
+    `root` is where they lie, `named` the folder or zip that the user named.
+    """
     ids = [student.id for student in assignment.roster]
     if looked.strangers and not looked.found:
         raise QdotError(
-            f"{root}: no file or folder here belongs to a student in roster.csv, so nothing was graded. "
-            + _of_nobody(looked.strangers, ids, assignment.key)
+            f"{named}: no file or folder here belongs to a student in roster.csv, so nothing was graded. "
+            + _of_nobody([*looked.strangers, *_inside(root)], ids, assignment.key)
         )
+    absent = [student for student in ids if student not in looked.found]
+    if alike := _alike(looked.strangers, absent):
+        raise QdotError(f"{named}: work of {len(alike)} would be of nobody, so nothing was graded. {_as_before(alike)}")
     read = list(read_some(assignment, looked.found, ids))
     keys = [said for _, one in read if isinstance(said := one.claims.get("assignment"), str) and said != assignment.key]
     if 2 * len(keys) > len(read) > 1:
         raise QdotError(
-            f"{root}: {len(keys)} of {len(read)} notebooks belong to another assignment ({_some(sorted(set(keys)))}) "
+            f"{named}: {len(keys)} of {len(read)} notebooks belong to another assignment ({_some(sorted(set(keys)))}) "
             f"than {assignment.key!r}, so nothing was graded. Is this the right folder?"
         )
     others = {who: str(said) for who, one in read if isinstance(said := one.claims.get("student"), str) and said != who}
@@ -42,10 +49,10 @@ def check_class(assignment: Assignment, looked: Looked, root: Path) -> None:
             else "Is this the class, and the folder, that the notebooks were handed out to?"
         )
         raise QdotError(
-            f"{root}: {len(others)} of {len(read)} notebooks were handed out to students of other identifiers than "
+            f"{named}: {len(others)} of {len(read)} notebooks were handed out to students of other identifiers than "
             f"roster.csv has, so nothing was graded. {cause}"
         )
-    check_secret(assignment, [one for _, one in read], root)
+    check_secret(assignment, [one for _, one in read], named)
 
 
 def check_secret(assignment: Assignment, read: Sequence[Submission], path: Path) -> None:
@@ -68,18 +75,36 @@ SPREADSHEET = "They differ by leading zeros, case or the way in which letters ar
 
 def _of_nobody(strangers: Sequence[str], ids: Sequence[str], key: str) -> str:
     """Return what is the likely cause, and what to do."""
-    called = {_bare(form): form for name in strangers for form in (PurePath(name).stem, name)}
-    alike = {student: called[_bare(student)] for student in ids if _bare(student) in called}
-    if alike:
-        return (
-            f"{SPREADSHEET} Write the identifiers into roster.csv as they were when the notebooks were generated: "
-            f"{_mapping(alike)}."
-        )
+    if alike := _alike(strangers, ids):
+        return _as_before(alike)
     if f"{key}.ipynb" in strangers:
         return f"Whose notebook is {key}.ipynb? Put it into a folder named after the student: STUDENT/{key}.ipynb"
     return (
         f"It has {_some(strangers)}; the roster has {_some(ids)}. Is this the right class? If a platform names its "
         "files otherwise, add its identifiers to roster.csv as a column (docs/submissions.md)"
+    )
+
+
+def _inside(root: Path) -> list[str]:
+    """Return the names in a folder that is alone in another, as around a zip."""
+    names, inner = list[str](), only_folder(root)
+    for _ in range(DEEPEST):
+        if inner is not None:
+            names += [path.name for path in inner.iterdir()]
+            inner = only_folder(inner)
+    return names
+
+
+def _alike(strangers: Sequence[str], ids: Sequence[str]) -> dict[str, str]:
+    """Return the students who are called as strangers are but for what a spreadsheet changes, with those names."""
+    called = {_bare(form): form for name in strangers for form in (PurePath(name).stem, name)}
+    return {student: called[_bare(student)] for student in ids if _bare(student) in called}
+
+
+def _as_before(alike: Mapping[str, str]) -> str:
+    return (
+        f"{SPREADSHEET} Write the identifiers into roster.csv as they were when the notebooks were generated: "
+        f"{_mapping(alike)}."
     )
 
 

@@ -314,9 +314,9 @@ def grade(
         named = submissions or folder / "submitted"
         with opened(named) as root:
             if share:
-                _grade_share(assignment, root, jobs, limits, executor, share)
+                _grade_share(assignment, root, named, jobs, limits, executor, share)
                 return
-            results = _grade(assignment, root, jobs, limits, diff, tell, executor, None if gone else named)
+            results = _grade(assignment, root, named, jobs, limits, diff, tell, executor, None if gone else named)
     write_asked(assignment, results, asked)
     _check_graded(results)
     if any(100 * result["score"] / result["max_score"] < fail_under for result in results):
@@ -324,14 +324,14 @@ def grade(
 
 
 def _grade(
-    assignment: Assignment, submissions: Path, jobs: int, limits: Limits, diff: bool, tell: Callable[[str], None],
-    executor: str, whole: Path | None,
+    assignment: Assignment, submissions: Path, named: Path, jobs: int, limits: Limits, diff: bool,
+    tell: Callable[[str], None], executor: str, whole: Path | None,
 ) -> list[Result]:  # fmt: skip
     from grader.history import earlier_results, told
     from grader.reports.write import write_page, write_reports
 
     looked = find_submissions(assignment, submissions)
-    check_class(assignment, looked, submissions)
+    check_class(assignment, looked, submissions, named)
     for said in looked.unsure:
         note(said)
     for name in looked.strangers:
@@ -409,12 +409,12 @@ def _grade_one(
 
 
 def _grade_share(
-    assignment: Assignment, submissions: Path, jobs: int, limits: Limits, executor: str, share: str
+    assignment: Assignment, submissions: Path, named: Path, jobs: int, limits: Limits, executor: str, share: str
 ) -> None:
     """Grade some students of the roster; what they earn is kept, to be put together with the other shares."""
     students = share_of(assignment.roster, share)
     looked = find_submissions(assignment, submissions)
-    check_class(assignment, looked, submissions)
+    check_class(assignment, looked, submissions, named)
     if not executor:
         check_sandbox(assignment.sandbox == "strict")
     with alone(assignment.folder, but_for_shares=True):

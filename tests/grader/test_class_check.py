@@ -47,6 +47,18 @@ def test_what_came_back_is_graded(folder: Path) -> None:
     assert "3 graded; mean 100.0 %" in run("grade", folder)
 
 
+def test_a_single_identifier_that_a_spreadsheet_changed_is_enough(folder: Path) -> None:
+    roster(folder, "12", "0013", "0014")
+    assert "12 → 0012" in stops(folder)
+
+
+def test_a_zip_with_a_folder_around_it_is_named_and_looked_into(folder: Path, tmp_path: Path) -> None:
+    roster(folder, "12", "13", "14")
+    shutil.make_archive(str(tmp_path / "week"), "zip", folder, "submitted")
+    said = stops(folder, tmp_path / "week.zip")
+    assert said.startswith(f"qdot: {tmp_path / 'week.zip'}: ") and "12 → 0012" in said
+
+
 def test_what_was_handed_in_for_another_assignment_is_told(folder: Path) -> None:
     """As last week's folder, of the same class."""
     toml = folder / "assignment.toml"
