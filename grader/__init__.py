@@ -23,7 +23,6 @@ The map, from the bottom up: nothing here imports what stands below it.
     sandbox, guarantees             the grader's side of `contained`; what this machine guarantees, by a probe
     cells, archives                 a file as cells; zip and tar archives, within limits
     layouts, roster, submission     how platforms name what was handed in; whose it is; what may be graded
-    class_check                     a run that can't be right, stopped before it writes
     positions, finding              the line of its file, and the cell, in which the answer to each part is
     uncounted, notebook             which cells need not be run; a notebook by itself
     copies, overrides               whether an answer is right for somebody else; points that a person set
@@ -31,7 +30,9 @@ The map, from the bottom up: nothing here imports what stands below it.
     remote, cluster                 notebooks graded by an executor on any machine; a Dask cluster as one
     batch, single, history          the class, resumable; one student; what earlier runs gave, and whose mark moved
     certificates, sharing           a student's certificate; how many of a class share an answer
-    certify, upgrade                `verify`; what this version would make of a folder that another one wrote
+    certify                         `verify`
+    class_check                     a run that can't be right, stopped before it writes
+    upgrade                         what this version would make of a folder that another one wrote
     forgetting                      all that a folder has of one student, removed
     check                           what a student can know before handing in
     statistics, variants            what the class's page is worked out from

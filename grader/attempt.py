@@ -254,8 +254,8 @@ def ungraded(
 
     It is made without doing anything.
     """
-    said = why if over_limit else f"qdot could not grade this ({why})"
-    said += "; it has no mark yet, tell your instructor"
+    for_staff = (why if over_limit else f"qdot could not grade this ({why})") + "; it has no mark yet"
+    said = f"{for_staff}, tell your instructor"
     names = (
         "override",
         "mistake",
@@ -276,7 +276,7 @@ def ungraded(
         "sha256": None if attempt is None or attempt.submission is None else attempt.submission.sha256,
         "obstacle": said,
         "notes": [],
-        "staff_notes": [said],
+        "staff_notes": [for_staff],
         "made_from": made_from(assignment, student),
         "problems": [
             {

@@ -6,8 +6,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path, PurePath
 from typing import Any
 
-from exercises.assignment import SECRET_FILE, SECRET_VARIABLE, Assignment
+from exercises.assignment import SECRET_FILE, SECRET_VARIABLE, Assignment, load_assignment
 from exercises.errors import QdotError
+from exercises.release import notebook_path
+from grader.certify import former_students
 from grader.layouts import only_folder
 from grader.submission import DEEPEST, Found, Looked, Submission, read_submission
 
@@ -17,6 +19,21 @@ LARGEST = 1_000_000
 """Bytes of a notebook that is looked at: one that is made to hurt is left to the processes that grade."""
 SHOWN = 5
 """Names that a message lists."""
+
+
+def load_class(folder: Path) -> Assignment:
+    """Return an assignment whose roster and secret are those of the notebooks in released/. Raises QdotError."""
+    assignment = load_assignment(folder)
+    paths = {student.id: notebook_path(assignment, student.id) for student in assignment.roster}
+    found = {student: Found((path,)) for student, path in paths.items() if path.exists()}
+    if alike := _alike(former_students(assignment), [student for student in paths if student not in found]):
+        raise QdotError(
+            f"{folder / 'roster.csv'}: {len(alike)} would have other problems than those in {folder / 'released'}, so "
+            f"nothing was done. {_as_before(alike)}"
+        )
+    read = [submission for _, submission in read_some(assignment, found, list(paths))]
+    check_secret(assignment, read, folder / "released", "; or delete this folder, if nobody has these notebooks")
+    return assignment
 
 
 def check_class(assignment: Assignment, looked: Looked, root: Path, named: Path) -> None:
@@ -55,8 +72,11 @@ def check_class(assignment: Assignment, looked: Looked, root: Path, named: Path)
     check_secret(assignment, [one for _, one in read], named)
 
 
-def check_secret(assignment: Assignment, read: Sequence[Submission], path: Path) -> None:
-    """Raise QdotError where most notebooks were made with another secret: nobody would get the problems they solved."""
+def check_secret(assignment: Assignment, read: Sequence[Submission], path: Path, otherwise: str = "") -> None:
+    """Raise QdotError where most notebooks were made with another secret: nobody would get the problems they solved.
+
+    `otherwise` is what else can be done about it.
+    """
     said = [one.claims["secret"] for one in read if isinstance(one.claims.get("secret"), str)]
     wrong = sum(one != assignment.secret_mark for one in said)
     if 2 * wrong > len(said):
@@ -65,8 +85,8 @@ def check_secret(assignment: Assignment, read: Sequence[Submission], path: Path)
         raise QdotError(
             f"{path}: {'the notebook was' if len(said) == 1 else f'{wrong} of {len(said)} notebooks were'} made with "
             f"another secret than the one in {where}, so "
-            "nothing was graded: every student would be marked on problems that they never saw. Put the secret "
-            "there that the notebooks were made with"
+            "nothing was done: every student would be marked on problems that they never saw. Put the secret "
+            f"there that the notebooks were made with{otherwise}"
         )
 
 

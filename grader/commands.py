@@ -28,7 +28,7 @@ from grader import guarantees
 from grader.batch import WritePage, alone, cache_of, grade_class, share_of
 from grader.certificates import Kind
 from grader.certify import CERTIFIER, Task, former_students, record_of, tasks_of, unknown_files
-from grader.class_check import check_class, check_secret, read_some
+from grader.class_check import check_class, check_secret, load_class, read_some
 from grader.cluster import connected
 from grader.compare import TYPES, as_json, compare_lines, likely_type
 from grader.compare import compare as compare_texts
@@ -58,7 +58,7 @@ def generate(
     Every student has released/STUDENT/KEY.ipynb, and the staff solutions/STUDENT/KEY.ipynb. Notebooks that are up
     to date are kept, so that a run that was stopped goes on where it was.
     """
-    assignment = load_assignment(folder)
+    assignment = load_class(folder)
     for said in assignment.notes:
         note(said)
     counts = {"written": 0, "rewritten": 0, "completed": 0, "kept": 0, "left out": 0}
@@ -195,7 +195,7 @@ def _tasks(what: list[str], family: str, seeds: range, told: _Told) -> list[Task
 
 
 def _tasks_of_folder(folder: Path) -> list[Task]:
-    assignment = load_assignment(folder)
+    assignment = load_class(folder)
     for student in former_students(assignment):
         note(f"{student} is not on the roster, and has a notebook or certificate, which is verified all the same")
     unknown = unknown_files(assignment)
@@ -260,7 +260,7 @@ def grade(
     ] = None,
     jobs: Jobs = CORES,
     fail_under: Annotated[
-        float, typer.Option(metavar="PERCENT", help="Leave with code 1 if a student has less.")
+        float, typer.Option(metavar="PERCENT", help="Leave with code 1 if a student has less, or no mark.")
     ] = 0.0,
     seconds: Annotated[float, typer.Option(min=1, help="Processor time that a notebook may take.")] = Limits().seconds,
     diff: Annotated[bool, typer.Option("--diff", help="Say whose mark moved since the last run, and why.")] = False,
@@ -319,7 +319,9 @@ def grade(
             results = _grade(assignment, root, named, jobs, limits, diff, tell, executor, None if gone else named)
     write_asked(assignment, results, asked)
     _check_graded(results)
-    if any(100 * result["score"] / result["max_score"] < fail_under for result in results):
+    under = [result["student"] for result in results if 100 * result["score"] / result["max_score"] < fail_under]
+    if under:
+        note(f"{len(under)} of {len(results)} students have less than {fail_under:g} %, or no mark: {', '.join(under)}")
         raise typer.Exit(1)
 
 

@@ -9,7 +9,6 @@ from typing import Annotated
 
 import typer
 
-from exercises.assignment import load_assignment
 from exercises.completion import among
 from exercises.console import BankVariationOption, note, progress, say
 from exercises.drawing import GivenUp, raise_left_out, redrawn_since, vouching
@@ -21,6 +20,7 @@ from exercises.files import write_atomically
 from exercises.redrawn import read_redrawn
 from exercises.release import CORES
 from grader.certify import failures_of
+from grader.class_check import load_class
 from grader.commands import Jobs
 from grader.marking import share_earned
 
@@ -80,7 +80,7 @@ def export(
     if not names:
         raise QdotError(f"--to says what to write, as in --to html; known: {', '.join(OUTLETS)}")
     _check(names, sheet, page, variation)
-    assignment = load_assignment(folder)
+    assignment = load_class(folder)
     if variation:
         assignment = assignment.varied(variation)
     given_up: list[GivenUp] = []
@@ -127,7 +127,7 @@ def report(
     from grader.reports.formats import STDOUT, read_reports, write_asked
 
     asked = read_reports(report, of_one=False)
-    whole = load_assignment(folder)
+    whole = load_class(folder)
     assignment, results = last_results(whole)
     left_out = [student.id for student in whole.roster if student not in assignment.roster]
     if left_out:

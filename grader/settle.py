@@ -60,9 +60,10 @@ def settle(
         return result
     others = [one.file for i, one in enumerate(handed_in) if i != counts]
     more = f" and {len(others) - MOST_NAMED} more" if len(others) > MOST_NAMED else ""
-    rank = (
-        f", the {assignment.attempts} of this assignment" if len(results) > 1 or not assignment.attempts.best_of else ""
-    )
+    rank = f", the {assignment.attempts}" if len(results) > 1 else ""
+    if not assignment.attempts.best_of:
+        last = sum(one.received == handed_in[counts].received for one in handed_in)
+        rank = ", the last" if last == 1 else f", of the last {last}, received at the same time, the likeliest by name"
     note = (
         f"{len(handed_in)} notebooks were read; {handed_in[counts].file} counts{rank}, "
         f"not {', '.join(others[:MOST_NAMED])}{more}"

@@ -365,7 +365,10 @@ def rivals(files: Sequence[Path]) -> tuple[tuple[Path, ...], str]:
     likely = [path for path, kind in zip(files, kinds, strict=True) if kind <= max(2, kinds[0]) and kind < _LAST_KIND]
     if len(likely) > MOST_ATTEMPTS:
         newest = {*likely[:1], *sorted(likely[1:], key=_changed, reverse=True)[: MOST_ATTEMPTS - 1]}
-        note = f"{len(likely)} notebooks were handed in, of which {likely[0].name} and the newest others were read"
+        note = (
+            f"{len(likely)} notebooks were handed in, and at most {MOST_ATTEMPTS} are read: {likely[0].name} and the "
+            f"{MOST_ATTEMPTS - 1} newest of the others"
+        )
         return tuple(path for path in likely if path in newest), note
     return tuple(likely) or tuple(files[:1]), ""
 

@@ -32,7 +32,8 @@ Cell = str | float | None
 def grades_csv(results: Sequence[dict[str, Any]], roster: Sequence[Student]) -> str:
     """Return the table: who, a column a part, score, points to be had, percent, status, late_penalty, override, note.
 
-    The parts less late_penalty are the score, unless the column override says that a person set the total.
+    The parts less late_penalty are the score, unless the column override says that a person set the total. Without a
+    mark, score and percent are empty.
     """
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
@@ -51,9 +52,10 @@ def grades_table(results: Sequence[dict[str, Any]], roster: Sequence[Student]) -
     for result in results:
         student = by_id[result["student"]]
         points = [part["points"] for problem in result["problems"] for part in problem["parts"]]
-        percent = 100 * result["score"] / result["max_score"]
         cells = [student.id, student.name, student.email, *(value for _, value in student.others)]
-        sums = [float(result["score"]), float(result["max_score"]), percent, status(result), _penalty(result)]
+        score = None if status(result) in NO_MARK else float(result["score"])
+        percent = None if score is None else 100 * score / result["max_score"]
+        sums = [score, float(result["max_score"]), percent, status(result), _penalty(result)]
         told = ["; ".join(overrides(result)), "; ".join((*staff_notes(result), *group_notes(result)))]
         rows.append([*cells, *(None if value is None else float(value) for value in points), *sums, *told])
     return ["student", "name", "email", *others, *parts, *SUMS], rows

@@ -35,10 +35,10 @@ def roster(folder: Path, *ids: str) -> None:
     (folder / "roster.csv").write_text("student,name\n" + "".join(f"{one},Name {one}\n" for one in ids))
 
 
-def stops(folder: Path, *submissions: Path) -> str:
+def stops(folder: Path, *submissions: Path, command: str = "grade") -> str:
     """Return what is said of a run that stops, and has written nothing."""
     before = contents(folder)
-    said = fails("grade", folder, *submissions)
+    said = fails(command, folder, *submissions)
     assert contents(folder) == before
     return said
 
@@ -104,6 +104,19 @@ def test_the_submissions_of_another_class_are_not_graded(folder: Path) -> None:
         (folder / "submitted" / student).rename(folder / "submitted" / f"x{student}")
     said = stops(folder)
     assert "'x0012', 'x0013', 'x0014'; the roster has '0012', '0013', '0014'" in said and "right class" in said
+
+
+@pytest.mark.parametrize("command", ["generate", "verify", "export"])
+def test_notebooks_that_were_handed_out_are_not_replaced_by_other_problems(folder: Path, command: str) -> None:
+    """Where a spreadsheet took zeros from the roster, or the secret is another."""
+    more = (Path("--to"), Path("html")) if command == "export" else ()
+    roster(folder, "12", "0013", "0014", "0015")
+    said = stops(folder, *more, command=command)
+    assert "roster.csv: 1 would have other problems than those in " in said and "12 → 0012" in said
+    roster(folder, *IDS, "0015")
+    (folder / "secret.txt").write_text("another one altogether")
+    said = stops(folder, *more, command=command)
+    assert "3 of 3 notebooks were made with another secret" in said and "or delete this folder" in said
 
 
 def test_one_notebook_of_somebody_else_stops_nobody(folder: Path) -> None:

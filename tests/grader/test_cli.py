@@ -261,7 +261,8 @@ def test_generate_grade_and_check(folder: Path) -> None:
     rows = [json.loads(line) for line in (folder / "graded" / "results.jsonl").read_text().splitlines()]
     assert [(row["student"], row["score"], row["max_score"]) for row in rows] == [("s001", 3, 3), ("s002", 0, 3)]
     assert (folder / "graded" / "feedback" / "s002.html").exists()
-    run("grade", folder, folder / "in", "--fail-under", "50", code=1)
+    result = runner.invoke(app, ["grade", str(folder), str(folder / "in"), "--fail-under", "50"])
+    assert result.exit_code == 1 and "1 of 2 students have less than 50 %, or no mark: s002" in result.stderr
 
 
 def test_a_notebook_that_lies_in_nobodys_folder_is_told_of_one(folder: Path, tmp_path: Path) -> None:

@@ -22,7 +22,7 @@ from grader.cells import LARGEST_HERE, OverLimit, Unreadable, read_cells
 from grader.check import check_notebook
 from grader.finding import find_answers
 from grader.reports.feedback import feedback_page
-from grader.reports.tables import status
+from grader.reports.tables import grades_csv, status
 from grader.sandbox import Sandbox
 from grader.settle import Result
 from tests.support import DATA
@@ -462,6 +462,8 @@ def test_what_exceeds_a_limit_has_no_mark_and_nothing_failed(tmp_path: Path, mon
     results, _ = grade(assignment)
     assert [status(results[name]) for name in ("s0", "s1", "s2")] == ["over limit", "over limit", "graded"]
     assert "cells" in results["s0"]["obstacle"] and "answers to be looked for" in results["s1"]["obstacle"]
+    row = grades_csv([results["s0"]], assignment.roster).splitlines()[1]
+    assert ",,4,,over limit," in row and "tell your instructor" not in row
     page = feedback_page(assignment, assignment.roster[0], results["s0"])
     assert "No mark yet" in page and " of 4 points" not in page
 

@@ -235,7 +235,7 @@ def test_the_best_counts_after_what_lateness_takes_off(folder: Path) -> None:
     assert (result["score"], result["submission"]["file"], result["late"]) == (2.6, "a.ipynb", None)
     assert [(one["file"], one["score"]) for one in result["attempts"]] == [("a.ipynb", 2.6), ("b.ipynb", 2.43)]
     assert result["attempts"][1]["received"] == "2027-01-15T13:00:00+00:00"
-    said = "2 notebooks were read; a.ipynb counts, the best of this assignment, not b.ipynb"
+    said = "2 notebooks were read; a.ipynb counts, the best, not b.ipynb"
     assert result["notes"] == result["staff_notes"] == [said]
     soon = replace(early, file="c.ipynb", received=DUE - HOUR - HOUR / 60, marked=None)
     note = best(assignment, soon, early)["notes"][0]
@@ -290,8 +290,9 @@ def test_the_last_counts_unless_the_assignment_says_the_best(folder: Path, relea
     last, _ = run(folder)
     assert (last["s1"]["submission"]["file"], last["s1"]["score"]) == ("hw-1.ipynb", 0.7)
     assert [one["score"] for one in last["s1"]["attempts"]] == [None, 0.7]
-    assert last["s1"]["notes"][0].endswith("hw-1.ipynb counts, the last of this assignment, not hw.ipynb")
+    assert last["s1"]["notes"][0].endswith("hw-1.ipynb counts, the last, not hw.ipynb")
     assert last["s2"]["submission"]["file"] == "hw.ipynb"  # at the same time as a.ipynb, and named as handed out
+    assert "hw.ipynb counts, of the last 2, received at the same time, the likeliest" in last["s2"]["notes"][0]
     assert last["s2"]["attempts"][-1]["file"] == "scratch.ipynb"  # the last file, but no attempt
     assert (last["s3"]["submission"], last["s3"]["attempts"]) == (None, [])
     (folder / "assignment.toml").write_text(TOML.format('attempts = "best"'))
