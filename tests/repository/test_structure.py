@@ -44,8 +44,8 @@ LAYERS = {
         advice terms follow credit similar groups marking prairielearn own_folder sandbox guarantees cells archives
         layouts roster submission
         positions finding uncounted notebook copies overrides attempt settle remote cluster
-        batch single history certificates sharing certify class_check upgrade forgetting check statistics variants reports
-        nbgrader_cells student_command demo commands keeping
+        batch single history certificates sharing certify class_check upgrade forgetting check statistics variants
+        reports nbgrader_cells student_command demo commands keeping
         pytest_plugin nbgrader_plugin hosts pushed gradescope otter_marks otter_plugin outlets site docs examples
         cli""",
 }
