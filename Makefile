@@ -103,17 +103,17 @@ oldest: $(VENV)/.oldest .venvs/readers/.installed
 	$(PYTEST) -o filterwarnings=default
 
 docs: $(VENV)/.dev  ## write the pages of docs/ that are made from the code
-	$(PY) -m exercises.docs
-	$(PY) -m grader.docs
+	$(PY) -m qdot.exercises.docs
+	$(PY) -m qdot.grader.docs
 
 shipped: $(VENV)/.dev  ## work out what structures of the registered families give, for the wheel, after a change of their code (two minutes)
-	$(PY) -m exercises.docs.shipped
+	$(PY) -m qdot.exercises.docs.shipped
 
 sharing: $(VENV)/.dev  ## measure how many of 500 students would share an answer, for docs/variation.md (ten minutes)
-	$(PY) -m exercises.docs.sharing
+	$(PY) -m qdot.exercises.docs.sharing
 
 messages: $(VENV)/.dev  ## collect all texts for the languages, merge them into exercises/locale, and say what is left to translate
-	$(PY) -m exercises.messages
+	$(PY) -m qdot.exercises.messages
 
 pairs: $(VENV)/.dev  ## 100,000 right and wrong answers made from all families' formulas, and the verdicts on them
 	$(PY) -m tests.tools.pairs

@@ -48,7 +48,7 @@ its own in its `__init__`.
 
 What a library or a notebook needs stands in this package itself (`__all__`), and is loaded when it is asked for:
 
->>> from exercises import generate, show
+>>> from qdot import generate, show
 >>> problem = generate("planar-2r/7", ["jacobian"])
 >>> problem
 Problem(planar-2r/7: jacobian)
@@ -63,27 +63,27 @@ from typing import TYPE_CHECKING, Any
 os.environ.setdefault("SYMPY_CACHE_SIZE", "20000")
 
 if TYPE_CHECKING:
-    from exercises.answers import Answer as Answer
-    from exercises.arm.chain import Base as Base
-    from exercises.arm.chain import Chain as Chain
-    from exercises.arm.chain import Joint as Joint
-    from exercises.arm.chain import Point as Point
-    from exercises.arm.robot_file import read_robot as read_robot
-    from exercises.assignment import Assignment as Assignment
-    from exercises.assignment import load_assignment as load_assignment
-    from exercises.errors import QdotError as QdotError
-    from exercises.families import FAMILIES as FAMILIES
-    from exercises.generation import generate as generate
-    from exercises.problem import ENGINE as ENGINE
-    from exercises.problem import Part as Part
-    from exercises.problem import Problem as Problem
-    from exercises.problem import ProblemId as ProblemId
-    from exercises.quizzes import ASKED as ASKED
-    from exercises.showing import show as show
-    from exercises.solving import Solution as Solution
-    from exercises.solving import solve as solve
-    from exercises.verify import ProblemCertificate as ProblemCertificate
-    from exercises.verify import certify as certify
+    from qdot.exercises.answers import Answer as Answer
+    from qdot.exercises.arm.chain import Base as Base
+    from qdot.exercises.arm.chain import Chain as Chain
+    from qdot.exercises.arm.chain import Joint as Joint
+    from qdot.exercises.arm.chain import Point as Point
+    from qdot.exercises.arm.robot_file import read_robot as read_robot
+    from qdot.exercises.assignment import Assignment as Assignment
+    from qdot.exercises.assignment import load_assignment as load_assignment
+    from qdot.exercises.errors import QdotError as QdotError
+    from qdot.exercises.families import FAMILIES as FAMILIES
+    from qdot.exercises.generation import generate as generate
+    from qdot.exercises.problem import ENGINE as ENGINE
+    from qdot.exercises.problem import Part as Part
+    from qdot.exercises.problem import Problem as Problem
+    from qdot.exercises.problem import ProblemId as ProblemId
+    from qdot.exercises.quizzes import ASKED as ASKED
+    from qdot.exercises.showing import show as show
+    from qdot.exercises.solving import Solution as Solution
+    from qdot.exercises.solving import solve as solve
+    from qdot.exercises.verify import ProblemCertificate as ProblemCertificate
+    from qdot.exercises.verify import certify as certify
 
 _HOMES = {
     "answers": ("Answer",), "arm.chain": ("Base", "Chain", "Joint", "Point"), "arm.robot_file": ("read_robot",),
@@ -105,8 +105,8 @@ def __getattr__(name: str) -> Any:
 
     for home, names in _HOMES.items():
         if name in names:
-            return getattr(import_module(f"exercises.{home}"), name)
-    raise AttributeError(f"module 'exercises' has no attribute {name!r}")
+            return getattr(import_module(f"qdot.exercises.{home}"), name)
+    raise AttributeError(f"module 'qdot.exercises' has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:

@@ -11,18 +11,18 @@ from typing import Any, Literal
 
 import pydantic
 
-from exercises.arm.chain import CONVENTIONS, TWIST_ORDERS
-from exercises.arm.library import robot_path
-from exercises.arm.robot_file import read_robot_file
-from exercises.credit import CREDIT, Credit, read_credit
-from exercises.decimals import DECIMALS, read_decimals
-from exercises.difficulty import HARDEST
-from exercises.errors import QdotError
-from exercises.families import Family
-from exercises.families.own import own_family
-from exercises.files import is_changed_by_windows
-from exercises.formula.identity import Rounding
-from exercises.generation import (
+from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS
+from qdot.exercises.arm.library import robot_path
+from qdot.exercises.arm.robot_file import read_robot_file
+from qdot.exercises.credit import CREDIT, Credit, read_credit
+from qdot.exercises.decimals import DECIMALS, read_decimals
+from qdot.exercises.difficulty import HARDEST
+from qdot.exercises.errors import QdotError
+from qdot.exercises.families import Family
+from qdot.exercises.families.own import own_family
+from qdot.exercises.files import is_changed_by_windows
+from qdot.exercises.formula.identity import Rounding
+from qdot.exercises.generation import (
     check_questions,
     family_named,
     generate,
@@ -30,16 +30,16 @@ from exercises.generation import (
     short_quiz,
     student_problem_id,
 )
-from exercises.gradebook import Gradebook, identifier_of, read_export
-from exercises.input_file import TomlFile, read_table, read_text, read_toml
-from exercises.lateness import LATE, LateRule, aware, read_late
-from exercises.mistakes.catalogue import NO_OFTENER, OFTENER, Oftener, read_oftener
-from exercises.problem import BY_AXES, ENGINE, OF_ORDER, Problem, ProblemId, convention_named, twist_order_named
-from exercises.quizzes import ASKED
-from exercises.redrawn import Redraws, read_redrawn
-from exercises.several import LAST, Several, read_several
-from exercises.several import RULE as SEVERAL
-from exercises.variation import AXES, DEFAULT, STEPS, named, of_axes
+from qdot.exercises.gradebook import Gradebook, identifier_of, read_export
+from qdot.exercises.input_file import TomlFile, read_table, read_text, read_toml
+from qdot.exercises.lateness import LATE, LateRule, aware, read_late
+from qdot.exercises.mistakes.catalogue import NO_OFTENER, OFTENER, Oftener, read_oftener
+from qdot.exercises.problem import BY_AXES, ENGINE, OF_ORDER, Problem, ProblemId, convention_named, twist_order_named
+from qdot.exercises.quizzes import ASKED
+from qdot.exercises.redrawn import Redraws, read_redrawn
+from qdot.exercises.several import LAST, Several, read_several
+from qdot.exercises.several import RULE as SEVERAL
+from qdot.exercises.variation import AXES, DEFAULT, STEPS, named, of_axes
 
 FILE = "assignment.toml"
 SECRET_FILE = "secret.txt"  # noqa: S105 - a file's name
@@ -295,7 +295,7 @@ def load_assignment(folder: Path) -> Assignment:
     """Read and check an assignment folder. Raises QdotError with the file, the line, and the place or key.
 
     >>> import tempfile
-    >>> from exercises.release import init_assignment
+    >>> from qdot.exercises.release import init_assignment
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     init_assignment(Path(folder) / "week-3", "Week 3", "week-3")
     ...     load_assignment(Path(folder) / "week-3")

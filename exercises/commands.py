@@ -7,28 +7,28 @@ from typing import Annotated, Any
 
 import typer
 
-from exercises import ASKED, FAMILIES, ProblemId, QdotError
-from exercises import generate as make_problem
-from exercises import show as show_problem
-from exercises.arm.chain import CONVENTIONS
-from exercises.arm.conventions import TABLES
-from exercises.arm.library import ENDINGS, is_in_library, robot_path
-from exercises.arm.library import robots as library
-from exercises.arm.robot_file import ANGLE_UNITS, read_robot_file
-from exercises.arm.robot_text import robot_text
-from exercises.completion import among
-from exercises.console import VariationOption, note, one_of, progress, say, working
-from exercises.families import Family
-from exercises.families.own import own_family
-from exercises.generation import family_named, listed, sample_chain, short_quiz
-from exercises.options import ConventionOption, TwistOrderOption
-from exercises.overview import detail, overview, refusals, robots_overview
-from exercises.problem import convention_named
-from exercises.questions import QUESTIONS
-from exercises.quizzes import QUIZZES
-from exercises.sets import DEFAULT_SET, SETS, set_named
-from exercises.time_limit import DEFAULT as SECONDS
-from exercises.time_limit import LEAST, seconds_of
+from qdot.exercises import ASKED, FAMILIES, ProblemId, QdotError
+from qdot.exercises import generate as make_problem
+from qdot.exercises import show as show_problem
+from qdot.exercises.arm.chain import CONVENTIONS
+from qdot.exercises.arm.conventions import TABLES
+from qdot.exercises.arm.library import ENDINGS, is_in_library, robot_path
+from qdot.exercises.arm.library import robots as library
+from qdot.exercises.arm.robot_file import ANGLE_UNITS, read_robot_file
+from qdot.exercises.arm.robot_text import robot_text
+from qdot.exercises.completion import among
+from qdot.exercises.console import VariationOption, note, one_of, progress, say, working
+from qdot.exercises.families import Family
+from qdot.exercises.families.own import own_family
+from qdot.exercises.generation import family_named, listed, sample_chain, short_quiz
+from qdot.exercises.options import ConventionOption, TwistOrderOption
+from qdot.exercises.overview import detail, overview, refusals, robots_overview
+from qdot.exercises.problem import convention_named
+from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.quizzes import QUIZZES
+from qdot.exercises.sets import DEFAULT_SET, SETS, set_named
+from qdot.exercises.time_limit import DEFAULT as SECONDS
+from qdot.exercises.time_limit import LEAST, seconds_of
 
 SHOW_FORMATS = ("text", "latex", "html", "json", "ipynb")
 SOLVE_FORMATS = ("text", "latex", "json")
@@ -63,7 +63,7 @@ def init(
         return
     if folder is None:
         raise QdotError("name the folder to make, as in 'qdot init homework', or list the sets with 'qdot init --list'")
-    from exercises.release import init_assignment
+    from qdot.exercises.release import init_assignment
 
     chosen = set_named(problems)
     init_assignment(folder, title or chosen.title, key, roster=roster, problems=chosen)
@@ -217,7 +217,7 @@ def show(
     made = make_problem(identity)
     certificate = None
     if format == "json":
-        from exercises import certify
+        from qdot.exercises import certify
 
         certificate = certify(made).as_json()
     say(show_problem(made, solution, format, certificate, hints))
@@ -303,8 +303,8 @@ def solve(
     has `missing` then, a list of what was not worked out. --map draws the conditions that are in three joints or fewer.
     """
     one_of(format, SOLVE_FORMATS, "--format")
-    from exercises.locus import check_map, write_map
-    from exercises.solving_in_time import write_solution
+    from qdot.exercises.locus import check_map, write_map
+    from qdot.exercises.solving_in_time import write_solution
 
     seconds = seconds_of(time)
     if convention:

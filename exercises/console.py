@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from exercises.completion import among
-from exercises.errors import QdotError
-from exercises.variation import AXES, DEFAULT, STEPS
+from qdot.exercises.completion import among
+from qdot.exercises.errors import QdotError
+from qdot.exercises.variation import AXES, DEFAULT, STEPS
 
 if TYPE_CHECKING:  # it is loaded where there is a terminal
     from rich.progress import Progress

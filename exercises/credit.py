@@ -9,7 +9,7 @@ from collections.abc import Collection, Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from exercises.errors import QdotError
+from qdot.exercises.errors import QdotError
 
 WAYS = ("entries", "columns", "factors", "pieces", "whole")
 

@@ -4,8 +4,8 @@ import re
 from collections.abc import Mapping, Sequence
 from math import isfinite, radians
 
-from exercises.errors import QdotError
-from exercises.formula.identity import Rounding
+from qdot.exercises.errors import QdotError
+from qdot.exercises.formula.identity import Rounding
 
 DECIMALS = (
     'it is "exact", a number of significant digits from 2 to 12, as in decimals = 3, a tolerance with its unit, as in '

@@ -4,9 +4,9 @@ from functools import lru_cache
 
 import sympy as sp
 
-from exercises.arm.chain import Chain
-from exercises.arm.derivation import derive
-from exercises.arm.singularity import singular_set
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.derivation import derive
+from qdot.exercises.arm.singularity import singular_set
 
 BANDS = (10, 16, 24, 34)
 """The least difficulty of steps 1, 2, 3 and 4."""

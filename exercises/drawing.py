@@ -11,18 +11,18 @@ from functools import partial
 from itertools import islice
 from typing import Generic, TypeVar
 
-from exercises.arm.chain import CONVENTIONS
-from exercises.assignment import Assignment, Slot
-from exercises.errors import QdotError
-from exercises.families import FAMILIES
-from exercises.generation import listed
-from exercises.input_file import shown
-from exercises.parallel import ordered_map
-from exercises.problem import Problem
-from exercises.questions import QUESTIONS
-from exercises.redrawn import DRAWS, REDRAWN, Redraw, write_redrawn
-from exercises.variation import STEPS
-from exercises.verify import FULL_RANK
+from qdot.exercises.arm.chain import CONVENTIONS
+from qdot.exercises.assignment import Assignment, Slot
+from qdot.exercises.errors import QdotError
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.generation import listed
+from qdot.exercises.input_file import shown
+from qdot.exercises.parallel import ordered_map
+from qdot.exercises.problem import Problem
+from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.redrawn import DRAWS, REDRAWN, Redraw, write_redrawn
+from qdot.exercises.variation import STEPS
+from qdot.exercises.verify import FULL_RANK
 
 Vouched = TypeVar("Vouched")
 

@@ -6,7 +6,7 @@ Whatever needs one asks `need`, so that each that is missing is told in the same
 from dataclasses import dataclass
 from importlib.util import find_spec
 
-from exercises.errors import QdotError
+from qdot.exercises.errors import QdotError
 
 RELEASED = False
 """Whether the package index has qdot. README, docs and messages follow, by `make docs`."""

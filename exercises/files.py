@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
-from exercises.errors import QdotError
+from qdot.exercises.errors import QdotError
 
 try:
     import fcntl

@@ -12,8 +12,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from exercises.errors import QdotError
-from exercises.input_file import csv_rows, read_table_text
+from qdot.exercises.errors import QdotError
+from qdot.exercises.input_file import csv_rows, read_table_text
 
 CANVAS, MOODLE = "Canvas", "Moodle"
 POINTS = "Points Possible"

@@ -18,7 +18,7 @@ from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
-from exercises.errors import QdotError, likeliest, unknown
+from qdot.exercises.errors import QdotError, likeliest, unknown
 
 Place = Sequence[str | int]
 """Keys and places in lists from the file down: ("joint", 0, "alpha") is alpha of the first [[joint]]."""

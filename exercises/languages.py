@@ -1,7 +1,7 @@
 """The languages of problems and of the site: messages of gettext, known by their English, a file `locale/CODE.po` each.
 
 Whoever writes sentences has them in English, marked as messages (`gettext` here, `{% trans %}` in a template), and what
-is filled in is named: "row %(n)s". `exercises.messages` collects them. polib reads the files, and is imported
+is filled in is named: "row %(n)s". `qdot.exercises.messages` collects them. polib reads the files, and is imported
 only where a language other than English is asked for.
 
 A problem carries English words, too: titles, what configurations look like, the sentence of a mistake. They are
@@ -15,7 +15,7 @@ from functools import cache, cached_property
 from gettext import GNUTranslations, NullTranslations
 from pathlib import Path
 
-from exercises.phrases import ARMS, PHRASES
+from qdot.exercises.phrases import ARMS, PHRASES
 
 ENGLISH = "en"
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from exercises.errors import QdotError, unknown
+from qdot.exercises.errors import QdotError, unknown
 
 EXAMPLE = 'late = {grace = "15 min", per_day = 0.1, at_most = 0.5, until = 2027-01-20T23:59:00+01:00}'
 LATE = f"it is a table of what late work loses, as in {EXAMPLE}"

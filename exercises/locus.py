@@ -14,18 +14,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import sympy as sp
 
-from exercises.arm.chain import Chain
-from exercises.arm.robot_file import Limits, Robot
-from exercises.arm.singularity import Component
-from exercises.errors import QdotError
-from exercises.extras import need
-from exercises.figure.pose import example_values
-from exercises.files import write_atomically
-from exercises.formula.expression import read
-from exercises.formula.program import compile_program, evaluate
-from exercises.writing.latex import tex_zero
-from exercises.writing.markup import to_text
-from exercises.writing.worked import SingularComponent
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.robot_file import Limits, Robot
+from qdot.exercises.arm.singularity import Component
+from qdot.exercises.errors import QdotError
+from qdot.exercises.extras import need
+from qdot.exercises.figure.pose import example_values
+from qdot.exercises.files import write_atomically
+from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.writing.latex import tex_zero
+from qdot.exercises.writing.markup import to_text
+from qdot.exercises.writing.worked import SingularComponent
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

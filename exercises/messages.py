@@ -1,6 +1,6 @@
 """The messages of all texts, collected from where they are written, and merged into the file of every language.
 
-`python -m exercises.messages` (`make messages`) does it after a text has changed, and once for a new line in
+`python -m qdot.exercises.messages` (`make messages`) does it after a text has changed, and once for a new line in
 `languages.LANGUAGES`. It writes `locale/CODE.po`, which translators work on, and from it the texts of the site,
 `site/src/text/CODE.ts`. The same sources give the same bytes: no dates, no line numbers, one line a text.
 """
@@ -15,9 +15,9 @@ from babel.messages.catalog import Catalog, Message
 from babel.messages.extract import extract
 from babel.messages.pofile import read_po, write_po
 
-from exercises.families import FAMILIES
-from exercises.files import write_atomically
-from exercises.languages import (
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.files import write_atomically
+from qdot.exercises.languages import (
     ARM,
     FAMILY,
     LANGUAGES,
@@ -31,12 +31,12 @@ from exercises.languages import (
     mistake_context,
     read,
 )
-from exercises.mistakes.catalogue import CATALOGUE
-from exercises.phrases import ARMS, PHRASES
-from exercises.quizzes import ASKED
-from exercises.render import EXTENSIONS, template_folder
+from qdot.exercises.mistakes.catalogue import CATALOGUE
+from qdot.exercises.phrases import ARMS, PHRASES
+from qdot.exercises.quizzes import ASKED
+from qdot.exercises.render import EXTENSIONS, template_folder
 
-_HERE = Path(__file__).parent
+_HERE = Path(__file__).resolve().parent
 SITE = _HERE.parent / "site" / "src" / "text"
 """Where the site has its texts: English in en.ts."""
 

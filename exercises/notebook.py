@@ -10,15 +10,15 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
-from exercises.arm.told import is_by_axes
-from exercises.figure import alt_text, figure_svg, part_alt, part_svg, singular_svg
-from exercises.problem import ENGINE, Part, Problem, variable
-from exercises.questions.differentiation import power_of_metres
-from exercises.quizzes import ASKED
-from exercises.render import render
-from exercises.self_check import Problems, check_cell, function_cell
-from exercises.setup_cell import setup_cell
-from exercises.writing.statement import answer_code, hints, prompt, statement, worked_solutions
+from qdot.exercises.arm.told import is_by_axes
+from qdot.exercises.figure import alt_text, figure_svg, part_alt, part_svg, singular_svg
+from qdot.exercises.problem import ENGINE, Part, Problem, variable
+from qdot.exercises.questions.differentiation import power_of_metres
+from qdot.exercises.quizzes import ASKED
+from qdot.exercises.render import render
+from qdot.exercises.self_check import Problems, check_cell, function_cell
+from qdot.exercises.setup_cell import setup_cell
+from qdot.exercises.writing.statement import answer_code, hints, prompt, statement, worked_solutions
 
 if TYPE_CHECKING:  # it takes as long to load as a problem to make, and whoever writes no notebook needs none of it
     from nbformat import NotebookNode

@@ -4,8 +4,8 @@ from typing import Annotated, Any
 
 import typer
 
-from exercises.arm.chain import CONVENTIONS, TWIST_ORDERS
-from exercises.completion import among
+from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS
+from qdot.exercises.completion import among
 
 
 def _convention(default: str) -> Any:

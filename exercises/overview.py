@@ -3,12 +3,12 @@
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
 
-from exercises.arm.chain import Chain
-from exercises.arm.library import robots
-from exercises.families import FAMILIES, Family
-from exercises.generation import listed, sample_chain
-from exercises.problem import ProblemId
-from exercises.questions import QUESTIONS
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.library import robots
+from qdot.exercises.families import FAMILIES, Family
+from qdot.exercises.generation import listed, sample_chain
+from qdot.exercises.problem import ProblemId
+from qdot.exercises.questions import QUESTIONS
 
 WIDTH = 100
 

@@ -23,7 +23,7 @@ from multiprocessing.process import BaseProcess
 from multiprocessing.util import Finalize
 from typing import Any, NoReturn, TypeVar
 
-from exercises.errors import QdotError
+from qdot.exercises.errors import QdotError
 
 State = TypeVar("State")
 Item = TypeVar("Item")

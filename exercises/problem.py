@@ -9,13 +9,13 @@ from typing import TypeVar
 
 import sympy as sp
 
-from exercises.answers import Answer
-from exercises.arm.chain import CALLED, CONVENTIONS, TWIST_ORDERS, Chain
-from exercises.arm.told import is_by_axes
-from exercises.credit import Credit
-from exercises.errors import QdotError, likeliest
-from exercises.formula.identity import Domain, Rounding
-from exercises.variation import AXES, DEFAULT, STEPS, named
+from qdot.exercises.answers import Answer
+from qdot.exercises.arm.chain import CALLED, CONVENTIONS, TWIST_ORDERS, Chain
+from qdot.exercises.arm.told import is_by_axes
+from qdot.exercises.credit import Credit
+from qdot.exercises.errors import QdotError, likeliest
+from qdot.exercises.formula.identity import Domain, Rounding
+from qdot.exercises.variation import AXES, DEFAULT, STEPS, named
 
 Kind = TypeVar("Kind", bound=Answer)
 About = TypeVar("About", bound="Details")

@@ -12,10 +12,10 @@ from typing import Any
 
 import sympy as sp
 
-from exercises.arm.chain import CONVENTIONS, Chain
-from exercises.arm.told import is_by_axes, is_omega_first
-from exercises.formula.text import text_of
-from exercises.problem import Details, Part, Problem, SymbolInfo
+from qdot.exercises.arm.chain import CONVENTIONS, Chain
+from qdot.exercises.arm.told import is_by_axes, is_omega_first
+from qdot.exercises.formula.text import text_of
+from qdot.exercises.problem import Details, Part, Problem, SymbolInfo
 
 Json = dict[str, Any]
 

@@ -10,9 +10,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from exercises.errors import QdotError
-from exercises.files import write_atomically
-from exercises.input_file import read_table
+from qdot.exercises.errors import QdotError
+from qdot.exercises.files import write_atomically
+from qdot.exercises.input_file import read_table
 
 REDRAWN = "redrawn.csv"
 COLUMNS = ("student", "problem", "family", "draw", "why")

@@ -5,18 +5,18 @@ from dataclasses import dataclass, replace
 
 import sympy as sp
 
-from exercises.arm.appearance import reason_of
-from exercises.arm.axes import Sample
-from exercises.arm.chain import Chain
-from exercises.arm.classification import Kind
-from exercises.arm.kinds import kind_is_sure
-from exercises.arm.reciprocal import Found, Left, plain_chain, reciprocal_set
-from exercises.arm.searched import Tried, tried
-from exercises.arm.singularity import Component, solved_together
-from exercises.arm.trigonometry import substitute
-from exercises.sound import sound_component, sound_words
-from exercises.verify.appearance import is_of_kind
-from exercises.writing.worked import SingularComponent
+from qdot.exercises.arm.appearance import reason_of
+from qdot.exercises.arm.axes import Sample
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.classification import Kind
+from qdot.exercises.arm.kinds import kind_is_sure
+from qdot.exercises.arm.reciprocal import Found, Left, plain_chain, reciprocal_set
+from qdot.exercises.arm.searched import Tried, tried
+from qdot.exercises.arm.singularity import Component, solved_together
+from qdot.exercises.arm.trigonometry import substitute
+from qdot.exercises.sound import sound_component, sound_words
+from qdot.exercises.verify.appearance import is_of_kind
+from qdot.exercises.writing.worked import SingularComponent
 
 MOST_SHOWN = 700
 """Operations in all entries of a matrix that is shown."""

@@ -10,18 +10,18 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from exercises.assignment import NO_CLASS, SECRET_FILE, Assignment, Student, read_roster
-from exercises.drawing import GivenUp, Vouch, draws_of, own_failure, recorded
-from exercises.errors import QdotError
-from exercises.files import made_lasting, make_folder, tidied, write_atomically
-from exercises.notebook import notebook_text, solution_notebook, student_notebook
-from exercises.parallel import ordered_map
-from exercises.problem import Problem
-from exercises.redrawn import REDRAWN, Redraw
-from exercises.render import render
-from exercises.sets import DEFAULT_SET, SETS, ProblemSet
-from exercises.store import keep, store_path
-from exercises.variation import DEFAULT
+from qdot.exercises.assignment import NO_CLASS, SECRET_FILE, Assignment, Student, read_roster
+from qdot.exercises.drawing import GivenUp, Vouch, draws_of, own_failure, recorded
+from qdot.exercises.errors import QdotError
+from qdot.exercises.files import made_lasting, make_folder, tidied, write_atomically
+from qdot.exercises.notebook import notebook_text, solution_notebook, student_notebook
+from qdot.exercises.parallel import ordered_map
+from qdot.exercises.problem import Problem
+from qdot.exercises.redrawn import REDRAWN, Redraw
+from qdot.exercises.render import render
+from qdot.exercises.sets import DEFAULT_SET, SETS, ProblemSet
+from qdot.exercises.store import keep, store_path
+from qdot.exercises.variation import DEFAULT
 
 if TYPE_CHECKING:
     from nbformat import NotebookNode

@@ -14,10 +14,10 @@ from typing import Any
 import jinja2
 from jinja2.ext import Extension
 
-from exercises.languages import ENGLISH, catalogue
-from exercises.writing.latex import tex, tex_angle, tex_length, tex_lines, tex_value, tex_zero
+from qdot.exercises.languages import ENGLISH, catalogue
+from qdot.exercises.writing.latex import tex, tex_angle, tex_length, tex_lines, tex_value, tex_zero
 
-_HERE = Path(__file__).parent
+_HERE = Path(__file__).resolve().parent
 _MARKUP = (".html.j2", ".svg.j2", ".xml.j2")
 _IN_MARKDOWN = re.compile(r"[\\`*<\[$]|~~|(?<!\w)_|_(?!\w)|&(?=#?\w+;)")
 

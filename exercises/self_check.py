@@ -7,11 +7,11 @@ behind it (`templates/notebook-self-check.py.j2`) stands in the notebook and nee
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
-from exercises.arm.chain import Chain
-from exercises.arm.told import is_by_axes, is_omega_first, told_point
-from exercises.formula.printers.python import python_text
-from exercises.problem import Part, Problem, variable
-from exercises.render import render
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.told import is_by_axes, is_omega_first, told_point
+from qdot.exercises.formula.printers.python import python_text
+from qdot.exercises.problem import Part, Problem, variable
+from qdot.exercises.render import render
 
 SELF_CHECK = "self_check"
 """What every name begins with that belongs to the checks."""

@@ -7,9 +7,9 @@ import tomllib
 from dataclasses import dataclass
 from functools import cached_property
 
-from exercises.errors import unknown
-from exercises.quizzes import ASKED
-from exercises.render import template_folder
+from qdot.exercises.errors import unknown
+from qdot.exercises.quizzes import ASKED
+from qdot.exercises.render import template_folder
 
 
 @dataclass(frozen=True)

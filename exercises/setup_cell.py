@@ -2,10 +2,10 @@
 
 from collections.abc import Sequence
 
-from exercises.formula.order import natural
-from exercises.formula.printers.python import WIDTH
-from exercises.render import render
-from exercises.self_check import Problems
+from qdot.exercises.formula.order import natural
+from qdot.exercises.formula.printers.python import WIDTH
+from qdot.exercises.render import render
+from qdot.exercises.self_check import Problems
 
 
 def setup_cell(problems: Problems) -> str:

@@ -8,8 +8,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from exercises.errors import QdotError, unknown
-from exercises.lateness import in_words, seconds_of
+from qdot.exercises.errors import QdotError, unknown
+from qdot.exercises.lateness import in_words, seconds_of
 
 MOST, APART = 5, 600
 """So many attempts count where nothing is said, each so many seconds after the one before at least."""

@@ -7,21 +7,21 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from exercises.errors import unknown
-from exercises.figure import alt_text, figure_svg, part_svg
-from exercises.notebook import (
+from qdot.exercises.errors import unknown
+from qdot.exercises.figure import alt_text, figure_svg, part_svg
+from qdot.exercises.notebook import (
     notebook_text,
     points_text,
     solution_figure,
     solution_notebook,
     student_notebook,
 )
-from exercises.problem import Part, Problem
-from exercises.quizzes import ASKED
-from exercises.record import Json, robot_json, symbol_json
-from exercises.render import render
-from exercises.writing.markup import latex_escaped, to_html, to_latex, to_text
-from exercises.writing.statement import answer_code, hints, prompt, statement, worked_solution, worked_solutions
+from qdot.exercises.problem import Part, Problem
+from qdot.exercises.quizzes import ASKED
+from qdot.exercises.record import Json, robot_json, symbol_json
+from qdot.exercises.render import render
+from qdot.exercises.writing.markup import latex_escaped, to_html, to_latex, to_text
+from qdot.exercises.writing.statement import answer_code, hints, prompt, statement, worked_solution, worked_solutions
 
 LEAD = "**Hint {}.** "
 """What a hint begins with where there is nothing to open it with."""
@@ -39,7 +39,7 @@ def show(
     With `hinted`, three hints follow every prompt; JSON always has them. `certificate` goes into the JSON as it is.
     Raises QdotError for another format.
 
-    >>> from exercises import generate
+    >>> from qdot import generate
     >>> print(show(generate("planar-2r/7", ["determinant"])).splitlines()[0])
     Planar 2R arm (planar-2r/7)
     """

@@ -9,29 +9,29 @@ from typing import Any
 
 import sympy as sp
 
-from exercises.arm.chain import Chain
-from exercises.arm.derivation import TooLong, derive
-from exercises.arm.kinds import kind_is_sure
-from exercises.arm.reciprocal import applies
-from exercises.arm.robot_file import Limits, Robot, read_robot
-from exercises.arm.searched import tried
-from exercises.arm.singularity import Component, for_special_lengths, singular_set
-from exercises.arm.told import is_by_axes, told_words, twist_rows, twist_told
-from exercises.formula.text import matrix_json
-from exercises.problem import Part, Problem, ProblemId
-from exercises.questions import QUESTIONS
-from exercises.questions.base import BY_HAND
-from exercises.questions.screws import body_jacobian, space_jacobian
-from exercises.redundant import Redundant, redundant_stages
-from exercises.render import render
-from exercises.sound import sound_components
-from exercises.special_lengths import Special, needs, relations, special_lengths
-from exercises.stream import Stream
-from exercises.writing.latex import tex, tex_angle, tex_length, tex_value
-from exercises.writing.markup import latex_escaped, to_latex, to_text
-from exercises.writing.statement import next_solution, worked_steps
-from exercises.writing.wording import Wording, triple
-from exercises.writing.worked import SingularComponent
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.derivation import TooLong, derive
+from qdot.exercises.arm.kinds import kind_is_sure
+from qdot.exercises.arm.reciprocal import applies
+from qdot.exercises.arm.robot_file import Limits, Robot, read_robot
+from qdot.exercises.arm.searched import tried
+from qdot.exercises.arm.singularity import Component, for_special_lengths, singular_set
+from qdot.exercises.arm.told import is_by_axes, told_words, twist_rows, twist_told
+from qdot.exercises.formula.text import matrix_json
+from qdot.exercises.problem import Part, Problem, ProblemId
+from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.questions.base import BY_HAND
+from qdot.exercises.questions.screws import body_jacobian, space_jacobian
+from qdot.exercises.redundant import Redundant, redundant_stages
+from qdot.exercises.render import render
+from qdot.exercises.sound import sound_components
+from qdot.exercises.special_lengths import Special, needs, relations, special_lengths
+from qdot.exercises.stream import Stream
+from qdot.exercises.writing.latex import tex, tex_angle, tex_length, tex_value
+from qdot.exercises.writing.markup import latex_escaped, to_latex, to_text
+from qdot.exercises.writing.statement import next_solution, worked_steps
+from qdot.exercises.writing.wording import Wording, triple
+from qdot.exercises.writing.worked import SingularComponent
 
 SECTIONS = (
     "home-screws", "position", "jacobian", "velocity", "joint-axes", "position-vectors", "geometric-jacobian", "twist",
@@ -119,7 +119,7 @@ def solve(chain: Chain) -> Solution:
     The position is 3 x 1, the Jacobian of the point 3 x n, the geometric one 6 x n (linear rows first, (6.6)). What
     would be too long is left out, as `note` then says.
 
-    >>> from exercises import Chain, Joint
+    >>> from qdot import Chain, Joint
     >>> arm = Chain("mine", (Joint("R", "theta1", 0, "a1", 0), Joint("R", "theta2", 0, "a2", 0)), ("vx", "vy"))
     >>> solve(arm)
     Solution(mine: J 2 x 2, det J = a1*a2*sin(theta2))

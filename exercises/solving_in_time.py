@@ -6,13 +6,13 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from typing import Any
 
-from exercises.arm.chain import CONVENTIONS, Chain
-from exercises.arm.kinds import kind_is_sure
-from exercises.arm.robot_file import Robot
-from exercises.arm.told import is_by_axes, twist_rows
-from exercises.questions import QUESTIONS
-from exercises.questions.base import BY_HAND
-from exercises.solving import (
+from qdot.exercises.arm.chain import CONVENTIONS, Chain
+from qdot.exercises.arm.kinds import kind_is_sure
+from qdot.exercises.arm.robot_file import Robot
+from qdot.exercises.arm.told import is_by_axes, twist_rows
+from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.questions.base import BY_HAND
+from qdot.exercises.solving import (
     MEANING,
     SECTIONS,
     SPECIAL,
@@ -28,9 +28,9 @@ from exercises.solving import (
     text_heading,
     text_stages,
 )
-from exercises.time_limit import OutOfTime, time_limit
-from exercises.writing.markup import to_text
-from exercises.writing.worked import SingularComponent
+from qdot.exercises.time_limit import OutOfTime, time_limit
+from qdot.exercises.writing.markup import to_text
+from qdot.exercises.writing.worked import SingularComponent
 
 Shown = Callable[[str], AbstractContextManager[object]]
 """Shows while a block lasts what is worked out in it."""

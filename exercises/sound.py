@@ -7,15 +7,15 @@ and where that fails, what is left is what is true of all singular configuration
 from collections.abc import Sequence
 from dataclasses import replace
 
-from exercises.arm.axes import Sample
-from exercises.arm.bare import bare
-from exercises.arm.chain import Chain
-from exercises.arm.classification import Kind, part_at
-from exercises.arm.singularity import Component
-from exercises.arm.told import true_of_all
-from exercises.verify.appearance import holds, is_of_kind, places_on
-from exercises.writing.statement import worked_steps
-from exercises.writing.worked import SingularComponent
+from qdot.exercises.arm.axes import Sample
+from qdot.exercises.arm.bare import bare
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.classification import Kind, part_at
+from qdot.exercises.arm.singularity import Component
+from qdot.exercises.arm.told import true_of_all
+from qdot.exercises.verify.appearance import holds, is_of_kind, places_on
+from qdot.exercises.writing.statement import worked_steps
+from qdot.exercises.writing.worked import SingularComponent
 
 
 def sound_components(chain: Chain) -> tuple[SingularComponent, ...]:

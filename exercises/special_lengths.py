@@ -12,17 +12,17 @@ from itertools import combinations
 
 import sympy as sp
 
-from exercises.arm.chain import Chain
-from exercises.arm.classification import Kind
-from exercises.arm.derivation import TooLong, derive
-from exercises.arm.kinds import kind_is_sure
-from exercises.arm.lengths import with_lengths
-from exercises.arm.needs import Need, need_of
-from exercises.arm.reciprocal import applies
-from exercises.arm.searched import lies_on
-from exercises.redundant import Redundant, redundant_stages
-from exercises.sound import sound_components
-from exercises.writing.worked import SingularComponent
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.classification import Kind
+from qdot.exercises.arm.derivation import TooLong, derive
+from qdot.exercises.arm.kinds import kind_is_sure
+from qdot.exercises.arm.lengths import with_lengths
+from qdot.exercises.arm.needs import Need, need_of
+from qdot.exercises.arm.reciprocal import applies
+from qdot.exercises.arm.searched import lies_on
+from qdot.exercises.redundant import Redundant, redundant_stages
+from qdot.exercises.sound import sound_components
+from qdot.exercises.writing.worked import SingularComponent
 
 MOST = 8
 """Relations that are looked at, the first of them."""
@@ -64,7 +64,7 @@ def _where_it_begins(need: Need) -> tuple[sp.Symbol, sp.Expr] | None:
 def relations(chain: Chain, general: tuple[SingularComponent, ...] = ()) -> list[tuple[sp.Symbol, sp.Expr]]:
     """Return what is looked at: an open length that J of the task depends on, and what it is as long as.
 
-    >>> from exercises.arm.chain import Joint
+    >>> from qdot.exercises.arm.chain import Joint
     >>> rows = [Joint("R", f"theta{i}", 0, f"a{i}", 0) for i in (1, 2)]
     >>> relations(Chain("two", tuple(rows), ("vx", "vy")))
     [(a1, a2)]

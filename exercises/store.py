@@ -20,16 +20,16 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from exercises.arm.derivation import derive, know_minors
-from exercises.assignment import Assignment
-from exercises.errors import QdotError
-from exercises.figure import figure_svg, part_svg
-from exercises.files import write_atomically
-from exercises.formula.text import know_texts, text_of
-from exercises.problem import Problem
-from exercises.render import template_folder
-from exercises.writing.markup import to_html
-from exercises.writing.statement import prompt, statement
+from qdot.exercises.arm.derivation import derive, know_minors
+from qdot.exercises.assignment import Assignment
+from qdot.exercises.errors import QdotError
+from qdot.exercises.figure import figure_svg, part_svg
+from qdot.exercises.files import write_atomically
+from qdot.exercises.formula.text import know_texts, text_of
+from qdot.exercises.problem import Problem
+from qdot.exercises.render import template_folder
+from qdot.exercises.writing.markup import to_html
+from qdot.exercises.writing.statement import prompt, statement
 
 FOLDER = ".qdot"
 
@@ -161,7 +161,7 @@ def _signature(assignment: Assignment, student: str, payload: bytes) -> str:
 def code() -> str:
     """Return a digest of the code and the versions by which problems are worked out and drawn."""
     digest = hashlib.sha256(repr((sys.version_info[:2], sp.__version__, np.__version__)).encode())
-    here = Path(__file__).parent
+    here = Path(__file__).resolve().parent
     own = [path for kind in ("py", "txt", "json") for path in here.rglob(f"*.{kind}")]
     for path in sorted([*own, *template_folder().glob("*.svg.j2")]):
         digest.update(path.name.encode() + b"\0" + path.read_bytes())

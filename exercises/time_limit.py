@@ -15,7 +15,7 @@ from types import FrameType
 
 from sympy.core.cache import clear_cache
 
-from exercises.errors import QdotError
+from qdot.exercises.errors import QdotError
 
 DEFAULT, LEAST, MOST = 60.0, 0.1, 1e8
 """Seconds of processor time after which a derivation ends if nothing else is said; and between what they are said."""

@@ -5,7 +5,7 @@ An axis changes one thing of an arm. A step is a set of axes; each holds those o
 
 from collections.abc import Sequence
 
-from exercises.errors import QdotError, unknown
+from qdot.exercises.errors import QdotError, unknown
 
 AXES = ("lengths", "zeros", "senses", "base", "tool", "task")
 """What may vary, in the order in which it is drawn. Which of them a family has is the family's (`Family.axes`)."""

@@ -50,8 +50,8 @@ The map, from the bottom up: nothing here imports what stands below it.
 
 What a library or a notebook needs stands in this package itself (`__all__`), and is loaded when it is asked for:
 
->>> from exercises import generate
->>> from grader import judge
+>>> from qdot import generate
+>>> from qdot import judge
 >>> problem = generate("polar-rp/1", ["determinant"])
 >>> judge(problem, problem["determinant"], "-(7/10 + d2)")
 Judgement(correct, 1: right)
@@ -60,18 +60,18 @@ Judgement(correct, 1: right)
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from exercises.formula.identity import Certificate as Certificate
-    from grader.answer import Given as Given
-    from grader.check import check_notebook as check_notebook
-    from grader.diagnosis import diagnose as diagnose
-    from grader.marking import mark as mark
-    from grader.notebook import grade_notebook as grade_notebook
-    from grader.parts import judge as judge
-    from grader.reading import read_answer as read_answer
-    from grader.verdict import Diagnosis as Diagnosis
-    from grader.verdict import Judgement as Judgement
-    from grader.verdict import Outcome as Outcome
-    from grader.verdict import Verdict as Verdict
+    from qdot.exercises.formula.identity import Certificate as Certificate
+    from qdot.grader.answer import Given as Given
+    from qdot.grader.check import check_notebook as check_notebook
+    from qdot.grader.diagnosis import diagnose as diagnose
+    from qdot.grader.marking import mark as mark
+    from qdot.grader.notebook import grade_notebook as grade_notebook
+    from qdot.grader.parts import judge as judge
+    from qdot.grader.reading import read_answer as read_answer
+    from qdot.grader.verdict import Diagnosis as Diagnosis
+    from qdot.grader.verdict import Judgement as Judgement
+    from qdot.grader.verdict import Outcome as Outcome
+    from qdot.grader.verdict import Verdict as Verdict
 
 _HOMES = {
     "exercises.formula.identity": ("Certificate",), "grader.answer": ("Given",), "grader.check": ("check_notebook",),
@@ -92,8 +92,8 @@ def __getattr__(name: str) -> Any:
 
     for home, names in _HOMES.items():
         if name in names:
-            return getattr(import_module(home), name)
-    raise AttributeError(f"module 'grader' has no attribute {name!r}")
+            return getattr(import_module(f"qdot.{home}"), name)
+    raise AttributeError(f"module 'qdot.grader' has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:

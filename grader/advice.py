@@ -9,20 +9,20 @@ from itertools import product
 
 import numpy as np
 
-from exercises.arm.chain import Chain
-from exercises.arm.singularity import singular_set
-from exercises.arm.stages import numbers
-from exercises.formula.claims import claimed_pieces
-from exercises.formula.conditions import Space, compare_sets
-from exercises.formula.pieces import pieces
-from exercises.formula.program import compile_program, evaluate
-from exercises.formula.trees import ReadError, names
-from exercises.mistakes.given import Values, configurations
-from exercises.problem import Part, Problem
-from exercises.questions.results import is_derived, result
-from exercises.stream import Stream
-from grader.answer import Given, with_joint
-from grader.verdict import Diagnosis
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.singularity import singular_set
+from qdot.exercises.arm.stages import numbers
+from qdot.exercises.formula.claims import claimed_pieces
+from qdot.exercises.formula.conditions import Space, compare_sets
+from qdot.exercises.formula.pieces import pieces
+from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.formula.trees import ReadError, names
+from qdot.exercises.mistakes.given import Values, configurations
+from qdot.exercises.problem import Part, Problem
+from qdot.exercises.questions.results import is_derived, result
+from qdot.exercises.stream import Stream
+from qdot.grader.answer import Given, with_joint
+from qdot.grader.verdict import Diagnosis
 
 POINTS = 5
 PRECISE = 1e-3

@@ -8,14 +8,14 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from exercises.formula.algebra import Matrix
-from exercises.formula.claims import claimed_pieces
-from exercises.formula.expression import read
-from exercises.formula.identity import Domain
-from exercises.formula.notation import kind_of_unit, units_of_numbers
-from exercises.formula.pieces import WHOLE_NUMBERS
-from exercises.formula.tables import numbers_text, table_text
-from exercises.formula.trees import (
+from qdot.exercises.formula.algebra import Matrix
+from qdot.exercises.formula.claims import claimed_pieces
+from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.identity import Domain
+from qdot.exercises.formula.notation import kind_of_unit, units_of_numbers
+from qdot.exercises.formula.pieces import WHOLE_NUMBERS
+from qdot.exercises.formula.tables import numbers_text, table_text
+from qdot.exercises.formula.trees import (
     CHAIN,
     Node,
     ReadError,
@@ -29,9 +29,9 @@ from exercises.formula.trees import (
     size_of,
     statement_in,
 )
-from exercises.formula.vocabulary import LIMITS, VOCABULARY, pattern
-from grader.function_values import Table
-from grader.verdict import Judgement, missing, wrong
+from qdot.exercises.formula.vocabulary import LIMITS, VOCABULARY, pattern
+from qdot.grader.function_values import Table
+from qdot.grader.verdict import Judgement, missing, wrong
 
 
 @dataclass(frozen=True)

@@ -21,8 +21,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
-from grader.cells import INSTEAD, LARGEST, OverLimit, Unreadable, plain
-from grader.own_folder import own_folder
+from qdot.grader.cells import INSTEAD, LARGEST, OverLimit, Unreadable, plain
+from qdot.grader.own_folder import own_folder
 
 MOST_FILES = 10_000
 """Files in an archive that a student hands in."""

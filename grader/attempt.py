@@ -10,22 +10,22 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from exercises.assignment import Assignment
-from exercises.errors import QdotError, of_machine
-from exercises.problem import ENGINE, Problem
-from exercises.setup_cell import setup_cell
-from exercises.store import kept
-from grader.cells import OverLimit, Unreadable, plain
-from grader.clock import Allowance
-from grader.copies import Copies
-from grader.finding import Answers, find_answers
-from grader.function_values import asked_of
-from grader.groups import group_key
-from grader.marking import mark
-from grader.sandbox import Run, Sandbox
-from grader.submission import Found, Note, Submission, oddities, read_submission, rivals, time_of, wrong_assignment
-from grader.uncounted import without_self_checks
-from grader.verdict import Outcome, Verdict
+from qdot.exercises.assignment import Assignment
+from qdot.exercises.errors import QdotError, of_machine
+from qdot.exercises.problem import ENGINE, Problem
+from qdot.exercises.setup_cell import setup_cell
+from qdot.exercises.store import kept
+from qdot.grader.cells import OverLimit, Unreadable, plain
+from qdot.grader.clock import Allowance
+from qdot.grader.copies import Copies
+from qdot.grader.finding import Answers, find_answers
+from qdot.grader.function_values import asked_of
+from qdot.grader.groups import group_key
+from qdot.grader.marking import mark
+from qdot.grader.sandbox import Run, Sandbox
+from qdot.grader.submission import Found, Note, Submission, oddities, read_submission, rivals, time_of, wrong_assignment
+from qdot.grader.uncounted import without_self_checks
+from qdot.grader.verdict import Outcome, Verdict
 
 GRADER = 14
 """Version of the grader: any change of what a submission earns, or of what is kept of it, raises it."""

@@ -17,18 +17,18 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from exercises.assignment import Assignment, Student
-from exercises.errors import QdotError, of_machine
-from exercises.files import cannot_write, lock, made_lasting, make_folder, tidied, write_atomically
-from exercises.parallel import ordered_map
-from grader.attempt import Attempt, Marked, grade_safely, is_graded, made_from, read_attempts, told, ungraded
-from grader.cells import plain
-from grader.copies import Copies
-from grader.overrides import Overrides, read_overrides
-from grader.remote import Order, brief_of, graded_by, order_of
-from grader.sandbox import Limits, Sandbox
-from grader.settle import Graded, Result, settle
-from grader.submission import Found
+from qdot.exercises.assignment import Assignment, Student
+from qdot.exercises.errors import QdotError, of_machine
+from qdot.exercises.files import cannot_write, lock, made_lasting, make_folder, tidied, write_atomically
+from qdot.exercises.parallel import ordered_map
+from qdot.grader.attempt import Attempt, Marked, grade_safely, is_graded, made_from, read_attempts, told, ungraded
+from qdot.grader.cells import plain
+from qdot.grader.copies import Copies
+from qdot.grader.overrides import Overrides, read_overrides
+from qdot.grader.remote import Order, brief_of, graded_by, order_of
+from qdot.grader.sandbox import Limits, Sandbox
+from qdot.grader.settle import Graded, Result, settle
+from qdot.grader.submission import Found
 
 DIED = "its process was ended twice by the system, probably for want of memory"
 

@@ -18,7 +18,7 @@ from typing import Any
 
 import pydantic
 
-from exercises.errors import QdotError
+from qdot.exercises.errors import QdotError
 
 
 class Kind(StrEnum):

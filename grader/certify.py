@@ -12,18 +12,18 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from exercises.assignment import Assignment
-from exercises.difficulty import difficulty
-from exercises.drawing import check
-from exercises.errors import QdotError
-from exercises.families import Family
-from exercises.generation import generate
-from exercises.parallel import ordered_map
-from exercises.problem import ENGINE, Problem, ProblemId
-from exercises.record import digests
-from exercises.release import Certifier, certificate_path, notebook_path
-from exercises.verify import ProblemCertificate, certify
-from grader.certificates import (
+from qdot.exercises.assignment import Assignment
+from qdot.exercises.difficulty import difficulty
+from qdot.exercises.drawing import check
+from qdot.exercises.errors import QdotError
+from qdot.exercises.families import Family
+from qdot.exercises.generation import generate
+from qdot.exercises.parallel import ordered_map
+from qdot.exercises.problem import ENGINE, Problem, ProblemId
+from qdot.exercises.record import digests
+from qdot.exercises.release import Certifier, certificate_path, notebook_path
+from qdot.exercises.verify import ProblemCertificate, certify
+from qdot.grader.certificates import (
     Certificate,
     Failure,
     Kind,
@@ -33,8 +33,8 @@ from grader.certificates import (
     notebook_failures,
     read_certificate,
 )
-from grader.parts import judge
-from grader.verdict import Outcome
+from qdot.grader.parts import judge
+from qdot.grader.verdict import Outcome
 
 
 @dataclass(frozen=True)

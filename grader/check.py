@@ -9,22 +9,22 @@ from typing import TypeGuard
 
 import sympy as sp
 
-from exercises.answers import TRUE_FALSE, Answer, ConditionSet, Direction, Expression, Matrix, Number
-from exercises.errors import QdotError
-from exercises.formula.identity import Domain
-from exercises.formula.trees import has_blank
-from exercises.problem import variable
-from exercises.quizzes import ASKED
-from exercises.setup_cell import setup_of
-from grader.answer import OR, Given, at_once, read_any
-from grader.cells import OverLimit, Unreadable
-from grader.finding import asked_in, find_answers
-from grader.formulas import unknown_symbols
-from grader.function_values import is_table
-from grader.reading import Due, read_as
-from grader.sandbox import Sandbox
-from grader.submission import Submission, beside, read_submission
-from grader.verdict import Outcome
+from qdot.exercises.answers import TRUE_FALSE, Answer, ConditionSet, Direction, Expression, Matrix, Number
+from qdot.exercises.errors import QdotError
+from qdot.exercises.formula.identity import Domain
+from qdot.exercises.formula.trees import has_blank
+from qdot.exercises.problem import variable
+from qdot.exercises.quizzes import ASKED
+from qdot.exercises.setup_cell import setup_of
+from qdot.grader.answer import OR, Given, at_once, read_any
+from qdot.grader.cells import OverLimit, Unreadable
+from qdot.grader.finding import asked_in, find_answers
+from qdot.grader.formulas import unknown_symbols
+from qdot.grader.function_values import is_table
+from qdot.grader.reading import Due, read_as
+from qdot.grader.sandbox import Sandbox
+from qdot.grader.submission import Submission, beside, read_submission
+from qdot.grader.verdict import Outcome
 
 STATEMENTS = ("eq", "and", "or", "in", "pair", "dict", "set")
 """Kinds of nodes that are conditions, and no entries of a matrix."""

@@ -5,10 +5,10 @@ import unicodedata
 from collections.abc import Sequence
 from fractions import Fraction
 
-from exercises.answers import LETTERS, TRUE_FALSE
-from exercises.formula.identity import Certificate
-from grader.answer import Given
-from grader.verdict import Judgement, correct, graded, missing, wrong
+from qdot.exercises.answers import LETTERS, TRUE_FALSE
+from qdot.exercises.formula.identity import Certificate
+from qdot.grader.answer import Given
+from qdot.grader.verdict import Judgement, correct, graded, missing, wrong
 
 NOTHING = ("", "blank", "ellipsis", "none")
 """What is said where nothing was answered."""

@@ -6,12 +6,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path, PurePath
 from typing import Any
 
-from exercises.assignment import SECRET_FILE, SECRET_VARIABLE, Assignment, load_assignment
-from exercises.errors import QdotError
-from exercises.release import notebook_path
-from grader.certify import former_students
-from grader.layouts import only_folder
-from grader.submission import DEEPEST, Found, Looked, Submission, read_submission
+from qdot.exercises.assignment import SECRET_FILE, SECRET_VARIABLE, Assignment, load_assignment
+from qdot.exercises.errors import QdotError
+from qdot.exercises.release import notebook_path
+from qdot.grader.certify import former_students
+from qdot.grader.layouts import only_folder
+from qdot.grader.submission import DEEPEST, Found, Looked, Submission, read_submission
 
 LOOKED_AT = 25
 """Students, spread over the roster, whose notebooks' metadata are looked at."""

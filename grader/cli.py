@@ -36,20 +36,21 @@ STOPPED = {
 """What is said of a command that Ctrl-C or SIGTERM ended, where there is more to say than that it stopped."""
 
 WORKERS = {
-    "generate": ("exercises.release", "grader.certify"), "grade": ("grader.batch", "grader.reports.write"),
-    "demo": ("exercises.release", "grader.certify", "grader.batch", "grader.reports.write"),
+    "generate": ("qdot.exercises.release", "qdot.grader.certify"),
+    "grade": ("qdot.grader.batch", "qdot.grader.reports.write"),
+    "demo": ("qdot.exercises.release", "qdot.grader.certify", "qdot.grader.batch", "qdot.grader.reports.write"),
 }  # fmt: skip
 """What the processes of a command need: they load it while the command loads what it needs itself."""
 
 
 COMMANDS = {
-    **dict.fromkeys(("init", "families", "questions", "show", "robots", "solve"), "exercises.commands"),
-    **dict.fromkeys(("verify", "generate"), "grader.commands"),
-    "check": "grader.student_command",
-    **dict.fromkeys(("compare", "grade", "doctor"), "grader.commands"),
-    **dict.fromkeys(("export", "report"), "grader.outlets"),
-    **dict.fromkeys(("upgrade-check", "forget"), "grader.keeping"),
-    "demo": "grader.commands",
+    **dict.fromkeys(("init", "families", "questions", "show", "robots", "solve"), "qdot.exercises.commands"),
+    **dict.fromkeys(("verify", "generate"), "qdot.grader.commands"),
+    "check": "qdot.grader.student_command",
+    **dict.fromkeys(("compare", "grade", "doctor"), "qdot.grader.commands"),
+    **dict.fromkeys(("export", "report"), "qdot.grader.outlets"),
+    **dict.fromkeys(("upgrade-check", "forget"), "qdot.grader.keeping"),
+    "demo": "qdot.grader.commands",
 }
 """Each command, and the module in which it is the function of that name, with _ for -."""
 ENDING = [signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else [])]
@@ -75,7 +76,7 @@ def program(only: str = "") -> "typer.Typer":
     """
     import typer
 
-    from grader.examples import epilog
+    from qdot.grader.examples import epilog
 
     named = _described if only == LISTING else _loaded
 
@@ -101,7 +102,7 @@ def program(only: str = "") -> "typer.Typer":
     if only not in COMMANDS:
         pages = typer.Typer(no_args_is_help=True, help="The web site: build it, or show it.")
         for name, function in SITE.items():
-            pages.command(name, epilog=epilog(f"site {name}"))(named("grader.site", function))
+            pages.command(name, epilog=epilog(f"site {name}"))(named("qdot.grader.site", function))
         app.add_typer(pages, name="site")
     return app
 
@@ -165,7 +166,7 @@ def _guarded(command: Callable[..., None]) -> Callable[..., None]:
     """Return the command with its errors told in one line: 2 for bad input or our own failure, 130 or 143 stopped."""
     import typer
 
-    from exercises.errors import QdotError, of_machine
+    from qdot.exercises.errors import QdotError, of_machine
 
     @functools.wraps(command)
     def run(*args: object, **options: object) -> None:
@@ -194,14 +195,14 @@ def _guarded(command: Callable[..., None]) -> Callable[..., None]:
 def _leave(message: str, code: int) -> NoReturn:
     import typer
 
-    from exercises.console import printable
+    from qdot.exercises.console import printable
 
     sys.stderr.write(f"qdot: {printable(message)}\n")
     raise typer.Exit(code)
 
 
 def _stop_at_once(number: int, _: object) -> NoReturn:
-    if (parallel := sys.modules.get("exercises.parallel")) is not None:
+    if (parallel := sys.modules.get("qdot.exercises.parallel")) is not None:
         parallel.stop_loading()
     os.write(2, f"qdot: {STOPPED.get(' '.join(sys.argv[1:2]), 'stopped')}\n".encode())
     os._exit(128 + number)
@@ -262,7 +263,7 @@ def main() -> None:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(encoding=_encoding(stream), errors="replace")  # a terminal that knows no "θ" shows "?"
     if (modules := WORKERS.get(" ".join(sys.argv[1:2]))) and "--help" not in sys.argv:
-        from exercises.parallel import load_ahead
+        from qdot.exercises.parallel import load_ahead
 
         load_ahead(modules)
     program(_wanted(sys.argv[1:], os.environ))()

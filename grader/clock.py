@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import mpmath
 
-from exercises.time_limit import Watch, end_of
+from qdot.exercises.time_limit import Watch, end_of
 
 
 class Overlong(BaseException):

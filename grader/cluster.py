@@ -9,9 +9,9 @@ from concurrent.futures import Executor
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from exercises.errors import QdotError
-from exercises.extras import need
-from grader.remote import GO_ON
+from qdot.exercises.errors import QdotError
+from qdot.exercises.extras import need
+from qdot.grader.remote import GO_ON
 
 if TYPE_CHECKING:
     from distributed import Client

@@ -14,32 +14,32 @@ from typing import Annotated, Any
 
 import typer
 
-from exercises.assignment import Assignment, Student, load_assignment
-from exercises.completion import among
-from exercises.console import VariationOption, note, progress, say
-from exercises.drawing import GivenUp, raise_left_out, redrawn_since
-from exercises.errors import QdotError
-from exercises.families import FAMILIES
-from exercises.generation import family_named
-from exercises.options import ConventionOption, TwistOrderOption
-from exercises.problem import ProblemId
-from exercises.release import CORES, Released, notebook_path, release
-from grader import guarantees
-from grader.batch import WritePage, alone, cache_of, grade_class, share_of
-from grader.certificates import Kind
-from grader.certify import CERTIFIER, Task, former_students, record_of, tasks_of, unknown_files
-from grader.class_check import check_class, check_secret, load_class, read_some
-from grader.cluster import connected
-from grader.compare import TYPES, as_json, compare_lines, likely_type
-from grader.compare import compare as compare_texts
-from grader.marking import number
-from grader.overrides import OVERRIDES, read_overrides, without_answers
-from grader.reports.tables import NO_MARK, count_set, staff_notes, status
-from grader.sandbox import Limits, check_system
-from grader.settle import Result
-from grader.sharing import shared_answers
-from grader.single import found_of_one, grade_one, limits_of, read_time, student_named
-from grader.submission import OTHER_EDITION, Found, find_submissions, opened
+from qdot.exercises.assignment import Assignment, Student, load_assignment
+from qdot.exercises.completion import among
+from qdot.exercises.console import VariationOption, note, progress, say
+from qdot.exercises.drawing import GivenUp, raise_left_out, redrawn_since
+from qdot.exercises.errors import QdotError
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.generation import family_named
+from qdot.exercises.options import ConventionOption, TwistOrderOption
+from qdot.exercises.problem import ProblemId
+from qdot.exercises.release import CORES, Released, notebook_path, release
+from qdot.grader import guarantees
+from qdot.grader.batch import WritePage, alone, cache_of, grade_class, share_of
+from qdot.grader.certificates import Kind
+from qdot.grader.certify import CERTIFIER, Task, former_students, record_of, tasks_of, unknown_files
+from qdot.grader.class_check import check_class, check_secret, load_class, read_some
+from qdot.grader.cluster import connected
+from qdot.grader.compare import TYPES, as_json, compare_lines, likely_type
+from qdot.grader.compare import compare as compare_texts
+from qdot.grader.marking import number
+from qdot.grader.overrides import OVERRIDES, read_overrides, without_answers
+from qdot.grader.reports.tables import NO_MARK, count_set, staff_notes, status
+from qdot.grader.sandbox import Limits, check_system
+from qdot.grader.settle import Result
+from qdot.grader.sharing import shared_answers
+from qdot.grader.single import found_of_one, grade_one, limits_of, read_time, student_named
+from qdot.grader.submission import OTHER_EDITION, Found, find_submissions, opened
 
 Jobs = Annotated[
     int, typer.Option("--jobs", "-j", min=1, help="How many processes work at once.", show_default="cores")
@@ -125,7 +125,7 @@ def verify(
     they still the same? One without a certificate fails. Leaves with code 1 if a problem fails; each failure is printed
     with what was found.
     """
-    from grader.certify import certify_all
+    from qdot.grader.certify import certify_all
 
     tasks = _tasks(what, family, range(first, first + count), _Told(variation, convention, twist_order))
     started = time.monotonic()
@@ -294,7 +294,7 @@ def grade(
     The formats of --report are in docs/outlets.md. With --student, nothing else is written than these reports. Several
     machines can grade a class together: docs/many-submissions.md.
     """
-    from grader.reports.formats import STDOUT, read_reports, write_asked
+    from qdot.grader.reports.formats import STDOUT, read_reports, write_asked
 
     asked = read_reports(report, bool(student))
     if received and not student:
@@ -329,8 +329,8 @@ def _grade(
     assignment: Assignment, submissions: Path, named: Path, jobs: int, limits: Limits, diff: bool,
     tell: Callable[[str], None], executor: str, whole: Path | None,
 ) -> list[Result]:  # fmt: skip
-    from grader.history import earlier_results, told
-    from grader.reports.write import write_page, write_reports
+    from qdot.grader.history import earlier_results, told
+    from qdot.grader.reports.write import write_page, write_reports
 
     looked = find_submissions(assignment, submissions)
     check_class(assignment, looked, submissions, named)
@@ -535,7 +535,7 @@ def demo(
 
     Makes the folder, generates, hands in what is right, wrong, blank or broken, and grades it.
     """
-    from grader.demo import run_demo
+    from qdot.grader.demo import run_demo
 
     check_system()
     run_demo(folder, jobs)

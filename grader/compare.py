@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from exercises.errors import QdotError
-from exercises.formula.expression import MAX_DEPTH, read, tree_of_reference
-from exercises.formula.identity import Domain, default_role
-from exercises.formula.trees import Node, ReadError, as_matrix, names
-from grader.answer import read_conditions, read_formula, read_matrix
-from grader.clock import Budget, Overlong
-from grader.formulas import by_joints, judge_angles, judge_expression, judge_matrix, judge_singular
-from grader.verdict import Judgement, Outcome
+from qdot.exercises.errors import QdotError
+from qdot.exercises.formula.expression import MAX_DEPTH, read, tree_of_reference
+from qdot.exercises.formula.identity import Domain, default_role
+from qdot.exercises.formula.trees import Node, ReadError, as_matrix, names
+from qdot.grader.answer import read_conditions, read_formula, read_matrix
+from qdot.grader.clock import Budget, Overlong
+from qdot.grader.formulas import by_joints, judge_angles, judge_expression, judge_matrix, judge_singular
+from qdot.grader.verdict import Judgement, Outcome
 
 TYPES = ("expression", "matrix", "angles", "singular")
 

@@ -6,17 +6,17 @@ from contextlib import suppress
 
 import numpy as np
 
-from exercises.arm.chain import Chain
-from exercises.arm.stages import numbers
-from exercises.assignment import Assignment, Slot
-from exercises.errors import QdotError
-from exercises.formula.identity import Domain
-from exercises.formula.program import compile_program, evaluate
-from exercises.formula.trees import Node, names
-from exercises.generation import sample_chain
-from exercises.problem import Part, Problem
-from exercises.questions.results import is_derived, result
-from exercises.stream import Stream
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.stages import numbers
+from qdot.exercises.assignment import Assignment, Slot
+from qdot.exercises.errors import QdotError
+from qdot.exercises.formula.identity import Domain
+from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.formula.trees import Node, names
+from qdot.exercises.generation import sample_chain
+from qdot.exercises.problem import Part, Problem
+from qdot.exercises.questions.results import is_derived, result
+from qdot.exercises.stream import Stream
 
 POINTS = 2
 DIGITS = 1e6

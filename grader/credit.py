@@ -1,7 +1,7 @@
 """What an answer earns that is right in part, by the rule of its type (docs/partial-credit.md).
 
-Shares are those of `exercises.credit`. Lengths and angles of the arm are constants; what else there is depends on the
-configuration.
+Shares are those of `qdot.exercises.credit`. Lengths and angles of the arm are constants; what else there is depends
+on the configuration.
 """
 
 from collections.abc import Sequence
@@ -13,23 +13,23 @@ from itertools import combinations, product
 import numpy as np
 import sympy as sp
 
-from exercises.answers import Number
-from exercises.credit import HALF, MOST_WRONG, OWN, share_but_for_a_factor, share_of_columns, share_of_product
-from exercises.formula.algebra import ONE, ZERO, factors, times
-from exercises.formula.expression import tree_of_reference
-from exercises.formula.identity import READABLE, Domain, compare_entries
-from exercises.formula.program import compile_program, evaluate
-from exercises.formula.scale import Factor, constant_factor
-from exercises.formula.text import text_of
-from exercises.formula.trees import Node, names
-from exercises.problem import Part, Problem
-from exercises.questions.results import divisor, is_product
-from exercises.stream import Stream
-from grader.answer import Given
-from grader.diagnosis import is_one_mistake
-from grader.follow import IsCopied, nothing_copied
-from grader.function_values import Table
-from grader.verdict import Judgement, Outcome
+from qdot.exercises.answers import Number
+from qdot.exercises.credit import HALF, MOST_WRONG, OWN, share_but_for_a_factor, share_of_columns, share_of_product
+from qdot.exercises.formula.algebra import ONE, ZERO, factors, times
+from qdot.exercises.formula.expression import tree_of_reference
+from qdot.exercises.formula.identity import READABLE, Domain, compare_entries
+from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.formula.scale import Factor, constant_factor
+from qdot.exercises.formula.text import text_of
+from qdot.exercises.formula.trees import Node, names
+from qdot.exercises.problem import Part, Problem
+from qdot.exercises.questions.results import divisor, is_product
+from qdot.exercises.stream import Stream
+from qdot.grader.answer import Given
+from qdot.grader.diagnosis import is_one_mistake
+from qdot.grader.follow import IsCopied, nothing_copied
+from qdot.grader.function_values import Table
+from qdot.grader.verdict import Judgement, Outcome
 
 POINTS = 6
 MOST_FACTORS = 6

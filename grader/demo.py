@@ -6,22 +6,22 @@ from pathlib import Path
 
 import nbformat
 
-from exercises.assignment import Assignment, Student, load_assignment
-from exercises.console import note, progress, say
-from exercises.drawing import GivenUp, raise_left_out
-from exercises.errors import QdotError
-from exercises.extras import lacking
-from exercises.files import write_atomically
-from exercises.problem import Part, Problem
-from exercises.release import Released, init_assignment, release
-from grader.batch import alone, grade_class
-from grader.certify import CERTIFIER, record_of
-from grader.reports.formats import write_asked
-from grader.reports.tables import status
-from grader.reports.write import write_page, write_reports
-from grader.sandbox import Limits
-from grader.settle import Result
-from grader.submission import find_submissions
+from qdot.exercises.assignment import Assignment, Student, load_assignment
+from qdot.exercises.console import note, progress, say
+from qdot.exercises.drawing import GivenUp, raise_left_out
+from qdot.exercises.errors import QdotError
+from qdot.exercises.extras import lacking
+from qdot.exercises.files import write_atomically
+from qdot.exercises.problem import Part, Problem
+from qdot.exercises.release import Released, init_assignment, release
+from qdot.grader.batch import alone, grade_class
+from qdot.grader.certify import CERTIFIER, record_of
+from qdot.grader.reports.formats import write_asked
+from qdot.grader.reports.tables import status
+from qdot.grader.reports.write import write_page, write_reports
+from qdot.grader.sandbox import Limits
+from qdot.grader.settle import Result
+from qdot.grader.submission import find_submissions
 
 TITLE, KEY = "Velocity kinematics, demonstration", "velocity"
 SECRET = "a demonstration needs no secret, so that it shows the same class everywhere"  # noqa: S105

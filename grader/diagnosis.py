@@ -10,12 +10,12 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from exercises.arm.stages import Working, numbers
-from exercises.formula.algebra import Matrix as Rows
-from exercises.formula.expression import read
-from exercises.formula.program import compile_program, evaluate
-from exercises.formula.trees import Node, ReadError, as_matrix, digits_of_decimals
-from exercises.mistakes.catalogue import (
+from qdot.exercises.arm.stages import Working, numbers
+from qdot.exercises.formula.algebra import Matrix as Rows
+from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.formula.trees import Node, ReadError, as_matrix, digits_of_decimals
+from qdot.exercises.mistakes.catalogue import (
     ALIKE,
     CATALOGUE,
     NO_OFTENER,
@@ -26,22 +26,22 @@ from exercises.mistakes.catalogue import (
     taken,
     wrong_answers,
 )
-from exercises.mistakes.given import Values, configurations
-from exercises.problem import Part, Problem
-from exercises.questions.concepts import option_numbers
-from exercises.questions.results import is_derived, is_product, result
-from exercises.quizzes.options import blames_of
-from exercises.stream import Stream
-from exercises.writing.statement import answer_code
-from grader.answer import Given
-from grader.finished import TOO_MANY, Compared, finished
-from grader.function_values import Table
-from grader.numbers import SAME, InNumbers, says_something, unit
-from grader.parts import judge_given
-from grader.residuals import missing_links
-from grader.rounded import is_right, rounded, rounded_values
-from grader.set_mistakes import behind_set
-from grader.verdict import Diagnosis, Outcome, known_by
+from qdot.exercises.mistakes.given import Values, configurations
+from qdot.exercises.problem import Part, Problem
+from qdot.exercises.questions.concepts import option_numbers
+from qdot.exercises.questions.results import is_derived, is_product, result
+from qdot.exercises.quizzes.options import blames_of
+from qdot.exercises.stream import Stream
+from qdot.exercises.writing.statement import answer_code
+from qdot.grader.answer import Given
+from qdot.grader.finished import TOO_MANY, Compared, finished
+from qdot.grader.function_values import Table
+from qdot.grader.numbers import SAME, InNumbers, says_something, unit
+from qdot.grader.parts import judge_given
+from qdot.grader.residuals import missing_links
+from qdot.grader.rounded import is_right, rounded, rounded_values
+from qdot.grader.set_mistakes import behind_set
+from qdot.grader.verdict import Diagnosis, Outcome, known_by
 
 POINTS = 16
 THREE_DECIMALS = 6e-4
@@ -84,8 +84,8 @@ def diagnose(
     One of the `causes` that were found in earlier parts is told as that. `seed` draws the configurations at which the
     answer is compared with what mistakes give. `oftener` is what is known of mistakes that a class makes more.
 
-    >>> from exercises import generate
-    >>> from grader import read_answer
+    >>> from qdot import generate
+    >>> from qdot import read_answer
     >>> problem = generate("polar-rp/1", ["determinant"])
     >>> (part,) = problem.parts
     >>> diagnose(problem, part, read_answer(problem, part, "d2 + 0.7")).mistakes

@@ -6,13 +6,13 @@ from fractions import Fraction
 
 import numpy as np
 
-from exercises.formula.identity import Certificate, Domain, compare_entries, number, told_apart
-from exercises.formula.program import compile_program, evaluate
-from exercises.formula.trees import Node
-from grader.answer import Given
-from grader.counterexample import at_words, number_words
-from grader.formulas import unknown_symbols
-from grader.verdict import Judgement, correct, missing, wrong
+from qdot.exercises.formula.identity import Certificate, Domain, compare_entries, number, told_apart
+from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.formula.trees import Node
+from qdot.grader.answer import Given
+from qdot.grader.counterexample import at_words, number_words
+from qdot.grader.formulas import unknown_symbols
+from qdot.grader.verdict import Judgement, correct, missing, wrong
 
 ZERO = 1e-12
 """An imaginary part below this share of a number is rounding."""

@@ -1,6 +1,6 @@
 """Pages of docs/ that are made from the registries of outlets and reports, the schemas, and what the packages offer.
 
-`python -m grader.docs` writes them; a test says when they are out of date.
+`python -m qdot.grader.docs` writes them; a test says when they are out of date.
 """
 
 import inspect
@@ -16,19 +16,18 @@ from typing import Any
 
 import sympy as sp
 
-import exercises
-import grader
-from exercises.console import say
-from exercises.docs.dependencies import dependencies_page, with_install_words
-from exercises.exports.registry import OUTLETS
-from exercises.files import write_atomically
-from exercises.generation import generate
-from exercises.problem import ENGINE, Problem, ProblemId
-from exercises.render import render
-from grader.marking import share_earned
-from grader.reports.formats import FORMATS
+from qdot import exercises, grader
+from qdot.exercises.console import say
+from qdot.exercises.docs.dependencies import dependencies_page, with_install_words
+from qdot.exercises.exports.registry import OUTLETS
+from qdot.exercises.files import write_atomically
+from qdot.exercises.generation import generate
+from qdot.exercises.problem import ENGINE, Problem, ProblemId
+from qdot.exercises.render import render
+from qdot.grader.marking import share_earned
+from qdot.grader.reports.formats import FORMATS
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).resolve().parents[1]
 RUNS = ROOT / "tests" / "platforms"
 SCHEMAS = ROOT / "docs" / "schemas"
 

@@ -12,10 +12,10 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from exercises.problem import Problem, variable
-from grader.cells import Cell, OverLimit, first_fault, parsed, plain
-from grader.contained.ipython import python_of
-from grader.sandbox import Run
+from qdot.exercises.problem import Problem, variable
+from qdot.grader.cells import Cell, OverLimit, first_fault, parsed, plain
+from qdot.grader.contained.ipython import python_of
+from qdot.grader.sandbox import Run
 
 MOST = 50
 """Text cells, and names that may be misspelt, that are looked into for an answer."""

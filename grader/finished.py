@@ -10,12 +10,12 @@ from itertools import islice, product
 
 import numpy as np
 
-from exercises.formula.algebra import ONE, terms_of
-from exercises.formula.algebra import Matrix as Rows
-from exercises.formula.program import evaluate_each
-from exercises.formula.trees import Node, names, node_text, size_of
-from exercises.mistakes.catalogue import CATALOGUE
-from exercises.mistakes.finished import (
+from qdot.exercises.formula.algebra import ONE, terms_of
+from qdot.exercises.formula.algebra import Matrix as Rows
+from qdot.exercises.formula.program import evaluate_each
+from qdot.exercises.formula.trees import Node, names, node_text, size_of
+from qdot.exercises.mistakes.catalogue import CATALOGUE
+from qdot.exercises.mistakes.finished import (
     LONGEST,
     MOST_TERMS,
     Edit,
@@ -24,9 +24,9 @@ from exercises.mistakes.finished import (
     throughout,
     waves_in,
 )
-from exercises.mistakes.given import Values
-from grader.numbers import InNumbers, says_something
-from grader.verdict import Diagnosis
+from qdot.exercises.mistakes.given import Values
+from qdot.grader.numbers import InNumbers, says_something
+from qdot.grader.verdict import Diagnosis
 
 MOST_ENTRIES = 8
 """Wrong entries in which single slips are looked for."""

@@ -15,23 +15,23 @@ from fractions import Fraction
 
 import numpy as np
 
-from exercises.answers import Direction, Number
-from exercises.arm.arithmetic import Trees, determinant
-from exercises.arm.chain import Chain
-from exercises.arm.stages import Change, Working, numbers, trees
-from exercises.formula.algebra import ZERO, factors
-from exercises.formula.algebra import Matrix as Rows
-from exercises.formula.identity import READABLE
-from exercises.formula.program import compile_program, evaluate
-from exercises.formula.trees import Node, ReadError, names, size_of
-from exercises.mistakes.given import configurations
-from exercises.problem import Part, Problem
-from exercises.questions import QUESTIONS
-from exercises.stream import Stream
-from grader.answer import Given
-from grader.direction import judge_direction
-from grader.formulas import judge_expression, judge_matrix, judge_numbers, judge_singular
-from grader.verdict import Judgement
+from qdot.exercises.answers import Direction, Number
+from qdot.exercises.arm.arithmetic import Trees, determinant
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.stages import Change, Working, numbers, trees
+from qdot.exercises.formula.algebra import ZERO, factors
+from qdot.exercises.formula.algebra import Matrix as Rows
+from qdot.exercises.formula.identity import READABLE
+from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.formula.trees import Node, ReadError, names, size_of
+from qdot.exercises.mistakes.given import configurations
+from qdot.exercises.problem import Part, Problem
+from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.stream import Stream
+from qdot.grader.answer import Given
+from qdot.grader.direction import judge_direction
+from qdot.grader.formulas import judge_expression, judge_matrix, judge_numbers, judge_singular
+from qdot.grader.verdict import Judgement
 
 MOST_ROWS = 4
 """Rows of the largest matrix of which the determinant is written out."""

@@ -15,17 +15,17 @@ from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
 
-from exercises.assignment import Student, read_roster, roster_table
-from exercises.errors import QdotError, unknown
-from exercises.files import IS_POSIX, write_atomically
-from exercises.gradebook import identifier_of
-from exercises.input_file import read_table, without_lines
-from exercises.redrawn import REDRAWN
-from exercises.store import FOLDER as STORE
-from grader.batch import alone, cache_in, kept_path
-from grader.contained import folders
-from grader.overrides import OVERRIDES
-from grader.submission import NOT_FETCHED, handed_in_by
+from qdot.exercises.assignment import Student, read_roster, roster_table
+from qdot.exercises.errors import QdotError, unknown
+from qdot.exercises.files import IS_POSIX, write_atomically
+from qdot.exercises.gradebook import identifier_of
+from qdot.exercises.input_file import read_table, without_lines
+from qdot.exercises.redrawn import REDRAWN
+from qdot.exercises.store import FOLDER as STORE
+from qdot.grader.batch import alone, cache_in, kept_path
+from qdot.grader.contained import folders
+from qdot.grader.overrides import OVERRIDES
+from qdot.grader.submission import NOT_FETCHED, handed_in_by
 
 ROSTER = "roster.csv"
 ASIDE = ".forgetting-"

@@ -6,17 +6,17 @@ from fractions import Fraction
 
 import numpy as np
 
-from exercises.credit import false_conditions, share_of_entries, share_of_set, spoiled
-from exercises.formula.algebra import Matrix
-from exercises.formula.claims import claimed_pieces
-from exercises.formula.conditions import ROUNDED, SetComparison, Space, compare_sets
-from exercises.formula.identity import Certificate, Comparison, Domain, Rounding, compare_entries, missed, number
-from exercises.formula.pieces import Atom, Piece, pieces
-from exercises.formula.program import compile_program, evaluate
-from exercises.formula.trees import Node, ReadError, names
-from grader.answer import OR, Given, at_once, with_joint
-from grader.counterexample import at_words, entry_name, number_words, pose_words, values_words
-from grader.verdict import Judgement, Outcome, correct, graded, missing, wrong
+from qdot.exercises.credit import false_conditions, share_of_entries, share_of_set, spoiled
+from qdot.exercises.formula.algebra import Matrix
+from qdot.exercises.formula.claims import claimed_pieces
+from qdot.exercises.formula.conditions import ROUNDED, SetComparison, Space, compare_sets
+from qdot.exercises.formula.identity import Certificate, Comparison, Domain, Rounding, compare_entries, missed, number
+from qdot.exercises.formula.pieces import Atom, Piece, pieces
+from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.formula.trees import Node, ReadError, names
+from qdot.grader.answer import OR, Given, at_once, with_joint
+from qdot.grader.counterexample import at_words, entry_name, number_words, pose_words, values_words
+from qdot.grader.verdict import Judgement, Outcome, correct, graded, missing, wrong
 
 
 def judge_expression(

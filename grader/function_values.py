@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from exercises.formula.identity import Domain
-from exercises.problem import Problem
-from exercises.stream import Stream
-from grader.contained.callables import TABLE
+from qdot.exercises.formula.identity import Domain
+from qdot.exercises.problem import Problem
+from qdot.exercises.stream import Stream
+from qdot.grader.contained.callables import TABLE
 
 POINTS = 50
 SHOWN = f"a Python function; its values at {POINTS} random configurations were compared"

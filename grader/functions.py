@@ -8,13 +8,13 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from exercises.formula.identity import Certificate, Comparison, Rounding, missed, told_apart
-from exercises.formula.program import compile_program, evaluate
-from exercises.formula.trees import names
-from exercises.problem import Part
-from grader.formulas import matrix_judgement
-from grader.function_values import POINTS, Table
-from grader.verdict import Judgement, wrong
+from qdot.exercises.formula.identity import Certificate, Comparison, Rounding, missed, told_apart
+from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.formula.trees import names
+from qdot.exercises.problem import Part
+from qdot.grader.formulas import matrix_judgement
+from qdot.grader.function_values import POINTS, Table
+from qdot.grader.verdict import Judgement, wrong
 
 NINE_DIGITS = 1e-9
 

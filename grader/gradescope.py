@@ -1,5 +1,6 @@
-"""What Gradescope's autograder runs: `python -m grader.gradescope [ROOT] [--visibility WHEN]`, ROOT being /autograder.
+"""What Gradescope's autograder runs: `python -m qdot.grader.gradescope [ROOT] [--visibility WHEN]`.
 
+ROOT is /autograder if nothing is said.
 Reads submission_metadata.json and submission/, writes results/results.json. Where there can be no mark (an unknown
 student, a failure of qdot itself) no results are written and the exit code is 2: Gradescope then says that the
 autograder failed, and gives no points; why is in what staff see of its output.
@@ -14,19 +15,19 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from exercises.assignment import Assignment, Student, load_assignment
-from exercises.console import note, say
-from exercises.errors import QdotError
-from exercises.files import write_atomically
-from exercises.several import Several
-from grader.layouts import Handed
-from grader.marking import number
-from grader.reports.gradescope import VISIBILITY, as_text, content_of
-from grader.reports.rows import the_only
-from grader.roster import Roster
-from grader.sandbox import Limits
-from grader.single import found_of_one, grade_one, limits_of, student_named
-from grader.submission import read_submission
+from qdot.exercises.assignment import Assignment, Student, load_assignment
+from qdot.exercises.console import note, say
+from qdot.exercises.errors import QdotError
+from qdot.exercises.files import write_atomically
+from qdot.exercises.several import Several
+from qdot.grader.layouts import Handed
+from qdot.grader.marking import number
+from qdot.grader.reports.gradescope import VISIBILITY, as_text, content_of
+from qdot.grader.reports.rows import the_only
+from qdot.grader.roster import Roster
+from qdot.grader.sandbox import Limits
+from qdot.grader.single import found_of_one, grade_one, limits_of, student_named
+from qdot.grader.submission import read_submission
 
 
 def results_of(root: Path, visibility: str = "visible", seconds: float = Limits.seconds) -> dict[str, Any]:
@@ -141,7 +142,7 @@ def time_of(said: object) -> datetime.datetime | None:
 
 def main(arguments: list[str] | None = None) -> int:
     """Grade one submission; 0 if there are results, 2 if not."""
-    parser = argparse.ArgumentParser(prog="python -m grader.gradescope", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m qdot.grader.gradescope", description=__doc__)
     parser.add_argument("root", type=Path, nargs="?", default=Path("/autograder"))
     parser.add_argument("--visibility", choices=VISIBILITY, default="visible")
     parser.add_argument("--seconds", type=float, default=Limits.seconds)

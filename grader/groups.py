@@ -16,17 +16,17 @@ from itertools import combinations_with_replacement, permutations
 
 import sympy as sp
 
-from exercises.arm.chain import Chain
-from exercises.formula.claims import claimed_pieces
-from exercises.formula.constants import turns_of
-from exercises.formula.exact import known_by
-from exercises.formula.expression import tree_of_reference
-from exercises.formula.program import compile_program, evaluate
-from exercises.formula.trees import Node, ReadError
-from exercises.problem import Part, Problem
-from grader.answer import Given
-from grader.similar import written
-from grader.verdict import Diagnosis
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.formula.claims import claimed_pieces
+from qdot.exercises.formula.constants import turns_of
+from qdot.exercises.formula.exact import known_by
+from qdot.exercises.formula.expression import tree_of_reference
+from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.formula.trees import Node, ReadError
+from qdot.exercises.problem import Part, Problem
+from qdot.grader.answer import Given
+from qdot.grader.similar import written
+from qdot.grader.verdict import Diagnosis
 
 LETTERS = "bcdfghjkmnpqrstvwxz"
 """What keys are made of: neither words nor anything that a spreadsheet takes for a number."""

@@ -12,9 +12,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from exercises.errors import QdotError
-from grader.contained.attempts import ALONE
-from grader.sandbox import REFUSED, Limits, Sandbox
+from qdot.exercises.errors import QdotError
+from qdot.grader.contained.attempts import ALONE
+from qdot.grader.sandbox import REFUSED, Limits, Sandbox
 
 KERNEL, PYTHON, MISSING = "enforced by the kernel", "watched in Python only", "missing"
 

@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from exercises.assignment import Assignment
-from exercises.errors import QdotError
-from exercises.files import remove_left_behind, write_atomically
-from grader.marking import number, total
-from grader.settle import Result
+from qdot.exercises.assignment import Assignment
+from qdot.exercises.errors import QdotError
+from qdot.exercises.files import remove_left_behind, write_atomically
+from qdot.grader.marking import number, total
+from qdot.grader.settle import Result
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 from typing import Any
 from urllib.parse import quote
 
-from exercises.errors import QdotError
+from qdot.exercises.errors import QdotError
 
 TOKEN = "QDOT_TOKEN"  # noqa: S105 - a variable's name
 PATIENCE = 60

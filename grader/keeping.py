@@ -6,16 +6,16 @@ from typing import Annotated
 
 import typer
 
-from exercises.assignment import Assignment, load_assignment
-from exercises.console import note, progress, say
-from exercises.errors import QdotError
-from exercises.release import CORES
-from grader import forgetting, upgrade
-from grader.commands import Jobs, check_sandbox
-from grader.history import Move
-from grader.sandbox import Limits
-from grader.single import limits_of
-from grader.submission import find_submissions, opened
+from qdot.exercises.assignment import Assignment, load_assignment
+from qdot.exercises.console import note, progress, say
+from qdot.exercises.errors import QdotError
+from qdot.exercises.release import CORES
+from qdot.grader import forgetting, upgrade
+from qdot.grader.commands import Jobs, check_sandbox
+from qdot.grader.history import Move
+from qdot.grader.sandbox import Limits
+from qdot.grader.single import limits_of
+from qdot.grader.submission import find_submissions, opened
 
 
 def upgrade_check(

@@ -9,7 +9,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from exercises.assignment import FEEDBACK
+from qdot.exercises.assignment import FEEDBACK
 
 _NAMED = r"\w+ = [-+\d.e]+"
 _POSE = rf": (?:\(any\)|{_NAMED}(?:, {_NAMED})*)"
@@ -20,7 +20,7 @@ _RIGHT_VALUES = (
     (rf", expected {_VALUE}", ", which is not right"),
     (rf", and {_VALUE} is right", ", which is not right"),
 )
-"""What tells a value that is right, as the reasons of `grader.formulas` say it, and what is left of it."""
+"""What tells a value that is right, as the reasons of `qdot.grader.formulas` say it, and what is left of it."""
 
 _NUMBERS = (
     (rf"(\bno [a-z ]+|right but for rounding){_POSE}", r"\1"),

@@ -8,22 +8,22 @@ from typing import TypeVar
 
 import numpy as np
 
-from exercises.credit import HALF
-from exercises.mistakes.catalogue import NO_OFTENER, Oftener
-from exercises.problem import Part, Problem
-from exercises.quizzes import ASKED
-from grader.advice import advise
-from grader.answer import Given
-from grader.clock import Allowance, Budget, Overlong
-from grader.credit import credited
-from grader.diagnosis import Cause, diagnose
-from grader.follow import Followed, IsCopied, follow, nothing_copied
-from grader.function_values import SHOWN, is_table
-from grader.groups import group_of
-from grader.parts import judge_given
-from grader.reading import read_answer
-from grader.terms import has_terms
-from grader.verdict import Diagnosis, Judgement, Outcome, Verdict, missing
+from qdot.exercises.credit import HALF
+from qdot.exercises.mistakes.catalogue import NO_OFTENER, Oftener
+from qdot.exercises.problem import Part, Problem
+from qdot.exercises.quizzes import ASKED
+from qdot.grader.advice import advise
+from qdot.grader.answer import Given
+from qdot.grader.clock import Allowance, Budget, Overlong
+from qdot.grader.credit import credited
+from qdot.grader.diagnosis import Cause, diagnose
+from qdot.grader.follow import Followed, IsCopied, follow, nothing_copied
+from qdot.grader.function_values import SHOWN, is_table
+from qdot.grader.groups import group_of
+from qdot.grader.parts import judge_given
+from qdot.grader.reading import read_answer
+from qdot.grader.terms import has_terms
+from qdot.grader.verdict import Diagnosis, Judgement, Outcome, Verdict, missing
 
 CREDIT = Fraction(4, 5)
 """The share of its points that a part earns by what follows from a wrong earlier answer, if nothing else is said."""
@@ -53,7 +53,7 @@ def mark(
     problems: an answer that takes too long to judge is UNGRADED, and where it takes too long to find out what is behind
     a wrong one, nothing is told of it.
 
-    >>> from exercises import generate
+    >>> from qdot import generate
     >>> mark(generate("polar-rp/1", ["determinant"]), {"determinant": "d2 + 0.7"}, secret="s")
     [Verdict(determinant: partial, 0.8 of 1)]
     """

@@ -7,13 +7,13 @@ import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from exercises.errors import QdotError
-from exercises.exports.nbgrader import ANSWER, Cell, answer_metadata, checksum, grade_id, marks_cell
-from exercises.self_check import Problems, cells_of
-from grader.marking import number
-from grader.reports.answers import visible
-from grader.reports.rows import Row
-from grader.verdict import Outcome
+from qdot.exercises.errors import QdotError
+from qdot.exercises.exports.nbgrader import ANSWER, Cell, answer_metadata, checksum, grade_id, marks_cell
+from qdot.exercises.self_check import Problems, cells_of
+from qdot.grader.marking import number
+from qdot.grader.reports.answers import visible
+from qdot.grader.reports.rows import Row
+from qdot.grader.verdict import Outcome
 
 
 def made_whole(cells: Sequence[Cell], points: Mapping[str, float]) -> list[Cell]:

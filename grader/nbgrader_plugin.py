@@ -17,17 +17,17 @@ from nbgrader.converters import Autograde
 from nbgrader.preprocessors import AssignLatePenalties, Execute, NbGraderPreprocessor
 from traitlets import Float
 
-from exercises.assignment import Assignment, load_assignment
-from exercises.console import note
-from exercises.errors import QdotError
-from exercises.exports.nbgrader import SIGN
-from grader.commands import check_sandbox
-from grader.marking import number
-from grader.nbgrader_cells import GENERATE, fill_in, made_whole, without_self_checks
-from grader.reports.rows import rows_of
-from grader.sandbox import Limits
-from grader.settle import Result
-from grader.single import found_of_one, grade_one, limits_of, student_named
+from qdot.exercises.assignment import Assignment, load_assignment
+from qdot.exercises.console import note
+from qdot.exercises.errors import QdotError
+from qdot.exercises.exports.nbgrader import SIGN
+from qdot.grader.commands import check_sandbox
+from qdot.grader.marking import number
+from qdot.grader.nbgrader_cells import GENERATE, fill_in, made_whole, without_self_checks
+from qdot.grader.reports.rows import rows_of
+from qdot.grader.sandbox import Limits
+from qdot.grader.settle import Result
+from qdot.grader.single import found_of_one, grade_one, limits_of, student_named
 
 FOLDER = "qdot"
 """Where in a course the folders are by which assignments are marked."""

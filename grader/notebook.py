@@ -4,17 +4,17 @@ import secrets
 from collections.abc import Mapping
 from pathlib import Path
 
-from exercises.errors import QdotError
-from exercises.problem import Problem
-from exercises.setup_cell import setup_cell
-from grader.cells import OverLimit, Unreadable
-from grader.finding import find_answers
-from grader.function_values import asked_of
-from grader.marking import mark
-from grader.sandbox import Limits, Sandbox
-from grader.submission import beside, read_submission
-from grader.uncounted import without_self_checks
-from grader.verdict import Verdict
+from qdot.exercises.errors import QdotError
+from qdot.exercises.problem import Problem
+from qdot.exercises.setup_cell import setup_cell
+from qdot.grader.cells import OverLimit, Unreadable
+from qdot.grader.finding import find_answers
+from qdot.grader.function_values import asked_of
+from qdot.grader.marking import mark
+from qdot.grader.sandbox import Limits, Sandbox
+from qdot.grader.submission import beside, read_submission
+from qdot.grader.uncounted import without_self_checks
+from qdot.grader.verdict import Verdict
 
 
 def grade_notebook(
@@ -32,7 +32,7 @@ def grade_notebook(
     attempts and feedback has an assignment (`qdot grade`). Raises QdotError for a file that is no notebook.
 
     >>> import tempfile
-    >>> from exercises import generate
+    >>> from qdot import generate
     >>> problem = generate("polar-rp/1", ["determinant"])
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = Path(folder) / "mine.md"

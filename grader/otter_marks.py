@@ -9,12 +9,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from exercises.assignment import Assignment, Student, load_assignment
-from exercises.errors import QdotError
-from grader.gradescope import marked, submitter
-from grader.sandbox import Limits
-from grader.single import student_named
-from grader.submission import read_submission
+from qdot.exercises.assignment import Assignment, Student, load_assignment
+from qdot.exercises.errors import QdotError
+from qdot.grader.gradescope import marked, submitter
+from qdot.grader.sandbox import Limits
+from qdot.grader.single import student_named
+from qdot.grader.submission import read_submission
 
 Marks = Mapping[str, Mapping[str, Any]]
 NAME = "qdot_marks"

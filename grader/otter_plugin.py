@@ -18,9 +18,9 @@ from nbformat import NotebookNode
 from nbformat.v4 import new_code_cell, new_notebook
 from otter.plugins import AbstractOtterPlugin
 
-from exercises.exports.nbgrader import grade_id
-from exercises.exports.otter import FOLDER
-from grader.otter_marks import content_for, handed_over, marks_of
+from qdot.exercises.exports.nbgrader import grade_id
+from qdot.exercises.exports.otter import FOLDER
+from qdot.grader.otter_marks import content_for, handed_over, marks_of
 
 OTTERS = "tests"
 """The folder that Otter itself has put beside the notebook, in the place of any that the student handed in."""

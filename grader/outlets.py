@@ -9,20 +9,20 @@ from typing import Annotated
 
 import typer
 
-from exercises.completion import among
-from exercises.console import BankVariationOption, note, progress, say
-from exercises.drawing import GivenUp, raise_left_out, redrawn_since, vouching
-from exercises.errors import QdotError, unknown
-from exercises.exports.outlet import PAGES, SHEETS, Order
-from exercises.exports.registry import OUTLETS
-from exercises.exports.sheet import VERSIONS
-from exercises.files import write_atomically
-from exercises.redrawn import read_redrawn
-from exercises.release import CORES
-from grader.certify import failures_of
-from grader.class_check import load_class
-from grader.commands import Jobs
-from grader.marking import share_earned
+from qdot.exercises.completion import among
+from qdot.exercises.console import BankVariationOption, note, progress, say
+from qdot.exercises.drawing import GivenUp, raise_left_out, redrawn_since, vouching
+from qdot.exercises.errors import QdotError, unknown
+from qdot.exercises.exports.outlet import PAGES, SHEETS, Order
+from qdot.exercises.exports.registry import OUTLETS
+from qdot.exercises.exports.sheet import VERSIONS
+from qdot.exercises.files import write_atomically
+from qdot.exercises.redrawn import read_redrawn
+from qdot.exercises.release import CORES
+from qdot.grader.certify import failures_of
+from qdot.grader.class_check import load_class
+from qdot.grader.commands import Jobs
+from qdot.grader.marking import share_earned
 
 
 def export(
@@ -123,8 +123,8 @@ def report(
     harder, late and missing work, wrong answers that are nearly the same (docs/report.md). With --report, nothing but
     the formats named is written (docs/outlets.md); nobody is graded.
     """
-    from grader.history import last_results
-    from grader.reports.formats import STDOUT, read_reports, write_asked
+    from qdot.grader.history import last_results
+    from qdot.grader.reports.formats import STDOUT, read_reports, write_asked
 
     asked = read_reports(report, of_one=False)
     whole = load_class(folder)

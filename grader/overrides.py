@@ -13,11 +13,11 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from exercises.assignment import Assignment
-from exercises.errors import QdotError, unknown
-from exercises.input_file import read_table
-from grader.groups import LENGTH, LETTERS, group_key
-from grader.marking import points_of, total
+from qdot.exercises.assignment import Assignment
+from qdot.exercises.errors import QdotError, unknown
+from qdot.exercises.input_file import read_table
+from qdot.grader.groups import LENGTH, LETTERS, group_key
+from qdot.grader.marking import points_of, total
 
 OVERRIDES = "overrides.csv"
 COLUMNS = ("student", "part", "points", "comment")

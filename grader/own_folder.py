@@ -7,8 +7,8 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from exercises.files import IS_POSIX, lock
-from grader.contained import folders
+from qdot.exercises.files import IS_POSIX, lock
+from qdot.grader.contained import folders
 
 ENDING = ".tmp"
 """What the name of such a folder ends with: somebody's own qdot-submissions-autumn is none."""

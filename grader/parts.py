@@ -3,16 +3,26 @@
 import secrets
 from dataclasses import dataclass
 
-from exercises.answers import Choice, ConditionSet, Direction, Expression, Forms, Matching, Matrix, Number, Selection
-from exercises.formula.identity import Domain
-from exercises.problem import Part, Problem
-from grader.answer import Given
-from grader.choices import judge_choice, judge_matching, judge_selection
-from grader.direction import judge_direction
-from grader.formulas import judge_expression, judge_matrix, judge_numbers, judge_singular
-from grader.functions import judge_function
-from grader.reading import read_answer
-from grader.verdict import Judgement
+from qdot.exercises.answers import (
+    Choice,
+    ConditionSet,
+    Direction,
+    Expression,
+    Forms,
+    Matching,
+    Matrix,
+    Number,
+    Selection,
+)
+from qdot.exercises.formula.identity import Domain
+from qdot.exercises.problem import Part, Problem
+from qdot.grader.answer import Given
+from qdot.grader.choices import judge_choice, judge_matching, judge_selection
+from qdot.grader.direction import judge_direction
+from qdot.grader.formulas import judge_expression, judge_matrix, judge_numbers, judge_singular
+from qdot.grader.functions import judge_function
+from qdot.grader.reading import read_answer
+from qdot.grader.verdict import Judgement
 
 
 def judge(problem: Problem, part: Part, answer: str, seed: str | None = None, points_seed: str = "") -> Judgement:
@@ -20,7 +30,7 @@ def judge(problem: Problem, part: Part, answer: str, seed: str | None = None, po
 
     Those at which a function was called, before its values were an answer, come from `points_seed`.
 
-    >>> from exercises import generate
+    >>> from qdot import generate
     >>> problem = generate("polar-rp/1", ["determinant"])
     >>> judge(problem, problem["determinant"], "-0.7 - d2")
     Judgement(correct, 1: right)

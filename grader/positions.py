@@ -6,9 +6,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from exercises.problem import variable
-from grader.cells import Cell, Unreadable
-from grader.submission import read_submission
+from qdot.exercises.problem import variable
+from qdot.grader.cells import Cell, Unreadable
+from qdot.grader.submission import read_submission
 
 
 def line_of_answer(path: Path, part: str) -> int:

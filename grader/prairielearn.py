@@ -11,23 +11,23 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from exercises.answers import LETTERS, TRUE_FALSE, Answer, Choice, Forms, Letters, Matching, Number, Selection
-from exercises.assignment import Slot, load_assignment
-from exercises.errors import QdotError
-from exercises.exports.items import entry_labels, question_alone
-from exercises.exports.markup import line_html
-from exercises.exports.prairielearn import BANK_FILE, input_names
-from exercises.figure import figure_svg, part_svg
-from exercises.notebook import solution_figure
-from exercises.problem import ENGINE, Part, Problem
-from exercises.quizzes import ASKED
-from exercises.writing.markup import to_html_for_mathjax
-from exercises.writing.short_answer import unit_text
-from exercises.writing.statement import hints, option_text, prompt, statement, worked_solution
-from grader.levels import at_least
-from grader.marking import mark
-from grader.reading import read_answer
-from grader.verdict import Outcome, Verdict
+from qdot.exercises.answers import LETTERS, TRUE_FALSE, Answer, Choice, Forms, Letters, Matching, Number, Selection
+from qdot.exercises.assignment import Slot, load_assignment
+from qdot.exercises.errors import QdotError
+from qdot.exercises.exports.items import entry_labels, question_alone
+from qdot.exercises.exports.markup import line_html
+from qdot.exercises.exports.prairielearn import BANK_FILE, input_names
+from qdot.exercises.figure import figure_svg, part_svg
+from qdot.exercises.notebook import solution_figure
+from qdot.exercises.problem import ENGINE, Part, Problem
+from qdot.exercises.quizzes import ASKED
+from qdot.exercises.writing.markup import to_html_for_mathjax
+from qdot.exercises.writing.short_answer import unit_text
+from qdot.exercises.writing.statement import hints, option_text, prompt, statement, worked_solution
+from qdot.grader.levels import at_least
+from qdot.grader.marking import mark
+from qdot.grader.reading import read_answer
+from qdot.grader.verdict import Outcome, Verdict
 
 Data = dict[str, Any]
 

@@ -1,7 +1,7 @@
 """What students have pushed to their repositories: fetched as it was when it counts; feedback is handed back.
 
-    python -I -m grader.pushed collect DIR --on github      fills DIR/submitted, listed in DIR/graded/collected.csv
-    python -I -m grader.pushed hand-back DIR --on github    puts feedback into the branch `feedback` of each repository
+    python -I -m qdot.grader.pushed collect DIR --on github    fills DIR/submitted, listed in DIR/graded/collected.csv
+    python -I -m qdot.grader.pushed hand-back DIR --on github  puts feedback into the branch `feedback` of each
 
 It is the grading job that runs this, with the staff's token. Nothing that was fetched is run, and nothing in it says
 when it came in: the server does (`hosts`).
@@ -24,16 +24,16 @@ from dataclasses import asdict, dataclass, fields, replace
 from itertools import chain
 from pathlib import Path
 
-from exercises.assignment import Assignment, Student, load_assignment
-from exercises.console import note, printable, say
-from exercises.errors import QdotError
-from exercises.files import write_atomically
-from exercises.lateness import aware
-from grader.history import last_results
-from grader.hosts import Host, Push, host_named
-from grader.reports.github import summary
-from grader.single import student_named
-from grader.submission import NOT_FETCHED
+from qdot.exercises.assignment import Assignment, Student, load_assignment
+from qdot.exercises.console import note, printable, say
+from qdot.exercises.errors import QdotError
+from qdot.exercises.files import write_atomically
+from qdot.exercises.lateness import aware
+from qdot.grader.history import last_results
+from qdot.grader.hosts import Host, Push, host_named
+from qdot.grader.reports.github import summary
+from qdot.grader.single import student_named
+from qdot.grader.submission import NOT_FETCHED
 
 AT_ONCE = 8
 """Repositories that are fetched, or pushed to, side by side."""
@@ -288,7 +288,7 @@ def main(arguments: list[str] | None = None) -> int:
 
     Who can't be fetched stops nobody's grading: it is `qdot grade` that then ends with 2, for want of their mark.
     """
-    parser = argparse.ArgumentParser(prog="python -m grader.pushed", description=(__doc__ or "").splitlines()[0])
+    parser = argparse.ArgumentParser(prog="python -m qdot.grader.pushed", description=(__doc__ or "").splitlines()[0])
     parser.add_argument("task", choices=("collect", "hand-back"))
     parser.add_argument("folder", type=Path, metavar="DIR")
     parser.add_argument("--on", choices=("github", "gitlab"), required=True)

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
-    from exercises.assignment import Assignment, Student
-    from grader.reports.rows import Row
+    from qdot.exercises.assignment import Assignment, Student
+    from qdot.grader.reports.rows import Row
 
 FILE = "assignment.toml"
 
@@ -71,10 +71,10 @@ class AssignmentFile(pytest.File):
 
     def collect(self) -> Iterator["StudentNode"]:
         """Yield the students of the roster. Bad input is one line, without a traceback."""
-        from exercises.assignment import load_assignment
-        from exercises.errors import QdotError
-        from grader.commands import check_sandbox
-        from grader.submission import find_submissions
+        from qdot.exercises.assignment import load_assignment
+        from qdot.exercises.errors import QdotError
+        from qdot.grader.commands import check_sandbox
+        from qdot.grader.submission import find_submissions
 
         try:
             assignment = load_assignment(self.path.parent)
@@ -107,9 +107,9 @@ class StudentNode(pytest.Collector):
 
     def rows(self) -> dict[str, "Row"]:
         """Return what came of each part."""
-        from grader.reports.rows import rows_of
-        from grader.sandbox import Limits
-        from grader.single import grade_one
+        from qdot.grader.reports.rows import rows_of
+        from qdot.grader.sandbox import Limits
+        from qdot.grader.single import grade_one
 
         if self.graded is None:
             result = grade_one(self.assignment, self.student, self.found, Limits())

@@ -3,7 +3,7 @@
 import re
 from dataclasses import dataclass, replace
 
-from exercises.answers import (
+from qdot.exercises.answers import (
     Answer,
     Choice,
     ConditionSet,
@@ -15,13 +15,13 @@ from exercises.answers import (
     Number,
     Selection,
 )
-from exercises.formula.identity import Domain
-from exercises.problem import Part, Problem
-from exercises.questions.differentiation import power_of_metres
-from exercises.quizzes import ASKED
-from grader.answer import Given, read_conditions, read_formula, read_matrix, read_numbers, with_points
-from grader.choices import read_choice, read_matching, read_selection
-from grader.function_values import constant_text, is_table, read_table
+from qdot.exercises.formula.identity import Domain
+from qdot.exercises.problem import Part, Problem
+from qdot.exercises.questions.differentiation import power_of_metres
+from qdot.exercises.quizzes import ASKED
+from qdot.grader.answer import Given, read_conditions, read_formula, read_matrix, read_numbers, with_points
+from qdot.grader.choices import read_choice, read_matching, read_selection
+from qdot.grader.function_values import constant_text, is_table, read_table
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ def due_of(problem: Problem, part: Part) -> Due:
 def read_answer(problem: Problem, part: Part, text: str, points_seed: str = "") -> Given:
     """Return what a text is as the answer to a part; `points_seed` drew the points at which a function was called.
 
-    >>> from exercises import generate
+    >>> from qdot import generate
     >>> problem = generate("planar-2r/7", ["position"])
     >>> read_answer(problem, problem["position"], "[a1, a2, a3]").refusal
     Judgement(wrong, 0: the answer is 3 x 1, and 2 x 1 is due; write it as in [a, b])

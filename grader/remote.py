@@ -18,15 +18,15 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import TypeVar
 
-from exercises.assignment import Assignment, Student
-from exercises.console import note
-from exercises.errors import QdotError
-from exercises.store import code as code_of_problems
-from exercises.store import kept_text
-from grader import guarantees
-from grader.attempt import Attempt, Marked, grade_safely
-from grader.copies import Copies
-from grader.sandbox import Limits, Sandbox
+from qdot.exercises.assignment import Assignment, Student
+from qdot.exercises.console import note
+from qdot.exercises.errors import QdotError
+from qdot.exercises.store import code as code_of_problems
+from qdot.exercises.store import kept_text
+from qdot.grader import guarantees
+from qdot.grader.attempt import Attempt, Marked, grade_safely
+from qdot.grader.copies import Copies
+from qdot.grader.sandbox import Limits, Sandbox
 
 Key = TypeVar("Key")
 

@@ -9,10 +9,10 @@ from itertools import combinations
 
 import numpy as np
 
-from exercises.arm.stages import Working, carried
-from exercises.problem import Part
-from exercises.questions import QUESTIONS
-from grader.verdict import Diagnosis
+from qdot.exercises.arm.stages import Working, carried
+from qdot.exercises.problem import Part
+from qdot.exercises.questions import QUESTIONS
+from qdot.grader.verdict import Diagnosis
 
 SAME = 1e-9
 MOST_LINKS = 8

@@ -6,10 +6,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from grader.layouts import Handed
+from qdot.grader.layouts import Handed
 
 if TYPE_CHECKING:
-    from exercises.assignment import Student
+    from qdot.exercises.assignment import Student
 
 _IDENTIFIES = re.compile(r"id\b|identif|login|user|mail|sis\b|matri|participant|(student|candidate).?(no|nr|number)")
 """What columns of a roster are called by which a platform may know a student; a seat's number is none."""

@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from exercises.formula.trees import Node, digits_of_decimals
-from exercises.problem import Part
-from grader.numbers import InNumbers
-from grader.verdict import Diagnosis
+from qdot.exercises.formula.trees import Node, digits_of_decimals
+from qdot.exercises.problem import Part
+from qdot.grader.numbers import InNumbers
+from qdot.grader.verdict import Diagnosis
 
 NEAR = 2e-3
 """What decimals for exact constants change at most, as a share of the entries: 3.14 for pi changes as much."""

@@ -23,9 +23,9 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, TypeGuard
 
-from exercises.errors import QdotError
-from grader.contained import confine
-from grader.own_folder import OwnFolder, own_folder
+from qdot.exercises.errors import QdotError
+from qdot.grader.contained import confine
+from qdot.grader.own_folder import OwnFolder, own_folder
 
 REFUSED = (
     "Windows can't contain students' code, and qdot runs none without: use the container "

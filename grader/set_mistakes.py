@@ -11,26 +11,26 @@ from itertools import product
 
 import numpy as np
 
-from exercises.answers import ConditionSet
-from exercises.arm.arithmetic import program_of
-from exercises.arm.singularity import Component
-from exercises.formula.claims import claimed_pieces
-from exercises.formula.conditions import SetComparison, Space, compare_sets
-from exercises.formula.identity import READABLE
-from exercises.formula.pieces import Piece
-from exercises.formula.pieces import pieces as read_pieces
-from exercises.formula.program import Program, compile_program, evaluate
-from exercises.formula.trees import ReadError, digits_of_decimals, names, node_text
-from exercises.mistakes.base import Mistake, Taken
-from exercises.mistakes.catalogue import ALIKE, CATALOGUE, NO_OFTENER, Oftener, taken, usual
-from exercises.mistakes.given import Values
-from exercises.mistakes.sets import missed, zero_there
-from exercises.problem import Part, Problem
-from exercises.stream import Stream
-from grader.answer import Given, with_joint
-from grader.parts import judge_given
-from grader.rounded import EXACTLY, NEAR
-from grader.verdict import Diagnosis, Outcome, known_by
+from qdot.exercises.answers import ConditionSet
+from qdot.exercises.arm.arithmetic import program_of
+from qdot.exercises.arm.singularity import Component
+from qdot.exercises.formula.claims import claimed_pieces
+from qdot.exercises.formula.conditions import SetComparison, Space, compare_sets
+from qdot.exercises.formula.identity import READABLE
+from qdot.exercises.formula.pieces import Piece
+from qdot.exercises.formula.pieces import pieces as read_pieces
+from qdot.exercises.formula.program import Program, compile_program, evaluate
+from qdot.exercises.formula.trees import ReadError, digits_of_decimals, names, node_text
+from qdot.exercises.mistakes.base import Mistake, Taken
+from qdot.exercises.mistakes.catalogue import ALIKE, CATALOGUE, NO_OFTENER, Oftener, taken, usual
+from qdot.exercises.mistakes.given import Values
+from qdot.exercises.mistakes.sets import missed, zero_there
+from qdot.exercises.problem import Part, Problem
+from qdot.exercises.stream import Stream
+from qdot.grader.answer import Given, with_joint
+from qdot.grader.parts import judge_given
+from qdot.grader.rounded import EXACTLY, NEAR
+from qdot.grader.verdict import Diagnosis, Outcome, known_by
 
 POINTS = 3
 MOST_SAID = 3

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from exercises.assignment import Assignment, Student
-from exercises.lateness import aware
-from grader.attempt import Marked, ungraded
-from grader.marking import total
-from grader.overrides import TOTAL, Override
+from qdot.exercises.assignment import Assignment, Student
+from qdot.exercises.lateness import aware
+from qdot.grader.attempt import Marked, ungraded
+from qdot.grader.marking import total
+from qdot.grader.overrides import TOTAL, Override
 
 Result = dict[str, Any]
 """A line of results.jsonl."""

@@ -3,13 +3,13 @@
 from collections import Counter
 from collections.abc import Mapping
 
-from exercises.assignment import Assignment, Slot
-from exercises.docs.sharing import known_share
-from exercises.errors import QdotError
-from exercises.families.base import how_varied
-from exercises.release import certificate_path
-from exercises.variation import STEPS, axes_of
-from grader.certificates import read_certificate
+from qdot.exercises.assignment import Assignment, Slot
+from qdot.exercises.docs.sharing import known_share
+from qdot.exercises.errors import QdotError
+from qdot.exercises.families.base import how_varied
+from qdot.exercises.release import certificate_path
+from qdot.exercises.variation import STEPS, axes_of
+from qdot.grader.certificates import read_certificate
 
 FEW = 0.1
 """A step of variation is a remedy where fewer than this share of a class were found to have an answer in common."""

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 
-from exercises.formula.trees import Node, has_blank, size_of
-from grader.answer import Given
+from qdot.exercises.formula.trees import Node, has_blank, size_of
+from qdot.grader.answer import Given
 
 LONGEST = 3000
 """Characters of an answer that is compared."""

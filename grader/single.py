@@ -3,13 +3,13 @@
 import datetime
 from pathlib import Path
 
-from exercises.assignment import Assignment, Student
-from exercises.errors import QdotError, unknown
-from exercises.lateness import aware
-from grader.batch import grade_class
-from grader.sandbox import Limits
-from grader.settle import Result
-from grader.submission import Found, files_of_one
+from qdot.exercises.assignment import Assignment, Student
+from qdot.exercises.errors import QdotError, unknown
+from qdot.exercises.lateness import aware
+from qdot.grader.batch import grade_class
+from qdot.grader.sandbox import Limits
+from qdot.grader.settle import Result
+from qdot.grader.submission import Found, files_of_one
 
 
 def limits_of(seconds: float) -> Limits:

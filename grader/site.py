@@ -8,24 +8,24 @@ from typing import Annotated
 
 import typer
 
-from exercises.assignment import FEEDBACK, Assignment, load_assignment
-from exercises.completion import among
-from exercises.console import SiteVariationOption, note, progress, say
-from exercises.drawing import GivenUp
-from exercises.errors import QdotError, unknown
-from exercises.exports.bank import bank
-from exercises.exports.outlet import Order as BankOrder
-from exercises.families import FAMILIES
-from exercises.generation import family_named
-from exercises.options import SiteConventionOption, SiteTwistOrderOption
-from exercises.release import CORES
-from exercises.site.build import Order, build
-from exercises.site.pages import docs_folder
-from exercises.site.reference import reference
-from exercises.site.supply import MOST_SEEDS, OF_EACH_STEP, Told, Wanted, of_families, of_variants
-from exercises.variation import STEPS
-from grader.certify import failures_of
-from grader.commands import Jobs
+from qdot.exercises.assignment import FEEDBACK, Assignment, load_assignment
+from qdot.exercises.completion import among
+from qdot.exercises.console import SiteVariationOption, note, progress, say
+from qdot.exercises.drawing import GivenUp
+from qdot.exercises.errors import QdotError, unknown
+from qdot.exercises.exports.bank import bank
+from qdot.exercises.exports.outlet import Order as BankOrder
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.generation import family_named
+from qdot.exercises.options import SiteConventionOption, SiteTwistOrderOption
+from qdot.exercises.release import CORES
+from qdot.exercises.site.build import Order, build
+from qdot.exercises.site.pages import docs_folder
+from qdot.exercises.site.reference import reference
+from qdot.exercises.site.supply import MOST_SEEDS, OF_EACH_STEP, Told, Wanted, of_families, of_variants
+from qdot.exercises.variation import STEPS
+from qdot.grader.certify import failures_of
+from qdot.grader.commands import Jobs
 
 SITE = Path("qdot-site")
 OF_EACH_PROBLEM = 5

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from exercises.stream import Stream
+from qdot.exercises.stream import Stream
 
 LEAST = 10
 """Fewer students than this say nothing about a correlation or a reliability."""

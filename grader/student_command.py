@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
-from exercises.console import say
-from exercises.errors import QdotError
-from grader.check import check_notebook
+from qdot.exercises.console import say
+from qdot.exercises.errors import QdotError
+from qdot.grader.check import check_notebook
 
 
 def check(
@@ -33,8 +33,8 @@ def check(
     for row in rows:
         say(f"{'ok ' if row.readable else '-- '} {row.part}: {row.said}")
     if summary:
-        from grader.reports.formats import write_out
-        from grader.reports.github import check_annotations, check_summary
+        from qdot.grader.reports.formats import write_out
+        from qdot.grader.reports.github import check_annotations, check_summary
 
         write_out(summary, check_summary(checked))
         annotations = check_annotations(notebook, checked)

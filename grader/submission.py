@@ -13,15 +13,15 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 
-from exercises.console import note
-from exercises.errors import QdotError
-from grader.archives import is_archive, listed, read_packed, unpacked
-from grader.cells import LARGEST, SCRIPTS, TEXTS, Cell, OverLimit, Unreadable, plain, read_cells
-from grader.layouts import Handed, handed_in, only_folder, surely
-from grader.roster import Match, Roster
+from qdot.exercises.console import note
+from qdot.exercises.errors import QdotError
+from qdot.grader.archives import is_archive, listed, read_packed, unpacked
+from qdot.grader.cells import LARGEST, SCRIPTS, TEXTS, Cell, OverLimit, Unreadable, plain, read_cells
+from qdot.grader.layouts import Handed, handed_in, only_folder, surely
+from qdot.grader.roster import Match, Roster
 
 if TYPE_CHECKING:  # loaded where there is one: a student's `qdot check` has none
-    from exercises.assignment import Assignment, Student
+    from qdot.exercises.assignment import Assignment, Student
 
 DEEPEST = 5
 """Folders in folders in which a class is looked for, where each is alone in the one around it."""

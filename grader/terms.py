@@ -12,13 +12,13 @@ from fractions import Fraction
 
 import numpy as np
 
-from exercises.formula.algebra import ONE, Matrix, addends, call, minus, negative, over, plus, terms_of, times
-from exercises.formula.identity import READABLE
-from exercises.formula.program import compile_program, evaluate
-from exercises.formula.trees import Node, names, size_of
-from exercises.problem import Part, Problem
-from exercises.stream import Stream
-from grader.answer import Given
+from qdot.exercises.formula.algebra import ONE, Matrix, addends, call, minus, negative, over, plus, terms_of, times
+from qdot.exercises.formula.identity import READABLE
+from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.formula.trees import Node, names, size_of
+from qdot.exercises.problem import Part, Problem
+from qdot.exercises.stream import Stream
+from qdot.grader.answer import Given
 
 LEAST = Fraction(1, 2)
 """The share of the solution's terms that an attempt has, if nothing else speaks for it."""

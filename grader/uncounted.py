@@ -6,8 +6,8 @@ They only print, and take half of the time of all cells together.
 from collections.abc import Sequence
 from dataclasses import replace
 
-from exercises.self_check import SELF_CHECK, Problems, cells_of
-from grader.cells import Cell
+from qdot.exercises.self_check import SELF_CHECK, Problems, cells_of
+from qdot.grader.cells import Cell
 
 
 def without_self_checks(cells: Sequence[Cell], problems: Problems) -> Sequence[Cell]:

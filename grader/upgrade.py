@@ -12,22 +12,22 @@ from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 
-from exercises.assignment import Assignment, Slot
-from exercises.drawing import own_failure
-from exercises.errors import QdotError
-from exercises.parallel import ordered_map
-from exercises.problem import ENGINE, Problem
-from exercises.release import certificate_path, handout, is_up_to_date, notebook_path
-from grader.attempt import GRADER, made_from
-from grader.batch import grade_class
-from grader.certificates import Failure, Kind, alterations, cell_digests, read_certificate
-from grader.certify import Task, changes_of, former_students, tasks_of_student
-from grader.history import Move, earlier_results, moves
-from grader.overrides import OVERRIDES
-from grader.own_folder import own_folder
-from grader.sandbox import Limits
-from grader.settle import Result
-from grader.submission import Found
+from qdot.exercises.assignment import Assignment, Slot
+from qdot.exercises.drawing import own_failure
+from qdot.exercises.errors import QdotError
+from qdot.exercises.parallel import ordered_map
+from qdot.exercises.problem import ENGINE, Problem
+from qdot.exercises.release import certificate_path, handout, is_up_to_date, notebook_path
+from qdot.grader.attempt import GRADER, made_from
+from qdot.grader.batch import grade_class
+from qdot.grader.certificates import Failure, Kind, alterations, cell_digests, read_certificate
+from qdot.grader.certify import Task, changes_of, former_students, tasks_of_student
+from qdot.grader.history import Move, earlier_results, moves
+from qdot.grader.overrides import OVERRIDES
+from qdot.grader.own_folder import own_folder
+from qdot.grader.sandbox import Limits
+from qdot.grader.settle import Result
+from qdot.grader.submission import Found
 
 UNKNOWN = (Kind.UNCERTIFIED, Kind.DAMAGED)
 """Why it can't be told whether a problem is the same."""

@@ -11,11 +11,11 @@ from dataclasses import dataclass, replace
 
 import sympy as sp
 
-from exercises.arm.chain import Chain
-from exercises.arm.conventions import axes_of
-from exercises.arm.told import is_by_axes, told_base, told_point, told_rows
-from exercises.difficulty import step
-from grader.statistics import chance_of_groups, holm
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.conventions import axes_of
+from qdot.exercises.arm.told import is_by_axes, told_base, told_point, told_rows
+from qdot.exercises.difficulty import step
+from qdot.grader.statistics import chance_of_groups, holm
 
 LEAST_IN_GROUP = 3
 OTHERS = "others"

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
-from exercises.formula.identity import Certificate
+from qdot.exercises.formula.identity import Certificate
 
 
 class Outcome(StrEnum):

@@ -13,10 +13,10 @@ import pytest
 import sympy as sp
 from hypothesis import HealthCheck, settings
 
-from exercises.arm.chain import TASK_ROWS, Chain, Joint, Point
-from exercises.families import FAMILIES
-from exercises.problem import Problem
-from grader.sandbox import Limits, Sandbox
+from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint, Point
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.problem import Problem
+from qdot.grader.sandbox import Limits, Sandbox
 from tests.support import DATA
 from tests.support.problems import drawn as drawn_once
 from tests.support.suites import SUITE, WHOLE, families_for, grouped, has_examples, is_example, left_out, several

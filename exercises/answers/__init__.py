@@ -7,17 +7,17 @@ Beside the types, which stand in `TYPES` below:
     rows, letters       what types of formulas have in common, and types whose answer is the letters of options
 """
 
-from exercises.answers.base import Answer, Json
-from exercises.answers.choice import TRUE_FALSE, Choice
-from exercises.answers.conditions import ConditionSet
-from exercises.answers.direction import Direction
-from exercises.answers.expression import Expression
-from exercises.answers.forms import Forms
-from exercises.answers.letters import LETTERS, Letters
-from exercises.answers.matching import Matching
-from exercises.answers.matrix import Matrix
-from exercises.answers.number import Number
-from exercises.answers.selection import Selection
+from qdot.exercises.answers.base import Answer, Json
+from qdot.exercises.answers.choice import TRUE_FALSE, Choice
+from qdot.exercises.answers.conditions import ConditionSet
+from qdot.exercises.answers.direction import Direction
+from qdot.exercises.answers.expression import Expression
+from qdot.exercises.answers.forms import Forms
+from qdot.exercises.answers.letters import LETTERS, Letters
+from qdot.exercises.answers.matching import Matching
+from qdot.exercises.answers.matrix import Matrix
+from qdot.exercises.answers.number import Number
+from qdot.exercises.answers.selection import Selection
 
 TYPES: dict[str, type[Answer]] = {
     kind.type: kind

@@ -1,7 +1,7 @@
 """What every type of answer can be asked: its shape, its reference as text and as data, and what a notebook shows.
 
-A type is one class in a module of its own, and has its line in `exercises.answers.TYPES`. What is the same for most
-types stands here.
+A type is one class in a module of its own, and has its line in `answers.TYPES`. What is the same for most types
+stands here.
 """
 
 from abc import ABC, abstractmethod
@@ -10,10 +10,10 @@ from typing import Any, ClassVar
 
 import sympy as sp
 
-from exercises.answers.forms import Forms, T
-from exercises.formula.expression import tree_of_reference
-from exercises.formula.printers.python import Write, python_text
-from exercises.formula.trees import Node
+from qdot.exercises.answers.forms import Forms, T
+from qdot.exercises.formula.expression import tree_of_reference
+from qdot.exercises.formula.printers.python import Write, python_text
+from qdot.exercises.formula.trees import Node
 
 Json = dict[str, Any]
 

@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
-from exercises.answers.forms import Forms, T
-from exercises.answers.letters import LETTERS, Letters
-from exercises.formula.printers.python import Write, python_text
+from qdot.exercises.answers.forms import Forms, T
+from qdot.exercises.answers.letters import LETTERS, Letters
+from qdot.exercises.formula.printers.python import Write, python_text
 
 TRUE_FALSE = ("true", "false")
 """The options of a statement that is true or false."""

@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from exercises.answers.base import Answer
-from exercises.answers.forms import Forms, T
-from exercises.arm.singularity import Component
-from exercises.formula.printers.python import Write, list_code, python_text
+from qdot.exercises.answers.base import Answer
+from qdot.exercises.answers.forms import Forms, T
+from qdot.exercises.arm.singularity import Component
+from qdot.exercises.formula.printers.python import Write, list_code, python_text
 
 
 @dataclass(frozen=True)

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from exercises.answers.forms import Forms, T
-from exercises.answers.rows import Rows
-from exercises.formula.identity import Rounding
+from qdot.exercises.answers.forms import Forms, T
+from qdot.exercises.answers.rows import Rows
+from qdot.exercises.formula.identity import Rounding
 
 
 @dataclass(frozen=True)

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from exercises.answers.base import Answer
-from exercises.answers.forms import Forms, T
-from exercises.formula.printers.python import Write, bracketed, python_text
-from exercises.formula.text import text_of
+from qdot.exercises.answers.base import Answer
+from qdot.exercises.answers.forms import Forms, T
+from qdot.exercises.formula.printers.python import Write, bracketed, python_text
+from qdot.exercises.formula.text import text_of
 
 
 @dataclass(frozen=True)

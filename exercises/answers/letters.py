@@ -2,8 +2,8 @@
 
 from abc import abstractmethod
 
-from exercises.answers.base import Answer, Json
-from exercises.formula.printers.python import Write, python_text
+from qdot.exercises.answers.base import Answer, Json
+from qdot.exercises.formula.printers.python import Write, python_text
 
 LETTERS = "ABCDEFGH"
 """Under which options are shown."""

@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
-from exercises.answers.base import Json
-from exercises.answers.forms import Forms, T
-from exercises.answers.letters import Letters
+from qdot.exercises.answers.base import Json
+from qdot.exercises.answers.forms import Forms, T
+from qdot.exercises.answers.letters import Letters
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from exercises.answers.forms import Forms, T
-from exercises.answers.rows import Rows
+from qdot.exercises.answers.forms import Forms, T
+from qdot.exercises.answers.rows import Rows
 
 
 @dataclass(frozen=True)

@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from exercises.answers.base import Answer, Json, rows_typed
-from exercises.answers.forms import Forms, T
-from exercises.formula.identity import Rounding
-from exercises.formula.printers.python import Write, matrix_code, python_text
-from exercises.formula.text import rows_of_text, text_of
+from qdot.exercises.answers.base import Answer, Json, rows_typed
+from qdot.exercises.answers.forms import Forms, T
+from qdot.exercises.formula.identity import Rounding
+from qdot.exercises.formula.printers.python import Write, matrix_code, python_text
+from qdot.exercises.formula.text import rows_of_text, text_of
 
 
 @dataclass(frozen=True)

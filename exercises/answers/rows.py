@@ -4,9 +4,9 @@ from typing import Any
 
 import sympy as sp
 
-from exercises.answers.base import Answer, rows_typed
-from exercises.formula.printers.python import Write, matrix_code, python_text
-from exercises.formula.text import matrix_json, rows_of_text, text_of
+from qdot.exercises.answers.base import Answer, rows_typed
+from qdot.exercises.formula.printers.python import Write, matrix_code, python_text
+from qdot.exercises.formula.text import matrix_json, rows_of_text, text_of
 
 
 class Rows(Answer):

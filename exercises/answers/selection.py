@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from exercises.answers.forms import Forms, T
-from exercises.answers.letters import Letters
+from qdot.exercises.answers.forms import Forms, T
+from qdot.exercises.answers.letters import Letters
 
 
 @dataclass(frozen=True)

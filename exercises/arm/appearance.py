@@ -12,7 +12,7 @@ from itertools import combinations, permutations, product
 import numpy as np
 import sympy as sp
 
-from exercises.arm.axes import (
+from qdot.exercises.arm.axes import (
     Off,
     Sample,
     around,
@@ -26,9 +26,9 @@ from exercises.arm.axes import (
     slope,
     spread,
 )
-from exercises.arm.chain import TASK_ROWS, Chain, Point
-from exercises.arm.kinematics import NumericChain
-from exercises.arm.reason import is_reason
+from qdot.exercises.arm.chain import TASK_ROWS, Chain, Point
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.reason import is_reason
 
 NEAR, APART = 1e-5, 1e-3
 _AXES = "xyz"

@@ -11,11 +11,11 @@ from typing import Any, Protocol
 import numpy as np
 import sympy as sp
 
-from exercises.formula import algebra
-from exercises.formula.expression import read
-from exercises.formula.program import Program, compile_program, evaluate
-from exercises.formula.text import text_of
-from exercises.formula.trees import Node, ReadError
+from qdot.exercises.formula import algebra
+from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.program import Program, compile_program, evaluate
+from qdot.exercises.formula.text import text_of
+from qdot.exercises.formula.trees import Node, ReadError
 
 STEP = 1e-30
 """Step of a derivative into the complex plane, where nothing cancels: it is exact but for rounding."""

@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from exercises.arm.kinematics import NumericChain, cross
+from qdot.exercises.arm.kinematics import NumericChain, cross
 
 Off = Callable[["NumericChain", np.ndarray], np.ndarray]
 """A measure of an arm in many poses (… x n): how far each is from where something is so, zero or more (…).

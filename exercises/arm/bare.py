@@ -10,8 +10,8 @@ from functools import lru_cache
 
 import sympy as sp
 
-from exercises.arm.chain import Base, Chain
-from exercises.arm.singularity import Component, principal
+from qdot.exercises.arm.chain import Base, Chain
+from qdot.exercises.arm.singularity import Component, principal
 
 
 @lru_cache(maxsize=1024)

@@ -13,8 +13,8 @@ from itertools import combinations, product
 
 import sympy as sp
 
-from exercises.arm.chain import TASK_ROWS, Base, Chain, Joint, Point
-from exercises.arm.kinematics import (
+from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain, Joint, Point
+from qdot.exercises.arm.kinematics import (
     Z,
     differentiated_jacobian,
     frame_behind,
@@ -26,9 +26,9 @@ from exercises.arm.kinematics import (
     propagated_rotations,
     task_matrix,
 )
-from exercises.arm.shipped import once_per_structure
-from exercises.arm.told import frame_on_axis, is_by_axes, is_modified, told_rows, up_to_frame
-from exercises.arm.trigonometry import (
+from qdot.exercises.arm.shipped import once_per_structure
+from qdot.exercises.arm.told import frame_on_axis, is_by_axes, is_modified, told_rows, up_to_frame
+from qdot.exercises.arm.trigonometry import (
     Factored,
     factored,
     same,
@@ -37,7 +37,7 @@ from exercises.arm.trigonometry import (
     without_arctangents,
     without_brackets,
 )
-from exercises.errors import QdotError
+from qdot.exercises.errors import QdotError
 
 Values = dict[sp.Symbol, sp.Expr]
 

@@ -13,12 +13,12 @@ from itertools import combinations, product
 import numpy as np
 import sympy as sp
 
-from exercises.arm.axes import Sample
-from exercises.arm.chain import TASK_ROWS, Chain
-from exercises.arm.derivation import derive
-from exercises.arm.singularity import Component
-from exercises.arm.told import frame_on_axis, is_by_axes
-from exercises.arm.trigonometry import Factored, factored, substitute, textbook
+from qdot.exercises.arm.axes import Sample
+from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.derivation import derive
+from qdot.exercises.arm.singularity import Component
+from qdot.exercises.arm.told import frame_on_axis, is_by_axes
+from qdot.exercises.arm.trigonometry import Factored, factored, substitute, textbook
 
 ZERO, CLEAR = 1e-9, 0.05
 """Shares of the largest singular value: below the first one it counts as zero, above the second as not zero."""

@@ -13,10 +13,10 @@ from fractions import Fraction
 
 import sympy as sp
 
-from exercises.errors import QdotError
-from exercises.formula.expression import read
-from exercises.formula.names import FUNCTIONS
-from exercises.formula.trees import Node, ReadError
+from qdot.exercises.errors import QdotError
+from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.names import FUNCTIONS
+from qdot.exercises.formula.trees import Node, ReadError
 
 LONG = 20
 """Metres above which a length is probably meant in millimetres."""

@@ -13,13 +13,13 @@ from functools import lru_cache
 
 import numpy as np
 
-from exercises.arm.appearance import wrist_centre
-from exercises.arm.axes import Sample
-from exercises.arm.beyond import reached_beyond, reaches_of
-from exercises.arm.chain import TASK_ROWS, Chain
-from exercises.arm.derivation import derive
-from exercises.arm.kinematics import NumericChain
-from exercises.stream import Stream
+from qdot.exercises.arm.appearance import wrist_centre
+from qdot.exercises.arm.axes import Sample
+from qdot.exercises.arm.beyond import reached_beyond, reaches_of
+from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.derivation import derive
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.stream import Stream
 
 REGULAR = 1e-7
 """A singular value counts as zero below this part of the largest."""

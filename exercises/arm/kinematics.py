@@ -17,8 +17,8 @@ from functools import lru_cache
 import numpy as np
 import sympy as sp
 
-from exercises.arm.chain import TASK_ROWS, Base, Chain, Joint
-from exercises.arm.told import frame_on_axis, is_modified, told_base, told_point, told_rows
+from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain, Joint
+from qdot.exercises.arm.told import frame_on_axis, is_modified, told_base, told_point, told_rows
 
 Z = sp.Matrix([0, 0, 1])
 

@@ -9,8 +9,8 @@ from itertools import product
 import numpy as np
 import sympy as sp
 
-from exercises.arm.chain import Base, Chain, Joint
-from exercises.arm.derivation import structure
+from qdot.exercises.arm.chain import Base, Chain, Joint
+from qdot.exercises.arm.derivation import structure
 
 _LENGTH = re.compile(r"[ad]\d+|(base|point)_[xyz]")
 """What lengths are called in a structure."""

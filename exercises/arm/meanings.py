@@ -11,7 +11,7 @@ from itertools import combinations, product
 
 import numpy as np
 
-from exercises.arm.axes import (
+from qdot.exercises.arm.axes import (
     Off,
     Sample,
     bend,
@@ -25,11 +25,11 @@ from exercises.arm.axes import (
     slope,
     spread,
 )
-from exercises.arm.chain import Chain
-from exercises.arm.kinds import kinds_at
-from exercises.arm.kinematics import NumericChain
-from exercises.arm.reason import is_reason
-from exercises.arm.told import place_name
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.kinds import kinds_at
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.reason import is_reason
+from qdot.exercises.arm.told import place_name
 
 NEAR, APART = 1e-6, 0.02
 """What counts as zero, and as clearly not zero, in metres or as a sine."""

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from exercises.arm.chain import Chain
-from exercises.arm.trigonometry import fourier
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.trigonometry import fourier
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ def need_of(condition: sp.Expr, chain: Chain) -> Need | None:
     value whatever the others are, and the sum everything from -S to S, S the sum of all sqrt(A^2 + B^2): it is -K
     somewhere if, and only if, K is at most S. Where K has terms of both signs, that is not told.
 
-    >>> from exercises.arm.chain import Joint
+    >>> from qdot.exercises.arm.chain import Joint
     >>> rows = [Joint("R", f"theta{i}", 0, f"a{i}", 0) for i in (1, 2)]
     >>> a1, a2, t2 = sp.symbols("a1 a2 theta2")
     >>> str(need_of(a1 + a2 * sp.cos(t2), Chain("two", tuple(rows), ("vx", "vy"))))

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from exercises.arm.chain import Chain
-from exercises.arm.precise import DOUBLE, PreciseArm, Vector, solved
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.precise import DOUBLE, PreciseArm, Vector, solved
 
 ITERATIONS = 12
 

@@ -10,7 +10,7 @@ from typing import Any
 import mpmath
 import sympy as sp
 
-from exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.chain import TASK_ROWS, Chain
 
 DIGITS = 30
 DOUBLE: Any = mpmath.fp

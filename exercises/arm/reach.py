@@ -19,7 +19,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from exercises.arm.kinematics import NumericChain, cross
+from qdot.exercises.arm.kinematics import NumericChain, cross
 
 _EXACT = 1e-9
 """Sine, or part of the length of all links, below which axes are parallel or square, and a length is zero."""

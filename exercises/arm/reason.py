@@ -9,10 +9,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from exercises.arm.axes import Off, Sample
-from exercises.arm.chain import TASK_ROWS, Chain
-from exercises.arm.kinematics import NumericChain
-from exercises.stream import Stream
+from qdot.exercises.arm.axes import Off, Sample
+from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.stream import Stream
 
 Holds = Callable[[Sample], bool | None]
 

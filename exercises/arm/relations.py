@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from exercises.arm.trigonometry import factored
+from qdot.exercises.arm.trigonometry import factored
 
 
 @dataclass(frozen=True)

@@ -37,16 +37,16 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from exercises.arm.chain import CALLED, CONVENTIONS, TASK_ROWS, TWIST_ORDERS, Base, Chain, Joint, Point
-from exercises.arm.conventions import Row, axes_of_rows, by_axes, is_rounded, modified, standard
-from exercises.arm.derivation import derive
-from exercises.arm.entry import check_role, doubt, value_of
-from exercises.arm.kinematics import NumericChain
-from exercises.arm.placing import HOME, Axis, Pose, exactly, pose_of
-from exercises.arm.urdf import Described, read_urdf
-from exercises.errors import QdotError, unknown
-from exercises.input_file import Place, TomlFile, read_table, read_toml, shown
-from exercises.stream import Stream
+from qdot.exercises.arm.chain import CALLED, CONVENTIONS, TASK_ROWS, TWIST_ORDERS, Base, Chain, Joint, Point
+from qdot.exercises.arm.conventions import Row, axes_of_rows, by_axes, is_rounded, modified, standard
+from qdot.exercises.arm.derivation import derive
+from qdot.exercises.arm.entry import check_role, doubt, value_of
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.placing import HOME, Axis, Pose, exactly, pose_of
+from qdot.exercises.arm.urdf import Described, read_urdf
+from qdot.exercises.errors import QdotError, unknown
+from qdot.exercises.input_file import Place, TomlFile, read_table, read_toml, shown
+from qdot.exercises.stream import Stream
 
 ROW_KEYS = ("kind", "theta", "d", "a", "alpha")
 KEYS = {"dh": ROW_KEYS, "modified-dh": ROW_KEYS, "screws": ("kind", "axis", "point")}

@@ -5,12 +5,12 @@ from decimal import Decimal
 
 import sympy as sp
 
-from exercises.arm.chain import TWIST_ORDERS, Chain, Point
-from exercises.arm.conventions import axes_of
-from exercises.arm.robot_file import Robot
-from exercises.arm.told import modified_point, modified_rows
-from exercises.errors import QdotError
-from exercises.input_file import shown
+from qdot.exercises.arm.chain import TWIST_ORDERS, Chain, Point
+from qdot.exercises.arm.conventions import axes_of
+from qdot.exercises.arm.robot_file import Robot
+from qdot.exercises.arm.told import modified_point, modified_rows
+from qdot.exercises.errors import QdotError
+from qdot.exercises.input_file import shown
 
 Entries = Sequence[tuple[str, str]]
 

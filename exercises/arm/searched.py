@@ -11,11 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
-from exercises.arm.chain import TASK_ROWS, Chain
-from exercises.arm.kinematics import NumericChain, cross
-from exercises.formula.expression import read
-from exercises.formula.program import compile_program, evaluate
-from exercises.stream import Stream
+from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.kinematics import NumericChain, cross
+from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.stream import Stream
 
 STARTS, STEPS = 60, 80
 """Searches for each question, and steps of each."""

@@ -5,7 +5,7 @@ are nodes, each a symbol, a whole number, or an operation on nodes before it; to
 they come out as they were worked out, in the order in which SymPy had put them.
 
 The first line names the code that made the rest, by a digest, and the version of SymPy. With any other, nothing is
-taken from the file, and everything is worked out. `python -m exercises.docs.shipped` writes it.
+taken from the file, and everything is worked out. `python -m qdot.exercises.docs.shipped` writes it.
 """
 
 import hashlib
@@ -17,9 +17,9 @@ from typing import Any, TypeVar
 
 import sympy as sp
 
-from exercises.arm.chain import Chain
-from exercises.arm.trigonometry import Factored
-from exercises.formula.text import text_of
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.trigonometry import Factored
+from qdot.exercises.formula.text import text_of
 
 Result = TypeVar("Result")
 

@@ -11,13 +11,13 @@ from itertools import combinations, product
 
 import sympy as sp
 
-from exercises.arm.chain import Chain
-from exercises.arm.derivation import Derivation, TooLong, derive
-from exercises.arm.relations import Relation, by_half_angle, relation_of
-from exercises.arm.together import follows, may_hold_together, without_needless
-from exercises.arm.trigonometry import Factored, factored, substitute
-from exercises.formula.text import ByText
-from exercises.stream import Stream
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.derivation import Derivation, TooLong, derive
+from qdot.exercises.arm.relations import Relation, by_half_angle, relation_of
+from qdot.exercises.arm.together import follows, may_hold_together, without_needless
+from qdot.exercises.arm.trigonometry import Factored, factored, substitute
+from qdot.exercises.formula.text import ByText
+from qdot.exercises.stream import Stream
 
 MOST_WAYS, MOST_PARTS = 300, 40
 """Ways in which minors vanish together that are looked at, and those of them that anyone would read."""

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from exercises.arm.arithmetic import (
+from qdot.exercises.arm.arithmetic import (
     Arithmetic,
     Formulas,
     Numbers,
@@ -24,10 +24,10 @@ from exercises.arm.arithmetic import (
     product,
     signs,
 )
-from exercises.arm.chain import TASK_ROWS, Chain
-from exercises.arm.conventions import axes_of
-from exercises.arm.kinematics import frames_and_point
-from exercises.arm.told import frame_on_axis, is_modified, up_to_frame
+from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.conventions import axes_of
+from qdot.exercises.arm.kinematics import frames_and_point
+from qdot.exercises.arm.told import frame_on_axis, is_modified, up_to_frame
 
 RESULT = "result"
 """The stage behind all others: the answer as it is written down, (rows, columns, …)."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from exercises.arm.kinematics import NumericChain, cross
+from qdot.exercises.arm.kinematics import NumericChain, cross
 
 YES, NO, UNSURE = 1, 0, -1
 

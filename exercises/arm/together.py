@@ -12,7 +12,7 @@ from math import prod
 
 import sympy as sp
 
-from exercises.stream import Stream
+from qdot.exercises.stream import Stream
 
 MOST_UNKNOWNS, MOST_TERMS, MOST_ZEROS = 7, 160, 100
 """Unknowns, terms of all polynomials, and the product of their degrees, up to which a basis is worked out."""

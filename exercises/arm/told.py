@@ -14,7 +14,7 @@ from dataclasses import replace
 
 import sympy as sp
 
-from exercises.arm.chain import TASK_ROWS, TWIST_ORDERS, Base, Chain, Joint, Point
+from qdot.exercises.arm.chain import TASK_ROWS, TWIST_ORDERS, Base, Chain, Joint, Point
 
 
 def is_modified(chain: Chain) -> bool:
@@ -96,7 +96,7 @@ def told_words(chain: Chain, words: str) -> str:
 
     Of a modified table that is another origin, or P; of an arm told by its axes the point on the axis that it is.
 
-    >>> from exercises.arm.chain import Joint
+    >>> from qdot.exercises.arm.chain import Joint
     >>> turns = (Joint("R", f"theta{i}", 0, f"a{i}", 0) for i in (1, 2))
     >>> arm, words = Chain("arm", tuple(turns), ("vx",)), "the origin O1 lies on the axis of joint 2"
     >>> [told_words(replace(arm, convention=name), words)[:15] for name in ("dh", "modified-dh", "screws")]
@@ -128,7 +128,7 @@ def axis_symbol(chain: Chain, joint: int | None = None, at_home: bool = False) -
 
     Of an arm that is told by its axes, what is told has no prime, and what the joints before it have moved has one.
 
-    >>> from exercises.arm.chain import Joint
+    >>> from qdot.exercises.arm.chain import Joint
     >>> arm = Chain("arm", (Joint("R", "theta1", 0, "a1", 0),), ("vx",), convention="modified-dh")
     >>> axis_symbol(arm), axis_symbol(arm, 1)
     ('z_{i}', 'z_{1}')

@@ -5,11 +5,11 @@ Angles add up in runs of parallel joints. The frames are those of the convention
 
 import sympy as sp
 
-from exercises.arm.chain import Chain
-from exercises.arm.kinematics import Z, frame_behind, link_frames
-from exercises.arm.shipped import once_per_structure
-from exercises.arm.told import is_modified, told_point, up_to_frame
-from exercises.arm.trigonometry import count_terms, textbook
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.kinematics import Z, frame_behind, link_frames
+from qdot.exercises.arm.shipped import once_per_structure
+from qdot.exercises.arm.told import is_modified, told_point, up_to_frame
+from qdot.exercises.arm.trigonometry import count_terms, textbook
 
 
 @once_per_structure

@@ -1,7 +1,7 @@
 """The pages of docs/ that are made from the code: the families with a thumbnail each, the questions, and the
 chapter's examples.
 
-`python -m exercises.docs` writes them all; a test says when they are out of date.
+`python -m qdot.exercises.docs` writes them all; a test says when they are out of date.
 
     errata              where the chapter is wrong as printed
     structures          how many arms there are
@@ -19,26 +19,26 @@ from functools import cache
 from pathlib import Path
 from types import MappingProxyType
 
-from exercises.arm.chain import CONVENTIONS, Chain
-from exercises.docs.errata import Erratum, errata
-from exercises.docs.robots import robots_page
-from exercises.docs.sharing import GROUPS, known
-from exercises.docs.structures import structures_page
-from exercises.families import FAMILIES
-from exercises.families.listing import LISTING, Listed
-from exercises.figure import figure_svg, singular_svg, thumbnail_svg
-from exercises.files import write_atomically
-from exercises.generation import find_out, sample_chain
-from exercises.languages import ENGLISH, catalogue
-from exercises.mistakes.catalogue import SECTIONS
-from exercises.problem import Part, Problem, ProblemId
-from exercises.questions import QUESTIONS
-from exercises.quizzes import QUIZZES
-from exercises.render import render
-from exercises.stream import Stream
-from exercises.variation import DEFAULT, STEPS
-from exercises.writing.statement import worked_solution
-from exercises.writing.wording import Wording
+from qdot.exercises.arm.chain import CONVENTIONS, Chain
+from qdot.exercises.docs.errata import Erratum, errata
+from qdot.exercises.docs.robots import robots_page
+from qdot.exercises.docs.sharing import GROUPS, known
+from qdot.exercises.docs.structures import structures_page
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.families.listing import LISTING, Listed
+from qdot.exercises.figure import figure_svg, singular_svg, thumbnail_svg
+from qdot.exercises.files import write_atomically
+from qdot.exercises.generation import find_out, sample_chain
+from qdot.exercises.languages import ENGLISH, catalogue
+from qdot.exercises.mistakes.catalogue import SECTIONS
+from qdot.exercises.problem import Part, Problem, ProblemId
+from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.quizzes import QUIZZES
+from qdot.exercises.render import render
+from qdot.exercises.stream import Stream
+from qdot.exercises.variation import DEFAULT, STEPS
+from qdot.exercises.writing.statement import worked_solution
+from qdot.exercises.writing.wording import Wording
 
 
 @cache

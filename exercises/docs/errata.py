@@ -10,11 +10,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import sympy as sp
 
-from exercises.arm.chain import Chain
-from exercises.arm.classification import classify_pieces
-from exercises.arm.derivation import derive
-from exercises.arm.kinematics import NumericChain
-from exercises.languages import Catalogue
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.classification import classify_pieces
+from qdot.exercises.arm.derivation import derive
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.languages import Catalogue
 
 A1, A2, A3, T1, T2, T3 = sp.symbols("a1 a2 a3 theta1 theta2 theta3")
 QD1, QD2 = sp.symbols("qd1 qd2")

@@ -1,6 +1,6 @@
 """The table of real robots in docs/robots.md, and in words where each is singular: worked out once, and kept.
 
-`python -m exercises.docs.robots` works them out (a minute) and keeps them in robots.json. The rest of the page is
+`python -m qdot.exercises.docs.robots` works them out (a minute) and keeps them in robots.json. The rest of the page is
 written by hand.
 """
 
@@ -9,17 +9,17 @@ from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 
-from exercises.arm.chain import CONVENTIONS
-from exercises.arm.library import robots
-from exercises.arm.robot_file import read_robot_file
-from exercises.arm.told import told_words
-from exercises.console import say
-from exercises.files import write_atomically
-from exercises.render import render
-from exercises.solving import solve
+from qdot.exercises.arm.chain import CONVENTIONS
+from qdot.exercises.arm.library import robots
+from qdot.exercises.arm.robot_file import read_robot_file
+from qdot.exercises.arm.told import told_words
+from qdot.exercises.console import say
+from qdot.exercises.files import write_atomically
+from qdot.exercises.render import render
+from qdot.exercises.solving import solve
 
 KEPT = Path(__file__).with_name("robots.json")
-PAGE = Path(__file__).parents[2] / "docs" / "robots.md"
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "robots.md"
 SECTION, NEXT = "## Real robots\n", "\n## "
 LONG = ("baxter", "gen3", "panda", "sawyer")
 """Arms of seven joints with offsets: the conditions under which they are singular fill lines."""

@@ -15,18 +15,18 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from exercises.arm.chain import Chain
-from exercises.arm.derivation import structure
-from exercises.arm.stages import Working, numbers
-from exercises.console import say
-from exercises.families import FAMILIES
-from exercises.files import write_atomically
-from exercises.generation import questions_of, sample_chain
-from exercises.problem import Part, Problem, ProblemId
-from exercises.questions import QUESTIONS
-from exercises.record import digests
-from exercises.stream import Stream
-from exercises.variation import DEFAULT, STEPS
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.derivation import structure
+from qdot.exercises.arm.stages import Working, numbers
+from qdot.exercises.console import say
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.files import write_atomically
+from qdot.exercises.generation import questions_of, sample_chain
+from qdot.exercises.problem import Part, Problem, ProblemId
+from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.record import digests
+from qdot.exercises.stream import Stream
+from qdot.exercises.variation import DEFAULT, STEPS
 
 MEASURED = Path(__file__).with_name("sharing.json")
 

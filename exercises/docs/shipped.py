@@ -1,4 +1,4 @@
-"""`python -m exercises.docs.shipped`: work out what structures of the registered families give, to be shipped.
+"""`python -m qdot.exercises.docs.shipped`: work out what structures of the registered families give, to be shipped.
 
 They are those of all arms at each step of variation, as far as so many draws find them; of the arms as the chapter
 draws them, also told in the other conventions; of random arms all clean structures, as they stand in the table; and of
@@ -7,22 +7,22 @@ all real robots.
 
 from collections.abc import Callable, Iterator
 
-from exercises.arm.chain import CONVENTIONS, TASK_ROWS, Chain
-from exercises.arm.derivation import results, structure
-from exercises.arm.library import robot_path, robots
-from exercises.arm.robot_file import read_robot
-from exercises.arm.shipped import FILE, key, maker, written
-from exercises.arm.told import up_to_frame
-from exercises.arm.transforms import in_tool_frame, poses, seen_from_tool, terms_in_tool_frame, terms_of_last_pose
-from exercises.console import say
-from exercises.families import FAMILIES
-from exercises.families.structures import chain_of, clean_structures
-from exercises.files import write_atomically
-from exercises.generation import sample_chain
-from exercises.problem import ProblemId
-from exercises.questions import QUESTIONS
-from exercises.questions.transforms import MOST_JOINTS
-from exercises.variation import STEPS
+from qdot.exercises.arm.chain import CONVENTIONS, TASK_ROWS, Chain
+from qdot.exercises.arm.derivation import results, structure
+from qdot.exercises.arm.library import robot_path, robots
+from qdot.exercises.arm.robot_file import read_robot
+from qdot.exercises.arm.shipped import FILE, key, maker, written
+from qdot.exercises.arm.told import up_to_frame
+from qdot.exercises.arm.transforms import in_tool_frame, poses, seen_from_tool, terms_in_tool_frame, terms_of_last_pose
+from qdot.exercises.console import say
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.families.structures import chain_of, clean_structures
+from qdot.exercises.files import write_atomically
+from qdot.exercises.generation import sample_chain
+from qdot.exercises.problem import ProblemId
+from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.questions.transforms import MOST_JOINTS
+from qdot.exercises.variation import STEPS
 
 BY_TRANSFORMS: tuple[tuple[str, Callable[[Chain], object], *tuple[Callable[[Chain], object], ...]], ...] = (
     ("transform", terms_of_last_pose, poses),

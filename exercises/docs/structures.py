@@ -3,8 +3,8 @@
 from collections import Counter
 from dataclasses import dataclass
 
-from exercises.difficulty import HARDEST
-from exercises.families.structures import (
+from qdot.exercises.difficulty import HARDEST
+from qdot.exercises.families.structures import (
     MOST_TERMS,
     MOST_TERMS_OF_A_CONDITION,
     clean_classes,
@@ -15,7 +15,7 @@ from exercises.families.structures import (
     singular_sets,
     tables,
 )
-from exercises.render import render
+from qdot.exercises.render import render
 
 
 @dataclass(frozen=True)

@@ -6,15 +6,15 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Generic, TypeVar
 
-from exercises.assignment import Slot
-from exercises.drawing import GivenUp, attempt, instead, vouching
-from exercises.errors import QdotError
-from exercises.exports.outlet import Order
-from exercises.families.base import how_varied
-from exercises.parallel import ordered_map
-from exercises.problem import Problem
-from exercises.record import digests
-from exercises.redrawn import DRAWS
+from qdot.exercises.assignment import Slot
+from qdot.exercises.drawing import GivenUp, attempt, instead, vouching
+from qdot.exercises.errors import QdotError
+from qdot.exercises.exports.outlet import Order
+from qdot.exercises.families.base import how_varied
+from qdot.exercises.parallel import ordered_map
+from qdot.exercises.problem import Problem
+from qdot.exercises.record import digests
+from qdot.exercises.redrawn import DRAWS
 
 Made = TypeVar("Made")
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import sympy as sp
 
-from exercises.answers import (
+from qdot.exercises.answers import (
     LETTERS,
     TRUE_FALSE,
     Answer,
@@ -21,14 +21,14 @@ from exercises.answers import (
     Number,
     Selection,
 )
-from exercises.formula.latex import parsed
-from exercises.problem import Part, Problem
-from exercises.quizzes import ASKED
-from exercises.quizzes.options import Options
-from exercises.writing.fit import width
-from exercises.writing.latex import tex
-from exercises.writing.short_answer import unit_text
-from exercises.writing.statement import option_text
+from qdot.exercises.formula.latex import parsed
+from qdot.exercises.problem import Part, Problem
+from qdot.exercises.quizzes import ASKED
+from qdot.exercises.quizzes.options import Options
+from qdot.exercises.writing.fit import width
+from qdot.exercises.writing.latex import tex
+from qdot.exercises.writing.short_answer import unit_text
+from qdot.exercises.writing.statement import option_text
 
 ROW, LINE = 8, 4
 """Millimetres of height of a row of a box, and of each further line that an entry takes in it."""

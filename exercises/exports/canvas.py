@@ -3,9 +3,9 @@
 from collections.abc import Generator, Sequence
 from typing import Any
 
-from exercises.answers import LETTERS
-from exercises.exports.items import Choose, Item, Match, Numeric, as_told
-from exercises.exports.markup import (
+from qdot.exercises.answers import LETTERS
+from qdot.exercises.exports.items import Choose, Item, Match, Numeric, as_told
+from qdot.exercises.exports.markup import (
     archive,
     body_html,
     by_category,
@@ -16,8 +16,8 @@ from exercises.exports.markup import (
     pictures,
     svg_file,
 )
-from exercises.exports.outlet import File, Order
-from exercises.render import render
+from qdot.exercises.exports.outlet import File, Order
+from qdot.exercises.render import render
 
 IMAGES = "%24IMS-CC-FILEBASE%24"
 """Where Canvas puts the files of a package."""

@@ -6,11 +6,11 @@ the zip is made unreadable to others than root when it is set up.
 
 from collections.abc import Generator
 
-from exercises.exports.handouts import handouts
-from exercises.exports.outlet import File, Order
-from exercises.exports.repositories import assignment_files
-from exercises.exports.wheel import versions, wheel, zipped
-from exercises.render import render
+from qdot.exercises.exports.handouts import handouts
+from qdot.exercises.exports.outlet import File, Order
+from qdot.exercises.exports.repositories import assignment_files
+from qdot.exercises.exports.wheel import versions, wheel, zipped
+from qdot.exercises.render import render
 
 
 def gradescope(order: Order) -> Generator[File, None, None]:

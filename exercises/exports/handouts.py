@@ -3,10 +3,10 @@
 from collections.abc import Generator
 from dataclasses import dataclass
 
-from exercises.assignment import Assignment, Student
-from exercises.drawing import settled
-from exercises.exports.outlet import Order
-from exercises.release import is_released, new_handout, released_text
+from qdot.exercises.assignment import Assignment, Student
+from qdot.exercises.drawing import settled
+from qdot.exercises.exports.outlet import Order
+from qdot.exercises.release import is_released, new_handout, released_text
 
 
 @dataclass(frozen=True)

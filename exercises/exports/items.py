@@ -11,21 +11,21 @@ from dataclasses import dataclass, replace
 import numpy as np
 import sympy as sp
 
-from exercises.answers import LETTERS, TRUE_FALSE, Choice, Forms, Letters, Matching, Number, Selection
-from exercises.assignment import Slot
-from exercises.errors import QdotError
-from exercises.exports.bank import Variant, worked_out
-from exercises.exports.numbers import InNumbers, in_numbers
-from exercises.exports.outlet import Order
-from exercises.figure import alt_text, figure_svg, part_alt, part_svg
-from exercises.notebook import solution_figure
-from exercises.problem import Part, Problem
-from exercises.quizzes import ASKED
-from exercises.quizzes.options import blames_of
-from exercises.render import render
-from exercises.stream import Stream
-from exercises.writing.latex import tex
-from exercises.writing.statement import hints, option_text, prompt, statement, worked_solution
+from qdot.exercises.answers import LETTERS, TRUE_FALSE, Choice, Forms, Letters, Matching, Number, Selection
+from qdot.exercises.assignment import Slot
+from qdot.exercises.errors import QdotError
+from qdot.exercises.exports.bank import Variant, worked_out
+from qdot.exercises.exports.numbers import InNumbers, in_numbers
+from qdot.exercises.exports.outlet import Order
+from qdot.exercises.figure import alt_text, figure_svg, part_alt, part_svg
+from qdot.exercises.notebook import solution_figure
+from qdot.exercises.problem import Part, Problem
+from qdot.exercises.quizzes import ASKED
+from qdot.exercises.quizzes.options import blames_of
+from qdot.exercises.render import render
+from qdot.exercises.stream import Stream
+from qdot.exercises.writing.latex import tex
+from qdot.exercises.writing.statement import hints, option_text, prompt, statement, worked_solution
 
 MOST_WRONG = 6
 """Mistakes that are told of one number: more would be met by chance."""

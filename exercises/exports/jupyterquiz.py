@@ -12,12 +12,12 @@ from html import escape
 import nbformat
 from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook
 
-from exercises.exports.items import Choose, Field, Item, Match, Picture, items
-from exercises.exports.markup import body_html, by_category, decimal, limits, line_html, svg_file
-from exercises.exports.outlet import File, Order
-from exercises.formula.printers.mathml import mathml
-from exercises.notebook import KERNEL, notebook_text
-from exercises.render import plain, render
+from qdot.exercises.exports.items import Choose, Field, Item, Match, Picture, items
+from qdot.exercises.exports.markup import body_html, by_category, decimal, limits, line_html, svg_file
+from qdot.exercises.exports.outlet import File, Order
+from qdot.exercises.formula.printers.mathml import mathml
+from qdot.exercises.notebook import KERNEL, notebook_text
+from qdot.exercises.render import plain, render
 
 QuizQuestion = dict[str, object]
 _NUDGE = 1e-9

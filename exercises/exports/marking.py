@@ -10,7 +10,7 @@ from fractions import Fraction
 
 import sympy as sp
 
-from exercises.answers import (
+from qdot.exercises.answers import (
     LETTERS,
     Answer,
     Choice,
@@ -23,15 +23,15 @@ from exercises.answers import (
     Number,
     Selection,
 )
-from exercises.credit import AMISS, HALF, OWN
-from exercises.exports.known_wrong import Known, known_wrong
-from exercises.exports.outlet import Earns
-from exercises.formula.latex import parsed
-from exercises.problem import Part, Problem
-from exercises.questions.results import is_product
-from exercises.quizzes.options import blames_of
-from exercises.writing.fit import fitted, width
-from exercises.writing.short_answer import short_answer
+from qdot.exercises.credit import AMISS, HALF, OWN
+from qdot.exercises.exports.known_wrong import Known, known_wrong
+from qdot.exercises.exports.outlet import Earns
+from qdot.exercises.formula.latex import parsed
+from qdot.exercises.problem import Part, Problem
+from qdot.exercises.questions.results import is_product
+from qdot.exercises.quizzes.options import blames_of
+from qdot.exercises.writing.fit import fitted, width
+from qdot.exercises.writing.short_answer import short_answer
 
 MOST = 4
 """Known mistakes that a sheet lists for a part."""

@@ -7,12 +7,12 @@ import zipfile
 from collections.abc import Callable, Sequence
 from decimal import Decimal
 
-from exercises.exports.items import Item, Picture
-from exercises.formula.latex import parsed
-from exercises.formula.layout import Layout
-from exercises.render import render
-from exercises.writing.fit import fitted
-from exercises.writing.markup import SCREEN, to_html, to_html_for_mathjax
+from qdot.exercises.exports.items import Item, Picture
+from qdot.exercises.formula.latex import parsed
+from qdot.exercises.formula.layout import Layout
+from qdot.exercises.render import render
+from qdot.exercises.writing.fit import fitted
+from qdot.exercises.writing.markup import SCREEN, to_html, to_html_for_mathjax
 
 DIGITS = 10
 """Significant digits to which right values are given to platforms."""

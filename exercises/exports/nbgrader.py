@@ -11,15 +11,15 @@ import json
 from collections.abc import Generator, Sequence
 from typing import Any
 
-from exercises.assignment import SECRET_FILE, Slot, Student
-from exercises.exports.handouts import handouts
-from exercises.exports.outlet import File, Order
-from exercises.exports.repositories import assignment_files
-from exercises.exports.wheel import wheel
-from exercises.notebook import KERNEL, notebook_text, points_text
-from exercises.problem import variable
-from exercises.quizzes import ASKED
-from exercises.render import render
+from qdot.exercises.assignment import SECRET_FILE, Slot, Student
+from qdot.exercises.exports.handouts import handouts
+from qdot.exercises.exports.outlet import File, Order
+from qdot.exercises.exports.repositories import assignment_files
+from qdot.exercises.exports.wheel import wheel
+from qdot.exercises.notebook import KERNEL, notebook_text, points_text
+from qdot.exercises.problem import variable
+from qdot.exercises.quizzes import ASKED
+from qdot.exercises.render import render
 
 Cell = dict[str, Any]
 SCHEMA = 3

@@ -11,22 +11,22 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from exercises.answers import Number
-from exercises.arm.chain import Chain
-from exercises.arm.classification import domain_of
-from exercises.arm.precise import numeric, ten_digits
-from exercises.arm.stages import Working, numbers
-from exercises.errors import QdotError
-from exercises.formula.identity import Domain
-from exercises.mistakes.catalogue import ONE_NUMBER, Wrong, likely, made, taken, wrong_answers
-from exercises.mistakes.given import Values, configurations
-from exercises.problem import Part, Problem
-from exercises.questions.geometry import distinct_lengths
-from exercises.questions.inversion import THREE_DIGITS, conditioning, draw_pose, well_conditioned
-from exercises.questions.results import is_derived, is_made_of_jacobian, result
-from exercises.stream import Stream
-from exercises.writing.latex import tex, tex_angle, tex_length, tex_value
-from exercises.writing.wording import Wording
+from qdot.exercises.answers import Number
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.classification import domain_of
+from qdot.exercises.arm.precise import numeric, ten_digits
+from qdot.exercises.arm.stages import Working, numbers
+from qdot.exercises.errors import QdotError
+from qdot.exercises.formula.identity import Domain
+from qdot.exercises.mistakes.catalogue import ONE_NUMBER, Wrong, likely, made, taken, wrong_answers
+from qdot.exercises.mistakes.given import Values, configurations
+from qdot.exercises.problem import Part, Problem
+from qdot.exercises.questions.geometry import distinct_lengths
+from qdot.exercises.questions.inversion import THREE_DIGITS, conditioning, draw_pose, well_conditioned
+from qdot.exercises.questions.results import is_derived, is_made_of_jacobian, result
+from qdot.exercises.stream import Stream
+from qdot.exercises.writing.latex import tex, tex_angle, tex_length, tex_value
+from qdot.exercises.writing.wording import Wording
 
 DRAWS = 12
 """Configurations that are drawn; the one that tells most mistakes apart is taken."""

@@ -3,15 +3,15 @@
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 
-from exercises.errors import QdotError
-from exercises.exports.outlet import File, Order
-from exercises.exports.sheet import Sheet, sheets
-from exercises.extras import lacking, need
-from exercises.figure.tikz import tikz
-from exercises.formula.printers.typst import typst_string
-from exercises.render import render
-from exercises.writing.markup import latex_escaped, to_html, to_latex
-from exercises.writing.typst import to_typst, typst_escaped
+from qdot.exercises.errors import QdotError
+from qdot.exercises.exports.outlet import File, Order
+from qdot.exercises.exports.sheet import Sheet, sheets
+from qdot.exercises.extras import lacking, need
+from qdot.exercises.figure.tikz import tikz
+from qdot.exercises.formula.printers.typst import typst_string
+from qdot.exercises.render import render
+from qdot.exercises.writing.markup import latex_escaped, to_html, to_latex
+from qdot.exercises.writing.typst import to_typst, typst_escaped
 
 NARROW = 0.8
 """The share of a page's width that a formula may take beside a name."""

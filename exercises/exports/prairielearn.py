@@ -6,14 +6,14 @@ import re
 import uuid
 from collections.abc import Generator, Mapping, Sequence
 
-from exercises.answers import Answer, Forms, Number
-from exercises.assignment import SECRET_FILE, Assignment, Slot
-from exercises.exports.bank import bank
-from exercises.exports.outlet import File, Order, robots
-from exercises.notebook import points_text
-from exercises.problem import Part
-from exercises.quizzes import ASKED
-from exercises.render import render
+from qdot.exercises.answers import Answer, Forms, Number
+from qdot.exercises.assignment import SECRET_FILE, Assignment, Slot
+from qdot.exercises.exports.bank import bank
+from qdot.exercises.exports.outlet import File, Order, robots
+from qdot.exercises.notebook import points_text
+from qdot.exercises.problem import Part
+from qdot.exercises.quizzes import ASKED
+from qdot.exercises.render import render
 
 BANK_FILE = "bank.json"
 """The seeds of the certified variants, by place."""

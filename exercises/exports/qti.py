@@ -7,9 +7,9 @@ told when an item has full marks, or has been tried as often as it may be.
 import re
 from collections.abc import Generator
 
-from exercises.answers import LETTERS
-from exercises.exports.items import Choose, Field, Item, Match, Numeric, Picture, as_told
-from exercises.exports.markup import (
+from qdot.exercises.answers import LETTERS
+from qdot.exercises.exports.items import Choose, Field, Item, Match, Numeric, Picture, as_told
+from qdot.exercises.exports.markup import (
     allowance,
     archive,
     body_html,
@@ -19,9 +19,9 @@ from exercises.exports.markup import (
     pictures,
     svg_file,
 )
-from exercises.exports.outlet import File, Order
-from exercises.formula.printers.mathml import plain_mathml
-from exercises.render import render
+from qdot.exercises.exports.outlet import File, Order
+from qdot.exercises.formula.printers.mathml import plain_mathml
+from qdot.exercises.render import render
 
 MOST_FIELDS = 4
 """Fields of an item up to which a wrong number is told the mistake behind it; it is long otherwise."""

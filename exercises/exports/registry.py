@@ -1,18 +1,18 @@
 """The outlets by name: `qdot export DIR --to NAME`, and the table of docs/outlets.md."""
 
-from exercises.exports.canvas import canvas_zip
-from exercises.exports.gradescope import gradescope
-from exercises.exports.jupyterquiz import jupyterquiz_files
-from exercises.exports.moodle import moodle_files
-from exercises.exports.nbgrader import nbgrader
-from exercises.exports.otter import otter
-from exercises.exports.outlet import Outlet, robots
-from exercises.exports.paper import check_sheet, html, latex, missing_for_pdf, pdf
-from exercises.exports.prairielearn import course
-from exercises.exports.qti import qti_zip
-from exercises.exports.repositories import github, gitlab
-from exercises.exports.scorm import check_size, missing_scripts, packages
-from exercises.exports.stack import stack_questions
+from qdot.exercises.exports.canvas import canvas_zip
+from qdot.exercises.exports.gradescope import gradescope
+from qdot.exercises.exports.jupyterquiz import jupyterquiz_files
+from qdot.exercises.exports.moodle import moodle_files
+from qdot.exercises.exports.nbgrader import nbgrader
+from qdot.exercises.exports.otter import otter
+from qdot.exercises.exports.outlet import Outlet, robots
+from qdot.exercises.exports.paper import check_sheet, html, latex, missing_for_pdf, pdf
+from qdot.exercises.exports.prairielearn import course
+from qdot.exercises.exports.qti import qti_zip
+from qdot.exercises.exports.repositories import github, gitlab
+from qdot.exercises.exports.scorm import check_size, missing_scripts, packages
+from qdot.exercises.exports.stack import stack_questions
 
 OUTLETS = {
     outlet.name: outlet

@@ -1,7 +1,7 @@
 """Packages for learning platforms, SCORM 1.2 and SCORM 2004: a page of the site that reports a score, with its bank.
 
 Each student has one variant of every place, drawn in the browser by the identifier that the platform gives; answers are
-judged there, too (`exercises.site`), so that what is right is in the package.
+judged there, too (`qdot.exercises.site`), so that what is right is in the package.
 """
 
 import json
@@ -10,20 +10,20 @@ from collections.abc import Generator
 from dataclasses import replace
 from pathlib import Path
 
-from exercises.assignment import FEEDBACK, Slot
-from exercises.drawing import GivenUp
-from exercises.errors import QdotError
-from exercises.exports.bank import bank
-from exercises.exports.markup import archive
-from exercises.exports.outlet import File, Order
-from exercises.exports.qti import TRIES
-from exercises.languages import LANGUAGES
-from exercises.record import Json
-from exercises.render import render
-from exercises.site.bank import FOLDER, index_text, titles_text, write_bank
-from exercises.site.build import NOT_BUILT
-from exercises.site.pages import Assets, built_assets, favicon
-from exercises.site.supply import of_variants
+from qdot.exercises.assignment import FEEDBACK, Slot
+from qdot.exercises.drawing import GivenUp
+from qdot.exercises.errors import QdotError
+from qdot.exercises.exports.bank import bank
+from qdot.exercises.exports.markup import archive
+from qdot.exercises.exports.outlet import File, Order
+from qdot.exercises.exports.qti import TRIES
+from qdot.exercises.languages import LANGUAGES
+from qdot.exercises.record import Json
+from qdot.exercises.render import render
+from qdot.exercises.site.bank import FOLDER, index_text, titles_text, write_bank
+from qdot.exercises.site.build import NOT_BUILT
+from qdot.exercises.site.pages import Assets, built_assets, favicon
+from qdot.exercises.site.supply import of_variants
 
 VERSIONS = {"1.2": "scorm12", "2004": "scorm2004"}
 """The versions of SCORM, each with what its package is called."""

@@ -6,21 +6,21 @@ from collections.abc import Generator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field, replace
 
-from exercises.assignment import Assignment
-from exercises.drawing import Failures, GivenUp, draws_of, recorded, vouching
-from exercises.exports.bank import bank
-from exercises.exports.boxes import Box, PaperOptions, box_of, options_of, shrunk, with_share
-from exercises.exports.marking import Marking, marking
-from exercises.exports.outlet import Earns, Order
-from exercises.figure import alt_text, figure_svg, part_alt, part_svg
-from exercises.notebook import points_text, solution_figure
-from exercises.parallel import ordered_map
-from exercises.problem import Part, Problem
-from exercises.quizzes import ASKED
-from exercises.redrawn import Redraw
-from exercises.writing.on_paper import on_paper, without_options
-from exercises.writing.short_answer import short_answer
-from exercises.writing.statement import hints, prompt, statement, worked_solutions
+from qdot.exercises.assignment import Assignment
+from qdot.exercises.drawing import Failures, GivenUp, draws_of, recorded, vouching
+from qdot.exercises.exports.bank import bank
+from qdot.exercises.exports.boxes import Box, PaperOptions, box_of, options_of, shrunk, with_share
+from qdot.exercises.exports.marking import Marking, marking
+from qdot.exercises.exports.outlet import Earns, Order
+from qdot.exercises.figure import alt_text, figure_svg, part_alt, part_svg
+from qdot.exercises.notebook import points_text, solution_figure
+from qdot.exercises.parallel import ordered_map
+from qdot.exercises.problem import Part, Problem
+from qdot.exercises.quizzes import ASKED
+from qdot.exercises.redrawn import Redraw
+from qdot.exercises.writing.on_paper import on_paper, without_options
+from qdot.exercises.writing.short_answer import short_answer
+from qdot.exercises.writing.statement import hints, prompt, statement, worked_solutions
 
 FIGURE = 50
 """Millimetres of height of a figure, at most."""

@@ -8,7 +8,7 @@ import shutil
 import subprocess
 from collections.abc import Sequence
 
-from exercises.exports.stack_parts import Case, StackPart
+from qdot.exercises.exports.stack_parts import Case, StackPart
 
 LIMIT = 5.0
 """Seconds of processor time that the marking of one answer may take."""

@@ -10,8 +10,8 @@ allows for all it does.
     u, w            what was answered and what is right: for each point a list of entries, false for what is no number
 """
 
-from exercises.formula.printers.maxima import maxima_text
-from exercises.problem import Problem
+from qdot.exercises.formula.printers.maxima import maxima_text
+from qdot.exercises.problem import Problem
 
 MOST_JOINTS = 6
 """Joints up to which sums of neighbouring angles have a short name, as c123."""

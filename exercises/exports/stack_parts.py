@@ -12,9 +12,9 @@ from fractions import Fraction
 import numpy as np
 import sympy as sp
 
-from exercises.answers import LETTERS, Answer, Choice, ConditionSet, Direction, Forms, Number
-from exercises.arm.singularity import Component
-from exercises.credit import (
+from qdot.exercises.answers import LETTERS, Answer, Choice, ConditionSet, Direction, Forms, Number
+from qdot.exercises.arm.singularity import Component
+from qdot.exercises.credit import (
     AMISS,
     HALF,
     OWN,
@@ -24,20 +24,20 @@ from exercises.credit import (
     share_of_entries,
     share_of_set,
 )
-from exercises.exports.known_wrong import Known, domain_of, known_wrong, room_of, same_entries
-from exercises.exports.stack_maxima import FORMULAS, NUMBERS, SETS, names, short_names
-from exercises.formula.algebra import ONE, times
-from exercises.formula.expression import read
-from exercises.formula.identity import READABLE
-from exercises.formula.printers.maxima import maxima_matrix, maxima_text
-from exercises.formula.program import Program, compile_program, evaluate
-from exercises.formula.scale import constant_factor
-from exercises.formula.text import text_of
-from exercises.formula.trees import Node as Tree
-from exercises.problem import Part, Problem
-from exercises.questions.results import divisor
-from exercises.quizzes.options import blames_of
-from exercises.stream import Stream
+from qdot.exercises.exports.known_wrong import Known, domain_of, known_wrong, room_of, same_entries
+from qdot.exercises.exports.stack_maxima import FORMULAS, NUMBERS, SETS, names, short_names
+from qdot.exercises.formula.algebra import ONE, times
+from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.identity import READABLE
+from qdot.exercises.formula.printers.maxima import maxima_matrix, maxima_text
+from qdot.exercises.formula.program import Program, compile_program, evaluate
+from qdot.exercises.formula.scale import constant_factor
+from qdot.exercises.formula.text import text_of
+from qdot.exercises.formula.trees import Node as Tree
+from qdot.exercises.problem import Part, Problem
+from qdot.exercises.questions.results import divisor
+from qdot.exercises.quizzes.options import blames_of
+from qdot.exercises.stream import Stream
 
 MOST = 6
 """Mistakes that a part's response tree knows: each is one more node, and one more question test."""

@@ -15,9 +15,11 @@ from functools import cache
 from importlib.metadata import Distribution, PackageNotFoundError, distribution
 from pathlib import Path
 
-from exercises.render import template_folder
+import qdot
+from qdot.exercises.render import template_folder
 
-PACKAGES = Path(__file__).parents[2]
+PACKAGE = Path(qdot.__file__).parent
+"""The one package; in a checkout, `exercises` and `grader` are links in it."""
 DATE = (1980, 1, 1, 0, 0, 0)
 """The date of every file in an archive: the earliest that a zip can have."""
 
@@ -37,26 +39,27 @@ def zipped(files: Iterable[tuple[str, bytes, int]]) -> bytes:
 @cache
 def wheel() -> tuple[str, bytes]:
     """Return the wheel's file name and content."""
-    qdot = distribution("qdot")
-    about = f"qdot-{qdot.version}.dist-info"
+    installed = distribution("qdot")
+    about = f"qdot-{installed.version}.dist-info"
     files = [
         *_modules(),
-        (f"{about}/METADATA", (qdot.read_text("METADATA") or "").encode()),
+        (f"{about}/METADATA", (installed.read_text("METADATA") or "").encode()),
         (f"{about}/WHEEL", b"Wheel-Version: 1.0\nGenerator: qdot\nRoot-Is-Purelib: true\nTag: py3-none-any\n"),
-        (f"{about}/entry_points.txt", (qdot.read_text("entry_points.txt") or "").encode()),
+        (f"{about}/entry_points.txt", (installed.read_text("entry_points.txt") or "").encode()),
     ]
     record = "".join(f"{name},sha256={_digest(data)},{len(data)}\n" for name, data in files)
     files.append((f"{about}/RECORD", f"{record}{about}/RECORD,,\n".encode()))
-    return f"qdot-{qdot.version}-py3-none-any.whl", zipped((name, data, 0o644) for name, data in files)
+    return f"qdot-{installed.version}-py3-none-any.whl", zipped((name, data, 0o644) for name, data in files)
 
 
 def _modules() -> list[tuple[str, bytes]]:
-    """Return the files of both packages, and the templates as a wheel has them: inside `exercises`."""
-    roots = [PACKAGES / package for package in ("exercises", "grader")]
-    names = {path: path.relative_to(PACKAGES).as_posix() for root in roots for path in root.rglob("*")}
+    """Return the files of the package, and the templates as a wheel has them: inside `exercises`."""
+    folders = [(f"qdot/{name}", (PACKAGE / name).resolve()) for name in ("exercises", "grader")]
+    names = {path: f"{name}/{path.relative_to(root).as_posix()}" for name, root in folders for path in root.rglob("*")}
+    names |= {path: f"qdot/{path.name}" for path in PACKAGE.glob("*") if path.is_file()}
     templates = template_folder()
     for path in templates.rglob("*"):
-        names[path] = f"exercises/templates/{path.relative_to(templates).as_posix()}"
+        names[path] = f"qdot/exercises/templates/{path.relative_to(templates).as_posix()}"
     files = {name: path for path, name in names.items() if path.is_file() and not _is_made(path)}
     return [(name, files[name].read_bytes()) for name in sorted(files)]
 

@@ -9,19 +9,19 @@ Beside the families:
     listing                 what is known of each family without drawing its arms (listing.json, by `make docs`)
 """
 
-from exercises.families.base import Family
-from exercises.families.elbow_3r import ELBOW_3R
-from exercises.families.elbows import ELBOWS
-from exercises.families.planar_2r import PLANAR_2R
-from exercises.families.planar_3r import PLANAR_3R
-from exercises.families.planar_arms import PLANAR_ARMS
-from exercises.families.polar_rp import POLAR_RP
-from exercises.families.positioning import POSITIONING
-from exercises.families.random_n import RANDOM
-from exercises.families.scara import SCARA
-from exercises.families.scorbot import SCORBOT
-from exercises.families.six_joints import SIX_JOINTS
-from exercises.families.wrists import WRISTS
+from qdot.exercises.families.base import Family
+from qdot.exercises.families.elbow_3r import ELBOW_3R
+from qdot.exercises.families.elbows import ELBOWS
+from qdot.exercises.families.planar_2r import PLANAR_2R
+from qdot.exercises.families.planar_3r import PLANAR_3R
+from qdot.exercises.families.planar_arms import PLANAR_ARMS
+from qdot.exercises.families.polar_rp import POLAR_RP
+from qdot.exercises.families.positioning import POSITIONING
+from qdot.exercises.families.random_n import RANDOM
+from qdot.exercises.families.scara import SCARA
+from qdot.exercises.families.scorbot import SCORBOT
+from qdot.exercises.families.six_joints import SIX_JOINTS
+from qdot.exercises.families.wrists import WRISTS
 
 FAMILIES: dict[str, Family] = {
     family.name: family

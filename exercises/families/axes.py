@@ -10,8 +10,8 @@ from itertools import combinations
 
 import sympy as sp
 
-from exercises.arm.chain import Base, Chain, Joint, Point
-from exercises.stream import Stream
+from qdot.exercises.arm.chain import Base, Chain, Joint, Point
+from qdot.exercises.stream import Stream
 
 Centimetres = Sequence[int]
 

@@ -49,7 +49,7 @@ class _Body:
 def key(rows: Sequence[StructureRow], task: Sequence[str] = ()) -> Key:
     """Return what all structures of a class have in common, and no others.
 
-    >>> from exercises.families.structures import read_rows
+    >>> from qdot.exercises.families.structures import read_rows
     >>> key(read_rows("Rd Rad")) == key(read_rows("R Ra")), key(read_rows("Rx Ra")) == key(read_rows("R Ra"))
     (True, False)
     >>> key(read_rows("Rx Ra"), ("vx", "vz")) == key(read_rows("Rx Ra"), ("vy", "vz"))

@@ -3,9 +3,9 @@
 Lengths that are given let the shoulder singularity exist (a1 < a2 + a3).
 """
 
-from exercises.arm.chain import Chain
-from exercises.families.axes import FREE, LINK, OFFSET, OR_NONE, Lengths, Zeros, mounted, senses, with_point
-from exercises.families.base import Family, dh
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.families.axes import FREE, LINK, OFFSET, OR_NONE, Lengths, Zeros, mounted, senses, with_point
+from qdot.exercises.families.base import Family, dh
 
 ELBOW_3R = Family(
     "elbow-3r", "Elbow arm with shoulder offset (Scorbot)", "Example 6.3",

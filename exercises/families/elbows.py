@@ -1,7 +1,7 @@
 """Elbow arms beside that of Example 6.3: plain, with lateral shoulder offset, and the orthogonal 3R."""
 
-from exercises.arm.chain import Chain
-from exercises.families.axes import (
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.families.axes import (
     FREE,
     LINK,
     OR_NONE,
@@ -13,7 +13,7 @@ from exercises.families.axes import (
     senses,
     with_point,
 )  # fmt: skip
-from exercises.families.base import Axis, Family, dh
+from qdot.exercises.families.base import Axis, Family, dh
 
 SPACE = ("vx", "vy", "vz")
 SHOULDER: Centimetres = (10, 15, 20, 25)

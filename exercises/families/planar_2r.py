@@ -3,9 +3,9 @@
 A bend h beside a link a2 whose length is given makes even the singular angles the arm's own: det J = a1 (a2 s2 + h c2).
 """
 
-from exercises.arm.chain import Chain
-from exercises.families.axes import FREE, LINK, Beside, Lengths, Zeros, in_plane, senses, upright
-from exercises.families.base import Family, dh
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.families.axes import FREE, LINK, Beside, Lengths, Zeros, in_plane, senses, upright
+from qdot.exercises.families.base import Family, dh
 
 PLANAR_2R = Family(
     "planar-2r", "Planar 2R arm", "Examples 6.1, 6.2 and 6.4",

@@ -3,9 +3,9 @@
 The arm is singular where all three links lie on one line: two conditions that hold together.
 """
 
-from exercises.arm.chain import Chain
-from exercises.families.axes import FREE, LINK, Lengths, Zeros, displaced, senses, upright, with_point
-from exercises.families.base import Family, dh
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.families.axes import FREE, LINK, Lengths, Zeros, displaced, senses, upright, with_point
+from qdot.exercises.families.base import Family, dh
 
 PLANAR_3R = Family(
     "planar-3r", "Planar 3R arm (redundant for a point)", "equation 6.3 with m < n",

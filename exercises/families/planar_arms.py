@@ -1,7 +1,7 @@
 """Planar arms with slides, the planar 3R for its pose, and the pan-tilt head; PR and PRR work in a vertical plane."""
 
-from exercises.arm.chain import Chain
-from exercises.families.axes import (
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.families.axes import (
     FREE,
     HEIGHTS,
     LINK,
@@ -18,7 +18,7 @@ from exercises.families.axes import (
     upright,
     with_point,
 )  # fmt: skip
-from exercises.families.base import Family, dh
+from qdot.exercises.families.base import Family, dh
 
 LYING, STANDING = ("vx", "vy", "wz"), ("vx", "vz", "wy")
 BOTH_WAYS = either_way(SLIDE)

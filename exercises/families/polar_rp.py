@@ -3,8 +3,8 @@
 det J = -(d2 + e): singular where the slide is drawn in until P is beside joint 1; with a1 = 0 that would be the axis.
 """
 
-from exercises.arm.chain import Chain
-from exercises.families.axes import (
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.families.axes import (
     FREE,
     OFFSET,
     SLIDE,
@@ -16,7 +16,7 @@ from exercises.families.axes import (
     upright,
     with_point,
 )  # fmt: skip
-from exercises.families.base import Family, dh
+from qdot.exercises.families.base import Family, dh
 
 POLAR_RP = Family(
     "polar-rp", "Planar polar arm (revolute, prismatic)", "equations 6.9 to 6.12 with a prismatic joint",

@@ -2,8 +2,8 @@
 
 import sympy as sp
 
-from exercises.arm.chain import Chain, Point
-from exercises.families.axes import (
+from qdot.exercises.arm.chain import Chain, Point
+from qdot.exercises.families.axes import (
     FREE,
     HAND,
     HEIGHTS,
@@ -20,8 +20,8 @@ from exercises.families.axes import (
     turned_on_the_floor,
     with_point,
 )  # fmt: skip
-from exercises.families.base import Axis, Family, dh
-from exercises.stream import Stream
+from qdot.exercises.families.base import Axis, Family, dh
+from qdot.exercises.stream import Stream
 
 SPACE = ("vx", "vy", "vz")
 BOTH_WAYS = either_way(SLIDE)

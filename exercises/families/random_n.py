@@ -15,12 +15,12 @@ from itertools import combinations, zip_longest
 import numpy as np
 import sympy as sp
 
-from exercises.arm.chain import TASK_ROWS, Chain
-from exercises.arm.kinematics import rot_x, rot_z
-from exercises.arm.singularity import singular_set
-from exercises.difficulty import HARDEST, in_words, step
-from exercises.errors import QdotError
-from exercises.families.axes import (
+from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.kinematics import rot_x, rot_z
+from qdot.exercises.arm.singularity import singular_set
+from qdot.exercises.difficulty import HARDEST, in_words, step
+from qdot.exercises.errors import QdotError
+from qdot.exercises.families.axes import (
     APART,
     FREE,
     OR_NONE,
@@ -34,11 +34,11 @@ from exercises.families.axes import (
     sign,
     with_point,
 )  # fmt: skip
-from exercises.families.base import Family
-from exercises.families.structures import Structure, chain_of, clean_classes, is_clean
-from exercises.formula.expression import read
-from exercises.formula.program import Program, compile_program, evaluate
-from exercises.stream import Stream
+from qdot.exercises.families.base import Family
+from qdot.exercises.families.structures import Structure, chain_of, clean_classes, is_clean
+from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.program import Program, compile_program, evaluate
+from qdot.exercises.stream import Stream
 
 Band = tuple[int, int]
 Accepts = Callable[[Chain], bool]

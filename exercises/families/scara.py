@@ -1,7 +1,7 @@
 """SCARA arms for position and turn about the vertical, with the slide first, last, or before the turning hand."""
 
-from exercises.arm.chain import Chain
-from exercises.families.axes import (
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.families.axes import (
     FREE,
     HAND,
     LINK,
@@ -14,7 +14,7 @@ from exercises.families.axes import (
     senses,
     with_point,
 )  # fmt: skip
-from exercises.families.base import Family, dh
+from qdot.exercises.families.base import Family, dh
 
 TASK = ("vx", "vy", "vz", "wz")
 SHORT_SLIDE = tuple(length for length in SLIDE if length <= 50)

@@ -1,7 +1,7 @@
 """The whole Scorbot of Example 6.3, five revolute joints: for its wrist point P and for its tip Q, all six rows."""
 
-from exercises.arm.chain import TASK_ROWS, Chain, Point
-from exercises.families.axes import (
+from qdot.exercises.arm.chain import TASK_ROWS, Chain, Point
+from qdot.exercises.families.axes import (
     FREE,
     LINK,
     OR_NONE,
@@ -12,7 +12,7 @@ from exercises.families.axes import (
     senses,
     with_point,
 )  # fmt: skip
-from exercises.families.base import Axis, Family, dh
+from qdot.exercises.families.base import Axis, Family, dh
 
 TABLE = dh("R d1 a1 -90", "R 0 a2 0", "R 0 a3 0", "R 0 0 -90", "R d5 0 0")
 

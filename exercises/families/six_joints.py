@@ -6,8 +6,8 @@ with; a tool beyond it would add terms to every entry. Where a3 is an offset of 
 the arm is singular at tan(theta3) = -d4/a3.
 """
 
-from exercises.arm.chain import TASK_ROWS, Chain, Point
-from exercises.families.axes import (
+from qdot.exercises.arm.chain import TASK_ROWS, Chain, Point
+from qdot.exercises.families.axes import (
     FOREARM,
     FREE,
     OR_NONE,
@@ -20,7 +20,7 @@ from exercises.families.axes import (
     on_the_floor,
     senses,
 )  # fmt: skip
-from exercises.families.base import Axis, Family, dh
+from qdot.exercises.families.base import Axis, Family, dh
 
 SHOULDER = {1: FREE, 2: OR_NONE, 3: OR_NONE}
 LATERAL: Centimetres = (10, 15, 20, 25)

@@ -22,14 +22,14 @@ from pathlib import Path
 import numpy as np
 import sympy as sp
 
-from exercises.arm.chain import TASK_ROWS, Chain, Joint
-from exercises.arm.derivation import derive
-from exercises.arm.kinematics import NumericChain
-from exercises.arm.singularity import singular_set
-from exercises.difficulty import step
-from exercises.families.classes import Key, key
-from exercises.files import write_atomically
-from exercises.stream import Stream
+from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint
+from qdot.exercises.arm.derivation import derive
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.singularity import singular_set
+from qdot.exercises.difficulty import step
+from qdot.exercises.families.classes import Key, key
+from qdot.exercises.files import write_atomically
+from qdot.exercises.stream import Stream
 
 TABLE = Path(__file__).with_name("structures.txt")
 MOST_TERMS, MOST_TERMS_OF_A_CONDITION = 15, 4
@@ -196,7 +196,7 @@ def singular_sets(structures: Iterable[Structure]) -> set[tuple[str, ...]]:
 def table_text() -> str:
     """Return the table of all clean structures of 2, 3 and 4 joints (half a minute)."""
     lines = (structure.line() for n in (2, 3, 4) for structure in find_clean(n))
-    return "# made by exercises.families.structures.write_table()\n" + "\n".join(lines) + "\n"
+    return "# made by qdot.exercises.families.structures.write_table()\n" + "\n".join(lines) + "\n"
 
 
 @lru_cache(maxsize=1)

@@ -8,10 +8,10 @@ from dataclasses import replace
 
 import sympy as sp
 
-from exercises.arm.chain import Chain
-from exercises.families.axes import FREE, OR_NONE, Lengths, Zeros, on_the_floor, senses, with_point
-from exercises.families.base import Axis, Family, dh
-from exercises.stream import Stream
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.families.axes import FREE, OR_NONE, Lengths, Zeros, on_the_floor, senses, with_point
+from qdot.exercises.families.base import Axis, Family, dh
+from qdot.exercises.stream import Stream
 
 TURNS = ("wx", "wy", "wz")
 NEAR = (30, 150, 180, -150, -30)

@@ -22,25 +22,25 @@ from functools import lru_cache, partial
 
 import numpy as np
 
-from exercises.answers import LETTERS
-from exercises.arm.chain import Chain
-from exercises.arm.told import is_by_axes
-from exercises.figure import frames
-from exercises.figure.arm import joint_angle, scene, slide
-from exercises.figure.aspect import sides
-from exercises.figure.body import body, fitted
-from exercises.figure.labels import Layout
-from exercises.figure.model import model_of
-from exercises.figure.plane import camera, exact, is_flat
-from exercises.figure.pose import HEIGHT, LONG, ROOM, WIDTH, Skeleton, best_poses, drawn_chain, skeleton, told_pose
-from exercises.figure.shapes import FONT, Figure, extent, fixed, path, roman
-from exercises.figure.small import PANEL, cells, posed, singular_panel, thumbnail
-from exercises.figure.view import Drawn, View
-from exercises.figure.words import alt_text, panels_text, panels_title, title_text
-from exercises.languages import ENGLISH, catalogue
-from exercises.problem import Part
-from exercises.quizzes.places import options_drawn
-from exercises.render import render
+from qdot.exercises.answers import LETTERS
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.told import is_by_axes
+from qdot.exercises.figure import frames
+from qdot.exercises.figure.arm import joint_angle, scene, slide
+from qdot.exercises.figure.aspect import sides
+from qdot.exercises.figure.body import body, fitted
+from qdot.exercises.figure.labels import Layout
+from qdot.exercises.figure.model import model_of
+from qdot.exercises.figure.plane import camera, exact, is_flat
+from qdot.exercises.figure.pose import HEIGHT, LONG, ROOM, WIDTH, Skeleton, best_poses, drawn_chain, skeleton, told_pose
+from qdot.exercises.figure.shapes import FONT, Figure, extent, fixed, path, roman
+from qdot.exercises.figure.small import PANEL, cells, posed, singular_panel, thumbnail
+from qdot.exercises.figure.view import Drawn, View
+from qdot.exercises.figure.words import alt_text, panels_text, panels_title, title_text
+from qdot.exercises.languages import ENGLISH, catalogue
+from qdot.exercises.problem import Part
+from qdot.exercises.quizzes.places import options_drawn
+from qdot.exercises.render import render
 
 __all__ = [
     "Example",

@@ -10,14 +10,14 @@ from itertools import pairwise
 import numpy as np
 import sympy as sp
 
-from exercises.arm.chain import Chain
-from exercises.arm.kinematics import modified_frames
-from exercises.arm.told import is_by_axes, is_modified, told_base
-from exercises.figure.labels import Request
-from exercises.figure.plane import is_flat
-from exercises.figure.pose import Skeleton, told_pose
-from exercises.figure.shapes import Circle, Glyph, Pair, Polyline, Shape, TextRun, magnitude, with_offset
-from exercises.figure.view import Drawn, View, across, box, cylinder, tip, turned
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.kinematics import modified_frames
+from qdot.exercises.arm.told import is_by_axes, is_modified, told_base
+from qdot.exercises.figure.labels import Request
+from qdot.exercises.figure.plane import is_flat
+from qdot.exercises.figure.pose import Skeleton, told_pose
+from qdot.exercises.figure.shapes import Circle, Glyph, Pair, Polyline, Shape, TextRun, magnitude, with_offset
+from qdot.exercises.figure.view import Drawn, View, across, box, cylinder, tip, turned
 
 JOINT, HALF, SLEEVE = 9.0, 11.0, 19.0
 """Pixels: radius of a revolute joint, half its length in space, half the length of a sleeve."""

@@ -8,9 +8,9 @@ import itertools
 
 import numpy as np
 
-from exercises.arm.chain import Chain
-from exercises.figure.plane import SPACE, axonometric
-from exercises.figure.pose import ROOM, clearance, segments, skeletons
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.figure.plane import SPACE, axonometric
+from qdot.exercises.figure.pose import ROOM, clearance, segments, skeletons
 
 AZIMUTHS, ELEVATIONS = range(0, 360, 15), (24, 12, 40)
 """Degrees from the usual view, and above the horizon."""

@@ -4,12 +4,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from exercises.arm.chain import Chain
-from exercises.figure.arm import Scene, ground, joint, link, way_to_point
-from exercises.figure.plane import camera
-from exercises.figure.pose import Skeleton
-from exercises.figure.shapes import Circle, Glyph, Pair, Shape
-from exercises.figure.view import Drawn, View
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.figure.arm import Scene, ground, joint, link, way_to_point
+from qdot.exercises.figure.plane import camera
+from qdot.exercises.figure.pose import Skeleton
+from qdot.exercises.figure.shapes import Circle, Glyph, Pair, Shape
+from qdot.exercises.figure.view import Drawn, View
 
 
 def body(stage: Scene) -> Drawn:

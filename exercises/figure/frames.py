@@ -5,12 +5,12 @@ from itertools import combinations
 
 import numpy as np
 
-from exercises.arm.told import is_by_axes, is_modified, told_base, told_rows
-from exercises.figure.arm import Scene, arc, beside, dimension, is_point
-from exercises.figure.labels import Request
-from exercises.figure.pose import told_pose
-from exercises.figure.shapes import Circle, Pair, Polyline, Shape, TextRun, magnitude, roman, signed, symbol
-from exercises.figure.view import Drawn, View, arrow
+from qdot.exercises.arm.told import is_by_axes, is_modified, told_base, told_rows
+from qdot.exercises.figure.arm import Scene, arc, beside, dimension, is_point
+from qdot.exercises.figure.labels import Request
+from qdot.exercises.figure.pose import told_pose
+from qdot.exercises.figure.shapes import Circle, Pair, Polyline, Shape, TextRun, magnitude, roman, signed, symbol
+from qdot.exercises.figure.view import Drawn, View, arrow
 
 AXIS = {True: 52.0, False: 54.0}
 """Pixels: length of a frame's axis in a flat drawing and in space."""

@@ -8,7 +8,7 @@ from operator import or_
 
 import numpy as np
 
-from exercises.figure.shapes import Box, Circle, Glyph, Pair, Polyline, Shape
+from qdot.exercises.figure.shapes import Box, Circle, Glyph, Pair, Polyline, Shape
 
 HALF_WIDTH = {"link": 6.0, "rod": 4.0, "plate": 1.0}
 THIN, EDGE = 2.0, 1.5

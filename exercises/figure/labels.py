@@ -8,9 +8,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from exercises.figure.ink import Ink, Line
-from exercises.figure.places import Places
-from exercises.figure.shapes import FONT, Box, Pair, Polyline, Shape, Text, TextRun, runs, shifted
+from qdot.exercises.figure.ink import Ink, Line
+from qdot.exercises.figure.places import Places
+from qdot.exercises.figure.shapes import FONT, Box, Pair, Polyline, Shape, Text, TextRun, runs, shifted
 
 FAR = 15.0
 """Pixels from which on a label gets a leader."""

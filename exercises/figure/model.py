@@ -11,10 +11,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import sympy as sp
 
-from exercises.arm.chain import Chain, Point
-from exercises.arm.told import is_by_axes
-from exercises.figure.pose import told_pose
-from exercises.figure.shapes import Figure, Run, TextRun, extent, magnitude, runs, with_offset
+from qdot.exercises.arm.chain import Chain, Point
+from qdot.exercises.arm.told import is_by_axes
+from qdot.exercises.figure.pose import told_pose
+from qdot.exercises.figure.shapes import Figure, Run, TextRun, extent, magnitude, runs, with_offset
 
 _STEPS = (9, 24, 36, 48, 59, 72, 84, 96)
 """Lengths of models in centimetres: two digits each, of full width; the longest one of an arm has the last."""

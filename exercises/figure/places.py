@@ -4,8 +4,8 @@ import math
 from collections.abc import Sequence
 from functools import lru_cache
 
-from exercises.figure.ink import Ink, Line
-from exercises.figure.shapes import Box, Pair, TextRun, extent
+from qdot.exercises.figure.ink import Ink, Line
+from qdot.exercises.figure.shapes import Box, Pair, TextRun, extent
 
 ROUND = tuple(sorted(range(-160, 181, 20), key=abs))
 FURTHER = (0.0, 6.0, 14.0, 26.0, 42.0, 60.0, 80.0)

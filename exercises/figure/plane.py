@@ -6,8 +6,8 @@ from functools import lru_cache
 import numpy as np
 import sympy as sp
 
-from exercises.arm.chain import Base, Chain, Point
-from exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.chain import Base, Chain, Point
+from qdot.exercises.arm.kinematics import NumericChain
 
 
 def axonometric(azimuth: float, elevation: float) -> np.ndarray:

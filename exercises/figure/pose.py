@@ -12,10 +12,10 @@ from functools import lru_cache
 import numpy as np
 import sympy as sp
 
-from exercises.arm.chain import Base, Chain, Joint, Point
-from exercises.arm.kinematics import NumericChain
-from exercises.errors import QdotError
-from exercises.figure.plane import camera, is_flat
+from qdot.exercises.arm.chain import Base, Chain, Joint, Point
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.errors import QdotError
+from qdot.exercises.figure.plane import camera, is_flat
 
 DEFAULT_LENGTH = 0.4
 """Of a table without any number, in metres."""

@@ -14,22 +14,22 @@ from string import ascii_lowercase
 import numpy as np
 import sympy as sp
 
-from exercises.arm.bare import bare, bare_pieces
-from exercises.arm.chain import TASK_ROWS, Base, Chain, Joint
-from exercises.arm.classification import samples_on
-from exercises.arm.kinds import REGULAR
-from exercises.arm.kinematics import NumericChain
-from exercises.arm.singularity import Component, singular_set
-from exercises.figure.arm import scene
-from exercises.figure.body import body, fitted
-from exercises.figure.plane import exact, is_flat
-from exercises.figure.pose import best_poses, drawn_chain, scores, skeleton, symbol_values
-from exercises.figure.shapes import Circle, Figure, Glyph, Pair, Polyline, Shape, decimal
-from exercises.figure.view import Drawn, View, arrow, tip
-from exercises.figure.words import left_out_text
-from exercises.formula.printers.unicode import unicode_math
-from exercises.languages import ENGLISH, Catalogue, catalogue
-from exercises.writing.latex import laid_out
+from qdot.exercises.arm.bare import bare, bare_pieces
+from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain, Joint
+from qdot.exercises.arm.classification import samples_on
+from qdot.exercises.arm.kinds import REGULAR
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.singularity import Component, singular_set
+from qdot.exercises.figure.arm import scene
+from qdot.exercises.figure.body import body, fitted
+from qdot.exercises.figure.plane import exact, is_flat
+from qdot.exercises.figure.pose import best_poses, drawn_chain, scores, skeleton, symbol_values
+from qdot.exercises.figure.shapes import Circle, Figure, Glyph, Pair, Polyline, Shape, decimal
+from qdot.exercises.figure.view import Drawn, View, arrow, tip
+from qdot.exercises.figure.words import left_out_text
+from qdot.exercises.formula.printers.unicode import unicode_math
+from qdot.exercises.languages import ENGLISH, Catalogue, catalogue
+from qdot.exercises.writing.latex import laid_out
 
 PANEL, THUMBNAIL = (280, 196), (320, 240)
 """Width and height in which these are drawn, in pixels; both are shown at 0.6 of that."""

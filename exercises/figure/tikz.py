@@ -5,9 +5,9 @@ import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
-from exercises.formula.latex import LETTERS
-from exercises.render import render
-from exercises.writing.markup import latex_escaped
+from qdot.exercises.formula.latex import LETTERS
+from qdot.exercises.render import render
+from qdot.exercises.writing.markup import latex_escaped
 
 POINTS = 0.565
 """How many points (1/72.27 inch) a pixel becomes."""

@@ -7,8 +7,8 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from exercises.figure.labels import Request
-from exercises.figure.shapes import Pair, Polyline, Shape, moved
+from qdot.exercises.figure.labels import Request
+from qdot.exercises.figure.shapes import Pair, Polyline, Shape, moved
 
 ARROW = 8.0
 

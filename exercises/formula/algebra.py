@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 
-from exercises.formula.trees import Node
+from qdot.exercises.formula.trees import Node
 
 Matrix = Sequence[Sequence[Node]]
 
@@ -130,8 +130,8 @@ _SLOPES: dict[str, Callable[[Node], Node]] = {
 def derivative(node: Node, name: str) -> Node | None:
     """Return the derivative with respect to a name; None of what has none here (abs, sign, atan2, a set).
 
-    >>> from exercises.formula.expression import read
-    >>> from exercises.formula.trees import node_text
+    >>> from qdot.exercises.formula.expression import read
+    >>> from qdot.exercises.formula.trees import node_text
     >>> node_text(derivative(read("a1*cos(theta1) + 2*theta1^2"), "theta1"))
     '((a1*(-sin(theta1)))+(2*(2*theta1)))'
     """

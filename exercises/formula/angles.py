@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from exercises.formula.field import ORDER
-from exercises.formula.program import Step
+from qdot.exercises.formula.field import ORDER
+from qdot.exercises.formula.program import Step
 
 PARTS = 8
 """An angle's w is exp(i theta / PARTS), so that halves, quarters and eighths of it are whole powers."""

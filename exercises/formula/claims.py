@@ -2,10 +2,10 @@
 
 from collections.abc import Sequence
 
-from exercises.formula.noise import without_noise
-from exercises.formula.pieces import WHOLE, WHOLE_NUMBERS, Piece, is_tied, pieces
-from exercises.formula.program import compile_program
-from exercises.formula.trees import Node, ReadError, names, size_of
+from qdot.exercises.formula.noise import without_noise
+from qdot.exercises.formula.pieces import WHOLE, WHOLE_NUMBERS, Piece, is_tied, pieces
+from qdot.exercises.formula.program import compile_program
+from qdot.exercises.formula.trees import Node, ReadError, names, size_of
 
 _MOST_CASES, _MOST_WORK = 100_000, 6000
 """Nodes of the cases of all whole numbers together, and steps in which zeros are searched for: some seconds of each."""

@@ -7,10 +7,10 @@ from typing import Any
 import mpmath
 import numpy as np
 
-from exercises.formula.angles import Angles
-from exercises.formula.identity import FLOATS, SAME
-from exercises.formula.program import compile_program, evaluate, evaluate_precisely
-from exercises.formula.trees import Node, names
+from qdot.exercises.formula.angles import Angles
+from qdot.exercises.formula.identity import FLOATS, SAME
+from qdot.exercises.formula.program import compile_program, evaluate, evaluate_precisely
+from qdot.exercises.formula.trees import Node, names
 
 DIGITS = 50
 

@@ -27,10 +27,10 @@ from functools import lru_cache
 from math import comb, inf, isqrt, log2
 from typing import Any
 
-from exercises.formula.angles import Angle, Angles, Phase, phase_of
-from exercises.formula.field import BITS, ORDER, PRIMES, Field, SharedField, below, draw_field
-from exercises.formula.program import Program, Step
-from exercises.stream import Stream
+from qdot.exercises.formula.angles import Angle, Angles, Phase, phase_of
+from qdot.exercises.formula.field import BITS, ORDER, PRIMES, Field, SharedField, below, draw_field
+from qdot.exercises.formula.program import Program, Step
+from qdot.exercises.stream import Stream
 
 # --- sizes: degree and height of numerator and denominator ---
 
@@ -392,8 +392,8 @@ def known_by(program: Program, seed: str) -> list[tuple[int | None, ...] | None]
     They are its values modulo a prime at points that depend on `seed` and on the names alone; None at a point where it
     is undefined. There are none for what is no rational function of lengths, sines and cosines.
 
-    >>> from exercises.formula.expression import read
-    >>> from exercises.formula.program import compile_program
+    >>> from qdot.exercises.formula.expression import read
+    >>> from qdot.exercises.formula.program import compile_program
     >>> one, same, other = known_by(compile_program([read("2*sin(x)*cos(x)"), read("sin(2*x)"), read("sin(x)")]), "s")
     >>> one == same, one == other
     (True, False)

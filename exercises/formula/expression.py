@@ -12,11 +12,20 @@ from fractions import Fraction
 from functools import lru_cache
 from itertools import pairwise
 
-from exercises.formula.names import ARITY, FUNCTIONS, LONGEST, SHORTHAND, NamePart, factors_of, pieces_of, plain_name
-from exercises.formula.notation import plain
-from exercises.formula.products import carried_out
-from exercises.formula.trees import CHAIN, Node, ReadError, names, replaced
-from exercises.formula.vocabulary import LIMITS, VOCABULARY, pattern
+from qdot.exercises.formula.names import (
+    ARITY,
+    FUNCTIONS,
+    LONGEST,
+    SHORTHAND,
+    NamePart,
+    factors_of,
+    pieces_of,
+    plain_name,
+)
+from qdot.exercises.formula.notation import plain
+from qdot.exercises.formula.products import carried_out
+from qdot.exercises.formula.trees import CHAIN, Node, ReadError, names, replaced
+from qdot.exercises.formula.vocabulary import LIMITS, VOCABULARY, pattern
 
 MAX_DEPTH = LIMITS["depth"]
 MAX_LENGTH, MOST_EITHER = LIMITS["characters"], LIMITS["either"]
@@ -788,7 +797,7 @@ def read(text: str, known: Iterable[str] = ()) -> Node:
     '+'
     >>> read("sin(theta1")
     Traceback (most recent call last):
-    exercises.formula.trees.ReadError: expected ')', found 'the end', at character 11, near 'sin(theta1'
+    qdot.exercises.formula.trees.ReadError: expected ')', found 'the end', at character 11, near 'sin(theta1'
     """
     if len(text) > MAX_LENGTH:
         raise ReadError(f"the answer is {len(text)} characters long; more than {MAX_LENGTH} are not read")

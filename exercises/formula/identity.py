@@ -23,11 +23,18 @@ from typing import Any
 import mpmath
 import numpy as np
 
-from exercises.formula import exact
-from exercises.formula.noise import without_noise
-from exercises.formula.program import Program, compile_program, evaluate_precisely, evaluate_steps, outputs, regions
-from exercises.formula.trees import Node, digits_of, digits_of_decimals, names
-from exercises.stream import Stream
+from qdot.exercises.formula import exact
+from qdot.exercises.formula.noise import without_noise
+from qdot.exercises.formula.program import (
+    Program,
+    compile_program,
+    evaluate_precisely,
+    evaluate_steps,
+    outputs,
+    regions,
+)
+from qdot.exercises.formula.trees import Node, digits_of, digits_of_decimals, names
+from qdot.exercises.stream import Stream
 
 POINTS = 50
 POINTS_BRANCHING = 2000

@@ -7,7 +7,7 @@ students write in LaTeX is an answer, and is read for what it means (`notation`)
 import re
 from functools import lru_cache
 
-from exercises.formula.layout import EMPTY, SPACES, WORDS, Layout, parts
+from qdot.exercises.formula.layout import EMPTY, SPACES, WORDS, Layout, parts
 
 LETTERS = {
     "alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ", "theta": "θ", "kappa": "κ", "lambda": "λ", "mu": "μ",

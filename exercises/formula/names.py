@@ -5,7 +5,7 @@ import unicodedata
 from dataclasses import dataclass
 from functools import lru_cache
 
-from exercises.formula.vocabulary import LIMITS, VOCABULARY, pattern
+from qdot.exercises.formula.vocabulary import LIMITS, VOCABULARY, pattern
 
 FUNCTIONS: dict[str, str] = VOCABULARY["functions"]
 """Every function that an expression may call, under each name that is understood for it."""

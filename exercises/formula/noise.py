@@ -6,7 +6,7 @@ from fractions import Fraction
 from math import isnan, nan, prod
 from operator import is_
 
-from exercises.formula.trees import Node
+from qdot.exercises.formula.trees import Node
 
 NOISE = 1e-12
 """A term with a smaller coefficient is rounding, however many digits of it are written, and whatever is beside it."""

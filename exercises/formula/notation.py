@@ -6,8 +6,8 @@ from collections.abc import Iterable
 from collections.abc import Set as AbstractSet
 from typing import Any
 
-from exercises.formula.names import FUNCTIONS
-from exercises.formula.vocabulary import LIMITS, SPACES, VOCABULARY, pattern
+from qdot.exercises.formula.names import FUNCTIONS
+from qdot.exercises.formula.vocabulary import LIMITS, SPACES, VOCABULARY, pattern
 
 MAX_NESTING = LIMITS["latex_depth"]
 _LONGEST_LATEX = LIMITS["latex_characters"]

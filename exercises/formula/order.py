@@ -11,7 +11,7 @@ from functools import lru_cache
 
 import sympy as sp
 
-from exercises.formula.text import ByText
+from qdot.exercises.formula.text import ByText
 
 Key = tuple[object, ...]
 

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
 
-from exercises.formula.constants import turns_of
-from exercises.formula.program import compile_program
-from exercises.formula.trees import Node, ReadError, names, replaced
-from exercises.formula.vocabulary import VOCABULARY
+from qdot.exercises.formula.constants import turns_of
+from qdot.exercises.formula.program import compile_program
+from qdot.exercises.formula.trees import Node, ReadError, names, replaced
+from qdot.exercises.formula.vocabulary import VOCABULARY
 
 WHOLE_NUMBERS: tuple[str, ...] = tuple(VOCABULARY["whole_numbers"])
 _SIX = tuple(Node("number", value=Fraction(k)) for k in range(7))

@@ -3,8 +3,8 @@
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 
-from exercises.formula.trees import Node, ReadError
-from exercises.formula.vocabulary import LIMITS, VOCABULARY
+from qdot.exercises.formula.trees import Node, ReadError
+from qdot.exercises.formula.vocabulary import LIMITS, VOCABULARY
 
 Rows = list[list[Node]]
 
@@ -18,7 +18,7 @@ _LARGEST = 3
 def carried_out(node: Node) -> Node:
     """Return a tree in which matrices are no operands: what was to be done with them is done. Raises ReadError.
 
-    >>> from exercises.formula.trees import node_text
+    >>> from qdot.exercises.formula.trees import node_text
     >>> two, x = Node("number", value=Fraction(2)), Node("name", value="x")
     >>> column = carried_out(Node("*", (two, Node("list", (x, two)))))
     >>> [node_text(entry) for row in column.args for entry in row.args]

@@ -14,7 +14,7 @@ from typing import Any
 import mpmath
 import numpy as np
 
-from exercises.formula.trees import Node, no_scalar
+from qdot.exercises.formula.trees import Node, no_scalar
 
 BRANCHING = frozenset({"sqrt", "abs", "sign", "asin", "acos", "atan", "acot", "atan2", "log", "power"})
 """Functions that may agree with another on a part of the circle only; expressions with them need more points."""

@@ -7,8 +7,8 @@ this is looked at only where a text is of another shape than is due, and every r
 import re
 from collections.abc import Callable, Iterator
 
-from exercises.formula.notation import without_units
-from exercises.formula.vocabulary import SPACES, VOCABULARY, pattern
+from qdot.exercises.formula.notation import without_units
+from qdot.exercises.formula.vocabulary import SPACES, VOCABULARY, pattern
 
 _FRAME, _GAP, _BLANK = pattern("frame_of_table"), pattern("gap_of_table"), pattern("gap_of_matlab")
 _GOES_ON, _MATLAB, _BETWEEN = pattern("line_goes_on"), pattern("rows_of_matlab"), pattern("between_numbers")

@@ -6,7 +6,7 @@ from typing import Any
 
 import sympy as sp
 
-from exercises.formula.printing import Printer
+from qdot.exercises.formula.printing import Printer
 
 
 @lru_cache(maxsize=1024, typed=True)

@@ -5,7 +5,7 @@ from fractions import Fraction
 from math import log
 from typing import Any
 
-from exercises.formula.names import CONSTANTS
+from qdot.exercises.formula.names import CONSTANTS
 
 
 class ReadError(ValueError):

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from exercises.arm.arithmetic import applied, determinant, product, signs
-from exercises.arm.chain import TASK_ROWS, Chain
-from exercises.arm.derivation import derive, structure
-from exercises.arm.stages import Change, Working, carried, singular_vectors
-from exercises.mistakes.base import Mistake, Shape, Slip
+from qdot.exercises.arm.arithmetic import applied, determinant, product, signs
+from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.stages import Change, Working, carried, singular_vectors
+from qdot.exercises.mistakes.base import Mistake, Shape, Slip
 
 
 def _square(chain: Chain, least: int = 2, most: int = 6) -> bool:

@@ -5,10 +5,10 @@ from itertools import combinations
 
 import numpy as np
 
-from exercises.arm.chain import TASK_ROWS, Chain
-from exercises.arm.stages import RESULT, Change, Working
-from exercises.arm.told import twist_rows
-from exercises.mistakes.base import Mistake, Shape, Slip
+from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.stages import RESULT, Change, Working
+from qdot.exercises.arm.told import twist_rows
+from qdot.exercises.mistakes.base import Mistake, Shape, Slip
 
 PLANAR_ROWS = ("vx", "vy", "wz")
 """How a planar arm can move: its other rows are zero."""

@@ -6,11 +6,11 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
-from exercises.answers import Answer
-from exercises.arm.chain import Chain
-from exercises.arm.stages import Change
-from exercises.arm.told import is_by_axes
-from exercises.problem import Part
+from qdot.exercises.answers import Answer
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.stages import Change
+from qdot.exercises.arm.told import is_by_axes
+from qdot.exercises.problem import Part
 
 Shape = tuple[int, int]
 

@@ -7,13 +7,24 @@ from types import ModuleType
 
 import numpy as np
 
-from exercises.arm.chain import Chain
-from exercises.arm.stages import Working, propagated
-from exercises.errors import QdotError
-from exercises.mistakes import algebra, arrangement, choices, columns, finished, numeric, position, screws, sets, table
-from exercises.mistakes.base import Mistake, Slip, Taken
-from exercises.problem import Part
-from exercises.questions.results import is_derived, is_made_of_jacobian, result
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.stages import Working, propagated
+from qdot.exercises.errors import QdotError
+from qdot.exercises.mistakes import (
+    algebra,
+    arrangement,
+    choices,
+    columns,
+    finished,
+    numeric,
+    position,
+    screws,
+    sets,
+    table,
+)
+from qdot.exercises.mistakes.base import Mistake, Slip, Taken
+from qdot.exercises.problem import Part
+from qdot.exercises.questions.results import is_derived, is_made_of_jacobian, result
 
 SECTIONS: dict[str, ModuleType] = {
     "Adding up the links": position, "Columns of the Jacobian": columns, "Screws and exponentials": screws,

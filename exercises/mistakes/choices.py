@@ -5,14 +5,14 @@ from dataclasses import replace
 
 import sympy as sp
 
-from exercises.answers import Choice, Number
-from exercises.arm.chain import Chain
-from exercises.mistakes.base import Mistake, Taken, Takes
-from exercises.problem import Part
-from exercises.questions.concepts import USES
-from exercises.questions.differentiation import ForTask
-from exercises.questions.rank import OfMeaning
-from exercises.questions.singular import OPTIONS
+from qdot.exercises.answers import Choice, Number
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.mistakes.base import Mistake, Taken, Takes
+from qdot.exercises.problem import Part
+from qdot.exercises.questions.concepts import USES
+from qdot.exercises.questions.differentiation import ForTask
+from qdot.exercises.questions.rank import OfMeaning
+from qdot.exercises.questions.singular import OPTIONS
 
 
 def _option(part: Part, index: int, **words: object) -> Taken:

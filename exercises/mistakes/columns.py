@@ -7,12 +7,12 @@ from itertools import combinations, permutations, product
 import numpy as np
 import sympy as sp
 
-from exercises.arm.arithmetic import applied, cross
-from exercises.arm.chain import Chain
-from exercises.arm.stages import RESULT, Change, Table, Working, carried, propagated, told_rotation, turned_rows
-from exercises.arm.told import frame_on_axis, is_by_axes, is_modified
-from exercises.mistakes.base import Mistake, Shape, Slip, of_frames
-from exercises.mistakes.position import run_start
+from qdot.exercises.arm.arithmetic import applied, cross
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.stages import RESULT, Change, Table, Working, carried, propagated, told_rotation, turned_rows
+from qdot.exercises.arm.told import frame_on_axis, is_by_axes, is_modified
+from qdot.exercises.mistakes.base import Mistake, Shape, Slip, of_frames
+from qdot.exercises.mistakes.position import run_start
 
 # --- differentiation ---
 

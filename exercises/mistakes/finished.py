@@ -10,9 +10,9 @@ from fractions import Fraction
 from functools import partial
 from itertools import combinations
 
-from exercises.formula.algebra import TWO, ZERO, addends, minus, negative, number, over, plus, terms_of, times
-from exercises.formula.trees import Node, names, node_text, size_of
-from exercises.mistakes.base import Mistake
+from qdot.exercises.formula.algebra import TWO, ZERO, addends, minus, negative, number, over, plus, terms_of, times
+from qdot.exercises.formula.trees import Node, names, node_text, size_of
+from qdot.exercises.mistakes.base import Mistake
 
 LONGEST = 400
 """Nodes of an entry that is taken apart."""

@@ -5,12 +5,12 @@ from collections.abc import Mapping
 import numpy as np
 import sympy as sp
 
-from exercises.arm.arithmetic import program_of
-from exercises.arm.chain import Chain
-from exercises.formula.identity import READABLE, Domain
-from exercises.formula.program import evaluate
-from exercises.problem import Part
-from exercises.stream import Stream
+from qdot.exercises.arm.arithmetic import program_of
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.formula.identity import READABLE, Domain
+from qdot.exercises.formula.program import evaluate
+from qdot.exercises.problem import Part
+from qdot.exercises.stream import Stream
 
 Values = dict[str, np.ndarray]
 

@@ -6,14 +6,14 @@ from dataclasses import replace
 import numpy as np
 import sympy as sp
 
-from exercises.answers import Number
-from exercises.arm.chain import Chain
-from exercises.arm.path import Line
-from exercises.arm.stages import RESULT, Table, Working
-from exercises.arm.told import told_base
-from exercises.mistakes.base import Mistake, Shape, Slip, Taken, Takes, of_frames
-from exercises.problem import Part
-from exercises.questions.path import AtDistance
+from qdot.exercises.answers import Number
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.path import Line
+from qdot.exercises.arm.stages import RESULT, Table, Working
+from qdot.exercises.arm.told import told_base
+from qdot.exercises.mistakes.base import Mistake, Shape, Slip, Taken, Takes, of_frames
+from qdot.exercises.problem import Part
+from qdot.exercises.questions.path import AtDistance
 
 
 def _degrees_as_radians(chain: Chain, _: Shape) -> Iterator[Slip]:

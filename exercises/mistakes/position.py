@@ -5,10 +5,10 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import sympy as sp
 
-from exercises.arm.arithmetic import applied, product
-from exercises.arm.chain import Chain
-from exercises.arm.stages import Change, Working, carried, turn_x, turn_z
-from exercises.mistakes.base import Mistake, Shape, Slip, of_frames
+from qdot.exercises.arm.arithmetic import applied, product
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.stages import Change, Working, carried, turn_x, turn_z
+from qdot.exercises.mistakes.base import Mistake, Shape, Slip, of_frames
 
 Links = list[np.ndarray]
 

@@ -6,13 +6,13 @@ from functools import reduce
 import numpy as np
 import sympy as sp
 
-from exercises.arm.arithmetic import applied, cross, product
-from exercises.arm.chain import Chain
-from exercises.arm.conventions import axes_of
-from exercises.arm.placing import Axis
-from exercises.arm.stages import Change, Table, Working, adjoint, constant, propagated
-from exercises.arm.told import is_by_axes
-from exercises.mistakes.base import Mistake, Shape, Slip
+from qdot.exercises.arm.arithmetic import applied, cross, product
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.conventions import axes_of
+from qdot.exercises.arm.placing import Axis
+from qdot.exercises.arm.stages import Change, Table, Working, adjoint, constant, propagated
+from qdot.exercises.arm.told import is_by_axes
+from qdot.exercises.mistakes.base import Mistake, Shape, Slip
 
 SCREWS = ("home screws", "space jacobian", "body jacobian")
 """The stages whose columns are screws."""

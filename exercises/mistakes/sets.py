@@ -6,11 +6,11 @@ from itertools import combinations, islice, product
 
 import sympy as sp
 
-from exercises.answers import ConditionSet
-from exercises.arm.chain import Chain
-from exercises.arm.singularity import Component
-from exercises.mistakes.base import Mistake, Taken, of_frames
-from exercises.problem import Part
+from qdot.exercises.answers import ConditionSet
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.singularity import Component
+from qdot.exercises.mistakes.base import Mistake, Taken, of_frames
+from qdot.exercises.problem import Part
 
 Components = tuple[Component, ...]
 

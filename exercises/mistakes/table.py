@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from exercises.arm.arithmetic import applied, product
-from exercises.arm.chain import Chain
-from exercises.arm.stages import Change, Table, TableRow, Working, propagated, turn_x, turn_z
-from exercises.arm.told import is_modified, told_base, told_point, told_rows
-from exercises.mistakes.base import Mistake, Shape, Slip, of_frames
+from qdot.exercises.arm.arithmetic import applied, product
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.stages import Change, Table, TableRow, Working, propagated, turn_x, turn_z
+from qdot.exercises.arm.told import is_modified, told_base, told_point, told_rows
+from qdot.exercises.mistakes.base import Mistake, Shape, Slip, of_frames
 
 MOST_ROWS = 4
 """Rows of a table of which any may be taken for another; of a longer one, the next."""

@@ -8,7 +8,7 @@ Beside the questions:
     results         answers as they come out of a derivation, with whatever went wrong in it
 """
 
-from exercises.questions import (
+from qdot.exercises.questions import (
     concepts,
     differentiation,
     inversion,
@@ -24,7 +24,7 @@ from exercises.questions import (
     transforms,
     wrist,
 )
-from exercises.questions.base import Question
+from qdot.exercises.questions.base import Question
 
 _ORDER = (
     "transform", "home-screws", "body-pose", "position", "velocity", "velocity-component", "jacobian",

@@ -7,13 +7,13 @@ from typing import Literal
 
 import numpy as np
 
-from exercises.answers import Answer
-from exercises.arm.chain import CONVENTIONS, Chain
-from exercises.arm.derivation import TooLong, derive, structure
-from exercises.arm.stages import Change, Working
-from exercises.arm.trigonometry import count_terms
-from exercises.problem import Details, Part
-from exercises.stream import Stream
+from qdot.exercises.answers import Answer
+from qdot.exercises.arm.chain import CONVENTIONS, Chain
+from qdot.exercises.arm.derivation import TooLong, derive, structure
+from qdot.exercises.arm.stages import Change, Working
+from qdot.exercises.arm.trigonometry import count_terms
+from qdot.exercises.problem import Details, Part
+from qdot.exercises.stream import Stream
 
 BY_HAND = 3
 """Up to so many joints an inverse is written out."""

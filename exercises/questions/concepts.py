@@ -9,17 +9,17 @@ from itertools import combinations
 import numpy as np
 import sympy as sp
 
-from exercises.answers import Choice, Number
-from exercises.arm.chain import TASK_ROWS, Chain
-from exercises.arm.derivation import derive
-from exercises.arm.directions import lost_direction
-from exercises.arm.precise import determinant, four_digits, numeric, shown
-from exercises.arm.singularity import singular_set
-from exercises.arm.stages import Working
-from exercises.problem import Details, Part
-from exercises.questions.base import Asked, Question
-from exercises.questions.differentiation import ForTask
-from exercises.questions.geometry import (
+from qdot.exercises.answers import Choice, Number
+from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.derivation import derive
+from qdot.exercises.arm.directions import lost_direction
+from qdot.exercises.arm.precise import determinant, four_digits, numeric, shown
+from qdot.exercises.arm.singularity import singular_set
+from qdot.exercises.arm.stages import Working
+from qdot.exercises.problem import Details, Part
+from qdot.exercises.questions.base import Asked, Question
+from qdot.exercises.questions.differentiation import ForTask
+from qdot.exercises.questions.geometry import (
     AtPose,
     Pose,
     distinct_lengths,
@@ -31,8 +31,8 @@ from exercises.questions.geometry import (
     regular_pose,
     shown_pose,
 )
-from exercises.questions.inversion import draw_pose
-from exercises.stream import Stream
+from qdot.exercises.questions.inversion import draw_pose
+from qdot.exercises.stream import Stream
 
 DIFFERENT = 0.2
 """Share of the larger one by which two options differ at least."""

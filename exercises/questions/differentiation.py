@@ -5,13 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
-from exercises.answers import Expression, Matrix
-from exercises.arm.arithmetic import applied
-from exercises.arm.chain import Chain
-from exercises.arm.derivation import derive
-from exercises.arm.stages import Change, Working
-from exercises.problem import Details, OneOfSeveral, Part
-from exercises.questions.base import (
+from qdot.exercises.answers import Expression, Matrix
+from qdot.exercises.arm.arithmetic import applied
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.derivation import derive
+from qdot.exercises.arm.stages import Change, Working
+from qdot.exercises.problem import Details, OneOfSeveral, Part
+from qdot.exercises.questions.base import (
     Asked,
     Question,
     by_hand,
@@ -23,7 +23,7 @@ from exercises.questions.base import (
     stage,
     velocities,
 )
-from exercises.stream import Stream
+from qdot.exercises.stream import Stream
 
 
 def moving_rows(chain: Chain) -> list[int]:

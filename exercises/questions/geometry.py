@@ -12,15 +12,15 @@ import mpmath
 import numpy as np
 import sympy as sp
 
-from exercises.arm.axes import Sample
-from exercises.arm.chain import Chain
-from exercises.arm.derivation import derive, structure
-from exercises.arm.directions import CLEAR, Values, clear_rank, task_rows, value_sets
-from exercises.arm.kinematics import NumericChain
-from exercises.arm.singularity import Component, singular_set
-from exercises.problem import Details
-from exercises.questions.inversion import Configuration, draw_pose, lengths_in_table
-from exercises.stream import Stream
+from qdot.exercises.arm.axes import Sample
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.directions import CLEAR, Values, clear_rank, task_rows, value_sets
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.singularity import Component, singular_set
+from qdot.exercises.problem import Details
+from qdot.exercises.questions.inversion import Configuration, draw_pose, lengths_in_table
+from qdot.exercises.stream import Stream
 
 DIGITS, KEPT = 30, 40
 TRIES = 12

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
-from exercises.answers import Matrix, Number
-from exercises.arm.chain import TASK_ROWS, Chain
-from exercises.arm.derivation import derive, task_velocity
-from exercises.arm.kinematics import NumericChain
-from exercises.arm.precise import PreciseArm, Vector, numeric, solved, ten_digits
-from exercises.problem import Details
-from exercises.questions.base import (
+from qdot.exercises.answers import Matrix, Number
+from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.derivation import derive, task_velocity
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.precise import PreciseArm, Vector, numeric, solved, ten_digits
+from qdot.exercises.problem import Details
+from qdot.exercises.questions.base import (
     BY_HAND,
     Asked,
     Question,
@@ -22,7 +22,7 @@ from exercises.questions.base import (
     square,
     stage,
 )
-from exercises.stream import Stream
+from qdot.exercises.stream import Stream
 
 POSES = 2000
 """Poses drawn before an arm is said to have none that is well conditioned."""

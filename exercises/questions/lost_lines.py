@@ -5,10 +5,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from exercises.arm.chain import Chain
-from exercises.arm.directions import CLEAR, Line, directions, lines_of, lost_direction, task_rows
-from exercises.arm.singularity import Component
-from exercises.questions.geometry import singular_samples
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.directions import CLEAR, Line, directions, lines_of, lost_direction, task_rows
+from qdot.exercises.arm.singularity import Component
+from qdot.exercises.questions.geometry import singular_samples
 
 SAMPLES = 8
 """Configurations at which lines are tried."""

@@ -10,16 +10,16 @@ from typing import Any
 
 import sympy as sp
 
-from exercises.answers import Number
-from exercises.arm.chain import Chain
-from exercises.arm.path import Line, Station
-from exercises.arm.precise import DOUBLE, PRECISE, PreciseArm, Vector, determinant, four_digits, shown, ten_digits
-from exercises.arm.singularity import singular_set
-from exercises.problem import Details, by_name
-from exercises.questions.base import Asked, Question, joint_rates, square, stage
-from exercises.questions.inversion import THREE_DIGITS, Configuration, conditioning, draw_lengths, draw_pose
-from exercises.questions.redundancy import angles, pose_of
-from exercises.stream import Stream
+from qdot.exercises.answers import Number
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.path import Line, Station
+from qdot.exercises.arm.precise import DOUBLE, PRECISE, PreciseArm, Vector, determinant, four_digits, shown, ten_digits
+from qdot.exercises.arm.singularity import singular_set
+from qdot.exercises.problem import Details, by_name
+from qdot.exercises.questions.base import Asked, Question, joint_rates, square, stage
+from qdot.exercises.questions.inversion import THREE_DIGITS, Configuration, conditioning, draw_lengths, draw_pose
+from qdot.exercises.questions.redundancy import angles, pose_of
+from qdot.exercises.stream import Stream
 
 STEP = 0.02
 """Distance of the places at which a line is looked at (m)."""

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from exercises.answers import Matrix
-from exercises.arm.arithmetic import applied
-from exercises.arm.chain import TASK_ROWS, Chain
-from exercises.arm.derivation import derive
-from exercises.arm.stages import Change, Working, propagated
-from exercises.arm.told import axis_symbol, frame_on_axis, in_twist_order, is_by_axes, twist_rows
-from exercises.problem import Details, OneOfSeveral, Part
-from exercises.questions.base import (
+from qdot.exercises.answers import Matrix
+from qdot.exercises.arm.arithmetic import applied
+from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.derivation import derive
+from qdot.exercises.arm.stages import Change, Working, propagated
+from qdot.exercises.arm.told import axis_symbol, frame_on_axis, in_twist_order, is_by_axes, twist_rows
+from qdot.exercises.problem import Details, OneOfSeveral, Part
+from qdot.exercises.questions.base import (
     BY_TABLE,
     Asked,
     Question,
@@ -23,7 +23,7 @@ from exercises.questions.base import (
     rates_to,
     velocities,
 )
-from exercises.stream import Stream
+from qdot.exercises.stream import Stream
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,23 +8,23 @@ from itertools import combinations
 import numpy as np
 import sympy as sp
 
-from exercises.answers import Choice, Direction, Number
-from exercises.arm.chain import Chain
-from exercises.arm.classification import seen_on
-from exercises.arm.derivation import derive, structure
-from exercises.arm.directions import (
+from qdot.exercises.answers import Choice, Direction, Number
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.classification import seen_on
+from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.directions import (
     Line,
     LostFormula,
     clear_rank,
     lost_formula,
     value_sets,
 )
-from exercises.arm.kinds import kind_at, kind_is_sure
-from exercises.arm.meanings import Meaning, Reading, one_kind, read_meanings
-from exercises.arm.singularity import Component, singular_set
-from exercises.problem import Details
-from exercises.questions.base import Asked, Question, stage
-from exercises.questions.geometry import (
+from qdot.exercises.arm.kinds import kind_at, kind_is_sure
+from qdot.exercises.arm.meanings import Meaning, Reading, one_kind, read_meanings
+from qdot.exercises.arm.singularity import Component, singular_set
+from qdot.exercises.problem import Details
+from qdot.exercises.questions.base import Asked, Question, stage
+from qdot.exercises.questions.geometry import (
     AtPose,
     Branch,
     Pose,
@@ -37,9 +37,9 @@ from exercises.questions.geometry import (
     singular_pose,
     singular_samples,
 )
-from exercises.questions.inversion import THREE_DIGITS
-from exercises.questions.lost_lines import SAMPLES, Motion, lost_motion, parallel_lines
-from exercises.stream import Stream
+from qdot.exercises.questions.inversion import THREE_DIGITS
+from qdot.exercises.questions.lost_lines import SAMPLES, Motion, lost_motion, parallel_lines
+from qdot.exercises.stream import Stream
 
 MOST_ROWS = 4
 """Rows of a Jacobian whose null space is found by hand."""

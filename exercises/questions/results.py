@@ -4,14 +4,14 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from exercises.answers import Matrix
-from exercises.arm.arithmetic import Trees, determinant
-from exercises.arm.chain import Chain
-from exercises.arm.derivation import derive
-from exercises.arm.stages import RESULT, Working
-from exercises.formula.trees import Node
-from exercises.problem import Part
-from exercises.questions import QUESTIONS
+from qdot.exercises.answers import Matrix
+from qdot.exercises.arm.arithmetic import Trees, determinant
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.derivation import derive
+from qdot.exercises.arm.stages import RESULT, Working
+from qdot.exercises.formula.trees import Node
+from qdot.exercises.problem import Part
+from qdot.exercises.questions import QUESTIONS
 
 
 def is_derived(part: Part) -> bool:

@@ -8,20 +8,20 @@ from itertools import product
 import numpy as np
 import sympy as sp
 
-from exercises.answers import Choice, ConditionSet
-from exercises.arm.axes import Sample
-from exercises.arm.bare import bare, bare_values, turns_all
-from exercises.arm.chain import Chain
-from exercises.arm.classification import classify
-from exercises.arm.derivation import derive
-from exercises.arm.kinds import kind_is_sure, kinds_at
-from exercises.arm.kinematics import NumericChain
-from exercises.arm.singularity import Component, singular_set
-from exercises.arm.told import told_words
-from exercises.problem import Details, by_name
-from exercises.questions.base import Asked, Question, number
-from exercises.questions.inversion import conditioning, draw_lengths, draw_pose, well_conditioned
-from exercises.stream import Stream
+from qdot.exercises.answers import Choice, ConditionSet
+from qdot.exercises.arm.axes import Sample
+from qdot.exercises.arm.bare import bare, bare_values, turns_all
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.classification import classify
+from qdot.exercises.arm.derivation import derive
+from qdot.exercises.arm.kinds import kind_is_sure, kinds_at
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.singularity import Component, singular_set
+from qdot.exercises.arm.told import told_words
+from qdot.exercises.problem import Details, by_name
+from qdot.exercises.questions.base import Asked, Question, number
+from qdot.exercises.questions.inversion import conditioning, draw_lengths, draw_pose, well_conditioned
+from qdot.exercises.stream import Stream
 
 OPTIONS = {
     "boundary": "a boundary singularity",

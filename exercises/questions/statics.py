@@ -4,13 +4,13 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from exercises.answers import Matrix
-from exercises.arm.arithmetic import applied
-from exercises.arm.chain import Chain
-from exercises.arm.derivation import derive
-from exercises.problem import Details, SymbolInfo
-from exercises.questions.base import Asked, Question, by_hand
-from exercises.stream import Stream
+from qdot.exercises.answers import Matrix
+from qdot.exercises.arm.arithmetic import applied
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.derivation import derive
+from qdot.exercises.problem import Details, SymbolInfo
+from qdot.exercises.questions.base import Asked, Question, by_hand
+from qdot.exercises.stream import Stream
 
 
 @dataclass(frozen=True, kw_only=True)

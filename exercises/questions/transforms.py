@@ -5,16 +5,16 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
-from exercises.answers import Matrix
-from exercises.arm.chain import TASK_ROWS, Chain
-from exercises.arm.derivation import derive, structure
-from exercises.arm.kinematics import joint_rotation
-from exercises.arm.stages import Change, Working
-from exercises.arm.told import is_modified, told_rows
-from exercises.arm.transforms import in_tool_frame, poses, seen_from_tool, terms_in_tool_frame, terms_of_last_pose
-from exercises.problem import Details, Part
-from exercises.questions.base import BY_TABLE, Asked, Question, rates_to, stage, too_many
-from exercises.stream import Stream
+from qdot.exercises.answers import Matrix
+from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.kinematics import joint_rotation
+from qdot.exercises.arm.stages import Change, Working
+from qdot.exercises.arm.told import is_modified, told_rows
+from qdot.exercises.arm.transforms import in_tool_frame, poses, seen_from_tool, terms_in_tool_frame, terms_of_last_pose
+from qdot.exercises.problem import Details, Part
+from qdot.exercises.questions.base import BY_TABLE, Asked, Question, rates_to, stage, too_many
+from qdot.exercises.stream import Stream
 
 MOST_JOINTS = 5
 """Up to so many joints transforms are multiplied out by hand; of those, up to MOST_TERMS terms."""

@@ -10,18 +10,28 @@ from functools import lru_cache
 import numpy as np
 import sympy as sp
 
-from exercises.answers import Matrix
-from exercises.arm.appearance import wrist_centre
-from exercises.arm.arithmetic import determinant
-from exercises.arm.chain import TASK_ROWS, Chain
-from exercises.arm.derivation import derive, structure
-from exercises.arm.kinematics import Z, frame_behind, frames_and_point, joint_rotation, rot_x, rot_z
-from exercises.arm.stages import Working
-from exercises.arm.told import frame_on_axis, is_modified, told_rows
-from exercises.arm.trigonometry import Factored, factored, same, substitute, textbook
-from exercises.problem import Details, Part
-from exercises.questions.base import BY_TABLE, MOST_TERMS, Asked, Question, first_three, joint_rates, put, square, stage
-from exercises.stream import Stream
+from qdot.exercises.answers import Matrix
+from qdot.exercises.arm.appearance import wrist_centre
+from qdot.exercises.arm.arithmetic import determinant
+from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.kinematics import Z, frame_behind, frames_and_point, joint_rotation, rot_x, rot_z
+from qdot.exercises.arm.stages import Working
+from qdot.exercises.arm.told import frame_on_axis, is_modified, told_rows
+from qdot.exercises.arm.trigonometry import Factored, factored, same, substitute, textbook
+from qdot.exercises.problem import Details, Part
+from qdot.exercises.questions.base import (
+    BY_TABLE,
+    MOST_TERMS,
+    Asked,
+    Question,
+    first_three,
+    joint_rates,
+    put,
+    square,
+    stage,
+)
+from qdot.exercises.stream import Stream
 
 
 @lru_cache(maxsize=1024)

@@ -8,8 +8,8 @@ Beside the short questions:
     behind              why each option is wrong
 """
 
-from exercises.questions import QUESTIONS, Question
-from exercises.quizzes import choice, drawn, matching, several, values
+from qdot.exercises.questions import QUESTIONS, Question
+from qdot.exercises.quizzes import choice, drawn, matching, several, values
 
 QUIZZES: dict[str, Question] = {
     question.name: question

@@ -9,17 +9,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from exercises.answers import TRUE_FALSE, Letters
-from exercises.arm.stages import Working, numbers
-from exercises.mistakes.catalogue import CATALOGUE, prior, taken, wrong_answers
-from exercises.mistakes.given import configurations
-from exercises.problem import Part, Problem
-from exercises.questions.concepts import OfJoint, option_numbers
-from exercises.questions.results import is_derived, result
-from exercises.quizzes.drawn import Said
-from exercises.quizzes.options import Blame, Places, blames_of
-from exercises.quizzes.several import OfQuantity
-from exercises.stream import Stream
+from qdot.exercises.answers import TRUE_FALSE, Letters
+from qdot.exercises.arm.stages import Working, numbers
+from qdot.exercises.mistakes.catalogue import CATALOGUE, prior, taken, wrong_answers
+from qdot.exercises.mistakes.given import configurations
+from qdot.exercises.problem import Part, Problem
+from qdot.exercises.questions.concepts import OfJoint, option_numbers
+from qdot.exercises.questions.results import is_derived, result
+from qdot.exercises.quizzes.drawn import Said
+from qdot.exercises.quizzes.options import Blame, Places, blames_of
+from qdot.exercises.quizzes.several import OfQuantity
+from qdot.exercises.stream import Stream
 
 Blames = tuple[Blame, ...]
 THREE_DECIMALS = 6e-4

@@ -6,17 +6,17 @@ from functools import lru_cache
 
 import sympy as sp
 
-from exercises.arm.chain import Chain
-from exercises.arm.derivation import derive
-from exercises.questions import QUESTIONS
-from exercises.questions.base import Asked, Question
-from exercises.questions.screws import SOURCE
-from exercises.questions.statics import load
-from exercises.quizzes.asking import Ask, short_question
-from exercises.quizzes.options import Options, choice_of
-from exercises.quizzes.wrong import Subject, four_options
-from exercises.quizzes.wrong_sets import four_sets
-from exercises.stream import Stream
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.derivation import derive
+from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.questions.base import Asked, Question
+from qdot.exercises.questions.screws import SOURCE
+from qdot.exercises.questions.statics import load
+from qdot.exercises.quizzes.asking import Ask, short_question
+from qdot.exercises.quizzes.options import Options, choice_of
+from qdot.exercises.quizzes.wrong import Subject, four_options
+from qdot.exercises.quizzes.wrong_sets import four_sets
+from qdot.exercises.stream import Stream
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -2,14 +2,14 @@
 
 from functools import lru_cache
 
-from exercises.answers import Matching
-from exercises.arm.chain import Chain
-from exercises.arm.derivation import derive, structure
-from exercises.questions.base import Asked
-from exercises.quizzes.asking import short_question
-from exercises.quizzes.options import Offered, Options
-from exercises.quizzes.wrong import Subject, all_differ, four_options
-from exercises.stream import Stream
+from qdot.exercises.answers import Matching
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.questions.base import Asked
+from qdot.exercises.quizzes.asking import short_question
+from qdot.exercises.quizzes.options import Offered, Options
+from qdot.exercises.quizzes.wrong import Subject, all_differ, four_options
+from qdot.exercises.stream import Stream
 
 LONGEST, MOST = 260, 6
 """Characters of a column, and columns."""

@@ -6,13 +6,13 @@ from typing import Any, TypeAlias
 
 import sympy as sp
 
-from exercises.answers import Choice
-from exercises.arm.chain import Chain
-from exercises.mistakes.base import Mistake
-from exercises.mistakes.catalogue import CATALOGUE
-from exercises.problem import Details, Part, by_name
-from exercises.questions.geometry import Pose
-from exercises.stream import Stream
+from qdot.exercises.answers import Choice
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.mistakes.base import Mistake
+from qdot.exercises.mistakes.catalogue import CATALOGUE
+from qdot.exercises.problem import Details, Part, by_name
+from qdot.exercises.questions.geometry import Pose
+from qdot.exercises.stream import Stream
 
 Formula: TypeAlias = Any
 """A matrix, an expression, or the components of a singular set."""

@@ -6,15 +6,15 @@ from functools import lru_cache
 import numpy as np
 import sympy as sp
 
-from exercises.answers import ConditionSet
-from exercises.arm.chain import Chain
-from exercises.arm.directions import clear_rank, task_rows
-from exercises.arm.kinematics import NumericChain
-from exercises.arm.lengths import with_lengths
-from exercises.arm.singularity import Component, singular_set
-from exercises.mistakes.catalogue import taken
-from exercises.problem import Part
-from exercises.questions.geometry import (
+from qdot.exercises.answers import ConditionSet
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.directions import clear_rank, task_rows
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.lengths import with_lengths
+from qdot.exercises.arm.singularity import Component, singular_set
+from qdot.exercises.mistakes.catalogue import taken
+from qdot.exercises.problem import Part
+from qdot.exercises.questions.geometry import (
     Pose,
     distinct_lengths,
     jacobian_at,
@@ -23,9 +23,9 @@ from exercises.questions.geometry import (
     shown_pose,
     turned_back,
 )
-from exercises.questions.inversion import draw_pose
-from exercises.quizzes.options import SHOWS_ITSELF, Blame, Places
-from exercises.stream import Stream
+from qdot.exercises.questions.inversion import draw_pose
+from qdot.exercises.quizzes.options import SHOWS_ITSELF, Blame, Places
+from qdot.exercises.stream import Stream
 
 CLEAR = 0.12
 """Least singular value of a regular pose over the largest one, so that it is clear to the eye."""

@@ -4,16 +4,16 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from exercises.answers import Selection
-from exercises.arm.chain import Chain
-from exercises.arm.derivation import derive, structure
-from exercises.problem import Details
-from exercises.questions.base import Asked, square
-from exercises.quizzes.asking import short_question
-from exercises.quizzes.options import Offered, Options, Places
-from exercises.quizzes.places import drawn_lengths, regular_poses, several, singular_poses, words
-from exercises.quizzes.wrong import LONGEST, Subject, all_differ, wrong_forms
-from exercises.stream import Stream
+from qdot.exercises.answers import Selection
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.problem import Details
+from qdot.exercises.questions.base import Asked, square
+from qdot.exercises.quizzes.asking import short_question
+from qdot.exercises.quizzes.options import Offered, Options, Places
+from qdot.exercises.quizzes.places import drawn_lengths, regular_poses, several, singular_poses, words
+from qdot.exercises.quizzes.wrong import LONGEST, Subject, all_differ, wrong_forms
+from qdot.exercises.stream import Stream
 
 OPTIONS = 5
 

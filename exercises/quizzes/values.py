@@ -5,15 +5,15 @@ from dataclasses import dataclass
 import mpmath
 import sympy as sp
 
-from exercises.answers import Number
-from exercises.arm.chain import Chain
-from exercises.arm.derivation import derive
-from exercises.arm.precise import determinant, numeric, ten_digits
-from exercises.questions.base import Asked
-from exercises.questions.geometry import DIGITS, AtPose, Pose, precise, regular_pose
-from exercises.questions.inversion import THREE_DIGITS
-from exercises.quizzes.asking import short_question
-from exercises.stream import Stream
+from qdot.exercises.answers import Number
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.derivation import derive
+from qdot.exercises.arm.precise import determinant, numeric, ten_digits
+from qdot.exercises.questions.base import Asked
+from qdot.exercises.questions.geometry import DIGITS, AtPose, Pose, precise, regular_pose
+from qdot.exercises.questions.inversion import THREE_DIGITS
+from qdot.exercises.quizzes.asking import short_question
+from qdot.exercises.stream import Stream
 
 SLOW = 0.05
 """Least speed that is asked for, in m/s."""

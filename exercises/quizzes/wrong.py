@@ -14,22 +14,22 @@ import numpy as np
 import sympy as sp
 from sympy.polys.polyerrors import BasePolynomialError
 
-from exercises.arm.chain import Chain
-from exercises.arm.classification import domain_of
-from exercises.arm.derivation import derive, structure
-from exercises.arm.stages import Change, Working, as_formulas, formulas, numbers
-from exercises.arm.trigonometry import factored, textbook
-from exercises.formula.expression import read
-from exercises.formula.identity import READABLE, Domain
-from exercises.formula.program import compile_program, evaluate
-from exercises.mistakes import screws
-from exercises.mistakes.catalogue import Wrong, wrong_answers
-from exercises.problem import Part
-from exercises.questions import QUESTIONS
-from exercises.questions.base import BY_AXES
-from exercises.questions.results import result
-from exercises.quizzes.options import MOST_SPREAD, SHOWS_ITSELF, SPREAD, Blame, Offered, rank_of_key
-from exercises.stream import Stream
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.classification import domain_of
+from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.stages import Change, Working, as_formulas, formulas, numbers
+from qdot.exercises.arm.trigonometry import factored, textbook
+from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.identity import READABLE, Domain
+from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.mistakes import screws
+from qdot.exercises.mistakes.catalogue import Wrong, wrong_answers
+from qdot.exercises.problem import Part
+from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.questions.base import BY_AXES
+from qdot.exercises.questions.results import result
+from qdot.exercises.quizzes.options import MOST_SPREAD, SHOWS_ITSELF, SPREAD, Blame, Offered, rank_of_key
+from qdot.exercises.stream import Stream
 
 POINTS = 5
 APART = 1e-6

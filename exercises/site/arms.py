@@ -3,17 +3,17 @@
 from collections.abc import Collection
 from dataclasses import dataclass
 
-from exercises.families import FAMILIES
-from exercises.families.listing import listing
-from exercises.formula.latex import parsed
-from exercises.formula.printers.mathml import mathml
-from exercises.generation import sample_chain
-from exercises.languages import LANGUAGES, catalogue
-from exercises.problem import ProblemId
-from exercises.questions import QUESTIONS
-from exercises.render import render
-from exercises.site.page import Page
-from exercises.writing.wording import Wording
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.families.listing import listing
+from qdot.exercises.formula.latex import parsed
+from qdot.exercises.formula.printers.mathml import mathml
+from qdot.exercises.generation import sample_chain
+from qdot.exercises.languages import LANGUAGES, catalogue
+from qdot.exercises.problem import ProblemId
+from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.render import render
+from qdot.exercises.site.page import Page
+from qdot.exercises.writing.wording import Wording
 
 PATH = "arms.html"
 

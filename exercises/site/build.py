@@ -7,15 +7,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from exercises.assignment import FEEDBACK
-from exercises.drawing import Failures, GivenUp
-from exercises.errors import QdotError
-from exercises.files import make_folder, write_atomically
-from exercises.languages import LANGUAGES
-from exercises.record import Json
-from exercises.site.bank import FOLDER, SOLVED, TOLD, index_text, titles_text, write_bank
-from exercises.site.page import INDEX, ROBOTS
-from exercises.site.pages import (
+from qdot.exercises.assignment import FEEDBACK
+from qdot.exercises.drawing import Failures, GivenUp
+from qdot.exercises.errors import QdotError
+from qdot.exercises.files import make_folder, write_atomically
+from qdot.exercises.languages import LANGUAGES
+from qdot.exercises.record import Json
+from qdot.exercises.site.bank import FOLDER, SOLVED, TOLD, index_text, titles_text, write_bank
+from qdot.exercises.site.page import INDEX, ROBOTS
+from qdot.exercises.site.pages import (
     Around,
     Assets,
     built_assets,
@@ -26,9 +26,9 @@ from exercises.site.pages import (
     pages,
     worker_text,
 )
-from exercises.site.robots import robots_text
-from exercises.site.stale_files import remove_stale_files
-from exercises.site.supply import Wanted
+from qdot.exercises.site.robots import robots_text
+from qdot.exercises.site.stale_files import remove_stale_files
+from qdot.exercises.site.supply import Wanted
 
 NOT_BUILT = (
     "the site's scripts are not built: run `make site`, which needs Node and npm; an installed qdot has them already"

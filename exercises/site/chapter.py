@@ -4,16 +4,16 @@ import json
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
-from exercises.arm.chain import Chain
-from exercises.docs import Example, corrections, examples
-from exercises.figure import figure_svg, singular_svg
-from exercises.languages import ENGLISH, LANGUAGES, catalogue
-from exercises.problem import Problem, ProblemId
-from exercises.record import Json
-from exercises.render import environment
-from exercises.site.page import Page
-from exercises.site.record import arm_record, determinant_factors
-from exercises.writing.markup import to_html
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.docs import Example, corrections, examples
+from qdot.exercises.figure import figure_svg, singular_svg
+from qdot.exercises.languages import ENGLISH, LANGUAGES, catalogue
+from qdot.exercises.problem import Problem, ProblemId
+from qdot.exercises.record import Json
+from qdot.exercises.render import environment
+from qdot.exercises.site.page import Page
+from qdot.exercises.site.record import arm_record, determinant_factors
+from qdot.exercises.writing.markup import to_html
 
 SECTION = "examples"
 START, ERRATA = "examples/index.html", "examples/errata.html"

@@ -29,26 +29,26 @@ from typing import Any
 import mpmath
 import numpy as np
 
-from exercises.answers import Answer, ConditionSet, Direction, Forms, Letters, Number
-from exercises.arm.stages import Working, numbers
-from exercises.formula.conditions import Space
-from exercises.formula.constants import value_of
-from exercises.formula.expression import read
-from exercises.formula.identity import Domain
-from exercises.formula.pieces import pieces
-from exercises.formula.program import Program, compile_program, evaluate, evaluate_precisely
-from exercises.formula.trees import as_matrix, names
-from exercises.mistakes import numeric
-from exercises.mistakes.catalogue import CATALOGUE, Wrong, likely, made, prior, taken, wrong_answers
-from exercises.mistakes.finished import throughout
-from exercises.mistakes.given import Values, at_given_joints, configurations
-from exercises.problem import Part, Problem
-from exercises.questions.results import is_derived, result
-from exercises.quizzes.behind import blames_for
-from exercises.quizzes.values import AtRates
-from exercises.record import Json
-from exercises.stream import Stream
-from exercises.writing.statement import answer_code
+from qdot.exercises.answers import Answer, ConditionSet, Direction, Forms, Letters, Number
+from qdot.exercises.arm.stages import Working, numbers
+from qdot.exercises.formula.conditions import Space
+from qdot.exercises.formula.constants import value_of
+from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.identity import Domain
+from qdot.exercises.formula.pieces import pieces
+from qdot.exercises.formula.program import Program, compile_program, evaluate, evaluate_precisely
+from qdot.exercises.formula.trees import as_matrix, names
+from qdot.exercises.mistakes import numeric
+from qdot.exercises.mistakes.catalogue import CATALOGUE, Wrong, likely, made, prior, taken, wrong_answers
+from qdot.exercises.mistakes.finished import throughout
+from qdot.exercises.mistakes.given import Values, at_given_joints, configurations
+from qdot.exercises.problem import Part, Problem
+from qdot.exercises.questions.results import is_derived, result
+from qdot.exercises.quizzes.behind import blames_for
+from qdot.exercises.quizzes.values import AtRates
+from qdot.exercises.record import Json
+from qdot.exercises.stream import Stream
+from qdot.exercises.writing.statement import answer_code
 
 POINTS, DRAWN = 16, 24
 """Configurations of a key, and how many are drawn: the first are readable, the others have lengths of all sizes."""

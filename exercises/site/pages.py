@@ -11,15 +11,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from exercises.docs import planar_2r, scorbot_arm
-from exercises.errors import QdotError
-from exercises.figure import figure_svg
-from exercises.render import render, template_folder
-from exercises.site.arms import gallery
-from exercises.site.chapter import chapter_pages, told_arm
-from exercises.site.guide import COMMANDS, OWN_PAGES, Entry, arranged
-from exercises.site.page import Page, in_languages
-from exercises.writing.markup import to_html
+from qdot.exercises.docs import planar_2r, scorbot_arm
+from qdot.exercises.errors import QdotError
+from qdot.exercises.figure import figure_svg
+from qdot.exercises.render import render, template_folder
+from qdot.exercises.site.arms import gallery
+from qdot.exercises.site.chapter import chapter_pages, told_arm
+from qdot.exercises.site.guide import COMMANDS, OWN_PAGES, Entry, arranged
+from qdot.exercises.site.page import Page, in_languages
+from qdot.exercises.writing.markup import to_html
 
 ENTRIES = {
     "practice": "src/practice/main.tsx", "learn": "src/learn/main.tsx", "own": "src/own/main.tsx",
@@ -77,7 +77,7 @@ def built_assets() -> Assets | None:
 
     Raises QdotError for scripts of another version.
     """
-    here = Path(__file__).parents[1]
+    here = Path(__file__).resolve().parents[1]
     folder = next((f for f in (here / "site_dist", here.parent / "site" / "dist") if f.is_dir()), None)
     return None if folder is None else assets_in(folder)
 
@@ -110,7 +110,7 @@ def _manifest(folder: Path) -> dict[str, Any]:
 
 def docs_folder() -> Path | None:
     """Return the folder of the documentation: inside the package (wheel) or beside it (checkout)."""
-    here = Path(__file__).parents[1]
+    here = Path(__file__).resolve().parents[1]
     return next((f for f in (here / "site_docs", here.parent / "docs") if f.is_dir()), None)
 
 

@@ -10,23 +10,23 @@ from typing import Any
 
 import sympy as sp
 
-from exercises.arm.chain import Chain
-from exercises.arm.derivation import TooLong, derive
-from exercises.difficulty import step
-from exercises.figure import alt_text, figure_pose, figure_svg, part_alt, part_svg
-from exercises.figure.pose import example_values
-from exercises.formula.printers.python import python_text
-from exercises.languages import ENGLISH, Catalogue, catalogue
-from exercises.mistakes.catalogue import CATALOGUE
-from exercises.notebook import solution_figure
-from exercises.problem import Part, Problem
-from exercises.questions.inversion import lengths_in_table
-from exercises.quizzes import ASKED
-from exercises.record import Json, robot_json
-from exercises.site.keys import key_of
-from exercises.writing.latex import symbol_latex, tex
-from exercises.writing.markup import to_html
-from exercises.writing.statement import answer_code, hints, option_text, prompt, statement, worked_solution
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.derivation import TooLong, derive
+from qdot.exercises.difficulty import step
+from qdot.exercises.figure import alt_text, figure_pose, figure_svg, part_alt, part_svg
+from qdot.exercises.figure.pose import example_values
+from qdot.exercises.formula.printers.python import python_text
+from qdot.exercises.languages import ENGLISH, Catalogue, catalogue
+from qdot.exercises.mistakes.catalogue import CATALOGUE
+from qdot.exercises.notebook import solution_figure
+from qdot.exercises.problem import Part, Problem
+from qdot.exercises.questions.inversion import lengths_in_table
+from qdot.exercises.quizzes import ASKED
+from qdot.exercises.record import Json, robot_json
+from qdot.exercises.site.keys import key_of
+from qdot.exercises.writing.latex import symbol_latex, tex
+from qdot.exercises.writing.markup import to_html
+from qdot.exercises.writing.statement import answer_code, hints, option_text, prompt, statement, worked_solution
 
 
 def site_record(problem: Problem) -> Json:

@@ -10,16 +10,16 @@ from typing import Any
 
 import sympy as sp
 
-from exercises.arm.chain import Chain
-from exercises.arm.library import robots
-from exercises.arm.robot_file import ROW_KEYS
-from exercises.families import FAMILIES
-from exercises.figure.pose import example_values
-from exercises.generation import sample_chain
-from exercises.input_file import read_toml
-from exercises.languages import LANGUAGES, catalogue
-from exercises.problem import ProblemId
-from exercises.record import Json
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.library import robots
+from qdot.exercises.arm.robot_file import ROW_KEYS
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.figure.pose import example_values
+from qdot.exercises.generation import sample_chain
+from qdot.exercises.input_file import read_toml
+from qdot.exercises.languages import LANGUAGES, catalogue
+from qdot.exercises.problem import ProblemId
+from qdot.exercises.record import Json
 
 PLAIN = ("planar-2r", "scara", "elbow-3r", "spherical", "anthropomorphic-6r")
 """Families whose plain arms stand on top of the list."""

@@ -9,14 +9,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 
-from exercises.arm.chain import Chain
-from exercises.drawing import Failures, GivenUp, attempt, certified, vouching
-from exercises.exports.bank import Variant
-from exercises.families import FAMILIES
-from exercises.generation import generate, listed, sample_chain, short_quiz
-from exercises.problem import Problem, ProblemId
-from exercises.redrawn import DRAWS
-from exercises.variation import DEFAULT, STEPS, named
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.drawing import Failures, GivenUp, attempt, certified, vouching
+from qdot.exercises.exports.bank import Variant
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.generation import generate, listed, sample_chain, short_quiz
+from qdot.exercises.problem import Problem, ProblemId
+from qdot.exercises.redrawn import DRAWS
+from qdot.exercises.variation import DEFAULT, STEPS, named
 
 QUIZ = "quiz"
 MOST_SEEDS = 1000

@@ -20,13 +20,13 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from exercises.arm.chain import TASK_ROWS, Chain
-from exercises.arm.conventions import axes_of
-from exercises.arm.told import is_by_axes, is_modified, told_point
-from exercises.formula.trees import Node, ReadError, names
-from exercises.problem import Part, Problem, ProblemId
-from exercises.record import digests
-from exercises.verify import (
+from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.conventions import axes_of
+from qdot.exercises.arm.told import is_by_axes, is_modified, told_point
+from qdot.exercises.formula.trees import Node, ReadError, names
+from qdot.exercises.problem import Part, Problem, ProblemId
+from qdot.exercises.record import digests
+from qdot.exercises.verify import (
     concepts,
     formulas,
     path,
@@ -40,12 +40,12 @@ from exercises.verify import (
     transforms,
     wrist,
 )
-from exercises.verify.numeric_reference import Check, NumericReference
+from qdot.exercises.verify.numeric_reference import Check, NumericReference
 
 
 @dataclass(frozen=True)
 class ProblemCertificate:
-    """What was tested of a problem, how it came out, and by what the problem is known again (`exercises.record`)."""
+    """What was tested of a problem, how it came out, and by what the problem is known again (`record`)."""
 
     problem: ProblemId
     engine: int
@@ -77,7 +77,7 @@ class ProblemCertificate:
 def certify(problem: Problem) -> ProblemCertificate:
     """Test every reference of a problem; a question for which there is no test here fails, too.
 
-    >>> from exercises import generate
+    >>> from qdot import generate
     >>> certify(generate("planar-2r/7", ["determinant"])).passed
     True
     """
@@ -93,7 +93,7 @@ def certify(problem: Problem) -> ProblemCertificate:
 def _checks_of(numeric: "NumericReference", part: Part) -> Iterator[Check]:
     known = CHECKS.get(part.kind)
     if known is None:
-        yield Check("known", False, "nothing in exercises.verify.CHECKS tests this kind of question")
+        yield Check("known", False, "nothing in qdot.exercises.verify.CHECKS tests this kind of question")
     else:
         yield from known(numeric, part)
 

@@ -13,13 +13,13 @@ from itertools import pairwise
 import numpy as np
 import sympy as sp
 
-from exercises.arm.axes import Sample
-from exercises.arm.bare import bare, bare_pieces
-from exercises.arm.chain import TASK_ROWS, Chain
-from exercises.arm.classification import Kind, by_value, classify, is_one_sided, samples_on
-from exercises.arm.kinds import are_one_sided, kinds_at
-from exercises.arm.singularity import Component, singular_set
-from exercises.verify.numeric_reference import Check, NumericReference
+from qdot.exercises.arm.axes import Sample
+from qdot.exercises.arm.bare import bare, bare_pieces
+from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.classification import Kind, by_value, classify, is_one_sided, samples_on
+from qdot.exercises.arm.kinds import are_one_sided, kinds_at
+from qdot.exercises.arm.singularity import Component, singular_set
+from qdot.exercises.verify.numeric_reference import Check, NumericReference
 
 ARMS, OF_A_PIECE = (4, 20, 80), 8
 """Choices of lengths, more where there is nothing for fewer, and how many configurations of a piece are looked at."""

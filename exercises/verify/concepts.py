@@ -4,15 +4,15 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from exercises.answers import Choice
-from exercises.arm.axes import Sample
-from exercises.arm.chain import TASK_ROWS
-from exercises.problem import Part
-from exercises.questions.concepts import USES, ForUse, OfCost, OfJoint
-from exercises.questions.differentiation import ForTask
-from exercises.verify.formulas import EXACT, agree
-from exercises.verify.numeric_reference import Check, NumericReference
-from exercises.verify.rank import at_place, exponential_at, rank_of
+from qdot.exercises.answers import Choice
+from qdot.exercises.arm.axes import Sample
+from qdot.exercises.arm.chain import TASK_ROWS
+from qdot.exercises.problem import Part
+from qdot.exercises.questions.concepts import USES, ForUse, OfCost, OfJoint
+from qdot.exercises.questions.differentiation import ForTask
+from qdot.exercises.verify.formulas import EXACT, agree
+from qdot.exercises.verify.numeric_reference import Check, NumericReference
+from qdot.exercises.verify.rank import at_place, exponential_at, rank_of
 
 ROUNDED = 0.0006
 """Error of a number to three decimals."""

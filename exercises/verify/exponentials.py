@@ -8,7 +8,7 @@ exponentials before it. World frame; linear part first, as in (6.6).
 
 import numpy as np
 
-from exercises.arm.kinematics import NumericChain, cross
+from qdot.exercises.arm.kinematics import NumericChain, cross
 
 
 def exponential_jacobian(arm: NumericChain, q: np.ndarray) -> np.ndarray:

@@ -5,16 +5,16 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import sympy as sp
 
-from exercises.answers import Number
-from exercises.arm.chain import TASK_ROWS
-from exercises.arm.kinematics import NumericChain
-from exercises.arm.told import frame_on_axis, twist_rows
-from exercises.problem import Part
-from exercises.questions.differentiation import AlongAxis, moving_rows
-from exercises.questions.inversion import InSituation, well_conditioned
-from exercises.questions.propagation import OfFrame
-from exercises.questions.recursion import FromFrameToFrame
-from exercises.verify.numeric_reference import Check, NumericReference
+from qdot.exercises.answers import Number
+from qdot.exercises.arm.chain import TASK_ROWS
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.told import frame_on_axis, twist_rows
+from qdot.exercises.problem import Part
+from qdot.exercises.questions.differentiation import AlongAxis, moving_rows
+from qdot.exercises.questions.inversion import InSituation, well_conditioned
+from qdot.exercises.questions.propagation import OfFrame
+from qdot.exercises.questions.recursion import FromFrameToFrame
+from qdot.exercises.verify.numeric_reference import Check, NumericReference
 
 WELL_CONDITIONED = 0.7
 """Least sigma_min/sigma_max of a pose given in numbers, of what was asked for when it was drawn."""

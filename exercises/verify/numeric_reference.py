@@ -7,18 +7,18 @@ from typing import NamedTuple
 import numpy as np
 import sympy as sp
 
-from exercises.arm.axes import Sample
-from exercises.arm.chain import TASK_ROWS, Chain
-from exercises.arm.classification import domain_of, samples_on
-from exercises.arm.kinematics import NumericChain
-from exercises.arm.told import is_modified, told_base, told_rows
-from exercises.formula.expression import read
-from exercises.formula.program import compile_program, evaluate
-from exercises.formula.text import text_of
-from exercises.formula.trees import Node
-from exercises.problem import Problem
-from exercises.stream import Stream
-from exercises.verify.exponentials import exponential_jacobian
+from qdot.exercises.arm.axes import Sample
+from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.classification import domain_of, samples_on
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.told import is_modified, told_base, told_rows
+from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.formula.text import text_of
+from qdot.exercises.formula.trees import Node
+from qdot.exercises.problem import Problem
+from qdot.exercises.stream import Stream
+from qdot.exercises.verify.exponentials import exponential_jacobian
 
 ARMS, POSES = 3, 4
 

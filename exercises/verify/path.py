@@ -4,13 +4,13 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from exercises.answers import Number
-from exercises.arm.kinematics import NumericChain
-from exercises.problem import Part
-from exercises.questions.path import LESS_REGULAR, AtDistance, Seam, ToLimit
-from exercises.verify.formulas import WELL_CONDITIONED, agree
-from exercises.verify.numeric_reference import Check, NumericReference
-from exercises.verify.redundancy import NUMBERS, numbers, three_digits
+from qdot.exercises.answers import Number
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.problem import Part
+from qdot.exercises.questions.path import LESS_REGULAR, AtDistance, Seam, ToLimit
+from qdot.exercises.verify.formulas import WELL_CONDITIONED, agree
+from qdot.exercises.verify.numeric_reference import Check, NumericReference
+from qdot.exercises.verify.redundancy import NUMBERS, numbers, three_digits
 
 STATIONS = 60
 """Places at which a line is looked at."""

@@ -4,14 +4,14 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from exercises.answers import Number
-from exercises.arm.kinematics import NumericChain
-from exercises.problem import Part
-from exercises.questions.inversion import InSituation
-from exercises.verify.exponentials import exponential_jacobian
-from exercises.verify.formulas import EXACT, agree
-from exercises.verify.numeric_reference import Check, NumericReference
-from exercises.verify.redundancy import NUMBERS, jacobian_at, numbers, stays_small, three_digits
+from qdot.exercises.answers import Number
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.problem import Part
+from qdot.exercises.questions.inversion import InSituation
+from qdot.exercises.verify.exponentials import exponential_jacobian
+from qdot.exercises.verify.formulas import EXACT, agree
+from qdot.exercises.verify.numeric_reference import Check, NumericReference
+from qdot.exercises.verify.redundancy import NUMBERS, jacobian_at, numbers, stays_small, three_digits
 
 
 def _measured(measure: Callable[[np.ndarray], float]) -> Callable[[NumericReference, Part], Iterator[Check]]:

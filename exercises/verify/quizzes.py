@@ -10,27 +10,27 @@ from itertools import combinations
 import numpy as np
 import sympy as sp
 
-from exercises.answers import Choice, ConditionSet, Expression, Matching, Matrix, Number, Selection
-from exercises.arm.chain import TASK_ROWS
-from exercises.arm.lengths import with_lengths
-from exercises.problem import Part
-from exercises.questions import QUESTIONS
-from exercises.questions.geometry import AtPose
-from exercises.quizzes.choice import CHOICES, AboutSubject
-from exercises.quizzes.drawn import Said, SaidOfJoint
-from exercises.quizzes.options import Offered, Options, Places
-from exercises.quizzes.several import EqualForms, OfQuantity, Quantity
-from exercises.quizzes.values import AtRates
-from exercises.quizzes.wrong import Subject
-from exercises.stream import Stream
-from exercises.verify.exponentials import exponential_jacobian
-from exercises.verify.formulas import CHECKS as FORMULAS
-from exercises.verify.formulas import EXACT, agree
-from exercises.verify.numeric_reference import POSES, Check, NumericReference
-from exercises.verify.rank import exponential_at, rank_of
-from exercises.verify.screws import CHECKS as SCREWS
-from exercises.verify.singular import CHECKS as SETS
-from exercises.verify.statics import CHECKS as TORQUES
+from qdot.exercises.answers import Choice, ConditionSet, Expression, Matching, Matrix, Number, Selection
+from qdot.exercises.arm.chain import TASK_ROWS
+from qdot.exercises.arm.lengths import with_lengths
+from qdot.exercises.problem import Part
+from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.questions.geometry import AtPose
+from qdot.exercises.quizzes.choice import CHOICES, AboutSubject
+from qdot.exercises.quizzes.drawn import Said, SaidOfJoint
+from qdot.exercises.quizzes.options import Offered, Options, Places
+from qdot.exercises.quizzes.several import EqualForms, OfQuantity, Quantity
+from qdot.exercises.quizzes.values import AtRates
+from qdot.exercises.quizzes.wrong import Subject
+from qdot.exercises.stream import Stream
+from qdot.exercises.verify.exponentials import exponential_jacobian
+from qdot.exercises.verify.formulas import CHECKS as FORMULAS
+from qdot.exercises.verify.formulas import EXACT, agree
+from qdot.exercises.verify.numeric_reference import POSES, Check, NumericReference
+from qdot.exercises.verify.rank import exponential_at, rank_of
+from qdot.exercises.verify.screws import CHECKS as SCREWS
+from qdot.exercises.verify.singular import CHECKS as SETS
+from qdot.exercises.verify.statics import CHECKS as TORQUES
 
 BASE_CHECKS: Mapping[str, Callable[[NumericReference, Part], Iterator[Check]]] = {**FORMULAS, **TORQUES, **SCREWS}
 """The tests of the questions that options answer."""

@@ -5,20 +5,20 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 import numpy as np
 import sympy as sp
 
-from exercises.answers import Choice, Direction, Number
-from exercises.arm.axes import Sample
-from exercises.arm.directions import directions
-from exercises.arm.kinds import kinds_at
-from exercises.arm.kinematics import NumericChain
-from exercises.arm.meanings import Meaning
-from exercises.problem import Part
-from exercises.questions.geometry import AtPose
-from exercises.questions.inversion import Configuration
-from exercises.questions.rank import LostAt, LostInFormulas, OfMeaning, OfMotion
-from exercises.verify.appearance import side_of_lost_direction
-from exercises.verify.exponentials import exponential_jacobian
-from exercises.verify.formulas import EXACT, agree
-from exercises.verify.numeric_reference import POSES, Check, NumericReference, apart, random_poses, samples_where
+from qdot.exercises.answers import Choice, Direction, Number
+from qdot.exercises.arm.axes import Sample
+from qdot.exercises.arm.directions import directions
+from qdot.exercises.arm.kinds import kinds_at
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.meanings import Meaning
+from qdot.exercises.problem import Part
+from qdot.exercises.questions.geometry import AtPose
+from qdot.exercises.questions.inversion import Configuration
+from qdot.exercises.questions.rank import LostAt, LostInFormulas, OfMeaning, OfMotion
+from qdot.exercises.verify.appearance import side_of_lost_direction
+from qdot.exercises.verify.exponentials import exponential_jacobian
+from qdot.exercises.verify.formulas import EXACT, agree
+from qdot.exercises.verify.numeric_reference import POSES, Check, NumericReference, apart, random_poses, samples_where
 
 GONE, THERE = 1e-9, 0.02
 """Shares of the largest singular value below which one counts as zero, and above which it has to be."""

@@ -4,12 +4,12 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from exercises.answers import Direction, Number
-from exercises.arm.kinematics import NumericChain
-from exercises.problem import Part
-from exercises.questions.inversion import InSituation, Situation, well_conditioned
-from exercises.verify.formulas import EXACT, WELL_CONDITIONED, agree, each_way, formula
-from exercises.verify.numeric_reference import Check, NumericReference
+from qdot.exercises.answers import Direction, Number
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.problem import Part
+from qdot.exercises.questions.inversion import InSituation, Situation, well_conditioned
+from qdot.exercises.verify.formulas import EXACT, WELL_CONDITIONED, agree, each_way, formula
+from qdot.exercises.verify.numeric_reference import Check, NumericReference
 
 NUMBERS = 1e-8
 """Relative error allowed of numbers that are given to ten digits."""

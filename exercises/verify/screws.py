@@ -11,13 +11,13 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from exercises.arm.conventions import axes_of
-from exercises.arm.kinematics import NumericChain
-from exercises.arm.placing import Axis
-from exercises.problem import Part
-from exercises.questions.screws import DECIMALS, InNumbers
-from exercises.verify.formulas import DIFFERENCED, EXACT, agree, formula, three_digits
-from exercises.verify.numeric_reference import Check, NumericReference
+from qdot.exercises.arm.conventions import axes_of
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.placing import Axis
+from qdot.exercises.problem import Part
+from qdot.exercises.questions.screws import DECIMALS, InNumbers
+from qdot.exercises.verify.formulas import DIFFERENCED, EXACT, agree, formula, three_digits
+from qdot.exercises.verify.numeric_reference import Check, NumericReference
 
 Values = dict[str, tuple[np.ndarray, float]]
 

@@ -7,21 +7,21 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from exercises.answers import Choice, ConditionSet
-from exercises.arm.axes import Sample
-from exercises.arm.bare import bare
-from exercises.arm.chain import TASK_ROWS, Chain
-from exercises.arm.classification import domain_of
-from exercises.arm.kinds import REGULAR, kinds_at
-from exercises.arm.kinematics import NumericChain
-from exercises.formula.conditions import Space
-from exercises.formula.expression import read
-from exercises.formula.pieces import pieces
-from exercises.problem import Part
-from exercises.questions.singular import OPTIONS, OfKind, Place, components_at
-from exercises.stream import Stream
-from exercises.verify.appearance import said_of_component, said_of_singularities, side_of_lost_direction
-from exercises.verify.numeric_reference import (
+from qdot.exercises.answers import Choice, ConditionSet
+from qdot.exercises.arm.axes import Sample
+from qdot.exercises.arm.bare import bare
+from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.classification import domain_of
+from qdot.exercises.arm.kinds import REGULAR, kinds_at
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.formula.conditions import Space
+from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.pieces import pieces
+from qdot.exercises.problem import Part
+from qdot.exercises.questions.singular import OPTIONS, OfKind, Place, components_at
+from qdot.exercises.stream import Stream
+from qdot.exercises.verify.appearance import said_of_component, said_of_singularities, side_of_lost_direction
+from qdot.exercises.verify.numeric_reference import (
     ARMS,
     Check,
     NumericReference,

@@ -4,9 +4,9 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from exercises.problem import Part
-from exercises.verify.formulas import EXACT, each_way, formula
-from exercises.verify.numeric_reference import Check, NumericReference
+from qdot.exercises.problem import Part
+from qdot.exercises.verify.formulas import EXACT, each_way, formula
+from qdot.exercises.verify.numeric_reference import Check, NumericReference
 
 
 def _pose(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, float]]:

@@ -4,10 +4,10 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from exercises.arm.told import frame_on_axis
-from exercises.problem import Part
-from exercises.verify.formulas import EXACT, agree, each_way, formula
-from exercises.verify.numeric_reference import Check, NumericReference
+from qdot.exercises.arm.told import frame_on_axis
+from qdot.exercises.problem import Part
+from qdot.exercises.verify.formulas import EXACT, agree, each_way, formula
+from qdot.exercises.verify.numeric_reference import Check, NumericReference
 
 
 def _arm(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, float]]:

@@ -10,12 +10,12 @@ from itertools import combinations
 
 import sympy as sp
 
-from exercises.arm.chain import Chain
-from exercises.formula.order import index_of, joint_sum
-from exercises.formula.printers.python import python_text
-from exercises.formula.text import ByText
-from exercises.writing.gathering import gathered
-from exercises.writing.shortening import added_up, in_plain_angles, with_plain_numbers, with_squares
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.formula.order import index_of, joint_sum
+from qdot.exercises.formula.printers.python import python_text
+from qdot.exercises.formula.text import ByText
+from qdot.exercises.writing.gathering import gathered
+from qdot.exercises.writing.shortening import added_up, in_plain_angles, with_plain_numbers, with_squares
 
 
 @dataclass(frozen=True)

@@ -10,11 +10,11 @@ from itertools import combinations, product
 
 import sympy as sp
 
-from exercises.arm.chain import Chain
-from exercises.arm.derivation import derive
-from exercises.arm.singularity import singular_set
-from exercises.arm.trigonometry import factored
-from exercises.writing.expansion import Expansion, Step, expanded, seen_for_minors
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.derivation import derive
+from qdot.exercises.arm.singularity import singular_set
+from qdot.exercises.arm.trigonometry import factored
+from qdot.exercises.writing.expansion import Expansion, Step, expanded, seen_for_minors
 
 Numbered = tuple[tuple[int, sp.Expr], ...]
 """Minors with their numbers, from 1."""

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from functools import lru_cache
 from itertools import zip_longest
 
-from exercises.formula import layout
-from exercises.formula.layout import Layout, Pieces, row
+from qdot.exercises.formula import layout
+from qdot.exercises.formula.layout import Layout, Pieces, row
 
 Lines = list[Pieces]
 Rows = list[tuple[Pieces, Pieces]]
@@ -35,7 +35,7 @@ _CROSS, _DOTS, _OPEN, _CLOSE = (Layout("sign", sign) for sign in "×⋯()")
 def width(formula: Layout, size: float = 1.0) -> float:
     r"""Return about how wide a formula is in em; `size` is that of fractions, which are smaller inside a matrix.
 
-    >>> from exercises.formula.latex import parsed
+    >>> from qdot.exercises.formula.latex import parsed
     >>> width(parsed(r"a_{1}")) < width(parsed(r"\frac{a_{1}}{2}")) + 0.3 < width(parsed(r"a_{1} + a_{2}"))
     True
     """

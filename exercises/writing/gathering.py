@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import sympy as sp
 
-from exercises.formula.order import joints_of, moves
+from qdot.exercises.formula.order import joints_of, moves
 
 
 @lru_cache(maxsize=4096)

@@ -11,15 +11,15 @@ from itertools import combinations
 
 import sympy as sp
 
-from exercises.arm.chain import Chain
-from exercises.arm.derivation import Derivation, derive, structure
-from exercises.arm.singularity import singular_set
-from exercises.arm.told import is_by_axes
-from exercises.arm.trigonometry import textbook
-from exercises.formula.order import natural
-from exercises.questions.wrist import blocks, not_partitioned
-from exercises.writing.latex import tex
-from exercises.writing.wording import join
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.derivation import Derivation, derive, structure
+from qdot.exercises.arm.singularity import singular_set
+from qdot.exercises.arm.told import is_by_axes
+from qdot.exercises.arm.trigonometry import textbook
+from qdot.exercises.formula.order import natural
+from qdot.exercises.questions.wrist import blocks, not_partitioned
+from qdot.exercises.writing.latex import tex
+from qdot.exercises.writing.wording import join
 
 READABLE = 18
 """Entries of the largest matrix of numbers that a hint shows."""

@@ -9,15 +9,15 @@ from itertools import combinations_with_replacement
 
 import sympy as sp
 
-from exercises.arm.chain import Chain
-from exercises.formula import layout, order
-from exercises.formula.latex import parsed
-from exercises.formula.layout import Layout, Pieces, number, row, script
-from exercises.formula.order import COMPONENT, NAMED_ANGLE, decimal, joint_sum, moves
-from exercises.formula.printers.latex import latex
-from exercises.writing.angles import AngleNames
-from exercises.writing.shortening import with_plain_numbers
-from exercises.writing.turns import turns_of, with_turns
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.formula import layout, order
+from qdot.exercises.formula.latex import parsed
+from qdot.exercises.formula.layout import Layout, Pieces, number, row, script
+from qdot.exercises.formula.order import COMPONENT, NAMED_ANGLE, decimal, joint_sum, moves
+from qdot.exercises.formula.printers.latex import latex
+from qdot.exercises.writing.angles import AngleNames
+from qdot.exercises.writing.shortening import with_plain_numbers
+from qdot.exercises.writing.turns import turns_of, with_turns
 
 _FUNCTIONS = {
     **{getattr(sp, name): Layout("word", name) for name in ("sin", "cos", "tan", "exp")},

@@ -11,12 +11,12 @@ from html import escape
 from itertools import zip_longest
 from typing import TYPE_CHECKING
 
-from exercises.formula.latex import parsed
-from exercises.formula.layout import Layout
-from exercises.formula.printers.latex import latex as latex_of
-from exercises.formula.printers.mathml import mathml
-from exercises.formula.printers.unicode import shown_width, unicode_math
-from exercises.writing.fit import LETTER, breaks_lines, fitted, is_high, width
+from qdot.exercises.formula.latex import parsed
+from qdot.exercises.formula.layout import Layout
+from qdot.exercises.formula.printers.latex import latex as latex_of
+from qdot.exercises.formula.printers.mathml import mathml
+from qdot.exercises.formula.printers.unicode import shown_width, unicode_math
+from qdot.exercises.writing.fit import LETTER, breaks_lines, fitted, is_high, width
 
 if TYPE_CHECKING:  # loaded where a text is taken apart: who grades a class has all of them as HTML already
     from markdown_it import MarkdownIt

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import sympy as sp
 
-from exercises.arm.chain import Chain
-from exercises.arm.told import (
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.told import (
     axis_symbol,
     frame_on_axis,
     is_by_axes,
@@ -16,7 +16,7 @@ from exercises.arm.told import (
     twist_told,
     vector_symbol,
 )
-from exercises.questions.base import velocities
+from qdot.exercises.questions.base import velocities
 
 
 class AxisNames:

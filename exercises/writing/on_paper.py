@@ -2,8 +2,8 @@
 
 import re
 
-from exercises.problem import Problem
-from exercises.writing.latex import symbol_latex, tex
+from qdot.exercises.problem import Problem
+from qdot.exercises.writing.latex import symbol_latex, tex
 
 _TYPED = r"`[^`]+`(?:, `[^`]+`)*"
 _LEFT_OUT = (

@@ -4,12 +4,22 @@ import re
 from dataclasses import dataclass
 from typing import Any
 
-from exercises.answers import TRUE_FALSE, Choice, ConditionSet, Direction, Expression, Forms, Letters, Matrix, Number
-from exercises.problem import Part, Problem
-from exercises.quizzes.options import Options
-from exercises.render import render
-from exercises.writing.statement import option_text, with_meanings, worked_steps
-from exercises.writing.worked import three_digits
+from qdot.exercises.answers import (
+    TRUE_FALSE,
+    Choice,
+    ConditionSet,
+    Direction,
+    Expression,
+    Forms,
+    Letters,
+    Matrix,
+    Number,
+)
+from qdot.exercises.problem import Part, Problem
+from qdot.exercises.quizzes.options import Options
+from qdot.exercises.render import render
+from qdot.exercises.writing.statement import option_text, with_meanings, worked_steps
+from qdot.exercises.writing.worked import three_digits
 
 _WORDS = ("letters", "words", "remark")
 

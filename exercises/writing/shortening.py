@@ -11,7 +11,7 @@ from itertools import combinations
 
 import sympy as sp
 
-from exercises.formula.order import joint_sum
+from qdot.exercises.formula.order import joint_sum
 
 IsSaid = Callable[[sp.Expr], bool]
 """Whether an angle may stand in a formula: it is plain, or it has a name."""

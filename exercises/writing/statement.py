@@ -7,18 +7,18 @@ import re
 from functools import lru_cache
 from typing import Any
 
-from exercises.answers import LETTERS
-from exercises.arm.chain import Chain
-from exercises.arm.derivation import derive
-from exercises.families import FAMILIES
-from exercises.languages import ENGLISH, catalogue
-from exercises.problem import Part, Problem
-from exercises.quizzes import ASKED
-from exercises.quizzes.options import Options, Places
-from exercises.render import environment
-from exercises.writing.latex import tex_angle
-from exercises.writing.wording import Wording
-from exercises.writing.worked import Worked
+from qdot.exercises.answers import LETTERS
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.derivation import derive
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.languages import ENGLISH, catalogue
+from qdot.exercises.problem import Part, Problem
+from qdot.exercises.quizzes import ASKED
+from qdot.exercises.quizzes.options import Options, Places
+from qdot.exercises.render import environment
+from qdot.exercises.writing.latex import tex_angle
+from qdot.exercises.writing.wording import Wording
+from qdot.exercises.writing.worked import Worked
 
 
 def statement(problem: Problem, title: str, figure: str = "", typed: bool = True, language: str = ENGLISH) -> str:

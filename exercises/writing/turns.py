@@ -11,8 +11,8 @@ from itertools import product
 
 import sympy as sp
 
-from exercises.arm.chain import Chain
-from exercises.arm.told import told_rows
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.told import told_rows
 
 _FIFTEEN = sp.pi / 12
 

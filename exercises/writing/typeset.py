@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 
-from exercises.formula import layout
-from exercises.formula.latex import parsed
-from exercises.formula.layout import Layout, Pieces, number, row, script
-from exercises.formula.trees import Node, ReadError, as_matrix, node_text
-from exercises.writing.latex import symbol_latex
+from qdot.exercises.formula import layout
+from qdot.exercises.formula.latex import parsed
+from qdot.exercises.formula.layout import Layout, Pieces, number, row, script
+from qdot.exercises.formula.trees import Node, ReadError, as_matrix, node_text
+from qdot.exercises.writing.latex import symbol_latex
 
 DEEPEST = 30
 """Formulas that nest deeper are not set: nobody could read them."""
@@ -59,8 +59,8 @@ def typeset(
     `prismatic` are the numbers of the prismatic joints, whose rates are \dot d. The items of a list of conditions are
     `alternatives`, or hold together. `units` are those of the entries of a vector of numbers.
 
-    >>> from exercises.formula.expression import read
-    >>> from exercises.formula.printers.latex import latex
+    >>> from qdot.exercises.formula.expression import read
+    >>> from qdot.exercises.formula.printers.latex import latex
     >>> latex(typeset(read("-a1*sin(theta1 + theta2)/2 + x_long^2")))
     '-\\tfrac{1}{2}\\, a_{1} s_{12} + \\text{x_long}^{2}'
     """

@@ -11,11 +11,11 @@ from itertools import takewhile
 
 from markdown_it.token import Token
 
-from exercises.formula.latex import parsed
-from exercises.formula.printers.speech import spoken
-from exercises.formula.printers.typst import typst_math, typst_string
-from exercises.writing.fit import breaks_lines, fitted, is_high, width
-from exercises.writing.markup import HOLDER, parsed_markdown
+from qdot.exercises.formula.latex import parsed
+from qdot.exercises.formula.printers.speech import spoken
+from qdot.exercises.formula.printers.typst import typst_math, typst_string
+from qdot.exercises.writing.fit import breaks_lines, fitted, is_high, width
+from qdot.exercises.writing.markup import HOLDER, parsed_markdown
 
 ROOM = 40.0
 """How wide formulas may be on lines of their own, in em of the text: on A4 and on Letter, beside a rule at the left."""

@@ -12,17 +12,17 @@ from itertools import combinations, pairwise, product
 import numpy as np
 import sympy as sp
 
-from exercises.arm.appearance import dependence
-from exercises.arm.axes import Sample, along, slope
-from exercises.arm.chain import TASK_ROWS, Chain, Point
-from exercises.arm.classification import Kind, Values, by_value, classify, is_one_sided
-from exercises.arm.conventions import axes_of
-from exercises.arm.derivation import Derivation, TooLong, derive, structure, task_velocity
-from exercises.arm.kinematics import NumericChain, frame_behind, joint_rotation, link_frames, link_vector
-from exercises.arm.needs import Need, need_of
-from exercises.arm.precise import determinant, four_digits, inverse, numeric, shown, solved
-from exercises.arm.singularity import Component, never_vanishes, singular_set
-from exercises.arm.told import (
+from qdot.exercises.arm.appearance import dependence
+from qdot.exercises.arm.axes import Sample, along, slope
+from qdot.exercises.arm.chain import TASK_ROWS, Chain, Point
+from qdot.exercises.arm.classification import Kind, Values, by_value, classify, is_one_sided
+from qdot.exercises.arm.conventions import axes_of
+from qdot.exercises.arm.derivation import Derivation, TooLong, derive, structure, task_velocity
+from qdot.exercises.arm.kinematics import NumericChain, frame_behind, joint_rotation, link_frames, link_vector
+from qdot.exercises.arm.needs import Need, need_of
+from qdot.exercises.arm.precise import determinant, four_digits, inverse, numeric, shown, solved
+from qdot.exercises.arm.singularity import Component, never_vanishes, singular_set
+from qdot.exercises.arm.told import (
     in_twist_order,
     is_modified,
     told_point,
@@ -30,12 +30,12 @@ from exercises.arm.told import (
     twist_told,
     up_to_frame,
 )
-from exercises.arm.trigonometry import substitute, textbook, without_brackets
-from exercises.formula.order import index_of, joint_sum
-from exercises.problem import Part
-from exercises.questions.inversion import Configuration, Situation, jacobian_at
-from exercises.questions.rank import LostAt, MeaningAsked, Where, lost_where
-from exercises.questions.screws import (
+from qdot.exercises.arm.trigonometry import substitute, textbook, without_brackets
+from qdot.exercises.formula.order import index_of, joint_sum
+from qdot.exercises.problem import Part
+from qdot.exercises.questions.inversion import Configuration, Situation, jacobian_at
+from qdot.exercises.questions.rank import LostAt, MeaningAsked, Where, lost_where
+from qdot.exercises.questions.screws import (
     Screw,
     body_jacobian,
     body_rotation,
@@ -45,11 +45,11 @@ from exercises.questions.screws import (
     home_screws,
     space_jacobian,
 )
-from exercises.questions.singular import Place, components_at
-from exercises.questions.wrist import block_determinants, not_partitioned, wrist_block
-from exercises.writing.angles import AngleNames, angle_names, arm_angles, link_angles
-from exercises.writing.cases import Case, Cases, Minors, cases_of, minors_of
-from exercises.writing.expansion import (
+from qdot.exercises.questions.singular import Place, components_at
+from qdot.exercises.questions.wrist import block_determinants, not_partitioned, wrist_block
+from qdot.exercises.writing.angles import AngleNames, angle_names, arm_angles, link_angles
+from qdot.exercises.writing.cases import Case, Cases, Minors, cases_of, minors_of
+from qdot.exercises.writing.expansion import (
     MOST_ROWS_AT_ONCE,
     Expansion,
     expanded,
@@ -57,11 +57,11 @@ from exercises.writing.expansion import (
     only_product,
     sparsest,
 )
-from exercises.writing.hint_context import HintContext
-from exercises.writing.latex import tex
-from exercises.writing.lost_example import LostExample, lost_example
-from exercises.writing.names import AxisNames
-from exercises.writing.shortening import Theorem, theorem_used
+from qdot.exercises.writing.hint_context import HintContext
+from qdot.exercises.writing.latex import tex
+from qdot.exercises.writing.lost_example import LostExample, lost_example
+from qdot.exercises.writing.names import AxisNames
+from qdot.exercises.writing.shortening import Theorem, theorem_used
 
 
 @dataclass(frozen=True)

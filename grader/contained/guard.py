@@ -10,8 +10,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NoReturn
 
-HIDDEN = ("exercises", "grader")
-"""Packages that a notebook may not load: with them and the secret, the answers could be regenerated."""
+HIDDEN = ("qdot",)
+"""What a notebook may not load: with them and the secret, the answers could be regenerated."""
 
 
 def library_folders() -> list[str]:

@@ -7,17 +7,17 @@ deep to be set, can't be read, or is no formula (a function, a letter without an
 import re
 from dataclasses import dataclass
 
-from exercises.answers import LETTERS, TRUE_FALSE
-from exercises.formula.printers.mathml import mathml
-from exercises.formula.trees import Node, size_of
-from exercises.problem import Part, Problem
-from exercises.writing.fit import fitted, width
-from exercises.writing.latex import prismatic_joints
-from exercises.writing.markup import to_html
-from exercises.writing.statement import option_text
-from exercises.writing.typeset import TooDeep, typeset
-from grader.function_values import SHOWN
-from grader.reading import read_answer
+from qdot.exercises.answers import LETTERS, TRUE_FALSE
+from qdot.exercises.formula.printers.mathml import mathml
+from qdot.exercises.formula.trees import Node, size_of
+from qdot.exercises.problem import Part, Problem
+from qdot.exercises.writing.fit import fitted, width
+from qdot.exercises.writing.latex import prismatic_joints
+from qdot.exercises.writing.markup import to_html
+from qdot.exercises.writing.statement import option_text
+from qdot.exercises.writing.typeset import TooDeep, typeset
+from qdot.grader.function_values import SHOWN
+from qdot.grader.reading import read_answer
 
 LONGEST, LARGEST = 4000, 2000
 """Characters of a text and nodes of a tree that are set as a formula; more would be no formula to look at."""

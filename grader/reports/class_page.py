@@ -5,17 +5,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from exercises.assignment import Assignment
-from exercises.problem import Problem
-from exercises.quizzes import ASKED
-from exercises.render import render
-from exercises.store import kept
-from grader import statistics
-from grader.function_values import SHOWN
-from grader.reading import read_answer
-from grader.reports import charts
-from grader.reports.answers import answer_of, visible
-from grader.reports.class_view import (
+from qdot.exercises.assignment import Assignment
+from qdot.exercises.problem import Problem
+from qdot.exercises.quizzes import ASKED
+from qdot.exercises.render import render
+from qdot.exercises.store import kept
+from qdot.grader import statistics
+from qdot.grader.function_values import SHOWN
+from qdot.grader.reading import read_answer
+from qdot.grader.reports import charts
+from qdot.grader.reports.answers import answer_of, visible
+from qdot.grader.reports.class_view import (
     OUTCOMES,
     GroupOfClass,
     MistakeOfClass,
@@ -32,10 +32,10 @@ from grader.reports.class_view import (
     whom,
     without_attempt,
 )
-from grader.reports.tables import NO_MARK, status
-from grader.settle import Result
-from grader.similar import Pair, Written, Wrong, alikeness, nearly_the_same, written
-from grader.variants import Comparison, compare, corrected, in_words
+from qdot.grader.reports.tables import NO_MARK, status
+from qdot.grader.settle import Result
+from qdot.grader.similar import Pair, Written, Wrong, alikeness, nearly_the_same, written
+from qdot.grader.variants import Comparison, compare, corrected, in_words
 
 MOST_CHARTED = 15
 """Mistakes in the chart; all are in the table."""

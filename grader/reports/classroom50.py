@@ -11,10 +11,10 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
-from exercises.assignment import Assignment
-from exercises.errors import QdotError
-from grader.reports.rows import lateness, rows_of, the_only
-from grader.settle import Result
+from qdot.exercises.assignment import Assignment
+from qdot.exercises.errors import QdotError
+from qdot.grader.reports.rows import lateness, rows_of, the_only
+from qdot.grader.settle import Result
 
 NEVER = "1970-01-01T00:00:00Z"
 """The time of what was not handed in."""

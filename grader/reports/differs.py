@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from exercises.formula.latex import parsed
-from exercises.formula.printers.mathml import mathml
-from exercises.problem import Part, Problem
-from exercises.writing.latex import prismatic_joints, symbol_latex
-from grader.counterexample import entry_name
-from grader.reports.answers import visible
+from qdot.exercises.formula.latex import parsed
+from qdot.exercises.formula.printers.mathml import mathml
+from qdot.exercises.problem import Part, Problem
+from qdot.exercises.writing.latex import prismatic_joints, symbol_latex
+from qdot.grader.counterexample import entry_name
+from qdot.grader.reports.answers import visible
 
 DIGITS, MOST_DIGITS = 4, 16
 ROUNDING = 1e-12

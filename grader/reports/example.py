@@ -11,16 +11,16 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from exercises.arm.chain import Chain
-from exercises.arm.kinematics import NumericChain
-from exercises.arm.lengths import with_lengths
-from exercises.figure import Example, examples_svg
-from exercises.formula.program import compile_program, evaluate
-from exercises.formula.trees import ReadError, as_matrix
-from exercises.problem import Part, Problem
-from exercises.questions.inversion import lengths_in_table
-from grader.function_values import SHOWN
-from grader.reading import read_answer
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.lengths import with_lengths
+from qdot.exercises.figure import Example, examples_svg
+from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.formula.trees import ReadError, as_matrix
+from qdot.exercises.problem import Part, Problem
+from qdot.exercises.questions.inversion import lengths_in_table
+from qdot.grader.function_values import SHOWN
+from qdot.grader.reading import read_answer
 
 FREE = {"R": 0.7, "P": 0.4}
 """What a joint is drawn at that a configuration leaves open, in rad or m."""

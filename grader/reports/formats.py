@@ -6,17 +6,17 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from exercises.assignment import Assignment
-from exercises.console import note, one_of, say
-from exercises.errors import QdotError
-from exercises.extras import need
-from exercises.files import write_atomically
-from grader.reports import charts, classroom50, github, gradescope, junit
-from grader.reports.class_page import class_page
-from grader.reports.excel import workbook
-from grader.reports.gradebooks import canvas, moodle, unmarked
-from grader.reports.tables import grades_csv
-from grader.settle import Result
+from qdot.exercises.assignment import Assignment
+from qdot.exercises.console import note, one_of, say
+from qdot.exercises.errors import QdotError
+from qdot.exercises.extras import need
+from qdot.exercises.files import write_atomically
+from qdot.grader.reports import charts, classroom50, github, gradescope, junit
+from qdot.grader.reports.class_page import class_page
+from qdot.grader.reports.excel import workbook
+from qdot.grader.reports.gradebooks import canvas, moodle, unmarked
+from qdot.grader.reports.tables import grades_csv
+from qdot.grader.settle import Result
 
 
 @dataclass(frozen=True)

@@ -8,15 +8,15 @@ import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from exercises.assignment import Assignment
-from exercises.render import render
-from grader.check import Checked
-from grader.marking import number
-from grader.positions import line_of_answer
-from grader.reports.answers import visible
-from grader.reports.rows import Row, lateness, rows_of
-from grader.reports.tables import NO_MARK, staff_notes, status
-from grader.settle import Result
+from qdot.exercises.assignment import Assignment
+from qdot.exercises.render import render
+from qdot.grader.check import Checked
+from qdot.grader.marking import number
+from qdot.grader.positions import line_of_answer
+from qdot.grader.reports.answers import visible
+from qdot.grader.reports.rows import Row, lateness, rows_of
+from qdot.grader.reports.tables import NO_MARK, staff_notes, status
+from qdot.grader.settle import Result
 
 MOST_ANNOTATIONS = 10
 """Of each kind, for a step."""

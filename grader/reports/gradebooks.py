@@ -11,12 +11,12 @@ import io
 import re
 from collections.abc import Iterator, Sequence
 
-from exercises.assignment import Assignment, Student
-from exercises.errors import QdotError
-from exercises.gradebook import CANVAS, MOODLE, MOODLE_COLUMNS, MOODLE_KEYS, POINTS, Gradebook
-from grader.marking import number
-from grader.reports.tables import is_marked, no_formula, status
-from grader.settle import Result
+from qdot.exercises.assignment import Assignment, Student
+from qdot.exercises.errors import QdotError
+from qdot.exercises.gradebook import CANVAS, MOODLE, MOODLE_COLUMNS, MOODLE_KEYS, POINTS, Gradebook
+from qdot.grader.marking import number
+from qdot.grader.reports.tables import is_marked, no_formula, status
+from qdot.grader.settle import Result
 
 RESERVED = tuple(
     f"{when} {what}"

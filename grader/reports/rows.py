@@ -3,13 +3,13 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from exercises.assignment import FEEDBACK
-from exercises.errors import QdotError
-from exercises.quizzes import ASKED
-from grader.levels import told
-from grader.marking import number
-from grader.reports.tables import NO_MARK, status
-from grader.settle import Result
+from qdot.exercises.assignment import FEEDBACK
+from qdot.exercises.errors import QdotError
+from qdot.exercises.quizzes import ASKED
+from qdot.grader.levels import told
+from qdot.grader.marking import number
+from qdot.grader.reports.tables import NO_MARK, status
+from qdot.grader.settle import Result
 
 LONGEST = 4000
 """Characters of what is said of a part."""

@@ -12,7 +12,7 @@ import time
 
 import sympy
 
-from grader.contained import runner
+from qdot.grader.contained import runner
 
 
 def main() -> None:

@@ -5,9 +5,9 @@ import tempfile
 import time
 from pathlib import Path
 
-from exercises.families import FAMILIES
-from exercises.generation import generate, questions_of
-from exercises.problem import ProblemId
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.generation import generate, questions_of
+from qdot.exercises.problem import ProblemId
 
 from .clock import processor_time
 
@@ -22,10 +22,10 @@ questions = ["position", "jacobian", "determinant", "inverse-velocity", "singula
 """
 RECORDS = """
 import sys
-from exercises.problem import ProblemId
-from exercises.verify import certify
-from exercises.generation import generate
-from exercises.site.record import site_record, solutions_record, translated_record, translated_solutions
+from qdot.exercises.problem import ProblemId
+from qdot.exercises.verify import certify
+from qdot.exercises.generation import generate
+from qdot.exercises.site.record import site_record, solutions_record, translated_record, translated_solutions
 families, first, last = sys.argv[1].split(","), int(sys.argv[2]), int(sys.argv[3])
 for seed in range(first, last):
     for family in families:
@@ -42,7 +42,7 @@ def generating(folder: Path, more: int) -> float:
 
 
 def _class(folder: Path, students: int) -> float:
-    command = [sys.executable, "-m", "grader.cli"]
+    command = [sys.executable, "-m", "qdot"]
     roster = folder.with_suffix(".csv")
     roster.parent.mkdir(parents=True, exist_ok=True)
     roster.write_text("student,name,email\n" + "".join(f"s{n:05d},,\n" for n in range(students)), encoding="utf-8")

@@ -23,13 +23,13 @@ from typing import Any
 import nbformat
 from nbformat.v4 import new_code_cell
 
-from exercises.answers import Expression, Matrix
-from exercises.assignment import Assignment, Student, load_assignment
-from exercises.problem import variable
-from exercises.release import init_assignment, release
-from exercises.store import kept
-from grader.certify import CERTIFIER
-from grader.demo import answered
+from qdot.exercises.answers import Expression, Matrix
+from qdot.exercises.assignment import Assignment, Student, load_assignment
+from qdot.exercises.problem import variable
+from qdot.exercises.release import init_assignment, release
+from qdot.exercises.store import kept
+from qdot.grader.certify import CERTIFIER
+from qdot.grader.demo import answered
 
 FEW, MANY = 20, 200
 SLOT = """
@@ -81,7 +81,7 @@ def qdot(folder: Path) -> dict[str, float]:
     for said, options in (("one process", ["--jobs", "1"]), (f"{os.cpu_count()} cores", [])):
         for name, size in (("qdot", FEW), ("many", MANY)):
             shutil.rmtree(folder / name / "graded", ignore_errors=True)
-            command = [sys.executable, "-m", "grader.cli", "grade", str(folder / name), *options]
+            command = [sys.executable, "-m", "qdot", "grade", str(folder / name), *options]
             found[f"qdot grade, {size} notebooks, {said}"] = timed(command, folder) / size
     return found
 

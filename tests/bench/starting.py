@@ -7,7 +7,7 @@ from pathlib import Path
 from .clock import middle, processor_time
 from .figures import Figure
 
-QDOT = [sys.executable, "-m", "grader.cli"]
+QDOT = [sys.executable, "-m", "qdot"]
 LOADED = "loading SymPy and NumPy"
 
 

@@ -12,23 +12,23 @@ from pathlib import Path
 import pytest
 import sympy as sp
 
-from exercises import files
-from exercises.answers import ConditionSet, Matrix, Number
-from exercises.arm.chain import CONVENTIONS, Chain, Joint
-from exercises.arm.robot_file import Robot
-from exercises.arm.robot_text import robot_text
-from exercises.assignment import Assignment, load_assignment
-from exercises.decimals import read_decimals
-from exercises.errors import QdotError
-from exercises.formula.identity import Rounding
-from exercises.generation import generate
-from exercises.problem import Part, Problem, ProblemId
-from exercises.release import Released, init_assignment, notebook_path, release
-from exercises.store import store_path
-from exercises.writing.statement import prompt
-from grader.certify import CERTIFIER
-from grader.parts import judge
-from grader.verdict import Outcome
+from qdot.exercises import files
+from qdot.exercises.answers import ConditionSet, Matrix, Number
+from qdot.exercises.arm.chain import CONVENTIONS, Chain, Joint
+from qdot.exercises.arm.robot_file import Robot
+from qdot.exercises.arm.robot_text import robot_text
+from qdot.exercises.assignment import Assignment, load_assignment
+from qdot.exercises.decimals import read_decimals
+from qdot.exercises.errors import QdotError
+from qdot.exercises.formula.identity import Rounding
+from qdot.exercises.generation import generate
+from qdot.exercises.problem import Part, Problem, ProblemId
+from qdot.exercises.release import Released, init_assignment, notebook_path, release
+from qdot.exercises.store import store_path
+from qdot.exercises.writing.statement import prompt
+from qdot.grader.certify import CERTIFIER
+from qdot.grader.parts import judge
+from qdot.grader.verdict import Outcome
 from tests.support.command import fails
 
 PROBLEM = '[[problem]]\nfamily = "planar-2r"\nquestions = ["position"]\n'
@@ -327,7 +327,7 @@ def test_what_a_killed_run_had_begun_is_removed_and_what_another_writes_is_not(r
     strange = [*(of_the_first / name for name in names), released / "submitted" / ".hw.ipynb.1ra2d1o5.tmp"]
     for path in (*begun, *strange):
         path.write_text("{")
-    program = "import os, sys; from exercises.files import _begun; from pathlib import Path; "
+    program = "import os, sys; from qdot.exercises.files import _begun; from pathlib import Path; "
     program += "print(_begun(Path(sys.argv[1]))[1], flush=True); sys.stdin.read()"
     command = [sys.executable, "-c", program, str(released / "released" / "s001" / "hw.ipynb")]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as writer:
@@ -393,7 +393,7 @@ def test_many_files_are_made_lasting_now_and_then_and_in_the_end(
         now += 0.2
 
     monkeypatch.setattr(files, "_flush_disk", flush)
-    monkeypatch.setattr("exercises.files.time.monotonic", lambda: now)
+    monkeypatch.setattr("qdot.exercises.files.time.monotonic", lambda: now)
     with pytest.raises(KeyboardInterrupt), files.made_lasting(tmp_path) as now_and_then:  # also when it is stopped
         for moment in (0.5, 0.9, 1.5, 1.9, 5.0, 6.0):  # having taken 0.2 s, it is not asked again for 4 s
             now = moment
@@ -435,7 +435,9 @@ def test_what_a_link_leads_to_is_written_and_the_link_stays(tmp_path: Path) -> N
 
 @pytest.mark.skipif(not Path("/dev/stdout").exists(), reason="no /dev/stdout")
 def test_dev_stdout_is_written_to_and_stays(tmp_path: Path) -> None:
-    program = "from pathlib import Path; from exercises.files import write_atomically as w; w(Path('/dev/stdout'), 'x')"
+    program = (
+        "from pathlib import Path; from qdot.exercises.files import write_atomically as w; w(Path('/dev/stdout'), 'x')"
+    )
     with (tmp_path / "out").open("wb") as out:
         subprocess.run([sys.executable, "-c", program], stdout=out, check=True)
     assert (tmp_path / "out").read_text() == "x" and list(tmp_path.iterdir()) == [tmp_path / "out"]

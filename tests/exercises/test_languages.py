@@ -10,18 +10,18 @@ from pathlib import Path
 import pytest
 from babel.messages.catalog import Catalog, Message
 
-from exercises import languages, messages, phrases
-from exercises.answers import Choice, Matching, Selection
-from exercises.families import FAMILIES
-from exercises.generation import generate, sample_chain, short_quiz
-from exercises.languages import LANGUAGES, LOCALE, catalogue, mistake_context, pattern, read
-from exercises.messages import collected, faults, merged, opened, po_text, site_english, site_text
-from exercises.mistakes.catalogue import CATALOGUE
-from exercises.problem import Part, Problem, ProblemId
-from exercises.render import environment, template_folder
-from exercises.site.bank import titles_text
-from exercises.site.record import site_record, translated_record, translated_solutions
-from exercises.writing.statement import hints, option_text, prompt, statement, worked_solution
+from qdot.exercises import languages, messages, phrases
+from qdot.exercises.answers import Choice, Matching, Selection
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.generation import generate, sample_chain, short_quiz
+from qdot.exercises.languages import LANGUAGES, LOCALE, catalogue, mistake_context, pattern, read
+from qdot.exercises.messages import collected, faults, merged, opened, po_text, site_english, site_text
+from qdot.exercises.mistakes.catalogue import CATALOGUE
+from qdot.exercises.problem import Part, Problem, ProblemId
+from qdot.exercises.render import environment, template_folder
+from qdot.exercises.site.bank import titles_text
+from qdot.exercises.site.record import site_record, translated_record, translated_solutions
+from qdot.exercises.writing.statement import hints, option_text, prompt, statement, worked_solution
 from tests.support.problems import parts_in_turn
 from tests.support.suites import few_families, several
 

@@ -17,15 +17,15 @@ import pytest
 import sympy as sp
 from markdown_it import MarkdownIt
 
-from exercises.answers import Choice, ConditionSet, Direction, Expression, Matrix, Number
-from exercises.arm.chain import CONVENTIONS, TWIST_ORDERS, Chain, Joint, Point
-from exercises.arm.told import is_by_axes
-from exercises.families import FAMILIES
-from exercises.generation import generate
-from exercises.notebook import notebook_text, solution_notebook, student_notebook
-from exercises.problem import Part, Problem, variable
-from exercises.self_check import RELATIONS, check_cell, function_cell
-from exercises.writing.statement import answer_code, statement
+from qdot.exercises.answers import Choice, ConditionSet, Direction, Expression, Matrix, Number
+from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS, Chain, Joint, Point
+from qdot.exercises.arm.told import is_by_axes
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.generation import generate
+from qdot.exercises.notebook import notebook_text, solution_notebook, student_notebook
+from qdot.exercises.problem import Part, Problem, variable
+from qdot.exercises.self_check import RELATIONS, check_cell, function_cell
+from qdot.exercises.writing.statement import answer_code, statement
 from tests.support.problems import drawn, parts_in_turn
 from tests.support.suites import FEW, few_families, several
 

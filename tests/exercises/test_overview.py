@@ -9,20 +9,20 @@ from pathlib import Path
 
 import pytest
 
-from exercises.arm.library import robot_path
-from exercises.arm.robot_file import read_robot_file
-from exercises.assignment import load_assignment
-from exercises.difficulty import difficulty
-from exercises.errors import QdotError
-from exercises.families import FAMILIES
-from exercises.families.own import own_family
-from exercises.generation import check_questions, listed, sample_chain
-from exercises.overview import TOPICS, WIDTH, asked_in_topics, kinds, overview
-from exercises.problem import ProblemId
-from exercises.questions import QUESTIONS
-from exercises.sets import DEFAULT_SET, SETS
-from exercises.variation import axes_of
-from grader.cli import app
+from qdot.exercises.arm.library import robot_path
+from qdot.exercises.arm.robot_file import read_robot_file
+from qdot.exercises.assignment import load_assignment
+from qdot.exercises.difficulty import difficulty
+from qdot.exercises.errors import QdotError
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.families.own import own_family
+from qdot.exercises.generation import check_questions, listed, sample_chain
+from qdot.exercises.overview import TOPICS, WIDTH, asked_in_topics, kinds, overview
+from qdot.exercises.problem import ProblemId
+from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.sets import DEFAULT_SET, SETS
+from qdot.exercises.variation import axes_of
+from qdot.grader.cli import app
 from tests.support.command import fails, run, runner
 from tests.support.suites import several
 

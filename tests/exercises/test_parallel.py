@@ -10,15 +10,15 @@ from pathlib import Path
 
 import pytest
 
-from exercises import console
-from exercises.errors import QdotError
-from exercises.parallel import ordered_map
+from qdot.exercises import console
+from qdot.exercises.errors import QdotError
+from qdot.exercises.parallel import ordered_map
 from tests.support import ROOT
 
 PROGRAM = """
 import sys
 from pathlib import Path
-from exercises.parallel import ordered_map
+from qdot.exercises.parallel import ordered_map
 from tests.exercises.test_parallel import Place, pid_or_asleep
 print(next(ordered_map(pid_or_asleep, [0, 60], 2, Place, (Path(sys.argv[1]),))), flush=True)
 """
@@ -108,7 +108,7 @@ MARK = 0
 MARKED = """
 import sys, threading
 from pathlib import Path
-from exercises.parallel import ordered_map
+from qdot.exercises.parallel import ordered_map
 from tests.exercises import test_parallel
 test_parallel.MARK = 1
 if sys.argv[2] == "beside a thread":

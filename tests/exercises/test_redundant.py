@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from exercises import special_lengths
-from exercises.arm import derivation
-from exercises.arm.chain import TASK_ROWS, Chain, Joint, Point
-from exercises.arm.kinematics import NumericChain
-from exercises.arm.library import robot_path
-from exercises.arm.reciprocal import applies, plain_chain, reciprocal_set
-from exercises.arm.robot_file import read_robot_file
-from exercises.arm.searched import _Rank, lies_on, tried
-from exercises.arm.singularity import singular_set
-from exercises.solving import Solution, solution_json, solution_text, solve
-from exercises.time_limit import DEFAULT, time_limit
+from qdot.exercises import special_lengths
+from qdot.exercises.arm import derivation
+from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint, Point
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.library import robot_path
+from qdot.exercises.arm.reciprocal import applies, plain_chain, reciprocal_set
+from qdot.exercises.arm.robot_file import read_robot_file
+from qdot.exercises.arm.searched import _Rank, lies_on, tried
+from qdot.exercises.arm.singularity import singular_set
+from qdot.exercises.solving import Solution, solution_json, solution_text, solve
+from qdot.exercises.time_limit import DEFAULT, time_limit
 from tests.repository.test_schemas import errors
 
 Rows = list[tuple[object, object, object, int]]
@@ -116,7 +116,8 @@ def test_conditions_without_a_configuration_are_told_as_undecided(monkeypatch: p
 
     def solved(*before: tuple[sp.Expr, ...]) -> Solution:
         monkeypatch.setattr(
-            "exercises.redundant.reciprocal_set", lambda *given: replace(reciprocal_set(*given), ways=(*before, both))
+            "qdot.exercises.redundant.reciprocal_set",
+            lambda *given: replace(reciprocal_set(*given), ways=(*before, both)),
         )
         return solve(replace(_arm("iiwa"), name=f"undecided beside {len(before)}"))
 

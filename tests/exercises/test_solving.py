@@ -12,23 +12,23 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from exercises.arm import derivation, shipped
-from exercises.arm.chain import TASK_ROWS, Chain, Joint
-from exercises.arm.classification import Kind, domain_of
-from exercises.arm.derivation import derive
-from exercises.arm.entry import to_sympy
-from exercises.arm.placing import Axis, reached
-from exercises.arm.robot_file import read_robot_file
-from exercises.arm.singularity import Component
-from exercises.errors import QdotError
-from exercises.families.own import own_family
-from exercises.formula.conditions import Space, compare_sets
-from exercises.formula.expression import read
-from exercises.formula.pieces import pieces
-from exercises.generation import generate
-from exercises.problem import ProblemId
-from exercises.questions import QUESTIONS
-from exercises.solving import (
+from qdot.exercises.arm import derivation, shipped
+from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint
+from qdot.exercises.arm.classification import Kind, domain_of
+from qdot.exercises.arm.derivation import derive
+from qdot.exercises.arm.entry import to_sympy
+from qdot.exercises.arm.placing import Axis, reached
+from qdot.exercises.arm.robot_file import read_robot_file
+from qdot.exercises.arm.singularity import Component
+from qdot.exercises.errors import QdotError
+from qdot.exercises.families.own import own_family
+from qdot.exercises.formula.conditions import Space, compare_sets
+from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.pieces import pieces
+from qdot.exercises.generation import generate
+from qdot.exercises.problem import ProblemId
+from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.solving import (
     Ready,
     Solution,
     read_robot,
@@ -39,11 +39,11 @@ from exercises.solving import (
     solve,
     text_stages,
 )
-from exercises.solving_in_time import write_solution
-from exercises.special_lengths import _plain
-from exercises.writing.markup import to_text
-from exercises.writing.statement import worked_solution, worked_steps
-from exercises.writing.worked import SingularComponent, Worked
+from qdot.exercises.solving_in_time import write_solution
+from qdot.exercises.special_lengths import _plain
+from qdot.exercises.writing.markup import to_text
+from qdot.exercises.writing.statement import worked_solution, worked_steps
+from qdot.exercises.writing.worked import SingularComponent, Worked
 from tests.repository.test_schemas import errors
 from tests.support import DATA
 from tests.support.command import fails, run
@@ -509,7 +509,7 @@ def test_what_a_test_in_numbers_finds_amiss_is_told(
     conditions = [to_sympy(read(one)) for one in ("sin(theta2)", told) if one != "theta1 - theta1"]
     components = tuple(Component((condition,), None) for condition in conditions)
     shown = [SingularComponent(one.conditions, None, Kind("", False, "x")) for one in components]
-    monkeypatch.setattr("exercises.solving.singular_set", lambda _: components)
+    monkeypatch.setattr("qdot.exercises.solving.singular_set", lambda _: components)
     monkeypatch.setattr(Worked, "found", shown)
     solution = solve(chain)
     assert said in (solution.note or "") and (said == "") == (solution.note is None)

@@ -13,11 +13,11 @@ from typing import Any
 
 import pytest
 
-from exercises.arm.library import robot_path
-from exercises.arm.robot_file import Robot, read_robot_file
-from exercises.solving import data_stages, solution_json, solution_latex, solution_text, solve, text_stages
-from exercises.solving_in_time import write_solution
-from exercises.time_limit import OutOfTime, seconds_of, time_limit
+from qdot.exercises.arm.library import robot_path
+from qdot.exercises.arm.robot_file import Robot, read_robot_file
+from qdot.exercises.solving import data_stages, solution_json, solution_latex, solution_text, solve, text_stages
+from qdot.exercises.solving_in_time import write_solution
+from qdot.exercises.time_limit import OutOfTime, seconds_of, time_limit
 from tests.repository.test_schemas import errors
 from tests.support.command import fails, run
 from tests.support.suites import few_of
@@ -216,7 +216,7 @@ def stopped(*args, **options):
 setattr(where, name, stopped)
 signal.signal(signal.SIGINT, signal.default_int_handler)
 sys.argv[:2] = ["qdot"]
-from grader.cli import main
+from qdot.grader.cli import main
 main()
 """
 
@@ -225,10 +225,10 @@ main()
     ("where", "form", "missing"),
     [
         ("typer.core.TyperCommand.parse_args", "json", ""),  # the program is there, its command is not
-        pytest.param("exercises.arm.robot_file.read_toml", "json", "", marks=pytest.mark.whole),
-        pytest.param("exercises.solving.derive", "text", "What", marks=pytest.mark.whole),
-        pytest.param("exercises.solving.derive", "json", "position", marks=pytest.mark.whole),
-        ("exercises.solving.singular_set", "json", "singular"),
+        pytest.param("qdot.exercises.arm.robot_file.read_toml", "json", "", marks=pytest.mark.whole),
+        pytest.param("qdot.exercises.solving.derive", "text", "What", marks=pytest.mark.whole),
+        pytest.param("qdot.exercises.solving.derive", "json", "position", marks=pytest.mark.whole),
+        ("qdot.exercises.solving.singular_set", "json", "singular"),
     ],
 )
 def test_ctrl_c_at_the_very_beginning_is_told_in_one_line(where: str, form: str, missing: str, tmp_path: Path) -> None:

@@ -10,26 +10,26 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from exercises.arm.chain import Chain, Joint
-from exercises.arm.classification import Kind
-from exercises.arm.derivation import derive
-from exercises.arm.library import robot_path
-from exercises.arm.needs import need_of
-from exercises.arm.robot_file import Limits, read_robot_file
-from exercises.arm.singularity import Component, singular_set
-from exercises.errors import QdotError
-from exercises.families import FAMILIES
-from exercises.figure.pose import example_values
-from exercises.generation import sample_chain
-from exercises.locus import GRID, Map, check_map, singular_map, write_map
-from exercises.problem import ProblemId
-from exercises.solving import Singularities, singular_stages, solution_data, solution_text, solve
-from exercises.sound import sound_words
-from exercises.special_lengths import relations
-from exercises.verify.appearance import places_on
-from exercises.writing import worked
-from exercises.writing.statement import worked_steps
-from exercises.writing.worked import SingularComponent
+from qdot.exercises.arm.chain import Chain, Joint
+from qdot.exercises.arm.classification import Kind
+from qdot.exercises.arm.derivation import derive
+from qdot.exercises.arm.library import robot_path
+from qdot.exercises.arm.needs import need_of
+from qdot.exercises.arm.robot_file import Limits, read_robot_file
+from qdot.exercises.arm.singularity import Component, singular_set
+from qdot.exercises.errors import QdotError
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.figure.pose import example_values
+from qdot.exercises.generation import sample_chain
+from qdot.exercises.locus import GRID, Map, check_map, singular_map, write_map
+from qdot.exercises.problem import ProblemId
+from qdot.exercises.solving import Singularities, singular_stages, solution_data, solution_text, solve
+from qdot.exercises.sound import sound_words
+from qdot.exercises.special_lengths import relations
+from qdot.exercises.verify.appearance import places_on
+from qdot.exercises.writing import worked
+from qdot.exercises.writing.statement import worked_steps
+from qdot.exercises.writing.worked import SingularComponent
 from tests.support.suites import of_families
 
 A1, A2, A3, D4 = sp.symbols("a1 a2 a3 d4")

@@ -10,13 +10,13 @@ import jinja2
 import pytest
 import sympy as sp
 
-from exercises import store
-from exercises.assignment import Assignment, Student, load_assignment
-from exercises.figure import figure_svg, part_svg
-from exercises.record import digests
-from exercises.release import init_assignment, release
-from exercises.render import CompiledBeside
-from grader.certify import CERTIFIER
+from qdot.exercises import store
+from qdot.exercises.assignment import Assignment, Student, load_assignment
+from qdot.exercises.figure import figure_svg, part_svg
+from qdot.exercises.record import digests
+from qdot.exercises.release import init_assignment, release
+from qdot.exercises.render import CompiledBeside
+from qdot.grader.certify import CERTIFIER
 
 STUDENTS = [Student("ada"), Student("bob")]
 SLOTS = """

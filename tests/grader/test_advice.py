@@ -2,11 +2,11 @@
 
 import pytest
 
-from exercises import generate
-from exercises.docs import planar_2r
-from grader.advice import advise
-from grader.marking import mark
-from grader.reading import read_answer
+from qdot.exercises import generate
+from qdot.exercises.docs import planar_2r
+from qdot.grader.advice import advise
+from qdot.grader.marking import mark
+from qdot.grader.reading import read_answer
 from tests.support.problems import asked, drawn
 
 TWO_R = (

@@ -10,20 +10,20 @@ from typing import Any
 
 import pytest
 
-from exercises.assignment import Assignment, Student, load_assignment
-from exercises.errors import QdotError
-from exercises.problem import Part
-from exercises.release import init_assignment, release
-from exercises.store import kept
-from grader import parts as judging
-from grader.batch import WritePage, alone, grade_class
-from grader.demo import answered
-from grader.reports.feedback import feedback_page
-from grader.reports.tables import grades_csv, results_jsonl, status
-from grader.reports.write import write_page, write_reports
-from grader.sandbox import Limits
-from grader.settle import Result
-from grader.submission import OTHER_EDITION, find_submissions
+from qdot.exercises.assignment import Assignment, Student, load_assignment
+from qdot.exercises.errors import QdotError
+from qdot.exercises.problem import Part
+from qdot.exercises.release import init_assignment, release
+from qdot.exercises.store import kept
+from qdot.grader import parts as judging
+from qdot.grader.batch import WritePage, alone, grade_class
+from qdot.grader.demo import answered
+from qdot.grader.reports.feedback import feedback_page
+from qdot.grader.reports.tables import grades_csv, results_jsonl, status
+from qdot.grader.reports.write import write_page, write_reports
+from qdot.grader.sandbox import Limits
+from qdot.grader.settle import Result
+from qdot.grader.submission import OTHER_EDITION, find_submissions
 from tests.support.handing_in import UNCERTIFIED, one_process
 
 TOML = """title = "T"
@@ -137,7 +137,7 @@ def test_a_rerun_takes_what_has_not_changed_and_grades_what_has(
     hand_in(assignment, "s01/hw.ipynb", right(assignment, "s01"))
     first = grade(assignment)
     marked: list[str] = []
-    monkeypatch.setattr("grader.attempt.mark", lambda *args: marked.append(args[1]))
+    monkeypatch.setattr("qdot.grader.attempt.mark", lambda *args: marked.append(args[1]))
     assert grade(assignment) == first
     assert marked == []
     monkeypatch.undo()

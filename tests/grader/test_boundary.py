@@ -14,16 +14,16 @@ from typing import Any
 
 import pytest
 
-from exercises.assignment import Assignment, Student
-from exercises.errors import QdotError
-from grader import attempt, batch, marking, submission
-from grader.batch import grade_class
-from grader.contained import folders
-from grader.reports import write
-from grader.reports.tables import status
-from grader.reports.write import write_page, write_reports
-from grader.sandbox import Limits, Sandbox
-from grader.submission import find_submissions, time_of
+from qdot.exercises.assignment import Assignment, Student
+from qdot.exercises.errors import QdotError
+from qdot.grader import attempt, batch, marking, submission
+from qdot.grader.batch import grade_class
+from qdot.grader.contained import folders
+from qdot.grader.reports import write
+from qdot.grader.reports.tables import status
+from qdot.grader.reports.write import write_page, write_reports
+from qdot.grader.sandbox import Limits, Sandbox
+from qdot.grader.submission import find_submissions, time_of
 from tests.support.handing_in import Result, a_class, hand_in, one_process, right
 from tests.support.suites import few_of
 

@@ -12,13 +12,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from exercises.assignment import Assignment, Student
-from exercises.problem import variable
-from grader.cells import Cell, read_cells
-from grader.check import check_notebook
-from grader.finding import asked_in, find_answers
-from grader.sandbox import Limits, Run, Sandbox
-from grader.settle import Result
+from qdot.exercises.assignment import Assignment, Student
+from qdot.exercises.problem import variable
+from qdot.grader.cells import Cell, read_cells
+from qdot.grader.check import check_notebook
+from qdot.grader.finding import asked_in, find_answers
+from qdot.grader.sandbox import Limits, Run, Sandbox
+from qdot.grader.settle import Result
 from tests.support.command import run
 from tests.support.handing_in import (
     PARTS,

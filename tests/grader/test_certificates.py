@@ -11,17 +11,17 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from exercises.answers import Matrix
-from exercises.assignment import load_assignment
-from exercises.errors import QdotError
-from exercises.generation import generate
-from exercises.problem import ENGINE, Problem, ProblemId
-from exercises.record import digests
-from exercises.release import Released, certificate_path, init_assignment, notebook_path, release
-from grader import certify as certifying
-from grader.certificates import Record
-from grader.certify import CERTIFIER, Task, certify_all, record_of
-from grader.cli import program
+from qdot.exercises.answers import Matrix
+from qdot.exercises.assignment import load_assignment
+from qdot.exercises.errors import QdotError
+from qdot.exercises.generation import generate
+from qdot.exercises.problem import ENGINE, Problem, ProblemId
+from qdot.exercises.record import digests
+from qdot.exercises.release import Released, certificate_path, init_assignment, notebook_path, release
+from qdot.grader import certify as certifying
+from qdot.grader.certificates import Record
+from qdot.grader.certify import CERTIFIER, Task, certify_all, record_of
+from qdot.grader.cli import program
 
 JOINTS = [("theta1", '"d1"', "0", '"pi/2"'), ("theta2", "0", '"a2"', "0"), ("theta3", "0", '"a3"', "0")]
 ROWS = [f'[[joint]]\nkind = "R"\ntheta = "{q}"\nd = {d}\na = {a}\nalpha = {alpha}\n' for q, d, a, alpha in JOINTS]
@@ -268,9 +268,9 @@ def test_answers_and_what_programs_do_to_a_notebook_alter_nothing(
         cells.append({"cell_type": "code", "source": " \n", "metadata": {}, "outputs": []})
 
     altered(work)(folder)
-    monkeypatch.setattr("exercises.notebook.statement", lambda *_: "Another wording.")  # as of a later version
-    monkeypatch.setattr("exercises.notebook.prompt", lambda *_: "Another question's wording.")
-    monkeypatch.setattr("grader.certify.version", lambda _: "9.1")
+    monkeypatch.setattr("qdot.exercises.notebook.statement", lambda *_: "Another wording.")  # as of a later version
+    monkeypatch.setattr("qdot.exercises.notebook.prompt", lambda *_: "Another question's wording.")
+    monkeypatch.setattr("qdot.grader.certify.version", lambda _: "9.1")
     assert verified(folder)[0] == 0
 
 
@@ -368,7 +368,7 @@ def test_a_crash_is_a_failure_of_its_problem_alone(monkeypatch: pytest.MonkeyPat
             raise ZeroDivisionError("by zero")
         return made(identity, **others)
 
-    monkeypatch.setattr("grader.certify.generate", crashing)
+    monkeypatch.setattr("qdot.grader.certify.generate", crashing)
     tasks = [Task(ProblemId("planar-2r", seed, ("jacobian",))) for seed in range(3)]
     found = [[failure.said for failure in failures] for _, failures in certify_all(tasks, 1)]
     said = "planar-2r/1 (jacobian): qdot itself failed: ZeroDivisionError: by zero; please report it"

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from exercises.assignment import Assignment, Student, load_assignment
-from exercises.release import release
-from grader.certify import CERTIFIER
-from grader.class_check import LARGEST, read_some
-from grader.submission import find_submissions
+from qdot.exercises.assignment import Assignment, Student, load_assignment
+from qdot.exercises.release import release
+from qdot.grader.certify import CERTIFIER
+from qdot.grader.class_check import LARGEST, read_some
+from qdot.grader.submission import find_submissions
 from tests.support.command import fails, run
 from tests.support.handing_in import a_class, contents
 

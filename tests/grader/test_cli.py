@@ -16,11 +16,11 @@ from typing import Any
 import psutil  # type: ignore[import-untyped]
 import pytest
 
-from exercises.answers import Matrix
-from exercises.families import FAMILIES
-from exercises.parallel import _stop_put_off
-from exercises.quizzes import ASKED
-from grader.cli import COMMANDS, LISTING, WORKERS, app, program
+from qdot.exercises.answers import Matrix
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.parallel import _stop_put_off
+from qdot.exercises.quizzes import ASKED
+from qdot.grader.cli import COMMANDS, LISTING, WORKERS, app, program
 from tests.support.command import fails, run, runner
 from tests.support.handing_in import TOML
 from tests.support.suites import several
@@ -198,7 +198,7 @@ def test_compare_by_argument_and_by_batch(tmp_path: Path) -> None:
 
 @pytest.mark.whole
 def test_verify_problems_and_families(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("exercises.console.EVERY", 0.0)  # as long work tells its progress in a log
+    monkeypatch.setattr("qdot.exercises.console.EVERY", 0.0)  # as long work tells its progress in a log
     result = runner.invoke(app, ["verify", "planar-pr/7", "polar-rp/1", "--jobs", "1"])
     assert result.exit_code == 0 and "2 problems verified, 0 failed" in result.stdout
     assert result.stderr.splitlines()[:2] == ["verifying: 1 of 2", "verifying: 2 of 2"]
@@ -226,7 +226,11 @@ def test_ctrl_c_says_what_is_true_of_the_command(
     def stop(*_: object) -> None:
         raise KeyboardInterrupt
 
-    for name in ("grader.commands._tasks", "grader.commands.load_assignment", "exercises.commands.overview"):
+    for name in (
+        "qdot.grader.commands._tasks",
+        "qdot.grader.commands.load_assignment",
+        "qdot.exercises.commands.overview",
+    ):
         monkeypatch.setattr(name, stop)
     result = runner.invoke(app, command)
     assert result.exit_code == 130
@@ -289,7 +293,7 @@ def test_check_calls_a_list_of_conditions_no_matrix(tmp_path: Path) -> None:
 
 def test_a_terminal_without_unicode_is_no_failure() -> None:
     shown = subprocess.run(
-        [sys.executable, "-m", "grader.cli", "show", "planar-2r/7", "--questions", "position"],
+        [sys.executable, "-m", "qdot", "show", "planar-2r/7", "--questions", "position"],
         capture_output=True, env={**os.environ, "PYTHONIOENCODING": "ascii"}, timeout=60,
     )  # fmt: skip
     assert shown.returncode == 0, shown.stderr
@@ -388,7 +392,7 @@ def test_a_stop_ends_everything_at_once_in_one_line(
     made = of_thousands(tmp_path / "hw")
     what = [str(made)] if command == "generate" else ["--family", "elbow-3r", "--count", "2000"]
     process = subprocess.Popen(
-        [sys.executable, "-m", "grader.cli", command, *what, "--jobs", "2"],
+        [sys.executable, "-m", "qdot", command, *what, "--jobs", "2"],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True,
     )  # fmt: skip
     wait_for(when, made)
@@ -410,7 +414,7 @@ def test_what_is_loaded_ahead_of_a_command_is_what_its_processes_need(command: s
 
 def test_what_loads_ahead_ends_with_the_command(tmp_path: Path) -> None:
     process = subprocess.Popen(
-        [sys.executable, "-m", "grader.cli", "grade", str(tmp_path / "nothing")],
+        [sys.executable, "-m", "qdot", "grade", str(tmp_path / "nothing")],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True,
     )  # fmt: skip
     _, errors = process.communicate(timeout=60)
@@ -435,7 +439,7 @@ def test_a_stop_while_processes_start_is_a_stop_whatever_fails_then() -> None:
 
 
 def test_a_stopped_pipe_and_ctrl_c_end_quietly(folder: Path) -> None:
-    qdot = [sys.executable, "-m", "grader.cli"]
+    qdot = [sys.executable, "-m", "qdot"]
     shown = subprocess.Popen([*qdot, "questions", "--json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     assert shown.stdout is not None
     shown.stdout.close()
@@ -452,7 +456,9 @@ def test_a_command_by_itself_is_the_one_that_the_program_has(name: str) -> None:
 
 def test_the_list_of_commands_is_that_of_the_program_and_loads_none_of_them() -> None:
     assert runner.invoke(program(LISTING), ["--help"]).output == runner.invoke(program(), ["--help"]).output
-    listing = "import sys; from grader.cli import main; sys.argv = ['qdot', '--help']\ntry: main()\nexcept SystemExit: "
+    listing = (
+        "import sys; from qdot.grader.cli import main; sys.argv = ['qdot', '--help']\ntry: main()\nexcept SystemExit: "
+    )
     made = subprocess.run(
         [sys.executable, "-c", f"{listing}print('sympy' in sys.modules)"], capture_output=True, text=True, check=True
     )
@@ -461,6 +467,7 @@ def test_the_list_of_commands_is_that_of_the_program_and_loads_none_of_them() ->
 
 @pytest.mark.parametrize("command", several(["check"], ["show", "solve", "check"]))
 def test_a_command_about_one_thing_loads_nothing_of_classes(command: str) -> None:
-    loading = f"import sys; from grader.cli import program; program({command!r})"
-    told = f"{loading}; print([name for name in ('exercises.assignment', 'grader.batch') if name in sys.modules])"
+    loading = f"import sys; from qdot.grader.cli import program; program({command!r})"
+    names = ("qdot.exercises.assignment", "qdot.grader.batch")
+    told = f"{loading}; print([name for name in {names} if name in sys.modules])"
     assert subprocess.run([sys.executable, "-c", told], capture_output=True, text=True, check=True).stdout == "[]\n"

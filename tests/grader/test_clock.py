@@ -10,19 +10,19 @@ from pathlib import Path
 import mpmath
 import pytest
 
-from exercises import generate
-from exercises.assignment import Student
-from exercises.problem import Part, Problem
-from exercises.time_limit import Watch, end_of
-from grader import marking
-from grader.answer import Given
-from grader.check import check_notebook
-from grader.clock import Allowance, Budget, Overlong
-from grader.compare import compare_lines
-from grader.marking import mark
-from grader.parts import judge_given
-from grader.sandbox import Limits, Sandbox
-from grader.verdict import Judgement, Outcome
+from qdot.exercises import generate
+from qdot.exercises.assignment import Student
+from qdot.exercises.problem import Part, Problem
+from qdot.exercises.time_limit import Watch, end_of
+from qdot.grader import marking
+from qdot.grader.answer import Given
+from qdot.grader.check import check_notebook
+from qdot.grader.clock import Allowance, Budget, Overlong
+from qdot.grader.compare import compare_lines
+from qdot.grader.marking import mark
+from qdot.grader.parts import judge_given
+from qdot.grader.sandbox import Limits, Sandbox
+from qdot.grader.verdict import Judgement, Outcome
 from tests.support.handing_in import RIGHT, a_class, code, grade, hand_in, outcomes, right
 from tests.support.suites import few_of
 
@@ -215,5 +215,5 @@ def test_a_cell_that_is_stopped_behind_its_answer_is_told(tmp_path: Path, monkey
     assert outcomes(results["s01"]) == RIGHT
     assert results["s01"]["notes"] == results["s01"]["staff_notes"] == expected
     assert results["s02"]["notes"] == []
-    monkeypatch.setattr("grader.check.Sandbox", lambda **_: Sandbox(Limits(seconds=40, cell_seconds=1)))
+    monkeypatch.setattr("qdot.grader.check.Sandbox", lambda **_: Sandbox(Limits(seconds=40, cell_seconds=1)))
     assert [note.replace("1 s", "4 s") for note in check_notebook(path).notes] == expected

@@ -21,19 +21,19 @@ import psutil  # type: ignore[import-untyped]
 import pytest
 from typer.testing import CliRunner, Result
 
-from exercises.assignment import load_assignment
-from exercises.errors import QdotError
-from exercises.extras import lacking
-from exercises.files import write_atomically
-from exercises.problem import Part
-from exercises.release import init_assignment, release
-from grader import cluster, guarantees, remote
-from grader.batch import alone, grade_class
-from grader.cli import app
-from grader.demo import answered
-from grader.reports.tables import grades_csv, results_jsonl
-from grader.sandbox import Limits
-from grader.submission import find_submissions
+from qdot.exercises.assignment import load_assignment
+from qdot.exercises.errors import QdotError
+from qdot.exercises.extras import lacking
+from qdot.exercises.files import write_atomically
+from qdot.exercises.problem import Part
+from qdot.exercises.release import init_assignment, release
+from qdot.grader import cluster, guarantees, remote
+from qdot.grader.batch import alone, grade_class
+from qdot.grader.cli import app
+from qdot.grader.demo import answered
+from qdot.grader.reports.tables import grades_csv, results_jsonl
+from qdot.grader.sandbox import Limits
+from qdot.grader.submission import find_submissions
 from tests.support import ROOT
 from tests.support.command import fails, run
 from tests.support.handing_in import UNCERTIFIED

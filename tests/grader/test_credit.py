@@ -7,18 +7,18 @@ from pathlib import Path
 import pytest
 import sympy as sp
 
-from exercises.answers import ConditionSet, Expression
-from exercises.arm.chain import Chain
-from exercises.assignment import load_assignment
-from exercises.credit import OWN, WAYS, Credit, read_credit
-from exercises.docs import planar_2r, scorbot_arm
-from exercises.errors import QdotError
-from exercises.formula.text import text_of
-from exercises.generation import generate
-from exercises.problem import Part, Problem, ProblemId
-from exercises.release import init_assignment
-from grader.docs import credit_page
-from grader.verdict import Judgement, Outcome
+from qdot.exercises.answers import ConditionSet, Expression
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.assignment import load_assignment
+from qdot.exercises.credit import OWN, WAYS, Credit, read_credit
+from qdot.exercises.docs import planar_2r, scorbot_arm
+from qdot.exercises.errors import QdotError
+from qdot.exercises.formula.text import text_of
+from qdot.exercises.generation import generate
+from qdot.exercises.problem import Part, Problem, ProblemId
+from qdot.exercises.release import init_assignment
+from qdot.grader.docs import credit_page
+from qdot.grader.verdict import Judgement, Outcome
 from tests.support import ROOT
 from tests.support.judging import earned as share_earned
 from tests.support.problems import asked

@@ -4,12 +4,12 @@ from pathlib import Path
 
 import pytest
 
-from exercises.assignment import Assignment, Student, load_assignment
-from exercises.problem import Problem
-from exercises.release import init_assignment
-from grader.demo import EDITS, SECRET
-from grader.marking import mark
-from grader.sandbox import Sandbox
+from qdot.exercises.assignment import Assignment, Student, load_assignment
+from qdot.exercises.problem import Problem
+from qdot.exercises.release import init_assignment
+from qdot.grader.demo import EDITS, SECRET
+from qdot.grader.marking import mark
+from qdot.grader.sandbox import Sandbox
 from tests.support.suites import several
 
 NAMES = {

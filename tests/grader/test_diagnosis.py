@@ -7,23 +7,23 @@ import warnings
 import numpy as np
 import pytest
 
-from exercises.answers import Expression, Matrix
-from exercises.arm.chain import Chain
-from exercises.arm.stages import as_formulas, formulas, numbers
-from exercises.docs import planar_2r, scorbot_arm
-from exercises.families import FAMILIES
-from exercises.formula.expression import read
-from exercises.formula.program import compile_program, evaluate
-from exercises.formula.text import text_of
-from exercises.generation import generate, questions_of
-from exercises.mistakes.catalogue import CATALOGUE
-from exercises.mistakes.given import Values, configurations
-from exercises.problem import Part
-from exercises.questions import QUESTIONS
-from exercises.questions.results import result
-from exercises.stream import Stream
-from grader.contained.callables import TABLE
-from grader.function_values import asked_of
+from qdot.exercises.answers import Expression, Matrix
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.stages import as_formulas, formulas, numbers
+from qdot.exercises.docs import planar_2r, scorbot_arm
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.formula.text import text_of
+from qdot.exercises.generation import generate, questions_of
+from qdot.exercises.mistakes.catalogue import CATALOGUE
+from qdot.exercises.mistakes.given import Values, configurations
+from qdot.exercises.problem import Part
+from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.questions.results import result
+from qdot.exercises.stream import Stream
+from qdot.grader.contained.callables import TABLE
+from qdot.grader.function_values import asked_of
 from tests.support.judging import diagnose
 from tests.support.problems import LONG_ARMS, asked
 from tests.support.suites import few_families, several
@@ -229,7 +229,7 @@ def test_nothing_is_said_rather_than_guessed(answer: str) -> None:
 
 def test_a_long_set_is_not_compared_with_every_mistake(monkeypatch: pytest.MonkeyPatch) -> None:
     """It would be searched for anew each time, and stall the class."""
-    monkeypatch.setattr("grader.diagnosis.judge_given", None)
+    monkeypatch.setattr("qdot.grader.diagnosis.judge_given", None)
     many = ", ".join(f"cos(theta1 + {k}*theta2) = 0" for k in range(60))
     assert said("singular-angles", f"[{many}]") == ("", "")
 

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from exercises.assignment import load_assignment
-from exercises.errors import QdotError
-from grader import guarantees
-from grader.cli import app
-from grader.sandbox import Sandbox
+from qdot.exercises.assignment import load_assignment
+from qdot.exercises.errors import QdotError
+from qdot.grader import guarantees
+from qdot.grader.cli import app
+from qdot.grader.sandbox import Sandbox
 from tests.support.command import fails, run, runner
 
 WEAK = ("namespaces", "landlock", "seccomp")

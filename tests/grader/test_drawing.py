@@ -11,23 +11,23 @@ from pathlib import Path
 import pytest
 from nbformat import NotebookNode
 
-from exercises import release
-from exercises.answers import Answer
-from exercises.arm.chain import Chain
-from exercises.assignment import Assignment, Student, load_assignment
-from exercises.notebook import student_notebook
-from exercises.problem import Details, Part
-from exercises.quizzes import ASKED
-from exercises.redrawn import DRAWS, read_redrawn
-from exercises.release import init_assignment
-from exercises.self_check import Problems
-from exercises.store import kept
-from exercises.stream import Stream
-from exercises.verify import CHECKS
-from exercises.verify.numeric_reference import Check, NumericReference
-from grader.certify import CERTIFIER
-from grader.cli import app
-from grader.demo import answered
+from qdot.exercises import release
+from qdot.exercises.answers import Answer
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.assignment import Assignment, Student, load_assignment
+from qdot.exercises.notebook import student_notebook
+from qdot.exercises.problem import Details, Part
+from qdot.exercises.quizzes import ASKED
+from qdot.exercises.redrawn import DRAWS, read_redrawn
+from qdot.exercises.release import init_assignment
+from qdot.exercises.self_check import Problems
+from qdot.exercises.store import kept
+from qdot.exercises.stream import Stream
+from qdot.exercises.verify import CHECKS
+from qdot.exercises.verify.numeric_reference import Check, NumericReference
+from qdot.grader.certify import CERTIFIER
+from qdot.grader.cli import app
+from qdot.grader.demo import answered
 from tests.support import ROOT
 from tests.support.command import fails, run, runner
 from tests.support.handing_in import one_process
@@ -265,15 +265,15 @@ def test_a_run_that_is_stopped_goes_on_to_the_very_same(
 DRIVER = """
 import sys
 sys.path.insert(0, {root!r})
-from exercises.verify import CHECKS
-from exercises.verify.numeric_reference import Check
+from qdot.exercises.verify import CHECKS
+from qdot.exercises.verify.numeric_reference import Check
 
 def check(numeric, part):
     yield Check("fault", numeric.problem.id.seed % 2 == 0, "put in")
 
 CHECKS["determinant"] = check
 if __name__ == "__main__":
-    from grader.cli import main
+    from qdot.grader.cli import main
     main()
 """
 

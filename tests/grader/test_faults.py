@@ -23,16 +23,16 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from exercises.assignment import Assignment, load_assignment
-from exercises.release import init_assignment, release
-from grader.attempt import grade_attempt, is_graded, read_attempts
-from grader.batch import grade_class
-from grader.cli import app
-from grader.copies import Copies
-from grader.demo import answered
-from grader.reports.tables import status
-from grader.sandbox import Limits, Run, Sandbox
-from grader.submission import Found, find_submissions
+from qdot.exercises.assignment import Assignment, load_assignment
+from qdot.exercises.release import init_assignment, release
+from qdot.grader.attempt import grade_attempt, is_graded, read_attempts
+from qdot.grader.batch import grade_class
+from qdot.grader.cli import app
+from qdot.grader.copies import Copies
+from qdot.grader.demo import answered
+from qdot.grader.reports.tables import status
+from qdot.grader.sandbox import Limits, Run, Sandbox
+from qdot.grader.submission import Found, find_submissions
 from tests.support.handing_in import UNCERTIFIED
 from tests.support.problems import DeadlyAssignment
 from tests.support.suites import several
@@ -74,7 +74,7 @@ def hand_in(folder: Path, assignment: Assignment, student: str, answer: str = ""
 
 
 def command(folder: Path, jobs: int = 2) -> list[str]:
-    return [sys.executable, "-m", "grader.cli", "grade", str(folder), "--jobs", str(jobs)]
+    return [sys.executable, "-m", "qdot", "grade", str(folder), "--jobs", str(jobs)]
 
 
 def started(folder: Path, jobs: int = 2) -> "subprocess.Popen[str]":

@@ -15,16 +15,16 @@ from typing import Any
 
 import pytest
 
-from exercises.assignment import Assignment, Student
-from grader import archives, finding
-from grader import cells as reading
-from grader.cells import LARGEST_HERE, OverLimit, Unreadable, read_cells
-from grader.check import check_notebook
-from grader.finding import find_answers
-from grader.reports.feedback import feedback_page
-from grader.reports.tables import grades_csv, status
-from grader.sandbox import Sandbox
-from grader.settle import Result
+from qdot.exercises.assignment import Assignment, Student
+from qdot.grader import archives, finding
+from qdot.grader import cells as reading
+from qdot.grader.cells import LARGEST_HERE, OverLimit, Unreadable, read_cells
+from qdot.grader.check import check_notebook
+from qdot.grader.finding import find_answers
+from qdot.grader.reports.feedback import feedback_page
+from qdot.grader.reports.tables import grades_csv, status
+from qdot.grader.sandbox import Sandbox
+from qdot.grader.settle import Result
 from tests.support import DATA
 from tests.support.handing_in import RIGHT, a_class, code, grade, hand_in, notebook, outcomes, right, right_cells, text
 from tests.support.suites import few_of, several

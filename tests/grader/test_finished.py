@@ -5,19 +5,19 @@ import re
 import numpy as np
 import pytest
 
-from exercises.arm.stages import as_formulas, formulas
-from exercises.docs import planar_2r
-from exercises.formula.expression import read
-from exercises.formula.program import compile_program, evaluate
-from exercises.formula.trees import Node, node_text, size_of
-from exercises.mistakes.catalogue import CATALOGUE, made
-from exercises.mistakes.finished import edits, throughout
-from exercises.mistakes.given import configurations
-from exercises.problem import Part
-from exercises.questions.results import result
-from exercises.stream import Stream
-from grader.finished import in_words
-from grader.marking import mark
+from qdot.exercises.arm.stages import as_formulas, formulas
+from qdot.exercises.docs import planar_2r
+from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.formula.trees import Node, node_text, size_of
+from qdot.exercises.mistakes.catalogue import CATALOGUE, made
+from qdot.exercises.mistakes.finished import edits, throughout
+from qdot.exercises.mistakes.given import configurations
+from qdot.exercises.problem import Part
+from qdot.exercises.questions.results import result
+from qdot.exercises.stream import Stream
+from qdot.grader.finished import in_words
+from qdot.grader.marking import mark
 from tests.support.judging import diagnose
 from tests.support.problems import asked, drawn
 from tests.support.suites import few_families

@@ -7,21 +7,21 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from exercises.answers import Expression
-from exercises.arm.chain import Chain
-from exercises.arm.stages import Working, as_formulas, formulas
-from exercises.docs import planar_2r, scorbot_arm
-from exercises.formula.text import text_of
-from exercises.generation import generate
-from exercises.mistakes.catalogue import CATALOGUE, made
-from exercises.mistakes.given import configurations
-from exercises.problem import Part, Problem, ProblemId
-from exercises.questions import QUESTIONS
-from exercises.questions.results import is_derived, result
-from exercises.stream import Stream
-from grader.follow import earlier
-from grader.marking import mark, points_of, total
-from grader.verdict import Outcome, Verdict
+from qdot.exercises.answers import Expression
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.stages import Working, as_formulas, formulas
+from qdot.exercises.docs import planar_2r, scorbot_arm
+from qdot.exercises.formula.text import text_of
+from qdot.exercises.generation import generate
+from qdot.exercises.mistakes.catalogue import CATALOGUE, made
+from qdot.exercises.mistakes.given import configurations
+from qdot.exercises.problem import Part, Problem, ProblemId
+from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.questions.results import is_derived, result
+from qdot.exercises.stream import Stream
+from qdot.grader.follow import earlier
+from qdot.grader.marking import mark, points_of, total
+from qdot.grader.verdict import Outcome, Verdict
 from tests.support.suites import few_families, few_of, several
 
 Draw = Callable[[str, int], Problem]

@@ -9,13 +9,13 @@ from unittest.mock import patch
 
 import pytest
 
-from exercises.assignment import Student, load_assignment
-from exercises.files import write_atomically
-from exercises.redrawn import REDRAWN
-from exercises.release import release
-from grader import forgetting, keeping
-from grader.batch import alone
-from grader.certify import CERTIFIER
+from qdot.exercises.assignment import Student, load_assignment
+from qdot.exercises.files import write_atomically
+from qdot.exercises.redrawn import REDRAWN
+from qdot.exercises.release import release
+from qdot.grader import forgetting, keeping
+from qdot.grader.batch import alone
+from qdot.grader.certify import CERTIFIER
 from tests.support import ROOT
 from tests.support.command import fails, run
 from tests.support.handing_in import a_class, contents, hand_in, one_process, right

@@ -13,15 +13,15 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from exercises.answers import LETTERS, Choice, Number
-from exercises.notebook import claims
-from exercises.problem import Part, Problem
-from grader.answer import Given
-from grader.check import due_claimed, readable
-from grader.function_values import asked_of
-from grader.parts import judge_given
-from grader.reading import due_of, read_answer
-from grader.sandbox import Sandbox
+from qdot.exercises.answers import LETTERS, Choice, Number
+from qdot.exercises.notebook import claims
+from qdot.exercises.problem import Part, Problem
+from qdot.grader.answer import Given
+from qdot.grader.check import due_claimed, readable
+from qdot.grader.function_values import asked_of
+from qdot.grader.parts import judge_given
+from qdot.grader.reading import due_of, read_answer
+from qdot.grader.sandbox import Sandbox
 from tests.support import DATA
 from tests.support.problems import drawn
 from tests.support.suites import several

@@ -4,9 +4,9 @@ from fractions import Fraction
 
 import pytest
 
-from exercises.formula.identity import Domain
-from grader.answer import OR
-from grader.verdict import Outcome
+from qdot.exercises.formula.identity import Domain
+from qdot.grader.answer import OR
+from qdot.grader.verdict import Outcome
 from tests.support.judging import (
     judge_angles,
     judge_choice,

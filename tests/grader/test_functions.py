@@ -7,16 +7,16 @@ from dataclasses import replace
 import pytest
 import sympy as sp
 
-from exercises.answers import Expression, Matrix
-from exercises.formula.program import compile_program, evaluate
-from exercises.problem import Part, Problem, variable
-from grader.contained.callables import TABLE
-from grader.finding import Answers
-from grader.function_values import POINTS, asked_of, read_table
-from grader.functions import judge_function
-from grader.marking import mark
-from grader.sandbox import Limits, Sandbox
-from grader.verdict import Outcome
+from qdot.exercises.answers import Expression, Matrix
+from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.problem import Part, Problem, variable
+from qdot.grader.contained.callables import TABLE
+from qdot.grader.finding import Answers
+from qdot.grader.function_values import POINTS, asked_of, read_table
+from qdot.grader.functions import judge_function
+from qdot.grader.marking import mark
+from qdot.grader.sandbox import Limits, Sandbox
+from qdot.grader.verdict import Outcome
 from tests.support.problems import drawn, some_parts
 from tests.support.suites import few_families
 
@@ -139,7 +139,7 @@ def test_functions_of_every_question_get_what_their_formulas_would(
     problem: Problem, sandbox: Sandbox, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Which mistake is behind a wrong one isn't looked for: it changes no mark, and has test_diagnosis.py."""
-    monkeypatch.setattr("grader.marking.diagnose", lambda *_: None)
+    monkeypatch.setattr("qdot.grader.marking.diagnose", lambda *_: None)
     parts = formulas(problem)
     asked = {"p1": asked_of(problem, problem.domain(), "points")}
     names = asked["p1"]["symbols"]

@@ -12,23 +12,23 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from exercises.answers import Expression
-from exercises.assignment import Assignment, Student
-from exercises.errors import QdotError
-from exercises.generation import generate
-from exercises.problem import Part, Problem, ProblemId
-from grader.cli import app
-from grader.groups import LENGTH, LETTERS, group_of
-from grader.history import told
-from grader.marking import mark
-from grader.overrides import Override, Overrides, read_overrides, without_answers
-from grader.reading import read_answer
-from grader.reports.class_page import class_page
-from grader.reports.class_view import groups
-from grader.reports.feedback import feedback_page
-from grader.reports.rows import rows_of
-from grader.reports.tables import count_set, grades_csv, is_marked
-from grader.settle import Graded, settle
+from qdot.exercises.answers import Expression
+from qdot.exercises.assignment import Assignment, Student
+from qdot.exercises.errors import QdotError
+from qdot.exercises.generation import generate
+from qdot.exercises.problem import Part, Problem, ProblemId
+from qdot.grader.cli import app
+from qdot.grader.groups import LENGTH, LETTERS, group_of
+from qdot.grader.history import told
+from qdot.grader.marking import mark
+from qdot.grader.overrides import Override, Overrides, read_overrides, without_answers
+from qdot.grader.reading import read_answer
+from qdot.grader.reports.class_page import class_page
+from qdot.grader.reports.class_view import groups
+from qdot.grader.reports.feedback import feedback_page
+from qdot.grader.reports.rows import rows_of
+from qdot.grader.reports.tables import count_set, grades_csv, is_marked
+from qdot.grader.settle import Graded, settle
 from tests.support.command import runner
 from tests.support.handing_in import a_class, grade, hand_in, one_process, right
 from tests.support.results import result

@@ -9,14 +9,14 @@ from typing import Any
 
 import pytest
 
-from exercises.assignment import Student, load_assignment
-from exercises.files import write_atomically
-from exercises.release import init_assignment
-from grader import history
-from grader.attempt import GRADER
-from grader.history import earlier_results, keep_earlier, moves, results_path, told
-from grader.reports.tables import results_jsonl
-from grader.reports.write import write_reports
+from qdot.exercises.assignment import Student, load_assignment
+from qdot.exercises.files import write_atomically
+from qdot.exercises.release import init_assignment
+from qdot.grader import history
+from qdot.grader.attempt import GRADER
+from qdot.grader.history import earlier_results, keep_earlier, moves, results_path, told
+from qdot.grader.reports.tables import results_jsonl
+from qdot.grader.reports.write import write_reports
 from tests.grader.test_settle import DUE, HOUR, RULE, STUDENTS, TOML, hand_in, released, run
 from tests.support.command import fails
 

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from exercises.assignment import Assignment, Student, load_assignment
-from exercises.errors import QdotError
-from grader.layouts import Handed, handed_in
-from grader.reports.tables import status
-from grader.roster import Roster
-from grader.submission import MAY_BE, find_submissions, opened
+from qdot.exercises.assignment import Assignment, Student, load_assignment
+from qdot.exercises.errors import QdotError
+from qdot.grader.layouts import Handed, handed_in
+from qdot.grader.reports.tables import status
+from qdot.grader.roster import Roster
+from qdot.grader.submission import MAY_BE, find_submissions, opened
 from tests.support.handing_in import RIGHT, a_class, grade, hand_in, outcomes, right
 
 pytestmark = pytest.mark.xdist_group("layouts")

@@ -6,11 +6,11 @@ from typing import Any
 
 import pytest
 
-from exercises.assignment import FEEDBACK
-from exercises.problem import Part
-from grader.counterexample import shown
-from grader.levels import told
-from grader.marking import mark
+from qdot.exercises.assignment import FEEDBACK
+from qdot.exercises.problem import Part
+from qdot.grader.counterexample import shown
+from qdot.grader.levels import told
+from qdot.grader.marking import mark
 from tests.support.problems import drawn, parts_in_turn
 from tests.support.suites import WHOLE, few_families
 
@@ -41,7 +41,7 @@ def wrong_parts(family: str) -> list[dict[str, Any]]:
 def test_every_level_keeps_back_what_is_above_it(family: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """The mistakes behind answers, which take most of the time, are looked for in one family."""
     if not WHOLE and family != "planar-2r":
-        monkeypatch.setattr("grader.marking.diagnose", lambda *_: None)
+        monkeypatch.setattr("qdot.grader.marking.diagnose", lambda *_: None)
     parts = wrong_parts(family)
     assert parts
     for part in parts:

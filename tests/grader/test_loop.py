@@ -9,12 +9,12 @@ from dataclasses import replace
 
 import pytest
 
-from exercises.answers import ConditionSet, Direction, Expression, Matrix, Number
-from exercises.problem import Part, Problem, variable
-from exercises.writing.statement import answer_code
-from grader.marking import mark
-from grader.sandbox import Sandbox
-from grader.verdict import Outcome
+from qdot.exercises.answers import ConditionSet, Direction, Expression, Matrix, Number
+from qdot.exercises.problem import Part, Problem, variable
+from qdot.exercises.writing.statement import answer_code
+from qdot.grader.marking import mark
+from qdot.grader.sandbox import Sandbox
+from qdot.grader.verdict import Outcome
 from tests.support.problems import some_parts
 from tests.support.suites import few_families, few_of, several
 
@@ -88,7 +88,7 @@ def mistakes(part: Part, right: str) -> dict[str, str]:
 @few_families
 def test_the_usual_mistakes_fail(problem: Problem, sandbox: Sandbox, monkeypatch: pytest.MonkeyPatch) -> None:
     """Which mistake it is isn't looked for: it changes no mark, takes most of the time, and has test_diagnosis.py."""
-    monkeypatch.setattr("grader.marking.diagnose", lambda *_: None)
+    monkeypatch.setattr("qdot.grader.marking.diagnose", lambda *_: None)
     parts = few_of(some_parts(problem), 8)
     right = {f"right{i}": part.answer.code() for i, part in enumerate(parts)}
     tried = [(part, *item) for part, name in zip(parts, right, strict=True) for item in mistakes(part, name).items()]

@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
-from exercises.assignment import Assignment, Student
-from exercises.notebook import notebook_text, student_notebook
-from grader.positions import line_of_answer
+from qdot.exercises.assignment import Assignment, Student
+from qdot.exercises.notebook import notebook_text, student_notebook
+from qdot.grader.positions import line_of_answer
 from tests.support.handing_in import PARTS, Cells, a_class, code, right_cells, text
 
 

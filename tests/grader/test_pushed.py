@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from exercises.assignment import Assignment, Student, load_assignment
-from exercises.lateness import read_late
-from grader import hosts, pushed
-from grader.pushed import counts_until, main
+from qdot.exercises.assignment import Assignment, Student, load_assignment
+from qdot.exercises.lateness import read_late
+from qdot.grader import hosts, pushed
+from qdot.grader.pushed import counts_until, main
 from tests.support.ci import git
 from tests.support.command import run
 from tests.support.handing_in import TOML, a_class, one_process, right

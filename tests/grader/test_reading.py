@@ -10,24 +10,24 @@ from pathlib import Path
 
 import pytest
 
-from exercises.answers import ConditionSet
-from exercises.assignment import Student
-from exercises.formula.expression import read
-from exercises.formula.identity import Domain
-from exercises.formula.program import compile_program, evaluate
-from exercises.formula.trees import Node
-from exercises.generation import generate
-from exercises.notebook import claims, notebook_text, student_notebook
-from exercises.problem import Problem, ProblemId
-from exercises.quizzes import ASKED
-from grader import check
-from grader.answer import OR
-from grader.check import check_notebook, due_claimed
-from grader.marking import mark
-from grader.parts import judge
-from grader.reading import Due, due_of, read_answer
-from grader.sandbox import Sandbox
-from grader.verdict import Outcome
+from qdot.exercises.answers import ConditionSet
+from qdot.exercises.assignment import Student
+from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.identity import Domain
+from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.formula.trees import Node
+from qdot.exercises.generation import generate
+from qdot.exercises.notebook import claims, notebook_text, student_notebook
+from qdot.exercises.problem import Problem, ProblemId
+from qdot.exercises.quizzes import ASKED
+from qdot.grader import check
+from qdot.grader.answer import OR
+from qdot.grader.check import check_notebook, due_claimed
+from qdot.grader.marking import mark
+from qdot.grader.parts import judge
+from qdot.grader.reading import Due, due_of, read_answer
+from qdot.grader.sandbox import Sandbox
+from qdot.grader.verdict import Outcome
 from tests.support.handing_in import Cells, a_class, hand_in, right
 from tests.support.judging import judge_direction, judge_expression, judge_numbers, judge_singular
 from tests.support.suites import several
@@ -38,7 +38,7 @@ SMALL = several(("planar-2r", "polar-rp"), ("planar-2r", "elbow-3r", "polar-rp",
 @pytest.fixture(autouse=True)
 def kept_open(sandbox: Sandbox, monkeypatch: pytest.MonkeyPatch) -> None:
     """Have what is checked run in one sandbox: to start one takes longer than a notebook."""
-    monkeypatch.setattr("grader.check.Sandbox", lambda **_: nullcontext(sandbox))
+    monkeypatch.setattr("qdot.grader.check.Sandbox", lambda **_: nullcontext(sandbox))
 
 
 def test_a_reference_as_it_is_typed_is_read_as_the_tree_that_it_is(problem: Problem) -> None:
@@ -64,7 +64,7 @@ def test_however_wrong_the_answers_are_each_is_read_once(problem: Problem, monke
         seen[text] += 1
         return read(text, known)  # type: ignore[arg-type]
 
-    monkeypatch.setattr("grader.answer.read", counted)
+    monkeypatch.setattr("qdot.grader.answer.read", counted)
     answers = {
         part.name: f"2*({part.answer.as_typed()})" if part.shape is None else part.answer.as_typed()
         for part in problem.parts

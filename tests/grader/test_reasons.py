@@ -5,10 +5,10 @@ from types import SimpleNamespace
 
 import pytest
 
-from exercises.formula.identity import Certificate, Domain, Rounding, missed
-from grader.advice import _entry
-from grader.answer import with_points
-from grader.verdict import Judgement, Outcome
+from qdot.exercises.formula.identity import Certificate, Domain, Rounding, missed
+from qdot.grader.advice import _entry
+from qdot.grader.answer import with_points
+from qdot.grader.verdict import Judgement, Outcome
 from tests.support.judging import (
     judge_angles,
     judge_choice,

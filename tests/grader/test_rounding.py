@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from exercises.answers import ConditionSet
-from exercises.arm.chain import CONVENTIONS
-from exercises.formula.program import compile_program, evaluate
-from exercises.formula.text import text_of
-from exercises.problem import Part, Problem
-from grader.contained.callables import TABLE
-from grader.function_values import asked_of
-from grader.parts import judge
-from grader.verdict import Diagnosis, Outcome
+from qdot.exercises.answers import ConditionSet
+from qdot.exercises.arm.chain import CONVENTIONS
+from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.formula.text import text_of
+from qdot.exercises.problem import Part, Problem
+from qdot.grader.contained.callables import TABLE
+from qdot.grader.function_values import asked_of
+from qdot.grader.parts import judge
+from qdot.grader.verdict import Diagnosis, Outcome
 from tests.support.judging import diagnose
 from tests.support.problems import drawn
 from tests.support.suites import several

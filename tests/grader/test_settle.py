@@ -12,16 +12,16 @@ from typing import Any
 
 import pytest
 
-from exercises.assignment import Assignment, Student, load_assignment
-from exercises.errors import QdotError
-from exercises.lateness import LateRule
-from exercises.release import init_assignment, release
-from exercises.several import Several
-from grader.demo import answered
-from grader.overrides import Override, Overrides, read_overrides
-from grader.reports.feedback import feedback_page
-from grader.reports.tables import SUMS, grades_csv, status
-from grader.settle import Graded, settle
+from qdot.exercises.assignment import Assignment, Student, load_assignment
+from qdot.exercises.errors import QdotError
+from qdot.exercises.lateness import LateRule
+from qdot.exercises.release import init_assignment, release
+from qdot.exercises.several import Several
+from qdot.grader.demo import answered
+from qdot.grader.overrides import Override, Overrides, read_overrides
+from qdot.grader.reports.feedback import feedback_page
+from qdot.grader.reports.tables import SUMS, grades_csv, status
+from qdot.grader.settle import Graded, settle
 from tests.support import command
 from tests.support.handing_in import UNCERTIFIED, one_process
 

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from exercises.assignment import Student, load_assignment
-from exercises.release import init_assignment, release
-from grader.certify import CERTIFIER
-from grader.cli import app
-from grader.sharing import shared_answers
+from qdot.exercises.assignment import Student, load_assignment
+from qdot.exercises.release import init_assignment, release
+from qdot.grader.certify import CERTIFIER
+from qdot.grader.cli import app
+from qdot.grader.sharing import shared_answers
 from tests.support.command import runner
 
 PROBLEM = '\n[[problem]]\nfamily = "{}"\nvariation = "{}"\nquestions = ["{}"]\n'

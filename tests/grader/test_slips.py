@@ -23,15 +23,15 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from exercises.answers import Matrix
-from exercises.arm.stages import carried, formulas
-from exercises.generation import generate, sample_chain
-from exercises.problem import Part, Problem, ProblemId
-from grader.advice import advise
-from grader.diagnosis import diagnose
-from grader.parts import judge_given
-from grader.reading import read_answer
-from grader.verdict import Diagnosis, Outcome
+from qdot.exercises.answers import Matrix
+from qdot.exercises.arm.stages import carried, formulas
+from qdot.exercises.generation import generate, sample_chain
+from qdot.exercises.problem import Part, Problem, ProblemId
+from qdot.grader.advice import advise
+from qdot.grader.diagnosis import diagnose
+from qdot.grader.parts import judge_given
+from qdot.grader.reading import read_answer
+from qdot.grader.verdict import Diagnosis, Outcome
 from tests.support import DATA, judging
 from tests.support.problems import asked
 from tests.support.suites import few_of, several

@@ -6,12 +6,12 @@ from dataclasses import replace
 import pytest
 from nbformat import NotebookNode
 
-from exercises.generation import generate
-from exercises.notebook import notebook_text, solution_notebook, student_notebook
-from exercises.self_check import SELF_CHECK, Problems
-from grader.cells import Cell, read_cells
-from grader.sandbox import Sandbox
-from grader.uncounted import without_self_checks
+from qdot.exercises.generation import generate
+from qdot.exercises.notebook import notebook_text, solution_notebook, student_notebook
+from qdot.exercises.self_check import SELF_CHECK, Problems
+from qdot.grader.cells import Cell, read_cells
+from qdot.grader.sandbox import Sandbox
+from qdot.grader.uncounted import without_self_checks
 from tests.support.problems import drawn, parts_in_turn
 from tests.support.suites import few_families, few_of
 

@@ -7,10 +7,10 @@ from unittest.mock import patch
 
 import pytest
 
-from exercises.assignment import Student
-from exercises.release import release
-from grader import upgrade
-from grader.certify import CERTIFIER
+from qdot.exercises.assignment import Student
+from qdot.exercises.release import release
+from qdot.grader import upgrade
+from qdot.grader.certify import CERTIFIER
 from tests.support.command import fails, run
 from tests.support.handing_in import a_class, contents, hand_in, one_process, right
 
@@ -83,7 +83,7 @@ def test_of_a_certificate_that_is_gone_nothing_tells(folder: Path) -> None:
 
 
 def test_a_problem_that_this_version_cannot_make(folder: Path) -> None:
-    fails_to = patch("exercises.assignment.generate", side_effect=ValueError("x"))
+    fails_to = patch("qdot.exercises.assignment.generate", side_effect=ValueError("x"))
     with patch.object(upgrade, "changes_of", lambda *_: []), fails_to:
         lines = checked(folder, code=1)
     assert "ValueError: x" in lines[0] and "0 of 2" in lines[2] and "2 are others" in lines[2]

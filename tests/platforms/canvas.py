@@ -9,10 +9,10 @@ import zipfile
 from pathlib import Path
 from xml.etree import ElementTree
 
-from exercises.answers import LETTERS
-from exercises.exports.items import Choose, Item, Match, Numeric, items
-from exercises.exports.markup import decimal, file_name, limits, pictures
-from exercises.exports.registry import OUTLETS
+from qdot.exercises.answers import LETTERS
+from qdot.exercises.exports.items import Choose, Item, Match, Numeric, items
+from qdot.exercises.exports.markup import decimal, file_name, limits, pictures
+from qdot.exercises.exports.registry import OUTLETS
 from tests.platforms.given import EVERYTHING, PLAIN, order
 from tests.platforms.records import Counts, Record, today
 

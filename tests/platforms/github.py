@@ -11,7 +11,7 @@ import re
 import subprocess
 from pathlib import Path
 
-from exercises.exports.repositories import ACTIONS
+from qdot.exercises.exports.repositories import ACTIONS
 from tests.platforms.given import SECRET
 from tests.platforms.notebooks import BLANK, KEY, RIGHT
 from tests.platforms.records import Count, Record, today

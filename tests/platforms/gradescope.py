@@ -12,9 +12,9 @@ import zipfile
 from pathlib import Path
 from typing import Any
 
-from exercises.assignment import Student
-from exercises.exports.otter import parts_of
-from grader.reports.rows import rows_of
+from qdot.exercises.assignment import Student
+from qdot.exercises.exports.otter import parts_of
+from qdot.grader.reports.rows import rows_of
 from tests.platforms.notebooks import BLANK, KEY, MISTAKEN, RIGHT, WRONG, Ours, a_class, answered, exported, hold
 from tests.platforms.records import Counts, Record, today
 

@@ -10,7 +10,7 @@ from html import unescape
 from pathlib import Path
 from typing import Any
 
-from exercises.exports.registry import OUTLETS
+from qdot.exercises.exports.registry import OUTLETS
 from tests.platforms.given import EVERYTHING, order
 from tests.platforms.jupyterlab import opened, version
 from tests.platforms.records import Counts, Record, today

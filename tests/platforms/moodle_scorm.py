@@ -18,7 +18,7 @@ from typing import Any
 from urllib.parse import urlsplit
 from zipfile import ZipFile
 
-from exercises.exports.registry import OUTLETS
+from qdot.exercises.exports.registry import OUTLETS
 from tests.platforms.given import PLAIN, order
 from tests.platforms.records import Counts, Record, today
 

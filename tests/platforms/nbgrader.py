@@ -15,11 +15,11 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from exercises.assignment import Assignment
-from exercises.exports.nbgrader import grade_id
-from exercises.exports.otter import parts_of
-from grader.reports.rows import rows_of
-from grader.single import student_named
+from qdot.exercises.assignment import Assignment
+from qdot.exercises.exports.nbgrader import grade_id
+from qdot.exercises.exports.otter import parts_of
+from qdot.grader.reports.rows import rows_of
+from qdot.grader.single import student_named
 from tests.platforms.jupyter import jupyter, page, variables
 from tests.platforms.notebooks import (
     BLANK,

@@ -10,18 +10,18 @@ from typing import Any
 
 import sympy as sp
 
-from exercises.answers import ConditionSet
-from exercises.assignment import Assignment, Student, load_assignment
-from exercises.exports.known_wrong import known_wrong
-from exercises.exports.outlet import Order
-from exercises.exports.registry import OUTLETS
-from exercises.notebook import notebook_text, solution_notebook
-from exercises.problem import Part, Problem, variable
-from exercises.release import init_assignment
-from exercises.sets import DEFAULT_SET, SETS
-from grader.certify import failures_of
-from grader.sandbox import Limits
-from grader.single import found_of_one, grade_one, limits_of, student_named
+from qdot.exercises.answers import ConditionSet
+from qdot.exercises.assignment import Assignment, Student, load_assignment
+from qdot.exercises.exports.known_wrong import known_wrong
+from qdot.exercises.exports.outlet import Order
+from qdot.exercises.exports.registry import OUTLETS
+from qdot.exercises.notebook import notebook_text, solution_notebook
+from qdot.exercises.problem import Part, Problem, variable
+from qdot.exercises.release import init_assignment
+from qdot.exercises.sets import DEFAULT_SET, SETS
+from qdot.grader.certify import failures_of
+from qdot.grader.sandbox import Limits
+from qdot.grader.single import found_of_one, grade_one, limits_of, student_named
 from tests.platforms.given import SECRET
 from tests.platforms.records import Counts
 

@@ -10,9 +10,9 @@ import zipfile
 from pathlib import Path
 from typing import Any
 
-from exercises.exports.nbgrader import grade_id
-from exercises.exports.otter import parts_of
-from grader.reports.rows import rows_of
+from qdot.exercises.exports.nbgrader import grade_id
+from qdot.exercises.exports.otter import parts_of
+from qdot.grader.reports.rows import rows_of
 from tests.platforms.notebooks import (
     BLANK,
     KEY,

@@ -12,11 +12,11 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from exercises.answers import LETTERS
-from exercises.exports.items import Choose, Field, Item, Match, Numeric, items
-from exercises.exports.outlet import Order
-from exercises.exports.qti import TRIES
-from exercises.exports.registry import OUTLETS
+from qdot.exercises.answers import LETTERS
+from qdot.exercises.exports.items import Choose, Field, Item, Match, Numeric, items
+from qdot.exercises.exports.outlet import Order
+from qdot.exercises.exports.qti import TRIES
+from qdot.exercises.exports.registry import OUTLETS
 from tests.platforms.given import EVERYTHING, PLAIN, order
 from tests.platforms.records import Counts, Record, today
 

@@ -10,8 +10,8 @@ import subprocess
 from pathlib import Path
 from zipfile import ZipFile
 
-from exercises.exports.registry import OUTLETS
-from exercises.exports.scorm import VERSIONS
+from qdot.exercises.exports.registry import OUTLETS
+from qdot.exercises.exports.scorm import VERSIONS
 from tests.platforms.given import PLAIN, order
 from tests.platforms.records import Counts, Record, today
 

@@ -14,7 +14,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from exercises.exports.stack import stack_questions
+from qdot.exercises.exports.stack import stack_questions
 from tests.platforms.given import PLAIN, PUMA, order
 from tests.platforms.records import Counts, Record, today
 

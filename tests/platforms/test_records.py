@@ -1,6 +1,6 @@
 """What is kept of runs in the real programs: each by a platform that is here, and nothing short without a reason."""
 
-from exercises.exports.registry import OUTLETS
+from qdot.exercises.exports.registry import OUTLETS
 from tests.platforms import PLATFORMS
 from tests.platforms.records import FOLDER, kept
 

@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 from ruamel.yaml import YAML
 
-from exercises.assignment import Assignment, load_assignment
-from exercises.exports.repositories import ACTIONS
-from exercises.exports.wheel import wheel
+from qdot.exercises.assignment import Assignment, load_assignment
+from qdot.exercises.exports.repositories import ACTIONS
+from qdot.exercises.exports.wheel import wheel
 from tests.support import ROOT
 from tests.support.ci import Machine, git, hosted, read_yaml
 from tests.support.handing_in import Cells, right

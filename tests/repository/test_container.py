@@ -21,7 +21,7 @@ from pathlib import Path
 import pytest
 from ruamel.yaml import YAML
 
-from exercises.assignment import Assignment, Student, load_assignment
+from qdot.exercises.assignment import Assignment, Student, load_assignment
 from tests.support import ROOT
 from tests.support.handing_in import a_class, right
 from tests.support.programs import needs
@@ -201,7 +201,7 @@ def test_a_class_is_graded_in_it_as_outside(engine: Engine, course: Assignment, 
     assert b"3 students: 2 graded, 1 missing" in said.encode(), said
     scores = [json.loads(line)["score"] for line in graded.splitlines()]
     assert scores == [4, 3, 0]  # what bo's last cell was after is no answer
-    subprocess.run([sys.executable, "-m", "grader.cli", "grade", outside], cwd=ROOT, check=True, capture_output=True)
+    subprocess.run([sys.executable, "-m", "qdot", "grade", outside], cwd=ROOT, check=True, capture_output=True)
     assert (outside / "graded" / "results.jsonl").read_bytes() == graded
     owners = {path.stat().st_uid for path in (course.folder / "graded").rglob("*")}
     assert owners == {os.geteuid() or SOMEBODY}

@@ -7,9 +7,8 @@ from pathlib import Path
 
 import pytest
 
-import exercises
-import grader
-from grader.docs import library_page
+from qdot import exercises, grader
+from qdot.grader.docs import library_page
 from tests.support import ROOT
 
 OFFERED = [(package, name) for package in (exercises, grader) for name in package.__all__]
@@ -38,7 +37,7 @@ def test_a_package_loads_nothing_before_it_is_asked_for() -> None:
 
 
 def test_no_name_is_that_of_a_module() -> None:
-    """`from exercises import generate` would be the module, once somebody has imported it."""
+    """`from qdot.exercises import generate` would be the module, once somebody has imported it."""
     for package, name in OFFERED:
         folder = Path(str(inspect.getfile(package))).parent
         assert not (folder / f"{name}.py").exists() and not (folder / name / "__init__.py").exists(), name

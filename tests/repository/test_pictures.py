@@ -3,9 +3,9 @@
 import re
 import struct
 
-from exercises.site.guide import arranged
-from exercises.site.pages import linked
-from exercises.writing.markup import to_html
+from qdot.exercises.site.guide import arranged
+from qdot.exercises.site.pages import linked
+from qdot.exercises.writing.markup import to_html
 from tests.support import ROOT
 
 DOCS = ROOT / "docs"

@@ -13,13 +13,13 @@ from typing import Any
 
 import pytest
 
-from exercises.assignment import load_assignment
-from exercises.problem import ENGINE
-from grader.attempt import GRADER
-from grader.docs import promises_page
-from grader.sandbox import Limits
-from grader.submission import find_submissions
-from grader.upgrade import compared, marks_moved
+from qdot.exercises.assignment import load_assignment
+from qdot.exercises.problem import ENGINE
+from qdot.grader.attempt import GRADER
+from qdot.grader.docs import promises_page
+from qdot.grader.sandbox import Limits
+from qdot.grader.submission import find_submissions
+from qdot.grader.upgrade import compared, marks_moved
 from tests.support import ROOT
 from tests.tools.archive import ARCHIVES, SCHEMAS, UNRELEASED, interface
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from exercises.assignment import load_assignment
-from grader.cli import app
+from qdot.exercises.assignment import load_assignment
+from qdot.grader.cli import app
 from tests.support import ROOT
 from tests.support.suites import WHOLE, several
 

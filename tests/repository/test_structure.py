@@ -64,7 +64,7 @@ def tree_of(path: Path) -> ast.Module:
 
 def layer(module: str, package: str) -> int | None:
     """Return the place of the longest beginning of a module's name that is listed; None for another package's."""
-    parts = module.split(".")
+    parts = module.removeprefix("qdot.").split(".")
     for length in range(len(parts), 1, -1):
         name = ".".join(parts[1:length])
         if parts[0] == package and name in LAYERS[package].split():
@@ -74,8 +74,8 @@ def layer(module: str, package: str) -> int | None:
 
 def test_every_module_has_its_place_in_the_layers() -> None:
     for package, listed in LAYERS.items():
-        modules = [name_of(path) for path in MODULES if name_of(path).count(".") and name_of(path).startswith(package)]
-        folders = {"exercises.formula", "exercises.arm"}  # without code of their own
+        modules = [name_of(path) for path in MODULES if name_of(path).startswith(f"qdot.{package}.")]
+        folders = {"qdot.exercises.formula", "qdot.exercises.arm"}  # without code of their own
         assert not [name for name in modules if layer(name, package) is None and name not in folders]
         assert not [name for name in listed.split() if not any(f"{package}.{name}" in module for module in modules)]
 
@@ -102,7 +102,7 @@ def test_a_package_says_what_is_in_it(package: Path) -> None:
     missing = [name for name in there - set(on_map) if f"{name_of(package)}.{name}" not in listed]
     assert sorted(missing) == [], f"the docstring of {name_of(package)} doesn't say what these are"
     if "rom the bottom up" in text_of(package):
-        top = name_of(package).split(".")[0]
+        top = name_of(package).split(".")[1]
         places = [layer(f"{name_of(package)}.{name.rstrip('/')}", top) for name in on_map]
         known = [place for place in places if place is not None]
         assert known == sorted(known), "they are not in the order of LAYERS"
@@ -143,7 +143,7 @@ def test_the_index_of_decisions_has_them_all() -> None:
 def looking_up(path: Path) -> list[str]:
     """Return what a module imports that is above it."""
     module, used = name_of(path), imports(path)
-    found = [name for name in used if module.startswith("exercises") and name.split(".")[0] == "grader"]
+    found = [name for name in used if module.startswith("qdot.exercises") and name.startswith("qdot.grader")]
     for package in LAYERS:
         own = layer(module, package)
         if own is not None:

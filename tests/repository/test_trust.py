@@ -10,17 +10,17 @@ from pathlib import Path
 import pytest
 from ruamel.yaml import YAML
 
-from exercises.site.pages import licences_text
+from qdot.exercises.site.pages import licences_text
 from tests.support import ROOT
 from tests.support.imports import imports, name_of
 from tests.support.suites import WHOLE
 
 NETWORK = {
-    "grader.hosts": "fetches pushes from the GitHub or GitLab that it is told", "grader.pushed": "the same",
-    "grader.site": "`qdot site serve`, on this machine alone", "grader.sandbox": "pipes to the sandbox",
-    "grader.guarantees": "what a probe tries to reach", "grader.contained.attempts": "tries to reach it",
-    "grader.contained.session": "cells of students that wait for something",
-    "grader.contained.zygote": "pipes to the sandbox", "grader.cluster": "the Dask cluster that it is told",
+    "qdot.grader.hosts": "fetches pushes from the GitHub or GitLab that it is told", "qdot.grader.pushed": "the same",
+    "qdot.grader.site": "`qdot site serve`, on this machine alone", "qdot.grader.sandbox": "pipes to the sandbox",
+    "qdot.grader.guarantees": "what a probe tries to reach", "qdot.grader.contained.attempts": "tries to reach it",
+    "qdot.grader.contained.session": "cells of students that wait for something",
+    "qdot.grader.contained.zygote": "pipes to the sandbox", "qdot.grader.cluster": "the Dask cluster that it is told",
 }  # fmt: skip
 """The modules that may speak to anything outside of their process, and to what."""
 LIBRARIES = {"socket", "ssl", "http", "urllib", "ftplib", "smtplib", "asyncio", "requests", "httpx", "distributed"}
@@ -45,7 +45,7 @@ def hook(event, arguments):
         sys.stderr.write(f"NETWORK {event} {arguments[1:]}\\n")
 
 sys.addaudithook(hook)
-from grader.cli import app
+from qdot.grader.cli import app
 for arguments in %r:
     try:
         app(arguments)

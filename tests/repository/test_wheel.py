@@ -93,32 +93,34 @@ def qdot(home: Path, *arguments: str | Path, cwd: Path) -> str:
 def test_the_wheel_carries_packages_and_templates_and_nothing_else(wheel: Path) -> None:
     names = zipfile.ZipFile(wheel).namelist()
     folders = {name.split("/")[0] for name in names}
-    assert {"exercises", "grader"} == {name for name in folders if not name.endswith(".dist-info")}
+    assert {"qdot"} == {name for name in folders if not name.endswith(".dist-info")}
     assert [name for name in names if name.endswith("licenses/LICENSE")]
 
     there = (path for path in (ROOT / "templates").rglob("*") if "__pycache__" not in path.parts)
     templates = {path.relative_to(ROOT / "templates") for path in there}
-    expected = {f"exercises/templates/{path}" for path in templates if (ROOT / "templates" / path).is_file()}
+    expected = {f"qdot/exercises/templates/{path}" for path in templates if (ROOT / "templates" / path).is_file()}
     assert expected
-    assert expected == {name for name in names if name.startswith("exercises/templates/")}
+    assert expected == {name for name in names if name.startswith("qdot/exercises/templates/")}
 
 
 def test_every_module_of_the_checkout_is_in_the_wheel(wheel: Path) -> None:
     names = {name for name in zipfile.ZipFile(wheel).namelist() if name.endswith(".py")}
     modules = [*ROOT.glob("exercises/**/*.py"), *ROOT.glob("grader/**/*.py")]
-    assert names == {str(path.relative_to(ROOT)) for path in modules}
+    packages = {f"qdot/{path.relative_to(ROOT)}" for path in modules}
+    assert names == packages | {"qdot/__init__.py", "qdot/__main__.py"}
 
 
 def test_every_data_file_of_the_checkout_is_in_the_wheel(wheel: Path) -> None:
     names = set(zipfile.ZipFile(wheel).namelist())
     data = [path for kind in ("txt", "json", "po") for path in (ROOT / "exercises").rglob(f"*.{kind}")]
-    assert data and {str(path.relative_to(ROOT)) for path in data} <= names
+    assert data and {f"qdot/{path.relative_to(ROOT)}" for path in data} <= names
 
 
 PROGRAM = """
 import sys
-import exercises, grader, sympy
-from grader.cli import app
+import sympy
+from qdot import exercises, grader
+from qdot.grader.cli import app
 print(exercises.__file__, grader.__file__, sympy.__file__, sep="\\n")
 for arguments in (["--version"], ["families", "--json"],
                   ["show", "planar-2r/7", "--questions", "position,jacobian", "--solution", "--format", "json"]):
@@ -128,7 +130,7 @@ for arguments in (["--version"], ["families", "--json"],
     except SystemExit as left:
         assert not left.code
 sys.modules["babel"] = None  # as where qdot alone is installed: nothing but `make messages` asks for it
-from exercises.languages import catalogue
+from qdot.exercises.languages import catalogue
 print("=====")
 print(catalogue("de").gettext("the world frame"))
 """
@@ -176,11 +178,11 @@ def test_an_assignment_from_init_to_full_marks(home: Path, tmp_path: Path) -> No
 
 def test_it_carries_the_documentation_and_the_sites_scripts(wheel: Path) -> None:
     names = set(zipfile.ZipFile(wheel).namelist())
-    pages = {f"exercises/site_docs/{path.name}" for path in (ROOT / "docs").glob("*.md")}
+    pages = {f"qdot/exercises/site_docs/{path.name}" for path in (ROOT / "docs").glob("*.md")}
     assert pages and pages <= names
     dist = ROOT / "site" / "dist"
-    built = {f"exercises/site_dist/{p.relative_to(dist).as_posix()}" for p in dist.rglob("*") if p.is_file()}
-    assert built == {name for name in names if name.startswith("exercises/site_dist/")}
+    built = {f"qdot/exercises/site_dist/{p.relative_to(dist).as_posix()}" for p in dist.rglob("*") if p.is_file()}
+    assert built == {name for name in names if name.startswith("qdot/exercises/site_dist/")}
 
 
 @pytest.mark.integration

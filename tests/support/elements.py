@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from exercises.answers import LETTERS, TRUE_FALSE, Answer, Forms, Letters, Matching, Number, Selection
-from exercises.exports.prairielearn import input_names
-from exercises.problem import Part
+from qdot.exercises.answers import LETTERS, TRUE_FALSE, Answer, Forms, Letters, Matching, Number, Selection
+from qdot.exercises.exports.prairielearn import input_names
+from qdot.exercises.problem import Part
 
 Data = dict[str, Any]
 

@@ -4,10 +4,10 @@ from itertools import combinations
 
 import numpy as np
 
-from exercises.arm.chain import Chain
-from exercises.figure.plane import camera
-from exercises.figure.pose import segments, skeletons
-from exercises.figure.shapes import Figure, Pair, Polyline, Text
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.figure.plane import camera
+from qdot.exercises.figure.pose import segments, skeletons
+from qdot.exercises.figure.shapes import Figure, Pair, Polyline, Text
 
 Segment = tuple[Pair, ...]
 MOST_LED = 0.35

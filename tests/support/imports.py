@@ -10,12 +10,13 @@ from tests.support import ROOT
 
 def name_of(path: Path) -> str:
     """Return the dotted name of a module of the checkout, a package's without `__init__`."""
-    return ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    return ".".join(("qdot", *parts) if parts[0] in ("exercises", "grader") else parts).removesuffix(".__init__")
 
 
 def path_of(name: str) -> Path | None:
     """Return the file of a module by its dotted name; None where the checkout has none."""
-    stem = ROOT.joinpath(*name.split("."))
+    stem = ROOT.joinpath(*name.removeprefix("qdot.").split("."))
     return next((path for path in (stem.with_suffix(".py"), stem / "__init__.py") if path.is_file()), None)
 
 

@@ -2,14 +2,14 @@
 
 from collections.abc import Sequence
 
-from exercises.formula.expression import read
-from exercises.formula.identity import Domain, Rounding
-from exercises.problem import Part, Problem
-from grader import choices, credit, diagnosis, direction, formulas
-from grader.answer import read_conditions, read_formula, read_matrix, read_numbers
-from grader.parts import judge_given
-from grader.reading import read_answer
-from grader.verdict import Diagnosis, Judgement
+from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.identity import Domain, Rounding
+from qdot.exercises.problem import Part, Problem
+from qdot.grader import choices, credit, diagnosis, direction, formulas
+from qdot.grader.answer import read_conditions, read_formula, read_matrix, read_numbers
+from qdot.grader.parts import judge_given
+from qdot.grader.reading import read_answer
+from qdot.grader.verdict import Diagnosis, Judgement
 
 
 def judge_expression(

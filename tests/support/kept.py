@@ -1,7 +1,7 @@
 """Problems that are generated once for all runs: kept on disk under a digest of the code that made them.
 
 In `.kept` at the top of the checkout, which may be removed at any time. A change of any module that
-`exercises.generation` imports, of Python or of SymPy has them generated anew. QDOT_KEPT=0 keeps nothing.
+`qdot.exercises.generation` imports, of Python or of SymPy has them generated anew. QDOT_KEPT=0 keeps nothing.
 
 `python -m tests.support.kept` generates what every run asks for, a problem of each family in which everything varies,
 on all cores: no test has to wait for it then.
@@ -21,10 +21,10 @@ import mpmath
 import numpy as np
 import sympy as sp
 
-from exercises.families import FAMILIES
-from exercises.files import write_atomically
-from exercises.generation import generate
-from exercises.problem import Problem, ProblemId
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.files import write_atomically
+from qdot.exercises.generation import generate
+from qdot.exercises.problem import Problem, ProblemId
 from tests.support import ROOT
 from tests.support.imports import reached
 
@@ -40,7 +40,7 @@ def folder() -> Path | None:
         return None
     digest = hashlib.sha256(repr((sys.version, sp.__version__, np.__version__, mpmath.__version__)).encode())
     data = [path for kind in ("txt", "json") for path in (ROOT / "exercises").rglob(f"*.{kind}")]
-    for path in sorted({*reached(["exercises.generation"]), *data}):
+    for path in sorted({*reached(["qdot.exercises.generation"]), *data}):
         digest.update(path.read_bytes())
     made = KEPT / digest.hexdigest()[:20]
     made.mkdir(parents=True, exist_ok=True)

@@ -8,14 +8,14 @@ from functools import cache
 
 import sympy as sp
 
-from exercises.answers import Answer
-from exercises.arm.chain import CONVENTIONS, Chain, Point
-from exercises.assignment import Assignment
-from exercises.families import FAMILIES
-from exercises.generation import questions_of
-from exercises.problem import Part, Problem, ProblemId
-from exercises.questions import QUESTIONS, Question
-from exercises.stream import Stream
+from qdot.exercises.answers import Answer
+from qdot.exercises.arm.chain import CONVENTIONS, Chain, Point
+from qdot.exercises.assignment import Assignment
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.generation import questions_of
+from qdot.exercises.problem import Part, Problem, ProblemId
+from qdot.exercises.questions import QUESTIONS, Question
+from qdot.exercises.stream import Stream
 from tests.support.kept import kept
 from tests.support.suites import SHAPES, WHOLE, several
 

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from exercises.site.pages import ENTRIES, Assets
+from qdot.exercises.site.pages import ENTRIES, Assets
 
 
 def stand_in(folder: Path) -> Assets:

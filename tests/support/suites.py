@@ -12,9 +12,9 @@ from typing import TypeVar
 
 import pytest
 
-from exercises.arm.chain import Chain
-from exercises.families import FAMILIES
-from exercises.figure.plane import is_flat
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.figure.plane import is_flat
 from tests.support import ROOT
 
 Value = TypeVar("Value")

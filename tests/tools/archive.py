@@ -19,29 +19,28 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-import exercises
-import grader
-from exercises.arm.chain import CONVENTIONS
-from exercises.arm.library import robots
-from exercises.arm.robot_file import KEYS, TOP_KEYS
-from exercises.assignment import AssignmentFile, ProblemEntry, Student, load_assignment
-from exercises.console import say
-from exercises.exports.registry import OUTLETS
-from exercises.families import FAMILIES
-from exercises.problem import ENGINE
-from exercises.quizzes import ASKED
-from exercises.release import init_assignment, notebook_path, release
-from exercises.sets import SETS
-from exercises.variation import AXES, STEPS
-from grader.attempt import GRADER
-from grader.batch import grade_class
-from grader.certify import CERTIFIER
-from grader.history import results_path
-from grader.overrides import OVERRIDES
-from grader.reports.formats import FORMATS
-from grader.reports.tables import results_jsonl
-from grader.sandbox import Limits
-from grader.submission import find_submissions
+from qdot import exercises, grader
+from qdot.exercises.arm.chain import CONVENTIONS
+from qdot.exercises.arm.library import robots
+from qdot.exercises.arm.robot_file import KEYS, TOP_KEYS
+from qdot.exercises.assignment import AssignmentFile, ProblemEntry, Student, load_assignment
+from qdot.exercises.console import say
+from qdot.exercises.exports.registry import OUTLETS
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.problem import ENGINE
+from qdot.exercises.quizzes import ASKED
+from qdot.exercises.release import init_assignment, notebook_path, release
+from qdot.exercises.sets import SETS
+from qdot.exercises.variation import AXES, STEPS
+from qdot.grader.attempt import GRADER
+from qdot.grader.batch import grade_class
+from qdot.grader.certify import CERTIFIER
+from qdot.grader.history import results_path
+from qdot.grader.overrides import OVERRIDES
+from qdot.grader.reports.formats import FORMATS
+from qdot.grader.reports.tables import results_jsonl
+from qdot.grader.sandbox import Limits
+from qdot.grader.submission import find_submissions
 from tests.support import DATA, ROOT
 from tests.tools.release import version_of
 
@@ -117,7 +116,7 @@ def interface() -> dict[str, Any]:
     """Return every name that people write, or that their programs use: none of them goes or changes its meaning."""
     import typer
 
-    from grader.cli import program
+    from qdot.grader.cli import program
 
     whole = typer.main.get_command(program())
     return {

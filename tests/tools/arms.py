@@ -24,22 +24,22 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from exercises.arm.axes import Sample
-from exercises.arm.chain import TASK_ROWS, Base, Chain, Joint, Point
-from exercises.arm.classification import Kind
-from exercises.arm.entry import to_sympy
-from exercises.arm.kinematics import NumericChain
-from exercises.arm.lengths import with_lengths
-from exercises.arm.robot_file import Robot, default_task
-from exercises.arm.robot_text import robot_text
-from exercises.arm.searched import tried
-from exercises.formula.expression import read
-from exercises.generation import sample_chain
-from exercises.problem import ProblemId
-from exercises.solving_in_time import write_solution
-from exercises.stream import Stream
-from exercises.verify.appearance import holds, is_of_kind
-from exercises.writing.worked import SingularComponent
+from qdot.exercises.arm.axes import Sample
+from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain, Joint, Point
+from qdot.exercises.arm.classification import Kind
+from qdot.exercises.arm.entry import to_sympy
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.lengths import with_lengths
+from qdot.exercises.arm.robot_file import Robot, default_task
+from qdot.exercises.arm.robot_text import robot_text
+from qdot.exercises.arm.searched import tried
+from qdot.exercises.formula.expression import read
+from qdot.exercises.generation import sample_chain
+from qdot.exercises.problem import ProblemId
+from qdot.exercises.solving_in_time import write_solution
+from qdot.exercises.stream import Stream
+from qdot.exercises.verify.appearance import holds, is_of_kind
+from qdot.exercises.writing.worked import SingularComponent
 
 FAMILIES = ("random-2", "random-3", "random-4")
 LENGTHS = ("1/5", "1/5", "3/10", "1/2", "7/10")

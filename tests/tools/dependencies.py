@@ -18,9 +18,9 @@ from typing import Any
 
 from packaging.requirements import Requirement
 
-from exercises.console import say
-from exercises.docs.dependencies import DATA
-from exercises.files import write_atomically
+from qdot.exercises.console import say
+from qdot.exercises.docs.dependencies import DATA
+from qdot.exercises.files import write_atomically
 from tests.support import ROOT
 
 LICENCES = {

@@ -18,21 +18,21 @@ from typing import TypeVar
 import numpy as np
 import sympy as sp
 
-from exercises.answers import Choice, ConditionSet, Direction, Expression, Matching, Number, Selection
-from exercises.arm.arithmetic import determinant
-from exercises.arm.stages import RESULT, Working, as_formulas, formulas, numbers
-from exercises.arm.trigonometry import textbook
-from exercises.families import FAMILIES
-from exercises.formula.text import text_of
-from exercises.mistakes.catalogue import CATALOGUE, Wrong, likely, made, taken
-from exercises.mistakes.given import configurations
-from exercises.problem import Part, Problem
-from exercises.questions import QUESTIONS
-from exercises.questions.results import is_derived, result
-from exercises.stream import Stream
-from grader.numbers import says_something
-from grader.parts import judge
-from grader.verdict import Outcome
+from qdot.exercises.answers import Choice, ConditionSet, Direction, Expression, Matching, Number, Selection
+from qdot.exercises.arm.arithmetic import determinant
+from qdot.exercises.arm.stages import RESULT, Working, as_formulas, formulas, numbers
+from qdot.exercises.arm.trigonometry import textbook
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.formula.text import text_of
+from qdot.exercises.mistakes.catalogue import CATALOGUE, Wrong, likely, made, taken
+from qdot.exercises.mistakes.given import configurations
+from qdot.exercises.problem import Part, Problem
+from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.questions.results import is_derived, result
+from qdot.exercises.stream import Stream
+from qdot.grader.numbers import says_something
+from qdot.grader.parts import judge
+from qdot.grader.verdict import Outcome
 from tests.support.judging import diagnose
 from tests.support.problems import drawn
 

@@ -29,7 +29,7 @@ from typing import Any
 import mpmath
 import numpy as np
 
-from exercises.formula import (
+from qdot.exercises.formula import (
     angles,
     claims,
     conditions,
@@ -42,17 +42,17 @@ from exercises.formula import (
     program,
     trees,
 )
-from exercises.formula import pieces as pieces_module
-from exercises.formula.expression import read
-from exercises.formula.identity import Domain
-from exercises.formula.pieces import Atom, pieces
-from exercises.formula.program import compile_program, evaluate
-from exercises.formula.trees import Node, ReadError, as_matrix, node_text
-from exercises.stream import Stream
-from grader import answer, compare, formulas
-from grader.answer import read_conditions, with_joint
-from grader.compare import compare_line
-from grader.verdict import Judgement, Outcome
+from qdot.exercises.formula import pieces as pieces_module
+from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.identity import Domain
+from qdot.exercises.formula.pieces import Atom, pieces
+from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.formula.trees import Node, ReadError, as_matrix, node_text
+from qdot.exercises.stream import Stream
+from qdot.grader import answer, compare, formulas
+from qdot.grader.answer import read_conditions, with_joint
+from qdot.grader.compare import compare_line
+from qdot.grader.verdict import Judgement, Outcome
 from tests.support import DATA
 from tests.support.judging import judge_angles, judge_expression, judge_matrix, judge_singular
 

@@ -16,17 +16,17 @@ from fractions import Fraction
 
 import numpy as np
 
-from exercises.answers import Expression, Matrix
-from exercises.families import FAMILIES
-from exercises.formula.expression import read
-from exercises.formula.identity import Domain
-from exercises.formula.program import compile_program, evaluate
-from exercises.formula.text import text_of
-from exercises.formula.trees import Node, names, node_text
-from exercises.generation import generate, questions_of
-from exercises.problem import ProblemId
-from exercises.stream import Stream
-from grader.verdict import Outcome
+from qdot.exercises.answers import Expression, Matrix
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.identity import Domain
+from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.formula.text import text_of
+from qdot.exercises.formula.trees import Node, names, node_text
+from qdot.exercises.generation import generate, questions_of
+from qdot.exercises.problem import ProblemId
+from qdot.exercises.stream import Stream
+from qdot.grader.verdict import Outcome
 from tests.support.judging import judge_expression
 
 ASKED = ("position", "velocity", "jacobian", "determinant", "inverse-jacobian", "inverse-velocity",

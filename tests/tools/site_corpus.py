@@ -8,14 +8,14 @@ slips.json slips in right answers (`site_slips`).
 import json
 from typing import Any
 
-from exercises.files import write_atomically
-from exercises.formula.expression import read
-from exercises.formula.identity import Domain, default_role
-from exercises.formula.trees import ReadError, as_matrix, names, node_text
-from exercises.site.keys import values_key
-from exercises.site.record import arm_record
-from exercises.stream import Stream
-from grader.compare import compare
+from qdot.exercises.files import write_atomically
+from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.identity import Domain, default_role
+from qdot.exercises.formula.trees import ReadError, as_matrix, names, node_text
+from qdot.exercises.site.keys import values_key
+from qdot.exercises.site.record import arm_record
+from qdot.exercises.stream import Stream
+from qdot.grader.compare import compare
 from tests.grader.test_forms import TEXTS, part_of, problem
 from tests.support import ROOT
 from tests.tools.fuzz import KNOWN

@@ -26,14 +26,14 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from exercises.assignment import Assignment, Student
-from exercises.stream import Stream
-from grader.batch import grade_class
-from grader.contained import folders
-from grader.reports.tables import status
-from grader.reports.write import write_page, write_reports
-from grader.sandbox import Limits
-from grader.submission import find_submissions, opened
+from qdot.exercises.assignment import Assignment, Student
+from qdot.exercises.stream import Stream
+from qdot.grader.batch import grade_class
+from qdot.grader.contained import folders
+from qdot.grader.reports.tables import status
+from qdot.grader.reports.write import write_page, write_reports
+from qdot.grader.sandbox import Limits
+from qdot.grader.submission import find_submissions, opened
 from tests.support import ROOT
 from tests.support.handing_in import Result, a_class, one_process, right
 from tests.tools.hostile import NEIGHBOUR, OWN, hand_in_drawn
@@ -113,7 +113,7 @@ class Class:
         return [*looked.strangers, *looked.unsure]
 
     def _by_command(self, source: Path) -> list[str]:
-        command = [sys.executable, "-m", "grader.cli", "grade", self.folder, source, "--jobs", "1", "--seconds", "6"]
+        command = [sys.executable, "-m", "qdot", "grade", self.folder, source, "--jobs", "1", "--seconds", "6"]
         done = subprocess.run(list(map(str, command)), cwd=ROOT, capture_output=True, timeout=HANGS)
         told = (done.stdout + done.stderr).decode()  # raises where it is no text
         if done.returncode not in (0, 2) or "Traceback" in told or "Warning:" in told or not _is_there(self.graded):

@@ -1,6 +1,6 @@
 """Printers of formulas: a file for each notation.
 
-Of layouts (`exercises.formula.layout`), whatever they were made from:
+Of layouts (`qdot.exercises.formula.layout`), whatever they were made from:
 
     latex, mathml           for documents and pages; for browsers
     unicode, typst          for terminals; for PDF

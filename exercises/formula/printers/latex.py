@@ -3,8 +3,8 @@ r"""Formulas as LaTeX: blanks between factors and around signs, none beside brac
 from functools import lru_cache
 from itertools import pairwise
 
-from exercises.formula.latex import LETTERS, PRIMES, SIGNS
-from exercises.formula.layout import EMPTY, MINUS, PLUS, THIN, Layout, Pieces, base, is_binary, parts, row
+from qdot.exercises.formula.latex import LETTERS, PRIMES, SIGNS
+from qdot.exercises.formula.layout import EMPTY, MINUS, PLUS, THIN, Layout, Pieces, base, is_binary, parts, row
 
 _COMMANDS = {char: f"\\{name}" for known in (SIGNS, LETTERS) for name, char in reversed(known.items())} | {"−": "-"}
 _AROUND, _OPENS, _CLOSES = "=≠<>≤≥≈∈→⋅×±", "([{/+−", ")]},;/."
@@ -15,7 +15,7 @@ _STAR = Layout("sign", "*")
 def latex(formula: Layout) -> str:
     r"""Return a formula as LaTeX.
 
-    >>> from exercises.formula.latex import parsed
+    >>> from qdot.exercises.formula.latex import parsed
     >>> latex(parsed(r"-\frac a2\cos(x_{1}-1)"))
     '-\\frac{a}{2} \\cos(x_{1} - 1)'
     """

@@ -9,7 +9,7 @@ from functools import cache, lru_cache
 from html import escape
 from itertools import cycle
 
-from exercises.formula.layout import COMMA, EMPTY, EQUALS, MINUS, PLUS, SPACES, Layout, Pieces
+from qdot.exercises.formula.layout import COMMA, EMPTY, EQUALS, MINUS, PLUS, SPACES, Layout, Pieces
 
 _CORNERS = ", ".join(
     f"linear-gradient(currentColor, currentColor) {x} {y} / 5px 1.5px" for x in ("0", "100%") for y in ("0", "100%")
@@ -39,7 +39,7 @@ def mathml(formula: Layout, block: bool = False, percent: int = 100) -> str:
 
     `percent` is its size, for one that is too wide for a page.
 
-    >>> from exercises.formula.latex import parsed
+    >>> from qdot.exercises.formula.latex import parsed
     >>> mathml(parsed("a_{1}"))
     '<math xmlns="http://www.w3.org/1998/Math/MathML" display="inline"><mrow><msub>...</msub></mrow></math>'
     """

@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 import sympy as sp
 from sympy.printing.str import StrPrinter
 
-from exercises.formula import order
-from exercises.formula.order import decimal
+from qdot.exercises.formula import order
+from qdot.exercises.formula.order import decimal
 
 WIDTH = 88
 """Columns of a line of code in a notebook, as far as it can be broken."""

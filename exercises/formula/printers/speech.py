@@ -2,8 +2,8 @@
 
 from functools import lru_cache
 
-from exercises.formula.latex import LETTERS
-from exercises.formula.layout import SPACES, Layout
+from qdot.exercises.formula.latex import LETTERS
+from qdot.exercises.formula.layout import SPACES, Layout
 
 _NAMES = {char: name for name, char in LETTERS.items()} | {"φ": "phi", "□": "blank", "′": "prime"}
 _SIGNS = {
@@ -24,7 +24,7 @@ _WORDS = {
 def spoken(formula: Layout) -> str:
     r"""Return a formula in words.
 
-    >>> from exercises.formula.latex import parsed
+    >>> from qdot.exercises.formula.latex import parsed
     >>> spoken(parsed(r"\dot{\theta}_{1} = -\frac{a_{1} s_{12}}{2}"))
     'theta dot 1 equals minus (a 1 s 12) over 2'
     """

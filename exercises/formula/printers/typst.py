@@ -1,6 +1,6 @@
 """Formulas as Typst's mathematics."""
 
-from exercises.formula.layout import DEGREE, SPACES, Layout
+from qdot.exercises.formula.layout import DEGREE, SPACES, Layout
 
 _SIZED = {"frac": "frac({}, {})", "tfrac": "inline(frac({}, {}))", "dfrac": "display(frac({}, {}))"}
 
@@ -18,7 +18,7 @@ def typst_string(text: str) -> str:
 def typst_math(one: Layout) -> str:
     r"""Return a formula as Typst's mathematics.
 
-    >>> from exercises.formula.latex import parsed
+    >>> from qdot.exercises.formula.latex import parsed
     >>> typst_math(parsed(r"\dot{\theta}_{1} = -\tfrac{1}{2} a_{1}"))
     'dot(θ)_(1) = − inline(frac(1, 2)) a_(1)'
     """

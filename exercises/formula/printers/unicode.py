@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
-from exercises.formula.latex import PRIMES
-from exercises.formula.layout import Layout
+from qdot.exercises.formula.latex import PRIMES
+from qdot.exercises.formula.layout import Layout
 
 _SUBSCRIPTS = str.maketrans("0123456789+-−()aehijklmnoprstuv", "₀₁₂₃₄₅₆₇₈₉₊₋₋₍₎ₐₑₕᵢⱼₖₗₘₙₒₚᵣₛₜᵤᵥ")
 _SUPERSCRIPTS = str.maketrans("0123456789+-()*Tinjk−", "⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻⁽⁾*ᵀⁱⁿʲᵏ⁻")
@@ -188,7 +188,7 @@ def _needs_space(before: str, text: str) -> bool:
 def unicode_math(formula: Layout) -> str:
     r"""Return a formula as text, over several lines where it holds a matrix.
 
-    >>> from exercises.formula.latex import parsed
+    >>> from qdot.exercises.formula.latex import parsed
     >>> unicode_math(parsed(r"a_{1} c_{12} - \dot{\theta}_{2}"))
     'a₁ c₁₂ − θ̇₂'
     """

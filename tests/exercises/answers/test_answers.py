@@ -5,12 +5,12 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from exercises.answers import TYPES, Choice, Expression, Forms, Number
-from exercises.formula.expression import read
-from exercises.generation import generate
-from exercises.problem import Part, Problem, ProblemId
-from grader.parts import judge
-from grader.verdict import Outcome
+from qdot.exercises.answers import TYPES, Choice, Expression, Forms, Number
+from qdot.exercises.formula.expression import read
+from qdot.exercises.generation import generate
+from qdot.exercises.problem import Part, Problem, ProblemId
+from qdot.grader.parts import judge
+from qdot.grader.verdict import Outcome
 from tests.support.problems import drawn
 
 FORMS = ("formula", "matrix", "direction", "numbers", "conditions", "one_of", "some_of", "matching")

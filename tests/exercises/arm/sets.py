@@ -5,15 +5,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from exercises.arm.chain import TASK_ROWS, Chain
-from exercises.arm.classification import domain_of
-from exercises.arm.kinematics import NumericChain
-from exercises.arm.singularity import singular_set
-from exercises.formula.conditions import MEMBER, SetComparison, Space, compare_sets
-from exercises.formula.expression import read
-from exercises.formula.pieces import Piece, pieces
-from exercises.stream import Stream
-from exercises.verify.singular import singular_configurations
+from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.classification import domain_of
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.singularity import singular_set
+from qdot.exercises.formula.conditions import MEMBER, SetComparison, Space, compare_sets
+from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.pieces import Piece, pieces
+from qdot.exercises.stream import Stream
+from qdot.exercises.verify.singular import singular_configurations
 
 
 def rows_of(chain: Chain) -> list[int]:

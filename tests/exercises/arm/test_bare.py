@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from exercises.arm import classification
-from exercises.arm.bare import bare, bare_pieces, turns_all
-from exercises.arm.chain import TASK_ROWS, Base, Chain, Joint
-from exercises.arm.classification import classify, classify_pieces, in_general, samples_on
-from exercises.arm.kinds import kind_at, kinds_at
-from exercises.arm.kinematics import NumericChain
-from exercises.arm.lengths import are_unrelated, with_lengths, with_open_lengths
-from exercises.arm.singularity import Component, singular_set
-from exercises.generation import sample_chain
-from exercises.problem import Problem, ProblemId
-from exercises.verify.appearance import holds, places_on
+from qdot.exercises.arm import classification
+from qdot.exercises.arm.bare import bare, bare_pieces, turns_all
+from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain, Joint
+from qdot.exercises.arm.classification import classify, classify_pieces, in_general, samples_on
+from qdot.exercises.arm.kinds import kind_at, kinds_at
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.lengths import are_unrelated, with_lengths, with_open_lengths
+from qdot.exercises.arm.singularity import Component, singular_set
+from qdot.exercises.generation import sample_chain
+from qdot.exercises.problem import Problem, ProblemId
+from qdot.exercises.verify.appearance import holds, places_on
 from tests.support.suites import few_families, several
 
 A1, A2 = sp.symbols("a1 a2")

@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from exercises.arm.appearance import meaning
-from exercises.arm.axes import Sample
-from exercises.arm.chain import TASK_ROWS, Chain, Joint
-from exercises.arm.classification import classify, classify_pieces, domain_of
-from exercises.arm.kinds import kind_at, kind_is_sure, kinds_at
-from exercises.arm.kinematics import NumericChain
-from exercises.arm.singularity import Component, singular_set
-from exercises.generation import sample_chain
-from exercises.problem import ProblemId
+from qdot.exercises.arm.appearance import meaning
+from qdot.exercises.arm.axes import Sample
+from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint
+from qdot.exercises.arm.classification import classify, classify_pieces, domain_of
+from qdot.exercises.arm.kinds import kind_at, kind_is_sure, kinds_at
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.singularity import Component, singular_set
+from qdot.exercises.generation import sample_chain
+from qdot.exercises.problem import ProblemId
 from tests.support import DATA
 from tests.support.suites import few_of, several
 

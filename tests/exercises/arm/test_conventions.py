@@ -9,17 +9,17 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from exercises.arm.chain import CONVENTIONS, Base, Chain, Joint, Point
-from exercises.arm.conventions import TABLES, axes_of
-from exercises.arm.kinematics import NumericChain
-from exercises.arm.library import robot_path, robots
-from exercises.arm.robot_file import Robot, read_robot_file
-from exercises.arm.robot_text import robot_text
-from exercises.errors import QdotError
-from exercises.families.own import own_family
-from exercises.generation import sample_chain
-from exercises.problem import ProblemId
-from exercises.stream import Stream
+from qdot.exercises.arm.chain import CONVENTIONS, Base, Chain, Joint, Point
+from qdot.exercises.arm.conventions import TABLES, axes_of
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.library import robot_path, robots
+from qdot.exercises.arm.robot_file import Robot, read_robot_file
+from qdot.exercises.arm.robot_text import robot_text
+from qdot.exercises.errors import QdotError
+from qdot.exercises.families.own import own_family
+from qdot.exercises.generation import sample_chain
+from qdot.exercises.problem import ProblemId
+from qdot.exercises.stream import Stream
 from tests.exercises.arm.poses import Matrix, about, exponential, placed, shift
 from tests.support import ROOT
 from tests.support.suites import several

@@ -7,11 +7,11 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from exercises.arm.chain import Chain, Joint
-from exercises.arm.derivation import Derivation, derive
-from exercises.formula.expression import read
-from exercises.formula.identity import Domain, compare_entries, default_role
-from exercises.formula.trees import Node, as_matrix
+from qdot.exercises.arm.chain import Chain, Joint
+from qdot.exercises.arm.derivation import Derivation, derive
+from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.identity import Domain, compare_entries, default_role
+from qdot.exercises.formula.trees import Node, as_matrix
 from tests.support import DATA
 from tests.support.suites import few_of
 

@@ -8,8 +8,8 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from exercises.arm.chain import Base, Chain, Joint, Point
-from exercises.arm.kinematics import (
+from qdot.exercises.arm.chain import Base, Chain, Joint, Point
+from qdot.exercises.arm.kinematics import (
     NumericChain,
     differentiated_jacobian,
     frames_and_point,
@@ -17,12 +17,12 @@ from exercises.arm.kinematics import (
     propagated_p_star,
     propagated_rotations,
 )
-from exercises.errors import QdotError
-from exercises.formula.expression import read
-from exercises.formula.program import compile_program, evaluate
-from exercises.stream import Stream
-from exercises.verify.exponentials import exponential_jacobian
-from exercises.verify.numeric_reference import random_poses
+from qdot.exercises.errors import QdotError
+from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.stream import Stream
+from qdot.exercises.verify.exponentials import exponential_jacobian
+from qdot.exercises.verify.numeric_reference import random_poses
 from tests.support.suites import several
 
 T1, T2, A1, A2 = sp.symbols("theta1 theta2 a1 a2")

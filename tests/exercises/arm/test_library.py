@@ -19,18 +19,18 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from exercises.arm.classification import samples_on
-from exercises.arm.derivation import derive
-from exercises.arm.kinematics import NumericChain
-from exercises.arm.library import FOLDER, robot_path, robots
-from exercises.arm.robot_file import Robot, read_robot_file
-from exercises.arm.robot_text import robot_text
-from exercises.assignment import load_assignment
-from exercises.errors import QdotError
-from exercises.exports.outlet import Order
-from exercises.exports.outlet import robots as robots_to_export
-from exercises.release import init_assignment
-from exercises.solving import solve
+from qdot.exercises.arm.classification import samples_on
+from qdot.exercises.arm.derivation import derive
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.library import FOLDER, robot_path, robots
+from qdot.exercises.arm.robot_file import Robot, read_robot_file
+from qdot.exercises.arm.robot_text import robot_text
+from qdot.exercises.assignment import load_assignment
+from qdot.exercises.errors import QdotError
+from qdot.exercises.exports.outlet import Order
+from qdot.exercises.exports.outlet import robots as robots_to_export
+from qdot.exercises.release import init_assignment
+from qdot.exercises.solving import solve
 from tests.exercises.arm.poses import Matrix, about, exponential, placed, shift
 from tests.exercises.arm.sets import rank_ratios, read_pieces, search
 from tests.support import ROOT

@@ -5,12 +5,12 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from exercises.arm.chain import Chain
-from exercises.arm.conventions import axes_of, by_axes
-from exercises.arm.derivation import derive
-from exercises.arm.placing import Axis, exactly, reached
-from exercises.arm.precise import PRECISE, determinant, inverse, solved
-from exercises.stream import Stream
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.conventions import axes_of, by_axes
+from qdot.exercises.arm.derivation import derive
+from qdot.exercises.arm.placing import Axis, exactly, reached
+from qdot.exercises.arm.precise import PRECISE, determinant, inverse, solved
+from qdot.exercises.stream import Stream
 from tests.support.suites import several
 
 WAYS = ((0, 0, 1), (1, 0, 0), (0, 1, 0), (1, 1, 0), (0, 3, 4), (1, 2, 2), (1, -1, 1), (0, 1, 1), (2, 3, 6), (1, 2, 3))

@@ -6,18 +6,18 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from exercises.arm import reason
-from exercises.arm.appearance import NEAR, Statement, meaning, reason_of
-from exercises.arm.axes import Sample
-from exercises.arm.chain import Chain, Joint
-from exercises.arm.classification import samples_on
-from exercises.arm.derivation import structure
-from exercises.arm.kinematics import NumericChain
-from exercises.arm.meanings import meanings_of
-from exercises.arm.singularity import singular_set
-from exercises.generation import sample_chain
-from exercises.problem import ProblemId
-from exercises.stream import Stream
+from qdot.exercises.arm import reason
+from qdot.exercises.arm.appearance import NEAR, Statement, meaning, reason_of
+from qdot.exercises.arm.axes import Sample
+from qdot.exercises.arm.chain import Chain, Joint
+from qdot.exercises.arm.classification import samples_on
+from qdot.exercises.arm.derivation import structure
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.meanings import meanings_of
+from qdot.exercises.arm.singularity import singular_set
+from qdot.exercises.generation import sample_chain
+from qdot.exercises.problem import ProblemId
+from qdot.exercises.stream import Stream
 from tests.exercises.arm.sets import rank_ratios, rows_of
 from tests.support.suites import few_families, of_families
 

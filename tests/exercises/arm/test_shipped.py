@@ -6,20 +6,20 @@ from pathlib import Path
 import pytest
 import sympy as sp
 
-from exercises.arm import derivation, shipped, transforms
-from exercises.arm.chain import Chain
-from exercises.arm.derivation import structure
-from exercises.arm.library import robot_path, robots
-from exercises.arm.robot_file import read_robot
-from exercises.arm.shipped import read, written
-from exercises.arm.singularity import singular_set
-from exercises.arm.trigonometry import Factored
-from exercises.docs.shipped import all_of, lines
-from exercises.families import FAMILIES
-from exercises.families.structures import chain_of, clean_structures
-from exercises.generation import generate, questions_of, sample_chain
-from exercises.notebook import notebook_text, solution_notebook
-from exercises.problem import ProblemId
+from qdot.exercises.arm import derivation, shipped, transforms
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.derivation import structure
+from qdot.exercises.arm.library import robot_path, robots
+from qdot.exercises.arm.robot_file import read_robot
+from qdot.exercises.arm.shipped import read, written
+from qdot.exercises.arm.singularity import singular_set
+from qdot.exercises.arm.trigonometry import Factored
+from qdot.exercises.docs.shipped import all_of, lines
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.families.structures import chain_of, clean_structures
+from qdot.exercises.generation import generate, questions_of, sample_chain
+from qdot.exercises.notebook import notebook_text, solution_notebook
+from qdot.exercises.problem import ProblemId
 from tests.support.suites import few_families, several
 
 X, Y = sp.symbols("x y")
@@ -57,7 +57,7 @@ def arms(family: str) -> list[Chain]:
 
 @few_families
 def test_it_is_what_is_worked_out(family: str, nothing_shipped: Callable[[], None]) -> None:
-    """Where this fails for a new family, run: python -m exercises.docs.shipped"""
+    """Where this fails for a new family, run: python -m qdot.exercises.docs.shipped"""
     known = [shipped.shipped(structure(arm).chain) for arm in arms(family)]
     assert all(known)
     nothing_shipped()
@@ -70,7 +70,7 @@ def test_it_is_what_is_worked_out(family: str, nothing_shipped: Callable[[], Non
 
 @pytest.mark.whole
 def test_real_robots_are_shipped(nothing_shipped: Callable[[], None]) -> None:
-    """Where this fails, run: python -m exercises.docs.shipped"""
+    """Where this fails, run: python -m qdot.exercises.docs.shipped"""
     arms = [read_robot(robot_path(name)) for name in robots()]
     known = [shipped.shipped(structure(arm).chain) for arm in arms]
     assert all({"_position", "_proved"} <= {*found} for found in known)

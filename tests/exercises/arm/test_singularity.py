@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from exercises.arm.chain import TASK_ROWS, Chain, Joint
-from exercises.arm.classification import domain_of
-from exercises.arm.kinematics import NumericChain
-from exercises.arm.searched import tried
-from exercises.arm.singularity import (
+from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint
+from qdot.exercises.arm.classification import domain_of
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.searched import tried
+from qdot.exercises.arm.singularity import (
     Search,
     _changes_sign,
     _is_never_zero,
@@ -23,9 +23,9 @@ from exercises.arm.singularity import (
     solve_condition,
     tidied,
 )
-from exercises.arm.trigonometry import factored
-from exercises.formula.conditions import Space
-from exercises.stream import Stream
+from qdot.exercises.arm.trigonometry import factored
+from qdot.exercises.formula.conditions import Space
+from qdot.exercises.stream import Stream
 from tests.exercises.arm.sets import assert_is_book, claimed, compared, rank_ratios, search
 from tests.support import DATA
 from tests.support.suites import several
@@ -111,7 +111,9 @@ def test_of_two_ways_that_are_the_same_one_is_kept() -> None:
 
 def test_of_two_components_with_the_same_joint_values_one_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     told = [(sp.sin(T2),), (-sp.sin(T2),), (1 - sp.cos(T2),)]
-    monkeypatch.setattr("exercises.arm.singularity._filled", lambda *_: ((conditions, True) for conditions in told))
+    monkeypatch.setattr(
+        "qdot.exercises.arm.singularity._filled", lambda *_: ((conditions, True) for conditions in told)
+    )
     chain = replace(TWO, name="two of one kind")
     assert [one.pieces() for one in singular_set(chain) or ()] == [["theta2 = 0", "theta2 = pi"]]
 

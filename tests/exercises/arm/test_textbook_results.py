@@ -22,19 +22,19 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from exercises.arm.chain import TASK_ROWS, Chain
-from exercises.arm.classification import samples_on
-from exercises.arm.derivation import derive
-from exercises.arm.kinematics import link_frames
-from exercises.arm.robot_file import Robot, read_robot_file
-from exercises.formula.expression import read
-from exercises.formula.program import evaluate_each
-from exercises.formula.trees import names
-from exercises.questions import QUESTIONS
-from exercises.solving import Solution, solve
-from exercises.stream import Stream
-from exercises.verify.singular import NEAR
-from exercises.writing.worked import SingularComponent
+from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.classification import samples_on
+from qdot.exercises.arm.derivation import derive
+from qdot.exercises.arm.kinematics import link_frames
+from qdot.exercises.arm.robot_file import Robot, read_robot_file
+from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.program import evaluate_each
+from qdot.exercises.formula.trees import names
+from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.solving import Solution, solve
+from qdot.exercises.stream import Stream
+from qdot.exercises.verify.singular import NEAR
+from qdot.exercises.writing.worked import SingularComponent
 from tests.exercises.arm.poses import exponential
 from tests.exercises.arm.sets import assert_is_book, claimed, compared, rank_ratios, read_pieces, search
 from tests.support import DATA

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from exercises.arm.relations import by_half_angle, relation_of
-from exercises.arm.together import follows, may_hold_together, without_needless
-from exercises.arm.trigonometry import factored
-from exercises.stream import Stream
+from qdot.exercises.arm.relations import by_half_angle, relation_of
+from qdot.exercises.arm.together import follows, may_hold_together, without_needless
+from qdot.exercises.arm.trigonometry import factored
+from qdot.exercises.stream import Stream
 
 T = sp.symbols("theta1:4")
 A, B, H, ALPHA = sp.symbols("a1 a2 h alpha1")

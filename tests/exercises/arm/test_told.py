@@ -7,22 +7,22 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from exercises.arm import told
-from exercises.arm.chain import Base, Chain, Joint
-from exercises.arm.derivation import derive, structure
-from exercises.arm.kinematics import NumericChain, link_frames
-from exercises.arm.told import modified_rows, place_name, told_base, told_point, told_rows
-from exercises.errors import QdotError
-from exercises.families import FAMILIES
-from exercises.figure.arm import told_frames
-from exercises.figure.pose import drawn_chain, skeleton
-from exercises.generation import generate, questions_of, sample_chain
-from exercises.problem import Problem, ProblemId
-from exercises.stream import Stream
-from exercises.verify import certify
-from exercises.verify.numeric_reference import modified_frames
-from exercises.writing.expansion import frames_to_see_from, seen_for_minors
-from exercises.writing.statement import hints, prompt, statement, worked_solutions
+from qdot.exercises.arm import told
+from qdot.exercises.arm.chain import Base, Chain, Joint
+from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.kinematics import NumericChain, link_frames
+from qdot.exercises.arm.told import modified_rows, place_name, told_base, told_point, told_rows
+from qdot.exercises.errors import QdotError
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.figure.arm import told_frames
+from qdot.exercises.figure.pose import drawn_chain, skeleton
+from qdot.exercises.generation import generate, questions_of, sample_chain
+from qdot.exercises.problem import Problem, ProblemId
+from qdot.exercises.stream import Stream
+from qdot.exercises.verify import certify
+from qdot.exercises.verify.numeric_reference import modified_frames
+from qdot.exercises.writing.expansion import frames_to_see_from, seen_for_minors
+from qdot.exercises.writing.statement import hints, prompt, statement, worked_solutions
 from tests.exercises.arm.sets import rows_of
 from tests.support.problems import LONG_ARMS
 from tests.support.suites import few_families, of_families, several

@@ -5,8 +5,8 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from exercises.arm.trigonometry import _polynomial_factors as polynomial_factors
-from exercises.arm.trigonometry import factored, fourier, same, textbook
+from qdot.exercises.arm.trigonometry import _polynomial_factors as polynomial_factors
+from qdot.exercises.arm.trigonometry import factored, fourier, same, textbook
 
 T1, T2, T3, A1, A2, A3 = sp.symbols("theta1 theta2 theta3 a1 a2 a3")
 ANGLES = [T1, T2, T1 + T2, T1 - T2, T1 + T2 + T3, 2 * T1, T3]

@@ -12,15 +12,15 @@ from pathlib import Path
 
 import pytest
 
-from exercises import docs
-from exercises.docs import corrections, documents, listing_text, structures, thumbnails, write
-from exercises.families import FAMILIES
-from exercises.families.listing import LISTING, listing
-from exercises.families.structures import regular_forms
-from exercises.generation import find_out, questions_of
-from exercises.questions import QUESTIONS
-from exercises.quizzes import ASKED
-from exercises.variation import STEPS
+from qdot.exercises import docs
+from qdot.exercises.docs import corrections, documents, listing_text, structures, thumbnails, write
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.families.listing import LISTING, listing
+from qdot.exercises.families.structures import regular_forms
+from qdot.exercises.generation import find_out, questions_of
+from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.quizzes import ASKED
+from qdot.exercises.variation import STEPS
 from tests.support import ROOT
 from tests.support.suites import families_for
 
@@ -54,7 +54,7 @@ def _kept() -> Iterator[None]:
 
 @together
 def test_pages_are_up_to_date() -> None:
-    """Where this fails, run: python -m exercises.docs"""
+    """Where this fails, run: python -m qdot.exercises.docs"""
     stale = [
         name
         for name, text in documents().items()
@@ -65,7 +65,7 @@ def test_pages_are_up_to_date() -> None:
 
 
 def test_thumbnails_of_a_family_are_up_to_date(family: str) -> None:
-    """Where this fails, run: python -m exercises.docs"""
+    """Where this fails, run: python -m qdot.exercises.docs"""
     assert thumbnails(family) == kept_thumbnails(family)
 
 
@@ -76,7 +76,7 @@ SLOW = ("lbr-7r", "random-3", "random-4")
     "family", [pytest.param(name, marks=[pytest.mark.whole] if name in SLOW else []) for name in families_for()]
 )
 def test_what_is_listed_of_a_family_is_what_its_arms_show(family: str) -> None:
-    """Where this fails, run: python -m exercises.docs"""
+    """Where this fails, run: python -m qdot.exercises.docs"""
     assert listing()[family] == find_out(FAMILIES[family])
 
 
@@ -96,7 +96,7 @@ def test_the_page_of_structures_is_up_to_date_but_for_what_takes_long(monkeypatc
 
 @pytest.mark.whole
 def test_the_page_of_structures_is_up_to_date() -> None:
-    """Where this fails, run: python -m exercises.docs"""
+    """Where this fails, run: python -m qdot.exercises.docs"""
     assert structures.structures_page() == STRUCTURES
 
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from exercises.arm.library import robots
-from exercises.docs.robots import LONG, PAGE, kept, robots_page, singular_in_words
+from qdot.exercises.arm.library import robots
+from qdot.exercises.docs.robots import LONG, PAGE, kept, robots_page, singular_in_words
 
 SOME = ("cobra600", "stanford", "ur5")
 
@@ -19,7 +19,7 @@ def test_every_robot_has_its_row_and_its_words() -> None:
 
 
 def test_what_is_written_by_hand_around_the_section_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where the first line fails, run: python -m exercises.docs"""
+    """Where the first line fails, run: python -m qdot.exercises.docs"""
     page = PAGE.read_text(encoding="utf-8")
     assert robots_page() == page
     assert page.startswith("# Your own arm\n") and "\n## What is derived\n" in page
@@ -29,5 +29,5 @@ def test_what_is_written_by_hand_around_the_section_is_kept(monkeypatch: pytest.
     "name", [name if name in SOME else pytest.param(name, marks=pytest.mark.whole) for name in robots()]
 )
 def test_words_are_those_of_the_singular_set_that_is_derived(name: str) -> None:
-    """Where this fails, run: python -m exercises.docs.robots"""
+    """Where this fails, run: python -m qdot.exercises.docs.robots"""
     assert singular_in_words(name) == kept()[name]

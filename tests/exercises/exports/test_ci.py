@@ -13,9 +13,9 @@ import pytest
 from check_jsonschema.cli.main_command import main as check_schema  # type: ignore[import-untyped]
 from click.testing import CliRunner
 
-from exercises.assignment import Assignment, Student
-from exercises.exports.repositories import ACTIONS
-from exercises.exports.wheel import versions, wheel
+from qdot.exercises.assignment import Assignment, Student
+from qdot.exercises.exports.repositories import ACTIONS
+from qdot.exercises.exports.wheel import versions, wheel
 from tests.support import ROOT
 from tests.support.ci import Machine, git, github_steps, hosted, read_yaml
 from tests.support.command import fails, run

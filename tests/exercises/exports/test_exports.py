@@ -8,19 +8,19 @@ from pathlib import Path
 
 import pytest
 
-from exercises.assignment import Slot, Student, load_assignment
-from exercises.errors import QdotError
-from exercises.exports import scorm
-from exercises.exports.bank import bank, worked_out
-from exercises.exports.outlet import Order, robots
-from exercises.exports.registry import OUTLETS
-from exercises.families import FAMILIES
-from exercises.problem import Problem
-from exercises.record import digests
-from exercises.verify import certify
-from grader.certify import failures_of
-from grader.docs import outlets_page
-from grader.reports.formats import FORMATS
+from qdot.exercises.assignment import Slot, Student, load_assignment
+from qdot.exercises.errors import QdotError
+from qdot.exercises.exports import scorm
+from qdot.exercises.exports.bank import bank, worked_out
+from qdot.exercises.exports.outlet import Order, robots
+from qdot.exercises.exports.registry import OUTLETS
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.problem import Problem
+from qdot.exercises.record import digests
+from qdot.exercises.verify import certify
+from qdot.grader.certify import failures_of
+from qdot.grader.docs import outlets_page
+from qdot.grader.reports.formats import FORMATS
 from tests.support import ROOT
 from tests.support.command import fails, run
 from tests.support.handing_in import a_class
@@ -50,7 +50,7 @@ def test_a_bank_is_of_certified_problems_that_differ_and_begins_like_a_longer_on
 
 def test_a_family_with_few_problems_gives_all_it_has_and_says_so(order: Order, monkeypatch: pytest.MonkeyPatch) -> None:
     same = order.assignment.slots[0].problem("secret", "ada")
-    monkeypatch.setattr("exercises.exports.bank.attempt", lambda make, vouch: (same, None))
+    monkeypatch.setattr("qdot.exercises.exports.bank.attempt", lambda make, vouch: (same, None))
     notes: list[str] = []
     told: list[None] = []
     worked: list[Problem] = []  # nothing is made of what was there

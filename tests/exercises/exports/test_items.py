@@ -8,20 +8,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exercises.answers import Number
-from exercises.arm.chain import TASK_ROWS
-from exercises.arm.kinematics import NumericChain
-from exercises.assignment import Student, load_assignment
-from exercises.errors import QdotError
-from exercises.exports.items import Choose, Field, Item, Numeric, Picture, Wrong, items
-from exercises.exports.markup import allowance, decimal
-from exercises.exports.numbers import InNumbers, in_numbers
-from exercises.exports.outlet import Order
-from exercises.families import FAMILIES
-from exercises.generation import generate, questions_of
-from exercises.problem import Problem, ProblemId
-from exercises.questions.results import is_derived
-from exercises.verify.exponentials import exponential_jacobian
+from qdot.exercises.answers import Number
+from qdot.exercises.arm.chain import TASK_ROWS
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.assignment import Student, load_assignment
+from qdot.exercises.errors import QdotError
+from qdot.exercises.exports.items import Choose, Field, Item, Numeric, Picture, Wrong, items
+from qdot.exercises.exports.markup import allowance, decimal
+from qdot.exercises.exports.numbers import InNumbers, in_numbers
+from qdot.exercises.exports.outlet import Order
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.generation import generate, questions_of
+from qdot.exercises.problem import Problem, ProblemId
+from qdot.exercises.questions.results import is_derived
+from qdot.exercises.verify.exponentials import exponential_jacobian
 from tests.support.handing_in import a_class
 from tests.support.problems import drawn
 from tests.support.suites import several
@@ -112,7 +112,7 @@ def test_decimals_are_the_tolerance_and_what_cannot_be_asked_is_told_once(
     (field,) = one.form.fields
     assert field.tolerance == pytest.approx(0.05 * abs(field.value))
     assert "two significant digits" in str(one.body[-1])
-    monkeypatch.setattr("exercises.exports.items.in_numbers", lambda problem, part: None)
+    monkeypatch.setattr("qdot.exercises.exports.items.in_numbers", lambda problem, part: None)
     notes: list[str] = []
     assert not list(items(replace(an_order(tmp_path / "other", DETERMINANT), note=notes.append)))
     assert len(notes) == 1 and notes[0].startswith("p1: determinant ")

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from exercises.assignment import Student, load_assignment
-from exercises.exports.outlet import Order
-from exercises.exports.registry import OUTLETS
+from qdot.exercises.assignment import Student, load_assignment
+from qdot.exercises.exports.outlet import Order
+from qdot.exercises.exports.registry import OUTLETS
 from tests.support.handing_in import a_class
 
 DATA = json.loads((Path(__file__).parents[2] / "data" / "moodle_columns.json").read_text())

@@ -13,11 +13,11 @@ from typing import Any
 
 import pytest
 
-from exercises.assignment import Assignment, Student, load_assignment
-from exercises.errors import QdotError
-from exercises.exports.otter import PLUGIN, parts_of
-from exercises.problem import variable
-from grader.otter_marks import content_for, handed_over, hold, marks_of
+from qdot.exercises.assignment import Assignment, Student, load_assignment
+from qdot.exercises.errors import QdotError
+from qdot.exercises.exports.otter import PLUGIN, parts_of
+from qdot.exercises.problem import variable
+from qdot.grader.otter_marks import content_for, handed_over, hold, marks_of
 from tests.support.command import run
 from tests.support.handing_in import TOML, a_class
 from tests.support.programs import reader

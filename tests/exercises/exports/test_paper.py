@@ -10,31 +10,31 @@ from typing import Any
 
 import pytest
 
-from exercises.assignment import Student, load_assignment
-from exercises.errors import QdotError
-from exercises.exports import boxes
-from exercises.exports.boxes import Box, box_of, options_of, shrunk, with_share, working
-from exercises.exports.marking import TOO_LONG, marking
-from exercises.exports.outlet import File, Order
-from exercises.exports.paper import compile_pdf
-from exercises.exports.registry import OUTLETS
-from exercises.exports.sheet import Sheet, sheets
-from exercises.extras import install_words
-from exercises.figure import figure_svg, part_svg
-from exercises.figure.tikz import tikz
-from exercises.formula.latex import parsed
-from exercises.formula.printers.speech import spoken
-from exercises.formula.printers.typst import typst_string
-from exercises.generation import generate
-from exercises.notebook import solution_figure
-from exercises.problem import Problem, ProblemId
-from exercises.writing.markup import parsed_markdown, to_latex
-from exercises.writing.on_paper import on_paper
-from exercises.writing.short_answer import short_answer
-from exercises.writing.statement import hints, prompt, statement, worked_solution
-from exercises.writing.typst import ROOM, to_typst, typst_escaped
-from grader.certify import failures_of
-from grader.marking import share_earned
+from qdot.exercises.assignment import Student, load_assignment
+from qdot.exercises.errors import QdotError
+from qdot.exercises.exports import boxes
+from qdot.exercises.exports.boxes import Box, box_of, options_of, shrunk, with_share, working
+from qdot.exercises.exports.marking import TOO_LONG, marking
+from qdot.exercises.exports.outlet import File, Order
+from qdot.exercises.exports.paper import compile_pdf
+from qdot.exercises.exports.registry import OUTLETS
+from qdot.exercises.exports.sheet import Sheet, sheets
+from qdot.exercises.extras import install_words
+from qdot.exercises.figure import figure_svg, part_svg
+from qdot.exercises.figure.tikz import tikz
+from qdot.exercises.formula.latex import parsed
+from qdot.exercises.formula.printers.speech import spoken
+from qdot.exercises.formula.printers.typst import typst_string
+from qdot.exercises.generation import generate
+from qdot.exercises.notebook import solution_figure
+from qdot.exercises.problem import Problem, ProblemId
+from qdot.exercises.writing.markup import parsed_markdown, to_latex
+from qdot.exercises.writing.on_paper import on_paper
+from qdot.exercises.writing.short_answer import short_answer
+from qdot.exercises.writing.statement import hints, prompt, statement, worked_solution
+from qdot.exercises.writing.typst import ROOM, to_typst, typst_escaped
+from qdot.grader.certify import failures_of
+from qdot.grader.marking import share_earned
 from tests.grader.reports.test_feedback import Page
 from tests.support.command import fails
 from tests.support.handing_in import a_class

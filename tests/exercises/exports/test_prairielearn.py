@@ -18,17 +18,17 @@ import chevron
 import jsonschema
 import pytest
 
-from exercises.answers import LETTERS, Expression, Matrix
-from exercises.assignment import Student, load_assignment
-from exercises.errors import QdotError
-from exercises.exports.bank import bank
-from exercises.exports.outlet import Order
-from exercises.exports.prairielearn import TRIES, input_names, number_of
-from exercises.exports.registry import OUTLETS
-from exercises.mistakes.catalogue import CATALOGUE
-from exercises.problem import Problem
-from exercises.several import Several
-from grader.prairielearn import LONGEST
+from qdot.exercises.answers import LETTERS, Expression, Matrix
+from qdot.exercises.assignment import Student, load_assignment
+from qdot.exercises.errors import QdotError
+from qdot.exercises.exports.bank import bank
+from qdot.exercises.exports.outlet import Order
+from qdot.exercises.exports.prairielearn import TRIES, input_names, number_of
+from qdot.exercises.exports.registry import OUTLETS
+from qdot.exercises.mistakes.catalogue import CATALOGUE
+from qdot.exercises.problem import Problem
+from qdot.exercises.several import Several
+from qdot.grader.prairielearn import LONGEST
 from tests.support.elements import filled
 from tests.support.handing_in import a_class
 
@@ -375,7 +375,7 @@ def test_what_is_blank_or_fails_in_qdot_or_is_of_another_engine_costs_no_attempt
         question.submit(answers)
         assert list(question.data["format_errors"]) == ["position"]
     question = Question(course, "hw-p3", 1)
-    monkeypatch.setattr("grader.marking.judge_given", fails)
+    monkeypatch.setattr("qdot.grader.marking.judge_given", fails)
     question.submit({"rank": "2"})
     assert "qdot failed" in question.data["format_errors"]["rank"] and "rank" not in question.data["partial_scores"]
     question.data["params"]["engine"] += 1

@@ -15,23 +15,23 @@ from pathlib import Path
 import pytest
 import sympy as sp
 
-from exercises.answers import Expression, Matrix
-from exercises.assignment import Assignment, Student, load_assignment
-from exercises.credit import Credit
-from exercises.exports import stack, stack_cost
-from exercises.exports.bank import bank
-from exercises.exports.known_wrong import known_wrong, same_entries
-from exercises.exports.outlet import Order
-from exercises.exports.registry import OUTLETS
-from exercises.exports.stack_parts import _are_usable, asked, share_of
-from exercises.formula.expression import read
-from exercises.formula.printers.maxima import maxima_text
-from exercises.formula.program import compile_program
-from exercises.formula.text import text_of
-from exercises.generation import generate
-from exercises.problem import Problem, ProblemId
-from grader.parts import judge
-from grader.verdict import Outcome
+from qdot.exercises.answers import Expression, Matrix
+from qdot.exercises.assignment import Assignment, Student, load_assignment
+from qdot.exercises.credit import Credit
+from qdot.exercises.exports import stack, stack_cost
+from qdot.exercises.exports.bank import bank
+from qdot.exercises.exports.known_wrong import known_wrong, same_entries
+from qdot.exercises.exports.outlet import Order
+from qdot.exercises.exports.registry import OUTLETS
+from qdot.exercises.exports.stack_parts import _are_usable, asked, share_of
+from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.printers.maxima import maxima_text
+from qdot.exercises.formula.program import compile_program
+from qdot.exercises.formula.text import text_of
+from qdot.exercises.generation import generate
+from qdot.exercises.problem import Problem, ProblemId
+from qdot.grader.parts import judge
+from qdot.grader.verdict import Outcome
 from tests.support.handing_in import a_class
 from tests.support.judging import diagnose, earned
 from tests.support.programs import MAXIMA, needs

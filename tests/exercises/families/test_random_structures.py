@@ -7,18 +7,18 @@ from itertools import islice
 import pytest
 import sympy as sp
 
-from exercises.arm.chain import TASK_ROWS, Chain
-from exercises.arm.derivation import structure
-from exercises.arm.kinematics import rot_x, rot_z
-from exercises.arm.singularity import singular_set
-from exercises.difficulty import step
-from exercises.docs.structures import regular_tables
-from exercises.errors import QdotError
-from exercises.families import FAMILIES
-from exercises.families.classes import Key, key
-from exercises.families.random_n import _arm as arm_of
-from exercises.families.random_n import _order as order
-from exercises.families.structures import (
+from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.derivation import structure
+from qdot.exercises.arm.kinematics import rot_x, rot_z
+from qdot.exercises.arm.singularity import singular_set
+from qdot.exercises.difficulty import step
+from qdot.exercises.docs.structures import regular_tables
+from qdot.exercises.errors import QdotError
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.families.classes import Key, key
+from qdot.exercises.families.random_n import _arm as arm_of
+from qdot.exercises.families.random_n import _order as order
+from qdot.exercises.families.structures import (
     Structure,
     StructureRow,
     chain_of,
@@ -33,12 +33,12 @@ from exercises.families.structures import (
     regular_tasks,
     tables,
 )
-from exercises.generation import generate, sample_chain
-from exercises.problem import ProblemId
-from exercises.questions import QUESTIONS
-from exercises.stream import Stream
-from exercises.variation import AXES
-from grader.certify import failures_of
+from qdot.exercises.generation import generate, sample_chain
+from qdot.exercises.problem import ProblemId
+from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.stream import Stream
+from qdot.exercises.variation import AXES
+from qdot.grader.certify import failures_of
 from tests.support.problems import as_table
 from tests.support.problems import drawn as drawn_once
 from tests.support.suites import few_of, several

@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from exercises.arm.chain import Chain
-from exercises.arm.classification import classify_pieces, samples_on
-from exercises.arm.derivation import derive
-from exercises.arm.kinematics import NumericChain
-from exercises.arm.singularity import singular_set
-from exercises.generation import sample_chain
-from exercises.problem import ProblemId
-from exercises.stream import Stream
-from exercises.verify.singular import NEAR
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.classification import classify_pieces, samples_on
+from qdot.exercises.arm.derivation import derive
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.singularity import singular_set
+from qdot.exercises.generation import sample_chain
+from qdot.exercises.problem import ProblemId
+from qdot.exercises.stream import Stream
+from qdot.exercises.verify.singular import NEAR
 from tests.exercises.arm.sets import assert_is_book, claimed, lengths_of, rank_ratios, rows_of, search
 from tests.support.problems import as_table
 from tests.support.suites import of_families, several

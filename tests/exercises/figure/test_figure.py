@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from exercises import figure as drawing
-from exercises.arm.chain import Base, Chain, Joint, Point
-from exercises.arm.kinematics import NumericChain
-from exercises.arm.singularity import singular_set
-from exercises.families import FAMILIES
-from exercises.figure import (
+from qdot.exercises import figure as drawing
+from qdot.exercises.arm.chain import Base, Chain, Joint, Point
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.singularity import singular_set
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.figure import (
     TRIED,
     alt_text,
     arm_figure,
@@ -28,13 +28,13 @@ from exercises.figure import (
     singular_svg,
     thumbnail_svg,
 )
-from exercises.figure.plane import exact, is_flat
-from exercises.figure.pose import LONG, best_poses, candidates, drawn_chain
-from exercises.figure.shapes import Box, Circle, Figure, Glyph, Pair, Polyline, Text, extent, roman
-from exercises.figure.small import PANEL, Panel
-from exercises.generation import sample_chain
-from exercises.problem import ProblemId
-from exercises.variation import STEPS
+from qdot.exercises.figure.plane import exact, is_flat
+from qdot.exercises.figure.pose import LONG, best_poses, candidates, drawn_chain
+from qdot.exercises.figure.shapes import Box, Circle, Figure, Glyph, Pair, Polyline, Text, extent, roman
+from qdot.exercises.figure.small import PANEL, Panel
+from qdot.exercises.generation import sample_chain
+from qdot.exercises.problem import ProblemId
+from qdot.exercises.variation import STEPS
 from tests.support import problems
 from tests.support.figures import crossings, faults
 from tests.support.problems import LONG_ARMS

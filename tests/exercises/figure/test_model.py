@@ -6,17 +6,17 @@ from itertools import product
 import pytest
 import sympy as sp
 
-from exercises import figure
-from exercises.arm.chain import Base, Chain, Joint
-from exercises.figure import arm_figure, figure_pose, small
-from exercises.figure.ink import Ink, Line, samples
-from exercises.figure.labels import Layout, Request
-from exercises.figure.model import model_of
-from exercises.figure.places import Places
-from exercises.figure.pose import DEFAULT_LENGTH, candidates, told_pose
-from exercises.figure.shapes import Box, Circle, Figure, Glyph, Polyline, Shape, extent, moved, symbol
-from exercises.generation import sample_chain
-from exercises.problem import ProblemId
+from qdot.exercises import figure
+from qdot.exercises.arm.chain import Base, Chain, Joint
+from qdot.exercises.figure import arm_figure, figure_pose, small
+from qdot.exercises.figure.ink import Ink, Line, samples
+from qdot.exercises.figure.labels import Layout, Request
+from qdot.exercises.figure.model import model_of
+from qdot.exercises.figure.places import Places
+from qdot.exercises.figure.pose import DEFAULT_LENGTH, candidates, told_pose
+from qdot.exercises.figure.shapes import Box, Circle, Figure, Glyph, Polyline, Shape, extent, moved, symbol
+from qdot.exercises.generation import sample_chain
+from qdot.exercises.problem import ProblemId
 
 Q1, Q2, Q3 = sp.symbols("theta1 theta2 theta3")
 

@@ -5,11 +5,11 @@ from fractions import Fraction
 import mpmath
 import pytest
 
-from exercises.formula.claims import claimed_pieces
-from exercises.formula.constants import holds_at, same_value, turns_of, value_of
-from exercises.formula.expression import read
-from exercises.formula.identity import FLOATS
-from exercises.formula.trees import ReadError
+from qdot.exercises.formula.claims import claimed_pieces
+from qdot.exercises.formula.constants import holds_at, same_value, turns_of, value_of
+from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.identity import FLOATS
+from qdot.exercises.formula.trees import ReadError
 
 JOINTS = ("theta1", "theta2", "theta3")
 

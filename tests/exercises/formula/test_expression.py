@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from exercises.formula.expression import MAX_LENGTH, read
-from exercises.formula.program import compile_program, evaluate
-from exercises.formula.trees import Node, ReadError, as_matrix, digits_of_decimals, has_blank, names, node_text
+from qdot.exercises.formula.expression import MAX_LENGTH, read
+from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.formula.trees import Node, ReadError, as_matrix, digits_of_decimals, has_blank, names, node_text
 from tests.support.suites import few_of, several
 
 VALUES = {

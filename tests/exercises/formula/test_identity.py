@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exercises.errors import QdotError
-from exercises.formula import identity
-from exercises.formula.expression import read
-from exercises.formula.identity import (
+from qdot.exercises.errors import QdotError
+from qdot.exercises.formula import identity
+from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.identity import (
     READABLE,
     Comparison,
     Domain,
@@ -20,9 +20,9 @@ from exercises.formula.identity import (
     default_role,
     missed,
 )
-from exercises.formula.trees import names
-from exercises.stream import Stream
-from grader.compare import compare_line
+from qdot.exercises.formula.trees import names
+from qdot.exercises.stream import Stream
+from qdot.grader.compare import compare_line
 from tests.support import DATA
 from tests.support.suites import several
 

@@ -4,9 +4,9 @@ import json
 
 import pytest
 
-from exercises.formula.latex import UnknownLatex, parsed
-from exercises.formula.layout import EMPTY, MINUS, PLUS, Layout, number, row, script, split, terms
-from exercises.formula.printers.latex import latex
+from qdot.exercises.formula.latex import UnknownLatex, parsed
+from qdot.exercises.formula.layout import EMPTY, MINUS, PLUS, Layout, number, row, script, split, terms
+from qdot.exercises.formula.printers.latex import latex
 from tests.support import DATA
 
 WRITTEN = [json.loads(line)["latex"] for line in (DATA / "mathml.jsonl").read_text(encoding="utf-8").splitlines()]

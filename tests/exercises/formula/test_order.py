@@ -3,8 +3,8 @@
 import pytest
 import sympy as sp
 
-from exercises.formula.printers.python import python_text
-from exercises.writing.latex import tex
+from qdot.exercises.formula.printers.python import python_text
+from qdot.exercises.writing.latex import tex
 
 T1, T2, A1, D2, VX, VY = sp.symbols("theta1 theta2 a1 d2 vx vy")
 MIXED = D2 * sp.sin(T2) - A1 * sp.cos(T1)

@@ -2,10 +2,10 @@
 
 import pytest
 
-from exercises.formula.expression import read
-from exercises.formula.program import compile_program, evaluate
-from exercises.formula.tables import numbers_text, table_text
-from exercises.formula.trees import ReadError, as_matrix
+from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.formula.tables import numbers_text, table_text
+from qdot.exercises.formula.trees import ReadError, as_matrix
 
 WORKED_OUT = [
     ("2*[1, 3]", [[2], [6]]), ("[[1, 2], [3, 4]]/2", [[0.5, 1], [1.5, 2]]), ("-[1; 2]", [[-1], [-2]]),

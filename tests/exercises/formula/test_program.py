@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from exercises.formula.expression import read
-from exercises.formula.program import compile_program, evaluate, evaluate_precisely, evaluate_steps, regions
-from exercises.formula.trees import Node, ReadError
+from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.program import compile_program, evaluate, evaluate_precisely, evaluate_steps, regions
+from qdot.exercises.formula.trees import Node, ReadError
 
 ONE_ARGUMENT = [
     "sin", "cos", "tan", "cot", "sec", "csc", "asin", "acos", "atan", "acot", "sinh", "cosh", "tanh", "exp", "log",

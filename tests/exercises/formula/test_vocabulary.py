@@ -9,13 +9,13 @@ from typing import Any
 
 import pytest
 
-from exercises.formula import expression, names, notation
-from exercises.formula.expression import read
-from exercises.formula.identity import Domain
-from exercises.formula.notation import plain
-from exercises.formula.program import compile_program, evaluate
-from exercises.formula.vocabulary import VOCABULARY
-from grader.verdict import Outcome
+from qdot.exercises.formula import expression, names, notation
+from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.identity import Domain
+from qdot.exercises.formula.notation import plain
+from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.formula.vocabulary import VOCABULARY
+from qdot.grader.verdict import Outcome
 from tests.support.judging import judge_singular
 
 TABLES = (

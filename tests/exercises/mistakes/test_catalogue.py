@@ -4,9 +4,9 @@ from functools import cache
 
 import pytest
 
-from exercises.docs import planar_2r
-from exercises.mistakes import finished
-from exercises.mistakes.catalogue import CATALOGUE
+from qdot.exercises.docs import planar_2r
+from qdot.exercises.mistakes import finished
+from qdot.exercises.mistakes.catalogue import CATALOGUE
 from tests.support.judging import diagnose
 from tests.support.problems import asked, drawn
 from tests.support.suites import several

@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from exercises.arm.chain import Base, Chain, Joint
-from exercises.arm.conventions import axes_of
-from exercises.arm.stages import numbers
-from exercises.arm.told import told_base, told_point, told_rows
-from exercises.families import FAMILIES
-from exercises.generation import generate, sample_chain
-from exercises.mistakes.base import Slip
-from exercises.mistakes.catalogue import CATALOGUE, made
-from exercises.mistakes.given import configurations
-from exercises.problem import Part, Problem, ProblemId
-from exercises.stream import Stream
+from qdot.exercises.arm.chain import Base, Chain, Joint
+from qdot.exercises.arm.conventions import axes_of
+from qdot.exercises.arm.stages import numbers
+from qdot.exercises.arm.told import told_base, told_point, told_rows
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.generation import generate, sample_chain
+from qdot.exercises.mistakes.base import Slip
+from qdot.exercises.mistakes.catalogue import CATALOGUE, made
+from qdot.exercises.mistakes.given import configurations
+from qdot.exercises.problem import Part, Problem, ProblemId
+from qdot.exercises.stream import Stream
 from tests.exercises.arm.poses import about, exponential, shift
 from tests.support.problems import drawn
 from tests.support.suites import few_of, of_families

@@ -6,20 +6,20 @@ from functools import cache
 
 import pytest
 
-from exercises.errors import QdotError
-from exercises.exports.numbers import in_numbers
-from exercises.exports.stack_parts import asked as asked_by_stack
-from exercises.exports.stack_parts import without_rounding
-from exercises.families import FAMILIES
-from exercises.generation import generate
-from exercises.mistakes.catalogue import taken
-from exercises.problem import Details, Part, Problem, ProblemId
-from exercises.questions.base import DUTIES
-from exercises.questions.results import is_derived
-from exercises.quizzes import ASKED
-from exercises.quizzes.options import blames_of
-from exercises.writing.statement import hints, prompt, worked_solution
-from grader.follow import earlier
+from qdot.exercises.errors import QdotError
+from qdot.exercises.exports.numbers import in_numbers
+from qdot.exercises.exports.stack_parts import asked as asked_by_stack
+from qdot.exercises.exports.stack_parts import without_rounding
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.generation import generate
+from qdot.exercises.mistakes.catalogue import taken
+from qdot.exercises.problem import Details, Part, Problem, ProblemId
+from qdot.exercises.questions.base import DUTIES
+from qdot.exercises.questions.results import is_derived
+from qdot.exercises.quizzes import ASKED
+from qdot.exercises.quizzes.options import blames_of
+from qdot.exercises.writing.statement import hints, prompt, worked_solution
+from qdot.grader.follow import earlier
 from tests.support.problems import told_in
 
 

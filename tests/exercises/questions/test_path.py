@@ -6,14 +6,14 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from exercises.answers import Number
-from exercises.arm.path import Line
-from exercises.arm.precise import PRECISE
-from exercises.generation import generate
-from exercises.problem import Problem
-from exercises.questions.path import AtDistance, OnPath, Seam, ToLimit
-from exercises.writing.statement import prompt, worked_solution
-from exercises.writing.worked import three_digits
+from qdot.exercises.answers import Number
+from qdot.exercises.arm.path import Line
+from qdot.exercises.arm.precise import PRECISE
+from qdot.exercises.generation import generate
+from qdot.exercises.problem import Problem
+from qdot.exercises.questions.path import AtDistance, OnPath, Seam, ToLimit
+from qdot.exercises.writing.statement import prompt, worked_solution
+from qdot.exercises.writing.worked import three_digits
 from tests.support.problems import asked, drawn
 
 

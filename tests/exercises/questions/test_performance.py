@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
-from exercises.answers import Number
-from exercises.problem import Problem
-from exercises.questions.inversion import InSituation
-from exercises.verify import certify
+from qdot.exercises.answers import Number
+from qdot.exercises.problem import Problem
+from qdot.exercises.questions.inversion import InSituation
+from qdot.exercises.verify import certify
 from tests.support.problems import asked
 
 NAMES = ("manipulability", "condition-number")

@@ -15,16 +15,16 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from exercises.answers import Choice, ConditionSet, Direction, Expression, Matrix, Number
-from exercises.families import FAMILIES
-from exercises.formula.expression import read
-from exercises.problem import ENGINE, Part, Problem, ProblemId
-from exercises.questions import QUESTIONS
-from exercises.record import plain
-from exercises.stream import Stream
-from exercises.variation import STEPS
-from exercises.writing.statement import prompt, worked_solution
-from grader.certify import failures_of
+from qdot.exercises.answers import Choice, ConditionSet, Direction, Expression, Matrix, Number
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.formula.expression import read
+from qdot.exercises.problem import ENGINE, Part, Problem, ProblemId
+from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.record import plain
+from qdot.exercises.stream import Stream
+from qdot.exercises.variation import STEPS
+from qdot.exercises.writing.statement import prompt, worked_solution
+from qdot.grader.certify import failures_of
 from tests.support import DATA, SNAPSHOTS
 from tests.support.problems import drawn
 from tests.support.suites import few_of, several

@@ -9,17 +9,17 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from exercises.answers import Choice, Direction, Number
-from exercises.arm.axes import along, off_line
-from exercises.arm.chain import Point
-from exercises.arm.derivation import structure
-from exercises.arm.directions import clear_rank, lost_direction, lost_formula, value_sets
-from exercises.arm.kinematics import NumericChain
-from exercises.arm.singularity import singular_set
-from exercises.generation import generate, sample_chain
-from exercises.problem import ProblemId
-from exercises.questions import geometry
-from exercises.questions.geometry import (
+from qdot.exercises.answers import Choice, Direction, Number
+from qdot.exercises.arm.axes import along, off_line
+from qdot.exercises.arm.chain import Point
+from qdot.exercises.arm.derivation import structure
+from qdot.exercises.arm.directions import clear_rank, lost_direction, lost_formula, value_sets
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.singularity import singular_set
+from qdot.exercises.generation import generate, sample_chain
+from qdot.exercises.problem import ProblemId
+from qdot.exercises.questions import geometry
+from qdot.exercises.questions.geometry import (
     at_values,
     branches,
     jacobian_at,
@@ -28,10 +28,10 @@ from exercises.questions.geometry import (
     regular_pose,
     singular_pose,
 )
-from exercises.questions.rank import OfMotion, OfRank
-from exercises.stream import Stream
-from exercises.verify import certify
-from exercises.writing.statement import worked_solution
+from qdot.exercises.questions.rank import OfMotion, OfRank
+from qdot.exercises.stream import Stream
+from qdot.exercises.verify import certify
+from qdot.exercises.writing.statement import worked_solution
 from tests.support.problems import asked, drawn, with_answer
 from tests.support.suites import several
 

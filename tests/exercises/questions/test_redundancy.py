@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from exercises.answers import Direction, Expression, Number
-from exercises.arm.chain import TASK_ROWS, Chain, Joint
-from exercises.arm.derivation import derive
-from exercises.arm.kinematics import NumericChain
-from exercises.arm.precise import DOUBLE, PreciseArm, numeric
-from exercises.arm.trigonometry import same
-from exercises.formula.identity import Domain
-from exercises.questions import QUESTIONS
-from exercises.questions.inversion import InSituation
-from exercises.questions.redundancy import OfMinors, null_vector, self_motion
+from qdot.exercises.answers import Direction, Expression, Number
+from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint
+from qdot.exercises.arm.derivation import derive
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.precise import DOUBLE, PreciseArm, numeric
+from qdot.exercises.arm.trigonometry import same
+from qdot.exercises.formula.identity import Domain
+from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.questions.inversion import InSituation
+from qdot.exercises.questions.redundancy import OfMinors, null_vector, self_motion
 from tests.support.judging import judge_direction
 from tests.support.problems import asked
 

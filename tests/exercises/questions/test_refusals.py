@@ -4,9 +4,9 @@ from typing import Any
 
 import pytest
 
-from exercises.generation import sample_chain
-from exercises.problem import ProblemId
-from exercises.questions import QUESTIONS
+from qdot.exercises.generation import sample_chain
+from qdot.exercises.problem import ProblemId
+from qdot.exercises.questions import QUESTIONS
 
 RANK = ("rank", "lost-direction", "lost-motion", "singularity-meaning")
 PATH = ("path-rates", "path-limit")

@@ -9,20 +9,20 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from exercises import verify
-from exercises.answers import Choice
-from exercises.arm.chain import Chain, Joint, Point
-from exercises.arm.conventions import axes_of
-from exercises.arm.placing import Axis, reached
-from exercises.arm.robot_file import read_robot
-from exercises.families import FAMILIES
-from exercises.families.base import Family
-from exercises.families.own import own_family
-from exercises.generation import applicable, generate, sample_chain
-from exercises.mistakes.catalogue import CATALOGUE, SECTIONS, taken
-from exercises.problem import ProblemId
-from exercises.questions import QUESTIONS as EVERY
-from exercises.questions.screws import (
+from qdot.exercises import verify
+from qdot.exercises.answers import Choice
+from qdot.exercises.arm.chain import Chain, Joint, Point
+from qdot.exercises.arm.conventions import axes_of
+from qdot.exercises.arm.placing import Axis, reached
+from qdot.exercises.arm.robot_file import read_robot
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.families.base import Family
+from qdot.exercises.families.own import own_family
+from qdot.exercises.generation import applicable, generate, sample_chain
+from qdot.exercises.mistakes.catalogue import CATALOGUE, SECTIONS, taken
+from qdot.exercises.problem import ProblemId
+from qdot.exercises.questions import QUESTIONS as EVERY
+from qdot.exercises.questions.screws import (
     QUESTIONS,
     InNumbers,
     InSpace,
@@ -31,13 +31,13 @@ from exercises.questions.screws import (
     body_rotation,
     space_jacobian,
 )
-from exercises.quizzes import QUIZZES
-from exercises.quizzes.choice import AboutSubject
-from exercises.solving import Ready, text_stages
-from exercises.stream import Stream
-from exercises.verify import certify
-from exercises.writing.markup import to_text
-from exercises.writing.statement import hints, prompt, statement, worked_solution, worked_steps
+from qdot.exercises.quizzes import QUIZZES
+from qdot.exercises.quizzes.choice import AboutSubject
+from qdot.exercises.solving import Ready, text_stages
+from qdot.exercises.stream import Stream
+from qdot.exercises.verify import certify
+from qdot.exercises.writing.markup import to_text
+from qdot.exercises.writing.statement import hints, prompt, statement, worked_solution, worked_steps
 from tests.support.suites import FEW, WHOLE, few_families, of_families, several
 
 FIXED = [name for name, family in FAMILIES.items() if not family.varied]

@@ -5,14 +5,14 @@ from dataclasses import replace
 import pytest
 import sympy as sp
 
-from exercises.answers import Matrix
-from exercises.arm.derivation import derive
-from exercises.families import FAMILIES
-from exercises.generation import generate, questions_of
-from exercises.problem import Part, Problem, ProblemId
-from exercises.questions import QUESTIONS
-from exercises.stream import Stream
-from exercises.writing.statement import prompt, worked_solution
+from qdot.exercises.answers import Matrix
+from qdot.exercises.arm.derivation import derive
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.generation import generate, questions_of
+from qdot.exercises.problem import Part, Problem, ProblemId
+from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.stream import Stream
+from qdot.exercises.writing.statement import prompt, worked_solution
 from tests.support.problems import as_table, drawn
 from tests.support.suites import of_families
 

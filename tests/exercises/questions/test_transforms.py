@@ -3,18 +3,18 @@
 import pytest
 import sympy as sp
 
-from exercises.answers import Matrix
-from exercises.arm.chain import Chain, Joint
-from exercises.arm.derivation import derive, structure
-from exercises.arm.kinematics import joint_rotation, link_vector
-from exercises.arm.transforms import terms_of_last_pose
-from exercises.families import FAMILIES
-from exercises.generation import questions_of, sample_chain
-from exercises.problem import ProblemId
-from exercises.questions import QUESTIONS
-from exercises.questions.transforms import AngleSum, ByTransforms, InToolFrame
-from exercises.stream import Stream
-from exercises.writing.statement import worked_solution
+from qdot.exercises.answers import Matrix
+from qdot.exercises.arm.chain import Chain, Joint
+from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.kinematics import joint_rotation, link_vector
+from qdot.exercises.arm.transforms import terms_of_last_pose
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.generation import questions_of, sample_chain
+from qdot.exercises.problem import ProblemId
+from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.questions.transforms import AngleSum, ByTransforms, InToolFrame
+from qdot.exercises.stream import Stream
+from qdot.exercises.writing.statement import worked_solution
 from tests.support.problems import drawn
 from tests.support.suites import of_families
 

@@ -11,25 +11,25 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from exercises.arm.chain import TWIST_ORDERS, Chain, Joint
-from exercises.arm.robot_file import Robot, read_robot, read_robot_file
-from exercises.arm.robot_text import robot_text
-from exercises.arm.stages import numbers
-from exercises.assignment import load_assignment
-from exercises.errors import QdotError
-from exercises.generation import generate, sample_chain
-from exercises.mistakes.given import configurations
-from exercises.problem import Part, Problem, ProblemId
-from exercises.questions import QUESTIONS
-from exercises.record import digests, robot_json
-from exercises.release import init_assignment
-from exercises.solving import solution_data, solve
-from exercises.stream import Stream
-from exercises.verify import certify
-from exercises.writing.markup import to_text
-from exercises.writing.statement import hints, prompt, worked_solution
-from grader.parts import judge
-from grader.verdict import Outcome
+from qdot.exercises.arm.chain import TWIST_ORDERS, Chain, Joint
+from qdot.exercises.arm.robot_file import Robot, read_robot, read_robot_file
+from qdot.exercises.arm.robot_text import robot_text
+from qdot.exercises.arm.stages import numbers
+from qdot.exercises.assignment import load_assignment
+from qdot.exercises.errors import QdotError
+from qdot.exercises.generation import generate, sample_chain
+from qdot.exercises.mistakes.given import configurations
+from qdot.exercises.problem import Part, Problem, ProblemId
+from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.record import digests, robot_json
+from qdot.exercises.release import init_assignment
+from qdot.exercises.solving import solution_data, solve
+from qdot.exercises.stream import Stream
+from qdot.exercises.verify import certify
+from qdot.exercises.writing.markup import to_text
+from qdot.exercises.writing.statement import hints, prompt, worked_solution
+from qdot.grader.parts import judge
+from qdot.grader.verdict import Outcome
 from tests.repository.test_schemas import errors
 from tests.support.suites import several
 from tests.tools.diagnoses import answers_with, verdict_on

@@ -6,15 +6,15 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from exercises.answers import Matrix
-from exercises.arm.chain import TASK_ROWS, Chain, Joint, Point
-from exercises.arm.trigonometry import same
-from exercises.problem import Part, Problem, ProblemId
-from exercises.questions import QUESTIONS
-from exercises.questions.wrist import blocks
-from exercises.stream import Stream
-from exercises.writing.statement import worked_solution
-from grader.certify import failures_of
+from qdot.exercises.answers import Matrix
+from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint, Point
+from qdot.exercises.arm.trigonometry import same
+from qdot.exercises.problem import Part, Problem, ProblemId
+from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.questions.wrist import blocks
+from qdot.exercises.stream import Stream
+from qdot.exercises.writing.statement import worked_solution
+from qdot.grader.certify import failures_of
 from tests.support.problems import drawn
 from tests.support.suites import few_of
 

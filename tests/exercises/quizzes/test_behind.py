@@ -2,12 +2,12 @@
 
 import pytest
 
-from exercises.answers import Letters
-from exercises.mistakes.catalogue import CATALOGUE
-from exercises.problem import Problem
-from exercises.quizzes import QUIZZES
-from exercises.quizzes.behind import blames_for
-from exercises.stream import Stream
+from qdot.exercises.answers import Letters
+from qdot.exercises.mistakes.catalogue import CATALOGUE
+from qdot.exercises.problem import Problem
+from qdot.exercises.quizzes import QUIZZES
+from qdot.exercises.quizzes.behind import blames_for
+from qdot.exercises.stream import Stream
 from tests.exercises.quizzes.test_quizzes import of_small, small
 from tests.support.problems import drawn
 from tests.support.suites import few_of

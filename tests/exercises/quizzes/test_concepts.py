@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from exercises.answers import Choice
-from exercises.generation import generate, questions_of
-from exercises.problem import ProblemId
-from exercises.questions.concepts import USES, ForUse, OfCost, OfJoint
-from exercises.questions.differentiation import ForTask
+from qdot.exercises.answers import Choice
+from qdot.exercises.generation import generate, questions_of
+from qdot.exercises.problem import ProblemId
+from qdot.exercises.questions.concepts import USES, ForUse, OfCost, OfJoint
+from qdot.exercises.questions.differentiation import ForTask
 from tests.support.problems import asked
 from tests.support.suites import of_families, several
 

@@ -3,8 +3,8 @@
 import pytest
 import sympy as sp
 
-from exercises.arm.chain import Chain, Joint
-from exercises.quizzes.places import posed
+from qdot.exercises.arm.chain import Chain, Joint
+from qdot.exercises.quizzes.places import posed
 
 LONG = Chain("3R", tuple(Joint("R", sp.Symbol(f"theta{i}"), 0, 1, 0) for i in (1, 2, 3)), ("vx", "vy"))
 SQUARE = Chain("2R", LONG.joints[:2], ("vx", "vy"))

@@ -17,20 +17,20 @@ from typing import Any
 
 import pytest
 
-from exercises.assignment import Student
-from exercises.docs import corrections
-from exercises.errors import QdotError
-from exercises.problem import Problem
-from exercises.site import build as building
-from exercises.site import supply
-from exercises.site.chapter import ERRATA, chapter_pages
-from exercises.site.guide import COMMANDS, OTHERS, OWN_PAGES, arranged
-from exercises.site.pages import assets_in, linked, pages
-from exercises.site.robots import robots_text
-from exercises.site.stale_files import LIST, remove_stale_files
-from grader import site as command
-from grader.cli import app
-from grader.site import _Quiet
+from qdot.exercises.assignment import Student
+from qdot.exercises.docs import corrections
+from qdot.exercises.errors import QdotError
+from qdot.exercises.problem import Problem
+from qdot.exercises.site import build as building
+from qdot.exercises.site import supply
+from qdot.exercises.site.chapter import ERRATA, chapter_pages
+from qdot.exercises.site.guide import COMMANDS, OTHERS, OWN_PAGES, arranged
+from qdot.exercises.site.pages import assets_in, linked, pages
+from qdot.exercises.site.robots import robots_text
+from qdot.exercises.site.stale_files import LIST, remove_stale_files
+from qdot.grader import site as command
+from qdot.grader.cli import app
+from qdot.grader.site import _Quiet
 from tests.support import ROOT
 from tests.support.command import fails, run, runner
 from tests.support.handing_in import TOML, a_class

@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from exercises.answers import Choice, Matching, Number, Selection
-from exercises.arm.derivation import derive
-from exercises.arm.kinematics import NumericChain
-from exercises.arm.stages import numbers
-from exercises.generation import generate, listed, short_quiz
-from exercises.problem import Part, Problem, ProblemId
-from exercises.questions.results import is_derived, result
-from exercises.site.keys import key_of, right_in_numbers, weight
-from exercises.site.record import (
+from qdot.exercises.answers import Choice, Matching, Number, Selection
+from qdot.exercises.arm.derivation import derive
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.stages import numbers
+from qdot.exercises.generation import generate, listed, short_quiz
+from qdot.exercises.problem import Part, Problem, ProblemId
+from qdot.exercises.questions.results import is_derived, result
+from qdot.exercises.site.keys import key_of, right_in_numbers, weight
+from qdot.exercises.site.record import (
     _grid,
     _shown,
     arm_record,
@@ -28,9 +28,9 @@ from exercises.site.record import (
     translated_record,
     typed_names,
 )
-from exercises.variation import STEPS
-from exercises.writing.latex import tex
-from exercises.writing.statement import prompt
+from qdot.exercises.variation import STEPS
+from qdot.exercises.writing.latex import tex
+from qdot.exercises.writing.statement import prompt
 from tests.support import ROOT
 from tests.support.problems import parts_in_turn
 from tests.support.suites import WHOLE, few_families

@@ -6,17 +6,17 @@ from dataclasses import replace
 
 import pytest
 
-from exercises.arm import classification
-from exercises.arm.bare import bare, bare_pieces
-from exercises.arm.chain import Chain
-from exercises.arm.classification import Kind, by_value, classify, samples_on
-from exercises.arm.singularity import Component, singular_set
-from exercises.generation import generate, sample_chain
-from exercises.problem import ProblemId
-from exercises.questions.singular import OfKind
-from exercises.variation import STEPS
-from exercises.verify import appearance, certify
-from exercises.verify.appearance import holds
+from qdot.exercises.arm import classification
+from qdot.exercises.arm.bare import bare, bare_pieces
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.classification import Kind, by_value, classify, samples_on
+from qdot.exercises.arm.singularity import Component, singular_set
+from qdot.exercises.generation import generate, sample_chain
+from qdot.exercises.problem import ProblemId
+from qdot.exercises.questions.singular import OfKind
+from qdot.exercises.variation import STEPS
+from qdot.exercises.verify import appearance, certify
+from qdot.exercises.verify.appearance import holds
 from tests.support.suites import few_families, few_of, several
 
 FARTHEST = "as far from the axis of joint 2 as joint 3 can bring it"

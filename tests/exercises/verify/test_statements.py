@@ -2,13 +2,13 @@
 
 import pytest
 
-from exercises.answers import Choice
-from exercises.generation import generate
-from exercises.problem import ProblemId
-from exercises.questions.singular import OfKind
-from exercises.quizzes.drawn import Said
-from exercises.verify import certify
-from exercises.writing.statement import worked_solution
+from qdot.exercises.answers import Choice
+from qdot.exercises.generation import generate
+from qdot.exercises.problem import ProblemId
+from qdot.exercises.questions.singular import OfKind
+from qdot.exercises.quizzes.drawn import Said
+from qdot.exercises.verify import certify
+from qdot.exercises.writing.statement import worked_solution
 
 
 @pytest.mark.parametrize("family", ["planar-3r", "elbow-3r"])
@@ -43,5 +43,5 @@ def test_one_side_of_a_boundary_is_named_only_if_the_lost_direction_has_one(
     assert part.about(OfKind).type == "boundary"
     assert (ONE_SIDE in solution) == one_side and certify(asked).passed
     assert solution.partition("the Jacobian has lost rank")[0].count("= 0") == conditions
-    monkeypatch.setattr("exercises.verify.appearance.is_one_sided", lambda *_: True)
+    monkeypatch.setattr("qdot.exercises.verify.appearance.is_one_sided", lambda *_: True)
     assert certify(asked).passed == one_side

@@ -6,12 +6,12 @@ from functools import cache
 
 import pytest
 
-from exercises.formula.latex import parsed
-from exercises.problem import Problem, ProblemId
-from exercises.writing import fit
-from exercises.writing.markup import PAPER, SCREEN, fitted_latex, to_html, to_latex
-from exercises.writing.statement import prompt, worked_solution
-from exercises.writing.typst import to_typst
+from qdot.exercises.formula.latex import parsed
+from qdot.exercises.problem import Problem, ProblemId
+from qdot.exercises.writing import fit
+from qdot.exercises.writing.markup import PAPER, SCREEN, fitted_latex, to_html, to_latex
+from qdot.exercises.writing.statement import prompt, worked_solution
+from qdot.exercises.writing.typst import to_typst
 from tests.support.problems import drawn, parts_in_turn
 
 SMALLEST = 0.8

@@ -11,22 +11,22 @@ import pytest
 import sympy as sp
 from typer.testing import CliRunner
 
-from exercises.answers import Choice, ConditionSet, Direction, Expression, Matrix, Number
-from exercises.arm.chain import Chain, Joint
-from exercises.arm.singularity import singular_set
-from exercises.assignment import load_assignment
-from exercises.errors import QdotError
-from exercises.problem import Part, Problem
-from exercises.questions import QUESTIONS
-from exercises.release import init_assignment, release_one
-from exercises.showing import show
-from exercises.writing.angles import AngleNames
-from exercises.writing.hint_context import Entry, HintContext
-from exercises.writing.latex import tex, tex_angle
-from exercises.writing.statement import hints, prompt
-from exercises.writing.worked import Worked
-from grader.certify import CERTIFIER
-from grader.cli import app
+from qdot.exercises.answers import Choice, ConditionSet, Direction, Expression, Matrix, Number
+from qdot.exercises.arm.chain import Chain, Joint
+from qdot.exercises.arm.singularity import singular_set
+from qdot.exercises.assignment import load_assignment
+from qdot.exercises.errors import QdotError
+from qdot.exercises.problem import Part, Problem
+from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.release import init_assignment, release_one
+from qdot.exercises.showing import show
+from qdot.exercises.writing.angles import AngleNames
+from qdot.exercises.writing.hint_context import Entry, HintContext
+from qdot.exercises.writing.latex import tex, tex_angle
+from qdot.exercises.writing.statement import hints, prompt
+from qdot.exercises.writing.worked import Worked
+from qdot.grader.certify import CERTIFIER
+from qdot.grader.cli import app
 from tests.support.problems import asked
 
 Draw = Callable[[str, int], Problem]

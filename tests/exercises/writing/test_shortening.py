@@ -8,20 +8,20 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from exercises.answers import Expression, Matrix
-from exercises.arm.chain import Base, Chain, Joint
-from exercises.arm.derivation import derive
-from exercises.generation import generate, sample_chain
-from exercises.problem import Problem, ProblemId
-from exercises.solving import solution_text, solve
-from exercises.stream import Stream
-from exercises.writing.angles import angle_names, arm_angles, is_plain
-from exercises.writing.gathering import gathered
-from exercises.writing.latex import tex
-from exercises.writing.shortening import Theorem, added_up, in_plain_angles, theorem_used, with_plain_numbers
-from exercises.writing.statement import answer_code, worked_solution, worked_solutions
-from exercises.writing.turns import turns_of, with_turns
-from exercises.writing.worked import AngleSums, Worked
+from qdot.exercises.answers import Expression, Matrix
+from qdot.exercises.arm.chain import Base, Chain, Joint
+from qdot.exercises.arm.derivation import derive
+from qdot.exercises.generation import generate, sample_chain
+from qdot.exercises.problem import Problem, ProblemId
+from qdot.exercises.solving import solution_text, solve
+from qdot.exercises.stream import Stream
+from qdot.exercises.writing.angles import angle_names, arm_angles, is_plain
+from qdot.exercises.writing.gathering import gathered
+from qdot.exercises.writing.latex import tex
+from qdot.exercises.writing.shortening import Theorem, added_up, in_plain_angles, theorem_used, with_plain_numbers
+from qdot.exercises.writing.statement import answer_code, worked_solution, worked_solutions
+from qdot.exercises.writing.turns import turns_of, with_turns
+from qdot.exercises.writing.worked import AngleSums, Worked
 from tests.support.problems import LONG_ARMS, parts_in_turn
 from tests.support.suites import few_families
 

@@ -11,19 +11,19 @@ from pathlib import Path
 import pytest
 import sympy as sp
 
-from exercises.answers import Choice, ConditionSet, Expression, Matrix, Number
-from exercises.families import FAMILIES
-from exercises.generation import generate, sample_chain
-from exercises.problem import Part, Problem, ProblemId
-from exercises.questions import QUESTIONS, recursion, screws
-from exercises.questions.singular import OfKind
-from exercises.quizzes import ASKED
-from exercises.render import template_folder
-from exercises.showing import problem_json, show
-from exercises.writing.latex import tex
-from exercises.writing.markup import to_html, to_html_for_mathjax, to_latex, to_text
-from exercises.writing.short_answer import short_answer
-from exercises.writing.statement import (
+from qdot.exercises.answers import Choice, ConditionSet, Expression, Matrix, Number
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.generation import generate, sample_chain
+from qdot.exercises.problem import Part, Problem, ProblemId
+from qdot.exercises.questions import QUESTIONS, recursion, screws
+from qdot.exercises.questions.singular import OfKind
+from qdot.exercises.quizzes import ASKED
+from qdot.exercises.render import template_folder
+from qdot.exercises.showing import problem_json, show
+from qdot.exercises.writing.latex import tex
+from qdot.exercises.writing.markup import to_html, to_html_for_mathjax, to_latex, to_text
+from qdot.exercises.writing.short_answer import short_answer
+from qdot.exercises.writing.statement import (
     answer_code,
     prompt,
     statement,
@@ -31,8 +31,8 @@ from exercises.writing.statement import (
     worked_solutions,
     worked_steps,
 )
-from exercises.writing.wording import Wording
-from exercises.writing.worked import Worked
+from qdot.exercises.writing.wording import Wording
+from qdot.exercises.writing.worked import Worked
 from tests.support.problems import LONG_ARMS, parts_in_turn
 from tests.support.programs import LATEX, needs
 from tests.support.suites import SHAPES, few_families, of_families, several

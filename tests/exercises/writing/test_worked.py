@@ -9,23 +9,23 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from exercises.arm.chain import CONVENTIONS, Chain
-from exercises.arm.derivation import derive, structure
-from exercises.arm.directions import task_rows
-from exercises.arm.kinematics import NumericChain
-from exercises.arm.singularity import singular_set
-from exercises.arm.told import told_words
-from exercises.generation import generate, sample_chain
-from exercises.problem import Problem, ProblemId
-from exercises.questions import QUESTIONS
-from exercises.questions.inversion import InSituation
-from exercises.questions.rank import OfMotion
-from exercises.variation import STEPS
-from exercises.writing.cases import cases_of, minors_of
-from exercises.writing.expansion import Expansion, expanded, expansion_of
-from exercises.writing.latex import tex
-from exercises.writing.statement import hints, statement, worked_solution, worked_solutions, worked_steps
-from exercises.writing.worked import Worked, _at_once, _cofactors
+from qdot.exercises.arm.chain import CONVENTIONS, Chain
+from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.directions import task_rows
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.singularity import singular_set
+from qdot.exercises.arm.told import told_words
+from qdot.exercises.generation import generate, sample_chain
+from qdot.exercises.problem import Problem, ProblemId
+from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.questions.inversion import InSituation
+from qdot.exercises.questions.rank import OfMotion
+from qdot.exercises.variation import STEPS
+from qdot.exercises.writing.cases import cases_of, minors_of
+from qdot.exercises.writing.expansion import Expansion, expanded, expansion_of
+from qdot.exercises.writing.latex import tex
+from qdot.exercises.writing.statement import hints, statement, worked_solution, worked_solutions, worked_steps
+from qdot.exercises.writing.worked import Worked, _at_once, _cofactors
 from tests.support.suites import few_families, few_of, several
 
 

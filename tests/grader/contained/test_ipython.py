@@ -4,7 +4,7 @@ import time
 
 import pytest
 
-from grader.contained.ipython import NOT_PYTHON, python_of
+from qdot.grader.contained.ipython import NOT_PYTHON, python_of
 from tests.support import ROOT
 from tests.support.suites import few_of
 

@@ -14,10 +14,10 @@ from pathlib import Path
 
 import pytest
 
-from grader.contained import attempts, folders
-from grader.guarantees import KERNEL, probe
-from grader.own_folder import own_folder
-from grader.sandbox import Limits, Run, Sandbox
+from qdot.grader.contained import attempts, folders
+from qdot.grader.guarantees import KERNEL, probe
+from qdot.grader.own_folder import own_folder
+from qdot.grader.sandbox import Limits, Run, Sandbox
 from tests.support.machines import DOCKERS_ROOT, NOBODY, run_on
 from tests.support.suites import few_of
 
@@ -47,7 +47,7 @@ ATTACKS = {
 }
 PROGRAM = f"""
 import json, os, tempfile
-from grader.sandbox import Limits, Sandbox
+from qdot.grader.sandbox import Limits, Sandbox
 print(json.dumps(dict(uid=os.geteuid())))
 with Sandbox(Limits(seconds=20, cell_seconds=8), ["watch"]) as sandbox:
     for name, cell in {ATTACKS!r}.items():
@@ -75,7 +75,7 @@ def place() -> Iterator[Path]:
 @pytest.mark.integration
 @pytest.mark.parametrize(("name", "user"), [(name, user) for name in REFUSED for user in USERS])
 def test_what_is_promised_on_a_machine_is_kept_there(name: str, user: int | None, place: Path) -> None:
-    told = run_on(REFUSED[name], ["-m", "grader.cli", "doctor", "--json"], user, place)
+    told = run_on(REFUSED[name], ["-m", "qdot", "doctor", "--json"], user, place)
     assert told.returncode == 0, told.stderr
     found = json.loads(told.stdout)
     assert set(REFUSED[name]) <= found["lacking"].keys()
@@ -103,14 +103,14 @@ def test_a_grader_that_is_the_first_process_of_a_container_is_told_the_same() ->
     """A notebook is the first of its own namespace, too: its own number is not taken for the grader's."""
     seen = """
 import json, os
-from grader.guarantees import probe
+from qdot.grader.guarantees import probe
 found = probe(quick=True)
 (processes,) = (each.achieved for each in found.guarantees if each.name == "processes")
 print(json.dumps(dict(first=os.getpid() == 1, strict=found.is_strict, processes=processes)))
 """
     first = f"""
 import os, sys
-from grader.contained import kernel
+from qdot.grader.contained import kernel
 kernel.unshare(kernel.NEWPID)
 pid = os.fork()
 if pid == 0:
@@ -223,7 +223,7 @@ def test_what_ended_the_probe_is_told(tmp_path: Path) -> None:
     """As after `--report github=/dev/null` as root, when a report took the place of the device."""
     (tmp_path / "null").touch()
     program = (
-        "import sys; from grader.contained import kernel; from grader.cli import app\n"
+        "import sys; from qdot.grader.contained import kernel; from qdot.grader.cli import app\n"
         "kernel.unshare(kernel.NEWNS); kernel.mount(None, '/', None, kernel.MS_REC | kernel.MS_PRIVATE)\n"
         f"kernel.mount({str(tmp_path / 'null')!r}, '/dev/null', None, kernel.MS_BIND); app(['doctor'])"
     )

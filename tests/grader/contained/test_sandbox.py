@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from grader.own_folder import own_folder
-from grader.sandbox import CONTAINED, Limits, Sandbox
+from qdot.grader.own_folder import own_folder
+from qdot.grader.sandbox import CONTAINED, Limits, Sandbox
 from tests.support.suites import few_of, several
 
 IMPORTS = "from sympy import *\nimport numpy as np\nx, y = symbols('x y')"
@@ -190,7 +190,9 @@ def test_folders_of_processes_that_were_killed_are_removed_and_those_in_use_are_
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    program = "import sys; from grader.own_folder import own_folder; print(own_folder('qdot-own-').path, flush=True); "
+    program = (
+        "import sys; from qdot.grader.own_folder import own_folder; print(own_folder('qdot-own-').path, flush=True); "
+    )
     with subprocess.Popen(
         [sys.executable, "-c", program + "sys.stdin.read()"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
         env={"TMPDIR": str(tmp_path)},
@@ -226,7 +228,7 @@ def test_a_notebook_reads_and_writes_nothing_of_the_machines_owner(sandbox: Sand
         "p3 = open('/proc/%d/cmdline' % os.getppid()).read()",
         f"os.symlink({str(secret)!r}, 'link')\np4 = open('link').read()",
         "if True:\n    import exercises.generation; p5 = 'loaded'",
-        "import importlib; importlib.import_module('grader.formulas'); p6 = 'loaded'",
+        "import importlib; importlib.import_module('qdot.grader.formulas'); p6 = 'loaded'",
         f"import subprocess; p7 = subprocess.run(['cat', {str(secret)!r}], capture_output=True, text=True).stdout",
         f"p8 = os.popen({'cat ' + str(secret)!r}).read()",
         "import ctypes; p9 = str(ctypes.CDLL(None).getpid())",

@@ -13,17 +13,17 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from exercises.assignment import Assignment, load_assignment
-from exercises.console import printable
-from exercises.release import init_assignment, release
-from grader.batch import grade_class
-from grader.cli import app
-from grader.demo import answered
-from grader.reports.feedback import feedback_page
-from grader.reports.tables import grades_csv, results_jsonl
-from grader.reports.write import write_reports
-from grader.sandbox import Limits
-from grader.submission import find_submissions
+from qdot.exercises.assignment import Assignment, load_assignment
+from qdot.exercises.console import printable
+from qdot.exercises.release import init_assignment, release
+from qdot.grader.batch import grade_class
+from qdot.grader.cli import app
+from qdot.grader.demo import answered
+from qdot.grader.reports.feedback import feedback_page
+from qdot.grader.reports.tables import grades_csv, results_jsonl
+from qdot.grader.reports.write import write_reports
+from qdot.grader.sandbox import Limits
+from qdot.grader.submission import find_submissions
 from tests.support.handing_in import UNCERTIFIED
 from tests.support.suites import few_of, several
 

@@ -20,8 +20,8 @@ from pathlib import Path
 
 import pytest
 
-from grader.guarantees import KERNEL, MISSING, PROMISES, PYTHON, Findings, probe
-from grader.sandbox import Limits, Run, Sandbox
+from qdot.grader.guarantees import KERNEL, MISSING, PROMISES, PYTHON, Findings, probe
+from qdot.grader.sandbox import Limits, Run, Sandbox
 from tests.support.suites import WHOLE, few_of, several
 
 pytestmark = pytest.mark.xdist_group("hostile")  # each sandbox is tried once

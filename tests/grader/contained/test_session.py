@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from grader.sandbox import Limits, Run, Sandbox
+from qdot.grader.sandbox import Limits, Run, Sandbox
 
 SETUP = "from sympy import Matrix, Symbol, sin\ntheta1 = Symbol('theta1')"
 

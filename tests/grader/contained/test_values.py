@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from grader.contained.values import text_of
+from qdot.grader.contained.values import text_of
 
 X, Y = sp.symbols("x y")
 VALUES = [

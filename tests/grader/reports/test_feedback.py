@@ -14,23 +14,23 @@ from typing import Any
 
 import pytest
 
-from exercises.answers import Choice, Matrix
-from exercises.arm.chain import CONVENTIONS
-from exercises.assignment import Assignment, Student, load_assignment
-from exercises.problem import Problem
-from exercises.release import init_assignment
-from exercises.render import template_folder
-from exercises.writing.markup import to_html
-from exercises.writing.statement import prompt
-from grader.contained.callables import TABLE
-from grader.function_values import SHOWN
-from grader.marking import mark, total
-from grader.reports.answers import answer_of
-from grader.reports.differs import decimal, table_of
-from grader.reports.feedback import feedback_page, made_from
-from grader.reports.tables import status
-from grader.reports.write import write_reports
-from grader.verdict import Outcome
+from qdot.exercises.answers import Choice, Matrix
+from qdot.exercises.arm.chain import CONVENTIONS
+from qdot.exercises.assignment import Assignment, Student, load_assignment
+from qdot.exercises.problem import Problem
+from qdot.exercises.release import init_assignment
+from qdot.exercises.render import template_folder
+from qdot.exercises.writing.markup import to_html
+from qdot.exercises.writing.statement import prompt
+from qdot.grader.contained.callables import TABLE
+from qdot.grader.function_values import SHOWN
+from qdot.grader.marking import mark, total
+from qdot.grader.reports.answers import answer_of
+from qdot.grader.reports.differs import decimal, table_of
+from qdot.grader.reports.feedback import feedback_page, made_from
+from qdot.grader.reports.tables import status
+from qdot.grader.reports.write import write_reports
+from qdot.grader.verdict import Outcome
 from tests.support.suites import few_of
 
 TOML = """title = "Arms & <angles>"

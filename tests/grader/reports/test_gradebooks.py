@@ -11,13 +11,13 @@ from typing import Any
 import openpyxl
 import pytest
 
-from exercises.assignment import Assignment, Student, load_assignment
-from exercises.errors import QdotError
-from grader.overrides import Override
-from grader.reports.excel import workbook
-from grader.reports.formats import write_asked
-from grader.reports.gradebooks import RESERVED, canvas, moodle
-from grader.reports.tables import grades_csv
+from qdot.exercises.assignment import Assignment, Student, load_assignment
+from qdot.exercises.errors import QdotError
+from qdot.grader.overrides import Override
+from qdot.grader.reports.excel import workbook
+from qdot.grader.reports.formats import write_asked
+from qdot.grader.reports.gradebooks import RESERVED, canvas, moodle
+from qdot.grader.reports.tables import grades_csv
 from tests.support.command import fails, run
 from tests.support.handing_in import TOML, a_class
 from tests.support.results import result

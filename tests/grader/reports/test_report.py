@@ -13,20 +13,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exercises.arm.chain import CONVENTIONS
-from exercises.assignment import Assignment, Student, load_assignment
-from exercises.errors import QdotError
-from exercises.generation import sample_chain
-from exercises.problem import ProblemId
-from exercises.store import keep
-from grader import statistics
-from grader.reading import read_answer
-from grader.reports import charts
-from grader.reports.class_page import class_page
-from grader.reports.class_view import mistakes, parts, scores
-from grader.reports.formats import write_asked
-from grader.similar import Written, Wrong, alikeness, nearly_the_same, written
-from grader.variants import FEATURES, OF_AXES, OTHERS, compare, corrected, in_words
+from qdot.exercises.arm.chain import CONVENTIONS
+from qdot.exercises.assignment import Assignment, Student, load_assignment
+from qdot.exercises.errors import QdotError
+from qdot.exercises.generation import sample_chain
+from qdot.exercises.problem import ProblemId
+from qdot.exercises.store import keep
+from qdot.grader import statistics
+from qdot.grader.reading import read_answer
+from qdot.grader.reports import charts
+from qdot.grader.reports.class_page import class_page
+from qdot.grader.reports.class_view import mistakes, parts, scores
+from qdot.grader.reports.formats import write_asked
+from qdot.grader.similar import Written, Wrong, alikeness, nearly_the_same, written
+from qdot.grader.variants import FEATURES, OF_AXES, OTHERS, compare, corrected, in_words
 from tests.grader.reports.test_feedback import Page
 from tests.support.command import fails, run
 from tests.support.handing_in import a_class
@@ -297,5 +297,5 @@ def test_so_many_unusual_forms_of_an_answer_are_shown(assignment: Assignment, mo
     results = a_graded_class(assignment)
     shown = "Right answers in unusual forms"
     assert "theta1 - theta1 + 1" in Page(class_page(assignment, results)).text.split(shown)[1]
-    monkeypatch.setattr("grader.reports.class_page.MOST_UNUSUAL", 0)
+    monkeypatch.setattr("qdot.grader.reports.class_page.MOST_UNUSUAL", 0)
     assert "theta1 - theta1 + 1" not in Page(class_page(assignment, results)).text.split(shown)[-1]

@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from exercises.assignment import Assignment, Student, load_assignment
-from exercises.release import init_assignment
-from exercises.sets import DEFAULT_SET, SETS
+from qdot.exercises.assignment import Assignment, Student, load_assignment
+from qdot.exercises.release import init_assignment
+from qdot.exercises.sets import DEFAULT_SET, SETS
 
 KEY = "homework6"
 SECRET = "0123456789abcdef"

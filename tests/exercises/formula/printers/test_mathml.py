@@ -7,8 +7,8 @@ import xml.etree.ElementTree as ET
 
 import pytest
 
-from exercises.formula.latex import parsed
-from exercises.formula.printers.mathml import mathml, plain_mathml
+from qdot.exercises.formula.latex import parsed
+from qdot.exercises.formula.printers.mathml import mathml, plain_mathml
 from tests.support import DATA
 
 LINES = [json.loads(line) for line in (DATA / "mathml.jsonl").read_text(encoding="utf-8").splitlines()]

@@ -5,15 +5,15 @@ from collections.abc import Callable
 import pytest
 import sympy as sp
 
-from exercises.answers import Matrix
-from exercises.formula.latex import parsed
-from exercises.formula.layout import Layout
-from exercises.formula.printers.maxima import maxima_text
-from exercises.formula.printers.speech import spoken
-from exercises.formula.printers.typst import typst_math
-from exercises.formula.printers.unicode import shown_width, unicode_math
-from exercises.problem import Problem
-from exercises.writing.latex import laid_out
+from qdot.exercises.answers import Matrix
+from qdot.exercises.formula.latex import parsed
+from qdot.exercises.formula.layout import Layout
+from qdot.exercises.formula.printers.maxima import maxima_text
+from qdot.exercises.formula.printers.speech import spoken
+from qdot.exercises.formula.printers.typst import typst_math
+from qdot.exercises.formula.printers.unicode import shown_width, unicode_math
+from qdot.exercises.problem import Problem
+from qdot.exercises.writing.latex import laid_out
 
 A, B, C = sp.symbols("a b c", real=True)
 FOR_MAXIMA = [

@@ -1,0 +1,5 @@
+"""`python -m qdot`: the command line."""
+
+from qdot.grader.cli import run
+
+run()
