@@ -4,10 +4,13 @@ Whatever needs one asks `need`, so that each that is missing is told in the same
 """
 
 from dataclasses import dataclass
+from importlib.metadata import version
 from importlib.util import find_spec
 
 from qdot.exercises.errors import QdotError
 
+DISTRIBUTION = "qdot-robotics"
+"""What qdot is called in the package index, where `qdot` is somebody else's; imported and run it is qdot."""
 RELEASED = False
 """Whether the package index has qdot. README, docs and messages follow, by `make docs`."""
 
@@ -41,13 +44,18 @@ ALL = "all"
 """The extra that is all of them."""
 
 
+def qdot_version() -> str:
+    """Return the version that is installed."""
+    return version(DISTRIBUTION)
+
+
 def install_words(extra: str = "") -> str:
     """Return the command that installs qdot, with an extra or without.
 
-    >>> install_words("pdf") in ("pip install '.[pdf]'", "pip install 'qdot[pdf]'")
+    >>> install_words("pdf") in ("pip install '.[pdf]'", "pip install 'qdot-robotics[pdf]'")
     True
     """
-    what = f"{'qdot' if RELEASED else '.'}{f'[{extra}]' if extra else ''}"
+    what = f"{DISTRIBUTION if RELEASED else '.'}{f'[{extra}]' if extra else ''}"
     quoted = f"'{what}'" if extra else what
     return f"pip install {quoted}"
 

@@ -8,7 +8,6 @@ import unicodedata
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +15,7 @@ from qdot.exercises.assignment import Assignment
 from qdot.exercises.difficulty import difficulty
 from qdot.exercises.drawing import check
 from qdot.exercises.errors import QdotError
+from qdot.exercises.extras import qdot_version
 from qdot.exercises.families import Family
 from qdot.exercises.generation import generate
 from qdot.exercises.parallel import ordered_map
@@ -78,7 +78,7 @@ def record_of(problem: Problem) -> Record:
         questions=tuple(part.name for part in problem.parts),
         band=problem.id.band,
         engine=problem.id.engine,
-        qdot=version("qdot"),
+        qdot=qdot_version(),
         difficulty=difficulty(problem.chain),
         **certificate.digests,
         checks=(*(check.name for check in certificate.checks), "full marks for the reference"),

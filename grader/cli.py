@@ -90,9 +90,9 @@ def program(only: str = "") -> "typer.Typer":
         show_version: Annotated[bool, typer.Option("--version", is_eager=True, help="Print the version.")] = False,
     ) -> None:
         if show_version:
-            from importlib.metadata import version
+            from qdot.exercises.extras import qdot_version
 
-            typer.echo(f"qdot {version('qdot')}")
+            typer.echo(f"qdot {qdot_version()}")
             raise typer.Exit
 
     for name, module in COMMANDS.items():

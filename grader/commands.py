@@ -19,6 +19,7 @@ from qdot.exercises.completion import among
 from qdot.exercises.console import VariationOption, note, progress, say
 from qdot.exercises.drawing import GivenUp, raise_left_out, redrawn_since
 from qdot.exercises.errors import QdotError
+from qdot.exercises.extras import qdot_version
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import family_named
 from qdot.exercises.options import ConventionOption, TwistOrderOption
@@ -479,7 +480,7 @@ def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] 
     from importlib.metadata import version
 
     findings = guarantees.probe()
-    versions = {name: version(name) for name in ("qdot", "sympy", "numpy")}
+    versions = {"qdot": qdot_version(), **{name: version(name) for name in ("sympy", "numpy")}}
     about = {"python": platform.python_version(), **versions, "system": platform.platform(), "cores": CORES}
     if as_json:
         say(json.dumps({**about, **findings.as_json()}, ensure_ascii=False, indent=2))

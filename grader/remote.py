@@ -12,7 +12,6 @@ from collections.abc import Callable, Generator, Iterable
 from concurrent.futures import BrokenExecutor, Executor, Future
 from dataclasses import dataclass, replace
 from functools import cache
-from importlib.metadata import version
 from multiprocessing.util import Finalize
 from pathlib import Path
 from queue import Empty, SimpleQueue
@@ -21,6 +20,7 @@ from typing import TypeVar
 from qdot.exercises.assignment import Assignment, Student
 from qdot.exercises.console import note
 from qdot.exercises.errors import QdotError
+from qdot.exercises.extras import qdot_version
 from qdot.exercises.store import code as code_of_problems
 from qdot.exercises.store import kept_text
 from qdot.grader import guarantees
@@ -238,7 +238,7 @@ def grade_order(order: Order) -> Reply:
     """Grade a notebook in this process, with what lies on its context."""
     worker = platform.node()
     if order.code != code():
-        has = f"it has qdot {version('qdot')} on Python {platform.python_version()}"
+        has = f"it has qdot {qdot_version()} on Python {platform.python_version()}"
         return Reply(refusal=f"its code or its libraries are not those of this machine ({has}); {SAME}", worker=worker)
     with _one_at_a_time:
         try:
@@ -297,7 +297,7 @@ def code() -> str:
     """Return a digest of everything that decides what a notebook earns: all code, and the versions of libraries."""
     import mpmath
 
-    digest = hashlib.sha256(f"{code_of_problems()}/{version('qdot')}/{mpmath.__version__}".encode())
+    digest = hashlib.sha256(f"{code_of_problems()}/{qdot_version()}/{mpmath.__version__}".encode())
     for path in sorted(Path(__file__).parent.rglob("*.py")):
         digest.update(path.name.encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()

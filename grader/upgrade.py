@@ -9,12 +9,12 @@ from collections import Counter
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
-from importlib.metadata import version
 from pathlib import Path
 
 from qdot.exercises.assignment import Assignment, Slot
 from qdot.exercises.drawing import own_failure
 from qdot.exercises.errors import QdotError
+from qdot.exercises.extras import qdot_version
 from qdot.exercises.parallel import ordered_map
 from qdot.exercises.problem import ENGINE, Problem
 from qdot.exercises.release import certificate_path, handout, is_up_to_date, notebook_path
@@ -164,7 +164,7 @@ def told(found: Comparison, folder: Path) -> Iterator[str]:
     """Yield the lines of the comparison, first what it is of, then a line for each thing that may differ."""
     made_by = sorted({version for one in found.handed_out for version in one.made_by})
     before = ", ".join(f"qdot {number} (engine {engine})" for number, engine in made_by) or "no version that is known"
-    yield f"this is qdot {version('qdot')} (engine {ENGINE}, grader {GRADER}); {folder} was handed out by {before}"
+    yield f"this is qdot {qdot_version()} (engine {ENGINE}, grader {GRADER}); {folder} was handed out by {before}"
     if not found.handed_out:
         yield "nothing was handed out yet: there is nothing that could be another"
         return

@@ -16,6 +16,7 @@ from importlib.metadata import Distribution, PackageNotFoundError, distribution
 from pathlib import Path
 
 import qdot
+from qdot.exercises.extras import DISTRIBUTION
 from qdot.exercises.render import template_folder
 
 PACKAGE = Path(qdot.__file__).parent
@@ -39,8 +40,9 @@ def zipped(files: Iterable[tuple[str, bytes, int]]) -> bytes:
 @cache
 def wheel() -> tuple[str, bytes]:
     """Return the wheel's file name and content."""
-    installed = distribution("qdot")
-    about = f"qdot-{installed.version}.dist-info"
+    installed = distribution(DISTRIBUTION)
+    name = f"{DISTRIBUTION.replace('-', '_')}-{installed.version}"
+    about = f"{name}.dist-info"
     files = [
         *_modules(),
         (f"{about}/METADATA", (installed.read_text("METADATA") or "").encode()),
@@ -49,7 +51,7 @@ def wheel() -> tuple[str, bytes]:
     ]
     record = "".join(f"{name},sha256={_digest(data)},{len(data)}\n" for name, data in files)
     files.append((f"{about}/RECORD", f"{record}{about}/RECORD,,\n".encode()))
-    return f"qdot-{installed.version}-py3-none-any.whl", zipped((name, data, 0o644) for name, data in files)
+    return f"{name}-py3-none-any.whl", zipped((name, data, 0o644) for name, data in files)
 
 
 def _modules() -> list[tuple[str, bytes]]:
@@ -75,7 +77,7 @@ def _digest(data: bytes) -> str:
 def versions() -> str:
     """Return the versions of the libraries that qdot runs with here, a line each, as pip takes them for constraints."""
     pinned: dict[str, str] = {}
-    waiting = [distribution("qdot")]
+    waiting = [distribution(DISTRIBUTION)]
     while waiting:
         for needed in _needed_by(waiting.pop()):
             if needed.name.lower() not in pinned:

@@ -42,11 +42,12 @@ def test_after_the_release_the_words_are_the_indexs(monkeypatch: pytest.MonkeyPa
     said = "    pip install .      # x\n`pip install \".[report]\"`, pip install '.[pdf]' pip install ./x.whl\n"
     said += "  - run: pip install ."
     assert with_install_words(said) == (
-        "    pip install qdot      # x\n`pip install 'qdot[report]'`, pip install 'qdot[pdf]' pip install ./x.whl\n"
+        "    pip install qdot-robotics      # x\n`pip install 'qdot-robotics[report]'`, "
+        "pip install 'qdot-robotics[pdf]' pip install ./x.whl\n"
         "  - run: pip install ."
     )
     monkeypatch.setitem(sys.modules, "typst", None)
-    assert lacking("pdf", "PDF") == "PDF needs typst, not installed here; get it with: pip install 'qdot[pdf]'"
+    assert lacking("pdf", "PDF") == "PDF needs typst, not installed here; get it with: pip install 'qdot-robotics[pdf]'"
 
 
 # --- extras ---

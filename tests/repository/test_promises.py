@@ -7,13 +7,13 @@ of what is not released yet.
 import copy
 import json
 import shutil
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from qdot.exercises.assignment import load_assignment
+from qdot.exercises.extras import qdot_version
 from qdot.exercises.problem import ENGINE
 from qdot.grader.attempt import GRADER
 from qdot.grader.docs import promises_page
@@ -40,7 +40,7 @@ def major(number: str) -> str:
 
 
 def is_promised(archive: Path) -> bool:
-    return archive.name == UNRELEASED or major(about(archive)["qdot"]) == major(version("qdot"))
+    return archive.name == UNRELEASED or major(about(archive)["qdot"]) == major(qdot_version())
 
 
 @archives

@@ -218,10 +218,10 @@ def test_a_release_has_an_archive_as_its_own_commit_writes_it(made: Path, rehear
 
 @pytest.mark.integration
 def test_what_is_built_is_of_the_tag_and_has_the_sites_scripts(made: Path) -> None:
-    wheel, source = made / "dist" / "qdot-7.0.0-py3-none-any.whl", made / "dist" / "qdot-7.0.0.tar.gz"
+    wheel, source = made / "dist" / "qdot_robotics-7.0.0-py3-none-any.whl", made / "dist" / "qdot_robotics-7.0.0.tar.gz"
     assert sorted((made / "dist").iterdir()) == sorted((wheel, source))
     with zipfile.ZipFile(wheel) as archive:
-        about = Parser().parsestr(archive.read("qdot-7.0.0.dist-info/METADATA").decode())
+        about = Parser().parsestr(archive.read("qdot_robotics-7.0.0.dist-info/METADATA").decode())
         assert about["Version"] == "7.0.0" and "exercises/site_dist/.vite/manifest.json" in archive.namelist()
     with tarfile.open(source) as files:
         names = {name.partition("/")[2] for name in files.getnames()}
@@ -235,7 +235,7 @@ def test_what_is_built_is_of_the_tag_and_has_the_sites_scripts(made: Path) -> No
 @pytest.mark.integration
 def test_what_it_is_made_of_is_described(made: Path) -> None:
     told = json.loads((made / "about" / "qdot.cdx.json").read_text())
-    assert told["bomFormat"] == "CycloneDX" and told["metadata"]["component"]["name"] == "qdot"
+    assert told["bomFormat"] == "CycloneDX" and told["metadata"]["component"]["name"] == "qdot-robotics"
     parts = {each["name"].lower(): each["version"] for each in told["components"]}
     pins = dict(re.findall(r"(?m)^([\w.-]+)==([^ ;\\]+)", (ROOT / "constraints.txt").read_text()))
     project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")

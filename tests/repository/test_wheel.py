@@ -67,7 +67,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The wheel, in `make whole` built from the source distribution built from this checkout."""
     folder, form = tmp_path_factory.mktemp("dist"), [] if WHOLE else ["--wheel"]
     run(sys.executable, "-m", "build", "--no-isolation", *form, "--outdir", folder, ROOT, cwd=folder)
-    (path,) = folder.glob("qdot-*.whl")
+    (path,) = folder.glob("qdot_robotics-*.whl")
     return path
 
 
@@ -80,7 +80,7 @@ def home(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     pip = (sys.executable, "-m", "pip", "--python", python, "--disable-pip-version-check")
     run(*pip, "install", "--no-index", "--no-deps", "--no-compile", wheel, cwd=home)
     (site,) = home.glob("lib/python3.*/site-packages")
-    (qdot,) = distributions(name="qdot", path=[str(site)])
+    (qdot,) = distributions(name="qdot-robotics", path=[str(site)])
     assert {"sympy", "typer"} <= lend(qdot.requires or [], site)
     return home
 
@@ -174,6 +174,30 @@ def test_an_assignment_from_init_to_full_marks(home: Path, tmp_path: Path) -> No
     result = json.loads(line)
     assert result["student"] == "ada"
     assert result["score"] == result["max_score"] > 0
+
+
+OWN_TEST = """
+from exercises import OWNER as of_exercises
+from grader import OWNER as of_grader
+from tests import OWNER as of_tests
+
+from qdot import Chain, Joint, certify, generate, grade_notebook, judge, mark, solve
+
+def test_packages_of_the_course_are_its_own():
+    assert of_exercises == of_grader == of_tests == "the course"
+    assert generate("planar-2r/1", ["determinant"])
+"""
+
+
+@pytest.mark.integration
+def test_a_course_may_have_packages_of_the_names_of_our_folders(home: Path, tmp_path: Path) -> None:
+    (site,) = home.glob("lib/python3.*/site-packages")
+    lend(["pytest"], site)
+    for name in ("exercises", "grader", "tests"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "__init__.py").write_text('OWNER = "the course"\n')
+    (tmp_path / "tests" / "test_course.py").write_text(OWN_TEST)
+    assert "1 passed" in run(home / "bin" / "python", "-m", "pytest", "-q", cwd=tmp_path)
 
 
 def test_it_carries_the_documentation_and_the_sites_scripts(wheel: Path) -> None:

@@ -252,7 +252,7 @@ def test_the_wheel_is_the_same_twice_and_its_libraries_are_named() -> None:
     assert wheel() == first
     named = versions().splitlines()
     assert any(line.startswith("sympy==") for line in named)
-    assert not [line for line in named if line.startswith(("pytest==", "qdot=="))]
+    assert not [line for line in named if line.startswith(("pytest==", "qdot-robotics=="))]
 
 
 def test_a_check_takes_one_report_which_may_be_standard_output(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
