@@ -37,6 +37,7 @@ lint: $(VENV)/.dev
 	$(VENV)/bin/ruff check $(CODE)
 	$(VENV)/bin/ruff format --check $(CODE)
 	$(VENV)/bin/mypy
+	$(VENV)/bin/lint-imports --no-cache
 
 # Tests wait for the disk, as qdot does, unless their files are in memory, where there is room for some gigabytes. A sandbox
 # without namespaces runs as another user, who has to get through to its folder.
@@ -104,7 +105,7 @@ oldest: $(VENV)/.oldest .venvs/readers/.installed
 
 docs: $(VENV)/.dev  ## write the pages of docs/ that are made from the code
 	$(PY) -m qdot.exercises.docs
-	$(PY) -m qdot.grader.docs
+	$(PY) -m qdot.grader.cli.reference_pages
 
 shipped: $(VENV)/.dev  ## work out what structures of the registered families give, for the wheel, after a change of their code (two minutes)
 	$(PY) -m qdot.exercises.docs.shipped
@@ -113,7 +114,7 @@ sharing: $(VENV)/.dev  ## measure how many of 500 students would share an answer
 	$(PY) -m qdot.exercises.docs.sharing
 
 messages: $(VENV)/.dev  ## collect all texts for the languages, merge them into exercises/locale, and say what is left to translate
-	$(PY) -m qdot.exercises.messages
+	$(PY) -m qdot.exercises.writing.collect_messages
 
 pairs: $(VENV)/.dev  ## 100,000 right and wrong answers made from all families' formulas, and the verdicts on them
 	$(PY) -m tests.tools.pairs

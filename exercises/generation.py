@@ -7,16 +7,16 @@ from functools import cache, partial
 from itertools import count, islice
 
 from qdot.exercises.arm.chain import CONVENTIONS, Chain
+from qdot.exercises.arm.difficulty import difficulty, in_words, step
 from qdot.exercises.arm.library import robots
-from qdot.exercises.difficulty import difficulty, in_words, step
-from qdot.exercises.errors import QdotError, unknown
+from qdot.exercises.common.errors import QdotError, unknown
+from qdot.exercises.common.stream import Stream, derived_seed
+from qdot.exercises.common.variation import DEFAULT, STEPS, axes_of
 from qdot.exercises.families import FAMILIES, Family
 from qdot.exercises.families.listing import Listed, listing
-from qdot.exercises.problem import ENGINE, Part, Problem, ProblemId
+from qdot.exercises.problem.problem import ENGINE, Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS, Question
 from qdot.exercises.quizzes import ASKED, QUIZZES
-from qdot.exercises.stream import Stream, derived_seed
-from qdot.exercises.variation import DEFAULT, STEPS, axes_of
 
 ATTEMPTS = 8
 """Arms of a varied family, and for short questions, that are tried before what finds nothing to ask is given up."""

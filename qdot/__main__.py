@@ -1,5 +1,5 @@
 """`python -m qdot`: the command line."""
 
-from qdot.grader.cli import run
+from qdot.grader.cli.main import run
 
 run()

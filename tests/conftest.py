@@ -15,8 +15,8 @@ from hypothesis import HealthCheck, settings
 
 from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint, Point
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.problem import Problem
-from qdot.grader.sandbox import Limits, Sandbox
+from qdot.exercises.problem.problem import Problem
+from qdot.grader.sandbox.sandbox import Limits, Sandbox
 from tests.support import DATA
 from tests.support.problems import drawn as drawn_once
 from tests.support.suites import SUITE, WHOLE, families_for, grouped, has_examples, is_example, left_out, several

@@ -3,28 +3,32 @@
 From the bottom up:
 
     chain                       a DH table with base, point of interest and task: the only description of an arm
-    told                        table, base and point as an arm's convention tells them; which frame is on which axis
+    convention_view             table, base and point as an arm's convention tells them; which frame is on which axis
     kinematics, trigonometry    frames and Jacobians; exact equality of trigonometric polynomials, and textbook factors
-    needs                       for which lengths a condition holds anywhere
+    existence_conditions        for which lengths a condition holds anywhere
     shipped                     what structures of the registered families give, worked out before (shipped.txt)
     transforms                  where the frames of a structure are; its Jacobian seen from the last one
     derivation                  all results, by both routes, once per structure
-    together, relations         whether conditions ever hold together; what one says of a joint, put into others
+    joint_solvability           whether conditions ever hold together
+    relations                   what one condition says of a joint, put into others
     singularity                 where the Jacobian loses rank
     axes, reason                how axes lie at a configuration; whether that is why it is singular
-    bare                        an arm without what its singularities do not hang on: arms of a class share it
+    normalized_arm              an arm without what its singularities do not hang on: arms of a class share it
     lengths                     an arm's lengths left open, and numbers put in for them
     reach, three_joints         which places can be reached: by plane arms and what carries them, by three joints
     beyond                      whether an arm reaches beyond where it is, by these or by a search
-    reciprocal, searched        more than six joints: where the Jacobian loses rank; a singular set tested in numbers
+    reciprocal                  more than six joints: where the Jacobian loses rank
+    numeric_rank_check          a singular set tested in numbers
     appearance, kinds           what a singular configuration looks like; whether one is boundary or internal
     classification              what singular sets are: of which kind, and what their configurations look like
+    difficulty                  how hard an arm is to work through by hand
     directions, meanings        which motion is lost there; what configurations look like
-    precise, path               the arm in numbers with many digits; along a straight line
+    mpmath_kinematics, path     the arm in numbers with many digits; along a straight line
     entry                       one entry of a table
-    placing, conventions        an arm by where its axes lie, by modified and standard tables: the standard table of it
+    axes_to_dh, conventions     an arm by where its axes lie, by modified and standard tables: the standard table of it
     urdf, robot_file            the user's own arm: as ROS describes it; ROBOT.toml, in any convention
     robot_text                  an arm written as ROBOT.toml
     library                     real robots, by their names
-    arithmetic, stages          a derivation in stages, in numbers, SymPy or trees, any of them changed by a mistake
+    arithmetic                  what a derivation is worked out in: numbers, SymPy or trees
+    derivation_graph            a derivation in stages, in numbers, SymPy or trees, any of them changed by a mistake
 """

@@ -13,7 +13,7 @@ from qdot.exercises.arm.axes import Sample
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.reach import reaches_beside
 from qdot.exercises.arm.three_joints import NO, UNSURE, YES, reaches_places
-from qdot.exercises.stream import Stream
+from qdot.exercises.common.stream import Stream
 
 _STARTS, _STEPS = 80, 40
 _EARLY, _KEPT = 8, 20

@@ -10,7 +10,7 @@ from functools import cached_property
 
 import sympy as sp
 
-from qdot.exercises.errors import QdotError, unknown
+from qdot.exercises.common.errors import QdotError, unknown
 
 TASK_ROWS = ("vx", "vy", "vz", "wx", "wy", "wz")
 """Names of the rows of the 6 x n Jacobian, linear first (6.6)."""

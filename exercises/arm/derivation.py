@@ -14,6 +14,7 @@ from itertools import combinations, product
 import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain, Joint, Point
+from qdot.exercises.arm.convention_view import frame_on_axis, is_by_axes, is_modified, told_rows, up_to_frame
 from qdot.exercises.arm.kinematics import (
     Z,
     differentiated_jacobian,
@@ -27,7 +28,6 @@ from qdot.exercises.arm.kinematics import (
     task_matrix,
 )
 from qdot.exercises.arm.shipped import once_per_structure
-from qdot.exercises.arm.told import frame_on_axis, is_by_axes, is_modified, told_rows, up_to_frame
 from qdot.exercises.arm.trigonometry import (
     Factored,
     factored,
@@ -37,7 +37,7 @@ from qdot.exercises.arm.trigonometry import (
     without_arctangents,
     without_brackets,
 )
-from qdot.exercises.errors import QdotError
+from qdot.exercises.common.errors import QdotError
 
 Values = dict[sp.Symbol, sp.Expr]
 

@@ -15,9 +15,9 @@ import sympy as sp
 
 from qdot.exercises.arm.axes import Sample
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.convention_view import frame_on_axis, is_by_axes
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.singularity import Component
-from qdot.exercises.arm.told import frame_on_axis, is_by_axes
 from qdot.exercises.arm.trigonometry import Factored, factored, substitute, textbook
 
 ZERO, CLEAR = 1e-9, 0.05

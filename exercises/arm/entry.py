@@ -13,7 +13,7 @@ from fractions import Fraction
 
 import sympy as sp
 
-from qdot.exercises.errors import QdotError
+from qdot.exercises.common.errors import QdotError
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.names import FUNCTIONS
 from qdot.exercises.formula.trees import Node, ReadError

@@ -19,7 +19,7 @@ from qdot.exercises.arm.beyond import reached_beyond, reaches_of
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.stream import Stream
+from qdot.exercises.common.stream import Stream
 
 REGULAR = 1e-7
 """A singular value counts as zero below this part of the largest."""

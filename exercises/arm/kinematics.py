@@ -18,7 +18,7 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain, Joint
-from qdot.exercises.arm.told import frame_on_axis, is_modified, told_base, told_point, told_rows
+from qdot.exercises.arm.convention_view import frame_on_axis, is_modified, told_base, told_point, told_rows
 
 Z = sp.Matrix([0, 0, 1])
 

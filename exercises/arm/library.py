@@ -13,7 +13,7 @@ from functools import cache
 from pathlib import Path
 from types import MappingProxyType
 
-from qdot.exercises.errors import QdotError
+from qdot.exercises.common.errors import QdotError
 
 FOLDER = Path(__file__).parents[1] / "robots"
 ENDINGS = (".toml", ".csv", ".urdf", ".xml")

@@ -26,10 +26,10 @@ from qdot.exercises.arm.axes import (
     spread,
 )
 from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.convention_view import place_name
 from qdot.exercises.arm.kinds import kinds_at
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.reason import is_reason
-from qdot.exercises.arm.told import place_name
 
 NEAR, APART = 1e-6, 0.02
 """What counts as zero, and as clearly not zero, in metres or as a sine."""

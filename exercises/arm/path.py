@@ -13,7 +13,7 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.precise import DOUBLE, PreciseArm, Vector, solved
+from qdot.exercises.arm.mpmath_kinematics import DOUBLE, PreciseArm, Vector, solved
 
 ITERATIONS = 12
 

@@ -12,7 +12,7 @@ import numpy as np
 from qdot.exercises.arm.axes import Off, Sample
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.stream import Stream
+from qdot.exercises.common.stream import Stream
 
 Holds = Callable[[Sample], bool | None]
 

@@ -19,11 +19,11 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain, Joint, Point
 from qdot.exercises.arm.derivation import TooLong, determinant_of, minors_are_long, moves_with_last_link
+from qdot.exercises.arm.joint_solvability import may_hold_together, without_needless
 from qdot.exercises.arm.kinematics import NumericChain, Z, frame_behind
 from qdot.exercises.arm.singularity import Conjunction, Search, as_stated, cases_of_zero, common_zeros, tidied
-from qdot.exercises.arm.together import may_hold_together, without_needless
 from qdot.exercises.arm.trigonometry import Factored, factored
-from qdot.exercises.stream import Stream
+from qdot.exercises.common.stream import Stream
 
 _POSITION = TASK_ROWS[:3]
 MOST_LEFT = 400

@@ -37,16 +37,16 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from qdot.exercises.arm.axes_to_dh import HOME, Axis, Pose, exactly, pose_of
 from qdot.exercises.arm.chain import CALLED, CONVENTIONS, TASK_ROWS, TWIST_ORDERS, Base, Chain, Joint, Point
 from qdot.exercises.arm.conventions import Row, axes_of_rows, by_axes, is_rounded, modified, standard
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.entry import check_role, doubt, value_of
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.placing import HOME, Axis, Pose, exactly, pose_of
 from qdot.exercises.arm.urdf import Described, read_urdf
-from qdot.exercises.errors import QdotError, unknown
-from qdot.exercises.input_file import Place, TomlFile, read_table, read_toml, shown
-from qdot.exercises.stream import Stream
+from qdot.exercises.common.errors import QdotError, unknown
+from qdot.exercises.common.input_file import Place, TomlFile, read_table, read_toml, shown
+from qdot.exercises.common.stream import Stream
 
 ROW_KEYS = ("kind", "theta", "d", "a", "alpha")
 KEYS = {"dh": ROW_KEYS, "modified-dh": ROW_KEYS, "screws": ("kind", "axis", "point")}

@@ -6,11 +6,11 @@ from decimal import Decimal
 import sympy as sp
 
 from qdot.exercises.arm.chain import TWIST_ORDERS, Chain, Point
+from qdot.exercises.arm.convention_view import modified_point, modified_rows
 from qdot.exercises.arm.conventions import axes_of
 from qdot.exercises.arm.robot_file import Robot
-from qdot.exercises.arm.told import modified_point, modified_rows
-from qdot.exercises.errors import QdotError
-from qdot.exercises.input_file import shown
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.input_file import shown
 
 Entries = Sequence[tuple[str, str]]
 

@@ -13,16 +13,16 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import Derivation, TooLong, derive
+from qdot.exercises.arm.joint_solvability import follows, may_hold_together, without_needless
 from qdot.exercises.arm.relations import Relation, by_half_angle, relation_of
-from qdot.exercises.arm.together import follows, may_hold_together, without_needless
 from qdot.exercises.arm.trigonometry import Factored, factored, substitute
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.text import ByText
-from qdot.exercises.stream import Stream
 
 MOST_WAYS, MOST_PARTS = 300, 40
 """Ways in which minors vanish together that are looked at, and those of them that anyone would read."""
 MOST_ZEROS = 10_000
-"""How much work it may be to see of long conditions that they follow from others, as `together` counts it."""
+"""How much work it may be to see of long conditions that they follow from others, as `joint_solvability` counts it."""
 _NOTHING = sp.Float("1e-20")
 _SIGNS, _CLEAR = 12, 1e-6
 """Places at which the sign of an expression is looked at, and from what size on it has one."""

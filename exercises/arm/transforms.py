@@ -6,9 +6,9 @@ Angles add up in runs of parallel joints. The frames are those of the convention
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.convention_view import is_modified, told_point, up_to_frame
 from qdot.exercises.arm.kinematics import Z, frame_behind, link_frames
 from qdot.exercises.arm.shipped import once_per_structure
-from qdot.exercises.arm.told import is_modified, told_point, up_to_frame
 from qdot.exercises.arm.trigonometry import count_terms, textbook
 
 

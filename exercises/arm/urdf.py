@@ -13,9 +13,9 @@ from xml.etree import ElementTree
 
 import sympy as sp
 
-from qdot.exercises.arm.placing import HOME, NEAR, Axis, Pose, pose_of
-from qdot.exercises.errors import QdotError, unknown
-from qdot.exercises.input_file import read_text
+from qdot.exercises.arm.axes_to_dh import HOME, NEAR, Axis, Pose, pose_of
+from qdot.exercises.common.errors import QdotError, unknown
+from qdot.exercises.common.input_file import read_text
 
 MOVING = {"revolute": "R", "continuous": "R", "prismatic": "P"}
 ROUNDED = sp.Rational(1, 1000)

@@ -20,6 +20,9 @@ from pathlib import Path
 from types import MappingProxyType
 
 from qdot.exercises.arm.chain import CONVENTIONS, Chain
+from qdot.exercises.common.files import write_atomically
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.common.variation import DEFAULT, STEPS
 from qdot.exercises.docs.errata import Erratum, errata
 from qdot.exercises.docs.robots import robots_page
 from qdot.exercises.docs.sharing import GROUPS, known
@@ -27,16 +30,13 @@ from qdot.exercises.docs.structures import structures_page
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.listing import LISTING, Listed
 from qdot.exercises.figure import figure_svg, singular_svg, thumbnail_svg
-from qdot.exercises.files import write_atomically
 from qdot.exercises.generation import find_out, sample_chain
-from qdot.exercises.languages import ENGLISH, catalogue
 from qdot.exercises.mistakes.catalogue import SECTIONS
-from qdot.exercises.problem import Part, Problem, ProblemId
+from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.quizzes import QUIZZES
-from qdot.exercises.render import render
-from qdot.exercises.stream import Stream
-from qdot.exercises.variation import DEFAULT, STEPS
+from qdot.exercises.writing.languages import ENGLISH, catalogue
+from qdot.exercises.writing.render import render
 from qdot.exercises.writing.statement import worked_solution
 from qdot.exercises.writing.wording import Wording
 

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from qdot.exercises.console import say
+from qdot.exercises.common.console import say
 from qdot.exercises.docs import write
 
 if __name__ == "__main__":

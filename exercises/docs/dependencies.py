@@ -8,8 +8,8 @@ import re
 from pathlib import Path
 from typing import Any
 
-from qdot.exercises.extras import EXTRAS, install_words
-from qdot.exercises.render import render
+from qdot.exercises.common.extras import EXTRAS, install_words
+from qdot.exercises.writing.render import render
 
 DATA = Path(__file__).with_suffix(".json")
 

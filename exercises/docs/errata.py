@@ -14,7 +14,7 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.classification import classify_pieces
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.languages import Catalogue
+from qdot.exercises.writing.languages import Catalogue
 
 A1, A2, A3, T1, T2, T3 = sp.symbols("a1 a2 a3 theta1 theta2 theta3")
 QD1, QD2 = sp.symbols("qd1 qd2")

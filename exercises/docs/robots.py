@@ -10,13 +10,13 @@ from functools import cache
 from pathlib import Path
 
 from qdot.exercises.arm.chain import CONVENTIONS
+from qdot.exercises.arm.convention_view import told_words
 from qdot.exercises.arm.library import robots
 from qdot.exercises.arm.robot_file import read_robot_file
-from qdot.exercises.arm.told import told_words
-from qdot.exercises.console import say
-from qdot.exercises.files import write_atomically
-from qdot.exercises.render import render
-from qdot.exercises.solving import solve
+from qdot.exercises.common.console import say
+from qdot.exercises.common.files import write_atomically
+from qdot.exercises.solve.solver import solve
+from qdot.exercises.writing.render import render
 
 KEPT = Path(__file__).with_name("robots.json")
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "robots.md"

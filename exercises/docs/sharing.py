@@ -17,16 +17,16 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import structure
-from qdot.exercises.arm.stages import Working, numbers
-from qdot.exercises.console import say
+from qdot.exercises.arm.derivation_graph import Working, numbers
+from qdot.exercises.common.console import say
+from qdot.exercises.common.files import write_atomically
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.common.variation import DEFAULT, STEPS
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.files import write_atomically
 from qdot.exercises.generation import questions_of, sample_chain
-from qdot.exercises.problem import Part, Problem, ProblemId
+from qdot.exercises.problem.problem import Part, Problem, ProblemId
+from qdot.exercises.problem.record import digests
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.record import digests
-from qdot.exercises.stream import Stream
-from qdot.exercises.variation import DEFAULT, STEPS
 
 MEASURED = Path(__file__).with_name("sharing.json")
 

@@ -8,21 +8,21 @@ all real robots.
 from collections.abc import Callable, Iterator
 
 from qdot.exercises.arm.chain import CONVENTIONS, TASK_ROWS, Chain
+from qdot.exercises.arm.convention_view import up_to_frame
 from qdot.exercises.arm.derivation import results, structure
 from qdot.exercises.arm.library import robot_path, robots
 from qdot.exercises.arm.robot_file import read_robot
 from qdot.exercises.arm.shipped import FILE, key, maker, written
-from qdot.exercises.arm.told import up_to_frame
 from qdot.exercises.arm.transforms import in_tool_frame, poses, seen_from_tool, terms_in_tool_frame, terms_of_last_pose
-from qdot.exercises.console import say
+from qdot.exercises.common.console import say
+from qdot.exercises.common.files import write_atomically
+from qdot.exercises.common.variation import STEPS
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.structures import chain_of, clean_structures
-from qdot.exercises.files import write_atomically
 from qdot.exercises.generation import sample_chain
-from qdot.exercises.problem import ProblemId
+from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.transforms import MOST_JOINTS
-from qdot.exercises.variation import STEPS
 
 BY_TRANSFORMS: tuple[tuple[str, Callable[[Chain], object], *tuple[Callable[[Chain], object], ...]], ...] = (
     ("transform", terms_of_last_pose, poses),

@@ -3,7 +3,7 @@
 from collections import Counter
 from dataclasses import dataclass
 
-from qdot.exercises.difficulty import HARDEST
+from qdot.exercises.arm.difficulty import HARDEST
 from qdot.exercises.families.structures import (
     MOST_TERMS,
     MOST_TERMS_OF_A_CONDITION,
@@ -15,7 +15,7 @@ from qdot.exercises.families.structures import (
     singular_sets,
     tables,
 )
-from qdot.exercises.render import render
+from qdot.exercises.writing.render import render
 
 
 @dataclass(frozen=True)

@@ -6,34 +6,20 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Generic, TypeVar
 
-from qdot.exercises.assignment import Slot
-from qdot.exercises.drawing import GivenUp, attempt, instead, vouching
-from qdot.exercises.errors import QdotError
+from qdot.exercises.assignment.assignment import Slot
+from qdot.exercises.assignment.draws import GivenUp, Variant, attempt, instead, vouching
+from qdot.exercises.assignment.redrawn import DRAWS
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.parallel import ordered_map
 from qdot.exercises.exports.outlet import Order
 from qdot.exercises.families.base import how_varied
-from qdot.exercises.parallel import ordered_map
-from qdot.exercises.problem import Problem
-from qdot.exercises.record import digests
-from qdot.exercises.redrawn import DRAWS
+from qdot.exercises.problem.problem import Problem
+from qdot.exercises.problem.record import digests
 
 Made = TypeVar("Made")
 
 PATIENCE = 10
 """So many times as many problems as are wanted are drawn where a family has few that differ."""
-
-
-@dataclass(frozen=True)
-class Variant:
-    """A problem of the bank: of which place in the assignment, and the how-manieth of that place, from 1."""
-
-    slot: Slot
-    number: int
-    problem: Problem
-
-    @property
-    def key(self) -> str:
-        """A short name that no other variant of the assignment has, and that stays, as in "p1-007"."""
-        return f"{self.slot.name}-{self.number:03d}"
 
 
 Work = Callable[[Order, Slot, Problem], Made]

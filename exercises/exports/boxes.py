@@ -22,7 +22,7 @@ from qdot.exercises.answers import (
     Selection,
 )
 from qdot.exercises.formula.latex import parsed
-from qdot.exercises.problem import Part, Problem
+from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.quizzes import ASKED
 from qdot.exercises.quizzes.options import Options
 from qdot.exercises.writing.fit import width

@@ -17,7 +17,7 @@ from qdot.exercises.exports.markup import (
     svg_file,
 )
 from qdot.exercises.exports.outlet import File, Order
-from qdot.exercises.render import render
+from qdot.exercises.writing.render import render
 
 IMAGES = "%24IMS-CC-FILEBASE%24"
 """Where Canvas puts the files of a package."""

@@ -10,7 +10,7 @@ from qdot.exercises.exports.handouts import handouts
 from qdot.exercises.exports.outlet import File, Order
 from qdot.exercises.exports.repositories import assignment_files
 from qdot.exercises.exports.wheel import versions, wheel, zipped
-from qdot.exercises.render import render
+from qdot.exercises.writing.render import render
 
 
 def gradescope(order: Order) -> Generator[File, None, None]:

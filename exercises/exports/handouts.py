@@ -3,10 +3,10 @@
 from collections.abc import Generator
 from dataclasses import dataclass
 
-from qdot.exercises.assignment import Assignment, Student
-from qdot.exercises.drawing import settled
+from qdot.exercises.assignment.assignment import Assignment, Student
+from qdot.exercises.assignment.draws import settled
+from qdot.exercises.assignment.release import is_released, new_handout, released_text
 from qdot.exercises.exports.outlet import Order
-from qdot.exercises.release import is_released, new_handout, released_text
 
 
 @dataclass(frozen=True)

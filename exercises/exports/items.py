@@ -12,19 +12,20 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.answers import LETTERS, TRUE_FALSE, Choice, Forms, Letters, Matching, Number, Selection
-from qdot.exercises.assignment import Slot
-from qdot.exercises.errors import QdotError
-from qdot.exercises.exports.bank import Variant, worked_out
+from qdot.exercises.assignment.assignment import Slot
+from qdot.exercises.assignment.draws import Variant
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.exports.bank import worked_out
 from qdot.exercises.exports.numbers import InNumbers, in_numbers
 from qdot.exercises.exports.outlet import Order
 from qdot.exercises.figure import alt_text, figure_svg, part_alt, part_svg
-from qdot.exercises.notebook import solution_figure
-from qdot.exercises.problem import Part, Problem
+from qdot.exercises.notebook.notebook import solution_figure
+from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.quizzes import ASKED
 from qdot.exercises.quizzes.options import blames_of
-from qdot.exercises.render import render
-from qdot.exercises.stream import Stream
 from qdot.exercises.writing.latex import tex
+from qdot.exercises.writing.render import render
 from qdot.exercises.writing.statement import hints, option_text, prompt, statement, worked_solution
 
 MOST_WRONG = 6

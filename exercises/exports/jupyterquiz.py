@@ -16,8 +16,8 @@ from qdot.exercises.exports.items import Choose, Field, Item, Match, Picture, it
 from qdot.exercises.exports.markup import body_html, by_category, decimal, limits, line_html, svg_file
 from qdot.exercises.exports.outlet import File, Order
 from qdot.exercises.formula.printers.mathml import mathml
-from qdot.exercises.notebook import KERNEL, notebook_text
-from qdot.exercises.render import plain, render
+from qdot.exercises.notebook.notebook import KERNEL, notebook_text
+from qdot.exercises.writing.render import plain, render
 
 QuizQuestion = dict[str, object]
 _NUDGE = 1e-9

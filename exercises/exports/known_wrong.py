@@ -18,19 +18,19 @@ from qdot.exercises.answers import ConditionSet, Number
 from qdot.exercises.arm import classification
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.derivation_graph import RESULT, Change, as_formulas, formulas, numbers
 from qdot.exercises.arm.singularity import Component
-from qdot.exercises.arm.stages import RESULT, Change, as_formulas, formulas, numbers
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import READABLE, Domain, compare_entries
 from qdot.exercises.formula.text import text_of
 from qdot.exercises.mistakes.base import Mistake
 from qdot.exercises.mistakes.catalogue import Wrong, taken, wrong_answers
 from qdot.exercises.mistakes.given import configurations
-from qdot.exercises.problem import OneOfSeveral, Part, Problem
+from qdot.exercises.problem.problem import OneOfSeveral, Part, Problem
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.results import is_derived, result
 from qdot.exercises.quizzes.wrong import MOST_JOINTS, NO_NUMBER, differ, in_formulas, tidied
-from qdot.exercises.stream import Stream
 
 POINTS = 5
 LONGEST = 1500

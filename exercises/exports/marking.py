@@ -23,11 +23,11 @@ from qdot.exercises.answers import (
     Number,
     Selection,
 )
-from qdot.exercises.credit import AMISS, HALF, OWN
 from qdot.exercises.exports.known_wrong import Known, known_wrong
 from qdot.exercises.exports.outlet import Earns
 from qdot.exercises.formula.latex import parsed
-from qdot.exercises.problem import Part, Problem
+from qdot.exercises.problem.credit import AMISS, HALF, OWN
+from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import is_product
 from qdot.exercises.quizzes.options import blames_of
 from qdot.exercises.writing.fit import fitted, width

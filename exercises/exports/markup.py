@@ -10,9 +10,9 @@ from decimal import Decimal
 from qdot.exercises.exports.items import Item, Picture
 from qdot.exercises.formula.latex import parsed
 from qdot.exercises.formula.layout import Layout
-from qdot.exercises.render import render
 from qdot.exercises.writing.fit import fitted
 from qdot.exercises.writing.markup import SCREEN, to_html, to_html_for_mathjax
+from qdot.exercises.writing.render import render
 
 DIGITS = 10
 """Significant digits to which right values are given to platforms."""

@@ -21,7 +21,7 @@ from qdot.exercises.exports.markup import (
 )
 from qdot.exercises.exports.moodle_quiz import Answer, Box, Category, Question, quiz_backup
 from qdot.exercises.exports.outlet import File, Order
-from qdot.exercises.render import render
+from qdot.exercises.writing.render import render
 
 FRACTIONS = {1: "100", 2: "50", 3: "33.33333", 4: "25", 5: "20", 6: "16.66667", 7: "14.28571", 8: "12.5"}
 """The share of each of so many right options, as Moodle's list of grades has it."""

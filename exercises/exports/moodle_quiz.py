@@ -12,11 +12,11 @@ from dataclasses import dataclass
 from itertools import count
 from typing import Any
 
-from qdot.exercises.assignment import Assignment
+from qdot.exercises.assignment.assignment import Assignment
+from qdot.exercises.assignment.lateness import aware
 from qdot.exercises.exports.markup import archive
 from qdot.exercises.exports.outlet import Order
-from qdot.exercises.lateness import aware
-from qdot.exercises.render import render
+from qdot.exercises.writing.render import render
 
 RELEASE, VERSION = "4.0", 2022041900
 """The oldest Moodle that reads the backup: later ones keep questions and draws from a bank in the same way."""

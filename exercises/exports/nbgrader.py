@@ -11,15 +11,15 @@ import json
 from collections.abc import Generator, Sequence
 from typing import Any
 
-from qdot.exercises.assignment import SECRET_FILE, Slot, Student
+from qdot.exercises.assignment.assignment import SECRET_FILE, Slot, Student
 from qdot.exercises.exports.handouts import handouts
 from qdot.exercises.exports.outlet import File, Order
 from qdot.exercises.exports.repositories import assignment_files
 from qdot.exercises.exports.wheel import wheel
-from qdot.exercises.notebook import KERNEL, notebook_text, points_text
-from qdot.exercises.problem import variable
+from qdot.exercises.notebook.notebook import KERNEL, notebook_text, points_text
+from qdot.exercises.problem.problem import variable
 from qdot.exercises.quizzes import ASKED
-from qdot.exercises.render import render
+from qdot.exercises.writing.render import render
 
 Cell = dict[str, Any]
 SCHEMA = 3

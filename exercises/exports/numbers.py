@@ -14,17 +14,17 @@ import sympy as sp
 from qdot.exercises.answers import Number
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.classification import domain_of
-from qdot.exercises.arm.precise import numeric, ten_digits
-from qdot.exercises.arm.stages import Working, numbers
-from qdot.exercises.errors import QdotError
+from qdot.exercises.arm.derivation_graph import Working, numbers
+from qdot.exercises.arm.mpmath_kinematics import numeric, ten_digits
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.identity import Domain
 from qdot.exercises.mistakes.catalogue import ONE_NUMBER, Wrong, likely, made, taken, wrong_answers
 from qdot.exercises.mistakes.given import Values, configurations
-from qdot.exercises.problem import Part, Problem
+from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.geometry import distinct_lengths
 from qdot.exercises.questions.inversion import THREE_DIGITS, conditioning, draw_pose, well_conditioned
 from qdot.exercises.questions.results import is_derived, is_made_of_jacobian, result
-from qdot.exercises.stream import Stream
 from qdot.exercises.writing.latex import tex, tex_angle, tex_length, tex_value
 from qdot.exercises.writing.wording import Wording
 

@@ -12,20 +12,20 @@ from typing import Any
 import nbformat
 from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook, new_raw_cell
 
-from qdot.exercises.assignment import SECRET_FILE, Assignment
+from qdot.exercises.assignment.assignment import SECRET_FILE, Assignment
 from qdot.exercises.exports.handouts import handouts
 from qdot.exercises.exports.nbgrader import grade_id
 from qdot.exercises.exports.outlet import File, Order
 from qdot.exercises.exports.repositories import assignment_files
 from qdot.exercises.exports.wheel import wheel
-from qdot.exercises.notebook import KERNEL, notebook_text, points_text
-from qdot.exercises.problem import variable
+from qdot.exercises.notebook.notebook import KERNEL, notebook_text, points_text
+from qdot.exercises.problem.problem import variable
 from qdot.exercises.quizzes import ASKED
-from qdot.exercises.render import plain, render
+from qdot.exercises.writing.render import plain, render
 
 FOLDER = "qdot"
 """The folder in the autograder by which it marks."""
-PLUGIN = "qdot.grader.otter_plugin.Marks"
+PLUGIN = "qdot.grader.integrations.otter_plugin.Marks"
 """What Otter calls before and after it runs a notebook."""
 Part = tuple[str, str, float, str]
 

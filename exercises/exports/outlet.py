@@ -7,10 +7,10 @@ from fractions import Fraction
 from pathlib import PurePath
 from typing import Literal
 
-from qdot.exercises.assignment import FEEDBACK, Assignment
-from qdot.exercises.drawing import Failures, GivenUp
-from qdot.exercises.errors import QdotError
-from qdot.exercises.problem import Part, Problem
+from qdot.exercises.assignment.assignment import FEEDBACK, Assignment
+from qdot.exercises.assignment.draws import Failures, GivenUp
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.problem.problem import Part, Problem
 
 SHEETS = ("handout", "exam", "key", "marking")
 """Problems to work on; with room to write in; for the staff, the answers in short, and what wrong ones earn, too."""

@@ -3,14 +3,14 @@
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 
-from qdot.exercises.errors import QdotError
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.extras import lacking, need
 from qdot.exercises.exports.outlet import File, Order
 from qdot.exercises.exports.sheet import Sheet, sheets
-from qdot.exercises.extras import lacking, need
 from qdot.exercises.figure.tikz import tikz
 from qdot.exercises.formula.printers.typst import typst_string
-from qdot.exercises.render import render
 from qdot.exercises.writing.markup import latex_escaped, to_html, to_latex
+from qdot.exercises.writing.render import render
 from qdot.exercises.writing.typst import to_typst, typst_escaped
 
 NARROW = 0.8

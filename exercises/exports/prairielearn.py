@@ -7,13 +7,13 @@ import uuid
 from collections.abc import Generator, Mapping, Sequence
 
 from qdot.exercises.answers import Answer, Forms, Number
-from qdot.exercises.assignment import SECRET_FILE, Assignment, Slot
+from qdot.exercises.assignment.assignment import SECRET_FILE, Assignment, Slot
 from qdot.exercises.exports.bank import bank
 from qdot.exercises.exports.outlet import File, Order, robots
-from qdot.exercises.notebook import points_text
-from qdot.exercises.problem import Part
+from qdot.exercises.notebook.notebook import points_text
+from qdot.exercises.problem.problem import Part
 from qdot.exercises.quizzes import ASKED
-from qdot.exercises.render import render
+from qdot.exercises.writing.render import render
 
 BANK_FILE = "bank.json"
 """The seeds of the certified variants, by place."""

@@ -21,7 +21,7 @@ from qdot.exercises.exports.markup import (
 )
 from qdot.exercises.exports.outlet import File, Order
 from qdot.exercises.formula.printers.mathml import plain_mathml
-from qdot.exercises.render import render
+from qdot.exercises.writing.render import render
 
 MOST_FIELDS = 4
 """Fields of an item up to which a wrong number is told the mistake behind it; it is long otherwise."""

@@ -8,12 +8,12 @@ import re
 import sys
 from collections.abc import Generator
 
-from qdot.exercises.errors import QdotError
+from qdot.exercises.assignment.redrawn import REDRAWN
+from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.handouts import handouts
 from qdot.exercises.exports.outlet import File, Order, robots
 from qdot.exercises.exports.wheel import versions, wheel
-from qdot.exercises.redrawn import REDRAWN
-from qdot.exercises.render import render
+from qdot.exercises.writing.render import render
 
 PLATFORMS = {"github": ".github/workflows", "gitlab": ""}
 """Where each platform looks for what it is to run."""

@@ -10,20 +10,20 @@ from collections.abc import Generator
 from dataclasses import replace
 from pathlib import Path
 
-from qdot.exercises.assignment import FEEDBACK, Slot
-from qdot.exercises.drawing import GivenUp
-from qdot.exercises.errors import QdotError
+from qdot.exercises.assignment.assignment import FEEDBACK, Slot
+from qdot.exercises.assignment.draws import GivenUp
+from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.bank import bank
 from qdot.exercises.exports.markup import archive
 from qdot.exercises.exports.outlet import File, Order
 from qdot.exercises.exports.qti import TRIES
-from qdot.exercises.languages import LANGUAGES
-from qdot.exercises.record import Json
-from qdot.exercises.render import render
+from qdot.exercises.problem.record import Json
 from qdot.exercises.site.bank import FOLDER, index_text, titles_text, write_bank
 from qdot.exercises.site.build import NOT_BUILT
 from qdot.exercises.site.pages import Assets, built_assets, favicon
 from qdot.exercises.site.supply import of_variants
+from qdot.exercises.writing.languages import LANGUAGES
+from qdot.exercises.writing.render import render
 
 VERSIONS = {"1.2": "scorm12", "2004": "scorm2004"}
 """The versions of SCORM, each with what its package is called."""

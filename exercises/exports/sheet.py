@@ -6,18 +6,18 @@ from collections.abc import Generator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field, replace
 
-from qdot.exercises.assignment import Assignment
-from qdot.exercises.drawing import Failures, GivenUp, draws_of, recorded, vouching
+from qdot.exercises.assignment.assignment import Assignment
+from qdot.exercises.assignment.draws import Failures, GivenUp, draws_of, recorded, vouching
+from qdot.exercises.assignment.redrawn import Redraw
+from qdot.exercises.common.parallel import ordered_map
 from qdot.exercises.exports.bank import bank
 from qdot.exercises.exports.boxes import Box, PaperOptions, box_of, options_of, shrunk, with_share
 from qdot.exercises.exports.marking import Marking, marking
 from qdot.exercises.exports.outlet import Earns, Order
 from qdot.exercises.figure import alt_text, figure_svg, part_alt, part_svg
-from qdot.exercises.notebook import points_text, solution_figure
-from qdot.exercises.parallel import ordered_map
-from qdot.exercises.problem import Part, Problem
+from qdot.exercises.notebook.notebook import points_text, solution_figure
+from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.quizzes import ASKED
-from qdot.exercises.redrawn import Redraw
 from qdot.exercises.writing.on_paper import on_paper, without_options
 from qdot.exercises.writing.short_answer import short_answer
 from qdot.exercises.writing.statement import hints, prompt, statement, worked_solutions

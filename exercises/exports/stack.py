@@ -10,20 +10,21 @@ import base64
 from collections.abc import Generator, Iterator
 from dataclasses import dataclass, replace
 
-from qdot.exercises.assignment import Slot
-from qdot.exercises.errors import QdotError
-from qdot.exercises.exports.bank import Variant, worked_out
+from qdot.exercises.assignment.assignment import Slot
+from qdot.exercises.assignment.draws import Variant
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.exports.bank import worked_out
 from qdot.exercises.exports.moodle import LONGEST_ID, category_path, moodle_name
 from qdot.exercises.exports.outlet import File, Order
 from qdot.exercises.exports.stack_cost import LIMIT, costs
 from qdot.exercises.exports.stack_parts import Case, StackPart, asked, without_rounding
 from qdot.exercises.figure import alt_text, figure_svg, part_alt, part_svg
-from qdot.exercises.notebook import solution_figure
-from qdot.exercises.problem import Part, Problem
+from qdot.exercises.notebook.notebook import solution_figure
+from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import is_product
 from qdot.exercises.quizzes import ASKED
-from qdot.exercises.render import render
 from qdot.exercises.writing.markup import to_html_for_mathjax
+from qdot.exercises.writing.render import render
 from qdot.exercises.writing.statement import hints, prompt, statement, worked_solution
 
 VERSION = "2023060500"

@@ -11,7 +11,7 @@ allows for all it does.
 """
 
 from qdot.exercises.formula.printers.maxima import maxima_text
-from qdot.exercises.problem import Problem
+from qdot.exercises.problem.problem import Problem
 
 MOST_JOINTS = 6
 """Joints up to which sums of neighbouring angles have a short name, as c123."""

@@ -14,16 +14,7 @@ import sympy as sp
 
 from qdot.exercises.answers import LETTERS, Answer, Choice, ConditionSet, Direction, Forms, Number
 from qdot.exercises.arm.singularity import Component
-from qdot.exercises.credit import (
-    AMISS,
-    HALF,
-    OWN,
-    false_conditions,
-    share_but_for_a_factor,
-    share_of_columns,
-    share_of_entries,
-    share_of_set,
-)
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.exports.known_wrong import Known, domain_of, known_wrong, room_of, same_entries
 from qdot.exercises.exports.stack_maxima import FORMULAS, NUMBERS, SETS, names, short_names
 from qdot.exercises.formula.algebra import ONE, times
@@ -34,10 +25,19 @@ from qdot.exercises.formula.program import Program, compile_program, evaluate
 from qdot.exercises.formula.scale import constant_factor
 from qdot.exercises.formula.text import text_of
 from qdot.exercises.formula.trees import Node as Tree
-from qdot.exercises.problem import Part, Problem
+from qdot.exercises.problem.credit import (
+    AMISS,
+    HALF,
+    OWN,
+    false_conditions,
+    share_but_for_a_factor,
+    share_of_columns,
+    share_of_entries,
+    share_of_set,
+)
+from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import divisor
 from qdot.exercises.quizzes.options import blames_of
-from qdot.exercises.stream import Stream
 
 MOST = 6
 """Mistakes that a part's response tree knows: each is one more node, and one more question test."""

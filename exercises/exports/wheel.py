@@ -15,11 +15,10 @@ from functools import cache
 from importlib.metadata import Distribution, PackageNotFoundError, distribution
 from pathlib import Path
 
-import qdot
-from qdot.exercises.extras import DISTRIBUTION
-from qdot.exercises.render import template_folder
+from qdot.exercises.common.extras import DISTRIBUTION
+from qdot.exercises.writing.render import template_folder
 
-PACKAGE = Path(qdot.__file__).parent
+PACKAGE = Path(__file__).parents[2]
 """The one package; in a checkout, `exercises` and `grader` are links in it."""
 DATE = (1980, 1, 1, 0, 0, 0)
 """The date of every file in an archive: the earliest that a zip can have."""

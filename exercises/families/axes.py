@@ -11,7 +11,7 @@ from itertools import combinations
 import sympy as sp
 
 from qdot.exercises.arm.chain import Base, Chain, Joint, Point
-from qdot.exercises.stream import Stream
+from qdot.exercises.common.stream import Stream
 
 Centimetres = Sequence[int]
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain, Joint
-from qdot.exercises.stream import Stream
-from qdot.exercises.variation import AXES, axes_of
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.common.variation import AXES, axes_of
 
 Axis = Callable[[Chain, Stream], Chain]
 """What one axis of variation does to an arm; all that it draws is from the stream."""

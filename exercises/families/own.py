@@ -9,9 +9,9 @@ from pathlib import Path
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.library import FOLDER
 from qdot.exercises.arm.robot_file import Draws, Robot, read_robot_file
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.families.axes import APART, filled, metres
 from qdot.exercises.families.base import Family
-from qdot.exercises.stream import Stream
 
 TRIES = 50
 """Draws of lengths before some are taken that are nearly equal, as the instructor's ranges leave no others."""

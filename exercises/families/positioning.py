@@ -3,6 +3,7 @@
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain, Point
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.families.axes import (
     FREE,
     HAND,
@@ -21,7 +22,6 @@ from qdot.exercises.families.axes import (
     with_point,
 )  # fmt: skip
 from qdot.exercises.families.base import Axis, Family, dh
-from qdot.exercises.stream import Stream
 
 SPACE = ("vx", "vy", "vz")
 BOTH_WAYS = either_way(SLIDE)

@@ -16,10 +16,11 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.difficulty import HARDEST, in_words, step
 from qdot.exercises.arm.kinematics import rot_x, rot_z
 from qdot.exercises.arm.singularity import singular_set
-from qdot.exercises.difficulty import HARDEST, in_words, step
-from qdot.exercises.errors import QdotError
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.families.axes import (
     APART,
     FREE,
@@ -38,7 +39,6 @@ from qdot.exercises.families.base import Family
 from qdot.exercises.families.structures import Structure, chain_of, clean_classes, is_clean
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.program import Program, compile_program, evaluate
-from qdot.exercises.stream import Stream
 
 Band = tuple[int, int]
 Accepts = Callable[[Chain], bool]

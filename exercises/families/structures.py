@@ -24,12 +24,12 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint
 from qdot.exercises.arm.derivation import derive
+from qdot.exercises.arm.difficulty import step
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.singularity import singular_set
-from qdot.exercises.difficulty import step
+from qdot.exercises.common.files import write_atomically
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.families.classes import Key, key
-from qdot.exercises.files import write_atomically
-from qdot.exercises.stream import Stream
 
 TABLE = Path(__file__).with_name("structures.txt")
 MOST_TERMS, MOST_TERMS_OF_A_CONDITION = 15, 4

@@ -9,9 +9,9 @@ from dataclasses import replace
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.families.axes import FREE, OR_NONE, Lengths, Zeros, on_the_floor, senses, with_point
 from qdot.exercises.families.base import Axis, Family, dh
-from qdot.exercises.stream import Stream
 
 TURNS = ("wx", "wy", "wz")
 NEAR = (30, 150, 180, -150, -30)

@@ -24,7 +24,7 @@ import numpy as np
 
 from qdot.exercises.answers import LETTERS
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.told import is_by_axes
+from qdot.exercises.arm.convention_view import is_by_axes
 from qdot.exercises.figure import frames
 from qdot.exercises.figure.arm import joint_angle, scene, slide
 from qdot.exercises.figure.aspect import sides
@@ -37,10 +37,10 @@ from qdot.exercises.figure.shapes import FONT, Figure, extent, fixed, path, roma
 from qdot.exercises.figure.small import PANEL, cells, posed, singular_panel, thumbnail
 from qdot.exercises.figure.view import Drawn, View
 from qdot.exercises.figure.words import alt_text, panels_text, panels_title, title_text
-from qdot.exercises.languages import ENGLISH, catalogue
-from qdot.exercises.problem import Part
+from qdot.exercises.problem.problem import Part
 from qdot.exercises.quizzes.places import options_drawn
-from qdot.exercises.render import render
+from qdot.exercises.writing.languages import ENGLISH, catalogue
+from qdot.exercises.writing.render import render
 
 __all__ = [
     "Example",

@@ -11,8 +11,8 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.convention_view import is_by_axes, is_modified, told_base
 from qdot.exercises.arm.kinematics import modified_frames
-from qdot.exercises.arm.told import is_by_axes, is_modified, told_base
 from qdot.exercises.figure.labels import Request
 from qdot.exercises.figure.plane import is_flat
 from qdot.exercises.figure.pose import Skeleton, told_pose

@@ -5,7 +5,7 @@ from itertools import combinations
 
 import numpy as np
 
-from qdot.exercises.arm.told import is_by_axes, is_modified, told_base, told_rows
+from qdot.exercises.arm.convention_view import is_by_axes, is_modified, told_base, told_rows
 from qdot.exercises.figure.arm import Scene, arc, beside, dimension, is_point
 from qdot.exercises.figure.labels import Request
 from qdot.exercises.figure.pose import told_pose

@@ -12,7 +12,7 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain, Point
-from qdot.exercises.arm.told import is_by_axes
+from qdot.exercises.arm.convention_view import is_by_axes
 from qdot.exercises.figure.pose import told_pose
 from qdot.exercises.figure.shapes import Figure, Run, TextRun, extent, magnitude, runs, with_offset
 

@@ -14,7 +14,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Base, Chain, Joint, Point
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.errors import QdotError
+from qdot.exercises.common.errors import QdotError
 from qdot.exercises.figure.plane import camera, is_flat
 
 DEFAULT_LENGTH = 0.4

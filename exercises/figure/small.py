@@ -14,11 +14,11 @@ from string import ascii_lowercase
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.bare import bare, bare_pieces
 from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain, Joint
 from qdot.exercises.arm.classification import samples_on
 from qdot.exercises.arm.kinds import REGULAR
 from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.normalized_arm import bare, bare_pieces
 from qdot.exercises.arm.singularity import Component, singular_set
 from qdot.exercises.figure.arm import scene
 from qdot.exercises.figure.body import body, fitted
@@ -28,7 +28,7 @@ from qdot.exercises.figure.shapes import Circle, Figure, Glyph, Pair, Polyline, 
 from qdot.exercises.figure.view import Drawn, View, arrow, tip
 from qdot.exercises.figure.words import left_out_text
 from qdot.exercises.formula.printers.unicode import unicode_math
-from qdot.exercises.languages import ENGLISH, Catalogue, catalogue
+from qdot.exercises.writing.languages import ENGLISH, Catalogue, catalogue
 from qdot.exercises.writing.latex import laid_out
 
 PANEL, THUMBNAIL = (280, 196), (320, 240)

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 from qdot.exercises.formula.latex import LETTERS
-from qdot.exercises.render import render
 from qdot.exercises.writing.markup import latex_escaped
+from qdot.exercises.writing.render import render
 
 POINTS = 0.565
 """How many points (1/72.27 inch) a pixel becomes."""

@@ -3,11 +3,11 @@
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.convention_view import is_by_axes, is_modified, told_base, told_point, told_rows
 from qdot.exercises.arm.conventions import axes_of
-from qdot.exercises.arm.told import is_by_axes, is_modified, told_base, told_point, told_rows
 from qdot.exercises.figure.plane import SEEN, exact, is_flat, plane
 from qdot.exercises.figure.shapes import signed
-from qdot.exercises.languages import ENGLISH, Catalogue, catalogue
+from qdot.exercises.writing.languages import ENGLISH, Catalogue, catalogue
 
 _ENGLISH = catalogue(ENGLISH)
 NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")

@@ -18,5 +18,5 @@ From the bottom up:
     identity                            are two expressions the same function
     scale                               are they the same but for a sign, or for a constant factor
     constants, pieces, conditions       typed values; conditions as a union of pieces; are two sets the same
-    claims                              the conditions that an answer claims, and whether they would take too long
+    set_parser                          the conditions that an answer claims, and whether they would take too long
 """

@@ -27,10 +27,10 @@ from functools import lru_cache
 from math import comb, inf, isqrt, log2
 from typing import Any
 
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.angles import Angle, Angles, Phase, phase_of
 from qdot.exercises.formula.field import BITS, ORDER, PRIMES, Field, SharedField, below, draw_field
 from qdot.exercises.formula.program import Program, Step
-from qdot.exercises.stream import Stream
 
 # --- sizes: degree and height of numerator and denominator ---
 

@@ -3,7 +3,7 @@
 import secrets
 from dataclasses import dataclass
 
-from qdot.exercises.stream import Stream
+from qdot.exercises.common.stream import Stream
 
 ORDER = 1440
 """Order of the root of unity, which stands for a quarter of a degree; it also makes the roots of 2, 3, 5 and -1."""

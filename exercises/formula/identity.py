@@ -23,6 +23,7 @@ from typing import Any
 import mpmath
 import numpy as np
 
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula import exact
 from qdot.exercises.formula.noise import without_noise
 from qdot.exercises.formula.program import (
@@ -34,7 +35,6 @@ from qdot.exercises.formula.program import (
     regions,
 )
 from qdot.exercises.formula.trees import Node, digits_of, digits_of_decimals, names
-from qdot.exercises.stream import Stream
 
 POINTS = 50
 POINTS_BRANCHING = 2000

@@ -2,7 +2,7 @@
 
 SymPy asks every node for its class and its precedence and, to order a sum, mpmath for the value of every coefficient.
 Here the few kinds that answers are made of are put together directly. Whatever else there is, SymPy prints. It needs
-nothing of qdot: the process in which notebooks run loads this file by itself (`grader/contained/printing`).
+nothing of qdot: the process in which notebooks run loads this file by itself (`grader/sandbox/contained/printing`).
 """
 
 import math

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.algebra import ZERO, negative, times
 from qdot.exercises.formula.identity import READABLE, Domain, Rounding, compare_entries
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import Node, names, replaced
-from qdot.exercises.stream import Stream
 
 POINTS = 6
 

@@ -11,7 +11,7 @@ import sympy as sp
 from qdot.exercises.arm.arithmetic import applied, determinant, product, signs
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.derivation import derive, structure
-from qdot.exercises.arm.stages import Change, Working, carried, singular_vectors
+from qdot.exercises.arm.derivation_graph import Change, Working, carried, singular_vectors
 from qdot.exercises.mistakes.base import Mistake, Shape, Slip
 
 

@@ -6,8 +6,8 @@ from itertools import combinations
 import numpy as np
 
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
-from qdot.exercises.arm.stages import RESULT, Change, Working
-from qdot.exercises.arm.told import twist_rows
+from qdot.exercises.arm.convention_view import twist_rows
+from qdot.exercises.arm.derivation_graph import RESULT, Change, Working
 from qdot.exercises.mistakes.base import Mistake, Shape, Slip
 
 PLANAR_ROWS = ("vx", "vy", "wz")

@@ -8,9 +8,9 @@ from typing import Any
 
 from qdot.exercises.answers import Answer
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.stages import Change
-from qdot.exercises.arm.told import is_by_axes
-from qdot.exercises.problem import Part
+from qdot.exercises.arm.convention_view import is_by_axes
+from qdot.exercises.arm.derivation_graph import Change
+from qdot.exercises.problem.problem import Part
 
 Shape = tuple[int, int]
 

@@ -8,8 +8,8 @@ from types import ModuleType
 import numpy as np
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.stages import Working, propagated
-from qdot.exercises.errors import QdotError
+from qdot.exercises.arm.derivation_graph import Working, propagated
+from qdot.exercises.common.errors import QdotError
 from qdot.exercises.mistakes import (
     algebra,
     arrangement,
@@ -23,7 +23,7 @@ from qdot.exercises.mistakes import (
     table,
 )
 from qdot.exercises.mistakes.base import Mistake, Slip, Taken
-from qdot.exercises.problem import Part
+from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.results import is_derived, is_made_of_jacobian, result
 
 SECTIONS: dict[str, ModuleType] = {

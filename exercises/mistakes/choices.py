@@ -8,7 +8,7 @@ import sympy as sp
 from qdot.exercises.answers import Choice, Number
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.mistakes.base import Mistake, Taken, Takes
-from qdot.exercises.problem import Part
+from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.concepts import USES
 from qdot.exercises.questions.differentiation import ForTask
 from qdot.exercises.questions.rank import OfMeaning

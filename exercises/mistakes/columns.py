@@ -9,8 +9,17 @@ import sympy as sp
 
 from qdot.exercises.arm.arithmetic import applied, cross
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.stages import RESULT, Change, Table, Working, carried, propagated, told_rotation, turned_rows
-from qdot.exercises.arm.told import frame_on_axis, is_by_axes, is_modified
+from qdot.exercises.arm.convention_view import frame_on_axis, is_by_axes, is_modified
+from qdot.exercises.arm.derivation_graph import (
+    RESULT,
+    Change,
+    Table,
+    Working,
+    carried,
+    propagated,
+    told_rotation,
+    turned_rows,
+)
 from qdot.exercises.mistakes.base import Mistake, Shape, Slip, of_frames
 from qdot.exercises.mistakes.position import run_start
 

@@ -7,10 +7,10 @@ import sympy as sp
 
 from qdot.exercises.arm.arithmetic import program_of
 from qdot.exercises.arm.chain import Chain
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.identity import READABLE, Domain
 from qdot.exercises.formula.program import evaluate
-from qdot.exercises.problem import Part
-from qdot.exercises.stream import Stream
+from qdot.exercises.problem.problem import Part
 
 Values = dict[str, np.ndarray]
 

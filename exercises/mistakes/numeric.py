@@ -8,11 +8,11 @@ import sympy as sp
 
 from qdot.exercises.answers import Number
 from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.convention_view import told_base
+from qdot.exercises.arm.derivation_graph import RESULT, Table, Working
 from qdot.exercises.arm.path import Line
-from qdot.exercises.arm.stages import RESULT, Table, Working
-from qdot.exercises.arm.told import told_base
 from qdot.exercises.mistakes.base import Mistake, Shape, Slip, Taken, Takes, of_frames
-from qdot.exercises.problem import Part
+from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.path import AtDistance
 
 

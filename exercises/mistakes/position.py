@@ -7,7 +7,7 @@ import sympy as sp
 
 from qdot.exercises.arm.arithmetic import applied, product
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.stages import Change, Working, carried, turn_x, turn_z
+from qdot.exercises.arm.derivation_graph import Change, Working, carried, turn_x, turn_z
 from qdot.exercises.mistakes.base import Mistake, Shape, Slip, of_frames
 
 Links = list[np.ndarray]

@@ -7,11 +7,11 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.arithmetic import applied, cross, product
+from qdot.exercises.arm.axes_to_dh import Axis
 from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.convention_view import is_by_axes
 from qdot.exercises.arm.conventions import axes_of
-from qdot.exercises.arm.placing import Axis
-from qdot.exercises.arm.stages import Change, Table, Working, adjoint, constant, propagated
-from qdot.exercises.arm.told import is_by_axes
+from qdot.exercises.arm.derivation_graph import Change, Table, Working, adjoint, constant, propagated
 from qdot.exercises.mistakes.base import Mistake, Shape, Slip
 
 SCREWS = ("home screws", "space jacobian", "body jacobian")

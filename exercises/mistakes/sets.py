@@ -10,7 +10,7 @@ from qdot.exercises.answers import ConditionSet
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.singularity import Component
 from qdot.exercises.mistakes.base import Mistake, Taken, of_frames
-from qdot.exercises.problem import Part
+from qdot.exercises.problem.problem import Part
 
 Components = tuple[Component, ...]
 

@@ -10,8 +10,8 @@ import sympy as sp
 
 from qdot.exercises.arm.arithmetic import applied, product
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.stages import Change, Table, TableRow, Working, propagated, turn_x, turn_z
-from qdot.exercises.arm.told import is_modified, told_base, told_point, told_rows
+from qdot.exercises.arm.convention_view import is_modified, told_base, told_point, told_rows
+from qdot.exercises.arm.derivation_graph import Change, Table, TableRow, Working, propagated, turn_x, turn_z
 from qdot.exercises.mistakes.base import Mistake, Shape, Slip, of_frames
 
 MOST_ROWS = 4

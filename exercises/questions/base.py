@@ -10,10 +10,10 @@ import numpy as np
 from qdot.exercises.answers import Answer
 from qdot.exercises.arm.chain import CONVENTIONS, Chain
 from qdot.exercises.arm.derivation import TooLong, derive, structure
-from qdot.exercises.arm.stages import Change, Working
+from qdot.exercises.arm.derivation_graph import Change, Working
 from qdot.exercises.arm.trigonometry import count_terms
-from qdot.exercises.problem import Details, Part
-from qdot.exercises.stream import Stream
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.problem.problem import Details, Part
 
 BY_HAND = 3
 """Up to so many joints an inverse is written out."""

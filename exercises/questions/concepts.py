@@ -12,11 +12,12 @@ import sympy as sp
 from qdot.exercises.answers import Choice, Number
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.derivation import derive
+from qdot.exercises.arm.derivation_graph import Working
 from qdot.exercises.arm.directions import lost_direction
-from qdot.exercises.arm.precise import determinant, four_digits, numeric, shown
+from qdot.exercises.arm.mpmath_kinematics import determinant, four_digits, numeric, shown
 from qdot.exercises.arm.singularity import singular_set
-from qdot.exercises.arm.stages import Working
-from qdot.exercises.problem import Details, Part
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.problem.problem import Details, Part
 from qdot.exercises.questions.base import Asked, Question
 from qdot.exercises.questions.differentiation import ForTask
 from qdot.exercises.questions.geometry import (
@@ -32,7 +33,6 @@ from qdot.exercises.questions.geometry import (
     shown_pose,
 )
 from qdot.exercises.questions.inversion import draw_pose
-from qdot.exercises.stream import Stream
 
 DIFFERENT = 0.2
 """Share of the larger one by which two options differ at least."""

@@ -9,8 +9,9 @@ from qdot.exercises.answers import Expression, Matrix
 from qdot.exercises.arm.arithmetic import applied
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
-from qdot.exercises.arm.stages import Change, Working
-from qdot.exercises.problem import Details, OneOfSeveral, Part
+from qdot.exercises.arm.derivation_graph import Change, Working
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.problem.problem import Details, OneOfSeveral, Part
 from qdot.exercises.questions.base import (
     Asked,
     Question,
@@ -23,7 +24,6 @@ from qdot.exercises.questions.base import (
     stage,
     velocities,
 )
-from qdot.exercises.stream import Stream
 
 
 def moving_rows(chain: Chain) -> list[int]:

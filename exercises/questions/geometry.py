@@ -18,9 +18,9 @@ from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.arm.directions import CLEAR, Values, clear_rank, task_rows, value_sets
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.singularity import Component, singular_set
-from qdot.exercises.problem import Details
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.problem.problem import Details
 from qdot.exercises.questions.inversion import Configuration, draw_pose, lengths_in_table
-from qdot.exercises.stream import Stream
 
 DIGITS, KEPT = 30, 40
 TRIES = 12

@@ -9,8 +9,9 @@ from qdot.exercises.answers import Matrix, Number
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.derivation import derive, task_velocity
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.precise import PreciseArm, Vector, numeric, solved, ten_digits
-from qdot.exercises.problem import Details
+from qdot.exercises.arm.mpmath_kinematics import PreciseArm, Vector, numeric, solved, ten_digits
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.problem.problem import Details
 from qdot.exercises.questions.base import (
     BY_HAND,
     Asked,
@@ -22,7 +23,6 @@ from qdot.exercises.questions.base import (
     square,
     stage,
 )
-from qdot.exercises.stream import Stream
 
 POSES = 2000
 """Poses drawn before an arm is said to have none that is well conditioned."""

@@ -12,14 +12,23 @@ import sympy as sp
 
 from qdot.exercises.answers import Number
 from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.mpmath_kinematics import (
+    DOUBLE,
+    PRECISE,
+    PreciseArm,
+    Vector,
+    determinant,
+    four_digits,
+    shown,
+    ten_digits,
+)
 from qdot.exercises.arm.path import Line, Station
-from qdot.exercises.arm.precise import DOUBLE, PRECISE, PreciseArm, Vector, determinant, four_digits, shown, ten_digits
 from qdot.exercises.arm.singularity import singular_set
-from qdot.exercises.problem import Details, by_name
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.problem.problem import Details, by_name
 from qdot.exercises.questions.base import Asked, Question, joint_rates, square, stage
 from qdot.exercises.questions.inversion import THREE_DIGITS, Configuration, conditioning, draw_lengths, draw_pose
 from qdot.exercises.questions.redundancy import angles, pose_of
-from qdot.exercises.stream import Stream
 
 STEP = 0.02
 """Distance of the places at which a line is looked at (m)."""

@@ -11,11 +11,11 @@ import sympy as sp
 
 from qdot.exercises.answers import Number
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.precise import PRECISE, Vector, determinant, four_digits, gram, shown, ten_digits
+from qdot.exercises.arm.mpmath_kinematics import PRECISE, Vector, determinant, four_digits, gram, shown, ten_digits
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.questions.base import Asked, Question, number
 from qdot.exercises.questions.inversion import THREE_DIGITS, InSituation, Situation, draw_situation, jacobian_at
 from qdot.exercises.questions.redundancy import NOTHING, angles, one_kind_of_joint, pose_of, somewhere
-from qdot.exercises.stream import Stream
 
 
 def _objection(chain: Chain) -> str | None:

@@ -10,10 +10,11 @@ import numpy as np
 from qdot.exercises.answers import Matrix
 from qdot.exercises.arm.arithmetic import applied
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.convention_view import axis_symbol, frame_on_axis, in_twist_order, is_by_axes, twist_rows
 from qdot.exercises.arm.derivation import derive
-from qdot.exercises.arm.stages import Change, Working, propagated
-from qdot.exercises.arm.told import axis_symbol, frame_on_axis, in_twist_order, is_by_axes, twist_rows
-from qdot.exercises.problem import Details, OneOfSeveral, Part
+from qdot.exercises.arm.derivation_graph import Change, Working, propagated
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.problem.problem import Details, OneOfSeveral, Part
 from qdot.exercises.questions.base import (
     BY_TABLE,
     Asked,
@@ -23,7 +24,6 @@ from qdot.exercises.questions.base import (
     rates_to,
     velocities,
 )
-from qdot.exercises.stream import Stream
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -22,7 +22,8 @@ from qdot.exercises.arm.directions import (
 from qdot.exercises.arm.kinds import kind_at, kind_is_sure
 from qdot.exercises.arm.meanings import Meaning, Reading, one_kind, read_meanings
 from qdot.exercises.arm.singularity import Component, singular_set
-from qdot.exercises.problem import Details
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.problem.problem import Details
 from qdot.exercises.questions.base import Asked, Question, stage
 from qdot.exercises.questions.geometry import (
     AtPose,
@@ -39,7 +40,6 @@ from qdot.exercises.questions.geometry import (
 )
 from qdot.exercises.questions.inversion import THREE_DIGITS
 from qdot.exercises.questions.lost_lines import SAMPLES, Motion, lost_motion, parallel_lines
-from qdot.exercises.stream import Stream
 
 MOST_ROWS = 4
 """Rows of a Jacobian whose null space is found by hand."""

@@ -15,14 +15,14 @@ import sympy as sp
 from qdot.exercises.answers import Matrix
 from qdot.exercises.arm.arithmetic import applied
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.convention_view import told_rows
 from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.derivation_graph import Working
 from qdot.exercises.arm.kinematics import Z, joint_rotation, link_vector
-from qdot.exercises.arm.stages import Working
-from qdot.exercises.arm.told import told_rows
 from qdot.exercises.arm.trigonometry import count_terms, textbook
-from qdot.exercises.problem import Details, Part
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.problem.problem import Details, Part
 from qdot.exercises.questions.base import BY_MODIFIED_TABLE, MOST_TERMS, Asked, Question, velocities
-from qdot.exercises.stream import Stream
 
 FURTHEST = 3
 """Frames behind it are too much work by hand."""

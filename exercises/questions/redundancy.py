@@ -14,12 +14,12 @@ from qdot.exercises.answers import Direction, Expression, Number
 from qdot.exercises.arm.arithmetic import applied
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive, structure
-from qdot.exercises.arm.precise import DOUBLE, PreciseArm, Vector, gram, shown, solved, ten_digits
+from qdot.exercises.arm.mpmath_kinematics import DOUBLE, PreciseArm, Vector, gram, shown, solved, ten_digits
 from qdot.exercises.arm.trigonometry import Factored, factored
-from qdot.exercises.problem import Details
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.problem.problem import Details
 from qdot.exercises.questions.base import Asked, Question, joint_rates, number, stage
 from qdot.exercises.questions.inversion import THREE_DIGITS, Configuration, InSituation, draw_situation, jacobian_at
-from qdot.exercises.stream import Stream
 
 TERMS = 12
 """Terms that a person can be asked to handle in det(J J^T); half of them in a self-motion."""

@@ -8,9 +8,9 @@ from qdot.exercises.answers import Matrix
 from qdot.exercises.arm.arithmetic import Trees, determinant
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
-from qdot.exercises.arm.stages import RESULT, Working
+from qdot.exercises.arm.derivation_graph import RESULT, Working
 from qdot.exercises.formula.trees import Node
-from qdot.exercises.problem import Part
+from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import QUESTIONS
 
 

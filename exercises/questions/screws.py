@@ -16,19 +16,19 @@ import sympy as sp
 
 from qdot.exercises.answers import Matrix, Number
 from qdot.exercises.arm.arithmetic import applied
+from qdot.exercises.arm.axes_to_dh import Axis, exactly
 from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.convention_view import adjoint_told, rows_of_twist, twist_rows, twist_told
 from qdot.exercises.arm.conventions import axes_of
 from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.derivation_graph import Change, Working
 from qdot.exercises.arm.kinematics import Frame, frames_and_point
-from qdot.exercises.arm.placing import Axis, exactly
-from qdot.exercises.arm.precise import numeric, ten_digits
-from qdot.exercises.arm.stages import Change, Working
-from qdot.exercises.arm.told import adjoint_told, rows_of_twist, twist_rows, twist_told
+from qdot.exercises.arm.mpmath_kinematics import numeric, ten_digits
 from qdot.exercises.arm.trigonometry import count_terms, textbook, without_brackets
-from qdot.exercises.problem import Details, Part
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.problem.problem import Details, Part
 from qdot.exercises.questions.base import BY_AXES, Asked, Put, Question, Result, rates_to, too_many, velocities
 from qdot.exercises.questions.inversion import POSES, THREE_DIGITS, Configuration, draw_lengths, draw_pose
-from qdot.exercises.stream import Stream
 
 SOURCE = "product of exponentials"
 DECIMALS = 3

@@ -10,18 +10,18 @@ import sympy as sp
 
 from qdot.exercises.answers import Choice, ConditionSet
 from qdot.exercises.arm.axes import Sample
-from qdot.exercises.arm.bare import bare, bare_values, turns_all
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.classification import classify
+from qdot.exercises.arm.convention_view import told_words
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinds import kind_is_sure, kinds_at
 from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.normalized_arm import bare, bare_values, turns_all
 from qdot.exercises.arm.singularity import Component, singular_set
-from qdot.exercises.arm.told import told_words
-from qdot.exercises.problem import Details, by_name
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.problem.problem import Details, by_name
 from qdot.exercises.questions.base import Asked, Question, number
 from qdot.exercises.questions.inversion import conditioning, draw_lengths, draw_pose, well_conditioned
-from qdot.exercises.stream import Stream
 
 OPTIONS = {
     "boundary": "a boundary singularity",

@@ -8,9 +8,9 @@ from qdot.exercises.answers import Matrix
 from qdot.exercises.arm.arithmetic import applied
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
-from qdot.exercises.problem import Details, SymbolInfo
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.problem.problem import Details, SymbolInfo
 from qdot.exercises.questions.base import Asked, Question, by_hand
-from qdot.exercises.stream import Stream
 
 
 @dataclass(frozen=True, kw_only=True)

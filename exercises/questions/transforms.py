@@ -7,14 +7,14 @@ import sympy as sp
 
 from qdot.exercises.answers import Matrix
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.convention_view import is_modified, told_rows
 from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.derivation_graph import Change, Working
 from qdot.exercises.arm.kinematics import joint_rotation
-from qdot.exercises.arm.stages import Change, Working
-from qdot.exercises.arm.told import is_modified, told_rows
 from qdot.exercises.arm.transforms import in_tool_frame, poses, seen_from_tool, terms_in_tool_frame, terms_of_last_pose
-from qdot.exercises.problem import Details, Part
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.problem.problem import Details, Part
 from qdot.exercises.questions.base import BY_TABLE, Asked, Question, rates_to, stage, too_many
-from qdot.exercises.stream import Stream
 
 MOST_JOINTS = 5
 """Up to so many joints transforms are multiplied out by hand; of those, up to MOST_TERMS terms."""

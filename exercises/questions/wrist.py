@@ -14,12 +14,13 @@ from qdot.exercises.answers import Matrix
 from qdot.exercises.arm.appearance import wrist_centre
 from qdot.exercises.arm.arithmetic import determinant
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.convention_view import frame_on_axis, is_modified, told_rows
 from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.derivation_graph import Working
 from qdot.exercises.arm.kinematics import Z, frame_behind, frames_and_point, joint_rotation, rot_x, rot_z
-from qdot.exercises.arm.stages import Working
-from qdot.exercises.arm.told import frame_on_axis, is_modified, told_rows
 from qdot.exercises.arm.trigonometry import Factored, factored, same, substitute, textbook
-from qdot.exercises.problem import Details, Part
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.problem.problem import Details, Part
 from qdot.exercises.questions.base import (
     BY_TABLE,
     MOST_TERMS,
@@ -31,7 +32,6 @@ from qdot.exercises.questions.base import (
     square,
     stage,
 )
-from qdot.exercises.stream import Stream
 
 
 @lru_cache(maxsize=1024)

@@ -5,7 +5,7 @@ Beside the short questions:
     asking              how a short question is asked
     options, places     what a question with options offers; configurations to choose from
     wrong, wrong_sets   wrong options, made by the mistakes of the catalogue
-    behind              why each option is wrong
+    option_mistakes     why each option is wrong
 """
 
 from qdot.exercises.questions import QUESTIONS, Question

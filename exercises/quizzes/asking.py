@@ -5,10 +5,10 @@ from functools import lru_cache
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import structure
-from qdot.exercises.problem import Part
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.base import Asked, Question, no_names
-from qdot.exercises.stream import Stream
 
 Ask = Callable[[Chain, Stream], Asked | None]
 """Returns nothing where the draws lead to nothing that could be asked."""

@@ -8,6 +8,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.base import Asked, Question
 from qdot.exercises.questions.screws import SOURCE
@@ -16,7 +17,6 @@ from qdot.exercises.quizzes.asking import Ask, short_question
 from qdot.exercises.quizzes.options import Options, choice_of
 from qdot.exercises.quizzes.wrong import Subject, four_options
 from qdot.exercises.quizzes.wrong_sets import four_sets
-from qdot.exercises.stream import Stream
 
 
 @dataclass(frozen=True, kw_only=True)

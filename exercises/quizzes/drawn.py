@@ -7,12 +7,12 @@ from qdot.exercises.answers import TRUE_FALSE, Choice
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.singularity import singular_set
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.questions.base import Asked
 from qdot.exercises.questions.geometry import AtPose, precise, regular_pose, shown_pose
 from qdot.exercises.quizzes.asking import short_question
 from qdot.exercises.quizzes.options import Places
 from qdot.exercises.quizzes.places import drawn_lengths, regular_poses, several, singular_poses, words
-from qdot.exercises.stream import Stream
 
 SEEN = 0.08
 """Least component of a velocity (m/s for a unit rate) whose sign is asked for: it is seen in the drawing."""

@@ -5,11 +5,11 @@ from functools import lru_cache
 from qdot.exercises.answers import Matching
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.questions.base import Asked
 from qdot.exercises.quizzes.asking import short_question
 from qdot.exercises.quizzes.options import Offered, Options
 from qdot.exercises.quizzes.wrong import Subject, all_differ, four_options
-from qdot.exercises.stream import Stream
 
 LONGEST, MOST = 260, 6
 """Characters of a column, and columns."""

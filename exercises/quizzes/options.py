@@ -8,11 +8,11 @@ import sympy as sp
 
 from qdot.exercises.answers import Choice
 from qdot.exercises.arm.chain import Chain
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.mistakes.base import Mistake
 from qdot.exercises.mistakes.catalogue import CATALOGUE
-from qdot.exercises.problem import Details, Part, by_name
+from qdot.exercises.problem.problem import Details, Part, by_name
 from qdot.exercises.questions.geometry import Pose
-from qdot.exercises.stream import Stream
 
 Formula: TypeAlias = Any
 """A matrix, an expression, or the components of a singular set."""

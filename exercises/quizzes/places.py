@@ -12,8 +12,9 @@ from qdot.exercises.arm.directions import clear_rank, task_rows
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.lengths import with_lengths
 from qdot.exercises.arm.singularity import Component, singular_set
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.mistakes.catalogue import taken
-from qdot.exercises.problem import Part
+from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.geometry import (
     Pose,
     distinct_lengths,
@@ -25,7 +26,6 @@ from qdot.exercises.questions.geometry import (
 )
 from qdot.exercises.questions.inversion import draw_pose
 from qdot.exercises.quizzes.options import SHOWS_ITSELF, Blame, Places
-from qdot.exercises.stream import Stream
 
 CLEAR = 0.12
 """Least singular value of a regular pose over the largest one, so that it is clear to the eye."""

@@ -7,13 +7,13 @@ import sympy as sp
 from qdot.exercises.answers import Selection
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive, structure
-from qdot.exercises.problem import Details
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.problem.problem import Details
 from qdot.exercises.questions.base import Asked, square
 from qdot.exercises.quizzes.asking import short_question
 from qdot.exercises.quizzes.options import Offered, Options, Places
 from qdot.exercises.quizzes.places import drawn_lengths, regular_poses, several, singular_poses, words
 from qdot.exercises.quizzes.wrong import LONGEST, Subject, all_differ, wrong_forms
-from qdot.exercises.stream import Stream
 
 OPTIONS = 5
 

@@ -8,12 +8,12 @@ import sympy as sp
 from qdot.exercises.answers import Number
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
-from qdot.exercises.arm.precise import determinant, numeric, ten_digits
+from qdot.exercises.arm.mpmath_kinematics import determinant, numeric, ten_digits
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.questions.base import Asked
 from qdot.exercises.questions.geometry import DIGITS, AtPose, Pose, precise, regular_pose
 from qdot.exercises.questions.inversion import THREE_DIGITS
 from qdot.exercises.quizzes.asking import short_question
-from qdot.exercises.stream import Stream
 
 SLOW = 0.05
 """Least speed that is asked for, in m/s."""

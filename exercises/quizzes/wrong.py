@@ -17,19 +17,19 @@ from sympy.polys.polyerrors import BasePolynomialError
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.classification import domain_of
 from qdot.exercises.arm.derivation import derive, structure
-from qdot.exercises.arm.stages import Change, Working, as_formulas, formulas, numbers
+from qdot.exercises.arm.derivation_graph import Change, Working, as_formulas, formulas, numbers
 from qdot.exercises.arm.trigonometry import factored, textbook
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import READABLE, Domain
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.mistakes import screws
 from qdot.exercises.mistakes.catalogue import Wrong, wrong_answers
-from qdot.exercises.problem import Part
+from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.base import BY_AXES
 from qdot.exercises.questions.results import result
 from qdot.exercises.quizzes.options import MOST_SPREAD, SHOWS_ITSELF, SPREAD, Blame, Offered, rank_of_key
-from qdot.exercises.stream import Stream
 
 POINTS = 5
 APART = 1e-6

@@ -9,13 +9,13 @@ from qdot.exercises.answers import ConditionSet
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.classification import domain_of
 from qdot.exercises.arm.singularity import Component, singular_set
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import Space, compare_sets
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.pieces import Piece, pieces
 from qdot.exercises.mistakes.catalogue import taken
-from qdot.exercises.problem import Part
+from qdot.exercises.problem.problem import Part
 from qdot.exercises.quizzes.options import MOST_SPREAD, SHOWS_ITSELF, SPREAD, Blame, Offered, rank_of_key
-from qdot.exercises.stream import Stream
 
 Components = tuple[Component, ...]
 

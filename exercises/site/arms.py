@@ -8,11 +8,11 @@ from qdot.exercises.families.listing import listing
 from qdot.exercises.formula.latex import parsed
 from qdot.exercises.formula.printers.mathml import mathml
 from qdot.exercises.generation import sample_chain
-from qdot.exercises.languages import LANGUAGES, catalogue
-from qdot.exercises.problem import ProblemId
+from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.render import render
 from qdot.exercises.site.page import Page
+from qdot.exercises.writing.languages import LANGUAGES, catalogue
+from qdot.exercises.writing.render import render
 from qdot.exercises.writing.wording import Wording
 
 PATH = "arms.html"

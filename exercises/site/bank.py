@@ -15,20 +15,20 @@ from contextlib import closing
 from functools import cache
 from pathlib import Path
 
-from qdot.exercises.difficulty import step
-from qdot.exercises.drawing import Failures, GivenUp
+from qdot.exercises.arm.difficulty import step
+from qdot.exercises.assignment.draws import Failures, GivenUp
+from qdot.exercises.assignment.store import code
+from qdot.exercises.common.files import write_atomically
+from qdot.exercises.common.parallel import ordered_map
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.figure.plane import is_flat
-from qdot.exercises.files import write_atomically
-from qdot.exercises.languages import LANGUAGES, LOCALE, catalogue
-from qdot.exercises.parallel import ordered_map
-from qdot.exercises.problem import Problem
+from qdot.exercises.problem.problem import Problem
+from qdot.exercises.problem.record import Json
 from qdot.exercises.quizzes import ASKED
-from qdot.exercises.record import Json
-from qdot.exercises.render import template_folder
 from qdot.exercises.site.record import site_record, solutions_record, translated_record, translated_solutions
 from qdot.exercises.site.supply import Wanted
-from qdot.exercises.store import code
+from qdot.exercises.writing.languages import LANGUAGES, LOCALE, catalogue
+from qdot.exercises.writing.render import template_folder
 
 FOLDER = "bank"
 

@@ -7,12 +7,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from qdot.exercises.assignment import FEEDBACK
-from qdot.exercises.drawing import Failures, GivenUp
-from qdot.exercises.errors import QdotError
-from qdot.exercises.files import make_folder, write_atomically
-from qdot.exercises.languages import LANGUAGES
-from qdot.exercises.record import Json
+from qdot.exercises.assignment.assignment import FEEDBACK
+from qdot.exercises.assignment.draws import Failures, GivenUp
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.files import make_folder, write_atomically
+from qdot.exercises.problem.record import Json
 from qdot.exercises.site.bank import FOLDER, SOLVED, TOLD, index_text, titles_text, write_bank
 from qdot.exercises.site.page import INDEX, ROBOTS
 from qdot.exercises.site.pages import (
@@ -29,6 +28,7 @@ from qdot.exercises.site.pages import (
 from qdot.exercises.site.robots import robots_text
 from qdot.exercises.site.stale_files import remove_stale_files
 from qdot.exercises.site.supply import Wanted
+from qdot.exercises.writing.languages import LANGUAGES
 
 NOT_BUILT = (
     "the site's scripts are not built: run `make site`, which needs Node and npm; an installed qdot has them already"

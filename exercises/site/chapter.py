@@ -7,13 +7,13 @@ from dataclasses import replace
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.docs import Example, corrections, examples
 from qdot.exercises.figure import figure_svg, singular_svg
-from qdot.exercises.languages import ENGLISH, LANGUAGES, catalogue
-from qdot.exercises.problem import Problem, ProblemId
-from qdot.exercises.record import Json
-from qdot.exercises.render import environment
+from qdot.exercises.problem.problem import Problem, ProblemId
+from qdot.exercises.problem.record import Json
 from qdot.exercises.site.page import Page
 from qdot.exercises.site.record import arm_record, determinant_factors
+from qdot.exercises.writing.languages import ENGLISH, LANGUAGES, catalogue
 from qdot.exercises.writing.markup import to_html
+from qdot.exercises.writing.render import environment
 
 SECTION = "examples"
 START, ERRATA = "examples/index.html", "examples/errata.html"

@@ -30,7 +30,8 @@ import mpmath
 import numpy as np
 
 from qdot.exercises.answers import Answer, ConditionSet, Direction, Forms, Letters, Number
-from qdot.exercises.arm.stages import Working, numbers
+from qdot.exercises.arm.derivation_graph import Working, numbers
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import Space
 from qdot.exercises.formula.constants import value_of
 from qdot.exercises.formula.expression import read
@@ -42,12 +43,11 @@ from qdot.exercises.mistakes import numeric
 from qdot.exercises.mistakes.catalogue import CATALOGUE, Wrong, likely, made, prior, taken, wrong_answers
 from qdot.exercises.mistakes.finished import throughout
 from qdot.exercises.mistakes.given import Values, at_given_joints, configurations
-from qdot.exercises.problem import Part, Problem
+from qdot.exercises.problem.problem import Part, Problem
+from qdot.exercises.problem.record import Json
 from qdot.exercises.questions.results import is_derived, result
-from qdot.exercises.quizzes.behind import blames_for
+from qdot.exercises.quizzes.option_mistakes import blames_for
 from qdot.exercises.quizzes.values import AtRates
-from qdot.exercises.record import Json
-from qdot.exercises.stream import Stream
 from qdot.exercises.writing.statement import answer_code
 
 POINTS, DRAWN = 16, 24

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from qdot.exercises.languages import LANGUAGES, catalogue
+from qdot.exercises.writing.languages import LANGUAGES, catalogue
 
 INDEX, ROBOTS = "bank/index.json", "bank/robots.json"
 

@@ -11,15 +11,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from qdot.exercises.common.errors import QdotError
 from qdot.exercises.docs import planar_2r, scorbot_arm
-from qdot.exercises.errors import QdotError
 from qdot.exercises.figure import figure_svg
-from qdot.exercises.render import render, template_folder
 from qdot.exercises.site.arms import gallery
 from qdot.exercises.site.chapter import chapter_pages, told_arm
 from qdot.exercises.site.guide import COMMANDS, OWN_PAGES, Entry, arranged
 from qdot.exercises.site.page import Page, in_languages
 from qdot.exercises.writing.markup import to_html
+from qdot.exercises.writing.render import render, template_folder
 
 ENTRIES = {
     "practice": "src/practice/main.tsx", "learn": "src/learn/main.tsx", "own": "src/own/main.tsx",

@@ -12,18 +12,18 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import TooLong, derive
-from qdot.exercises.difficulty import step
+from qdot.exercises.arm.difficulty import step
 from qdot.exercises.figure import alt_text, figure_pose, figure_svg, part_alt, part_svg
 from qdot.exercises.figure.pose import example_values
 from qdot.exercises.formula.printers.python import python_text
-from qdot.exercises.languages import ENGLISH, Catalogue, catalogue
 from qdot.exercises.mistakes.catalogue import CATALOGUE
-from qdot.exercises.notebook import solution_figure
-from qdot.exercises.problem import Part, Problem
+from qdot.exercises.notebook.notebook import solution_figure
+from qdot.exercises.problem.problem import Part, Problem
+from qdot.exercises.problem.record import Json, robot_json
 from qdot.exercises.questions.inversion import lengths_in_table
 from qdot.exercises.quizzes import ASKED
-from qdot.exercises.record import Json, robot_json
 from qdot.exercises.site.keys import key_of
+from qdot.exercises.writing.languages import ENGLISH, Catalogue, catalogue
 from qdot.exercises.writing.latex import symbol_latex, tex
 from qdot.exercises.writing.markup import to_html
 from qdot.exercises.writing.statement import answer_code, hints, option_text, prompt, statement, worked_solution

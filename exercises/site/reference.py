@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from qdot.exercises.render import render
 from qdot.exercises.writing.markup import to_html
+from qdot.exercises.writing.render import render
 
 
 @dataclass(frozen=True)

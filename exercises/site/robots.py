@@ -13,13 +13,13 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.library import robots
 from qdot.exercises.arm.robot_file import ROW_KEYS
+from qdot.exercises.common.input_file import read_toml
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.figure.pose import example_values
 from qdot.exercises.generation import sample_chain
-from qdot.exercises.input_file import read_toml
-from qdot.exercises.languages import LANGUAGES, catalogue
-from qdot.exercises.problem import ProblemId
-from qdot.exercises.record import Json
+from qdot.exercises.problem.problem import ProblemId
+from qdot.exercises.problem.record import Json
+from qdot.exercises.writing.languages import LANGUAGES, catalogue
 
 PLAIN = ("planar-2r", "scara", "elbow-3r", "spherical", "anthropomorphic-6r")
 """Families whose plain arms stand on top of the list."""

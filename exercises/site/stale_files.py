@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterable, Mapping
 from pathlib import Path, PurePosixPath
 
-from qdot.exercises.files import cannot_write, write_atomically
+from qdot.exercises.common.files import cannot_write, write_atomically
 
 LIST = "written.json"
 """The list in the site's folder of what the last build wrote, each with the digest of its bytes."""

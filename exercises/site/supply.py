@@ -10,13 +10,12 @@ from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.drawing import Failures, GivenUp, attempt, certified, vouching
-from qdot.exercises.exports.bank import Variant
+from qdot.exercises.assignment.draws import Failures, GivenUp, Variant, attempt, certified, vouching
+from qdot.exercises.assignment.redrawn import DRAWS
+from qdot.exercises.common.variation import DEFAULT, STEPS, named
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate, listed, sample_chain, short_quiz
-from qdot.exercises.problem import Problem, ProblemId
-from qdot.exercises.redrawn import DRAWS
-from qdot.exercises.variation import DEFAULT, STEPS, named
+from qdot.exercises.problem.problem import Problem, ProblemId
 
 QUIZ = "quiz"
 MOST_SEEDS = 1000

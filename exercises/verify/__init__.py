@@ -21,11 +21,11 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.convention_view import is_by_axes, is_modified, told_point
 from qdot.exercises.arm.conventions import axes_of
-from qdot.exercises.arm.told import is_by_axes, is_modified, told_point
 from qdot.exercises.formula.trees import Node, ReadError, names
-from qdot.exercises.problem import Part, Problem, ProblemId
-from qdot.exercises.record import digests
+from qdot.exercises.problem.problem import Part, Problem, ProblemId
+from qdot.exercises.problem.record import digests
 from qdot.exercises.verify import (
     concepts,
     formulas,

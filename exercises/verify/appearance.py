@@ -14,10 +14,10 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.axes import Sample
-from qdot.exercises.arm.bare import bare, bare_pieces
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.classification import Kind, by_value, classify, is_one_sided, samples_on
 from qdot.exercises.arm.kinds import are_one_sided, kinds_at
+from qdot.exercises.arm.normalized_arm import bare, bare_pieces
 from qdot.exercises.arm.singularity import Component, singular_set
 from qdot.exercises.verify.numeric_reference import Check, NumericReference
 

@@ -7,7 +7,7 @@ import numpy as np
 from qdot.exercises.answers import Choice
 from qdot.exercises.arm.axes import Sample
 from qdot.exercises.arm.chain import TASK_ROWS
-from qdot.exercises.problem import Part
+from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.concepts import USES, ForUse, OfCost, OfJoint
 from qdot.exercises.questions.differentiation import ForTask
 from qdot.exercises.verify.formulas import EXACT, agree

@@ -7,9 +7,9 @@ import sympy as sp
 
 from qdot.exercises.answers import Number
 from qdot.exercises.arm.chain import TASK_ROWS
+from qdot.exercises.arm.convention_view import frame_on_axis, twist_rows
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.told import frame_on_axis, twist_rows
-from qdot.exercises.problem import Part
+from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.differentiation import AlongAxis, moving_rows
 from qdot.exercises.questions.inversion import InSituation, well_conditioned
 from qdot.exercises.questions.propagation import OfFrame

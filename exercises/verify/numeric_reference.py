@@ -10,14 +10,14 @@ import sympy as sp
 from qdot.exercises.arm.axes import Sample
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.classification import domain_of, samples_on
+from qdot.exercises.arm.convention_view import is_modified, told_base, told_rows
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.told import is_modified, told_base, told_rows
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.text import text_of
 from qdot.exercises.formula.trees import Node
-from qdot.exercises.problem import Problem
-from qdot.exercises.stream import Stream
+from qdot.exercises.problem.problem import Problem
 from qdot.exercises.verify.exponentials import exponential_jacobian
 
 ARMS, POSES = 3, 4

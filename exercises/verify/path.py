@@ -6,7 +6,7 @@ import numpy as np
 
 from qdot.exercises.answers import Number
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.problem import Part
+from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.path import LESS_REGULAR, AtDistance, Seam, ToLimit
 from qdot.exercises.verify.formulas import WELL_CONDITIONED, agree
 from qdot.exercises.verify.numeric_reference import Check, NumericReference

@@ -6,7 +6,7 @@ import numpy as np
 
 from qdot.exercises.answers import Number
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.problem import Part
+from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.inversion import InSituation
 from qdot.exercises.verify.exponentials import exponential_jacobian
 from qdot.exercises.verify.formulas import EXACT, agree

@@ -13,7 +13,8 @@ import sympy as sp
 from qdot.exercises.answers import Choice, ConditionSet, Expression, Matching, Matrix, Number, Selection
 from qdot.exercises.arm.chain import TASK_ROWS
 from qdot.exercises.arm.lengths import with_lengths
-from qdot.exercises.problem import Part
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.geometry import AtPose
 from qdot.exercises.quizzes.choice import CHOICES, AboutSubject
@@ -22,7 +23,6 @@ from qdot.exercises.quizzes.options import Offered, Options, Places
 from qdot.exercises.quizzes.several import EqualForms, OfQuantity, Quantity
 from qdot.exercises.quizzes.values import AtRates
 from qdot.exercises.quizzes.wrong import Subject
-from qdot.exercises.stream import Stream
 from qdot.exercises.verify.exponentials import exponential_jacobian
 from qdot.exercises.verify.formulas import CHECKS as FORMULAS
 from qdot.exercises.verify.formulas import EXACT, agree

@@ -11,7 +11,7 @@ from qdot.exercises.arm.directions import directions
 from qdot.exercises.arm.kinds import kinds_at
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.meanings import Meaning
-from qdot.exercises.problem import Part
+from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.geometry import AtPose
 from qdot.exercises.questions.inversion import Configuration
 from qdot.exercises.questions.rank import LostAt, LostInFormulas, OfMeaning, OfMotion

@@ -6,7 +6,7 @@ import numpy as np
 
 from qdot.exercises.answers import Direction, Number
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.problem import Part
+from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.inversion import InSituation, Situation, well_conditioned
 from qdot.exercises.verify.formulas import EXACT, WELL_CONDITIONED, agree, each_way, formula
 from qdot.exercises.verify.numeric_reference import Check, NumericReference

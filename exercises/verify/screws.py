@@ -11,10 +11,10 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from qdot.exercises.arm.axes_to_dh import Axis
 from qdot.exercises.arm.conventions import axes_of
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.placing import Axis
-from qdot.exercises.problem import Part
+from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.screws import DECIMALS, InNumbers
 from qdot.exercises.verify.formulas import DIFFERENCED, EXACT, agree, formula, three_digits
 from qdot.exercises.verify.numeric_reference import Check, NumericReference

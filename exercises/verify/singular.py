@@ -9,17 +9,17 @@ import sympy as sp
 
 from qdot.exercises.answers import Choice, ConditionSet
 from qdot.exercises.arm.axes import Sample
-from qdot.exercises.arm.bare import bare
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.classification import domain_of
 from qdot.exercises.arm.kinds import REGULAR, kinds_at
 from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.normalized_arm import bare
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import Space
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.pieces import pieces
-from qdot.exercises.problem import Part
+from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.singular import OPTIONS, OfKind, Place, components_at
-from qdot.exercises.stream import Stream
 from qdot.exercises.verify.appearance import said_of_component, said_of_singularities, side_of_lost_direction
 from qdot.exercises.verify.numeric_reference import (
     ARMS,

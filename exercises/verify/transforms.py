@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from qdot.exercises.problem import Part
+from qdot.exercises.problem.problem import Part
 from qdot.exercises.verify.formulas import EXACT, each_way, formula
 from qdot.exercises.verify.numeric_reference import Check, NumericReference
 

@@ -4,8 +4,8 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from qdot.exercises.arm.told import frame_on_axis
-from qdot.exercises.problem import Part
+from qdot.exercises.arm.convention_view import frame_on_axis
+from qdot.exercises.problem.problem import Part
 from qdot.exercises.verify.formulas import EXACT, agree, each_way, formula
 from qdot.exercises.verify.numeric_reference import Check, NumericReference
 

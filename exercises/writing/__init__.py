@@ -13,4 +13,7 @@ From formulas to whole texts:
     expansion, cases            how a determinant is worked out; where the minors of a wide or tall J vanish together
     hint_context, lost_example  what hints tell of an arm; a lost direction in numbers
     statement, short_answer     statements, prompts, hints and solutions; an answer without the way to it
+    translatable_phrases        words that problems carry
+    languages, render           the messages of a language; the templates filled in
+    collect_messages            all messages collected, and merged into locale/CODE.po (`make messages`)
 """

@@ -13,9 +13,9 @@ from itertools import combinations, pairwise, permutations
 import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain
+from qdot.exercises.arm.convention_view import is_by_axes, is_modified, told_base
 from qdot.exercises.arm.derivation import derive, short_jacobian
 from qdot.exercises.arm.kinematics import Z, frame_behind, link_frames, rot_x, task_matrix
-from qdot.exercises.arm.told import is_by_axes, is_modified, told_base
 from qdot.exercises.arm.trigonometry import same, textbook
 
 Fill = Callable[[sp.Expr], sp.Expr]

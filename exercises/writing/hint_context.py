@@ -12,9 +12,9 @@ from itertools import combinations
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.convention_view import is_by_axes
 from qdot.exercises.arm.derivation import Derivation, derive, structure
 from qdot.exercises.arm.singularity import singular_set
-from qdot.exercises.arm.told import is_by_axes
 from qdot.exercises.arm.trigonometry import textbook
 from qdot.exercises.formula.order import natural
 from qdot.exercises.questions.wrist import blocks, not_partitioned

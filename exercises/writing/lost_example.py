@@ -12,11 +12,11 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.classification import domain_of
 from qdot.exercises.arm.directions import lost_direction, task_rows
 from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import Space
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.pieces import pieces
 from qdot.exercises.questions.rank import Where
-from qdot.exercises.stream import Stream
 
 _LENGTHS = tuple(sp.Rational(n, 100) for n in (50, 40, 30, 60, 20, 70, 25, 35))
 _DEGREES = (20, 40, 70, 25, 50, 35, 65)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.told import (
+from qdot.exercises.arm.convention_view import (
     axis_symbol,
     frame_on_axis,
     is_by_axes,

@@ -2,7 +2,7 @@
 
 import re
 
-from qdot.exercises.problem import Problem
+from qdot.exercises.problem.problem import Problem
 from qdot.exercises.writing.latex import symbol_latex, tex
 
 _TYPED = r"`[^`]+`(?:, `[^`]+`)*"

@@ -15,9 +15,9 @@ from qdot.exercises.answers import (
     Matrix,
     Number,
 )
-from qdot.exercises.problem import Part, Problem
+from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.quizzes.options import Options
-from qdot.exercises.render import render
+from qdot.exercises.writing.render import render
 from qdot.exercises.writing.statement import option_text, with_meanings, worked_steps
 from qdot.exercises.writing.worked import three_digits
 

@@ -11,12 +11,12 @@ from qdot.exercises.answers import LETTERS
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.languages import ENGLISH, catalogue
-from qdot.exercises.problem import Part, Problem
+from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.quizzes import ASKED
 from qdot.exercises.quizzes.options import Options, Places
-from qdot.exercises.render import environment
+from qdot.exercises.writing.languages import ENGLISH, catalogue
 from qdot.exercises.writing.latex import tex_angle
+from qdot.exercises.writing.render import environment
 from qdot.exercises.writing.wording import Wording
 from qdot.exercises.writing.worked import Worked
 

@@ -12,7 +12,7 @@ from itertools import product
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.told import told_rows
+from qdot.exercises.arm.convention_view import told_rows
 
 _FIFTEEN = sp.pi / 12
 

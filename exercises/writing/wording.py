@@ -6,13 +6,9 @@ from dataclasses import dataclass, field
 
 import sympy as sp
 
-from qdot.exercises.arm.bare import turns_all
 from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain, Point
 from qdot.exercises.arm.classification import Kind, Values
-from qdot.exercises.arm.conventions import axes_of
-from qdot.exercises.arm.derivation import derive
-from qdot.exercises.arm.kinds import kind_is_sure
-from qdot.exercises.arm.told import (
+from qdot.exercises.arm.convention_view import (
     is_modified,
     place_name,
     told_base,
@@ -20,7 +16,11 @@ from qdot.exercises.arm.told import (
     told_rows,
     told_words,
 )
-from qdot.exercises.languages import ENGLISH, Catalogue, catalogue
+from qdot.exercises.arm.conventions import axes_of
+from qdot.exercises.arm.derivation import derive
+from qdot.exercises.arm.kinds import kind_is_sure
+from qdot.exercises.arm.normalized_arm import turns_all
+from qdot.exercises.writing.languages import ENGLISH, Catalogue, catalogue
 from qdot.exercises.writing.latex import symbol_latex, tex, tex_angle, tex_length, tex_value
 from qdot.exercises.writing.names import AxisNames
 

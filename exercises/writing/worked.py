@@ -16,13 +16,7 @@ from qdot.exercises.arm.appearance import dependence
 from qdot.exercises.arm.axes import Sample, along, slope
 from qdot.exercises.arm.chain import TASK_ROWS, Chain, Point
 from qdot.exercises.arm.classification import Kind, Values, by_value, classify, is_one_sided
-from qdot.exercises.arm.conventions import axes_of
-from qdot.exercises.arm.derivation import Derivation, TooLong, derive, structure, task_velocity
-from qdot.exercises.arm.kinematics import NumericChain, frame_behind, joint_rotation, link_frames, link_vector
-from qdot.exercises.arm.needs import Need, need_of
-from qdot.exercises.arm.precise import determinant, four_digits, inverse, numeric, shown, solved
-from qdot.exercises.arm.singularity import Component, never_vanishes, singular_set
-from qdot.exercises.arm.told import (
+from qdot.exercises.arm.convention_view import (
     in_twist_order,
     is_modified,
     told_point,
@@ -30,9 +24,15 @@ from qdot.exercises.arm.told import (
     twist_told,
     up_to_frame,
 )
+from qdot.exercises.arm.conventions import axes_of
+from qdot.exercises.arm.derivation import Derivation, TooLong, derive, structure, task_velocity
+from qdot.exercises.arm.existence_conditions import Need, need_of
+from qdot.exercises.arm.kinematics import NumericChain, frame_behind, joint_rotation, link_frames, link_vector
+from qdot.exercises.arm.mpmath_kinematics import determinant, four_digits, inverse, numeric, shown, solved
+from qdot.exercises.arm.singularity import Component, never_vanishes, singular_set
 from qdot.exercises.arm.trigonometry import substitute, textbook, without_brackets
 from qdot.exercises.formula.order import index_of, joint_sum
-from qdot.exercises.problem import Part
+from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.inversion import Configuration, Situation, jacobian_at
 from qdot.exercises.questions.rank import LostAt, MeaningAsked, Where, lost_where
 from qdot.exercises.questions.screws import (

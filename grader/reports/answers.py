@@ -10,14 +10,14 @@ from dataclasses import dataclass
 from qdot.exercises.answers import LETTERS, TRUE_FALSE
 from qdot.exercises.formula.printers.mathml import mathml
 from qdot.exercises.formula.trees import Node, size_of
-from qdot.exercises.problem import Part, Problem
+from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.writing.fit import fitted, width
 from qdot.exercises.writing.latex import prismatic_joints
 from qdot.exercises.writing.markup import to_html
 from qdot.exercises.writing.statement import option_text
 from qdot.exercises.writing.typeset import TooDeep, typeset
-from qdot.grader.function_values import SHOWN
-from qdot.grader.reading import read_answer
+from qdot.grader.judging.answer_parser import read_answer
+from qdot.grader.judging.function_values import SHOWN
 
 LONGEST, LARGEST = 4000, 2000
 """Characters of a text and nodes of a tree that are set as a formula; more would be no formula to look at."""

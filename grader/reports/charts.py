@@ -11,8 +11,8 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from qdot.exercises.extras import need
-from qdot.grader.statistics import Interval
+from qdot.exercises.common.extras import need
+from qdot.grader.statistics.statistics import Interval
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

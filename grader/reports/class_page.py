@@ -5,14 +5,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from qdot.exercises.assignment import Assignment
-from qdot.exercises.problem import Problem
+from qdot.exercises.assignment.assignment import Assignment
+from qdot.exercises.assignment.store import kept
+from qdot.exercises.problem.problem import Problem
 from qdot.exercises.quizzes import ASKED
-from qdot.exercises.render import render
-from qdot.exercises.store import kept
-from qdot.grader import statistics
-from qdot.grader.function_values import SHOWN
-from qdot.grader.reading import read_answer
+from qdot.exercises.writing.render import render
+from qdot.grader.diagnosis.similar import Pair, Written, Wrong, alikeness, nearly_the_same, written
+from qdot.grader.grading.final_result import Result
+from qdot.grader.judging.answer_parser import read_answer
+from qdot.grader.judging.function_values import SHOWN
 from qdot.grader.reports import charts
 from qdot.grader.reports.answers import answer_of, visible
 from qdot.grader.reports.class_view import (
@@ -33,9 +34,8 @@ from qdot.grader.reports.class_view import (
     without_attempt,
 )
 from qdot.grader.reports.tables import NO_MARK, status
-from qdot.grader.settle import Result
-from qdot.grader.similar import Pair, Written, Wrong, alikeness, nearly_the_same, written
-from qdot.grader.variants import Comparison, compare, corrected, in_words
+from qdot.grader.statistics import statistics
+from qdot.grader.statistics.fairness_tests import Comparison, compare, corrected, in_words
 
 MOST_CHARTED = 15
 """Mistakes in the chart; all are in the table."""

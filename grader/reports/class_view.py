@@ -5,15 +5,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from qdot.exercises.assignment import Assignment, Student
-from qdot.exercises.lateness import in_words
+from qdot.exercises.assignment.assignment import Assignment, Student
+from qdot.exercises.assignment.lateness import in_words
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.quizzes import ASKED
-from qdot.grader import statistics
+from qdot.grader.grading.final_result import Result
 from qdot.grader.reports.answers import visible
 from qdot.grader.reports.tables import NO_MARK, is_marked, status
-from qdot.grader.settle import Result
-from qdot.grader.statistics import LEAST, Interval
+from qdot.grader.statistics import statistics
+from qdot.grader.statistics.statistics import LEAST, Interval
 
 STANDS_OUT = 1.5
 """How many times as often as the mean a mistake is made that is told as one that a class makes more."""

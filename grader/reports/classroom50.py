@@ -11,10 +11,10 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
-from qdot.exercises.assignment import Assignment
-from qdot.exercises.errors import QdotError
+from qdot.exercises.assignment.assignment import Assignment
+from qdot.exercises.common.errors import QdotError
+from qdot.grader.grading.final_result import Result
 from qdot.grader.reports.rows import lateness, rows_of, the_only
-from qdot.grader.settle import Result
 
 NEVER = "1970-01-01T00:00:00Z"
 """The time of what was not handed in."""

@@ -8,9 +8,9 @@ from typing import Any
 
 from qdot.exercises.formula.latex import parsed
 from qdot.exercises.formula.printers.mathml import mathml
-from qdot.exercises.problem import Part, Problem
+from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.writing.latex import prismatic_joints, symbol_latex
-from qdot.grader.counterexample import entry_name
+from qdot.grader.judging.counterexample import entry_name
 from qdot.grader.reports.answers import visible
 
 DIGITS, MOST_DIGITS = 4, 16

@@ -10,10 +10,10 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
-from qdot.exercises.assignment import Assignment
-from qdot.exercises.console import printable
+from qdot.exercises.assignment.assignment import Assignment
+from qdot.exercises.common.console import printable
+from qdot.grader.grading.final_result import Result
 from qdot.grader.reports.tables import Cell, grades_table, is_marked
-from qdot.grader.settle import Result
 
 MADE = datetime.datetime(2000, 1, 1)  # noqa: DTZ001 - a workbook's times have no zone
 """The time that every workbook says it was made at, so that the same results are the same bytes."""

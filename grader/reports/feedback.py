@@ -11,19 +11,19 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from qdot.exercises.arm.told import is_by_axes
-from qdot.exercises.assignment import Assignment, Student
-from qdot.exercises.lateness import in_words
-from qdot.exercises.problem import Part, Problem
+from qdot.exercises.arm.convention_view import is_by_axes
+from qdot.exercises.assignment.assignment import Assignment, Student
+from qdot.exercises.assignment.lateness import in_words
+from qdot.exercises.assignment.store import kept
+from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.quizzes import ASKED
-from qdot.exercises.render import render
-from qdot.exercises.store import kept
 from qdot.exercises.writing.markup import to_html
+from qdot.exercises.writing.render import render
 from qdot.exercises.writing.statement import worked_solution
-from qdot.grader.levels import at_least, told, without_numbers
 from qdot.grader.reports.answers import answer_of, visible
 from qdot.grader.reports.differs import SUPERSCRIPT, table_of
 from qdot.grader.reports.example import example_svg
+from qdot.grader.reports.feedback_levels import at_least, told, without_numbers
 
 PAGE = 7
 """Version of the page: any change of what it shows raises it, and every page is written anew."""

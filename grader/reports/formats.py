@@ -6,17 +6,17 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from qdot.exercises.assignment import Assignment
-from qdot.exercises.console import note, one_of, say
-from qdot.exercises.errors import QdotError
-from qdot.exercises.extras import need
-from qdot.exercises.files import write_atomically
+from qdot.exercises.assignment.assignment import Assignment
+from qdot.exercises.common.console import note, one_of, say
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.extras import need
+from qdot.exercises.common.files import write_atomically
+from qdot.grader.grading.final_result import Result
 from qdot.grader.reports import charts, classroom50, github, gradescope, junit
 from qdot.grader.reports.class_page import class_page
 from qdot.grader.reports.excel import workbook
 from qdot.grader.reports.gradebooks import canvas, moodle, unmarked
 from qdot.grader.reports.tables import grades_csv
-from qdot.grader.settle import Result
 
 
 @dataclass(frozen=True)

@@ -8,15 +8,15 @@ import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from qdot.exercises.assignment import Assignment
-from qdot.exercises.render import render
-from qdot.grader.check import Checked
-from qdot.grader.marking import number
-from qdot.grader.positions import line_of_answer
+from qdot.exercises.assignment.assignment import Assignment
+from qdot.exercises.writing.render import render
+from qdot.grader.grading.check import Checked
+from qdot.grader.grading.final_result import Result
+from qdot.grader.grading.marking import number
+from qdot.grader.reports.answer_positions import line_of_answer
 from qdot.grader.reports.answers import visible
 from qdot.grader.reports.rows import Row, lateness, rows_of
 from qdot.grader.reports.tables import NO_MARK, staff_notes, status
-from qdot.grader.settle import Result
 
 MOST_ANNOTATIONS = 10
 """Of each kind, for a step."""

@@ -11,12 +11,12 @@ import io
 import re
 from collections.abc import Iterator, Sequence
 
-from qdot.exercises.assignment import Assignment, Student
-from qdot.exercises.errors import QdotError
-from qdot.exercises.gradebook import CANVAS, MOODLE, MOODLE_COLUMNS, MOODLE_KEYS, POINTS, Gradebook
-from qdot.grader.marking import number
+from qdot.exercises.assignment.assignment import Assignment, Student
+from qdot.exercises.assignment.gradebook import CANVAS, MOODLE, MOODLE_COLUMNS, MOODLE_KEYS, POINTS, Gradebook
+from qdot.exercises.common.errors import QdotError
+from qdot.grader.grading.final_result import Result
+from qdot.grader.grading.marking import number
 from qdot.grader.reports.tables import is_marked, no_formula, status
-from qdot.grader.settle import Result
 
 RESERVED = tuple(
     f"{when} {what}"

@@ -8,11 +8,11 @@ import json
 from collections.abc import Sequence
 from typing import Any
 
-from qdot.exercises.assignment import Assignment
+from qdot.exercises.assignment.assignment import Assignment
+from qdot.grader.grading.final_result import Result
 from qdot.grader.reports.answers import visible
 from qdot.grader.reports.rows import Row, lateness, rows_of, the_only
 from qdot.grader.reports.tables import staff_notes
-from qdot.grader.settle import Result
 
 VISIBILITY = ("visible", "after_due_date", "after_published", "hidden")
 """When students see a test, in Gradescope's words."""

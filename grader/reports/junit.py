@@ -7,11 +7,11 @@ Failed is a part without all of its points, an error one on which qdot itself fa
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 
-from qdot.exercises.assignment import Assignment
-from qdot.grader.marking import number
+from qdot.exercises.assignment.assignment import Assignment
+from qdot.grader.grading.final_result import Result
+from qdot.grader.grading.marking import number
 from qdot.grader.reports.answers import visible
 from qdot.grader.reports.rows import Row, rows_of
-from qdot.grader.settle import Result
 
 
 def junit_xml(assignment: Assignment, results: Sequence[Result]) -> str:

@@ -3,13 +3,13 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from qdot.exercises.assignment import FEEDBACK
-from qdot.exercises.errors import QdotError
+from qdot.exercises.assignment.assignment import FEEDBACK
+from qdot.exercises.common.errors import QdotError
 from qdot.exercises.quizzes import ASKED
-from qdot.grader.levels import told
-from qdot.grader.marking import number
+from qdot.grader.grading.final_result import Result
+from qdot.grader.grading.marking import number
+from qdot.grader.reports.feedback_levels import told
 from qdot.grader.reports.tables import NO_MARK, status
-from qdot.grader.settle import Result
 
 LONGEST = 4000
 """Characters of what is said of a part."""

@@ -6,9 +6,9 @@ import json
 from collections.abc import Sequence
 from typing import Any
 
-from qdot.exercises.assignment import Student
-from qdot.exercises.console import printable
-from qdot.grader.marking import number, total
+from qdot.exercises.assignment.assignment import Student
+from qdot.exercises.common.console import printable
+from qdot.grader.grading.marking import number, total
 
 SUMS = ("score", "max_score", "percent", "status", "late_penalty", "override", "note")
 """The last columns of grades.csv."""

@@ -5,15 +5,15 @@ import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from qdot.exercises.assignment import Assignment, Student
-from qdot.exercises.errors import QdotError
-from qdot.exercises.files import made_lasting, tidied, write_atomically
-from qdot.exercises.parallel import ordered_map
-from qdot.grader.attempt import told
-from qdot.grader.history import keep_earlier, results_path
+from qdot.exercises.assignment.assignment import Assignment, Student
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.files import made_lasting, tidied, write_atomically
+from qdot.exercises.common.parallel import ordered_map
+from qdot.grader.grading.attempt import told
+from qdot.grader.grading.final_result import Result, failed
+from qdot.grader.grading.history import keep_earlier, results_path
 from qdot.grader.reports.feedback import feedback_page, made_from
 from qdot.grader.reports.tables import grades_csv, results_jsonl
-from qdot.grader.settle import Result, failed
 
 BEGINNING = 1000
 """Characters at the beginning of a page among which it says what it was made from."""

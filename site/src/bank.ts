@@ -25,7 +25,7 @@ export interface Listed {
   readonly key: string;
   readonly title: string;
   readonly difficulty: number;
-  /** A step of exercises/variation.py, from "chapter" to "full", or axes of an instructor's own. */
+  /** A step of exercises/common/variation.py, from "chapter" to "full", or axes of an instructor's own. */
   readonly variation: string;
   /** Of an arm that never leaves a plane. */
   readonly flat?: true;

@@ -1,4 +1,4 @@
-// What a level of feedback keeps back of a verdict, as grader/levels.py does.
+// What a level of feedback keeps back of a verdict, as grader/reports/feedback_levels.py does.
 import { expect, test } from "vitest";
 
 import type { NumbersKey, ValuesKey } from "../src/bank.js";

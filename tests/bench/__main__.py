@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
-from qdot.exercises.assignment import Assignment
+from qdot.exercises.assignment.assignment import Assignment
 from tests.support import ROOT
 
 from . import peers

@@ -4,9 +4,9 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from qdot.exercises.assignment import Student
-from qdot.exercises.release import init_assignment
-from qdot.exercises.sets import DEFAULT_SET, SETS
+from qdot.exercises.assignment.assignment import Student
+from qdot.exercises.assignment.release import init_assignment
+from qdot.exercises.assignment.sets import DEFAULT_SET, SETS
 
 from .clock import processor_time
 from .figures import Figure
@@ -18,10 +18,10 @@ GOALS = {"qti": 4.0, "moodle": 4.0, "stack": 7.0, "prairielearn": 1.5}
 DRAWN = """
 import sys
 from pathlib import Path
-from qdot.exercises.assignment import load_assignment
+from qdot.exercises.assignment.assignment import load_assignment
 from qdot.exercises.exports.bank import bank
 from qdot.exercises.exports.outlet import Order
-from qdot.grader.certify import failures_of
+from qdot.grader.grading.certify import failures_of
 drawn = sum(1 for _ in bank(Order(load_assignment(Path(sys.argv[1])), failures_of, variants=int(sys.argv[2]))))
 assert drawn
 """

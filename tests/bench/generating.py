@@ -7,7 +7,7 @@ from pathlib import Path
 
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate, questions_of
-from qdot.exercises.problem import ProblemId
+from qdot.exercises.problem.problem import ProblemId
 
 from .clock import processor_time
 
@@ -22,7 +22,7 @@ questions = ["position", "jacobian", "determinant", "inverse-velocity", "singula
 """
 RECORDS = """
 import sys
-from qdot.exercises.problem import ProblemId
+from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.verify import certify
 from qdot.exercises.generation import generate
 from qdot.exercises.site.record import site_record, solutions_record, translated_record, translated_solutions

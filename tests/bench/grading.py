@@ -6,13 +6,13 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from qdot.exercises.assignment import Assignment, Student, load_assignment
-from qdot.exercises.release import init_assignment, release
-from qdot.exercises.store import kept
-from qdot.grader.certify import CERTIFIER
-from qdot.grader.demo import EDITS, answered
-from qdot.grader.submission import find_submissions, read_submission
-from qdot.grader.uncounted import without_self_checks
+from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
+from qdot.exercises.assignment.release import init_assignment, release
+from qdot.exercises.assignment.store import kept
+from qdot.grader.cli.demo import EDITS, answered
+from qdot.grader.grading.certify import CERTIFIER
+from qdot.grader.submissions.submission import find_submissions, read_submission
+from qdot.grader.submissions.uncounted import without_self_checks
 
 SLOT = """
 [[problem]]

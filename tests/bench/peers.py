@@ -24,12 +24,12 @@ import nbformat
 from nbformat.v4 import new_code_cell
 
 from qdot.exercises.answers import Expression, Matrix
-from qdot.exercises.assignment import Assignment, Student, load_assignment
-from qdot.exercises.problem import variable
-from qdot.exercises.release import init_assignment, release
-from qdot.exercises.store import kept
-from qdot.grader.certify import CERTIFIER
-from qdot.grader.demo import answered
+from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
+from qdot.exercises.assignment.release import init_assignment, release
+from qdot.exercises.assignment.store import kept
+from qdot.exercises.problem.problem import variable
+from qdot.grader.cli.demo import answered
+from qdot.grader.grading.certify import CERTIFIER
 
 FEW, MANY = 20, 200
 SLOT = """

@@ -17,14 +17,14 @@ from hypothesis import strategies as st
 from qdot.exercises.answers import Choice
 from qdot.exercises.arm.chain import CONVENTIONS
 from qdot.exercises.arm.derivation import derive
-from qdot.exercises.difficulty import BANDS, HARDEST, _is_multiplied_out, _terms, difficulty, step
-from qdot.exercises.errors import QdotError
+from qdot.exercises.arm.difficulty import BANDS, HARDEST, _is_multiplied_out, _terms, difficulty, step
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.stream import Stream, derived_seed
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import check_questions, generate, questions_of, sample_chain, student_problem_id
-from qdot.exercises.problem import ENGINE, LARGEST_SEED, Part, Problem, ProblemId
+from qdot.exercises.problem.problem import ENGINE, LARGEST_SEED, Part, Problem, ProblemId
+from qdot.exercises.problem.record import digests
 from qdot.exercises.questions import QUESTIONS, recursion, screws
-from qdot.exercises.record import digests
-from qdot.exercises.stream import Stream, derived_seed
 from tests.support.suites import of_families, several
 
 STUDENTS = several(6, 30)
@@ -213,7 +213,7 @@ def test_the_step_of_an_arm_of_many_terms_needs_no_singular_set(monkeypatch: pyt
     """Which takes a minute for arms of seven joints with offsets, and could only raise the highest step."""
     arm = sample_chain(ProblemId("puma-560", 3, variation="full"))
     assert difficulty(arm) >= BANDS[-1]
-    monkeypatch.setattr("qdot.exercises.difficulty.singular_set", None)  # called, it fails
+    monkeypatch.setattr("qdot.exercises.arm.difficulty.singular_set", None)  # called, it fails
     assert step(arm) == HARDEST
 
 

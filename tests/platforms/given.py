@@ -2,15 +2,15 @@
 
 from pathlib import Path
 
-from qdot.exercises.assignment import Assignment, Student, load_assignment
+from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
+from qdot.exercises.assignment.release import init_assignment
+from qdot.exercises.assignment.sets import DEFAULT_SET, SETS
 from qdot.exercises.exports.outlet import Order
 from qdot.exercises.generation import applicable, questions_of, sample_chain
-from qdot.exercises.problem import ProblemId
+from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.quizzes import QUIZZES
-from qdot.exercises.release import init_assignment
-from qdot.exercises.sets import DEFAULT_SET, SETS
-from qdot.grader.certify import failures_of
+from qdot.grader.grading.certify import failures_of
 
 PUMA_560 = "puma-560"
 FAMILIES = ("elbow-3r", "planar-2r", "planar-3r", "polar-rp", "scara", PUMA_560)

@@ -12,7 +12,7 @@ import zipfile
 from pathlib import Path
 from typing import Any
 
-from qdot.exercises.assignment import Student
+from qdot.exercises.assignment.assignment import Student
 from qdot.exercises.exports.otter import parts_of
 from qdot.grader.reports.rows import rows_of
 from tests.platforms.notebooks import BLANK, KEY, MISTAKEN, RIGHT, WRONG, Ours, a_class, answered, exported, hold

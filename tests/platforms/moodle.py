@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from qdot.exercises.assignment import Student
+from qdot.exercises.assignment.assignment import Student
 from qdot.exercises.exports.items import Choose, Field, Item, Match, Numeric, items
 from qdot.exercises.exports.markup import decimal
 from qdot.exercises.exports.moodle import WEIGHTS, moodle_files

@@ -15,11 +15,11 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from qdot.exercises.assignment import Assignment
+from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.exports.nbgrader import grade_id
 from qdot.exercises.exports.otter import parts_of
+from qdot.grader.grading.one_student import student_named
 from qdot.grader.reports.rows import rows_of
-from qdot.grader.single import student_named
 from tests.platforms.jupyter import jupyter, page, variables
 from tests.platforms.notebooks import (
     BLANK,

@@ -11,17 +11,17 @@ from typing import Any
 import sympy as sp
 
 from qdot.exercises.answers import ConditionSet
-from qdot.exercises.assignment import Assignment, Student, load_assignment
+from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
+from qdot.exercises.assignment.release import init_assignment
+from qdot.exercises.assignment.sets import DEFAULT_SET, SETS
 from qdot.exercises.exports.known_wrong import known_wrong
 from qdot.exercises.exports.outlet import Order
 from qdot.exercises.exports.registry import OUTLETS
-from qdot.exercises.notebook import notebook_text, solution_notebook
-from qdot.exercises.problem import Part, Problem, variable
-from qdot.exercises.release import init_assignment
-from qdot.exercises.sets import DEFAULT_SET, SETS
-from qdot.grader.certify import failures_of
-from qdot.grader.sandbox import Limits
-from qdot.grader.single import found_of_one, grade_one, limits_of, student_named
+from qdot.exercises.notebook.notebook import notebook_text, solution_notebook
+from qdot.exercises.problem.problem import Part, Problem, variable
+from qdot.grader.grading.certify import failures_of
+from qdot.grader.grading.one_student import found_of_one, grade_one, limits_of, student_named
+from qdot.grader.sandbox.sandbox import Limits
 from tests.platforms.given import SECRET
 from tests.platforms.records import Counts
 

@@ -30,15 +30,16 @@ import sympy as sp
 from qdot.exercises.answers import LETTERS, Answer, ConditionSet, Letters, Matching, Number
 from qdot.exercises.answers.base import rows_typed
 from qdot.exercises.arm.singularity import Component
-from qdot.exercises.exports.bank import Variant, bank
+from qdot.exercises.assignment.draws import Variant
+from qdot.exercises.exports.bank import bank
 from qdot.exercises.exports.known_wrong import known_wrong
 from qdot.exercises.exports.outlet import Order
 from qdot.exercises.exports.prairielearn import COURSE_INSTANCE, EXACTLY, input_names, question_id
 from qdot.exercises.exports.registry import OUTLETS
 from qdot.exercises.formula.text import rows_of_text
-from qdot.exercises.problem import Part, Problem
+from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.quizzes import ASKED
-from qdot.grader.marking import mark
+from qdot.grader.grading.marking import mark
 from tests.platforms.given import EVERYTHING, order
 from tests.platforms.records import Counts, Record, today
 from tests.support.elements import filled, left_blank
@@ -184,7 +185,7 @@ def running(software: Path, course: Path, work: Path) -> Iterator[Site]:
     config.write_text(json.dumps(settings), encoding="utf-8")
     python = software / ".venv/bin/python3.13"  # it starts anew for each phase, and keeps no bytecode itself
     subprocess.run([python, "-m", "compileall", "-q", "exercises", "grader"], cwd=REPOSITORY, check=True)
-    _need(python, "prairielearn.internal.zygote_utils", "qdot.grader.marking")
+    _need(python, "prairielearn.internal.zygote_utils", "qdot.grader.grading.marking")
     subprocess.run(["createdb", database], check=True)
     app = software / APP
     command = [f"{app}/node_modules/.bin/tsx", "--tsconfig", "src/tsconfig.json", "--import", str(LOOPBACK)]

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from qdot.exercises.files import write_atomically
+from qdot.exercises.common.files import write_atomically
 
 FOLDER = Path(__file__).parent
 

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from qdot.exercises.assignment import Assignment
+from qdot.exercises.assignment.assignment import Assignment
 from tests.platforms.notebooks import BLANK, KEY, RIGHT, WRONG, a_class, answered, exported
 from tests.platforms.records import Count
 from tests.support.ci import git, hosted

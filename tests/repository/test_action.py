@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from ruamel.yaml import YAML
 
-from qdot.exercises.assignment import Assignment, load_assignment
+from qdot.exercises.assignment.assignment import Assignment, load_assignment
 from qdot.exercises.exports.repositories import ACTIONS
 from qdot.exercises.exports.wheel import wheel
 from tests.support import ROOT

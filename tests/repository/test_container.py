@@ -21,7 +21,7 @@ from pathlib import Path
 import pytest
 from ruamel.yaml import YAML
 
-from qdot.exercises.assignment import Assignment, Student, load_assignment
+from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from tests.support import ROOT
 from tests.support.handing_in import a_class, right
 from tests.support.programs import needs

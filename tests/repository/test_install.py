@@ -13,13 +13,13 @@ import pytest
 import typer
 from packaging.requirements import Requirement
 
-from qdot.exercises import extras
-from qdot.exercises.assignment import Student
+from qdot.exercises.assignment.assignment import Student
+from qdot.exercises.common import extras
+from qdot.exercises.common.extras import ALL, EXTRAS, install_words, lacking, need
 from qdot.exercises.docs.dependencies import DATA, WHY, dependencies_page, with_install_words
-from qdot.exercises.extras import ALL, EXTRAS, install_words, lacking, need
-from qdot.grader.cli import COMMANDS, SITE, _wanted, program
-from qdot.grader.docs import worded
-from qdot.grader.examples import EXAMPLES
+from qdot.grader.cli.examples import EXAMPLES
+from qdot.grader.cli.main import COMMANDS, SITE, _wanted, program
+from qdot.grader.cli.reference_pages import worded
 from tests.support import ROOT
 from tests.support.command import fails, run
 from tests.support.handing_in import a_class
@@ -104,7 +104,7 @@ def test_every_library_has_a_reason_and_a_record() -> None:
 
 def test_what_only_an_extra_needs_is_loaded_by_nothing_else() -> None:
     code = "import sys; sys.modules.update(dict.fromkeys(('typst', 'matplotlib', 'xlsxwriter', 'distributed', 'dask')))"
-    code += "; from qdot.grader.cli import program; program()"
+    code += "; from qdot.grader.cli.main import program; program()"
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
@@ -164,6 +164,6 @@ def test_the_tab_key_completes_commands_options_and_names(
 
 def test_a_shell_is_told_how_to_complete() -> None:
     environment = {**os.environ, "_QDOT_COMPLETE": "source_bash"}
-    code = "import sys; sys.argv = ['qdot']; from qdot.grader.cli import main; main()"
+    code = "import sys; sys.argv = ['qdot']; from qdot.grader.cli.main import main; main()"
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, encoding="utf-8")
     assert "_QDOT_COMPLETE=complete_bash" in done.stdout

@@ -12,14 +12,14 @@ from typing import Any
 
 import pytest
 
-from qdot.exercises.assignment import load_assignment
-from qdot.exercises.extras import qdot_version
-from qdot.exercises.problem import ENGINE
-from qdot.grader.attempt import GRADER
-from qdot.grader.docs import promises_page
-from qdot.grader.sandbox import Limits
-from qdot.grader.submission import find_submissions
-from qdot.grader.upgrade import compared, marks_moved
+from qdot.exercises.assignment.assignment import load_assignment
+from qdot.exercises.common.extras import qdot_version
+from qdot.exercises.problem.problem import ENGINE
+from qdot.grader.cli.reference_pages import promises_page
+from qdot.grader.grading.attempt import GRADER
+from qdot.grader.grading.upgrade import compared, marks_moved
+from qdot.grader.sandbox.sandbox import Limits
+from qdot.grader.submissions.submission import find_submissions
 from tests.support import ROOT
 from tests.tools.archive import ARCHIVES, SCHEMAS, UNRELEASED, interface
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from qdot.exercises.assignment import load_assignment
-from qdot.grader.cli import app
+from qdot.exercises.assignment.assignment import load_assignment
+from qdot.grader.cli.main import app
 from tests.support import ROOT
 from tests.support.suites import WHOLE, several
 

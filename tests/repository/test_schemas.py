@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 from jsonschema import Draft202012Validator
 
-from qdot.exercises.assignment import Student
+from qdot.exercises.assignment.assignment import Student
 from qdot.exercises.site.bank import write_bank
 from qdot.exercises.site.supply import QUIZ, Wanted
-from qdot.grader.certify import failures_of
+from qdot.grader.grading.certify import failures_of
 from tests.support import ROOT
 from tests.support.command import run
 from tests.support.handing_in import a_class, hand_in, right

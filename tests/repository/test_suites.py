@@ -6,7 +6,7 @@ import pytest
 
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import sample_chain
-from qdot.exercises.problem import ProblemId
+from qdot.exercises.problem.problem import ProblemId
 from tests.support import ROOT, kept, suites
 from tests.support.suites import SHAPES, families_for, few_of, left_out, shape_of
 

@@ -16,11 +16,15 @@ from tests.support.imports import imports, name_of
 from tests.support.suites import WHOLE
 
 NETWORK = {
-    "qdot.grader.hosts": "fetches pushes from the GitHub or GitLab that it is told", "qdot.grader.pushed": "the same",
-    "qdot.grader.site": "`qdot site serve`, on this machine alone", "qdot.grader.sandbox": "pipes to the sandbox",
-    "qdot.grader.guarantees": "what a probe tries to reach", "qdot.grader.contained.attempts": "tries to reach it",
-    "qdot.grader.contained.session": "cells of students that wait for something",
-    "qdot.grader.contained.zygote": "pipes to the sandbox", "qdot.grader.cluster": "the Dask cluster that it is told",
+    "qdot.grader.integrations.git_hosts": "fetches pushes from the GitHub or GitLab that it is told",
+    "qdot.grader.integrations.git_submissions": "the same",
+    "qdot.grader.cli.site_commands": "`qdot site serve`, on this machine alone",
+    "qdot.grader.sandbox.sandbox": "pipes to the sandbox",
+    "qdot.grader.sandbox.guarantees": "what a probe tries to reach",
+    "qdot.grader.sandbox.contained.attempts": "tries to reach it",
+    "qdot.grader.sandbox.contained.session": "cells of students that wait for something",
+    "qdot.grader.sandbox.contained.zygote": "pipes to the sandbox",
+    "qdot.grader.grading.cluster": "the Dask cluster that it is told",
 }  # fmt: skip
 """The modules that may speak to anything outside of their process, and to what."""
 LIBRARIES = {"socket", "ssl", "http", "urllib", "ftplib", "smtplib", "asyncio", "requests", "httpx", "distributed"}
@@ -45,7 +49,7 @@ def hook(event, arguments):
         sys.stderr.write(f"NETWORK {event} {arguments[1:]}\\n")
 
 sys.addaudithook(hook)
-from qdot.grader.cli import app
+from qdot.grader.cli.main import app
 for arguments in %r:
     try:
         app(arguments)

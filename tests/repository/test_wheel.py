@@ -120,7 +120,7 @@ PROGRAM = """
 import sys
 import sympy
 from qdot import exercises, grader
-from qdot.grader.cli import app
+from qdot.grader.cli.main import app
 print(exercises.__file__, grader.__file__, sympy.__file__, sep="\\n")
 for arguments in (["--version"], ["families", "--json"],
                   ["show", "planar-2r/7", "--questions", "position,jacobian", "--solution", "--format", "json"]):
@@ -130,7 +130,7 @@ for arguments in (["--version"], ["families", "--json"],
     except SystemExit as left:
         assert not left.code
 sys.modules["babel"] = None  # as where qdot alone is installed: nothing but `make messages` asks for it
-from qdot.exercises.languages import catalogue
+from qdot.exercises.writing.languages import catalogue
 print("=====")
 print(catalogue("de").gettext("the world frame"))
 """

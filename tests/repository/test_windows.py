@@ -12,9 +12,9 @@ from pathlib import Path
 
 import pytest
 
-from qdot.exercises.assignment import Student
+from qdot.exercises.assignment.assignment import Student
 from qdot.exercises.exports.registry import OUTLETS
-from qdot.grader.cli import COMMANDS, WORKERS
+from qdot.grader.cli.main import COMMANDS, WORKERS
 from tests.support import ROOT
 from tests.support.command import run as run_here
 from tests.support.handing_in import a_class, contents, hand_in, right
@@ -68,7 +68,9 @@ for refused in (lambda: os.open(".", os.O_RDONLY), lambda: open("a:b", "w"), lam
 
 def test_every_command_and_all_that_its_processes_need_can_be_loaded() -> None:
     """What one module asks of POSIX when it is loaded ends every command that needs it."""
-    names = sorted({*COMMANDS.values(), "qdot.grader.site", *(name for names in WORKERS.values() for name in names)})
+    names = sorted(
+        {*COMMANDS.values(), "qdot.grader.cli.site_commands", *(name for names in WORKERS.values() for name in names)}
+    )
     program = f"import importlib; [importlib.import_module(name) for name in {names}]"
     environment = {**os.environ, "PYTHONPATH": str(ROOT) if ON_WINDOWS else f"{STAND_IN}{os.pathsep}{ROOT}"}
     done = subprocess.run([sys.executable, "-c", program], env=environment, cwd=ROOT, capture_output=True, text=True)

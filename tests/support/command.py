@@ -6,7 +6,7 @@ from typing import Any
 
 from typer.testing import CliRunner, Result
 
-from qdot.grader.cli import app
+from qdot.grader.cli.main import app
 from tests.support.handing_in import one_process
 
 

@@ -4,7 +4,7 @@ from typing import Any
 
 from qdot.exercises.answers import LETTERS, TRUE_FALSE, Answer, Forms, Letters, Matching, Number, Selection
 from qdot.exercises.exports.prairielearn import input_names
-from qdot.exercises.problem import Part
+from qdot.exercises.problem.problem import Part
 
 Data = dict[str, Any]
 

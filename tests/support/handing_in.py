@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
-from qdot.exercises.assignment import Assignment, Student, load_assignment
-from qdot.exercises.notebook import claims
-from qdot.exercises.problem import Problem, variable
-from qdot.exercises.release import Certifier, init_assignment
-from qdot.grader.batch import grade_class
-from qdot.grader.sandbox import Limits, Sandbox
-from qdot.grader.submission import Looked, find_submissions, opened
+from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
+from qdot.exercises.assignment.release import Certifier, init_assignment
+from qdot.exercises.notebook.notebook import claims
+from qdot.exercises.problem.problem import Problem, variable
+from qdot.grader.grading.batch import grade_class
+from qdot.grader.sandbox.sandbox import Limits, Sandbox
+from qdot.grader.submissions.submission import Looked, find_submissions, opened
 
 TOML = """title = "T"
 key = "hw"
@@ -52,8 +52,9 @@ UNCERTIFIED = Certifier(_record, _text)
 def one_process() -> Iterator[None]:
     """Do all work in this process and in one sandbox, kept open: to start either takes longer than a notebook."""
     with (
-        patch("qdot.exercises.parallel._pooled", _done_here), patch("qdot.grader.batch.Sandbox", _sandbox),
-        patch("qdot.grader.batch._Context.close", lambda _: None),
+        patch("qdot.exercises.common.parallel._pooled", _done_here),
+        patch("qdot.grader.grading.batch.Sandbox", _sandbox),
+        patch("qdot.grader.grading.batch._Context.close", lambda _: None),
     ):  # fmt: skip
         yield
 

@@ -4,12 +4,14 @@ from collections.abc import Sequence
 
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import Domain, Rounding
-from qdot.exercises.problem import Part, Problem
-from qdot.grader import choices, credit, diagnosis, direction, formulas
-from qdot.grader.answer import read_conditions, read_formula, read_matrix, read_numbers
-from qdot.grader.parts import judge_given
-from qdot.grader.reading import read_answer
-from qdot.grader.verdict import Diagnosis, Judgement
+from qdot.exercises.problem.problem import Part, Problem
+from qdot.grader.diagnosis import diagnosis
+from qdot.grader.grading import partial_credit
+from qdot.grader.judging import choices, direction, formulas
+from qdot.grader.judging.answer import read_conditions, read_formula, read_matrix, read_numbers
+from qdot.grader.judging.answer_parser import read_answer
+from qdot.grader.judging.judge import judge_given
+from qdot.grader.judging.verdict import Diagnosis, Judgement
 
 
 def judge_expression(
@@ -76,4 +78,4 @@ def diagnose(problem: Problem, part: Part, text: str, seed: str, points_seed: st
 
 def earned(problem: Problem, part: Part, text: str, seed: str) -> Judgement:
     given = read_answer(problem, part, text)
-    return credit.credited(problem, part, judge_given(problem, part, given, seed), given, seed)
+    return partial_credit.credited(problem, part, judge_given(problem, part, given, seed), given, seed)

@@ -21,10 +21,10 @@ import mpmath
 import numpy as np
 import sympy as sp
 
+from qdot.exercises.common.files import write_atomically
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.files import write_atomically
 from qdot.exercises.generation import generate
-from qdot.exercises.problem import Problem, ProblemId
+from qdot.exercises.problem.problem import Problem, ProblemId
 from tests.support import ROOT
 from tests.support.imports import reached
 

@@ -10,12 +10,12 @@ import sympy as sp
 
 from qdot.exercises.answers import Answer
 from qdot.exercises.arm.chain import CONVENTIONS, Chain, Point
-from qdot.exercises.assignment import Assignment
+from qdot.exercises.assignment.assignment import Assignment
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import questions_of
-from qdot.exercises.problem import Part, Problem, ProblemId
+from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS, Question
-from qdot.exercises.stream import Stream
 from tests.support.kept import kept
 from tests.support.suites import SHAPES, WHOLE, several
 

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from typing import Any
 
-from qdot.exercises.assignment import Assignment
-from qdot.grader.marking import total
+from qdot.exercises.assignment.assignment import Assignment
+from qdot.grader.grading.marking import total
 
 SHARES = {"correct": 1.0, "partial": 0.5, "wrong": 0.0, "missing": 0.0, "ungraded": None}
 

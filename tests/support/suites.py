@@ -90,12 +90,13 @@ EXAMPLES = (
     "exercises/questions/test_questions.py::test_answers_are_well_formed",
     "exercises/quizzes/test_quizzes.py::test_what_an_id_is_asked_has_not_changed",
     "exercises/verify/test_verify.py::test_every_reference_passes", "exercises/writing/test_statement.py",
-    "exercises/test_languages.py", "exercises/exports/test_exports.py::test_every_outlet_writes_the_same_files_twice",
-    "grader/test_formulas.py", "grader/test_reasons.py", "grader/test_loop.py",
+    "exercises/writing/test_languages.py",
+    "exercises/exports/test_exports.py::test_every_outlet_writes_the_same_files_twice",
+    "grader/judging/test_formulas.py", "grader/diagnosis/test_reasons.py", "grader/grading/test_loop.py",
     "grader/reports/test_reports.py::test_junit",
-    "grader/reports/test_reports.py::test_classroom50", "grader/contained/test_sandbox.py::test_values_leave_as_text",
-    "grader/test_cli.py::test_help", "grader/test_cli.py::test_show_in_every_format",
-    "grader/test_cli.py::test_generate_grade_and_check",
+    "grader/reports/test_reports.py::test_classroom50", "grader/sandbox/test_sandbox.py::test_values_leave_as_text",
+    "grader/cli/test_cli.py::test_help", "grader/cli/test_cli.py::test_show_in_every_format",
+    "grader/cli/test_cli.py::test_generate_grade_and_check",
     "repository/test_structure.py", "repository/test_suites.py",
 )  # fmt: skip
 """What `make check` runs: files, or beginnings of the names of tests."""

@@ -19,28 +19,28 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from qdot import exercises, grader
+import qdot
 from qdot.exercises.arm.chain import CONVENTIONS
 from qdot.exercises.arm.library import robots
 from qdot.exercises.arm.robot_file import KEYS, TOP_KEYS
-from qdot.exercises.assignment import AssignmentFile, ProblemEntry, Student, load_assignment
-from qdot.exercises.console import say
+from qdot.exercises.assignment.assignment import AssignmentFile, ProblemEntry, Student, load_assignment
+from qdot.exercises.assignment.release import init_assignment, notebook_path, release
+from qdot.exercises.assignment.sets import SETS
+from qdot.exercises.common.console import say
+from qdot.exercises.common.variation import AXES, STEPS
 from qdot.exercises.exports.registry import OUTLETS
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.problem import ENGINE
+from qdot.exercises.problem.problem import ENGINE
 from qdot.exercises.quizzes import ASKED
-from qdot.exercises.release import init_assignment, notebook_path, release
-from qdot.exercises.sets import SETS
-from qdot.exercises.variation import AXES, STEPS
-from qdot.grader.attempt import GRADER
-from qdot.grader.batch import grade_class
-from qdot.grader.certify import CERTIFIER
-from qdot.grader.history import results_path
-from qdot.grader.overrides import OVERRIDES
+from qdot.grader.grading.attempt import GRADER
+from qdot.grader.grading.batch import grade_class
+from qdot.grader.grading.certify import CERTIFIER
+from qdot.grader.grading.history import results_path
+from qdot.grader.grading.overrides import OVERRIDES
 from qdot.grader.reports.formats import FORMATS
 from qdot.grader.reports.tables import results_jsonl
-from qdot.grader.sandbox import Limits
-from qdot.grader.submission import find_submissions
+from qdot.grader.sandbox.sandbox import Limits
+from qdot.grader.submissions.submission import find_submissions
 from tests.support import DATA, ROOT
 from tests.tools.release import version_of
 
@@ -116,7 +116,7 @@ def interface() -> dict[str, Any]:
     """Return every name that people write, or that their programs use: none of them goes or changes its meaning."""
     import typer
 
-    from qdot.grader.cli import program
+    from qdot.grader.cli.main import program
 
     whole = typer.main.get_command(program())
     return {
@@ -124,7 +124,7 @@ def interface() -> dict[str, Any]:
         "assignment.toml": sorted(AssignmentFile.model_fields),
         "[[problem]]": sorted(ProblemEntry.model_fields),
         "ROBOT.toml": {"": sorted(TOP_KEYS), **{f"[[joint]] of {name}": sorted(keys) for name, keys in KEYS.items()}},
-        "exercises": sorted(exercises.__all__), "grader": sorted(grader.__all__),
+        "library": sorted(qdot.__all__),
         "conventions": sorted(CONVENTIONS), "variation": sorted((*STEPS, *AXES)), "sets": sorted(SETS),
         "families": sorted(FAMILIES), "questions": sorted(ASKED), "robots": sorted(robots()),
         "outlets": sorted(OUTLETS), "reports": sorted(FORMATS),

@@ -30,14 +30,14 @@ from qdot.exercises.arm.classification import Kind
 from qdot.exercises.arm.entry import to_sympy
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.lengths import with_lengths
+from qdot.exercises.arm.numeric_rank_check import tried
 from qdot.exercises.arm.robot_file import Robot, default_task
 from qdot.exercises.arm.robot_text import robot_text
-from qdot.exercises.arm.searched import tried
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.expression import read
 from qdot.exercises.generation import sample_chain
-from qdot.exercises.problem import ProblemId
-from qdot.exercises.solving_in_time import write_solution
-from qdot.exercises.stream import Stream
+from qdot.exercises.problem.problem import ProblemId
+from qdot.exercises.solve.time_limited import write_solution
 from qdot.exercises.verify.appearance import holds, is_of_kind
 from qdot.exercises.writing.worked import SingularComponent
 

@@ -18,9 +18,9 @@ from typing import Any
 
 from packaging.requirements import Requirement
 
-from qdot.exercises.console import say
+from qdot.exercises.common.console import say
+from qdot.exercises.common.files import write_atomically
 from qdot.exercises.docs.dependencies import DATA
-from qdot.exercises.files import write_atomically
 from tests.support import ROOT
 
 LICENCES = {

@@ -20,19 +20,19 @@ import sympy as sp
 
 from qdot.exercises.answers import Choice, ConditionSet, Direction, Expression, Matching, Number, Selection
 from qdot.exercises.arm.arithmetic import determinant
-from qdot.exercises.arm.stages import RESULT, Working, as_formulas, formulas, numbers
+from qdot.exercises.arm.derivation_graph import RESULT, Working, as_formulas, formulas, numbers
 from qdot.exercises.arm.trigonometry import textbook
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.formula.text import text_of
 from qdot.exercises.mistakes.catalogue import CATALOGUE, Wrong, likely, made, taken
 from qdot.exercises.mistakes.given import configurations
-from qdot.exercises.problem import Part, Problem
+from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.results import is_derived, result
-from qdot.exercises.stream import Stream
-from qdot.grader.numbers import says_something
-from qdot.grader.parts import judge
-from qdot.grader.verdict import Outcome
+from qdot.grader.diagnosis.numbers import says_something
+from qdot.grader.judging.judge import judge
+from qdot.grader.judging.verdict import Outcome
 from tests.support.judging import diagnose
 from tests.support.problems import drawn
 

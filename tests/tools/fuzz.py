@@ -29,9 +29,9 @@ from typing import Any
 import mpmath
 import numpy as np
 
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula import (
     angles,
-    claims,
     conditions,
     constants,
     exact,
@@ -40,6 +40,7 @@ from qdot.exercises.formula import (
     names,
     notation,
     program,
+    set_parser,
     trees,
 )
 from qdot.exercises.formula import pieces as pieces_module
@@ -48,11 +49,10 @@ from qdot.exercises.formula.identity import Domain
 from qdot.exercises.formula.pieces import Atom, pieces
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import Node, ReadError, as_matrix, node_text
-from qdot.exercises.stream import Stream
-from qdot.grader import answer, compare, formulas
-from qdot.grader.answer import read_conditions, with_joint
-from qdot.grader.compare import compare_line
-from qdot.grader.verdict import Judgement, Outcome
+from qdot.grader.judging import answer, compare, formulas
+from qdot.grader.judging.answer import read_conditions, with_joint
+from qdot.grader.judging.compare import compare_line
+from qdot.grader.judging.verdict import Judgement, Outcome
 from tests.support import DATA
 from tests.support.judging import judge_angles, judge_expression, judge_matrix, judge_singular
 
@@ -460,8 +460,8 @@ def _escapes(text: str) -> bool:
 # --- atheris ---
 
 INSTRUMENTED: tuple[ModuleType, ...] = (
-    angles, claims, conditions, constants, exact, expression, identity, names, notation, pieces_module, program, trees,
-    answer, formulas, compare,
+    angles, conditions, constants, exact, expression, identity, names, notation, pieces_module, program,
+    set_parser, trees, answer, formulas, compare,
 )  # fmt: skip
 
 

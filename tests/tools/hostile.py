@@ -20,8 +20,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from qdot.exercises.stream import Stream
-from qdot.grader.cells import LARGEST
+from qdot.exercises.common.stream import Stream
+from qdot.grader.submissions.cells import LARGEST
 from tests.support.handing_in import code
 from tests.tools.fuzz import TOKENS, changed
 

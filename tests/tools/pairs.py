@@ -17,6 +17,7 @@ from fractions import Fraction
 import numpy as np
 
 from qdot.exercises.answers import Expression, Matrix
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import Domain
@@ -24,9 +25,8 @@ from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.text import text_of
 from qdot.exercises.formula.trees import Node, names, node_text
 from qdot.exercises.generation import generate, questions_of
-from qdot.exercises.problem import ProblemId
-from qdot.exercises.stream import Stream
-from qdot.grader.verdict import Outcome
+from qdot.exercises.problem.problem import ProblemId
+from qdot.grader.judging.verdict import Outcome
 from tests.support.judging import judge_expression
 
 ASKED = ("position", "velocity", "jacobian", "determinant", "inverse-jacobian", "inverse-velocity",

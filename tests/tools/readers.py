@@ -22,15 +22,15 @@ import sympy as sp
 
 from qdot.exercises.answers import ConditionSet
 from qdot.exercises.arm.chain import Chain, Joint
-from qdot.exercises.credit import Credit
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.trees import Node, ReadError
 from qdot.exercises.formula.vocabulary import VOCABULARY
-from qdot.exercises.problem import Part, Problem
+from qdot.exercises.problem.credit import Credit
+from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.quizzes import ASKED
 from qdot.exercises.site.keys import key_of
 from qdot.exercises.site.record import arm_record
-from qdot.exercises.stream import Stream
 from tests.exercises.formula import test_reading as writings
 from tests.support import ROOT
 from tests.support.judging import earned

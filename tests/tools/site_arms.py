@@ -17,9 +17,9 @@ from qdot.exercises.arm.chain import TASK_ROWS
 from qdot.exercises.arm.entry import value_of
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.robot_file import ROW_KEYS, read_robot_file
-from qdot.exercises.files import write_atomically
+from qdot.exercises.common.files import write_atomically
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.site.robots import NOTHING, robots_text
-from qdot.exercises.stream import Stream
 from tests.support import ROOT
 
 TARGET = ROOT / "site" / "tests" / "arms.json"

@@ -8,15 +8,15 @@ slips.json slips in right answers (`site_slips`).
 import json
 from typing import Any
 
-from qdot.exercises.files import write_atomically
+from qdot.exercises.common.files import write_atomically
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import Domain, default_role
 from qdot.exercises.formula.trees import ReadError, as_matrix, names, node_text
 from qdot.exercises.site.keys import values_key
 from qdot.exercises.site.record import arm_record
-from qdot.exercises.stream import Stream
-from qdot.grader.compare import compare
-from tests.grader.test_forms import TEXTS, part_of, problem
+from qdot.grader.judging.compare import compare
+from tests.grader.judging.test_forms import TEXTS, part_of, problem
 from tests.support import ROOT
 from tests.tools.fuzz import KNOWN
 from tests.tools.readers import kept_question, part_json, tree_text, verdict, verdict_on

@@ -20,21 +20,21 @@ from typing import Any
 import numpy as np
 
 from qdot.exercises.answers import Number
-from qdot.exercises.arm.stages import numbers
+from qdot.exercises.arm.derivation_graph import numbers
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.formula.algebra import addends, plus
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.trees import Node, as_matrix, names, node_text
 from qdot.exercises.generation import generate
 from qdot.exercises.mistakes.given import configurations
-from qdot.exercises.problem import Part, Problem, ProblemId
+from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.site.keys import key_of
 from qdot.exercises.site.record import Said, arm_record
-from qdot.exercises.stream import Stream
 from qdot.exercises.writing.statement import answer_code
-from qdot.grader.parts import judge_given
-from qdot.grader.reading import read_answer
-from qdot.grader.verdict import Outcome
+from qdot.grader.judging.answer_parser import read_answer
+from qdot.grader.judging.judge import judge_given
+from qdot.grader.judging.verdict import Outcome
 from tests.support.judging import diagnose
 from tests.support.programs import needs
 from tests.tools.readers import NODE, SITE, part_json

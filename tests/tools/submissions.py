@@ -26,14 +26,14 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from qdot.exercises.assignment import Assignment, Student
-from qdot.exercises.stream import Stream
-from qdot.grader.batch import grade_class
-from qdot.grader.contained import folders
+from qdot.exercises.assignment.assignment import Assignment, Student
+from qdot.exercises.common.stream import Stream
+from qdot.grader.grading.batch import grade_class
 from qdot.grader.reports.tables import status
 from qdot.grader.reports.write import write_page, write_reports
-from qdot.grader.sandbox import Limits
-from qdot.grader.submission import find_submissions, opened
+from qdot.grader.sandbox.contained import folders
+from qdot.grader.sandbox.sandbox import Limits
+from qdot.grader.submissions.submission import find_submissions, opened
 from tests.support import ROOT
 from tests.support.handing_in import Result, a_class, one_process, right
 from tests.tools.hostile import NEIGHBOUR, OWN, hand_in_drawn

@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from qdot.exercises.stream import Stream
+from qdot.exercises.common.stream import Stream
 from tests.support import ROOT
 from tests.support.suites import few_of, several
 from tests.tools.fuzz import PLAIN, TARGETS, TOKENS, Find, as_bytes, as_text, changed, checked, seeds

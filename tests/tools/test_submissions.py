@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from qdot.exercises.stream import Stream
-from qdot.grader.contained import folders
+from qdot.exercises.common.stream import Stream
 from qdot.grader.reports.tables import status
 from qdot.grader.reports.write import write_reports
+from qdot.grader.sandbox.contained import folders
 from tests.support.handing_in import code
 from tests.support.suites import several
 from tests.tools import submissions

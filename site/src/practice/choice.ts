@@ -17,7 +17,7 @@ export interface Wish {
   readonly count: number;
 }
 
-/** The steps of exercises/variation.py. */
+/** The steps of exercises/common/variation.py. */
 export const STEPS = ["chapter", "lengths", "zeros", "frames", "full"] as const;
 
 export const ANYTHING: Wish = {

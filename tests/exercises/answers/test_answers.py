@@ -8,9 +8,9 @@ import sympy as sp
 from qdot.exercises.answers import TYPES, Choice, Expression, Forms, Number
 from qdot.exercises.formula.expression import read
 from qdot.exercises.generation import generate
-from qdot.exercises.problem import Part, Problem, ProblemId
-from qdot.grader.parts import judge
-from qdot.grader.verdict import Outcome
+from qdot.exercises.problem.problem import Part, Problem, ProblemId
+from qdot.grader.judging.judge import judge
+from qdot.grader.judging.verdict import Outcome
 from tests.support.problems import drawn
 
 FORMS = ("formula", "matrix", "direction", "numbers", "conditions", "one_of", "some_of", "matching")

@@ -9,10 +9,10 @@ from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.classification import domain_of
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.singularity import singular_set
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import MEMBER, SetComparison, Space, compare_sets
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.pieces import Piece, pieces
-from qdot.exercises.stream import Stream
 from qdot.exercises.verify.singular import singular_configurations
 
 

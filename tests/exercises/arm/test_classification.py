@@ -18,7 +18,7 @@ from qdot.exercises.arm.kinds import kind_at, kind_is_sure, kinds_at
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.singularity import Component, singular_set
 from qdot.exercises.generation import sample_chain
-from qdot.exercises.problem import ProblemId
+from qdot.exercises.problem.problem import ProblemId
 from tests.support import DATA
 from tests.support.suites import few_of, several
 

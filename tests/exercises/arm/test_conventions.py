@@ -15,11 +15,11 @@ from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.library import robot_path, robots
 from qdot.exercises.arm.robot_file import Robot, read_robot_file
 from qdot.exercises.arm.robot_text import robot_text
-from qdot.exercises.errors import QdotError
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.families.own import own_family
 from qdot.exercises.generation import sample_chain
-from qdot.exercises.problem import ProblemId
-from qdot.exercises.stream import Stream
+from qdot.exercises.problem.problem import ProblemId
 from tests.exercises.arm.poses import Matrix, about, exponential, placed, shift
 from tests.support import ROOT
 from tests.support.suites import several

@@ -17,10 +17,10 @@ from qdot.exercises.arm.kinematics import (
     propagated_p_star,
     propagated_rotations,
 )
-from qdot.exercises.errors import QdotError
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.stream import Stream
 from qdot.exercises.verify.exponentials import exponential_jacobian
 from qdot.exercises.verify.numeric_reference import random_poses
 from tests.support.suites import several

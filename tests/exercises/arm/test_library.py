@@ -25,12 +25,12 @@ from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.library import FOLDER, robot_path, robots
 from qdot.exercises.arm.robot_file import Robot, read_robot_file
 from qdot.exercises.arm.robot_text import robot_text
-from qdot.exercises.assignment import load_assignment
-from qdot.exercises.errors import QdotError
+from qdot.exercises.assignment.assignment import load_assignment
+from qdot.exercises.assignment.release import init_assignment
+from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.outlet import Order
 from qdot.exercises.exports.outlet import robots as robots_to_export
-from qdot.exercises.release import init_assignment
-from qdot.exercises.solving import solve
+from qdot.exercises.solve.solver import solve
 from tests.exercises.arm.poses import Matrix, about, exponential, placed, shift
 from tests.exercises.arm.sets import rank_ratios, read_pieces, search
 from tests.support import ROOT

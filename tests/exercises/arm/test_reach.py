@@ -9,15 +9,15 @@ import sympy as sp
 
 from qdot.exercises.arm import beyond
 from qdot.exercises.arm.axes import Sample
-from qdot.exercises.arm.bare import bare
 from qdot.exercises.arm.beyond import reached_beyond
 from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint
 from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.normalized_arm import bare
 from qdot.exercises.arm.reach import reaches, reaches_beside
 from qdot.exercises.arm.three_joints import UNSURE, YES, reaches_places
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.generation import sample_chain
-from qdot.exercises.problem import ProblemId
-from qdot.exercises.stream import Stream
+from qdot.exercises.problem.problem import ProblemId
 from tests.support.suites import of_families
 
 FAMILIES = ("planar-2r", "planar-3r", "polar-rp", "elbow-3r", "spherical", "spherical-offset")

@@ -15,9 +15,9 @@ from qdot.exercises.arm.derivation import structure
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.meanings import meanings_of
 from qdot.exercises.arm.singularity import singular_set
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.generation import sample_chain
-from qdot.exercises.problem import ProblemId
-from qdot.exercises.stream import Stream
+from qdot.exercises.problem.problem import ProblemId
 from tests.exercises.arm.sets import rank_ratios, rows_of
 from tests.support.suites import few_families, of_families
 

@@ -18,8 +18,8 @@ from qdot.exercises.docs.shipped import all_of, lines
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.structures import chain_of, clean_structures
 from qdot.exercises.generation import generate, questions_of, sample_chain
-from qdot.exercises.notebook import notebook_text, solution_notebook
-from qdot.exercises.problem import ProblemId
+from qdot.exercises.notebook.notebook import notebook_text, solution_notebook
+from qdot.exercises.problem.problem import ProblemId
 from tests.support.suites import few_families, several
 
 X, Y = sp.symbols("x y")

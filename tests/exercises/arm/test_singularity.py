@@ -13,7 +13,7 @@ import sympy as sp
 from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint
 from qdot.exercises.arm.classification import domain_of
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.searched import tried
+from qdot.exercises.arm.numeric_rank_check import tried
 from qdot.exercises.arm.singularity import (
     Search,
     _changes_sign,
@@ -24,8 +24,8 @@ from qdot.exercises.arm.singularity import (
     tidied,
 )
 from qdot.exercises.arm.trigonometry import factored
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import Space
-from qdot.exercises.stream import Stream
 from tests.exercises.arm.sets import assert_is_book, claimed, compared, rank_ratios, search
 from tests.support import DATA
 from tests.support.suites import several

@@ -27,12 +27,12 @@ from qdot.exercises.arm.classification import samples_on
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinematics import link_frames
 from qdot.exercises.arm.robot_file import Robot, read_robot_file
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.program import evaluate_each
 from qdot.exercises.formula.trees import names
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.solving import Solution, solve
-from qdot.exercises.stream import Stream
+from qdot.exercises.solve.solver import Solution, solve
 from qdot.exercises.verify.singular import NEAR
 from qdot.exercises.writing.worked import SingularComponent
 from tests.exercises.arm.poses import exponential

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from qdot.exercises import docs
+from qdot.exercises.common.variation import STEPS
 from qdot.exercises.docs import corrections, documents, listing_text, structures, thumbnails, write
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.listing import LISTING, listing
@@ -20,7 +21,6 @@ from qdot.exercises.families.structures import regular_forms
 from qdot.exercises.generation import find_out, questions_of
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.quizzes import ASKED
-from qdot.exercises.variation import STEPS
 from tests.support import ROOT
 from tests.support.suites import families_for
 

@@ -5,11 +5,11 @@ from collections.abc import Hashable, Sequence
 
 import pytest
 
+from qdot.exercises.common.variation import STEPS
 from qdot.exercises.docs.sharing import GROUPS, MEASURED, arms_of, keys_in_formulas, sharing
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate
-from qdot.exercises.problem import ProblemId
-from qdot.exercises.variation import STEPS
+from qdot.exercises.problem.problem import ProblemId
 
 ONE_OF = {"position": "position", "J": "jacobian", "6 x n": "geometric-jacobian", "det": "determinant"}
 SETS = ONE_OF | {"singular": "singular-angles"}

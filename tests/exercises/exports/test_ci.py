@@ -13,7 +13,7 @@ import pytest
 from check_jsonschema.cli.main_command import main as check_schema  # type: ignore[import-untyped]
 from click.testing import CliRunner
 
-from qdot.exercises.assignment import Assignment, Student
+from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.exports.repositories import ACTIONS
 from qdot.exercises.exports.wheel import versions, wheel
 from tests.support import ROOT

@@ -8,18 +8,18 @@ from pathlib import Path
 
 import pytest
 
-from qdot.exercises.assignment import Slot, Student, load_assignment
-from qdot.exercises.errors import QdotError
+from qdot.exercises.assignment.assignment import Slot, Student, load_assignment
+from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports import scorm
 from qdot.exercises.exports.bank import bank, worked_out
 from qdot.exercises.exports.outlet import Order, robots
 from qdot.exercises.exports.registry import OUTLETS
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.problem import Problem
-from qdot.exercises.record import digests
+from qdot.exercises.problem.problem import Problem
+from qdot.exercises.problem.record import digests
 from qdot.exercises.verify import certify
-from qdot.grader.certify import failures_of
-from qdot.grader.docs import outlets_page
+from qdot.grader.cli.reference_pages import outlets_page
+from qdot.grader.grading.certify import failures_of
 from qdot.grader.reports.formats import FORMATS
 from tests.support import ROOT
 from tests.support.command import fails, run

@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 
-from qdot.exercises.assignment import Assignment, Student, load_assignment
-from qdot.exercises.several import Several
-from qdot.grader.gradescope import best_of, due_of, main, results_of
+from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
+from qdot.exercises.assignment.attempt_policy import Several
+from qdot.grader.integrations.gradescope import best_of, due_of, main, results_of
 from tests.support.ci import Machine, write_json
 from tests.support.command import run
 from tests.support.handing_in import TOML, Cells, a_class, code, right

@@ -11,15 +11,15 @@ import pytest
 from qdot.exercises.answers import Number
 from qdot.exercises.arm.chain import TASK_ROWS
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.assignment import Student, load_assignment
-from qdot.exercises.errors import QdotError
+from qdot.exercises.assignment.assignment import Student, load_assignment
+from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.items import Choose, Field, Item, Numeric, Picture, Wrong, items
 from qdot.exercises.exports.markup import allowance, decimal
 from qdot.exercises.exports.numbers import InNumbers, in_numbers
 from qdot.exercises.exports.outlet import Order
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate, questions_of
-from qdot.exercises.problem import Problem, ProblemId
+from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.questions.results import is_derived
 from qdot.exercises.verify.exponentials import exponential_jacobian
 from tests.support.handing_in import a_class

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from qdot.exercises.assignment import Student, load_assignment
+from qdot.exercises.assignment.assignment import Student, load_assignment
 from qdot.exercises.exports.outlet import Order
 from qdot.exercises.exports.registry import OUTLETS
 from tests.support.handing_in import a_class

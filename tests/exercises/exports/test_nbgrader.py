@@ -15,12 +15,12 @@ from typing import IO, Any
 import nbformat
 import pytest
 
-from qdot.exercises.assignment import Assignment, Student, load_assignment
-from qdot.exercises.errors import QdotError
+from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
+from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.nbgrader import SIGN, checksum, nbgrader
 from qdot.exercises.exports.outlet import Order
-from qdot.exercises.problem import variable
-from qdot.grader.nbgrader_cells import WIDTH, fill_in, made_whole, outputs
+from qdot.exercises.problem.problem import variable
+from qdot.grader.integrations.nbgrader_cells import WIDTH, fill_in, made_whole, outputs
 from qdot.grader.reports.rows import Row
 from tests.support.command import run
 from tests.support.handing_in import TOML, a_class, grade

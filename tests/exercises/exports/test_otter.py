@@ -13,11 +13,11 @@ from typing import Any
 
 import pytest
 
-from qdot.exercises.assignment import Assignment, Student, load_assignment
-from qdot.exercises.errors import QdotError
+from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
+from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.otter import PLUGIN, parts_of
-from qdot.exercises.problem import variable
-from qdot.grader.otter_marks import content_for, handed_over, hold, marks_of
+from qdot.exercises.problem.problem import variable
+from qdot.grader.integrations.otter_marks import content_for, handed_over, hold, marks_of
 from tests.support.command import run
 from tests.support.handing_in import TOML, a_class
 from tests.support.programs import reader
@@ -148,7 +148,12 @@ def test_what_comes_with_a_notebook_is_neither_imported_nor_read(
     with zipfile.ZipFile(tmp_path / "hw.zip", "w") as packed:
         packed.write(folder / "hw.ipynb", "hw.ipynb")
         packed.writestr(".OTTER_LOG", b"cos\nsystem\n(S'touch %s'\ntR." % str(ran).encode())
-        for name in [*packages, "grader/otter_marks.py", "tests/extra.py", *(f"{name}.py" for name in modules)]:
+        for name in [
+            *packages,
+            "grader/integrations/otter_marks.py",
+            "tests/extra.py",
+            *(f"{name}.py" for name in modules),
+        ]:
             packed.writestr(name, code)
     found = scored(autograder, tmp_path, tmp_path / "hw.zip")
     assert not ran.exists(), ran.read_text()

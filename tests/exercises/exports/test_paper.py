@@ -10,8 +10,9 @@ from typing import Any
 
 import pytest
 
-from qdot.exercises.assignment import Student, load_assignment
-from qdot.exercises.errors import QdotError
+from qdot.exercises.assignment.assignment import Student, load_assignment
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.extras import install_words
 from qdot.exercises.exports import boxes
 from qdot.exercises.exports.boxes import Box, box_of, options_of, shrunk, with_share, working
 from qdot.exercises.exports.marking import TOO_LONG, marking
@@ -19,22 +20,21 @@ from qdot.exercises.exports.outlet import File, Order
 from qdot.exercises.exports.paper import compile_pdf
 from qdot.exercises.exports.registry import OUTLETS
 from qdot.exercises.exports.sheet import Sheet, sheets
-from qdot.exercises.extras import install_words
 from qdot.exercises.figure import figure_svg, part_svg
 from qdot.exercises.figure.tikz import tikz
 from qdot.exercises.formula.latex import parsed
 from qdot.exercises.formula.printers.speech import spoken
 from qdot.exercises.formula.printers.typst import typst_string
 from qdot.exercises.generation import generate
-from qdot.exercises.notebook import solution_figure
-from qdot.exercises.problem import Problem, ProblemId
+from qdot.exercises.notebook.notebook import solution_figure
+from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.writing.markup import parsed_markdown, to_latex
 from qdot.exercises.writing.on_paper import on_paper
 from qdot.exercises.writing.short_answer import short_answer
 from qdot.exercises.writing.statement import hints, prompt, statement, worked_solution
 from qdot.exercises.writing.typst import ROOM, to_typst, typst_escaped
-from qdot.grader.certify import failures_of
-from qdot.grader.marking import share_earned
+from qdot.grader.grading.certify import failures_of
+from qdot.grader.grading.marking import share_earned
 from tests.grader.reports.test_feedback import Page
 from tests.support.command import fails
 from tests.support.handing_in import a_class

@@ -24,12 +24,12 @@ from xml.etree import ElementTree
 import pytest
 
 from qdot.exercises.answers import LETTERS
-from qdot.exercises.assignment import FEEDBACK
+from qdot.exercises.assignment.assignment import FEEDBACK
+from qdot.exercises.assignment.attempt_policy import Several
 from qdot.exercises.exports import canvas, jupyterquiz, moodle, qti
 from qdot.exercises.exports import items as made
 from qdot.exercises.exports.items import Choose, Item, Match, Numeric, Option, Wrong, items
 from qdot.exercises.exports.outlet import Order
-from qdot.exercises.several import Several
 from tests.exercises.exports.test_items import an_order
 from tests.support.programs import reader
 

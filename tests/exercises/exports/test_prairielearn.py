@@ -19,16 +19,16 @@ import jsonschema
 import pytest
 
 from qdot.exercises.answers import LETTERS, Expression, Matrix
-from qdot.exercises.assignment import Student, load_assignment
-from qdot.exercises.errors import QdotError
+from qdot.exercises.assignment.assignment import Student, load_assignment
+from qdot.exercises.assignment.attempt_policy import Several
+from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.bank import bank
 from qdot.exercises.exports.outlet import Order
 from qdot.exercises.exports.prairielearn import TRIES, input_names, number_of
 from qdot.exercises.exports.registry import OUTLETS
 from qdot.exercises.mistakes.catalogue import CATALOGUE
-from qdot.exercises.problem import Problem
-from qdot.exercises.several import Several
-from qdot.grader.prairielearn import LONGEST
+from qdot.exercises.problem.problem import Problem
+from qdot.grader.integrations.prairielearn import LONGEST
 from tests.support.elements import filled
 from tests.support.handing_in import a_class
 
@@ -375,7 +375,7 @@ def test_what_is_blank_or_fails_in_qdot_or_is_of_another_engine_costs_no_attempt
         question.submit(answers)
         assert list(question.data["format_errors"]) == ["position"]
     question = Question(course, "hw-p3", 1)
-    monkeypatch.setattr("qdot.grader.marking.judge_given", fails)
+    monkeypatch.setattr("qdot.grader.grading.marking.judge_given", fails)
     question.submit({"rank": "2"})
     assert "qdot failed" in question.data["format_errors"]["rank"] and "rank" not in question.data["partial_scores"]
     question.data["params"]["engine"] += 1

@@ -21,13 +21,13 @@ from xml.etree import ElementTree
 
 import pytest
 
-from qdot.exercises.errors import QdotError
+from qdot.exercises.assignment.attempt_policy import Several
+from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports import scorm
 from qdot.exercises.exports.bank import bank
 from qdot.exercises.exports.outlet import File, Order
 from qdot.exercises.exports.registry import OUTLETS
-from qdot.exercises.several import Several
-from qdot.grader.cli import app
+from qdot.grader.cli.main import app
 from tests.exercises.exports.test_items import an_order
 from tests.support.command import fails, run, runner
 from tests.support.programs import reader

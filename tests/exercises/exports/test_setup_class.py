@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from qdot.exercises.assignment import Student
+from qdot.exercises.assignment.assignment import Student
 from tests.support import ROOT
 from tests.support.ci import git
 from tests.support.command import fails, run

@@ -16,8 +16,7 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.answers import Expression, Matrix
-from qdot.exercises.assignment import Assignment, Student, load_assignment
-from qdot.exercises.credit import Credit
+from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.exports import stack, stack_cost
 from qdot.exercises.exports.bank import bank
 from qdot.exercises.exports.known_wrong import known_wrong, same_entries
@@ -29,9 +28,10 @@ from qdot.exercises.formula.printers.maxima import maxima_text
 from qdot.exercises.formula.program import compile_program
 from qdot.exercises.formula.text import text_of
 from qdot.exercises.generation import generate
-from qdot.exercises.problem import Problem, ProblemId
-from qdot.grader.parts import judge
-from qdot.grader.verdict import Outcome
+from qdot.exercises.problem.credit import Credit
+from qdot.exercises.problem.problem import Problem, ProblemId
+from qdot.grader.judging.judge import judge
+from qdot.grader.judging.verdict import Outcome
 from tests.support.handing_in import a_class
 from tests.support.judging import diagnose, earned
 from tests.support.programs import MAXIMA, needs

@@ -8,12 +8,12 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
+from qdot.exercises.arm.difficulty import difficulty, step
 from qdot.exercises.arm.singularity import singular_set
-from qdot.exercises.difficulty import difficulty, step
+from qdot.exercises.common.variation import STEPS, of_axes
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import applicable, questions_of, sample_chain
-from qdot.exercises.problem import ProblemId
-from qdot.exercises.variation import STEPS, of_axes
+from qdot.exercises.problem.problem import ProblemId
 from tests.support.problems import LONG_ARMS
 from tests.support.suites import every_family, few_families, few_of, of_families, several
 

@@ -9,11 +9,13 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.derivation import structure
+from qdot.exercises.arm.difficulty import step
 from qdot.exercises.arm.kinematics import rot_x, rot_z
 from qdot.exercises.arm.singularity import singular_set
-from qdot.exercises.difficulty import step
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.common.variation import AXES
 from qdot.exercises.docs.structures import regular_tables
-from qdot.exercises.errors import QdotError
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.classes import Key, key
 from qdot.exercises.families.random_n import _arm as arm_of
@@ -34,11 +36,9 @@ from qdot.exercises.families.structures import (
     tables,
 )
 from qdot.exercises.generation import generate, sample_chain
-from qdot.exercises.problem import ProblemId
+from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.stream import Stream
-from qdot.exercises.variation import AXES
-from qdot.grader.certify import failures_of
+from qdot.grader.grading.certify import failures_of
 from tests.support.problems import as_table
 from tests.support.problems import drawn as drawn_once
 from tests.support.suites import few_of, several

@@ -15,9 +15,9 @@ from qdot.exercises.arm.classification import classify_pieces, samples_on
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.singularity import singular_set
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.generation import sample_chain
-from qdot.exercises.problem import ProblemId
-from qdot.exercises.stream import Stream
+from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.verify.singular import NEAR
 from tests.exercises.arm.sets import assert_is_book, claimed, lengths_of, rank_ratios, rows_of, search
 from tests.support.problems import as_table

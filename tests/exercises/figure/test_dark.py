@@ -10,7 +10,7 @@ import pytest
 
 from qdot.exercises.figure import figure_svg, options_svg, singular_svg, thumbnail_svg
 from qdot.exercises.generation import sample_chain
-from qdot.exercises.problem import ProblemId
+from qdot.exercises.problem.problem import ProblemId
 
 ROOT = Path(__file__).parents[3]
 SVG = "{http://www.w3.org/2000/svg}"

@@ -16,6 +16,7 @@ from qdot.exercises import figure as drawing
 from qdot.exercises.arm.chain import Base, Chain, Joint, Point
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.singularity import singular_set
+from qdot.exercises.common.variation import STEPS
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.figure import (
     TRIED,
@@ -33,8 +34,7 @@ from qdot.exercises.figure.pose import LONG, best_poses, candidates, drawn_chain
 from qdot.exercises.figure.shapes import Box, Circle, Figure, Glyph, Pair, Polyline, Text, extent, roman
 from qdot.exercises.figure.small import PANEL, Panel
 from qdot.exercises.generation import sample_chain
-from qdot.exercises.problem import ProblemId
-from qdot.exercises.variation import STEPS
+from qdot.exercises.problem.problem import ProblemId
 from tests.support import problems
 from tests.support.figures import crossings, faults
 from tests.support.problems import LONG_ARMS

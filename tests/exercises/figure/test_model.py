@@ -16,7 +16,7 @@ from qdot.exercises.figure.places import Places
 from qdot.exercises.figure.pose import DEFAULT_LENGTH, candidates, told_pose
 from qdot.exercises.figure.shapes import Box, Circle, Figure, Glyph, Polyline, Shape, extent, moved, symbol
 from qdot.exercises.generation import sample_chain
-from qdot.exercises.problem import ProblemId
+from qdot.exercises.problem.problem import ProblemId
 
 Q1, Q2, Q3 = sp.symbols("theta1 theta2 theta3")
 

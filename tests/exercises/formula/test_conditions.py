@@ -5,12 +5,12 @@ import contextlib
 import numpy as np
 import pytest
 
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import Space, compare_sets
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import Domain
 from qdot.exercises.formula.pieces import pieces
 from qdot.exercises.formula.trees import ReadError
-from qdot.exercises.stream import Stream
 
 JOINTS = ("theta1", "theta2", "theta3")
 DOMAIN = Domain({**dict.fromkeys(JOINTS, "angle"), **dict.fromkeys(("a1", "a2", "a3"), "length")})

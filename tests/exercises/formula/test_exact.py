@@ -8,13 +8,13 @@ from math import gcd, inf, log2
 import pytest
 import sympy as sp
 
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula import exact, field
 from qdot.exercises.formula.angles import MOST_BITS, Angles
 from qdot.exercises.formula.exact import Exact, chance, modular_program
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.field import ANSWERS, BITS, ORDER, PRIMES, Field, SharedField, below, draw_field, is_prime
 from qdot.exercises.formula.program import Program, compile_program
-from qdot.exercises.stream import Stream
 
 
 def compared(student: str, reference: str, seed: str = "seed", **given: Fraction) -> Exact:

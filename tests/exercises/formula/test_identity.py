@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from qdot.exercises.errors import QdotError
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula import identity
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import (
@@ -21,8 +22,7 @@ from qdot.exercises.formula.identity import (
     missed,
 )
 from qdot.exercises.formula.trees import names
-from qdot.exercises.stream import Stream
-from qdot.grader.compare import compare_line
+from qdot.grader.judging.compare import compare_line
 from tests.support import DATA
 from tests.support.suites import several
 

@@ -4,8 +4,8 @@ import pytest
 import sympy as sp
 from sympy.printing.str import StrPrinter
 
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.printing import FullPrinter, Printer
-from qdot.exercises.stream import Stream
 
 SYMBOLS = (*sp.symbols("theta1 theta2 a1 d4 qd1 vx"), sp.Symbol("N", commutative=False), sp.Dummy("q"))
 NUMBERS = (sp.pi, sp.S(-1), sp.S(3), sp.Rational(-2, 7), sp.Rational(41, 100), sp.sqrt(2), sp.I, sp.S(10) ** 400)

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import MEMBER, ROUNDED, SAMPLES, Space, compare_sets
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import Domain
 from qdot.exercises.formula.pieces import Piece, pieces
-from qdot.exercises.stream import Stream
 
 JOINTS = ("theta1", "theta2", "theta3")
 DOMAIN = Domain({**dict.fromkeys(JOINTS, "angle"), "a1": "length", "a2": "length"})

@@ -5,13 +5,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import MEMBER, SAMPLES, TYPED, SetComparison, Space, compare_sets
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import Domain, Rounding
 from qdot.exercises.formula.pieces import WHOLE, Piece, pieces
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import ReadError, node_text
-from qdot.exercises.stream import Stream
 
 JOINTS = ("theta1", "theta2", "d3")
 ROLES = {"theta1": "angle", "theta2": "angle", "d3": "signed", "a1": "length", "a2": "length"}

@@ -6,12 +6,12 @@ import mpmath
 import numpy as np
 import pytest
 
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula import identity
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import Comparison, Domain, Rounding, compare_entries, default_role, missed, number
 from qdot.exercises.formula.program import compile_program
 from qdot.exercises.formula.trees import names
-from qdot.exercises.stream import Stream
 
 ZERO = "sin(theta1 + theta2) - sin(theta1)*cos(theta2) - cos(theta1)*sin(theta2)"
 HUGE = f"10^30*({ZERO})"

@@ -15,7 +15,7 @@ from qdot.exercises.formula.identity import Domain
 from qdot.exercises.formula.notation import plain
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.vocabulary import VOCABULARY
-from qdot.grader.verdict import Outcome
+from qdot.grader.judging.verdict import Outcome
 from tests.support.judging import judge_singular
 
 TABLES = (

@@ -29,12 +29,12 @@ ASKED = {
 IN_FORMULAS = {mistake.name for mistake in finished.MISTAKES}
 """Slips in finished formulas, which are no change to a derivation: test_finished.py makes them."""
 SELDOM = {"rank-of-one-condition", "size-of-kinds", "square-lost", "tangent-turned-over", "value-called-singular"}
-"""Mistakes that are made on few arms, or beside others: tests/grader/test_slips.py has some of them."""
+"""Mistakes that are made on few arms, or beside others: tests/grader/diagnosis/test_mistakes.py has some of them."""
 BY_SHORT_QUESTIONS = {
     "motion-turned-round", "joint-without-effect", "column-of-other-joint", "components-added", "component-alone",
     "speed-squared",
 }  # fmt: skip
-"""Mistakes in the answers to short questions: tests/exercises/quizzes/test_behind.py, test_site_bank.py have them."""
+"""Mistakes in the answers to short questions: test_option_mistakes.py and test_site_bank.py have them."""
 IN_NUMBERS = {"direction-that-moves", "null-vector-of-jacobian"}
 """Mistakes about a direction, which are worked out at a configuration, and tested by themselves below."""
 

@@ -9,16 +9,16 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.arm.chain import Base, Chain, Joint
+from qdot.exercises.arm.convention_view import told_base, told_point, told_rows
 from qdot.exercises.arm.conventions import axes_of
-from qdot.exercises.arm.stages import numbers
-from qdot.exercises.arm.told import told_base, told_point, told_rows
+from qdot.exercises.arm.derivation_graph import numbers
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.mistakes.base import Slip
 from qdot.exercises.mistakes.catalogue import CATALOGUE, made
 from qdot.exercises.mistakes.given import configurations
-from qdot.exercises.problem import Part, Problem, ProblemId
-from qdot.exercises.stream import Stream
+from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from tests.exercises.arm.poses import about, exponential, shift
 from tests.support.problems import drawn
 from tests.support.suites import few_of, of_families

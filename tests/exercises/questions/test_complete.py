@@ -6,20 +6,20 @@ from functools import cache
 
 import pytest
 
-from qdot.exercises.errors import QdotError
+from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.numbers import in_numbers
 from qdot.exercises.exports.stack_parts import asked as asked_by_stack
 from qdot.exercises.exports.stack_parts import without_rounding
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate
 from qdot.exercises.mistakes.catalogue import taken
-from qdot.exercises.problem import Details, Part, Problem, ProblemId
+from qdot.exercises.problem.problem import Details, Part, Problem, ProblemId
 from qdot.exercises.questions.base import DUTIES
 from qdot.exercises.questions.results import is_derived
 from qdot.exercises.quizzes import ASKED
 from qdot.exercises.quizzes.options import blames_of
 from qdot.exercises.writing.statement import hints, prompt, worked_solution
-from qdot.grader.follow import earlier
+from qdot.grader.diagnosis.follow_through import earlier
 from tests.support.problems import told_in
 
 

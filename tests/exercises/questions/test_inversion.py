@@ -1,9 +1,9 @@
 """What is drawn for questions in numbers: lengths as the statement gives them, positive and no two equal."""
 
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.generation import sample_chain
-from qdot.exercises.problem import ProblemId
+from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions.inversion import draw_lengths
-from qdot.exercises.stream import Stream
 
 
 def test_no_two_lengths_are_equal(family: str) -> None:

@@ -7,10 +7,10 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.answers import Number
+from qdot.exercises.arm.mpmath_kinematics import PRECISE
 from qdot.exercises.arm.path import Line
-from qdot.exercises.arm.precise import PRECISE
 from qdot.exercises.generation import generate
-from qdot.exercises.problem import Problem
+from qdot.exercises.problem.problem import Problem
 from qdot.exercises.questions.path import AtDistance, OnPath, Seam, ToLimit
 from qdot.exercises.writing.statement import prompt, worked_solution
 from qdot.exercises.writing.worked import three_digits

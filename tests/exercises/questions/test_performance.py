@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from qdot.exercises.answers import Number
-from qdot.exercises.problem import Problem
+from qdot.exercises.problem.problem import Problem
 from qdot.exercises.questions.inversion import InSituation
 from qdot.exercises.verify import certify
 from tests.support.problems import asked

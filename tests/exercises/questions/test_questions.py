@@ -16,15 +16,15 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.answers import Choice, ConditionSet, Direction, Expression, Matrix, Number
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.common.variation import STEPS
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.formula.expression import read
-from qdot.exercises.problem import ENGINE, Part, Problem, ProblemId
+from qdot.exercises.problem.problem import ENGINE, Part, Problem, ProblemId
+from qdot.exercises.problem.record import plain
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.record import plain
-from qdot.exercises.stream import Stream
-from qdot.exercises.variation import STEPS
 from qdot.exercises.writing.statement import prompt, worked_solution
-from qdot.grader.certify import failures_of
+from qdot.grader.grading.certify import failures_of
 from tests.support import DATA, SNAPSHOTS
 from tests.support.problems import drawn
 from tests.support.suites import few_of, several

@@ -16,8 +16,9 @@ from qdot.exercises.arm.derivation import structure
 from qdot.exercises.arm.directions import clear_rank, lost_direction, lost_formula, value_sets
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.singularity import singular_set
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.generation import generate, sample_chain
-from qdot.exercises.problem import ProblemId
+from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import geometry
 from qdot.exercises.questions.geometry import (
     at_values,
@@ -29,7 +30,6 @@ from qdot.exercises.questions.geometry import (
     singular_pose,
 )
 from qdot.exercises.questions.rank import OfMotion, OfRank
-from qdot.exercises.stream import Stream
 from qdot.exercises.verify import certify
 from qdot.exercises.writing.statement import worked_solution
 from tests.support.problems import asked, drawn, with_answer

@@ -10,7 +10,7 @@ from qdot.exercises.answers import Direction, Expression, Number
 from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.precise import DOUBLE, PreciseArm, numeric
+from qdot.exercises.arm.mpmath_kinematics import DOUBLE, PreciseArm, numeric
 from qdot.exercises.arm.trigonometry import same
 from qdot.exercises.formula.identity import Domain
 from qdot.exercises.questions import QUESTIONS

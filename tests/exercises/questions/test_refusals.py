@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from qdot.exercises.generation import sample_chain
-from qdot.exercises.problem import ProblemId
+from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
 
 RANK = ("rank", "lost-direction", "lost-motion", "singularity-meaning")

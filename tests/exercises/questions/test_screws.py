@@ -11,16 +11,17 @@ import sympy as sp
 
 from qdot.exercises import verify
 from qdot.exercises.answers import Choice
+from qdot.exercises.arm.axes_to_dh import Axis, reached
 from qdot.exercises.arm.chain import Chain, Joint, Point
 from qdot.exercises.arm.conventions import axes_of
-from qdot.exercises.arm.placing import Axis, reached
 from qdot.exercises.arm.robot_file import read_robot
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.base import Family
 from qdot.exercises.families.own import own_family
 from qdot.exercises.generation import applicable, generate, sample_chain
 from qdot.exercises.mistakes.catalogue import CATALOGUE, SECTIONS, taken
-from qdot.exercises.problem import ProblemId
+from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS as EVERY
 from qdot.exercises.questions.screws import (
     QUESTIONS,
@@ -33,8 +34,7 @@ from qdot.exercises.questions.screws import (
 )
 from qdot.exercises.quizzes import QUIZZES
 from qdot.exercises.quizzes.choice import AboutSubject
-from qdot.exercises.solving import Ready, text_stages
-from qdot.exercises.stream import Stream
+from qdot.exercises.solve.solver import Ready, text_stages
 from qdot.exercises.verify import certify
 from qdot.exercises.writing.markup import to_text
 from qdot.exercises.writing.statement import hints, prompt, statement, worked_solution, worked_steps

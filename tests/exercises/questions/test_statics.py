@@ -7,11 +7,11 @@ import sympy as sp
 
 from qdot.exercises.answers import Matrix
 from qdot.exercises.arm.derivation import derive
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate, questions_of
-from qdot.exercises.problem import Part, Problem, ProblemId
+from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.stream import Stream
 from qdot.exercises.writing.statement import prompt, worked_solution
 from tests.support.problems import as_table, drawn
 from tests.support.suites import of_families

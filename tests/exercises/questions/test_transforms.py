@@ -8,12 +8,12 @@ from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.arm.kinematics import joint_rotation, link_vector
 from qdot.exercises.arm.transforms import terms_of_last_pose
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import questions_of, sample_chain
-from qdot.exercises.problem import ProblemId
+from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.transforms import AngleSum, ByTransforms, InToolFrame
-from qdot.exercises.stream import Stream
 from qdot.exercises.writing.statement import worked_solution
 from tests.support.problems import drawn
 from tests.support.suites import of_families

@@ -12,24 +12,24 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.arm.chain import TWIST_ORDERS, Chain, Joint
+from qdot.exercises.arm.derivation_graph import numbers
 from qdot.exercises.arm.robot_file import Robot, read_robot, read_robot_file
 from qdot.exercises.arm.robot_text import robot_text
-from qdot.exercises.arm.stages import numbers
-from qdot.exercises.assignment import load_assignment
-from qdot.exercises.errors import QdotError
+from qdot.exercises.assignment.assignment import load_assignment
+from qdot.exercises.assignment.release import init_assignment
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.mistakes.given import configurations
-from qdot.exercises.problem import Part, Problem, ProblemId
+from qdot.exercises.problem.problem import Part, Problem, ProblemId
+from qdot.exercises.problem.record import digests, robot_json
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.record import digests, robot_json
-from qdot.exercises.release import init_assignment
-from qdot.exercises.solving import solution_data, solve
-from qdot.exercises.stream import Stream
+from qdot.exercises.solve.solver import solution_data, solve
 from qdot.exercises.verify import certify
 from qdot.exercises.writing.markup import to_text
 from qdot.exercises.writing.statement import hints, prompt, worked_solution
-from qdot.grader.parts import judge
-from qdot.grader.verdict import Outcome
+from qdot.grader.judging.judge import judge
+from qdot.grader.judging.verdict import Outcome
 from tests.repository.test_schemas import errors
 from tests.support.suites import several
 from tests.tools.diagnoses import answers_with, verdict_on

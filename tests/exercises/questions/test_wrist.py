@@ -9,12 +9,12 @@ import sympy as sp
 from qdot.exercises.answers import Matrix
 from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint, Point
 from qdot.exercises.arm.trigonometry import same
-from qdot.exercises.problem import Part, Problem, ProblemId
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.wrist import blocks
-from qdot.exercises.stream import Stream
 from qdot.exercises.writing.statement import worked_solution
-from qdot.grader.certify import failures_of
+from qdot.grader.grading.certify import failures_of
 from tests.support.problems import drawn
 from tests.support.suites import few_of
 

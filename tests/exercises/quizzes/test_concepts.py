@@ -10,7 +10,7 @@ import sympy as sp
 
 from qdot.exercises.answers import Choice
 from qdot.exercises.generation import generate, questions_of
-from qdot.exercises.problem import ProblemId
+from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions.concepts import USES, ForUse, OfCost, OfJoint
 from qdot.exercises.questions.differentiation import ForTask
 from tests.support.problems import asked

@@ -17,21 +17,21 @@ import pytest
 from typer.testing import CliRunner
 
 from qdot.exercises.answers import TRUE_FALSE, Choice, Matching, Number, Selection
-from qdot.exercises.errors import QdotError
+from qdot.exercises.common.errors import QdotError
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.figure import part_alt, part_svg
 from qdot.exercises.generation import applicable, generate, sample_chain, short_quiz
-from qdot.exercises.notebook import solution_notebook, student_notebook
-from qdot.exercises.problem import Part, Problem, ProblemId
+from qdot.exercises.notebook.notebook import solution_notebook, student_notebook
+from qdot.exercises.problem.problem import Part, Problem, ProblemId
+from qdot.exercises.problem.record import digests
 from qdot.exercises.quizzes import ASKED, QUIZZES
 from qdot.exercises.quizzes.options import Places, blames_of
-from qdot.exercises.record import digests
 from qdot.exercises.verify import certify
 from qdot.exercises.writing.statement import hints, option_text, prompt, worked_solution
-from qdot.grader.certify import failures_of
-from qdot.grader.cli import app
-from qdot.grader.parts import judge
-from qdot.grader.verdict import Outcome
+from qdot.grader.cli.main import app
+from qdot.grader.grading.certify import failures_of
+from qdot.grader.judging.judge import judge
+from qdot.grader.judging.verdict import Outcome
 from tests.exercises.writing.test_statement import _is_clean
 from tests.support import SNAPSHOTS
 from tests.support.judging import diagnose, judge_matching, judge_selection

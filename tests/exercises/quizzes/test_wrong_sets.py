@@ -2,12 +2,12 @@
 
 import pytest
 
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.generation import sample_chain
-from qdot.exercises.problem import ProblemId
+from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.quizzes import wrong_sets
 from qdot.exercises.quizzes.options import Offered
 from qdot.exercises.quizzes.wrong_sets import BEST, four_sets
-from qdot.exercises.stream import Stream
 
 FAMILY, SEED = "elbow-3r", "sets"
 

@@ -17,10 +17,10 @@ from typing import Any
 
 import pytest
 
-from qdot.exercises.assignment import Student
+from qdot.exercises.assignment.assignment import Student
+from qdot.exercises.common.errors import QdotError
 from qdot.exercises.docs import corrections
-from qdot.exercises.errors import QdotError
-from qdot.exercises.problem import Problem
+from qdot.exercises.problem.problem import Problem
 from qdot.exercises.site import build as building
 from qdot.exercises.site import supply
 from qdot.exercises.site.chapter import ERRATA, chapter_pages
@@ -28,9 +28,9 @@ from qdot.exercises.site.guide import COMMANDS, OTHERS, OWN_PAGES, arranged
 from qdot.exercises.site.pages import assets_in, linked, pages
 from qdot.exercises.site.robots import robots_text
 from qdot.exercises.site.stale_files import LIST, remove_stale_files
-from qdot.grader import site as command
-from qdot.grader.cli import app
-from qdot.grader.site import _Quiet
+from qdot.grader.cli import site_commands as command
+from qdot.grader.cli.main import app
+from qdot.grader.cli.site_commands import _Quiet
 from tests.support import ROOT
 from tests.support.command import fails, run, runner
 from tests.support.handing_in import TOML, a_class

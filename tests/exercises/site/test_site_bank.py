@@ -12,10 +12,11 @@ import sympy as sp
 
 from qdot.exercises.answers import Choice, Matching, Number, Selection
 from qdot.exercises.arm.derivation import derive
+from qdot.exercises.arm.derivation_graph import numbers
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.stages import numbers
+from qdot.exercises.common.variation import STEPS
 from qdot.exercises.generation import generate, listed, short_quiz
-from qdot.exercises.problem import Part, Problem, ProblemId
+from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions.results import is_derived, result
 from qdot.exercises.site.keys import key_of, right_in_numbers, weight
 from qdot.exercises.site.record import (
@@ -28,7 +29,6 @@ from qdot.exercises.site.record import (
     translated_record,
     typed_names,
 )
-from qdot.exercises.variation import STEPS
 from qdot.exercises.writing.latex import tex
 from qdot.exercises.writing.statement import prompt
 from tests.support import ROOT

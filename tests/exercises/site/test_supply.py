@@ -5,12 +5,12 @@ from itertools import product
 
 import pytest
 
-from qdot.exercises.errors import QdotError
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.variation import STEPS
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate, listed, sample_chain
-from qdot.exercises.problem import ProblemId
+from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.site.supply import ARMS_EACH, OF_EACH_STEP, QUIZ, Wanted, dealt, drawn_questions, of_families
-from qdot.exercises.variation import STEPS
 from tests.support.suites import few_families, few_of, several
 
 ALL = OF_EACH_STEP * len(STEPS)

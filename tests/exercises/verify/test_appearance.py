@@ -7,14 +7,14 @@ from dataclasses import replace
 import pytest
 
 from qdot.exercises.arm import classification
-from qdot.exercises.arm.bare import bare, bare_pieces
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.classification import Kind, by_value, classify, samples_on
+from qdot.exercises.arm.normalized_arm import bare, bare_pieces
 from qdot.exercises.arm.singularity import Component, singular_set
+from qdot.exercises.common.variation import STEPS
 from qdot.exercises.generation import generate, sample_chain
-from qdot.exercises.problem import ProblemId
+from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions.singular import OfKind
-from qdot.exercises.variation import STEPS
 from qdot.exercises.verify import appearance, certify
 from qdot.exercises.verify.appearance import holds
 from tests.support.suites import few_families, few_of, several

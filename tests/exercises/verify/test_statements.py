@@ -4,7 +4,7 @@ import pytest
 
 from qdot.exercises.answers import Choice
 from qdot.exercises.generation import generate
-from qdot.exercises.problem import ProblemId
+from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions.singular import OfKind
 from qdot.exercises.quizzes.drawn import Said
 from qdot.exercises.verify import certify

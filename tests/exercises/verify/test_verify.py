@@ -10,13 +10,13 @@ import sympy as sp
 from qdot.exercises.answers import Answer, Choice, ConditionSet, Direction, Expression, Matrix, Number
 from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.arm.singularity import Component
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate, questions_of
-from qdot.exercises.problem import Problem, ProblemId
+from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.singular import OfKind
 from qdot.exercises.quizzes import ASKED as EVERY_QUESTION
-from qdot.exercises.stream import Stream
 from qdot.exercises.verify import CHECKS, certify
 from tests.support.problems import LONG_ARMS, parts_in_turn, with_answer
 from tests.support.suites import WHOLE, few_of, several

@@ -7,7 +7,7 @@ from functools import cache
 import pytest
 
 from qdot.exercises.formula.latex import parsed
-from qdot.exercises.problem import Problem, ProblemId
+from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.writing import fit
 from qdot.exercises.writing.markup import PAPER, SCREEN, fitted_latex, to_html, to_latex
 from qdot.exercises.writing.statement import prompt, worked_solution

@@ -14,19 +14,19 @@ from typer.testing import CliRunner
 from qdot.exercises.answers import Choice, ConditionSet, Direction, Expression, Matrix, Number
 from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.arm.singularity import singular_set
-from qdot.exercises.assignment import load_assignment
-from qdot.exercises.errors import QdotError
-from qdot.exercises.problem import Part, Problem
+from qdot.exercises.assignment.assignment import load_assignment
+from qdot.exercises.assignment.release import init_assignment, release_one
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.notebook.problem_formats import show
+from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.release import init_assignment, release_one
-from qdot.exercises.showing import show
 from qdot.exercises.writing.angles import AngleNames
 from qdot.exercises.writing.hint_context import Entry, HintContext
 from qdot.exercises.writing.latex import tex, tex_angle
 from qdot.exercises.writing.statement import hints, prompt
 from qdot.exercises.writing.worked import Worked
-from qdot.grader.certify import CERTIFIER
-from qdot.grader.cli import app
+from qdot.grader.cli.main import app
+from qdot.grader.grading.certify import CERTIFIER
 from tests.support.problems import asked
 
 Draw = Callable[[str, int], Problem]

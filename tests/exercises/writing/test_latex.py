@@ -8,21 +8,21 @@ from functools import cache
 import pytest
 import sympy as sp
 
-from qdot.exercises import generate
+from qdot import generate
 from qdot.exercises.answers import ConditionSet, Expression, Matrix
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.printers.latex import latex
 from qdot.exercises.formula.printers.mathml import mathml
 from qdot.exercises.formula.trees import Node
-from qdot.exercises.problem import Problem
+from qdot.exercises.problem.problem import Problem
 from qdot.exercises.writing.angles import AngleNames, angle_names, link_angles
 from qdot.exercises.writing.latex import LINE, lengths_of, symbol_latex, tex, tex_angle, tex_length, tex_lines
 from qdot.exercises.writing.statement import answer_code, worked_solution, worked_solutions
 from qdot.exercises.writing.typeset import TooDeep, typeset
 from qdot.exercises.writing.worked import Worked
-from qdot.grader.parts import judge
-from qdot.grader.verdict import Outcome
+from qdot.grader.judging.judge import judge
+from qdot.grader.judging.verdict import Outcome
 
 T1, T2, T3, A1, A2, A3, D2 = sp.symbols("theta1 theta2 theta3 a1 a2 a3 d2")
 QD1, QD2, VX, VY = sp.symbols("qd1 qd2 vx vy")

@@ -11,10 +11,10 @@ import sympy as sp
 from qdot.exercises.answers import Expression, Matrix
 from qdot.exercises.arm.chain import Base, Chain, Joint
 from qdot.exercises.arm.derivation import derive
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.generation import generate, sample_chain
-from qdot.exercises.problem import Problem, ProblemId
-from qdot.exercises.solving import solution_text, solve
-from qdot.exercises.stream import Stream
+from qdot.exercises.problem.problem import Problem, ProblemId
+from qdot.exercises.solve.solver import solution_text, solve
 from qdot.exercises.writing.angles import angle_names, arm_angles, is_plain
 from qdot.exercises.writing.gathering import gathered
 from qdot.exercises.writing.latex import tex

@@ -14,14 +14,14 @@ import sympy as sp
 from qdot.exercises.answers import Choice, ConditionSet, Expression, Matrix, Number
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate, sample_chain
-from qdot.exercises.problem import Part, Problem, ProblemId
+from qdot.exercises.notebook.problem_formats import problem_json, show
+from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS, recursion, screws
 from qdot.exercises.questions.singular import OfKind
 from qdot.exercises.quizzes import ASKED
-from qdot.exercises.render import template_folder
-from qdot.exercises.showing import problem_json, show
 from qdot.exercises.writing.latex import tex
 from qdot.exercises.writing.markup import to_html, to_html_for_mathjax, to_latex, to_text
+from qdot.exercises.writing.render import template_folder
 from qdot.exercises.writing.short_answer import short_answer
 from qdot.exercises.writing.statement import (
     answer_code,

@@ -10,17 +10,17 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.arm.chain import CONVENTIONS, Chain
+from qdot.exercises.arm.convention_view import told_words
 from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.arm.directions import task_rows
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.singularity import singular_set
-from qdot.exercises.arm.told import told_words
+from qdot.exercises.common.variation import STEPS
 from qdot.exercises.generation import generate, sample_chain
-from qdot.exercises.problem import Problem, ProblemId
+from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.inversion import InSituation
 from qdot.exercises.questions.rank import OfMotion
-from qdot.exercises.variation import STEPS
 from qdot.exercises.writing.cases import cases_of, minors_of
 from qdot.exercises.writing.expansion import Expansion, expanded, expansion_of
 from qdot.exercises.writing.latex import tex

@@ -16,21 +16,21 @@ import pytest
 
 from qdot.exercises.answers import Choice, Matrix
 from qdot.exercises.arm.chain import CONVENTIONS
-from qdot.exercises.assignment import Assignment, Student, load_assignment
-from qdot.exercises.problem import Problem
-from qdot.exercises.release import init_assignment
-from qdot.exercises.render import template_folder
+from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
+from qdot.exercises.assignment.release import init_assignment
+from qdot.exercises.problem.problem import Problem
 from qdot.exercises.writing.markup import to_html
+from qdot.exercises.writing.render import template_folder
 from qdot.exercises.writing.statement import prompt
-from qdot.grader.contained.callables import TABLE
-from qdot.grader.function_values import SHOWN
-from qdot.grader.marking import mark, total
+from qdot.grader.grading.marking import mark, total
+from qdot.grader.judging.function_values import SHOWN
+from qdot.grader.judging.verdict import Outcome
 from qdot.grader.reports.answers import answer_of
 from qdot.grader.reports.differs import decimal, table_of
 from qdot.grader.reports.feedback import feedback_page, made_from
 from qdot.grader.reports.tables import status
 from qdot.grader.reports.write import write_reports
-from qdot.grader.verdict import Outcome
+from qdot.grader.sandbox.contained.callables import TABLE
 from tests.support.suites import few_of
 
 TOML = """title = "Arms & <angles>"

@@ -11,9 +11,9 @@ from typing import Any
 import openpyxl
 import pytest
 
-from qdot.exercises.assignment import Assignment, Student, load_assignment
-from qdot.exercises.errors import QdotError
-from qdot.grader.overrides import Override
+from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
+from qdot.exercises.common.errors import QdotError
+from qdot.grader.grading.overrides import Override
 from qdot.grader.reports.excel import workbook
 from qdot.grader.reports.formats import write_asked
 from qdot.grader.reports.gradebooks import RESERVED, canvas, moodle

@@ -14,19 +14,19 @@ import numpy as np
 import pytest
 
 from qdot.exercises.arm.chain import CONVENTIONS
-from qdot.exercises.assignment import Assignment, Student, load_assignment
-from qdot.exercises.errors import QdotError
+from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
+from qdot.exercises.assignment.store import keep
+from qdot.exercises.common.errors import QdotError
 from qdot.exercises.generation import sample_chain
-from qdot.exercises.problem import ProblemId
-from qdot.exercises.store import keep
-from qdot.grader import statistics
-from qdot.grader.reading import read_answer
+from qdot.exercises.problem.problem import ProblemId
+from qdot.grader.diagnosis.similar import Written, Wrong, alikeness, nearly_the_same, written
+from qdot.grader.judging.answer_parser import read_answer
 from qdot.grader.reports import charts
 from qdot.grader.reports.class_page import class_page
 from qdot.grader.reports.class_view import mistakes, parts, scores
 from qdot.grader.reports.formats import write_asked
-from qdot.grader.similar import Written, Wrong, alikeness, nearly_the_same, written
-from qdot.grader.variants import FEATURES, OF_AXES, OTHERS, compare, corrected, in_words
+from qdot.grader.statistics import statistics
+from qdot.grader.statistics.fairness_tests import FEATURES, OF_AXES, OTHERS, compare, corrected, in_words
 from tests.grader.reports.test_feedback import Page
 from tests.support.command import fails, run
 from tests.support.handing_in import a_class

@@ -12,15 +12,15 @@ import pytest
 from junitparser import Error, Failure, JUnitXml
 from markdown_it import MarkdownIt
 
-from qdot.exercises.assignment import Assignment, Student
-from qdot.exercises.errors import QdotError
-from qdot.grader.attempt import ungraded as nothing_graded
+from qdot.exercises.assignment.assignment import Assignment, Student
+from qdot.exercises.common.errors import QdotError
+from qdot.grader.grading.attempt import ungraded as nothing_graded
+from qdot.grader.grading.final_result import Graded, Result, settle
 from qdot.grader.reports.classroom50 import of_environment, shared_out
 from qdot.grader.reports.formats import FORMATS
 from qdot.grader.reports.github import LARGEST_SUMMARY, annotations, summary
 from qdot.grader.reports.gradescope import results_json
 from qdot.grader.reports.junit import junit_xml
-from qdot.grader.settle import Graded, Result, settle
 from tests.support.command import fails, run
 from tests.support.handing_in import Cells, a_class, code, grade, hand_in, one_process, right
 
@@ -225,7 +225,7 @@ def test_what_qdot_fails_on_is_an_error_and_a_wrong_folder_a_line(
             assignment, student, [Graded(marked=nothing_graded(assignment, student.id, None, "no memory"))], {}
         )
 
-    monkeypatch.setattr("qdot.grader.single.grade_one", fails)
+    monkeypatch.setattr("qdot.grader.grading.one_student.grade_one", fails)
     done = pytester.runpytest_inprocess("--qdot", str(assignment.folder), "-k", "cy")
     done.assert_outcomes(errors=3)
     done.stdout.fnmatch_lines(["*(no memory)*"])

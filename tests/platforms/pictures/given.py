@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from qdot.exercises.assignment import Assignment, Student, load_assignment
-from qdot.exercises.release import init_assignment
-from qdot.exercises.sets import DEFAULT_SET, SETS
+from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
+from qdot.exercises.assignment.release import init_assignment
+from qdot.exercises.assignment.sets import DEFAULT_SET, SETS
 
 KEY = "homework6"
 SECRET = "0123456789abcdef"

@@ -5,8 +5,8 @@ from pathlib import Path
 
 from playwright.sync_api import Page  # type: ignore[import-not-found, unused-ignore]
 
-from qdot.exercises.assignment import Assignment
-from qdot.exercises.notebook import notebook_text, solution_notebook
+from qdot.exercises.assignment.assignment import Assignment
+from qdot.exercises.notebook.notebook import notebook_text, solution_notebook
 from tests.platforms.jupyter import TOKEN, jupyter
 from tests.platforms.jupyterlab_page import DONE, IDLE, SETTLED, TO_THE_TOP
 from tests.platforms.notebooks import part_of

@@ -8,13 +8,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from qdot.exercises.assignment import Student, load_assignment
-from qdot.exercises.problem import variable
-from qdot.exercises.release import init_assignment
-from qdot.grader.batch import grade_class
+from qdot.exercises.assignment.assignment import Student, load_assignment
+from qdot.exercises.assignment.release import init_assignment
+from qdot.exercises.problem.problem import variable
+from qdot.grader.grading.batch import grade_class
 from qdot.grader.reports.write import write_page
-from qdot.grader.sandbox import Limits
-from qdot.grader.submission import find_submissions
+from qdot.grader.sandbox.sandbox import Limits
+from qdot.grader.submissions.submission import find_submissions
 from tests.platforms.pictures.album import Album, browser, opened
 from tests.support.command import run as qdot
 from tests.support.handing_in import code, notebook

@@ -12,7 +12,7 @@ from qdot.exercises.formula.printers.maxima import maxima_text
 from qdot.exercises.formula.printers.speech import spoken
 from qdot.exercises.formula.printers.typst import typst_math
 from qdot.exercises.formula.printers.unicode import shown_width, unicode_math
-from qdot.exercises.problem import Problem
+from qdot.exercises.problem.problem import Problem
 from qdot.exercises.writing.latex import laid_out
 
 A, B, C = sp.symbols("a b c", real=True)

@@ -1,0 +1,478 @@
+"""A derivation as a student works it out: stages that build on one another, any of which can go wrong.
+
+A mistake replaces the result of a stage, and all stages behind it follow. Vectors and matrices have their rows and
+columns on the first axes; the arithmetic's own axes come last.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from qdot.exercises.arm.arithmetic import (
+    Arithmetic,
+    Formulas,
+    Numbers,
+    Trees,
+    applied,
+    cross,
+    determinant,
+    minors,
+    product,
+    signs,
+)
+from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.convention_view import frame_on_axis, is_modified, up_to_frame
+from qdot.exercises.arm.conventions import axes_of
+from qdot.exercises.arm.kinematics import frames_and_point
+
+RESULT = "result"
+"""The stage behind all others: the answer as it is written down, (rows, columns, …)."""
+
+
+@dataclass(frozen=True)
+class TableRow:
+    """A row of the DH table, all four entries stepped."""
+
+    kind: str
+    theta: np.ndarray
+    d: np.ndarray
+    a: np.ndarray
+    alpha: np.ndarray
+
+
+@dataclass(frozen=True)
+class Table:
+    """The DH table with base and point: what is read before anything is worked out."""
+
+    rows: tuple[TableRow, ...]
+    base: tuple[np.ndarray, np.ndarray, np.ndarray]
+    """Position (3, …), yaw and tilt."""
+    offset: np.ndarray
+    """The point of interest in its frame (3, …)."""
+
+    def with_row(self, index: int, **changed: Any) -> "Table":
+        """Return the table with entries of one row changed."""
+        rows = list(self.rows)
+        rows[index] = replace(rows[index], **changed)
+        return replace(self, rows=tuple(rows))
+
+
+Change = Callable[["Working", Any], Any]
+"""What becomes of the result of a stage, given what it would have been."""
+
+
+@dataclass
+class Working:
+    """The stages of a derivation for one arm, in an arithmetic; `changes` are the mistakes made in it.
+
+    Stages (STAGES) are worked out when they are asked for. Those that `fresh` changes can't have touched are shared
+    with the working `before` them.
+    """
+
+    chain: Chain
+    arithmetic: Arithmetic
+    changes: tuple[tuple[str, Change], ...] = ()
+    fresh: tuple[tuple[str, Change], ...] = ()
+    before: "Working | None" = None
+    _known: dict[str, Any] = field(default_factory=dict)
+    _first: dict[int, "Working"] = field(default_factory=dict)
+    _turns: dict[tuple[int, int], tuple[TableRow, np.ndarray]] = field(default_factory=dict)
+
+    def __getitem__(self, stage: str) -> Any:
+        """Return the result of a stage."""
+        if stage not in self._known:
+            self._known[stage] = self._worked_out(stage)
+        return self._known[stage]
+
+    def _worked_out(self, stage: str) -> Any:
+        touched = any(name in built_on(stage) for name, _ in self.fresh)
+        if self.before is None or touched:
+            outcome, changes = STAGES[stage][0](self), self.changes
+        else:
+            outcome, changes = self.before[stage], self.fresh
+        for name, change in changes:
+            if name == stage:
+                outcome = change(self, outcome)
+        return outcome
+
+    def but(self, changes: Mapping[str, Change]) -> "Working":
+        """Return the same working with mistakes in it, beside those that it has."""
+        fresh = tuple(changes.items())
+        return Working(self.chain, self.arithmetic, (*self.changes, *fresh), fresh, self, _turns=self._turns)
+
+    def without(self, stage: str) -> "Working":
+        """Return the same working without the changes of a stage."""
+        kept = tuple((name, change) for name, change in self.changes if name != stage)
+        return Working(self.chain, self.arithmetic, kept, _turns=self._turns)
+
+    def turn(self, row: TableRow) -> np.ndarray:
+        """Return the rotation by a row of the table, Rz Rx, worked out once for the same angles (the same objects)."""
+        key = (id(row.theta), id(row.alpha))
+        if key not in self._turns:
+            self._turns[key] = (row, product(turn_z(self, row.theta), turn_x(self, row.alpha)))
+        return self._turns[key][1]
+
+    def up_to(self, frame: int) -> "Working":
+        """Return the same working, with its mistakes, for the origin of a frame inside the arm and its link."""
+        if frame not in self._first:
+            before = None if self.before is None else self.before.up_to(frame)
+            shorter = before.chain if before else up_to_frame(self.chain, frame)
+            self._first[frame] = Working(shorter, self.arithmetic, self.changes, self.fresh, before, _turns=self._turns)
+        return self._first[frame]
+
+    def comes_from(self, stage: str) -> bool:
+        """Tell whether what has been worked out so far comes from a stage."""
+        return any(stage == known or stage in built_on(known) for known in self._known)
+
+    def jacobians(self) -> list[np.ndarray]:
+        """Return the Jacobians that have been worked out so far, those of frames inside the arm included."""
+        workings = (self, *self._first.values())
+        return [w._known[stage] for w in workings for stage in ("geometric", "jacobian") if stage in w._known]
+
+    @property
+    def n(self) -> int:
+        """The number of joints."""
+        return self.chain.n
+
+    def symbols(self, names: Any) -> np.ndarray:
+        """Return symbols that no joint is, as a vector."""
+        return np.stack([self.arithmetic.known(str(name)) for name in names])
+
+
+def numbers(chain: Chain, values: Mapping[str, np.ndarray]) -> Working:
+    """Return the right working at the configurations where symbols have these values."""
+    return Working(chain, Numbers([q.name for q in chain.q], values))
+
+
+def trees(chain: Chain) -> Working:
+    """Return the right working in trees of formulas, as students' answers are read."""
+    return Working(chain, Trees([q.name for q in chain.q]))
+
+
+def formulas(chain: Chain) -> Working:
+    """Return the right working in formulas."""
+    return Working(chain, Formulas([q.name for q in chain.q]))
+
+
+# --- stages ---
+
+
+def _table(w: Working) -> Table:
+    chain, to = w.chain, w.arithmetic.stepped
+    rows = tuple(
+        TableRow(joint.kind, to(joint.theta), to(joint.d), to(joint.a), to(joint.alpha)) for joint in chain.joints
+    )
+    base = (np.stack([to(value) for value in chain.base.position]), to(chain.base.yaw), to(chain.base.tilt))
+    return Table(rows, base, np.stack([to(value) for value in chain.point.offset]))
+
+
+def turn_z(w: Working, angle: np.ndarray) -> np.ndarray:
+    """Return the rotation about z by an angle, (3, 3, …)."""
+    c, s = w.arithmetic.cos(angle), w.arithmetic.sin(angle)
+    o, one = angle * 0, angle * 0 + 1
+    return _matrix(c, -s, o, s, c, o, o, o, one)
+
+
+def turn_x(w: Working, angle: np.ndarray) -> np.ndarray:
+    """Return the rotation about x by an angle, (3, 3, …)."""
+    c, s = w.arithmetic.cos(angle), w.arithmetic.sin(angle)
+    o, one = angle * 0, angle * 0 + 1
+    return _matrix(one, o, o, o, c, -s, o, s, c)
+
+
+def _matrix(*entries: np.ndarray) -> np.ndarray:
+    """Return a 3 x 3 matrix of its entries, row by row."""
+    return np.array(entries).reshape(3, 3, *entries[0].shape)
+
+
+def _base_rotation(w: Working) -> np.ndarray:
+    _, yaw, tilt = w["table"].base
+    return product(turn_z(w, yaw), turn_x(w, tilt))
+
+
+def _rotations(w: Working) -> list[np.ndarray]:
+    rotations = [w["base rotation"]]
+    for row in w["table"].rows:
+        rotations.append(product(rotations[-1], w.turn(row)))
+    return rotations
+
+
+def _own_links(w: Working) -> list[np.ndarray]:
+    """Return the vectors r_i in frame i-1 (below 6.13), and the point in its own frame."""
+    vectors = []
+    for row in w["table"].rows:
+        c, s = w.arithmetic.cos(row.theta), w.arithmetic.sin(row.theta)
+        vectors.append(np.stack([row.a * c, row.a * s, row.d]))
+    return [*vectors, w["table"].offset]
+
+
+def _links(w: Working) -> list[np.ndarray]:
+    rotations, own = w["rotations"], w["own links"]
+    vectors = [applied(rotations[k], own[k]) for k in range(w.n)]
+    return [*vectors, applied(rotations[w.chain.point.frame], own[w.n])]
+
+
+def carried(chain: Chain) -> list[int]:
+    """Return the links, from 0, that lead to the point; the last is the point in its own frame."""
+    return [*range(chain.point.frame), chain.n]
+
+
+def _values(w: Working, vectors: list[np.ndarray]) -> np.ndarray:
+    return np.stack([w.arithmetic.value(vector) for vector in vectors])
+
+
+def _origins(w: Working) -> np.ndarray:
+    steps = _values(w, [w["table"].base[0], *w["links"][:-1]])
+    return np.cumsum(steps, axis=0)
+
+
+def _point(w: Working) -> np.ndarray:
+    links = _values(w, w["links"])
+    return np.asarray(w.arithmetic.value(w["table"].base[0]) + links[carried(w.chain)].sum(axis=0))
+
+
+def _effects(w: Working) -> np.ndarray:
+    """Return what each joint does to each link, (n, n + 1, 3, …): the derivative of that link's vector."""
+    slopes = [w.arithmetic.slopes(link)[: w.n] for link in w["links"]]
+    effects = np.stack(slopes, axis=1)
+    left_out = [k for k in range(w.n + 1) if k not in carried(w.chain)]
+    effects[:, left_out] = effects[:, left_out] * 0
+    return effects
+
+
+def _axes(w: Working) -> np.ndarray:
+    return _values(w, [rotation[:, 2] for rotation in w["rotations"]])
+
+
+def _on_axes(w: Working) -> np.ndarray:
+    """Return the origins of the frames on the joint axes, and what the last of them is followed by, (n + 1, 3, …)."""
+    if not is_modified(w.chain):
+        return np.asarray(w["origins"])
+    along = [row.d * rotation[:, 2] for row, rotation in zip(w["table"].rows, w["rotations"], strict=False)]
+    starts = w["origins"][: w.n] + _values(w, along)
+    return np.concatenate([starts, starts[-1:]])
+
+
+def _arms(w: Working) -> np.ndarray:
+    return np.asarray(w["point"][None] - w["frames on axes"])
+
+
+def told_rotation(w: Working, frame: int) -> np.ndarray:
+    """Return the rotation of a frame, from 0, of the convention in which the arm is told, (3, 3, …)."""
+    rotation = w["rotations"][frame]
+    if is_modified(w.chain) and frame:
+        rotation = product(rotation, turn_x(w, -w["table"].rows[frame - 1].alpha))
+    return np.asarray(w.arithmetic.value(rotation))
+
+
+def _linear(w: Working) -> np.ndarray:
+    return np.moveaxis(w["effects"].sum(axis=1), 0, 1)
+
+
+def _kinds(w: Working) -> list[str]:
+    """Return the kind of each joint, as it is taken where columns are put together."""
+    return [row.kind for row in w["table"].rows]
+
+
+def _products(w: Working) -> list[np.ndarray]:
+    return [cross(w["axes"][i], w["arms"][i]) for i in range(w.n)]
+
+
+def propagated(w: Working, _: Any = None) -> np.ndarray:
+    """Return the linear rows by propagation, (3, n, …): z x p* of a revolute joint, z of a prismatic one (6.12)."""
+    columns = []
+    for i, kind in enumerate(w["kinds"]):
+        column = w["products"][i] if kind == "R" else w["axes"][i]
+        columns.append(column if i < w.chain.point.frame else column * 0)
+    return np.stack(columns, axis=1)
+
+
+def _angular(w: Working) -> np.ndarray:
+    axes = w["axes"]
+    return np.stack([axes[i] if kind == "R" else axes[i] * 0 for i, kind in enumerate(w["kinds"])], axis=1)
+
+
+def _geometric(w: Working) -> np.ndarray:
+    return np.concatenate([w["linear"], w["angular"]])
+
+
+def _jacobian(w: Working) -> np.ndarray:
+    return np.asarray(w["geometric"][[TASK_ROWS.index(row) for row in w.chain.task]])
+
+
+def _cofactors(w: Working) -> np.ndarray:
+    return np.asarray(signs(w.n)[..., None] * w["minors"])
+
+
+def _inverse(w: Working) -> np.ndarray:
+    with np.errstate(all="ignore"):
+        return np.asarray(w["adjugate"] / w["determinant"])
+
+
+def _rates(w: Working) -> np.ndarray:
+    return applied(w["inverse"], w["wanted velocity"])
+
+
+def _pseudo_inverse(w: Working) -> np.ndarray:
+    """J^T (J J^T)^-1."""
+    gram = w["gram matrix"]
+    with np.errstate(all="ignore"):
+        inverse = (signs(len(gram))[..., None] * minors(gram)).swapaxes(0, 1) / determinant(gram)
+    return product(w["transposed jacobian"], inverse)
+
+
+def _self_motion(w: Working) -> np.ndarray:
+    """Of n = m + 1 joints: the minors that are left without each column, with alternating signs."""
+    jacobian = w["jacobian"]
+    if jacobian.shape[1] != jacobian.shape[0] + 1:  # more than one self-motion, or none
+        return np.asarray(jacobian[0] * np.nan)
+    rest = [[c for c in range(w.n) if c != i] for i in range(w.n)]
+    return np.stack([(-1) ** i * determinant(jacobian[:, rest[i]]) for i in range(w.n)])
+
+
+def singular_vectors(w: Working) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return U (m, m, N), sigma (min(m, n), N) and V^T (n, n, N) of the task Jacobian in numbers."""
+    u, sigma, v = np.linalg.svd(np.nan_to_num(np.moveaxis(w["jacobian"], -1, 0).astype(float)))
+    return np.moveaxis(u, 0, -1), sigma.T, np.moveaxis(v, 0, -1)
+
+
+def _condition_number(w: Working) -> np.ndarray:
+    sigma = singular_vectors(w)[1]
+    with np.errstate(all="ignore"):
+        return np.asarray(sigma[0] / sigma[-1])
+
+
+def _wrist_block(w: Working) -> np.ndarray:
+    """Return the axes of joints 4 to 6 in the frame on the first of them, (3, 3, …)."""
+    turned = told_rotation(w, frame_on_axis(w.chain, 4)).swapaxes(0, 1)
+    return np.stack([applied(turned, w["axes"][i]) for i in (3, 4, 5)], axis=1)
+
+
+def _tool_jacobian(w: Working) -> np.ndarray:
+    """Return the geometric Jacobian in the coordinates of the last frame."""
+    return turned_rows(w["last rotation"].swapaxes(0, 1), w["geometric"])
+
+
+def turned_rows(rotation: np.ndarray, geometric: np.ndarray) -> np.ndarray:
+    """Return the linear and the angular rows of a Jacobian, both turned."""
+    return np.concatenate([product(rotation, geometric[:3]), product(rotation, geometric[3:])])
+
+
+def _home_screws(w: Working) -> np.ndarray:
+    """Return the screws (omega, v) of the joints at home, (6, n, …)."""
+    columns = []
+    for axis in axes_of(w.chain)[0]:
+        direction, point = constant(w, axis.direction), constant(w, axis.point)
+        turning = axis.kind == "R"
+        columns.append(np.concatenate([direction, -cross(direction, point)] if turning else [0 * direction, direction]))
+    return np.stack(columns, axis=1)
+
+
+def constant(w: Working, vector: sp.Matrix) -> np.ndarray:
+    """Return a vector of formulas without joint variables, (3, …)."""
+    return np.stack([w.arithmetic.value(w.arithmetic.stepped(entry)) for entry in vector])
+
+
+def _space_jacobian(w: Working) -> np.ndarray:
+    """Return the twists (omega, v) in the world frame that the joints give to the point at its origin, (6, n, …)."""
+    columns = []
+    for i, kind in enumerate(w["kinds"]):
+        z, start = w["axes"][i], w["origins"][i]
+        columns.append(np.concatenate([z, cross(start, z)] if kind == "R" else [0 * z, z]))
+    return np.stack(columns, axis=1)
+
+
+def _body_rotation(w: Working) -> np.ndarray:
+    """Return the rotation of the frame that moves with the last link and is the world's at home, (3, 3, …)."""
+    home = frames_and_point(w.chain)[0][-1].rotation.xreplace(dict.fromkeys(w.chain.q, sp.S.Zero))
+    back = np.stack([constant(w, home[:, k]) for k in range(3)])  # transposed: its rows are the columns
+    return product(w.arithmetic.value(w["rotations"][-1]), back)
+
+
+def _body_jacobian(w: Working) -> np.ndarray:
+    """Return the same twists as that frame sees them, about the point of interest: [Ad T^-1] J_s, (6, n, …)."""
+    jacobian, point = w["space jacobian"], w["point"]
+    turn = w["body rotation"].swapaxes(0, 1)
+    columns = []
+    for i in range(jacobian.shape[1]):
+        angular, linear = jacobian[:3, i], jacobian[3:, i]
+        columns.append(np.concatenate([applied(turn, angular), applied(turn, linear + cross(angular, point))]))
+    return np.stack(columns, axis=1)
+
+
+def _body_adjoint(w: Working) -> np.ndarray:
+    """Return what turns a twist (omega, v) in that frame into the same in the world frame, (6, 6, …)."""
+    return adjoint(w["body rotation"], w["point"])
+
+
+def adjoint(turn: np.ndarray, place: np.ndarray) -> np.ndarray:
+    """Return [Ad T] for twists (omega, v), (6, 6, …), of a rotation (3, 3, …) and an origin (3, …)."""
+    moved = np.stack([cross(place, turn[:, k]) for k in range(3)], axis=1)
+    return np.concatenate([np.concatenate([turn, 0 * turn], axis=1), np.concatenate([moved, turn], axis=1)])
+
+
+STAGES: dict[str, tuple[Callable[[Working], Any], tuple[str, ...]]] = {
+    "table": (_table, ()),
+    "base rotation": (_base_rotation, ("table",)),
+    "rotations": (_rotations, ("table", "base rotation")),
+    "own links": (_own_links, ("table",)),
+    "links": (_links, ("rotations", "own links")),
+    "origins": (_origins, ("links",)),
+    "point": (_point, ("links",)),
+    "effects": (_effects, ("links",)),
+    "axes": (_axes, ("rotations",)),
+    "frames on axes": (_on_axes, ("table", "origins", "rotations")),
+    "arms": (_arms, ("point", "frames on axes")),
+    "last rotation": (lambda w: told_rotation(w, w.n), ("rotations", "table")),
+    "last origin": (lambda w: w["frames on axes"][-1], ("frames on axes",)),
+    "kinds": (_kinds, ("table",)),
+    "products": (_products, ("axes", "arms")),
+    "linear": (_linear, ("effects", "products", "axes", "kinds")),
+    "angular": (_angular, ("axes", "kinds")),
+    "geometric": (_geometric, ("linear", "angular")),
+    "tool jacobian": (_tool_jacobian, ("last rotation", "geometric")),
+    "home screws": (_home_screws, ()),
+    "space jacobian": (_space_jacobian, ("axes", "origins", "kinds")),
+    "body rotation": (_body_rotation, ("rotations",)),
+    "body adjoint": (_body_adjoint, ("body rotation", "point")),
+    "body jacobian": (_body_jacobian, ("space jacobian", "body rotation", "point")),
+    "arm block": (lambda w: w["geometric"][:3, :3], ("geometric",)),
+    "wrist block": (_wrist_block, ("rotations", "axes")),
+    "jacobian": (_jacobian, ("geometric",)),
+    "transposed jacobian": (lambda w: w["jacobian"].swapaxes(0, 1), ("jacobian",)),
+    "gram matrix": (lambda w: product(w["jacobian"], w["transposed jacobian"]), ("transposed jacobian",)),
+    "pseudo-inverse": (_pseudo_inverse, ("gram matrix", "transposed jacobian")),
+    "self-motion": (_self_motion, ("jacobian",)),
+    "lost direction": (lambda w: singular_vectors(w)[0][:, -1], ("jacobian",)),
+    "gram determinant": (lambda w: determinant(w["gram matrix"]), ("gram matrix",)),
+    "manipulability": (lambda w: w.arithmetic.sqrt(w["gram determinant"]), ("gram determinant",)),
+    "condition number": (_condition_number, ("jacobian",)),
+    "minors": (lambda w: minors(w["jacobian"]), ("jacobian",)),
+    "cofactors": (_cofactors, ("minors",)),
+    "adjugate": (lambda w: w["cofactors"].swapaxes(0, 1), ("cofactors",)),
+    "determinant": (lambda w: determinant(w["jacobian"]), ("jacobian",)),
+    "inverse": (_inverse, ("adjugate", "determinant")),
+    "wanted velocity": (lambda w: w.symbols(w.chain.task), ()),
+    "joint rates": (lambda w: w.symbols(w.chain.rates), ()),
+    "rates": (_rates, ("inverse", "wanted velocity")),
+}
+"""What each stage is, and what it is worked out from ("linear" from the effects or, `propagated`, from the rest)."""
+
+
+@cache
+def built_on(stage: str) -> frozenset[str]:
+    """Return the stages that a stage builds on, at any remove."""
+    direct = STAGES[stage][1]
+    return frozenset(direct).union(*(built_on(name) for name in direct))
+
+
+def as_formulas(found: np.ndarray) -> sp.Matrix:
+    """Return a vector or matrix of formulas as a SymPy matrix; a number of its own as 1 x 1."""
+    entries = found[..., 0]
+    if entries.ndim == 0:
+        return sp.Matrix([[entries.item()]])
+    return sp.Matrix(entries.reshape(len(entries), -1).tolist())

@@ -1,0 +1,265 @@
+"""A singular set put to the test in numbers: rank is lost on it, and searches for lost rank end on it.
+
+J loses rank at q where a unit wrench w does no work at any joint: J(q)^T w = 0, w . w = 1. For m rows these are n + 1
+equations in n + m unknowns; Gauss and Newton's steps of least length lead from random starts to configurations all over
+the set.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import sympy as sp
+
+from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.kinematics import NumericChain, cross
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.program import compile_program, evaluate
+
+STARTS, STEPS = 60, 80
+"""Searches for each question, and steps of each."""
+CHOICES, FURTHER = 3, 12
+"""How often open lengths are drawn, and how often once more for conditions that need lengths of their own."""
+ON_IT, LOST, BESIDE = 1e-11, 1e-7, 1e-3
+"""What counts as zero: equations that are solved for, and the smallest singular value of J by the largest. And how far
+from where conditions hold a search for lost rank may end: where rank is lost to second order, rounding shifts it."""
+_TINY = 0.1
+"""The largest singular value of J, lengths in parts of the reach, below which all of them are next to nothing."""
+_LONGEST = 0.7
+"""Radians (parts of the reach) that a step may take."""
+_LEAST = 1e-10
+"""Singular values of a system of equations below this part of the largest are left out of a step."""
+
+
+@dataclass(frozen=True)
+class Tried:
+    """What came out: `samples` has for each way in which rank is lost configurations at which its conditions hold.
+
+    They are n joint values with the number of the arm, of `arms`. `wrong` are the numbers of ways, from 0, on which
+    some configuration keeps its rank. Of `searches` for lost rank with the first `choices` of arms, `ended` came to a
+    configuration, of which `unexplained` satisfy none of the ways.
+    """
+
+    arms: tuple[NumericChain, ...]
+    samples: tuple[tuple[tuple[int, np.ndarray], ...], ...]
+    wrong: tuple[int, ...]
+    choices: int
+    searches: int
+    ended: int
+    unexplained: tuple[np.ndarray, ...]
+
+
+def tried(chain: Chain, ways: Sequence[Sequence[sp.Expr]], starts: int = STARTS, stream: str = "searched") -> Tried:
+    """Return what becomes of ways in which J of the task is said to lose rank: conditions that hold together.
+
+    Lengths that are open are drawn three times, and more often for conditions that hold at none of these; what makes no
+    real arm is left out. Under another name, the `stream` draws other lengths and starts.
+    """
+    arms: list[NumericChain] = []
+    samples: list[list[tuple[int, np.ndarray]]] = [[] for _ in ways]
+    wrong: set[int] = set()
+    ended, unexplained = 0, []
+    draws = Stream(stream)
+    for values, arm in _drawn(chain, draws, CHOICES):
+        arms.append(arm)
+        rank = _Rank(arm, chain.task)
+        conditions = [_Way(way, chain, values) for way in ways]
+        for k, way in enumerate(conditions):
+            on_it, q = way.solved(rank.starts(starts, draws))
+            samples[k] += [(len(arms) - 1, each) for each in q[on_it]]
+            if on_it.any() and not rank.is_lost(q[on_it]).all():
+                wrong.add(k)
+        q = rank.search(rank.starts(starts, draws), draws)
+        ended += len(q)
+        explained = np.zeros(len(q), dtype=bool)
+        for way in conditions:
+            explained |= way.is_beside(q)
+        unexplained += list(q[~explained])
+    choices = len(arms)
+    for k in [k for k, found in enumerate(samples) if not found]:
+        for values, arm in _drawn(chain, draws, FURTHER, least=300):
+            rank = _Rank(arm, chain.task)
+            on_it, q = _Way(ways[k], chain, values).solved(rank.starts(starts, draws))
+            if on_it.any():
+                arms.append(arm)
+                samples[k] += [(len(arms) - 1, each) for each in q[on_it]]
+                wrong |= set() if rank.is_lost(q[on_it]).all() else {k}
+    searched = starts * choices, ended, tuple(unexplained)
+    return Tried(tuple(arms), tuple(map(tuple, samples)), tuple(sorted(wrong)), choices, *searched)
+
+
+def lies_on(chain: Chain, way: Sequence[sp.Expr], others: Sequence[Sequence[sp.Expr]]) -> frozenset[int] | None:
+    """Return the numbers of other ways on which the configurations lie that are found on a way, of each the first.
+
+    None where one lies on none of them, or none was found.
+    """
+    draws, on = Stream("lies on"), set()
+    for values, arm in _drawn(chain, draws, CHOICES):
+        on_it, q = _Way(way, chain, values).solved(_Rank(arm, chain.task).starts(STARTS, draws))
+        q = q[on_it]
+        for number, other in enumerate(others):
+            beside = _Way(other, chain, values).is_beside(q)
+            on |= {number} if beside.any() else set()
+            q = q[~beside]
+        if len(q):
+            return None
+    return frozenset(on) or None
+
+
+def _drawn(
+    chain: Chain, draws: Stream, times: int, least: int = 3000
+) -> Iterator[tuple[dict[sp.Symbol, sp.Rational], NumericChain]]:
+    """Yield lengths for those that are open, so many times, and the arm; none where that is no real arm.
+
+    The shortest is `least` of 10,007 metres, the longest 1.2 m.
+    """
+    for _ in range(times if chain.parameters else 1):
+        values = {symbol: sp.Rational(least + draws.below(12000 - least), 10007) for symbol in chain.parameters}
+        try:
+            arm = NumericChain(chain, {symbol.name: float(value) for symbol, value in values.items()})
+        except TypeError:  # no real number with these lengths, as sqrt(a1**2 - d1**2)
+            continue
+        yield values, arm
+
+
+class _Way:
+    """Conditions in numbers, each in parts of the size of its terms."""
+
+    def __init__(self, conditions: Sequence[sp.Expr], chain: Chain, values: dict[sp.Symbol, sp.Rational]) -> None:
+        filled = [sp.expand(_simple_zero(condition).xreplace(values)) for condition in conditions]
+        wanted = [*filled, *(sp.diff(condition, q) for condition in filled for q in chain.q)]
+        self._program = compile_program([read(str(expression)) for expression in wanted])
+        self._sizes = np.array([_size(condition) for condition in filled])
+        self._joints = [q.name for q in chain.q]
+
+    def at(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return values (k x m) and slopes (k x m x n) at k configurations."""
+        k, m = len(q), len(self._sizes)
+        out = evaluate(self._program, dict(zip(self._joints, q.T, strict=True)), k)[0].real
+        return out[:m].T / self._sizes, out[m:].reshape(m, -1, k).transpose(2, 0, 1) / self._sizes[:, None]
+
+    def solved(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return for k starts whether steps lead to where all conditions hold, and the configurations (k x n)."""
+        q = q.copy()
+        for _ in range(STEPS):
+            values, slopes = self.at(q)
+            left = ~(np.abs(values).max(axis=1) < ON_IT)
+            if not left.any():
+                break
+            q[left] += _shortened(_step(slopes[left], values[left]))
+        return np.abs(self.at(q)[0]).max(axis=1) < ON_IT, q
+
+    def is_beside(self, q: np.ndarray) -> np.ndarray:
+        """Return of configurations whether conditions hold there, or so near that rounding made the difference."""
+        if not len(q):
+            return np.zeros(0, dtype=bool)
+        on_it, there = self.solved(q)
+        return np.asarray(on_it & (np.abs(there - q).max(axis=1) < BESIDE))
+
+
+def _size(condition: sp.Expr) -> float:
+    """Return the usual size of the numbers before the terms of a sum."""
+    terms = sp.Add.make_args(condition)
+    return max(sum(abs(float(term.as_coeff_Mul()[0])) for term in terms) / len(terms), 1e-12)
+
+
+def _simple_zero(condition: sp.Expr) -> sp.Expr:
+    """Return what has a simple zero where a (1 + cos x), a (1 - cos x) or the same of a sine have a double one.
+
+    Steps solve that to full precision. It is the cosine or sine of half the angle.
+    """
+    constant, rest = condition.as_coeff_Add()
+    factor, trig = rest.as_coeff_Mul()
+    if constant == 0 or abs(factor) != abs(constant) or not isinstance(trig, (sp.cos, sp.sin)):
+        return condition
+    angle = trig.args[0] if isinstance(trig, sp.cos) else trig.args[0] - sp.pi / 2
+    return sp.sin(angle / 2) if factor == -constant else sp.cos(angle / 2)
+
+
+def _step(slopes: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return the steps of least length that bring values to zero, to first order."""
+    return np.asarray(-(np.linalg.pinv(slopes, rcond=_LEAST) @ values[:, :, None])[:, :, 0])
+
+
+def _shortened(steps: np.ndarray) -> np.ndarray:
+    longest = np.abs(steps).max(axis=1, keepdims=True)
+    return np.asarray(steps * np.minimum(1.0, _LONGEST / np.maximum(longest, 1e-300)))
+
+
+class _Rank:
+    """J of a task in numbers, lengths in parts of the arm's reach, and its slopes; where it loses rank."""
+
+    def __init__(self, arm: NumericChain, task: Sequence[str]) -> None:
+        self._arm, self._rows = arm, [TASK_ROWS.index(row) for row in task]
+        self._turns = np.array([kind == "R" for kind in arm.kinds])
+        links = (
+            abs(a) + (abs(d) if kind == "R" else 0.3) for kind, (d, a, _) in zip(arm.kinds, arm.fixed, strict=True)
+        )
+        self._reach = max(sum(links) + float(np.abs(arm.offset[:3]).sum()), 1e-3)
+        self._units = np.where(self._turns, 1.0, self._reach)
+
+    def starts(self, count: int, draws: Stream) -> np.ndarray:
+        """Return configurations drawn at random, count x n."""
+        sizes = np.where(self._turns, np.pi, self._reach)
+        return np.array([[draws.uniform(-1, 1) for _ in sizes] for _ in range(count)]) * sizes
+
+    def _parts(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the linear and the angular parts of the columns at k configurations, each k x n x 3."""
+        columns = self._arm.jacobian(q).swapaxes(1, 2)
+        return columns[:, :, :3] / self._reach * self._units[:, None], columns[:, :, 3:]
+
+    def jacobian(self, q: np.ndarray) -> np.ndarray:
+        """Return J at k configurations, k x m x n."""
+        return np.asarray(np.concatenate(self._parts(q), axis=2)[:, :, self._rows].swapaxes(1, 2))
+
+    def is_lost(self, q: np.ndarray) -> np.ndarray:
+        """Return of k configurations whether J has less than full rank."""
+        sigma = np.linalg.svd(self.jacobian(q), compute_uv=False)
+        return np.asarray(sigma[:, -1] < LOST * np.maximum(sigma[:, 0], _TINY))
+
+    def search(self, q: np.ndarray, draws: Stream) -> np.ndarray:
+        """Return the configurations with lost rank to which k starts lead, at most k x n."""
+        (k, n), (m, _) = q.shape, self.jacobian(q[:1])[0].shape
+        u, _, vt = np.linalg.svd(self.jacobian(q))
+        vector = u[:, :, -1] if m <= n else vt[:, -1]
+        vector = vector + 0.1 * np.array([[draws.uniform(-1, 1) for _ in range(min(m, n))] for _ in range(k)])
+        q = q.copy()
+        for _ in range(STEPS):
+            values, slopes = self._equations(q, vector)
+            left = ~(np.abs(values).max(axis=1) < ON_IT)
+            if not left.any():
+                break
+            moved = _shortened(_step(slopes[left], values[left]))
+            q[left] += moved[:, :n] * self._units
+            vector[left] += moved[:, n:]
+        ended = np.abs(self._equations(q, vector)[0]).max(axis=1) < ON_IT
+        ended[ended] = self.is_lost(q[ended])
+        return np.asarray(q[ended])
+
+    def _equations(self, q: np.ndarray, vector: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return what has to be zero, and its slopes with respect to joints (slides in parts of the reach) and vector.
+
+        With at least as many joints as rows that is w^T J for a wrench w, else J v for joint rates v; and the size of
+        the vector, less one.
+        """
+        jacobian, turned = self.jacobian(q), self._turned(q)
+        if jacobian.shape[1] <= jacobian.shape[2]:
+            jacobian, turned = jacobian.swapaxes(1, 2), turned.swapaxes(1, 2)
+        values = (jacobian @ vector[:, :, None])[:, :, 0]
+        by_joint = np.einsum("kabj,kb->kaj", turned, vector)
+        size = (np.sum(vector**2, axis=1)[:, None] - 1) / 2
+        top = np.concatenate([by_joint, jacobian], axis=2)
+        below = np.concatenate([np.zeros((len(q), 1, q.shape[1])), vector[:, None]], axis=2)
+        return np.concatenate([values, size], axis=1), np.concatenate([top, below], axis=1)
+
+    def _turned(self, q: np.ndarray) -> np.ndarray:
+        """Return dJ/dq_j, k x m x n x n: columns turn with the joints before them, and the point with those behind."""
+        linear, angular = self._parts(q)
+        n = linear.shape[1]
+        by_before = cross(angular[:, None], linear[:, :, None])  # k x (column i) x (joint j) x 3, for j <= i
+        before = np.arange(n)[:, None] >= np.arange(n)
+        point = np.where(before[:, :, None], by_before, by_before.swapaxes(1, 2))
+        turns = np.where(before[:, :, None], cross(angular[:, None], angular[:, :, None]), 0.0)
+        whole = np.concatenate([point, turns], axis=3)[..., self._rows]
+        return np.asarray(whole.transpose(0, 3, 1, 2))

@@ -1,0 +1,579 @@
+"""An assignment folder: assignment.toml, roster.csv and the secret, read, checked, and explained where wrong."""
+
+import datetime
+import hashlib
+import os
+import unicodedata
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Any, Literal
+
+import pydantic
+
+from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS
+from qdot.exercises.arm.difficulty import HARDEST
+from qdot.exercises.arm.library import robot_path
+from qdot.exercises.arm.robot_file import read_robot_file
+from qdot.exercises.assignment.attempt_policy import LAST, Several, read_several
+from qdot.exercises.assignment.attempt_policy import RULE as SEVERAL
+from qdot.exercises.assignment.decimals import DECIMALS, read_decimals
+from qdot.exercises.assignment.gradebook import Gradebook, identifier_of, read_export
+from qdot.exercises.assignment.lateness import LATE, LateRule, aware, read_late
+from qdot.exercises.assignment.redrawn import Redraws, read_redrawn
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.files import is_changed_by_windows
+from qdot.exercises.common.input_file import TomlFile, read_table, read_text, read_toml
+from qdot.exercises.common.variation import AXES, DEFAULT, STEPS, named, of_axes
+from qdot.exercises.families import Family
+from qdot.exercises.families.own import own_family
+from qdot.exercises.formula.identity import Rounding
+from qdot.exercises.generation import (
+    check_questions,
+    family_named,
+    generate,
+    questions_of,
+    short_quiz,
+    student_problem_id,
+)
+from qdot.exercises.mistakes.catalogue import NO_OFTENER, OFTENER, Oftener, read_oftener
+from qdot.exercises.problem.credit import CREDIT, Credit, read_credit
+from qdot.exercises.problem.problem import (
+    BY_AXES,
+    ENGINE,
+    OF_ORDER,
+    Problem,
+    ProblemId,
+    convention_named,
+    twist_order_named,
+)
+from qdot.exercises.quizzes import ASKED
+
+FILE = "assignment.toml"
+SECRET_FILE = "secret.txt"  # noqa: S105 - a file's name
+SECRET_VARIABLE = "QDOT_SECRET"  # noqa: S105 - a variable's name
+_MISSING = "'qdot init' makes a folder that has one"
+NO_CLASS = "name the file that has your class, as Canvas, Moodle or a spreadsheet saves it"
+
+
+class ProblemEntry(pydantic.BaseModel):
+    """One [[problem]] of assignment.toml."""
+
+    model_config = pydantic.ConfigDict(extra="forbid", strict=True)
+    family: str | None = None
+    robot: str | None = None
+    questions: list[str] | str | None = None
+    points: list[float] | None = None
+    difficulty: int | list[int] | None = None
+    variation: str | list[str] | None = None
+    convention: str | None = None
+    twist_order: str | None = None
+    decimals: int | str | dict[str, int | str] | None = None
+    credit: str | float | dict[str, str | float] | None = None
+
+
+FEEDBACK = ("outcome", "mistake", "counterexample", "values", "solutions")
+"""How much a student is told of a wrong answer, from little to all."""
+
+
+class AssignmentFile(pydantic.BaseModel):
+    """assignment.toml as it stands."""
+
+    model_config = pydantic.ConfigDict(extra="forbid", strict=True)
+    title: str = pydantic.Field(pattern=r"\S")
+    key: str = pydantic.Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$", max_length=100)
+    due: datetime.datetime | None = None
+    late: dict[str, Any] | None = None
+    attempts: str | dict[str, Any] = "last"
+    feedback: Literal["outcome", "mistake", "counterexample", "values", "solutions"] = "counterexample"
+    follow_through: float = pydantic.Field(default=0.8, ge=0, le=1)
+    hints: bool = False
+    mistakes: dict[str, float] | None = None
+    sandbox: Literal["best", "strict"] = "best"
+    variation: str | list[str] = DEFAULT
+    convention: str | None = None
+    twist_order: str | None = None
+    problem: list[ProblemEntry] = pydantic.Field(min_length=1)
+
+
+TAKEN = "on Windows none may end in '.' or be called like a device (CON, PRN, AUX, NUL, COM1, LPT1, …)"
+
+RIGHT = {
+    "title": 'it is a text, as in title = "Velocity kinematics"',
+    "key": "it names the notebooks' files: at most 100 letters, digits, '.', '_' and '-', as in key = \"velocity\"",
+    "due": "it is a day with a time, without quotes, as in due = 2027-01-15T23:59:00+01:00",
+    "late": LATE,
+    "attempts": SEVERAL,
+    "feedback": 'it is "outcome", "mistake", "counterexample", "values" or "solutions"',
+    "follow_through": "it is the share of the points for what follows from a wrong earlier answer, from 0 to 1",
+    "hints": "it is true or false, without quotes: true puts three hints under every question, as in hints = true",
+    "mistakes": OFTENER,
+    "sandbox": '"strict" grades only where the system itself contains students\' code, "best" by what there is',
+    "problem": "problems are given as [[problem]] tables, one for each",
+    "family": 'it is the name of a family, as in family = "planar-2r"; `qdot families` lists them',
+    "robot": 'it is the name of a file, as in robot = "my-arm.toml", or of a real robot that `qdot robots` lists',
+    "questions": 'it is a list of names, as in questions = ["position", "jacobian"], which `qdot questions` lists, or '
+    '"quiz" for a short question of each form',
+    "points": "it is a list of positive numbers, one for each question, as in points = [1, 2]",
+    "decimals": DECIMALS,
+    "credit": CREDIT,
+    "variation": f'it is a step ({", ".join(STEPS)}), as in variation = "{DEFAULT}", or a list of axes, as in '
+    f'["lengths", "base"], out of {", ".join(AXES)}',
+    "convention": f"it is how arms are told, one of {', '.join(CONVENTIONS)}",
+    "twist_order": f"it is the order of twists of arms that are told by their axes, {' or '.join(TWIST_ORDERS)}",
+    "difficulty": f"it is a step from 0 to {HARDEST}, or a range, as in difficulty = [1, 2]",
+}
+"""What would be right for each key."""
+
+
+@dataclass(frozen=True)
+class Student:
+    """A line of the roster; `others` are its further columns as they stand, `due` a time of the student's own."""
+
+    id: str
+    name: str = ""
+    email: str = ""
+    others: tuple[tuple[str, str], ...] = ()
+    due: datetime.datetime | None = None
+
+
+@dataclass(frozen=True)
+class Slot:
+    """A place in the assignment: every student has a problem of this family with these questions here.
+
+    `band` bounds the difficulty; `robot` is a digest of the file of an instructor's own robot, empty for a family;
+    `variation` is how far arms lead away from the chapter's, `convention` how they are told, and `twist_order` the
+    order of their twists; `decimals` are the questions in which decimals may be rounded, and how far; `credit` those
+    for which it is said how an answer that is right in part is marked.
+    """
+
+    name: str
+    family: Family
+    questions: tuple[str, ...]
+    points: tuple[float, ...] | None
+    band: tuple[int, int] | None = None
+    robot: str = ""
+    variation: str = DEFAULT
+    convention: str = ""
+    twist_order: str = ""
+    decimals: tuple[tuple[str, Rounding], ...] = ()
+    credit: tuple[tuple[str, Credit], ...] = ()
+
+    @property
+    def max_points(self) -> tuple[float, ...]:
+        """What each question is worth, the same for every student."""
+        return self.points or tuple(ASKED[name].points for name in self.questions)
+
+    def identity(self, secret: str, student: str, draw: int = 1) -> ProblemId:
+        """Return the identity of a student's problem in this place; draws after the first have seeds of their own."""
+        place = self.name if draw == 1 else f"{self.name}/{draw}"
+        return student_problem_id(
+            secret, student, place, self.family.name, self.questions, self.band, self.variation, self.convention,
+            self.twist_order,
+        )  # fmt: skip
+
+    def problem(self, secret: str, student: str, draw: int = 1) -> Problem:
+        """Return a student's problem in this place."""
+        return self.problem_with(self.identity(secret, student, draw).seed)
+
+    def problem_with(self, seed: int) -> Problem:
+        """Return the problem of this place that a seed gives."""
+        identity = ProblemId(
+            self.family.name, seed, self.questions, band=self.band, variation=self.variation,
+            convention=self.convention, twist_order=self.twist_order,
+        )  # fmt: skip
+        made = generate(identity, points=self.points, family=self.family)
+        allowed, credit = dict(self.decimals), dict(self.credit)
+        return replace(
+            made,
+            parts=tuple(
+                replace(part, rounding=allowed.get(part.name), credit=credit.get(part.name)) for part in made.parts
+            ),
+        )
+
+
+@dataclass(frozen=True)
+class Assignment:
+    """An assignment, its roster and its secret; `notes` tell the staff what is probably a mistake.
+
+    `gradebook` is a platform's own export, where roster.csv is one; `redrawn` says whose problems are no first draws.
+    """
+
+    folder: Path
+    title: str
+    key: str
+    slots: tuple[Slot, ...]
+    roster: tuple[Student, ...]
+    secret: str
+    due: datetime.datetime | None = None
+    feedback: str = "counterexample"
+    notes: tuple[str, ...] = ()
+    follow_through: Fraction = Fraction(4, 5)
+    hints: bool = False
+    late: LateRule | None = None
+    attempts: Several = LAST
+    sandbox: str = "best"
+    gradebook: Gradebook | None = None
+    redrawn: Redraws = field(default_factory=dict)
+    oftener: Oftener = field(default_factory=lambda: NO_OFTENER)
+
+    def __repr__(self) -> str:
+        return f"Assignment({self.key}: {len(self.slots)} problems, {len(self.roster)} students)"
+
+    def due_of(self, student: Student) -> datetime.datetime | None:
+        """Return when a student's work is due, with its zone; None where nothing is."""
+        due = student.due or self.due
+        return None if due is None else aware(due, None if self.due is None else self.due.tzinfo)
+
+    def varied(self, variation: str) -> "Assignment":
+        """Return the same with arms of another variation in all places. Raises QdotError where one can't be asked."""
+        slots = []
+        for slot in self.slots:
+            slots.append(replace(slot, variation=named(variation)))
+            try:
+                check_questions(slot.family, slot.questions, slot.band, slots[-1].variation, slot.convention)
+            except QdotError as error:
+                raise QdotError(f"{slot.name}, with variation {slots[-1].variation}: {error}") from None
+        return replace(self, slots=tuple(slots))
+
+    def problems(self, student: str) -> list[tuple[str, Problem]]:
+        """Return the student's problems, each with the name of its slot; the same at every call, on every machine."""
+        return [(slot.name, slot.problem(self.secret, student, self.draw_of(slot, student))) for slot in self.slots]
+
+    def identity(self, slot: Slot, student: str) -> ProblemId:
+        """Return the identity of the problem that a student has in a place."""
+        return slot.identity(self.secret, student, self.draw_of(slot, student))
+
+    def draw_of(self, slot: Slot, student: str) -> int:
+        """Return which draw of a student's problem it is that can be certified, as far as is known."""
+        redraw = self.redrawn.get((student, slot.name))
+        return redraw.draw if redraw is not None and redraw.family == slot.family.name else 1
+
+    @property
+    def marking(self) -> str:
+        """A short text that changes whenever an answer may earn something else, or be told another mistake.
+
+        What is late is another matter.
+        """
+        oftener = sorted(self.oftener.items())
+        return _short_hash(repr((self.follow_through, [slot.credit for slot in self.slots], oftener)))
+
+    @property
+    def digest(self) -> str:
+        """A short text that changes whenever the problems do (engine, secret, key, families, questions …)."""
+        slots = [
+            (slot.name, slot.family.name, slot.questions, slot.band, slot.robot, slot.variation)
+            + ((slot.convention,) if slot.convention else ())
+            + ((slot.twist_order,) if slot.twist_order else ())
+            for slot in self.slots
+        ]
+        return _short_hash(repr((ENGINE, self.secret, self.key, slots)))
+
+    @property
+    def edition(self) -> str:
+        """A short text that changes whenever the notebooks do: with the digest, the title, the points or the hints."""
+        hinted = ("hints",) if self.hints else ()  # so that notebooks without hints are what they were before these
+        return _short_hash(
+            repr((self.digest, self.title, [(slot.points, slot.decimals) for slot in self.slots], *hinted))
+        )
+
+    @property
+    def secret_mark(self) -> str:
+        """A short text by which a notebook knows the secret that it was made with, without telling it."""
+        return _short_hash(repr((self.secret, "mark", self.key)))
+
+    def digest_of(self, student: str) -> str:
+        """Return the digest that a student's notebook has: another where a problem of the student's was drawn anew."""
+        return self._own(self.digest, student)
+
+    def edition_of(self, student: str) -> str:
+        """Return the edition that a student's notebook has."""
+        return self._own(self.edition, student)
+
+    def _own(self, of_all: str, student: str) -> str:
+        redrawn = [(slot.name, draw) for slot in self.slots if (draw := self.draw_of(slot, student)) != 1]
+        return _short_hash(repr((of_all, redrawn))) if redrawn else of_all
+
+
+def _short_hash(content: str) -> str:
+    return hashlib.sha256(content.encode()).hexdigest()[:16]
+
+
+def load_assignment(folder: Path) -> Assignment:
+    """Read and check an assignment folder. Raises QdotError with the file, the line, and the place or key.
+
+    >>> import tempfile
+    >>> from qdot.exercises.assignment.release import init_assignment
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     init_assignment(Path(folder) / "week-3", "Week 3", "week-3")
+    ...     load_assignment(Path(folder) / "week-3")
+    Assignment(week-3: 4 problems, 2 students)
+    """
+    _check_folder(folder)
+    file = read_toml(folder / FILE, _MISSING, float)
+    content = _checked(file)
+    if content.key.lower().endswith(".ipynb"):
+        with file.at("key"):
+            raise QdotError(f'it is written without .ipynb, as in key = "{content.key[:-6]}"')
+    if is_changed_by_windows(content.key):
+        with file.at("key"):
+            raise QdotError(f'it names the notebooks\' files, and {TAKEN}; as in key = "velocity"')
+    with file.at("late"):
+        late = read_late(content.late, content.due)
+    with file.at("attempts"):
+        attempts = read_several(content.attempts)
+    notes: list[str] = []
+    with file.at("mistakes"):
+        oftener = read_oftener(content.mistakes)
+    with file.at("variation"):
+        variation = _variation(content.variation)
+    with file.at("convention"):
+        convention = _convention(content.convention)
+    with file.at("twist_order"):
+        usual = _Usual(variation, convention, _twist_order(content.twist_order))
+    slots = tuple(_slot(file, index, entry, usual, notes) for index, entry in enumerate(content.problem))
+    with file.at("twist_order"):
+        if content.twist_order is not None and not any(map(_is_told_by_axes, slots)):
+            raise QdotError(f"no arm of this assignment is told by its axes; {OF_ORDER}")
+    roster = folder / "roster.csv"
+    students, export = read_roster(roster), read_export(roster)
+    return Assignment(
+        folder, content.title, content.key, slots, students, read_secret(folder),
+        content.due, content.feedback, tuple(notes), Fraction(str(content.follow_through)),
+        content.hints, late, attempts, content.sandbox, None if export is None else export.gradebook,
+        read_redrawn(folder), oftener,
+    )  # fmt: skip
+
+
+def _check_folder(folder: Path) -> None:
+    """Raise QdotError where something is named that is no folder, or that is in an assignment's."""
+    above = folder.parent if folder.name else folder / ".."
+    if folder.exists() and not (folder / FILE).exists() and (above / FILE).is_file():
+        raise QdotError(f"{folder} is in an assignment's folder; name that folder, {above}")
+    if not folder.is_dir():
+        raise QdotError(f"{folder} is not a folder; 'qdot init {folder}' makes one")
+
+
+def _checked(file: TomlFile) -> AssignmentFile:
+    """Return the file as it should be. Raises QdotError for a misspelt key, before any that is missing or wrong."""
+    file.check_keys((), tuple(AssignmentFile.model_fields), ("title", "key", "problem"))
+    problems = file.content["problem"]
+    for index, table in enumerate(problems if isinstance(problems, list) else []):
+        if isinstance(table, dict):
+            file.check_keys(
+                ("problem", index), tuple(ProblemEntry.model_fields), (), tuple(AssignmentFile.model_fields)
+            )
+    try:
+        return AssignmentFile.model_validate(file.content)
+    except pydantic.ValidationError as error:
+        location = error.errors()[0]["loc"]
+    place = location[:3] if location[0] == "problem" else location[:1]
+    with file.at(*place):
+        raise QdotError(RIGHT[str(place[-1])] if isinstance(place[-1], str) else RIGHT["problem"])
+
+
+@dataclass(frozen=True)
+class _Usual:
+    """What the assignment says for all its problems; no convention, and no order, where it says nothing of one."""
+
+    variation: str
+    convention: str | None
+    twist_order: str | None
+
+
+def _slot(file: TomlFile, index: int, entry: ProblemEntry, usual: _Usual, notes: list[str]) -> Slot:
+    """Return a place in the assignment, with the assignment's variation and convention unless it has its own.
+
+    An instructor's robot is told as its file has it where neither says anything. What is odd about the robot goes into
+    `notes`. Raises QdotError.
+    """
+    place = ("problem", index)
+    variation = usual.variation
+    with file.at(*place):
+        if (entry.family is None) == (entry.robot is None):
+            raise QdotError('each [[problem]] has either family = "planar-2r" or robot = "my-arm.toml"')
+    if entry.family is not None:
+        with file.at(*place, "family"):
+            family, robot = family_named(entry.family), ""
+    else:
+        with file.at(*place, "robot"):
+            family, robot = _own(robot_path(str(entry.robot), file.path.parent), notes)
+    if entry.variation is not None:
+        with file.at(*place, "variation"):
+            variation = _variation(entry.variation)
+    with file.at(*place, "convention"):
+        said = _convention(entry.convention) or usual.convention or ""
+    convention = said if robot or not said else convention_named(said)  # a robot's own may be another than the usual
+    with file.at(*place, "twist_order"):
+        twist_order = _order(entry, usual, family, convention)
+    with file.at(*place, "difficulty"):
+        band = _band(entry.difficulty)
+        if band is not None:
+            check_questions(family, (), band, variation, convention)
+    with file.at(*place, "family" if entry.questions is None else "questions"):
+        if isinstance(entry.questions, str) and entry.questions != "quiz":
+            raise QdotError(RIGHT["questions"])
+        if family.varied and (not entry.questions or entry.questions == "quiz"):
+            raise QdotError(
+                'its arms are of many kinds; name the questions that all are asked, as in questions = ["jacobian"]'
+            )
+        if entry.questions == []:
+            raise QdotError("it names no question; leave the key out to ask all that apply")
+        if isinstance(entry.questions, list) and "quiz" in entry.questions:
+            raise QdotError(
+                'a quiz stands alone and without brackets, as in questions = "quiz"; give other questions a '
+                "[[problem]] of their own, or name its short questions one by one"
+            )
+        questions = _asked(family, entry.questions, convention)
+        check_questions(family, questions, band, variation, convention)
+    points = None if entry.points is None else tuple(entry.points)
+    with file.at(*place, "points"):
+        _check_points(points, len(questions))
+    with file.at(*place, "decimals"):
+        decimals = read_decimals(entry.decimals, questions)
+    with file.at(*place, "credit"):
+        credit = read_credit(entry.credit, questions)
+    return Slot(
+        f"p{index + 1}", family, questions, points, band, robot, variation, convention, twist_order, decimals, credit
+    )
+
+
+def _variation(said: str | list[str]) -> str:
+    return named(said) if isinstance(said, str) else of_axes(said)
+
+
+def _convention(said: str | None) -> str | None:
+    """Return a convention as it is said. Raises QdotError for one that is none."""
+    return said if said is None else convention_named(said) or said
+
+
+def _twist_order(said: str | None) -> str | None:
+    """Return an order of twists as it is said. Raises QdotError for one that is none."""
+    return said if said is None else twist_order_named(said) or said
+
+
+def _order(entry: ProblemEntry, usual: _Usual, family: Family, convention: str) -> str:
+    """Return the order of twists of a problem, none for arms that are told by tables.
+
+    Of a robot whose file has an order, that is the file's own unless the assignment says another. Raises QdotError.
+    """
+    said = _twist_order(entry.twist_order) or usual.twist_order or ""
+    if (convention or _convention_of(family)) == BY_AXES:
+        own = family.robot != ""  # its file may have another order than the usual one
+        return said if own or not said else twist_order_named(said)
+    if entry.twist_order is not None:
+        raise QdotError(f"its arms are told by tables; {OF_ORDER}")
+    return ""
+
+
+def _is_told_by_axes(slot: Slot) -> bool:
+    return (slot.convention or _convention_of(slot.family)) == BY_AXES
+
+
+def _convention_of(family: Family) -> str:
+    """Return how a family tells its arms: a table, unless the file of a robot says otherwise."""
+    return family.plain.convention if family.plain is not None else CONVENTIONS[0]
+
+
+def _asked(family: Family, said: list[str] | str | None, convention: str) -> tuple[str, ...]:
+    if said is None:
+        return questions_of(family, convention)
+    return short_quiz(family, convention) if isinstance(said, str) else tuple(said)
+
+
+def _check_points(points: tuple[float, ...] | None, questions: int) -> None:
+    if points is not None and len(points) != questions:
+        of_all = f"{len(points)} {'number' if len(points) == 1 else 'numbers'} for {questions} "
+        asked = f"{of_all}{'question' if questions == 1 else 'questions'}"
+        raise QdotError(f"{asked}; it is a list of positive numbers, one for each, as in points = {[1] * questions}")
+    if points is not None and any(not 0 < number < 1e6 for number in points):
+        raise QdotError(RIGHT["points"])
+
+
+def _own(path: Path, notes: list[str]) -> tuple[Family, str]:
+    """Return the family of a robot that a file describes, and the digest of that file."""
+    robot = read_robot_file(path)
+    notes += robot.notes
+    return own_family(path, robot), _short_hash(path.read_text(encoding="utf-8", errors="replace"))
+
+
+def _band(difficulty: int | list[int] | None) -> tuple[int, int] | None:
+    """Return the least and greatest step of difficulty."""
+    if difficulty is None:
+        return None
+    ends = [difficulty, difficulty] if isinstance(difficulty, int) else difficulty
+    if len(ends) != 2 or not 0 <= ends[0] <= ends[1] <= HARDEST:
+        raise QdotError(RIGHT["difficulty"])
+    return ends[0], ends[1]
+
+
+def read_roster(path: Path, missing: str = _MISSING) -> tuple[Student, ...]:
+    """Read roster.csv: the first column is `student`; others may follow. Commas or semicolons separate.
+
+    What Canvas or Moodle exports is a roster, too. Where there is no such file, `missing` says what to do.
+    """
+    students: list[Student] = []
+    lines: dict[str, int] = {}
+    for number, cells in roster_table(path, missing):
+        where = f"{path}: line {number}"
+        identifier = identifier_of(cells["student"])
+        _check_identifier(where, identifier)
+        folded = identifier.casefold()  # two folders that differ in case only are one on many disks
+        if folded in lines:
+            raise QdotError(f"{where}: student {identifier!r} is already on line {lines[folded]}")
+        lines[folded] = number
+        others = tuple((k, v) for k, v in cells.items() if k not in ("student", "name", "email"))
+        due = _due(where, cells.get("due", "").strip())
+        students.append(Student(identifier, cells.get("name", "").strip(), cells.get("email", "").strip(), others, due))
+    if not students:
+        raise QdotError(f"{path}: no student is listed; write one a line below the header")
+    return tuple(students)
+
+
+def roster_table(path: Path, missing: str = _MISSING) -> list[tuple[int, dict[str, str]]]:
+    """Return the lines of a roster, or of an export that is one: the number of each, and its cells by column."""
+    export = read_export(path)
+    return read_table(path, "student", "student,name,email", missing) if export is None else export.table
+
+
+def _due(where: str, said: str) -> datetime.datetime | None:
+    """Return the time at which a student's work is due who has longer (or less time) than others."""
+    if not said:
+        return None
+    try:
+        if ":" in said:  # a day alone would mean its first minute
+            return datetime.datetime.fromisoformat(said)
+    except ValueError:
+        pass
+    raise QdotError(f"{where}: due = {said!r}: it is a day with a time, as in 2027-01-20T23:59:00+01:00, or empty")
+
+
+def _check_identifier(where: str, identifier: str) -> None:
+    if not identifier:
+        raise QdotError(f"{where}: the first cell, the student's identifier, is empty")
+    bad = [ch for ch in identifier if ch in '/\\:*?"<>|' or unicodedata.category(ch)[0] == "C"]
+    if bad or identifier.startswith((".", "-")) or len(identifier) > 100:
+        raise QdotError(
+            f"{where}: {identifier!r} can't be a student's identifier; it names folders, so it has at most "
+            "100 characters, does not start with '.' or '-', and has no / \\ : * ? \" < > |"
+        )
+    if is_changed_by_windows(identifier):
+        raise QdotError(f"{where}: {identifier!r} can't be a student's identifier; it names folders, and {TAKEN}")
+
+
+def read_secret(folder: Path) -> str:
+    """Return the assignment's secret, from its file or from the environment."""
+    path = folder / SECRET_FILE
+    given = os.environ.get(SECRET_VARIABLE, "").strip()
+    if not path.exists() and given:
+        secret, source = given, f"${SECRET_VARIABLE}"
+    elif path.exists():
+        secret, source = read_text(path).strip(), str(path)
+    else:
+        raise QdotError(
+            f"{path}: there is no such file; without the secret the students' problems can't be regenerated. Put back "
+            f"the file that 'qdot init' made (keep a copy of it), or set {SECRET_VARIABLE}"
+        )
+    if len(secret) < 16:
+        raise QdotError(f"{source}: {len(secret)} characters; a secret has at least 16")
+    return secret

@@ -1,0 +1,58 @@
+"""What an assignment allows decimals to be off: `decimals` of a [[problem]], for all its questions or by question."""
+
+import re
+from collections.abc import Mapping, Sequence
+from math import isfinite, radians
+
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.formula.identity import Rounding
+
+DECIMALS = (
+    'it is "exact", a number of significant digits from 2 to 12, as in decimals = 3, a tolerance with its unit, as in '
+    'decimals = "0.01 rad/s", or a table of these by question, as in decimals = {jacobian = 4, joint-rates = "1 deg/s"}'
+)
+UNITS = {
+    **{"m": 1.0, "cm": 0.01, "mm": 0.001, "rad": 1.0, "deg": radians(1), "s": 1.0, "N": 1.0, "Nm": 1.0},
+    **{"m/s": 1.0, "cm/s": 0.01, "mm/s": 0.001, "rad/s": 1.0, "deg/s": radians(1), "m^2": 1.0, "m^3": 1.0},
+}
+"""Units of tolerances, in those of the answers."""
+
+_WORDS = ("two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
+
+
+def read_decimals(
+    policy: int | str | Mapping[str, int | str] | None, questions: Sequence[str]
+) -> tuple[tuple[str, Rounding], ...]:
+    """Return what decimals may be off, for the questions for which that is said. Raises QdotError.
+
+    >>> read_decimals({"jacobian": 4}, ["position", "jacobian"])
+    (('jacobian', Rounding(relative=0.0005, absolute=0.0, words='to four significant digits')),)
+    """
+    if isinstance(policy, Mapping):
+        unknown = next((name for name in policy if name not in questions), None)
+        if unknown is not None:
+            raise QdotError(f"{unknown!r} is none of the questions of this problem, {', '.join(questions)}")
+        by_question = dict(policy)
+    else:
+        by_question = dict.fromkeys(questions, "exact" if policy is None else policy)
+    allowed = ((name, _rounding(by_question.get(name, "exact"))) for name in questions)
+    return tuple((name, rounding) for name, rounding in allowed if rounding is not None)
+
+
+def _rounding(said: int | str) -> Rounding | None:
+    """Return what is allowed; None for "exact", with which every question keeps its own rule."""
+    if said == "exact":
+        return None
+    if isinstance(said, int):
+        if isinstance(said, bool) or not 2 <= said <= 12:
+            raise QdotError(DECIMALS)
+        return Rounding(5.0 * 10.0**-said, 0.0, f"to {_WORDS[said - 2]} significant digits")
+    match = re.fullmatch(r"\s*(\d*\.?\d+(?:[eE][-+]?\d+)?)\s*([A-Za-z]\S*)\s*", said)
+    if match is None:
+        raise QdotError(DECIMALS)
+    if match.group(2) not in UNITS:
+        raise QdotError(f"{match.group(2)!r} is no unit of a tolerance; known: {', '.join(UNITS)}")
+    amount = float(match.group(1))
+    if not (isfinite(amount) and amount > 0):
+        raise QdotError(f"a tolerance is more than 0; {DECIMALS}")
+    return Rounding(0.0, amount * UNITS[match.group(2)], f"within {match.group(1)} {match.group(2)}")

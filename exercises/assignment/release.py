@@ -1,0 +1,255 @@
+"""An assignment's folder made new, and its notebooks written, one for the student and one for the staff."""
+
+import os
+import re
+import secrets
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from qdot.exercises.assignment.assignment import NO_CLASS, SECRET_FILE, Assignment, Student, read_roster
+from qdot.exercises.assignment.draws import GivenUp, Vouch, draws_of, own_failure, recorded
+from qdot.exercises.assignment.redrawn import REDRAWN, Redraw
+from qdot.exercises.assignment.sets import DEFAULT_SET, SETS, ProblemSet
+from qdot.exercises.assignment.store import keep, store_path
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.files import made_lasting, make_folder, tidied, write_atomically
+from qdot.exercises.common.parallel import ordered_map
+from qdot.exercises.common.variation import DEFAULT
+from qdot.exercises.notebook.notebook import notebook_text, solution_notebook, student_notebook
+from qdot.exercises.problem.problem import Problem
+from qdot.exercises.writing.render import render
+
+if TYPE_CHECKING:
+    from nbformat import NotebookNode
+
+EXAMPLE_STUDENTS = (Student("s001", "Ada Example", "ada@example.org"), Student("s002", "Bo Example", "bo@example.org"))
+
+
+def init_assignment(
+    folder: Path, title: str, key: str, students: Sequence[Student] = EXAMPLE_STUDENTS, secret: str | None = None,
+    roster: Path | None = None, problems: ProblemSet = SETS[DEFAULT_SET],
+) -> None:  # fmt: skip
+    """Make a new assignment folder. Raises QdotError where one is there already: nothing is overwritten.
+
+    `roster` is a file that becomes roster.csv as it stands, in the place of `students`; `problems` is what is asked.
+    """
+    if roster is not None:
+        read_roster(roster, NO_CLASS)
+    names = ("assignment.toml", "roster.csv", ".gitignore", SECRET_FILE, "README.md")
+    there = [name for name in names if (folder / name).exists()]
+    if there:
+        raise QdotError(f"{folder} has {', '.join(there)} already; name a new folder")
+    context = {
+        "title": title, "key": key, "students": students, "secret_file": SECRET_FILE, "set": problems,
+        "default_variation": DEFAULT,
+    }  # fmt: skip
+    write_atomically(folder / SECRET_FILE, (secret or secrets.token_hex(32)) + "\n", mode=0o600)
+    listed = render("init/roster.csv.j2", **context) if roster is None else roster.read_bytes()
+    write_atomically(folder / "roster.csv", listed)
+    write_atomically(folder / ".gitignore", render("init/gitignore.j2", **context))
+    write_atomically(folder / "README.md", render("init/README.md.j2", **context))
+    make_folder(folder / "submitted")
+    write_atomically(folder / "assignment.toml", render("init/assignment.toml.j2", **context))
+
+
+Maker = Callable[[str, str, str, Sequence[tuple[str, Problem]], bool], "NotebookNode"]
+KINDS = ("released", "solutions")
+"""The folders that the notebooks of a student are in: the one to hand out, and the staff's."""
+
+
+@dataclass(frozen=True)
+class Released:
+    """What became of one student's notebooks: "written", "kept" (up to date already), "completed" or "rewritten".
+
+    Completed is what lacked a file, as an earlier run was stopped: no notebook to hand out is another than it was.
+    Rewritten is one that changed since it was written. "Left out" is a student for whom there is no notebook, as
+    problems were `given_up`; "redrawn" one for whom nothing is written yet, as draws have to be on record before that.
+    """
+
+    student: str
+    outcome: str
+    redrawn: Mapping[str, Redraw] = field(default_factory=dict)
+    given_up: tuple[GivenUp, ...] = ()
+
+
+@dataclass(frozen=True)
+class Certifier:
+    """Who certifies: `record` returns what is kept of a problem that passes (see `Vouch`).
+
+    `text` is the certificate of a student with these records, by place, and this notebook.
+    """
+
+    record: Vouch[Any]
+    text: Callable[[Assignment, str, Mapping[str, Any], "NotebookNode"], str]
+
+
+def certificate_path(assignment: Assignment, student: str) -> Path:
+    """Return where the certificate of a student's problems is kept."""
+    return assignment.folder / "certificates" / student / f"{assignment.key}.json"
+
+
+def notebook_path(assignment: Assignment, student: str, kind: str = "released") -> Path:
+    """Return where a student's notebook is: the one "released", or the staff's, in "solutions"."""
+    return assignment.folder / kind / student / f"{assignment.key}.ipynb"
+
+
+def release_one(work: tuple[Assignment, Certifier], student: str) -> Released:
+    """Certify the problems of one student and write both notebooks, unless all is there from this very assignment.
+
+    Where another draw of a problem is needed than the assignment says, it is returned, and nothing is written.
+    """
+    assignment, certifier = work
+    if is_up_to_date(assignment, student):
+        return Released(student, "kept")
+    draws = draws_of(assignment, student, certifier.record)
+    if draws.given_up:
+        return Released(student, "left out", given_up=draws.given_up)
+    redrawn = draws.redrawn(assignment)
+    if redrawn:
+        return Released(student, "redrawn", redrawn)
+    problems = [(slot, drawn.problem) for slot, drawn in draws.drawn.items()]
+    try:
+        notebooks = _notebooks(assignment, student, problems)
+    except (QdotError, OSError, MemoryError):
+        raise
+    except Exception as error:
+        return Released(student, "left out", given_up=(_unwritable(assignment, student, problems, error),))
+    records = {slot: drawn.vouched for slot, drawn in draws.drawn.items()}
+    outcome = _write(assignment, student, notebooks, certifier.text(assignment, student, records, notebooks[0]))
+    keep(assignment, student, problems)
+    return Released(student, outcome)
+
+
+def _write(assignment: Assignment, student: str, notebooks: "Sequence[NotebookNode]", certified: str) -> str:
+    """Write certificate and notebooks, and return what becomes of them by that."""
+    released, solved = (notebook_path(assignment, student, kind) for kind in KINDS)
+    to_hand_out, solution = map(notebook_text, notebooks)
+    there = _content(released)
+    # Where the solution alone is an old one, a run was stopped after it had changed the notebook, and told nobody.
+    if there not in (None, "", to_hand_out) or _edition(solved) not in ("", assignment.edition_of(student)):
+        outcome = "rewritten"
+    else:
+        outcome = "written" if there is None and not solved.exists() else "completed"
+    write_atomically(certificate_path(assignment, student), certified, mode=0o600, lasting=False)
+    if there != to_hand_out:
+        write_atomically(released, to_hand_out, lasting=False)
+    write_atomically(solved, solution, mode=0o600, lasting=False)
+    return outcome
+
+
+def _unwritable(
+    assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]], error: Exception
+) -> GivenUp:
+    """Return which problem it is whose notebook can't be made."""
+    for slot, problem in problems:
+        try:
+            _notebooks(assignment, student, [(slot, problem)])
+        except Exception as its_own:
+            return GivenUp(student, slot, problem.id.family, own_failure(its_own))
+    return GivenUp(student, problems[0][0], problems[0][1].id.family, own_failure(error))
+
+
+def _notebooks(
+    assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]]
+) -> "tuple[NotebookNode, NotebookNode]":
+    """Return the notebook to hand out and the staff's, in which the same texts stand."""
+    handed_out = _notebook(student_notebook, assignment, student, problems)
+    return handed_out, _notebook(partial(solution_notebook, handed_out=handed_out), assignment, student, problems)
+
+
+def _notebook(
+    make: Maker, assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]]
+) -> "NotebookNode":
+    notebook = make(assignment.title, assignment.key, student, problems, assignment.hints)
+    notebook.metadata["qdot"].update(
+        digest=assignment.digest_of(student), edition=assignment.edition_of(student), secret=assignment.secret_mark
+    )
+    return notebook
+
+
+def is_up_to_date(assignment: Assignment, student: str) -> bool:
+    """Return whether a student's notebooks and certificate are all there, from this very assignment."""
+    paths = [*(notebook_path(assignment, student, kind) for kind in KINDS), certificate_path(assignment, student)]
+    return all(_edition(path) == assignment.edition_of(student) for path in paths)
+
+
+def is_released(assignment: Assignment, student: str) -> bool:
+    """Return whether a student's notebook is in released/, from this very assignment."""
+    return _edition(notebook_path(assignment, student)) == assignment.edition_of(student)
+
+
+def released_text(assignment: Assignment, student: str) -> str:
+    """Return a student's notebook as it is in released/."""
+    return _content(notebook_path(assignment, student)) or ""
+
+
+def new_handout(assignment: Assignment, student: str) -> str:
+    """Return the notebook to hand out, made of a student's problems, which have been certified (`drawing.settled`)."""
+    return notebook_text(handout(assignment, student, assignment.problems(student)))
+
+
+def handout(assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]]) -> "NotebookNode":
+    """Return the notebook that holds these problems of a student, as it would be handed out."""
+    return _notebook(student_notebook, assignment, student, problems)
+
+
+def _content(path: Path) -> str | None:
+    """Return the text of a file as it stands, None where there is no file; what can't be read is empty."""
+    try:
+        return path.read_bytes().decode(errors="replace")
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    except OSError:
+        return ""
+
+
+def _edition(path: Path) -> str:
+    """Return the edition that a notebook or a certificate was made from, empty where there is none to be read."""
+    match = re.search(r'"edition": "([^"]*)"', _content(path) or "")
+    return match.group(1) if match else ""
+
+
+def release(assignment: Assignment, certifier: Certifier, jobs: int, each: Callable[[Released], None]) -> Assignment:
+    """Write the notebooks of the whole class on `jobs` processes, and return the assignment with its draws.
+
+    `each` is told of every student, in roster order, those whose problems are drawn anew after the others: their
+    draws are in redrawn.csv before their notebooks are anywhere. A rerun after a stop goes on where it was: what is up
+    to date is kept, and files that it had only begun are removed.
+    """
+    students = [student.id for student in assignment.roster]
+    notebooks = [notebook_path(assignment, student, kind) for student in students for kind in KINDS]
+    others = [path(assignment, student) for student in students for path in (certificate_path, store_path)]
+    with (
+        tidied([*notebooks, *others, assignment.folder / REDRAWN]),
+        made_lasting(assignment.folder) as now_and_then,
+    ):
+        while students:
+            again: list[str] = []
+            with closing(ordered_map(release_one, students, jobs, _both, (assignment, certifier))) as every:
+                for released in every:
+                    now_and_then()
+                    if released.outcome == "redrawn":
+                        assignment = recorded(assignment, released.student, released.redrawn)
+                        again.append(released.student)
+                    else:
+                        each(released)
+            students = again
+    return assignment
+
+
+def _both(assignment: Assignment, certifier: Certifier) -> tuple[Assignment, Certifier]:
+    return assignment, certifier
+
+
+def _cores() -> int:
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+CORES = _cores()
+"""The number of cores that this process may use."""

@@ -1,0 +1,158 @@
+"""What every command shares: where results and progress go, and how errors end."""
+
+import re
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from qdot.exercises.common.completion import among
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.variation import AXES, DEFAULT, STEPS
+
+if TYPE_CHECKING:  # it is loaded where there is a terminal
+    from rich.progress import Progress
+
+
+def _variation(default: str) -> Any:
+    said = f"How far arms lead away from the chapter's: {', '.join(STEPS)}, or axes as in lengths+base; default: "
+    return typer.Option("--variation", help=f"{said}{default}.", autocompletion=among(STEPS, AXES, between="+"))
+
+
+VariationOption = Annotated[str, _variation(f"what the id says, else {DEFAULT}")]
+BankVariationOption = Annotated[str, _variation("what assignment.toml says")]
+SiteVariationOption = Annotated[str, _variation("one step after the other, or what assignment.toml says")]
+
+_CONTROLS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
+
+
+def printable(text: str) -> str:
+    r"""Return the text with what would control a terminal, turn the direction of the text, or is no text, written out.
+
+    >>> print(printable("name\x1b[2J"))
+    name\u001b[2J
+    """
+    return _CONTROLS.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
+
+
+def say(text: str) -> None:
+    """Write a result to standard output, ending in one line break."""
+    text = printable(text)
+    sys.stdout.write(text if text.endswith("\n") else text + "\n")
+    sys.stdout.flush()
+
+
+def note(text: str) -> None:
+    """Tell the user something beside the results, on standard error."""
+    sys.stderr.write(printable(text) + "\n")
+
+
+EVERY = 60.0
+"""Seconds between two lines of progress where standard error is no terminal."""
+
+
+@contextmanager
+def progress(title: str, total: int) -> Iterator["Counter"]:
+    """Show on standard error how far the block is through `total` items.
+
+    On a terminal this is a bar with rate and time left; elsewhere, as in the log of a CI, a line a minute.
+    """
+    if not sys.stderr.isatty():
+        yield Counter(title, total)
+        return
+    from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
+    columns = (
+        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[rate]}"),
+        TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn(),
+    )  # fmt: skip
+    with Progress(*columns, console=Console(stderr=True), auto_refresh=False) as bar:
+        counter = BarCounter(bar, title, total)
+        try:
+            yield counter
+        finally:
+            counter.close()
+
+
+@contextmanager
+def working(title: str) -> Iterator[None]:
+    """Show on a terminal what the block works on, and for how long; nothing of it stays."""
+    if not sys.stderr.isatty():
+        yield
+        return
+    from rich.console import Console
+    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    columns = SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, transient=True, redirect_stdout=False) as bar:
+        bar.add_task(title, total=None)
+        yield
+
+
+class Counter:
+    """Counts what is done, and tells of it once in a while."""
+
+    def __init__(self, title: str, total: int) -> None:
+        self._title, self._total, self._done = title, total, 0
+        self._due = time.monotonic() + EVERY
+
+    def step(self) -> None:
+        """Count one more."""
+        self._done += 1
+        if time.monotonic() >= self._due:
+            note(f"{self._title}: {self._done} of {self._total}")
+            self._due += EVERY
+
+
+class BarCounter(Counter):
+    """Counts what is done on a progress bar.
+
+    The thread that draws it begins with the first step: by then processes are forked, which is done without threads.
+    """
+
+    def __init__(self, bar: "Progress", title: str, total: int) -> None:
+        super().__init__(title, total)
+        self._bar, self._task = bar, bar.add_task(title, total=total, rate="")
+        self._closed = threading.Event()
+        self._thread: threading.Thread | None = None
+        bar.refresh()
+
+    def close(self) -> None:
+        """Draw it for the last time."""
+        self._closed.set()
+        if self._thread is not None:
+            self._thread.join()
+        self._bar.refresh()
+
+    def _draw(self) -> None:
+        while not self._closed.wait(0.1):
+            self._bar.refresh()
+
+    def step(self) -> None:
+        """Count one more."""
+        if self._thread is None:
+            self._thread = threading.Thread(target=self._draw, daemon=True)
+            self._thread.start()
+        task = self._bar.tasks[0]
+        rate = "" if not task.finished_speed and not task.speed else f"{task.finished_speed or task.speed:.1f}/s"
+        self._bar.update(self._task, advance=1, rate=rate)
+
+
+def one_of(value: str, allowed: tuple[str, ...], option: str) -> str:
+    """Return `value` if it is allowed. Raises QdotError."""
+    if value not in allowed:
+        raise QdotError(f"{option} {value!r} is none of {', '.join(allowed)}")
+    return value

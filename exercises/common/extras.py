@@ -1,0 +1,76 @@
+"""How qdot is installed, in words, and which libraries come with it only if wanted: the extras of pyproject.toml.
+
+Whatever needs one asks `need`, so that each that is missing is told in the same way, before any work is done.
+"""
+
+from dataclasses import dataclass
+from importlib.metadata import version
+from importlib.util import find_spec
+
+from qdot.exercises.common.errors import QdotError
+
+DISTRIBUTION = "qdot-robotics"
+"""What qdot is called in the package index, where `qdot` is somebody else's; imported and run it is qdot."""
+RELEASED = False
+"""Whether the package index has qdot. README, docs and messages follow, by `make docs`."""
+
+
+@dataclass(frozen=True)
+class Extra:
+    """An extra: the libraries that it brings, by the names under which they are imported, and what it gives."""
+
+    name: str
+    modules: tuple[str, ...]
+    gives: str
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """The libraries that are not here."""
+        return tuple(name for name in self.modules if find_spec(name) is None)
+
+
+EXTRAS = {
+    one.name: one
+    for one in (
+        Extra("pdf", ("typst",), "handouts, exams and keys as PDF: `qdot export --to pdf`"),
+        Extra(
+            "report", ("matplotlib", "xlsxwriter"),
+            "charts of `qdot report` and `qdot solve --map`; workbooks: `qdot grade --report xlsx=…`",
+        ),
+        Extra("cluster", ("distributed",), "grading on a Dask cluster: `qdot grade --executor`"),
+    )
+}  # fmt: skip
+ALL = "all"
+"""The extra that is all of them."""
+
+
+def qdot_version() -> str:
+    """Return the version that is installed."""
+    return version(DISTRIBUTION)
+
+
+def install_words(extra: str = "") -> str:
+    """Return the command that installs qdot, with an extra or without.
+
+    >>> install_words("pdf") in ("pip install '.[pdf]'", "pip install 'qdot-robotics[pdf]'")
+    True
+    """
+    what = f"{DISTRIBUTION if RELEASED else '.'}{f'[{extra}]' if extra else ''}"
+    quoted = f"'{what}'" if extra else what
+    return f"pip install {quoted}"
+
+
+def lacking(extra: str, what: str, module: str = "") -> str:
+    """Return what is said where `what` can't be had without an extra, or one library of it; nothing where it is."""
+    missing = [name for name in EXTRAS[extra].missing if module in ("", name)]
+    if not missing:
+        return ""
+    where = "" if RELEASED else " (in the folder of qdot's source)"
+    words = f"get it with: {install_words(extra)}{where}"
+    return f"{what} needs {' and '.join(missing)}, not installed here; {words}"
+
+
+def need(extra: str, what: str, module: str = "") -> None:
+    """Raise QdotError where an extra is not installed, or one library of it."""
+    if said := lacking(extra, what, module):
+        raise QdotError(said)

@@ -1,0 +1,185 @@
+"""Problems as Jupyter notebooks (nbformat 4.5): the student's with blanks, the staff's with answers and worked steps.
+
+The same problems give the same bytes: cell ids come from the names of the parts, and nothing depends on the time.
+A notebook holds no seed, so that a student can't regenerate the answers from it.
+"""
+
+import base64
+import html
+import json
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
+
+from qdot.exercises.arm.convention_view import is_by_axes
+from qdot.exercises.figure import alt_text, figure_svg, part_alt, part_svg, singular_svg
+from qdot.exercises.notebook.self_check import Problems, check_cell, function_cell
+from qdot.exercises.notebook.setup_cell import setup_cell
+from qdot.exercises.problem.problem import ENGINE, Part, Problem, variable
+from qdot.exercises.questions.differentiation import power_of_metres
+from qdot.exercises.quizzes import ASKED
+from qdot.exercises.writing.render import render
+from qdot.exercises.writing.statement import answer_code, hints, prompt, statement, worked_solutions
+
+if TYPE_CHECKING:  # it takes as long to load as a problem to make, and whoever writes no notebook needs none of it
+    from nbformat import NotebookNode
+
+KERNEL = {"display_name": "Python 3", "language": "python", "name": "python3"}
+
+
+def student_notebook(title: str, key: str, student: str, problems: Problems, hinted: bool = False) -> "NotebookNode":
+    """Return the notebook that a student fills in; `problems` are (slot, problem), the slots being p1, p2, …
+
+    With `hinted`, three hints that can be opened are under every prompt.
+    """
+    return _notebook("student", title, key, student, problems, hinted)
+
+
+def solution_notebook(
+    title: str,
+    key: str,
+    student: str,
+    problems: Problems,
+    hinted: bool = False,
+    handed_out: "NotebookNode | None" = None,
+) -> "NotebookNode":
+    """Return the same notebook with the references filled in, and a worked solution after each part.
+
+    Where the one `handed_out` is there already, statements and prompts with their figures are taken from it.
+    """
+    written = {cell.id: cell.source for cell in handed_out.cells} if handed_out is not None else {}
+    return _notebook("solution", title, key, student, problems, hinted, written)
+
+
+def notebook_text(notebook: "NotebookNode") -> str:
+    """Return the file's text: sorted keys, one space of indent as Jupyter writes it, a newline at the end."""
+    return json.dumps(notebook, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
+
+
+def figure_image(problem: Problem, name: str) -> str:
+    """Return the arm's figure as an HTML image with its SVG inside, for Markdown; it shows in every notebook reader."""
+    return _image(figure_svg(problem.chain, name), alt_text(problem.chain))
+
+
+def _image(svg: str, alternative: str) -> str:
+    data = base64.b64encode(svg.encode()).decode()
+    return f'<img alt="{html.escape(alternative)}" src="data:image/svg+xml;base64,{data}" width="640">'
+
+
+def solution_figure(problem: Problem, part: Part, name: str) -> str:
+    """Return the drawing that belongs to a worked solution (SVG): the singular configurations; nothing for others."""
+    return singular_svg(problem.chain, name) if part.answer.is_a_set else ""
+
+
+HIDDEN: dict[str, object] = {"jupyter": {"source_hidden": True}, "cellView": "form"}
+"""What keeps a cell's code folded in JupyterLab and VS Code, and in Colab."""
+
+
+def points_text(points: float) -> str:
+    """Return points as in "1 point" or "2.5 points"."""
+    return f"{points:g} {'point' if points == 1 else 'points'}"
+
+
+def _notebook(
+    kind: str, title: str, key: str, student: str, problems: Problems, hinted: bool, written: Mapping[str, str] = {}
+) -> "NotebookNode":
+    import nbformat
+    from nbformat.v4 import new_notebook
+
+    own = claims(kind, key, student, problems)
+    notebook = new_notebook(metadata={"kernelspec": KERNEL, "language_info": {"name": "python"}, "qdot": own})
+    has_tables = not all(is_by_axes(problem.chain) for _, problem in problems)
+    opening = render("notebook-title.md.j2", title=title, key=key, student=student, kind=kind, has_tables=has_tables)
+    notebook.cells = [_markdown("title", opening), _code("setup", setup_cell(problems))]
+    if checks := function_cell(problems):
+        notebook.cells.append(_code("self-check", checks, HIDDEN))
+    for number, (slot, problem) in enumerate(problems, 1):
+        notebook.cells.extend(_problem_cells(kind, number, slot, problem, hinted, written))
+    nbformat.validate(notebook)
+    return notebook
+
+
+def claims(kind: str, key: str, student: str, problems: Problems) -> dict[str, object]:
+    """Return what a notebook says of itself, for `qdot check`, which has no assignment; the grader believes none of it.
+
+    Of each problem: the symbols that it has, the joints' variables, and the form in which each answer is due.
+    """
+    said: dict[str, object] = {"assignment": key, "student": student, "engine": ENGINE, "kind": kind}
+    said["symbols"] = {slot: sorted(problem.symbols()) for slot, problem in problems}
+    said["joints"] = {slot: [q.name for q in problem.chain.q] for slot, problem in problems}
+    said["answers"] = {slot: _forms(problem) for slot, problem in problems}
+    return said
+
+
+def _forms(problem: Problem) -> dict[str, dict[str, object]]:
+    return {
+        part.name: {key: value for key, value in _form(problem, part).items() if value not in ([], None)}
+        for part in problem.parts
+    }
+
+
+def _form(problem: Problem, part: Part) -> dict[str, object]:
+    question = ASKED[part.kind]
+    return {
+        "type": part.type,
+        "shape": list(part.shape or ()),
+        "units": list(part.answer.units_due),
+        "labels": list(question.typed_labels(problem.chain, part)),
+        "columns": list(question.columns(problem.chain)),
+        "metres": power_of_metres(part),
+    }
+
+
+def _problem_cells(
+    kind: str, number: int, slot: str, problem: Problem, hinted: bool, written: Mapping[str, str]
+) -> "Iterator[NotebookNode]":
+    """Yield the cells of a problem; `written` has texts by the names of their cells."""
+    first = f"{slot}-statement"
+    given = written.get(first) or statement(problem, f"{number} {problem.title}", figure_image(problem, slot))
+    yield _markdown(first, given)
+    solved = worked_solutions(problem) if kind == "solution" else {}
+    for index, part in enumerate(problem.parts, 1):
+        label = f"{number}.{index}"
+        question = f"{slot}-{part.name}-question"
+        yield _markdown(question, written.get(question) or _prompt(label, slot, problem, part, hinted))
+        start = f"{variable(slot, part.name)} = "
+        taken = len(start)
+        source = start + (part.answer.placeholder(taken) if kind == "student" else answer_code(problem, part, taken))
+        code = _code(f"{slot}-{part.name}", source, {"qdot": {"part": f"{slot}.{part.name}"}})
+        if part.name in solved:  # as a person reads it, typeset; how it is typed comes after
+            svg = solution_figure(problem, part, f"{slot}-{part.name}")
+            figure = _image(svg, "The arm in a regular and in its singular configurations") if svg else ""
+            text = render("notebook-solution.md.j2", number=label, solution=solved[part.name], figure=figure)
+            yield _markdown(f"{slot}-{part.name}-solution", text)
+        yield code
+        if check := check_cell(slot, problem, part.name):
+            yield _code(f"{slot}-{part.name}-check", check)
+
+
+def _prompt(label: str, slot: str, problem: Problem, part: Part, hinted: bool) -> str:
+    title = ASKED[part.kind].heading(problem.chain)
+    points = points_text(part.points)
+    asked = prompt(problem, part)
+    svg = part_svg(problem.chain, part, f"{slot}-{part.name}")
+    figure = _image(svg, part_alt(problem.chain, part)) if svg else ""
+    given = hints(problem, part) if hinted else ()
+    return render(
+        "notebook-prompt.md.j2", number=label, title=title, points=points, prompt=asked, figure=figure, hints=given
+    )
+
+
+# --- cells ---
+
+
+def _markdown(name: str, text: str) -> "NotebookNode":
+    return _cell("markdown", name, text, {})
+
+
+def _code(name: str, text: str, metadata: dict[str, object] | None = None) -> "NotebookNode":
+    return _cell("code", name, text, metadata or {}, execution_count=None, outputs=[])
+
+
+def _cell(kind: str, name: str, text: str, metadata: dict[str, object], **others: object) -> "NotebookNode":
+    """Return a cell that is validated with its notebook; nbformat's own functions would do it here as well."""
+    from nbformat import NotebookNode
+
+    return NotebookNode(id=name, cell_type=kind, source=text.strip(), metadata=NotebookNode(metadata), **others)

@@ -1,0 +1,182 @@
+"""One problem in the forms of `qdot show`: text, LaTeX, a page, JSON, a notebook."""
+
+import json
+import re
+import textwrap
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from qdot.exercises.common.errors import unknown
+from qdot.exercises.figure import alt_text, figure_svg, part_svg
+from qdot.exercises.notebook.notebook import (
+    notebook_text,
+    points_text,
+    solution_figure,
+    solution_notebook,
+    student_notebook,
+)
+from qdot.exercises.problem.problem import Part, Problem
+from qdot.exercises.problem.record import Json, robot_json, symbol_json
+from qdot.exercises.quizzes import ASKED
+from qdot.exercises.writing.markup import latex_escaped, to_html, to_latex, to_text
+from qdot.exercises.writing.render import render
+from qdot.exercises.writing.statement import answer_code, hints, prompt, statement, worked_solution, worked_solutions
+
+LEAD = "**Hint {}.** "
+"""What a hint begins with where there is nothing to open it with."""
+
+
+def show(
+    problem: Problem,
+    solution: bool = False,
+    format: str = "text",
+    certificate: Mapping[str, Any] | None = None,
+    hinted: bool = False,
+) -> str:
+    """Return the problem as text, latex, html, json or ipynb, with references and worked steps if `solution`.
+
+    With `hinted`, three hints follow every prompt; JSON always has them. `certificate` goes into the JSON as it is.
+    Raises QdotError for another format.
+
+    >>> from qdot import generate
+    >>> print(show(generate("planar-2r/7", ["determinant"])).splitlines()[0])
+    Planar 2R arm (planar-2r/7)
+    """
+    if format not in FORMATS:
+        raise unknown("format", format, list(FORMATS))
+    if format == "json":
+        return json.dumps(problem_json(problem, solution, certificate), indent=2, ensure_ascii=False) + "\n"
+    return FORMATS[format](problem, solution, hinted)
+
+
+@dataclass(frozen=True)
+class _ShownPart:
+    """A part as a template shows it: texts in the target's own markup."""
+
+    name: str
+    title: str
+    points: str
+    prompt: str
+    hints: list[str]
+    solution: str
+    code: str
+    figure: str
+    solution_figure: str
+
+
+def _pieces(
+    problem: Problem, solution: bool, hinted: bool, convert: Callable[[str], str], lead: str = "", drawn: bool = False
+) -> list[_ShownPart]:
+    """Return the parts of a problem in the markup that `convert` writes; `lead` is what a hint begins with.
+
+    Figures are drawn for a form that shows them.
+    """
+    solved = worked_solutions(problem) if solution else {}
+    return [
+        _ShownPart(
+            part.name,
+            ASKED[part.kind].heading(problem.chain),
+            points_text(part.points),
+            convert(prompt(problem, part)),
+            [convert(lead.format(i) + hint) for i, hint in enumerate(hints(problem, part), 1)] if hinted else [],
+            convert(solved[part.name]) if solution else "",
+            answer_code(problem, part) if solution else "",
+            part_svg(problem.chain, part, part.name) if drawn else "",
+            solution_figure(problem, part, f"{part.name}-solution") if drawn and solution else "",
+        )
+        for part in problem.parts
+    ]
+
+
+def _footer(problem: Problem) -> str:
+    return f"{problem.id}, engine {problem.id.engine}"
+
+
+def _as_text(problem: Problem, solution: bool, hinted: bool) -> str:
+    return render(
+        "problem.txt.j2",
+        title=f"{problem.title} ({problem.id})",
+        statement=to_text(statement(problem, "")),
+        figure=textwrap.fill(f"Figure: {alt_text(problem.chain)}", 100),
+        parts=_pieces(problem, solution, hinted, lambda text: to_text(text).rstrip(), LEAD),
+        footer=_footer(problem),
+    )
+
+
+def _as_latex(problem: Problem, solution: bool, hinted: bool) -> str:
+    return render(
+        "problem.tex.j2",
+        title=latex_escaped(problem.title),
+        statement=to_latex(statement(problem, "")),
+        figure=latex_escaped(alt_text(problem.chain)),
+        parts=_pieces(problem, solution, hinted, lambda text: to_latex(text).rstrip(), LEAD),
+    )
+
+
+def _as_html(problem: Problem, solution: bool, hinted: bool) -> str:
+    return render(
+        "problem.html.j2",
+        title=problem.title,
+        statement=to_html(statement(problem, "")),
+        figure=figure_svg(problem.chain),
+        parts=_pieces(problem, solution, hinted, to_html, drawn=True),
+        footer=_footer(problem),
+    )
+
+
+def _as_notebook(problem: Problem, solution: bool, hinted: bool) -> str:
+    make = solution_notebook if solution else student_notebook
+    key = re.sub("[/@+]", "-", str(problem.id))
+    return notebook_text(make(problem.title, key, "", [("p1", problem)], hinted))
+
+
+# --- JSON ---
+
+
+def problem_json(problem: Problem, solution: bool, certificate: Mapping[str, Any] | None = None) -> Json:
+    """Return the problem as plain data, in the form of docs/schemas/show.json; each part has its `hints`."""
+    content: Json = {
+        "id": str(problem.id),
+        "family": problem.id.family,
+        "seed": problem.id.seed,
+        "variation": problem.id.variation,
+        "engine": problem.id.engine,
+        "title": problem.title,
+        "robot": robot_json(problem.chain),
+        "symbols": {name: symbol_json(info) for name, info in problem.symbols().items()},
+        "statement": statement(problem, ""),
+        "parts": [_part_json(problem, part, solution) for part in problem.parts],
+    }
+    if certificate is not None:
+        content["certificate"] = dict(certificate)
+    return content
+
+
+def _part_json(problem: Problem, part: Part, solution: bool) -> Json:
+    content: Json = {
+        "name": part.name,
+        "kind": part.kind,
+        "type": part.type,
+        "shape": None if part.shape is None else list(part.shape),
+        "prompt": prompt(problem, part),
+        "points": part.points,
+        "needs": list(part.needs),
+        "hints": list(hints(problem, part)),
+    }
+    content |= part.answer.options_json()
+    content |= part.answer.allowance_json()
+    if solution:
+        content["reference"] = part.answer.as_json()
+        content["solution"] = worked_solution(problem, part)
+    return content
+
+
+FORMATS: dict[str, Callable[[Problem, bool, bool], str]] = {
+    "text": _as_text,
+    "latex": _as_latex,
+    "html": _as_html,
+    "json": lambda problem, solution, _: show(problem, solution, "json"),
+    "ipynb": _as_notebook,
+}
+"""Every form in which a problem can be shown."""

@@ -1,0 +1,255 @@
+"""The checks that a notebook makes of its own answers: one question's put into another's, with no right answer at hand.
+
+A table says what two answers have to do with each other, in the Python of the cell that a student runs. The function
+behind it (`templates/notebook-self-check.py.j2`) stands in the notebook and needs SymPy and NumPy only.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.convention_view import is_by_axes, is_omega_first, told_point
+from qdot.exercises.formula.printers.python import python_text
+from qdot.exercises.problem.problem import Part, Problem, variable
+from qdot.exercises.writing.render import render
+
+SELF_CHECK = "self_check"
+"""What every name begins with that belongs to the checks."""
+
+Problems = Sequence[tuple[str, Problem]]
+Asked = dict[str, Part]
+
+
+@dataclass(frozen=True)
+class Relation:
+    """What answers to some questions have to do with each other, in Python; `{position}` stands for that answer.
+
+    `at` is one random configuration: `at(answer)` its numbers there, `at.slope(answer)` its derivatives by the joints.
+    """
+
+    needs: tuple[str, ...]
+    question: str
+    left: str
+    right: str
+    holds: Callable[[Chain, Asked], bool] = lambda _, __: True
+    singular: bool = False
+
+
+def _rows(asked: Asked, name: str = "position") -> list[int]:
+    """Return which of x, y, z are asked for."""
+    return ["xyz".index(axis) for axis in getattr(asked[name].details, "axes", "xyz")]
+
+
+def _linear_first(chain: Chain, _: Asked) -> bool:
+    return len(chain.linear_rows) > 0 and [row[0] for row in chain.task] == sorted(row[0] for row in chain.task)
+
+
+def _all_of_task(chain: Chain, asked: Asked) -> bool:
+    return getattr(asked["jacobian"].details, "task", chain.task) == chain.task
+
+
+def _square(chain: Chain, _: Asked) -> bool:
+    return len(chain.task) == chain.n
+
+
+def _turning_only(chain: Chain, _: Asked) -> bool:
+    return all(joint.kind == "R" for joint in chain.joints) and chain.point.frame == chain.n
+
+
+def _last_origin(chain: Chain, _: Asked) -> bool:
+    point = told_point(chain)
+    return point.frame == chain.n and point.is_origin
+
+
+RELATIONS = (
+    Relation(
+        ("transform",), "Are the columns of your rotation unit vectors at right angles?",
+        "at({transform})[:3, :3].T @ at({transform})[:3, :3]", "np.eye(3)",
+    ),
+    Relation(
+        ("transform", "position"), "Is your position the last column of your transform?",
+        "at({position}).reshape(-1)", "at({transform})[{rows}, 3]", _last_origin,
+    ),
+    Relation(
+        ("position", "velocity"), "Is your velocity the derivative of your position?",
+        "at({velocity})", "at.slope({position}) @ at.rates",
+    ),
+    Relation(
+        ("position", "jacobian"), "Is your Jacobian the derivative of your position?",
+        "at({jacobian})[:{linear}]", "at.slope({position})",
+        lambda chain, asked: _linear_first(chain, asked) and len(_rows(asked)) == len(chain.linear_rows),
+    ),
+    Relation(
+        ("joint-axes",), "Are your joint axes unit vectors?",
+        "(at({joint_axes}) ** 2).sum(axis=0)", "np.ones({n})",
+    ),
+    Relation(
+        ("joint-axes", "position-vectors", "geometric-jacobian"),
+        "Are the linear rows of your geometric Jacobian your axes times your vectors?",
+        "at({geometric_jacobian})[{linear_half}]", "np.cross(at({joint_axes}), at({position_vectors}), axis=0)",
+        _turning_only,
+    ),
+    Relation(
+        ("joint-axes", "geometric-jacobian"),
+        "Are the angular rows of your geometric Jacobian your axes, for joints that turn?",
+        "at({geometric_jacobian})[{angular_half}]", "at({joint_axes}) * {turning}",
+    ),
+    Relation(
+        ("position", "geometric-jacobian"), "Are its linear rows the derivative of your position?",
+        "at({geometric_jacobian})[{linear_half}][{rows}]", "at.slope({position})",
+    ),
+    Relation(
+        ("transform", "geometric-jacobian"), "Is your geometric Jacobian how your transform moves?",
+        "at({geometric_jacobian})", "at.motion({transform})", _last_origin,
+    ),
+    Relation(
+        ("transform", "geometric-jacobian"), "Do its angular rows say how your transform turns?",
+        "at({geometric_jacobian})[{angular_half}]", "at.motion({transform})[3:]",
+        lambda chain, asked: not _last_origin(chain, asked),
+    ),
+    Relation(
+        ("geometric-jacobian", "twist"), "Is your twist your geometric Jacobian times the joint rates?",
+        "at({twist})", "at({geometric_jacobian}) @ at.rates",
+    ),
+    Relation(
+        ("transform", "geometric-jacobian", "tool-jacobian"),
+        "Is your Jacobian in the tool frame the geometric one, turned by your rotation?",
+        "at({tool_jacobian})", "at.into_tool({transform}) @ at({geometric_jacobian})",
+    ),
+    Relation(
+        ("body-pose",), "Are the columns of the rotation in your pose unit vectors at right angles?",
+        "at({body_pose})[:3, :3].T @ at({body_pose})[:3, :3]", "np.eye(3)",
+    ),
+    Relation(
+        ("body-pose", "position"), "Is your position the last column of your pose?",
+        "at({position}).reshape(-1)", "at({body_pose})[{rows}, 3]",
+    ),
+    Relation(
+        ("body-pose", "body-adjoint"), "Are the columns of your adjoint for the angular velocity made of your pose?",
+        "at({body_adjoint})[:, {angular_half}]",
+        "np.vstack([at({body_pose})[:3, :3], "
+        "np.cross(at({body_pose})[:3, 3:], at({body_pose})[:3, :3], axis=0)]){in_order}",
+    ),
+    Relation(
+        ("home-screws", "space-jacobian"), "Is the first column of your space Jacobian your first screw?",
+        "at({space_jacobian})[:, 0]", "at({home_screws})[:, 0]",
+    ),
+    Relation(
+        ("body-pose", "space-jacobian"), "Is your space Jacobian how your pose moves?",
+        "at({space_jacobian})",
+        "np.vstack([at.motion({body_pose})[3:], at.motion({body_pose})[:3] "
+        "+ np.cross(at({body_pose})[:3, 3:], at.motion({body_pose})[3:], axis=0)]){in_order}",
+    ),
+    Relation(
+        ("body-pose", "body-jacobian"), "Is your body Jacobian how your pose moves, in its own axes?",
+        "at({body_jacobian})", "at.into_tool({body_pose}) @ np.roll(at.motion({body_pose}), 3, axis=0){in_order}",
+    ),
+    Relation(
+        ("body-adjoint", "space-jacobian", "body-jacobian"),
+        "Does your adjoint change your body Jacobian into your space Jacobian?",
+        "at({body_adjoint}) @ at({body_jacobian})", "at({space_jacobian})",
+    ),
+    Relation(
+        ("space-jacobian", "space-twist"), "Is your space twist your space Jacobian times the joint rates?",
+        "at({space_twist})", "at({space_jacobian}) @ at.rates",
+    ),
+    Relation(
+        ("body-jacobian", "body-twist"), "Is your body twist your body Jacobian times the joint rates?",
+        "at({body_twist})", "at({body_jacobian}) @ at.rates",
+    ),
+    Relation(
+        ("jacobian", "determinant"), "Is your determinant that of your Jacobian?",
+        "at({determinant})", "np.linalg.det(np.atleast_2d(at({jacobian})))",
+        lambda chain, asked: _square(chain, asked) and _all_of_task(chain, asked),
+    ),
+    Relation(
+        ("jacobian", "gram-determinant"), "Is your determinant that of J times its transpose?",
+        "at({gram_determinant})", "np.linalg.det(at({jacobian}) @ at({jacobian}).T)", _all_of_task,
+    ),
+    Relation(
+        ("jacobian", "inverse-jacobian"), "Do your Jacobian and its inverse make the identity?",
+        "at({jacobian}) @ at({inverse_jacobian})", "np.eye({n})", _square,
+    ),
+    Relation(
+        ("jacobian", "inverse-velocity"), "Do your joint rates give the velocity that was asked?",
+        "at({jacobian}) @ at({inverse_velocity})", "at.velocity", _square,
+    ),
+    Relation(
+        ("jacobian", "joint-torques"), "Are your torques the transpose of J times the load?",
+        "at({joint_torques})", "np.atleast_2d(at({jacobian})).T @ at.load",
+    ),
+    Relation(
+        ("jacobian", "singular-angles"), "Are these the singular configurations of your Jacobian?",
+        "{singular_angles}", "{jacobian}", singular=True,
+    ),
+)  # fmt: skip
+"""In the order in which they are made where several become due after the same question."""
+
+
+@dataclass(frozen=True)
+class Check:
+    """A relation in the words of a notebook's cell."""
+
+    question: str
+    left: str
+    right: str
+    singular: bool
+
+
+def _due(problem: Problem) -> Iterator[tuple[str, Relation]]:
+    """Yield what can be checked, and behind which part."""
+    asked, order = _by_kind(problem), [part.name for part in problem.parts]
+    for relation in RELATIONS:
+        if all(kind in asked for kind in relation.needs) and relation.holds(problem.chain, asked):
+            yield max((asked[kind].name for kind in relation.needs), key=order.index), relation
+
+
+def _by_kind(problem: Problem) -> Asked:
+    """Return the parts by what they ask; what a part asks of another pose than random ones is left out."""
+    return {part.kind: part for part in reversed(problem.parts) if part.name == part.kind}
+
+
+def check_cell(slot: str, problem: Problem, part: str) -> str:
+    """Return the cell of what can be checked once a part is answered; nothing where there is none."""
+    due = [relation for name, relation in _due(problem) if name == part]
+    if not due:
+        return ""
+    asked, omega_first = _by_kind(problem), is_omega_first(problem.chain)
+    words: dict[str, object] = {kind.replace("-", "_"): variable(slot, each.name) for kind, each in asked.items()}
+    words |= {
+        "linear_half": "3:" if omega_first else ":3",
+        "angular_half": ":3" if omega_first else "3:",
+        "in_order": "[np.r_[3:6, 0:3]]" if is_by_axes(problem.chain) and not omega_first else "",
+        "n": problem.chain.n,
+        "linear": len(problem.chain.linear_rows),
+        "rows": _rows(asked) if "position" in asked else [],
+        "turning": [int(joint.kind == "R") for joint in problem.chain.joints],
+    }
+    checks = [
+        Check(each.question, each.left.format(**words), each.right.format(**words), each.singular) for each in due
+    ]
+    return render("notebook-check.py.j2", slot=slot, checks=checks).strip()
+
+
+def function_cell(problems: Problems) -> str:
+    """Return the cell that the checks need; nothing where no problem has any."""
+    known = [(slot, _roles(problem), _given(problem)) for slot, problem in problems if any(_due(problem))]
+    return render("notebook-self-check.py.j2", problems=known).strip() if known else ""
+
+
+def _roles(problem: Problem) -> list[tuple[str, list[str]]]:
+    roles: dict[str, list[str]] = {"joint": [], "rate": [], "velocity": [], "load": []}
+    for name, info in problem.symbols().items():
+        role = "load" if info.role in ("force", "moment") else info.role
+        roles.setdefault(role, []).append(name)
+    return list(roles.items())
+
+
+def _given(problem: Problem) -> list[tuple[str, str]]:
+    return [(name, python_text(i.value)) for name, i in problem.symbols().items() if i.value is not None]
+
+
+def cells_of(problems: Problems) -> tuple[str, frozenset[str]]:
+    """Return the function's cell and the checks' as they stand in a notebook."""
+    cells = {check_cell(slot, problem, part.name) for slot, problem in problems for part in problem.parts}
+    return function_cell(problems), frozenset(cells - {""})

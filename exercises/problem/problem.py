@@ -1,0 +1,345 @@
+"""The nouns: what a problem is made of, and the identity that regenerates it."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from functools import cached_property
+from typing import TypeVar
+
+import sympy as sp
+
+from qdot.exercises.answers import Answer
+from qdot.exercises.arm.chain import CALLED, CONVENTIONS, TWIST_ORDERS, Chain
+from qdot.exercises.arm.convention_view import is_by_axes
+from qdot.exercises.common.errors import QdotError, likeliest
+from qdot.exercises.common.variation import AXES, DEFAULT, STEPS, named
+from qdot.exercises.formula.identity import Domain, Rounding
+from qdot.exercises.problem.credit import Credit
+
+Kind = TypeVar("Kind", bound=Answer)
+About = TypeVar("About", bound="Details")
+
+ENGINE = 1
+"""Version of the problem generator: any change of what an id regenerates raises it."""
+
+LARGEST_SEED = (1 << 63) - 1
+
+
+@dataclass(frozen=True)
+class ProblemId:
+    """Family, seed, questions and variation; with the engine's version it regenerates the same problem for good.
+
+    `band` is the least and the greatest step of difficulty that the arm may have, None where any will do; `convention`
+    is how the arm is told, "" where that is as the family has it, and `twist_order` the order of its twists, likewise.
+    As a text it is planar-2r/7, with what is not usual of these: planar-2r/7@chapter@screws@v-omega.
+    """
+
+    family: str
+    seed: int
+    questions: tuple[str, ...] = ()
+    engine: int = ENGINE
+    band: tuple[int, int] | None = None
+    variation: str = DEFAULT
+    convention: str = ""
+    twist_order: str = ""
+
+    def __str__(self) -> str:
+        marks = ("" if self.variation == DEFAULT else self.variation, self.convention, self.twist_order)
+        return "@".join((self.seeded, *filter(None, marks)))
+
+    @property
+    def seeded(self) -> str:
+        """Family and seed, on which all that is drawn depends: a seed draws the same lengths in all variations."""
+        return f"{self.family}/{self.seed}"
+
+    def varied(self, variation: str) -> "ProblemId":
+        """Return the identity with another variation, unless none is named. Raises QdotError for one that is none."""
+        return replace(self, variation=named(variation)) if variation else self
+
+    def told(self, convention: str, twist_order: str = "") -> "ProblemId":
+        """Return the identity with another convention, and with twists in another order, unless none is named.
+
+        An arm with an order is told by its axes. Raises QdotError for what is none, and for an order beside a table.
+        """
+        said = convention_named(convention) if convention else self.convention
+        order = twist_order_named(twist_order) if twist_order else self.twist_order
+        by_axes = said == BY_AXES or (not convention and said == "")
+        if (twist_order or order) and not by_axes:
+            raise QdotError(f"{self.seeded} is told by a table (convention = {convention or said!r}); {OF_ORDER}")
+        return replace(self, convention=BY_AXES if twist_order else said, twist_order=order)
+
+    @staticmethod
+    def parse(text: str, hint: str = "") -> "ProblemId":
+        """Read FAMILY/SEED, with @VARIATION, @CONVENTION and @ORDER behind it, or some of these.
+
+        Raises QdotError, with `hint` for a text of another form.
+        """
+        match = re.fullmatch(r"([a-z0-9-]+)/0*(\d+)((?:@[a-z0-9_+-]+)*)", text, re.IGNORECASE | re.ASCII)
+        if match is None:
+            raise QdotError(f"{text!r} is not a problem; write FAMILY/SEED, as in planar-2r/7{hint}")
+        family, seed, marks = match.groups()
+        if text != text.lower():
+            meant = ProblemId.parse(text.lower(), hint)
+            raise QdotError(
+                f"{text!r} has capital letters, and names have none; {str(meant)!r} is meant, probably{hint}"
+            )
+        if len(seed) > len(str(LARGEST_SEED)) or int(seed) > LARGEST_SEED:
+            raise QdotError(f"{family}/{seed[:25]}{'…' * (len(seed) > 25)}: the largest seed is {LARGEST_SEED}")
+        conventions, orders, variations = _sorted_marks(text, marks.split("@")[1:])
+        return ProblemId(family, int(seed)).varied("".join(variations)).told("".join(conventions), "".join(orders))
+
+
+def _sorted_marks(text: str, marks: Sequence[str]) -> tuple[list[str], list[str], list[str]]:
+    """Return the conventions, orders of twists and variations that the marks of an identity name, of each one at most.
+
+    Raises QdotError, for a mark that is none of them with all that there are.
+    """
+    conventions = [mark for mark in marks if mark in CONVENTIONS]
+    orders = [mark for mark in marks if mark in TWIST_ORDERS]
+    variations = [mark for mark in marks if mark not in (*CONVENTIONS, *TWIST_ORDERS)]
+    for mark in variations:
+        if "+" not in mark and mark not in (*STEPS, *AXES):
+            known = {name: kind for kind, names in _MARKS.items() for name in names}
+            called = mark.replace("_", "-")
+            meant = CALLED.get(called) or _ORDERS_CALLED.get(called) or likeliest(mark, list(known))
+            is_what = f" (did you mean the {known[meant]} {meant!r}?)" if meant else ""
+            raise QdotError(
+                f"{text!r}: {mark!r} is neither a variation nor a convention nor an order of twists{is_what}; "
+                f"variations: {', '.join(STEPS)}, or axes, as in lengths+base, out of {', '.join(AXES)}; "
+                f"conventions: {', '.join(CONVENTIONS)}; orders of twists: {', '.join(TWIST_ORDERS)}"
+            )
+    named_of = {"conventions": conventions, "orders of twists": orders, "variations": variations}
+    for name, named_marks in named_of.items():
+        if len(named_marks) > 1:
+            raise QdotError(
+                f"{text!r} names two {name}, {named_marks[0]} and {named_marks[1]}; it may have one of each"
+            )
+    return conventions, orders, variations
+
+
+BY_AXES = "screws"
+OF_ORDER = f'the order of twists is for arms that are told by their axes (convention = "{BY_AXES}")'
+
+_MARKS = {"convention": CONVENTIONS, "order of twists": TWIST_ORDERS, "variation": (*STEPS, *AXES)}
+
+
+def twist_order_named(name: str) -> str:
+    """Return what an identity says of an order: nothing of the usual one. Raises QdotError for one that is none."""
+    if name not in TWIST_ORDERS:
+        called = name.lower().replace("_", "-").replace(" ", "")
+        meant = _ORDERS_CALLED.get(called) or likeliest(called, TWIST_ORDERS)
+        hint = f" (did you mean {meant!r}?)" if meant else ""
+        raise QdotError(f"unknown order of twists {name!r}{hint}; known: {', '.join(TWIST_ORDERS)}")
+    return "" if name == TWIST_ORDERS[0] else name
+
+
+_ORDERS_CALLED = {
+    **dict.fromkeys(("w-v", "omegav", "wv", "angular-first", "lynch-park", "(omega,v)"), TWIST_ORDERS[0]),
+    **dict.fromkeys(
+        ("v-w", "vomega", "vw", "linear-first", "murray", "murray-li-sastry", "(v,omega)"), TWIST_ORDERS[1]
+    ),
+}
+"""What orders are called elsewhere, and here."""
+
+
+def convention_named(name: str) -> str:
+    """Return what an identity says of a convention: nothing of the usual one. Raises QdotError for one that is none."""
+    if name not in CONVENTIONS:
+        meant = CALLED.get(name.lower().replace("_", "-")) or likeliest(name.lower(), CONVENTIONS)
+        hint = f" (did you mean {meant!r}?)" if meant else ""
+        raise QdotError(f"unknown convention {name!r}{hint}; known: {', '.join(CONVENTIONS)}")
+    return "" if name == CONVENTIONS[0] else name
+
+
+@dataclass(frozen=True)
+class SymbolInfo:
+    """What a symbol of a problem stands for: role (joint, rate, velocity, force, length, angle), unit, given value."""
+
+    role: str
+    unit: str
+    value: sp.Expr | None = None
+
+
+def by_name(values: Mapping[sp.Symbol, sp.Expr]) -> dict[str, float]:
+    """Return by name those of the values that hold no letter."""
+    return {symbol.name: float(value) for symbol, value in values.items() if not value.free_symbols}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Details:
+    """What the wording and the tests of a part need beside its answer; each kind of question has a class of its own.
+
+    `symbols` may be used in answers beside those of the arm, `units` are those of formulas, in `pose` (joint's name ->
+    value) the arm is drawn under the prompt, and with `drawn` its options are drawings. What is left at its default is
+    not put on record, so that no digest knows of it.
+    """
+
+    symbols: Mapping[str, SymbolInfo] | None = None
+    units: tuple[str, ...] | None = None
+    pose: Mapping[str, float] | None = None
+    drawn: bool = False
+
+    def given_values(self, chain: Chain) -> Mapping[str, float]:
+        """Return the lengths, joint values and velocities at which it is asked, none where it is asked in formulas."""
+        return {}
+
+    def shown_values(self, chain: Chain) -> Mapping[str, float]:
+        """Return the lengths and joint values of the arm beside the question, as its figure and its text have them."""
+        return {**by_name(self.given_joints), **self.given_values(chain), **(self.pose or {})}
+
+    @property
+    def given_joints(self) -> Mapping[sp.Symbol, sp.Expr]:
+        """The joint values that are given to an answer in formulas, which may hold lengths."""
+        return {}
+
+
+@dataclass(frozen=True, kw_only=True)
+class OneOfSeveral(Details):
+    """About one of several results that a question asks for: equal details are the same result of a structure."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """One question of a problem: what is asked, its answer, points, and the parts whose result it builds on.
+
+    `details` are of a class of the question's own (`about`). `rounding` is what the assignment allows decimals to be
+    off, None for formulas without rounding and numbers to three digits; `credit` is how it marks an answer that is
+    right in part, None for the question's own way.
+    """
+
+    name: str
+    kind: str
+    answer: Answer
+    points: float = 1.0
+    needs: tuple[str, ...] = ()
+    details: Details = field(default_factory=Details)
+    rounding: Rounding | None = None
+    credit: Credit | None = None
+
+    def __repr__(self) -> str:
+        shape = "" if self.shape is None else f" {self.shape[0]} x {self.shape[1]}"
+        return f"Part({self.name}: {self.type}{shape}, {self.points:g} points)"
+
+    def of(self, kind: type[Kind]) -> Kind:
+        """Return the answer, which is of this type. Raises TypeError where it is of another."""
+        if not isinstance(self.answer, kind):
+            raise TypeError(f"the answer to {self.kind!r} is of type {self.type}, not {kind.type}")
+        return self.answer
+
+    def about(self, kind: type[About]) -> About:
+        """Return the details, which are of this class. Raises TypeError where they are of another."""
+        if not isinstance(self.details, kind):
+            raise TypeError(f"the details of {self.kind!r} are {type(self.details).__name__}, not {kind.__name__}")
+        return self.details
+
+    @property
+    def precision(self) -> str:
+        """How exactly numbers are wanted: as the assignment says, else to three digits."""
+        return self.rounding.words if self.rounding is not None else "to three significant digits"
+
+    @property
+    def type(self) -> str:
+        """The type of the answer: expression, matrix, singular, number, direction, choice, selection or matching."""
+        return self.answer.type
+
+    @property
+    def shape(self) -> tuple[int, int] | None:
+        """Rows and columns of a matrix, of numbers or of a direction, else None."""
+        return self.answer.shape
+
+    @property
+    def symbols(self) -> Mapping[str, SymbolInfo]:
+        """The symbols that this part brings with it, as the forces of a static question."""
+        return self.details.symbols or {}
+
+    @property
+    def pose(self) -> Mapping[str, float] | None:
+        """The joint values in which the arm is drawn under the prompt, or None."""
+        return self.details.pose
+
+    @property
+    def has_drawn_options(self) -> bool:
+        """Whether options are configurations that are drawn, with the letters under them."""
+        return self.details.drawn
+
+
+@dataclass(frozen=True)
+class Problem:
+    """An arm and the questions asked about it."""
+
+    id: ProblemId
+    chain: Chain
+    parts: tuple[Part, ...]
+
+    def __repr__(self) -> str:
+        return f"Problem({self.id}: {', '.join(part.name for part in self.parts)})"
+
+    def __getitem__(self, name: str) -> Part:
+        """Return the part of that name. Raises KeyError."""
+        for part in self.parts:
+            if part.name == name:
+                return part
+        raise KeyError(f"{self.id} asks {', '.join(part.name for part in self.parts)}, not {name!r}")
+
+    @property
+    def title(self) -> str:
+        """What its arm is called, as a heading."""
+        named = self.chain.title or "arm"
+        return f"{named[:1].upper()}{named[1:]}"
+
+    def symbols(self) -> dict[str, SymbolInfo]:
+        """Return every symbol that an answer may use, the table's numbers under their usual names included."""
+        known: dict[str, SymbolInfo] = {}
+        for joint, q, rate in zip(self.chain.joints, self.chain.q, self.chain.rates, strict=True):
+            revolute = joint.kind == "R"
+            known[q.name] = SymbolInfo("joint", "rad" if revolute else "m")
+            known[rate.name] = SymbolInfo("rate", "rad/s" if revolute else "m/s")
+        for row in self.chain.task:
+            known[row] = SymbolInfo("velocity", "m/s" if row[0] == "v" else "rad/s")
+        for symbol in self.chain.parameters:
+            angle = symbol.name.startswith(("alpha", "beta"))
+            known[symbol.name] = SymbolInfo("angle" if angle else "length", "rad" if angle else "m")
+        for number, joint in enumerate(() if is_by_axes(self.chain) else self.chain.joints, 1):
+            for letter, value in (("a", joint.a), ("d", joint.d if joint.kind == "R" else sp.S.Zero)):
+                if value.is_number and value != 0:
+                    known.setdefault(f"{letter}{number}", SymbolInfo("length", "m", value))
+        for part in self.parts:
+            known.update(part.symbols)
+        return known
+
+    @property
+    def constants(self) -> frozenset[str]:
+        """The lengths and angles of the arm, which no motion changes."""
+        return frozenset(name for name, info in self.symbols().items() if info.role in ("length", "angle"))
+
+    def domain(self) -> Domain:
+        """Return what each symbol of the problem may be; a length that is given has its value."""
+        return self._domain
+
+    @cached_property
+    def _domain(self) -> Domain:
+        roles: dict[str, str | float | Fraction] = {}
+        for name, info in self.symbols().items():
+            if info.value is not None:
+                value = info.value
+                roles[name] = Fraction(int(value.p), int(value.q)) if value.is_Rational else float(value)
+            elif info.role == "joint":
+                roles[name] = "angle" if info.unit == "rad" else "signed"
+            else:
+                roles[name] = {"length": "length", "angle": "angle"}.get(info.role, "signed")
+        return Domain(roles)
+
+    @property
+    def max_points(self) -> float:
+        """The points of all parts together."""
+        return sum(part.points for part in self.parts)
+
+
+def variable(slot: str, part: str) -> str:
+    """Return the name of the variable that holds the answer to a part.
+
+    >>> variable("p1", "inverse-jacobian")
+    'p1_inverse_jacobian'
+    """
+    return f"{slot}_{part.replace('-', '_')}"

@@ -1,0 +1,87 @@
+"""A problem as plain data, and the digests by which it is known again: of the arm, of each part, of the whole.
+
+What decides the problem is in it (table, task, references, given quantities); wording and figures are not, so that a
+sentence may be mended without making another problem of it.
+"""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+import sympy as sp
+
+from qdot.exercises.arm.chain import CONVENTIONS, Chain
+from qdot.exercises.arm.convention_view import is_by_axes, is_omega_first
+from qdot.exercises.formula.text import text_of
+from qdot.exercises.problem.problem import Details, Part, Problem, SymbolInfo
+
+Json = dict[str, Any]
+
+
+def robot_json(chain: Chain) -> Json:
+    """Return a chain as plain data: standard DH rows, base, point, task; expressions as text.
+
+    `convention` is how it is told to people, where that is not by this table, and `twist_order` the order of its
+    twists, where that is not the usual one.
+    """
+    base, point = chain.base, chain.point
+    told = {} if chain.convention == CONVENTIONS[0] else {"convention": chain.convention}
+    if is_by_axes(chain) and not is_omega_first(chain):
+        told["twist_order"] = chain.twist_order
+    return {
+        "name": chain.name,
+        "title": chain.title,
+        "joints": [
+            {"kind": joint.kind, **{name: text_of(getattr(joint, name)) for name in ("theta", "d", "a", "alpha")}}
+            for joint in chain.joints
+        ],
+        "base": {"position": [str(value) for value in base.position], "yaw": str(base.yaw), "tilt": str(base.tilt)},
+        "point": {"frame": point.frame, "offset": [str(value) for value in point.offset]},
+        "task": list(chain.task),
+        **told,
+    }
+
+
+def symbol_json(info: SymbolInfo) -> Json:
+    """Return what a symbol stands for as plain data; `value` for lengths and angles only."""
+    content: Json = {"role": info.role, "unit": info.unit}
+    if info.role in ("length", "angle"):
+        content["value"] = None if info.value is None else str(info.value)
+    return content
+
+
+def plain(value: object) -> Any:
+    """Return what JSON can hold of the details of a part; SymPy as text."""
+    if isinstance(value, Details):
+        told = ((field.name, getattr(value, field.name), field.default) for field in fields(value))
+        return plain({name: detail for name, detail, default in told if detail is not default})
+    if is_dataclass(value) and not isinstance(value, type):
+        return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in sorted(value.items(), key=lambda pair: str(pair[0]))}
+    if isinstance(value, (tuple, list)):
+        return [plain(item) for item in value]
+    if isinstance(value, sp.Expr):
+        return text_of(value)
+    return value if value is None or isinstance(value, (str, int, float)) else str(value)
+
+
+def digests(problem: Problem) -> Json:
+    """Return the SHA-256 of the arm ("arm"), of each part ("parts"), and of all of it together ("sha256").
+
+    Points are left out: they may be changed after handing out.
+    """
+    arm = _digest(robot_json(problem.chain))
+    parts = {part.name: _digest(_part(part)) for part in problem.parts}
+    return {"sha256": _digest([problem.id.engine, arm, parts]), "arm": arm, "parts": parts}
+
+
+def _part(part: Part) -> Json:
+    given = {"kind": part.kind, "reference": part.answer.as_json(), "options": None, "details": plain(part.details)}
+    return given | part.answer.options_json()
+
+
+def _digest(content: Any) -> str:
+    return hashlib.sha256(json.dumps(content, sort_keys=True, ensure_ascii=False).encode()).hexdigest()

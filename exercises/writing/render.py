@@ -1,0 +1,117 @@
+"""Jinja2 templates: found, configured and rendered in one place; templates format and never compute."""
+
+import hashlib
+import io
+import json
+import os
+import re
+import sys
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import jinja2
+from jinja2.ext import Extension
+
+from qdot.exercises.writing.languages import ENGLISH, catalogue
+from qdot.exercises.writing.latex import tex, tex_angle, tex_length, tex_lines, tex_value, tex_zero
+
+_HERE = Path(__file__).resolve().parents[1]
+_MARKUP = (".html.j2", ".svg.j2", ".xml.j2")
+_IN_MARKDOWN = re.compile(r"[\\`*<\[$]|~~|(?<!\w)_|_(?!\w)|&(?=#?\w+;)")
+
+
+def template_folder() -> Path:
+    """Return the folder of the templates: inside the package (wheel) or beside it (checkout)."""
+    for folder in (_HERE / "templates", _HERE.parent / "templates"):
+        if folder.is_dir():
+            return folder
+    raise FileNotFoundError(f"no templates folder in {_HERE} or beside it")
+
+
+class MessageLines(Extension):
+    """A line of a template that ends in a message keeps its end, as one that ends in text does."""
+
+    def preprocess(self, source: str, name: str | None, filename: str | None = None) -> str:
+        """Return the source with such line ends marked as kept; Jinja takes off those behind other blocks."""
+        return source.replace("{% endtrans %}\n", "{% endtrans +%}\n")
+
+
+EXTENSIONS = (MessageLines, "jinja2.ext.i18n")
+
+
+class CompiledBeside(jinja2.BytecodeCache):
+    """Templates' code, kept in __pycache__ beside them as Python keeps that of modules: compiling takes 10 ms each.
+
+    Where that folder can't be written, or Python is to write no bytecode, nothing is kept. The names of files tell what
+    the code depends on besides the template, whose digest is inside.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder / "__pycache__"
+        about = f"{jinja2.__version__}/{sys.implementation.cache_tag}/{Path(__file__).read_text(encoding='utf-8')}"
+        self._made_by = hashlib.sha256(about.encode()).hexdigest()[:16]
+
+    def _path(self, bucket: jinja2.bccache.Bucket) -> Path:
+        return self._folder / f"{bucket.key}.{self._made_by}.cache"
+
+    def load_bytecode(self, bucket: jinja2.bccache.Bucket) -> None:
+        """Fill the bucket, if the code is there and is that of the same template."""
+        try:
+            bucket.load_bytecode(io.BytesIO(self._path(bucket).read_bytes()))
+        except (OSError, ValueError, EOFError, TypeError):  # not there, or damaged
+            bucket.reset()
+
+    def dump_bytecode(self, bucket: jinja2.bccache.Bucket) -> None:
+        """Keep the bucket's code."""
+        if sys.dont_write_bytecode:
+            return
+        path = self._path(bucket)
+        with suppress(OSError):
+            path.parent.mkdir(exist_ok=True)
+            part = path.with_suffix(f".{os.getpid()}")
+            part.write_bytes(bucket.bytecode_to_string())
+            part.replace(path)
+
+
+@cache
+def environment(language: str = ENGLISH) -> jinja2.Environment:
+    """Return the environment: undefined names are errors, markup is escaped, line ends are kept plain.
+
+    Messages are those of a language, and so are the filters for words that problems carry: `phrase` and `mistake`.
+    """
+    made = jinja2.Environment(
+        extensions=EXTENSIONS,
+        loader=jinja2.FileSystemLoader(template_folder()),
+        undefined=jinja2.StrictUndefined,
+        autoescape=lambda name: bool(name and name.endswith(_MARKUP)),
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        bytecode_cache=CompiledBeside(template_folder()),
+        optimized=False,  # the search for constants takes a fifth of the loading, and finds none worth it
+    )
+    made.filters.update(tex=tex, tex_lines=tex_lines, tex_length=tex_length, tex_angle=tex_angle)
+    made.filters.update(tex_value=tex_value, tex_zero=tex_zero)
+    words = catalogue(language)
+    made.install_gettext_translations(words.translations, newstyle=True)  # type: ignore[attr-defined]  # by the extension
+    made.filters["phrase"] = words.phrase
+    made.filters["mistake"] = lambda blame: words.mistake_inside(blame.mistake, blame.title)
+    made.filters["plain"] = plain
+    made.filters["json"] = lambda value: json.dumps(value, ensure_ascii=False)
+    return made
+
+
+def plain(text: str) -> str:
+    r"""Return what shows a text in Markdown as it is: a title with `<` is not taken for a tag.
+
+    >>> print(plain("Arms & <signs>"))
+    Arms & \<signs>
+    """
+    return _IN_MARKDOWN.sub(r"\\\g<0>", text)
+
+
+def render(template: str, **context: Any) -> str:
+    """Return the text of `template` (a file of templates/) with `context` filled in."""
+    return environment().get_template(template).render(**context)

@@ -1,0 +1,193 @@
+"""The commands that hand problems and results to other programs and to people: export, report."""
+
+import contextlib
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from qdot.exercises.assignment.draws import GivenUp, raise_left_out, redrawn_since, vouching
+from qdot.exercises.assignment.redrawn import read_redrawn
+from qdot.exercises.assignment.release import CORES
+from qdot.exercises.common.completion import among
+from qdot.exercises.common.console import BankVariationOption, note, progress, say
+from qdot.exercises.common.errors import QdotError, unknown
+from qdot.exercises.common.files import write_atomically
+from qdot.exercises.exports.outlet import PAGES, SHEETS, Order
+from qdot.exercises.exports.registry import OUTLETS
+from qdot.exercises.exports.sheet import VERSIONS
+from qdot.grader.cli.class_commands import Jobs
+from qdot.grader.grading.certify import failures_of
+from qdot.grader.grading.class_check import load_class
+from qdot.grader.grading.marking import share_earned
+
+
+def export(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The assignment folder.")],
+    to: Annotated[
+        list[str],
+        typer.Option(
+            "--to", metavar="OUTLET", help=f"One of {', '.join(OUTLETS)}; repeatable.", autocompletion=among(OUTLETS)
+        ),
+    ] = [],  # noqa: B006
+    out: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Default: DIR/exports/OUTLET.")] = None,
+    variants: Annotated[
+        int, typer.Option(min=1, max=10_000, help="How many variants of each problem a bank has.")
+    ] = 20,
+    variation: BankVariationOption = "",
+    solutions: Annotated[
+        bool, typer.Option("--solutions", help="Paper, screen, Canvas, QTI, SCORM: with the worked solutions.")
+    ] = False,
+    sheet: Annotated[
+        str,
+        typer.Option(
+            metavar="SHEET",
+            help=f"Paper and screen: {', '.join(SHEETS)} (docs/paper.md).",
+            autocompletion=among(SHEETS),
+        ),
+    ] = SHEETS[0],
+    versions: Annotated[
+        int,
+        typer.Option(min=0, max=len(VERSIONS), help="Paper: so many versions A, B, … without names, for an exam hall."),
+    ] = 0,
+    page: Annotated[
+        str, typer.Option(metavar="SIZE", help=f"PDF and LaTeX: {' or '.join(PAGES)}.", autocompletion=among(PAGES))
+    ] = PAGES[0],
+    passing: Annotated[
+        int | None,
+        typer.Option(
+            "--pass",
+            min=1,
+            max=100,
+            metavar="PERCENT",
+            help="SCORM: passed from so many percent of the points on; without it, nothing is said of passing.",
+        ),
+    ] = None,
+    jobs: Jobs = CORES,
+) -> None:
+    """Write an assignment for other platforms, or for paper.
+
+    Quizzes for learning platforms, handouts and exams, repositories and autograders that grade by themselves.
+
+    Where a platform draws each student's problem from a bank, the bank has --variants certified variants of each
+    problem; handouts are made for everybody on the roster. docs/outlets.md says what reads each outlet, and how.
+    Of several outlets, one that can't be made, as PDF where its library is missing, keeps no other from being written.
+    """
+    names = list(dict.fromkeys(to))
+    if not names:
+        raise QdotError(f"--to says what to write, as in --to html; known: {', '.join(OUTLETS)}")
+    _check(names, sheet, page, variation)
+    assignment = load_class(folder)
+    if variation:
+        assignment = assignment.varied(variation)
+    given_up: list[GivenUp] = []
+    order = Order(
+        assignment, failures_of, variants, solutions, sheet, versions, page, jobs, note=note,
+        left_out=given_up.append, earns=share_earned,
+        passing=None if passing is None else Fraction(passing, 100),
+    )  # fmt: skip
+    for name in names:
+        OUTLETS[name].check(order)
+    for said in assignment.notes:
+        note(said)
+    targets = {name: folder / "exports" / name if out is None else out for name in names}
+    if out is not None and len(names) > 1:
+        targets = {name: out / name for name in names}
+    failed = _write(order, targets)
+    after = replace(assignment, redrawn=read_redrawn(folder))
+    for said in (*redrawn_since(assignment, after), *dict.fromkeys(map(str, given_up))):
+        note(said)
+    if failed and given_up:  # both are told, and one of them is the error
+        note(_told(failed, names))
+    raise_left_out(after, given_up, vouching(failures_of))
+    if failed:
+        raise QdotError(_told(failed, names))
+
+
+def report(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The assignment folder.")],
+    out: Annotated[Path | None, typer.Option(metavar="PATH", help="Default: DIR/graded/report.html.")] = None,
+    report: Annotated[
+        list[str], typer.Option(metavar="FORMAT=PATH", help="Write the results so instead; repeatable. - is stdout.")
+    ] = [],  # noqa: B006
+) -> None:
+    """Show the class at a glance, on a page for the staff.
+
+    It is made from the results of the last `qdot grade`.
+
+    Distribution of scores, difficulty and discrimination of every part, mistakes and who made them, equal wrong answers
+    together with the key by which overrides.csv marks them, right answers in unusual forms, whether some variants were
+    harder, late and missing work, wrong answers that are nearly the same (docs/report.md). With --report, nothing but
+    the formats named is written (docs/outlets.md); nobody is graded.
+    """
+    from qdot.grader.grading.history import last_results
+    from qdot.grader.reports.formats import STDOUT, read_reports, write_asked
+
+    asked = read_reports(report, of_one=False)
+    whole = load_class(folder)
+    assignment, results = last_results(whole)
+    left_out = [student.id for student in whole.roster if student not in assignment.roster]
+    if left_out:
+        note(f"{', '.join(left_out)}: on the roster, and not yet graded; left out")
+    if not asked or out is not None:
+        asked.append(("html", str(out or folder / "graded" / "report.html")))
+    write_asked(assignment, results, asked)
+    for name, path in asked:
+        if path != STDOUT and not any(other == STDOUT for _, other in asked):
+            say(f"{name}: {path}, {len(results)} students")
+
+
+def _check(names: Sequence[str], sheet: str, page: str, variation: str) -> None:
+    """Raise QdotError for what no assignment can be exported with."""
+    for name in names:
+        if name not in OUTLETS:
+            raise unknown("outlet", name, list(OUTLETS))
+        if variation and not OUTLETS[name].holds_a_bank:
+            banks = ", ".join(other.name for other in OUTLETS.values() if other.holds_a_bank)
+            raise QdotError(f"--variation is for banks ({banks}); for {name}, assignment.toml says how arms vary")
+    for given, known, what in ((sheet, SHEETS, "sheet"), (page, PAGES, "page size")):
+        if given not in known:
+            raise unknown(what, given, list(known))
+
+
+def _write(order: Order, targets: Mapping[str, Path]) -> dict[str, str]:
+    """Write the outlets into their folders; return those that can't be written, each with the reason."""
+    assignment = order.assignment
+    failed = {name: lacking for name in targets if (lacking := OUTLETS[name].missing())}
+    for name, target in targets.items():
+        if name in failed:
+            continue
+        redrawn = read_redrawn(assignment.folder)  # what an outlet before has settled
+        try:
+            count = _export(replace(order, assignment=replace(assignment, redrawn=redrawn)), name, target)
+        except QdotError as error:
+            failed[name] = str(error)
+            continue
+        say(f"{name}: {count} {'file' if count == 1 else 'files'} in {target}")
+    return failed
+
+
+def _told(failed: Mapping[str, str], names: Sequence[str]) -> str:
+    """Return which outlets are not written, and why."""
+    if len(names) == 1:
+        return failed[names[0]]
+    be = "is" if len(failed) == 1 else "are"
+    others = "; all others are" if len(failed) < len(names) else ""
+    every = ". ".join(f"{name}: {error}" for name, error in failed.items())
+    return f"{', '.join(failed)} {be} not written{others}. {every}"
+
+
+def _export(order: Order, name: str, target: Path) -> int:
+    outlet = OUTLETS[name]
+    count = 0
+    with (
+        progress(f"exporting to {name}", outlet.steps(order)) as counter,
+        contextlib.closing(outlet.files(replace(order, each=counter.step))) as files,
+    ):
+        for file in files:
+            write_atomically(target / file.path, file.content, 0o600 if file.private else 0o644)
+            count += 1
+    return count

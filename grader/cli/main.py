@@ -1,0 +1,295 @@
+"""The command `qdot`: one program, composed of the commands that each package defines.
+
+Nothing slow is imported before `main` has seen to it that Ctrl-C and SIGTERM end the program in one line.
+"""
+
+import ast
+import atexit
+import functools
+import gc
+import io
+import os
+import re
+import signal
+import sys
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from importlib import import_module
+from importlib.util import find_spec
+from itertools import islice
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+
+if TYPE_CHECKING:
+    import typer
+
+HELP = """Velocity-kinematics problems for a class: drawn for each student, written out as notebooks, graded.
+
+Start with `qdot demo`, which does all of it for a simulated class; then `qdot init DIR`. `qdot COMMAND --help` tells of
+each command, with examples."""
+
+STOPPED = {
+    **dict.fromkeys(("generate", "grade", "demo"), "stopped; run the same command again to go on"),
+    "forget": "stopped; run the same command again to remove the rest",
+    "verify": "stopped; the same command begins at the first problem again, and --from SEED begins a sweep later",
+}
+"""What is said of a command that Ctrl-C or SIGTERM ended, where there is more to say than that it stopped."""
+
+WORKERS = {
+    "generate": ("qdot.exercises.assignment.release", "qdot.grader.grading.certify"),
+    "grade": ("qdot.grader.grading.batch", "qdot.grader.reports.write"),
+    "demo": (
+        "qdot.exercises.assignment.release", "qdot.grader.grading.certify", "qdot.grader.grading.batch",
+        "qdot.grader.reports.write",
+    ),
+}  # fmt: skip
+"""What the processes of a command need: they load it while the command loads what it needs itself."""
+
+
+COMMANDS = {
+    **dict.fromkeys(("init", "families", "questions", "show", "robots", "solve"), "qdot.grader.cli.problem_commands"),
+    **dict.fromkeys(("verify", "generate"), "qdot.grader.cli.class_commands"),
+    "check": "qdot.grader.cli.student_command",
+    **dict.fromkeys(("compare", "grade", "doctor"), "qdot.grader.cli.class_commands"),
+    **dict.fromkeys(("export", "report"), "qdot.grader.cli.export_commands"),
+    **dict.fromkeys(("upgrade-check", "forget"), "qdot.grader.cli.maintenance"),
+    "demo": "qdot.grader.cli.class_commands",
+}
+"""Each command, and the module in which it is the function of that name, with _ for -."""
+ENDING = [signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else [])]
+"""Signals that end the program as Ctrl-C does: of who wants to end it, and of a terminal that was closed."""
+SITE = {"build": "build_site", "serve": "serve"}
+
+
+BETWEEN_COLLECTIONS = 20_000, 10, 10
+"""Objects that are made between two collections, and how many of those until older ones are looked at, too.
+
+Formulas are trees and free themselves. Python's own 700 make collections a tenth of the time of a class.
+"""
+
+LISTING = "--help"
+"""What the program is asked for where it only lists its commands."""
+
+
+@functools.cache
+def program(only: str = "") -> "typer.Typer":
+    """Return the program with all its commands, or with one of them: what the others need takes time to load.
+
+    For the list of commands, `only` is LISTING: what stands in it is read from the text of the modules.
+    """
+    import typer
+
+    from qdot.grader.cli.examples import epilog
+
+    named = _described if only == LISTING else _loaded
+
+    app = typer.Typer(
+        name="qdot", no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False,
+        help=HELP,
+    )  # fmt: skip
+
+    @app.callback(invoke_without_command=True)
+    def _top(
+        show_version: Annotated[bool, typer.Option("--version", is_eager=True, help="Print the version.")] = False,
+    ) -> None:
+        if show_version:
+            from qdot.exercises.common.extras import qdot_version
+
+            typer.echo(f"qdot {qdot_version()}")
+            raise typer.Exit
+
+    for name, module in COMMANDS.items():
+        if only not in COMMANDS or name == only:
+            own: dict[str, Any] = {"cls": _of_texts()} if name == "compare" else {}
+            app.command(name, epilog=epilog(name), **own)(named(module, name))
+    if only not in COMMANDS:
+        pages = typer.Typer(no_args_is_help=True, help="The web site: build it, or show it.")
+        for name, function in SITE.items():
+            pages.command(name, epilog=epilog(f"site {name}"))(named("qdot.grader.cli.site_commands", function))
+        app.add_typer(pages, name="site")
+    return app
+
+
+def _of_texts() -> "type[typer.core.TyperCommand]":
+    """Return the class of a command whose arguments are formulas, which may begin with a minus."""
+    from typer.core import TyperCommand
+
+    class OfTexts(TyperCommand):
+        def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+            options, texts, left = list[str](), list[str](), iter(args)
+            flags = {name: param for param in self.get_params(ctx) for name in param.opts if name[:1] == "-"}
+            for arg in left:
+                if arg == "--":
+                    texts += left
+                elif arg in flags:
+                    options += [arg, *(() if getattr(flags[arg], "is_flag", False) else [*islice(left, 1)])]
+                elif re.match(r"--[a-z-]+(=|$)", arg):
+                    options.append(arg)
+                else:
+                    texts.append(arg)
+            return super().parse_args(ctx, [*options, "--", *texts])
+
+    return OfTexts
+
+
+def _loaded(module: str, name: str) -> Callable[..., None]:
+    return _guarded(getattr(import_module(module), _function(name)))
+
+
+def _function(command: str) -> str:
+    """Return the name of the function that a command is."""
+    return command.replace("-", "_")
+
+
+def _described(module: str, name: str) -> Callable[[], None]:
+    """Return something that does nothing, with the docstring of a module's function, whose module is not loaded."""
+
+    def described() -> None: ...
+
+    described.__doc__ = _docstrings(module)[_function(name)]
+    return described
+
+
+@functools.cache
+def _docstrings(module: str) -> dict[str, str | None]:
+    """Return what the functions of a module say of themselves."""
+    place = find_spec(module)
+    assert place is not None and place.origin is not None, module
+    functions = ast.parse(Path(place.origin).read_bytes()).body
+    return {one.name: ast.get_docstring(one) for one in functions if isinstance(one, ast.FunctionDef)}
+
+
+def __getattr__(name: str) -> Any:
+    if name == "app":
+        return program()
+    raise AttributeError(name)
+
+
+def _guarded(command: Callable[..., None]) -> Callable[..., None]:
+    """Return the command with its errors told in one line: 2 for bad input or our own failure, 130 or 143 stopped."""
+    import typer
+
+    from qdot.exercises.common.errors import QdotError, of_machine
+
+    @functools.wraps(command)
+    def run(*args: object, **options: object) -> None:
+        try:
+            _begin()
+            command(*args, **options)
+        except QdotError as error:
+            _leave(str(error), 2)
+        except KeyboardInterrupt as stop:
+            _leave(STOPPED.get(command.__name__, "stopped"), 128 + (stop.args or (signal.SIGINT,))[0])
+        except BrokenPipeError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # whoever read our output has gone
+        except (typer.Exit, typer.Abort, typer.BadParameter):
+            raise
+        except Exception as error:
+            if os.environ.get("QDOT_TRACEBACK"):
+                raise
+            if (cause := of_machine(error)) is not None:
+                _leave(str(cause), 2)
+            said = f"{type(error).__name__}: {error}"
+            _leave(f"qdot itself failed: {said}. Please report it; QDOT_TRACEBACK=1 shows where", 2)
+
+    return run
+
+
+def _leave(message: str, code: int) -> NoReturn:
+    import typer
+
+    from qdot.exercises.common.console import printable
+
+    sys.stderr.write(f"qdot: {printable(message)}\n")
+    raise typer.Exit(code)
+
+
+def _stop_at_once(number: int, _: object) -> NoReturn:
+    if (parallel := sys.modules.get("qdot.exercises.common.parallel")) is not None:
+        parallel.stop_loading()
+    os.write(2, f"qdot: {STOPPED.get(' '.join(sys.argv[1:2]), 'stopped')}\n".encode())
+    os._exit(128 + number)
+
+
+def _begin() -> None:
+    """Have Ctrl-C, SIGTERM and SIGHUP end a command such that what it has begun is tidied up: it is about to begin."""
+    if not gc.isenabled():
+        gc.freeze()
+        gc.set_threshold(*BETWEEN_COLLECTIONS)
+        gc.enable()
+    for number, handler in ((signal.SIGINT, signal.default_int_handler), *((each, _stop) for each in ENDING)):
+        if signal.getsignal(number) is _stop_at_once:
+            signal.signal(number, handler)
+
+
+def _stop(number: int, _: object) -> NoReturn:
+    """End as for Ctrl-C, so that processes are ended and what they have begun is tidied up."""
+    signal.signal(number, signal.SIG_IGN)  # once is enough
+    raise KeyboardInterrupt(number)
+
+
+def _encoding(stream: io.TextIOWrapper) -> str | None:
+    """Return UTF-8 for what goes into a file or another program, which Windows writes otherwise; None to leave it."""
+    return None if stream.isatty() or os.environ.get("PYTHONIOENCODING") else "utf-8"
+
+
+def _wanted(typed: Sequence[str], environment: Mapping[str, str]) -> str:
+    """Return which part of the program is needed: one command, LISTING, or nothing for all of it.
+
+    >>> _wanted(["grade", "homework"], {}), _wanted([], {}), _wanted(["site", "build"], {})
+    ('grade', '--help', 'site')
+    >>> begun = {"_QDOT_COMPLETE": "complete_bash", "COMP_WORDS": "qdot grade --di"}
+    >>> _wanted([], begun), _wanted([], {**begun, "COMP_WORDS": "qdot gr"})
+    ('grade', '--help')
+    """
+    if "_QDOT_COMPLETE" in environment:  # a shell asks what may come next
+        line = environment.get("COMP_WORDS") or environment.get("_TYPER_COMPLETE_ARGS") or ""
+        typed = f"{line}x".split()[1:]  # the last word is one that is begun
+        return typed[0] if len(typed) > 1 else LISTING
+    return " ".join(typed[:1]) if typed and typed[0] not in ("--help", "--version", *COMPLETION) else LISTING
+
+
+COMPLETION = ("--install-completion", "--show-completion")
+
+
+def main() -> None:
+    """Run the command line: 0 done, 1 something is not as it should be, 2 bad input or our own failure."""
+    if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:  # else it was started in the background, to go on
+        signal.signal(signal.SIGINT, _stop_at_once)  # nothing has been begun yet
+    for number in ENDING:
+        if signal.getsignal(number) is not signal.SIG_IGN:  # as with nohup
+            signal.signal(number, _stop_at_once)
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are small; without threads a process can be forked
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # else it reads what every installed package offers
+    gc.disable()  # until all is loaded, and stays
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(encoding=_encoding(stream), errors="replace")  # a terminal that knows no "θ" shows "?"
+    if (modules := WORKERS.get(" ".join(sys.argv[1:2]))) and "--help" not in sys.argv:
+        from qdot.exercises.common.parallel import load_ahead
+
+        load_ahead(modules)
+    program(_wanted(sys.argv[1:], os.environ))()
+
+
+def run() -> NoReturn:
+    """Run the command line, and end at once: to take all apart that was loaded takes a third of a second."""
+    code: object = 1
+    try:
+        main()
+        code = 0
+    except SystemExit as end:
+        code = end.code
+    if threading.active_count() > 1 or not (code is None or isinstance(code, int)):
+        sys.exit(code)
+    atexit._run_exitfuncs()
+    try:
+        sys.stdout.flush()
+        sys.stderr.flush()
+    except (OSError, ValueError):  # whoever read it has gone
+        code = code or 120
+    os._exit(code or 0)
+
+
+if __name__ == "__main__":
+    run()

@@ -1,0 +1,328 @@
+"""The commands about what is asked: init, families, questions, show, robots, solve."""
+
+import json
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from qdot import ASKED, FAMILIES, ProblemId, QdotError
+from qdot import generate as make_problem
+from qdot import show as show_problem
+from qdot.exercises.arm.chain import CONVENTIONS
+from qdot.exercises.arm.conventions import TABLES
+from qdot.exercises.arm.library import ENDINGS, is_in_library, robot_path
+from qdot.exercises.arm.library import robots as library
+from qdot.exercises.arm.robot_file import ANGLE_UNITS, read_robot_file
+from qdot.exercises.arm.robot_text import robot_text
+from qdot.exercises.assignment.sets import DEFAULT_SET, SETS, set_named
+from qdot.exercises.common.completion import among
+from qdot.exercises.common.console import VariationOption, note, one_of, progress, say, working
+from qdot.exercises.common.time_limit import DEFAULT as SECONDS
+from qdot.exercises.common.time_limit import LEAST, seconds_of
+from qdot.exercises.families import Family
+from qdot.exercises.families.own import own_family
+from qdot.exercises.generation import family_named, listed, sample_chain, short_quiz
+from qdot.exercises.problem.problem import convention_named
+from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.quizzes import QUIZZES
+from qdot.grader.cli.options import ConventionOption, TwistOrderOption
+from qdot.grader.cli.overview import detail, overview, refusals, robots_overview
+
+SHOW_FORMATS = ("text", "latex", "html", "json", "ipynb")
+SOLVE_FORMATS = ("text", "latex", "json")
+
+
+def init(
+    folder: Annotated[Path | None, typer.Argument(metavar="DIR", help="The folder to make.")] = None,
+    title: Annotated[str, typer.Option(help="The assignment's title; default: the set's.")] = "",
+    key: Annotated[str, typer.Option(help="File name of the notebooks, without .ipynb.")] = "velocity",
+    roster: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Your class: a roster, or what Canvas or Moodle exports.")
+    ] = None,
+    problems: Annotated[
+        str,
+        typer.Option(
+            "--set", metavar="NAME", help="Begin with a ready-made set of problems.", autocompletion=among(SETS)
+        ),
+    ] = DEFAULT_SET,
+    list_sets: Annotated[bool, typer.Option("--list", help="List the sets, and make nothing.")] = False,
+) -> None:
+    """Make a new assignment folder.
+
+    In it are assignment.toml, roster.csv, .gitignore, a secret, a README and the folder submitted. Edit
+    assignment.toml and roster.csv, then run `qdot generate DIR`. Nothing that is there already is overwritten.
+    """
+    if list_sets:
+        for one in SETS.values():
+            say(
+                f"{one.name:<18} {one.title}: {one.purpose}\n{'':<18} {one.problems} problems, {one.points:g} points, "
+                f"about {one.minutes} minutes"
+            )
+        return
+    if folder is None:
+        raise QdotError("name the folder to make, as in 'qdot init homework', or list the sets with 'qdot init --list'")
+    from qdot.exercises.assignment.release import init_assignment
+
+    chosen = set_named(problems)
+    init_assignment(folder, title or chosen.title, key, roster=roster, problems=chosen)
+    first = f"put your class into {folder / 'roster.csv'}" if roster is None else "edit assignment.toml"
+    say(f"made {folder}: {first}, then run: qdot generate {folder}")
+
+
+def families(
+    name: Annotated[
+        str,
+        typer.Argument(
+            metavar="NAME",
+            help="One of them, a real robot or a file: what it can be asked, and why not the rest.",
+            autocompletion=among(FAMILIES, library),
+        ),
+    ] = "",
+    convention: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME",
+            help=f"Of one of them: how its arms are told, {', '.join(CONVENTIONS)}.",
+            autocompletion=among(CONVENTIONS),
+        ),
+    ] = "",
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+) -> None:
+    """List the robot families and what each can be asked.
+
+    The difficulty is a step from 0 to 4 of a scale: how much there is to work out for such an arm by hand. A
+    family's name goes into assignment.toml (family = "planar-2r") and before a seed: `qdot show planar-2r/7`. With a
+    NAME it is told of this family what it can be asked, question by question, and in a few words why not the rest; so
+    it is of a real robot (ur5) and of your own ROBOT.toml, CSV or URDF, which may take a minute.
+    """
+    if convention:
+        convention_named(convention)
+        if not name:
+            raise QdotError("--convention is for one family or robot; name it, as in 'qdot families ur5'")
+    if name:
+        family = _family(name)
+        _look_at(family, convention)
+        row = {**_row(family, convention), "refused": refusals(family, convention)} if as_json else {}
+        say(json.dumps(row, ensure_ascii=False, indent=1) if as_json else detail(family, convention))
+    elif as_json:
+        say(json.dumps([_row(family) for family in FAMILIES.values()], ensure_ascii=False, indent=1))
+    else:
+        say(overview())
+
+
+def _family(name: str) -> Family:
+    """Return the family of a name, or that of a robot: of a file, or of the library. Raises QdotError."""
+    if name not in FAMILIES and (name.lower().endswith(ENDINGS) or Path(name).is_file() or is_in_library(name)):
+        path = robot_path(name)
+        robot = read_robot_file(path)
+        for said in robot.notes:
+            note(said)
+        return own_family(path, robot)
+    return family_named(name)
+
+
+def _look_at(family: Family, convention: str) -> None:
+    """Find out what an arm can be asked, and show how far that is: of long arms it takes a minute.
+
+    What is found out is kept, and told later; of registered families, it is listed as they tell their arms.
+    """
+    if family.varied or not (family.robot or convention):
+        return
+    chain = sample_chain(ProblemId(family.name, 0, convention=convention), family)
+    with progress(f"looking at what {family.name} can be asked", len(QUESTIONS)) as counter:
+        for question in QUESTIONS.values():
+            question.refusal(chain)
+            counter.step()
+
+
+def _row(family: Family, convention: str = "") -> dict[str, Any]:
+    about = listed(family, convention)
+    return {
+        "name": family.name,
+        "title": family.title,
+        "source": family.source,
+        "joints": about.kinds or "varied",
+        "questions": list(about.questions),
+        "difficulty": about.steps[1],
+        "difficulties": list(about.steps),
+    }
+
+
+def questions(as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False) -> None:
+    """List the questions that can be asked.
+
+    They stand in the chapter's order, with the equation that each is about; behind them the short ones for quizzes.
+    Their names go into assignment.toml: questions = ["position", "jacobian"].
+    """
+    rows: list[dict[str, Any]] = [
+        {
+            "name": q.name,
+            "title": q.title,
+            "source": q.source,
+            "points": q.points,
+            "needs": list(q.needs),
+            "form": q.form,
+        }
+        for q in ASKED.values()
+    ]
+    if as_json:
+        say(json.dumps(rows, ensure_ascii=False, indent=1))
+        return
+    for row in rows:
+        if row["name"] == next(iter(QUIZZES)):
+            say('\nShort questions for quizzes; questions = "quiz" asks one of each form:\n')
+        say(f"{row['name']:<24} {row['title']} ({row['source']}{'; ' if row['form'] else ''}{row['form']})")
+
+
+def show(
+    problem: Annotated[
+        str,
+        typer.Argument(
+            metavar="PROBLEM", help="FAMILY/SEED, as in planar-2r/7.", autocompletion=among(FAMILIES, behind="/1")
+        ),
+    ],
+    solution: Annotated[bool, typer.Option("--solution", help="Add the reference and the worked steps.")] = False,
+    format: Annotated[
+        str,
+        typer.Option("--format", "-f", help=f"One of {', '.join(SHOW_FORMATS)}.", autocompletion=among(SHOW_FORMATS)),
+    ] = "text",
+    ask: Annotated[
+        str | None,
+        typer.Option(
+            "--questions",
+            help="Names with commas between, or quiz; default: all that apply but short ones.",
+            autocompletion=among(ASKED, ["quiz"], between=","),
+        ),
+    ] = None,
+    hints: Annotated[bool, typer.Option("--hints", help="Add three hints to every part.")] = False,
+    variation: VariationOption = "",
+    convention: ConventionOption = "",
+    twist_order: TwistOrderOption = "",
+) -> None:
+    """Show one problem, with hints or solution if wanted.
+
+    It has statement, figure and parts; with --hints three hints a part, from gentle to nearly there, in HTML and
+    notebooks to be opened one by one (JSON always has them); with --solution the answers and how they are derived.
+    The same FAMILY/SEED shows the same problem on every machine; FAMILY/SEED@VARIATION is short for --variation,
+    FAMILY/SEED@CONVENTION for --convention, and FAMILY/SEED@v-omega for --twist-order.
+    """
+    one_of(format, SHOW_FORMATS, "--format")
+    identity = ProblemId.parse(problem).varied(variation).told(convention, twist_order)
+    if ask is not None:
+        identity = replace(
+            identity, questions=short_quiz(identity.family, identity.convention) if ask == "quiz" else _names(ask)
+        )
+    made = make_problem(identity)
+    certificate = None
+    if format == "json":
+        from qdot import certify
+
+        certificate = certify(made).as_json()
+    say(show_problem(made, solution, format, certificate, hints))
+
+
+def _names(listed: str) -> tuple[str, ...]:
+    """Return names with commas between them. Raises QdotError where there is none."""
+    names = tuple(name.strip() for name in listed.split(","))
+    if not any(names):
+        raise QdotError("--questions names no question; leave the option out to ask all that apply")
+    return names
+
+
+def robots(as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False) -> None:
+    """List the real robots that `qdot solve NAME` knows.
+
+    Capital letters and hyphens in a name don't count. robot = "panda" in assignment.toml asks about one, and `qdot
+    solve panda --convert dh > arm.toml` makes a file of it that you can change.
+    """
+    if as_json:
+        say(json.dumps([asdict(robot) for robot in library().values()], ensure_ascii=False, indent=1))
+    else:
+        say(robots_overview())
+
+
+def solve(
+    robot: Annotated[
+        str,
+        typer.Argument(
+            metavar="ROBOT",
+            help="Your arm: ROBOT.toml, a table in CSV, or a URDF; or the name of a real one: panda.",
+            autocompletion=among(library),
+        ),
+    ],
+    format: Annotated[
+        str,
+        typer.Option("--format", "-f", help=f"One of {', '.join(SOLVE_FORMATS)}.", autocompletion=among(SOLVE_FORMATS)),
+    ] = "text",
+    tip: Annotated[str, typer.Option(metavar="LINK", help="URDF: the link at the end, if there are several.")] = "",
+    convention: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME", help=f"CSV: whose rows they are, one of {', '.join(TABLES)}.", autocompletion=among(TABLES)
+        ),
+    ] = "",
+    angles: Annotated[
+        str,
+        typer.Option(
+            metavar="UNIT",
+            help=f"CSV: what its angles are in, {' or '.join(ANGLE_UNITS)}.",
+            autocompletion=among(ANGLE_UNITS),
+        ),
+    ] = "",
+    convert: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME",
+            help=f"Write the arm as ROBOT.toml in a convention: {', '.join(CONVENTIONS)}.",
+            autocompletion=among(CONVENTIONS),
+        ),
+    ] = "",
+    time: Annotated[
+        str, typer.Option(metavar="SECONDS", help=f"Processor time after which it ends, {LEAST:g} or more.")
+    ] = f"{SECONDS:g}",
+    map_file: Annotated[
+        Path | None,
+        typer.Option("--map", metavar="FILE.svg", help="Draw where it is singular, over pairs of its joints, too."),
+    ] = None,
+) -> None:
+    """Derive all the book would for your own arm or a real one.
+
+    That is position, Jacobian both ways, determinant and singularities. ROBOT.toml has a name, optionally task =
+    ["vx", "vy"] and point = "O3" or [x, y, z], and a [[joint]] for each row of the standard DH table: kind = "R" or
+    "P", theta, d, a, alpha; lengths in metres, angles in radians. With convention = "modified-dh" the rows are those of
+    the modified table (Craig), with convention = "screws" joints are given by their axes: docs/robots.md.
+
+    In JSON, `jacobian` is that of the point, 3 x n, and `geometric_jacobian` 6 x n; of the latter, the rows that `task`
+    names are those whose `determinant` and `singular` follow. `determinant` is null where these are not square.
+    `singular` is null where they have less than full rank in every configuration, and empty where they have full rank
+    in every one; `note` says so in words. Arms that are told by their axes have `space_jacobian` and `body_jacobian`.
+
+    Results are written as they are ready. With --time, or by Ctrl-C, it ends earlier, and says what is missing; JSON
+    has `missing` then, a list of what was not worked out. --map draws the conditions that are in three joints or fewer.
+    """
+    one_of(format, SOLVE_FORMATS, "--format")
+    from qdot.exercises.solve.locus import check_map, write_map
+    from qdot.exercises.solve.time_limited import write_solution
+
+    seconds = seconds_of(time)
+    if convention:
+        one_of(convention, TABLES, "--convention")
+    if angles:
+        one_of(angles, ANGLE_UNITS, "--angles")
+    if map_file is not None:
+        check_map(map_file)
+    read = read_robot_file(robot_path(robot), tip, convention, angles)
+    for said in read.notes:
+        note(said)
+    if convert:
+        one_of(convert, CONVENTIONS, "--convert")
+        if format != "text" or map_file is not None:
+            other = "--map" if map_file is not None else "--format"
+            raise QdotError(f"--convert writes a ROBOT.toml, and {other} is for what is derived; give one of both")
+        say(robot_text(read, convert).rstrip())
+        return
+    singular = write_solution(read, format, seconds, say, working)
+    if map_file is not None:
+        note(write_map(map_file, read, singular))

@@ -1,0 +1,150 @@
+"""The commands of the web site: `qdot site build`, `qdot site serve`."""
+
+import functools
+import http.server
+from http import HTTPStatus
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from qdot.exercises.assignment.assignment import FEEDBACK, Assignment, load_assignment
+from qdot.exercises.assignment.draws import GivenUp
+from qdot.exercises.assignment.release import CORES
+from qdot.exercises.common.completion import among
+from qdot.exercises.common.console import SiteVariationOption, note, progress, say
+from qdot.exercises.common.errors import QdotError, unknown
+from qdot.exercises.common.variation import STEPS
+from qdot.exercises.exports.bank import bank
+from qdot.exercises.exports.outlet import Order as BankOrder
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.generation import family_named
+from qdot.exercises.site.build import Order, build
+from qdot.exercises.site.pages import docs_folder
+from qdot.exercises.site.reference import reference
+from qdot.exercises.site.supply import MOST_SEEDS, OF_EACH_STEP, Told, Wanted, of_families, of_variants
+from qdot.grader.cli.class_commands import Jobs
+from qdot.grader.cli.options import SiteConventionOption, SiteTwistOrderOption
+from qdot.grader.grading.certify import failures_of
+
+SITE = Path("qdot-site")
+OF_EACH_PROBLEM = 5
+
+
+def build_site(
+    context: typer.Context,
+    out: Annotated[Path, typer.Option(metavar="FOLDER", help="Where to build it.")] = SITE,
+    assignment: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="A site for your own course: the problems of this assignment.")
+    ] = None,
+    families: Annotated[
+        str, typer.Option(help="Names with commas between; default: all.", autocompletion=among(FAMILIES, between=","))
+    ] = "",
+    variants: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            max=MOST_SEEDS,
+            show_default=f"{OF_EACH_STEP} at every step of variation; {OF_EACH_PROBLEM} of a problem",
+            help="Arms of each family, or variants of a problem.",
+        ),
+    ] = None,
+    variation: SiteVariationOption = "",
+    convention: SiteConventionOption = "",
+    twist_order: SiteTwistOrderOption = "",
+    feedback: Annotated[
+        str,
+        typer.Option(
+            metavar="LEVEL",
+            help=f"How much is told: {', '.join(FEEDBACK)}. Default: the assignment's, else all.",
+            autocompletion=among(FEEDBACK),
+        ),
+    ] = "",
+    jobs: Jobs = CORES,
+) -> None:
+    """Build the web site: pages and a bank of certified problems that a browser shows and grades.
+
+    Any file server can serve the folder, or GitHub Pages; there is nothing to install on it. What is up to date is
+    kept, so that a build that was stopped goes on where it was. With --convention, all arms are told as a course of
+    another book has them. With --assignment, the problems are variants of the
+    assignment's, none of which a student has, and what is told of a wrong answer is what its feedback says; the bank
+    has solutions only where that is "solutions". The page judges by itself, with right values in its bank.
+    """
+    if feedback and feedback not in FEEDBACK:
+        raise unknown("level of feedback", feedback, list(FEEDBACK))
+    loaded = None if assignment is None else load_assignment(assignment)
+    told = convention, twist_order
+    wanted, titles, course = _wanted(loaded, families, variants, variation, told, jobs)
+    level = feedback or (FEEDBACK[-1] if loaded is None else loaded.feedback)
+    commands = reference(context.find_root().command)
+    order = Order(out, wanted, titles, failures_of, min(jobs, len(wanted)), commands, docs_folder(), course, level)
+    left_out: list[GivenUp] = []
+    with progress("building the site", len(wanted)) as counter:
+        made = build(order, counter.step, left_out.append)
+    say(f"{made['problems']} problems with {made['questions']} questions in {out}; see them: qdot site serve {out}")
+    for given in left_out:
+        note(str(given))
+    if left_out:
+        named = ", ".join(dict.fromkeys(given.family for given in left_out))
+        raise QdotError(
+            f"not on the site, as no draw passed its certificate: {len(left_out)} of {named}. All others are on it; "
+            "please report it"
+        )
+
+
+def _wanted(
+    loaded: Assignment | None, families: str, variants: int | None, variation: str, told: Told, jobs: int
+) -> tuple[list[Wanted], list[tuple[str, str, str]], str]:
+    if loaded is None:
+        names = [family_named(name.strip()).name for name in families.split(",") if name.strip()] or list(FAMILIES)
+        titles = [(name, FAMILIES[name].title, FAMILIES[name].source) for name in names]
+        many = variants or OF_EACH_STEP * (1 if variation else len(STEPS))
+        return of_families(names, many, variation, *told), titles, ""
+    if any(told):
+        raise QdotError(
+            "--convention and --twist-order are for a site of families; an assignment says them itself, as in "
+            'convention = "screws" in assignment.toml'
+        )
+    if variation:
+        loaded = loaded.varied(variation)
+    made = list(bank(BankOrder(loaded, failures_of, variants or OF_EACH_PROBLEM, jobs=jobs, note=note)))
+    titles = [(slot.name, slot.family.title, slot.family.source) for slot in loaded.slots]
+    return of_variants(made), titles, loaded.title
+
+
+def serve(
+    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="A built site.")] = SITE,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="0: any that is free.")] = 8000,
+) -> None:
+    """Show a built site in the browser of this machine, until Ctrl-C; nobody else can reach it."""
+    if not (folder / "index.html").is_file():
+        raise QdotError(f"there is no site in {folder}; 'qdot site build --out {folder}' makes one")
+    handler = functools.partial(_Quiet, directory=str(folder))
+    try:
+        server = http.server.ThreadingHTTPServer(("127.0.0.1", port), handler)
+    except OSError as error:
+        raise QdotError(f"port {port} can't be used: {error.strerror}; choose another with --port") from None
+    with server:
+        say(f"the site is at http://127.0.0.1:{server.server_port}/ until Ctrl-C")
+        server.serve_forever()
+
+
+class _Quiet(http.server.SimpleHTTPRequestHandler):
+    """Serves files without a line for each, and the site's own page in the place of what is not there, as hosts do."""
+
+    def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:
+        """Send the site's page for what is not there; all else as usual."""
+        page = Path(self.directory) / "404.html"
+        if code != HTTPStatus.NOT_FOUND or not page.is_file():
+            super().send_error(code, message, explain)
+            return
+        body = page.read_bytes()
+        self.send_response(code)
+        self.send_header("Content-Type", "text/html; charset=utf-8")
+        self.send_header("Content-Length", str(len(body)))
+        self.end_headers()
+        if self.command != "HEAD":
+            self.wfile.write(body)
+
+    def log_message(self, format: str, *args: object) -> None:
+        pass

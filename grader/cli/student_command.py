@@ -1,0 +1,46 @@
+"""The command for students: check. It loads nothing of classes, which takes as long as all that it does."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from qdot.exercises.common.console import say
+from qdot.exercises.common.errors import QdotError
+from qdot.grader.grading.check import check_notebook
+
+
+def check(
+    notebook: Annotated[Path, typer.Argument(metavar="NOTEBOOK", help="Your notebook.")],
+    report: Annotated[
+        str,
+        typer.Option(
+            metavar="github=PATH", help="Also write a job summary of GitHub Actions, with annotations; - is stdout."
+        ),
+    ] = "",
+) -> None:
+    """Show what will be read from each answer of a notebook.
+
+    For students: no marks are given, and no key is needed. Leaves with code 1 if an answer is blank or can't be read.
+    """
+    form, _, summary = report.partition("=")
+    if report and (form != "github" or not summary):
+        raise QdotError(f"--report {report}: write github=PATH, as in github=summary.md")
+    checked = check_notebook(notebook)
+    rows = checked.rows
+    for said in checked.notes:
+        say(f"note: {said}")
+    for row in rows:
+        say(f"{'ok ' if row.readable else '-- '} {row.part}: {row.said}")
+    if summary:
+        from qdot.grader.reports.formats import write_out
+        from qdot.grader.reports.github import check_annotations, check_summary
+
+        write_out(summary, check_summary(checked))
+        annotations = check_annotations(notebook, checked)
+        if annotations:
+            say(annotations)
+    unreadable = sum(not row.readable for row in rows)
+    say(f"{len(rows) - unreadable} of {len(rows)} answers can be read; whether they are right is not checked here")
+    if unreadable:
+        raise typer.Exit(1)

@@ -1,0 +1,272 @@
+"""What to look at in a wrong answer that no mistake of the catalogue gives: what a teacher would ask first.
+
+Each remark is true of the answer, as it was compared with the right one in numbers, and gives no part of that away: a
+factor that is the same everywhere, units, a joint on which it should or should not depend, a pose that is easily drawn.
+"""
+
+from collections.abc import Iterator
+from itertools import product
+
+import numpy as np
+
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.derivation_graph import numbers
+from qdot.exercises.arm.singularity import singular_set
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.formula.conditions import Space, compare_sets
+from qdot.exercises.formula.pieces import pieces
+from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.formula.set_parser import claimed_pieces
+from qdot.exercises.formula.trees import ReadError, names
+from qdot.exercises.mistakes.given import Values, configurations
+from qdot.exercises.problem.problem import Part, Problem
+from qdot.exercises.questions.results import is_derived, result
+from qdot.grader.judging.answer import Given, with_joint
+from qdot.grader.judging.verdict import Diagnosis
+
+POINTS = 5
+PRECISE = 1e-3
+"""How near a single number has to be to a known factor."""
+SAME = 1e-7
+FACTORS = {
+    2.0: "by the factor 2",
+    100.0: "by the factor 100, as between metres and centimetres",
+    1000.0: "by the factor 1000, as between metres and millimetres",
+    180 / np.pi: "by the factor between degrees and radians",
+    2 * np.pi: "by the factor 2 pi, as between turns and radians",
+}
+"""What is said of a factor between an answer and the right one, or one over it."""
+AGAIN = "Work it out again step by step, and look at each number that you took from the problem."
+EASY = (0.0, np.pi / 2, np.pi / 6)
+MOST_POSES = 81
+
+
+def advise(problem: Problem, part: Part, given: Given, seed: str = "") -> Diagnosis | None:
+    """Return what to look at in a wrong answer that was read; nothing where it is a letter, or text that is none."""
+    if part.answer.is_a_set:
+        says = _of_set(problem, part, given, seed)
+    elif given.rows is None or any(given.blanks):
+        says = None
+    elif not is_derived(part):
+        says = _of_numbers(part, given) if part.type == "number" else None
+    else:
+        says = _of_formulas(problem, part, given, seed)
+    return None if says is None else Diagnosis((), says)
+
+
+def _of_numbers(part: Part, given: Given) -> str | None:
+    """Look at the factor between numbers that come out of no derivation and those that are due."""
+    try:
+        mine = evaluate(compile_program(list(given.entries)), {}, 1)[0]
+    except (KeyError, ReadError):  # names among the numbers
+        return None
+    if all(entry.is_Integer for entry in part.answer.as_matrix()):  # as a rank, which is counted
+        return AGAIN
+    right = np.array([complex(entry) for entry in part.answer.as_matrix()])[:, None]
+    return next(_ratio(mine, right, 5e-3), AGAIN)
+
+
+def _of_formulas(problem: Problem, part: Part, given: Given, seed: str) -> str | None:
+    values = configurations(problem.chain, part, problem.domain(), POINTS, Stream(f"{seed}/advice"))
+    if given.symbols - set(values):
+        return None
+    look = _Look(problem.chain, part, given)
+    try:
+        if look.mine(values).shape != look.right(values).shape:
+            return None  # the reason tells it
+        remarks = (one for remark in (_factor, _units, _joints, _easy_pose) for one in remark(look, values))
+        return next(remarks, None)
+    except ReadError:
+        return None
+
+
+class _Look:
+    """An answer and the right one, evaluated side by side."""
+
+    def __init__(self, chain: Chain, part: Part, given: Given) -> None:
+        self.chain, self.part, self.given = chain, part, given
+        self.program = compile_program(list(given.entries))
+
+    def mine(self, values: Values) -> np.ndarray:
+        """Return the answer, (entries, N)."""
+        with np.errstate(all="ignore"):
+            return np.asarray(evaluate(self.program, values, len(next(iter(values.values()))))[0])
+
+    def right(self, values: Values) -> np.ndarray:
+        """Return what is due, (entries, N)."""
+        due = result(numbers(self.chain, values), self.part)
+        return np.asarray(due.reshape(-1, due.shape[-1]))
+
+
+def _factor(look: _Look, values: Values) -> Iterator[str]:
+    room = 5e-3 if look.part.answer.is_in_numbers else SAME
+    yield from _ratio(look.mine(values), look.right(values), room)
+
+
+def _ratio(mine: np.ndarray, right: np.ndarray, room: float) -> Iterator[str]:
+    if mine.shape != right.shape:
+        return
+    counted = np.abs(right) > SAME * np.abs(right).max(initial=0.0)
+    if not counted.any() or (np.abs(mine[~counted]) > SAME).any():
+        return
+    ratios = mine[counted] / right[counted]
+    factor = float(ratios[0].real)
+    if not np.isfinite(ratios).all() or (np.abs(ratios - factor) > room * abs(factor)).any() or factor in (0.0, 1.0):
+        return
+    if len(ratios) == 1:  # a single number is some factor off in any case
+        room = PRECISE
+    for known, words in FACTORS.items():
+        for of in (known, 1 / known):
+            if abs(factor / of - 1) < room:
+                yield f"All numbers are too {'large' if of > 1 else 'small'} {words}."
+    if len(ratios) > 1 and np.ptp(right[counted].real) > SAME:
+        yield (
+            "Everything is wrong by one and the same factor: look for a unit, a root or a square, a common factor, or "
+            "a vector that is to have length 1."
+        )
+
+
+def _units(look: _Look, values: Values) -> Iterator[str]:
+    """Look at how an answer in formulas grows with all lengths, where none of these is a number."""
+    if look.part.answer.is_in_numbers:
+        return
+    chain = look.chain
+    lengths = {str(symbol) for symbol in chain.parameters} | {
+        str(q) for q, joint in zip(chain.q, chain.joints, strict=True) if joint.kind == "P"
+    }
+    given = [entry for joint in chain.joints for entry in (joint.a, joint.d)] + [
+        *chain.point.offset,
+        *chain.base.position,
+    ]
+    if (
+        not lengths
+        or any(entry.is_number and entry != 0 for entry in given)
+        or any(offset != 0 and joint.kind == "P" for offset, joint in zip(chain.offsets, chain.joints, strict=True))
+    ):
+        return
+    larger = {name: value * 2 if name in lengths else value for name, value in values.items()}
+    mine, due = _degrees(look.mine(values), look.mine(larger)), _degrees(look.right(values), look.right(larger))
+    if len(mine) != len(due):
+        return
+    for own, wanted in zip(mine, due, strict=True):
+        if wanted is not None and own is None:
+            yield "The terms of your answer have different units: each has to be a length as often as the others."
+            return
+        if wanted is not None and own is not None and own != wanted:
+            yield f"Count the lengths in each term: yours has the unit {_unit(own)}, and {_unit(wanted)} is due."
+            return
+
+
+def _degrees(before: np.ndarray, after: np.ndarray) -> list[int | None]:
+    """Return the power of length of each entry; None where it has none, or is zero."""
+    found: list[int | None] = []
+    for one, other in zip(before, after, strict=True):
+        with np.errstate(all="ignore"):
+            power = np.log2(np.abs(other / one))
+        whole = np.isfinite(power).all() and np.abs(power - np.round(power[0])).max() < 1e-6
+        found.append(int(np.round(power[0])) if whole else None)
+    return found
+
+
+def _unit(power: int) -> str:
+    return "1 (none)" if power == 0 else "m" if power == 1 else f"m^{power}"
+
+
+def _joints(look: _Look, values: Values) -> Iterator[str]:
+    mine, right = look.mine(values), look.right(values)
+    if mine.shape != right.shape:
+        return
+    for i, q in enumerate(look.chain.q, 1):
+        if look.part.details.given_values(look.chain) or q in look.part.details.given_joints:
+            return
+        moved = {**values, q.name: values[q.name] + 0.37}
+        mine_moves = _differs(look.mine(moved), mine)
+        right_moves = _differs(look.right(moved), right)
+        if right_moves and not mine_moves:
+            yield f"Your answer does not change with {q}. Move joint {i} alone: does nothing of what is asked change?"
+            return
+        if mine_moves and not right_moves:
+            yield f"Your answer changes with {q}. Move joint {i} alone, and look at what is asked: it stays as it is."
+            return
+
+
+def _differs(one: np.ndarray, other: np.ndarray) -> bool:
+    with np.errstate(all="ignore"):
+        return bool((np.abs(one - other) > SAME * (1 + np.abs(other))).any())
+
+
+def _easy_pose(look: _Look, values: Values) -> Iterator[str]:
+    """Find a pose of right angles in which the answer differs, and tell its value there."""
+    chain, details = look.chain, look.part.details
+    if details.given_values(chain) or details.given_joints:
+        yield "Work the numbers out again step by step, and put the result back into the equation that it comes from."
+        return
+    turning = [q for q, joint in zip(chain.q, chain.joints, strict=True) if joint.kind == "R"]
+    one = {name: value[:1] for name, value in values.items()}
+    for angles in list(product(EASY, repeat=len(turning)))[:MOST_POSES]:
+        pose = {**one, **{q.name: np.array([angle]) for q, angle in zip(turning, angles, strict=True)}}
+        mine, right = look.mine(pose), look.right(pose)
+        wrong = np.flatnonzero(~(np.abs(mine - right)[:, 0] <= SAME * (1 + np.abs(right)[:, 0])))
+        if mine.shape == right.shape and len(wrong) and np.isfinite(right).all():
+            said = ", ".join(f"{q} = {round(np.degrees(angle))}°" for q, angle in zip(turning, angles, strict=True))
+            where = _entry(look.part, int(wrong[0]))
+            yield f"Draw the arm at {said or 'any place'} and work out {where} there by hand: your answer differs."
+            return
+    yield "Put numbers in for one pose that is easy to draw, and compare term by term with the drawing."
+
+
+def _entry(part: Part, index: int) -> str:
+    if part.shape is None or part.shape == (1, 1):
+        return "what is asked"
+    rows, columns = part.shape
+    return f"entry {index + 1}" if 1 in (rows, columns) else f"row {index // columns + 1}, column {index % columns + 1}"
+
+
+def _of_set(problem: Problem, part: Part, given: Given, seed: str) -> str | None:
+    """Look at which joints a set speaks of, and then at what each value makes of J."""
+    if given.refusal is not None or given.tree is None:
+        return None
+    components = singular_set(problem.chain) or ()
+    due = {q.name for component in components for c in component.conditions for q in c.free_symbols}
+    joints = [q.name for q in problem.chain.q]
+    own = names(given.tree) & set(joints)
+    for name in joints:
+        if name in due and name not in own:
+            return f"Nothing is said of {name}. Do the zeros of the determinant (or of all minors) depend on it?"
+        if name in own and name not in due:
+            return (
+                f"Something is said of {name}. Put its value into the determinant (or the minors): are they zero then, "
+                "whatever the other joints are?"
+            )
+    together = any(len(component.conditions) > 1 for component in components)
+    return _of_claims(problem, part, given, seed, together)
+
+
+def _of_claims(problem: Problem, part: Part, given: Given, seed: str, together: bool) -> str | None:
+    """Look at whether what is claimed is singular; `together` tells that conditions are due that hold at once."""
+    joints = [q.name for q in problem.chain.q]
+    domain = problem.domain()
+    try:
+        claimed = claimed_pieces(with_joint(given.tree, joints), joints) if given.tree is not None else []
+        right = [piece for (tree,) in part.answer.trees(domain.roles) for piece in pieces(tree, joints)]
+        found = compare_sets(claimed, right, Space(joints, domain, part.rounding), seed)
+    except ReadError:
+        return None
+    every = (
+        "look for all angles in a turn, and for what vanishes together"
+        if together
+        else ("set each factor to zero by itself, and look for all angles in a turn")
+    )
+    if found.rounded:
+        return "A value that is right but for its digits earns less: write each as it is, as in pi/3 or acos(1/3)."
+    if found.surplus is None:
+        return f"What you give is singular, and it is not all: {every}."
+    if together or any(len(piece) > 1 for piece in claimed):
+        return (
+            "Put each of your values into the determinant (or the minors), those that hold together at once: it has to "
+            f"be zero whatever the remaining joints are. Then {every}."
+        )
+    return (
+        "Put each of your values into the determinant (or the minors): it has to be zero whatever the other joints "
+        f"are. Then {every}."
+    )

@@ -1,0 +1,181 @@
+"""The file certificates/STUDENT/KEY.json: what is kept of a student's problems, and what can be wrong with it.
+
+One record for each problem: its identity, the engine and version that made it, digests of arm and parts, difficulty,
+and the names of the checks it passed. Figures such as rounding errors differ between machines and are not kept.
+
+And a digest of each cell of the notebook as it was handed out: a later version words a problem differently, so that its
+own text says nothing about whether a notebook was altered. What students write, and outputs, are not in the digests.
+"""
+
+import hashlib
+import json
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+import pydantic
+
+from qdot.exercises.common.errors import QdotError
+
+
+class Kind(StrEnum):
+    """Why a problem can't be vouched for, in the words of the summary: "3 failed: 1 changed, 2 without …"."""
+
+    CHANGED = "changed"
+    UNSOUND = "not passing the checks"
+    OTHER_ENGINE = "of another engine"
+    UNCERTIFIED = "without a certificate"
+    DAMAGED = "with a damaged certificate"
+    ALTERED = "in an altered notebook"
+    NO_NOTEBOOK = "without a notebook"
+
+
+@dataclass(frozen=True)
+class Failure:
+    """What is wrong, as a line that says whose it is; `slot` is the problem concerned, empty for all of them."""
+
+    kind: Kind
+    said: str
+    slot: str = ""
+
+
+class Record(pydantic.BaseModel):
+    """What is kept of one problem; what a later version adds is passed over."""
+
+    model_config = pydantic.ConfigDict(strict=True, frozen=True)
+    problem: str = pydantic.Field(pattern=r"^[a-z0-9-]+/[0-9]{1,19}(@[a-z+-]+){0,2}$")
+    questions: tuple[str, ...]
+    band: tuple[int, int] | None
+    engine: int
+    qdot: str
+    difficulty: int
+    sha256: str
+    arm: str
+    parts: dict[str, str]
+    checks: tuple[str, ...]
+
+
+class Certificate(pydantic.BaseModel):
+    """The file of one student; `problems` has a record for each slot, `notebook` a digest for each cell by its name."""
+
+    model_config = pydantic.ConfigDict(strict=True, frozen=True)
+    assignment: str
+    student: str
+    edition: str
+    notebook: dict[str, str]
+    problems: dict[str, Record]
+
+    @property
+    def text(self) -> str:
+        """The file's text."""
+        return self.model_dump_json(indent=1) + "\n"
+
+
+def read_certificate(path: Path, assignment: str, student: str) -> Certificate | None:
+    """Return a student's certificate, None where there is no file. Raises QdotError: what is wrong, and what to do.
+
+    It never sends the reader to 'qdot generate' alone, which would vouch for whatever the problems have become.
+    """
+    try:
+        certificate = Certificate.model_validate_json(path.read_text(encoding="utf-8-sig"))
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    except pydantic.ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(map(str, first["loc"]))
+        raise _unreadable(path, f"{where}: {first['msg']}" if where else first["msg"]) from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise _unreadable(path, getattr(error, "strerror", None) or "it is not UTF-8 text") from None
+    if (certificate.assignment, certificate.student) != (assignment, student):
+        raise _unreadable(path, f"it is that of {certificate.student} for {certificate.assignment!r}")
+    return certificate
+
+
+def _unreadable(path: Path, why: str) -> QdotError:
+    return QdotError(
+        f"{path} can't be read as this student's certificate ({why}): nothing says what was handed out. Restore it "
+        "from a backup; failing that, delete it, run 'qdot generate' and hand its notebook out anew"
+    )
+
+
+def missing(path: Path, notebook: Path) -> str:
+    """Return what is said of a certificate that isn't there, beside a notebook or without."""
+    if not notebook.is_file():
+        return (
+            f"neither {path} nor {notebook} is there. If nothing was handed out yet, 'qdot generate' writes both; if "
+            "it was, restore both from a backup"
+        )
+    return (
+        f"{path} is missing: nothing says what was handed out. Restore it from a backup; 'qdot generate' writes "
+        "notebook and certificate from what the problems are now, to be handed out anew"
+    )
+
+
+# --- the notebook that was handed out ---
+
+
+def cell_digests(notebook: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return name and SHA-256 of what qdot wrote in a notebook, in order: its own metadata, then every cell.
+
+    Of an answer cell the part counts and not what is in it. Outputs and empty cells do not count, nor do the names, so
+    that a program that drops the ids of cells, or runs them, alters nothing. Certificates of earlier versions are read
+    with this: it stays as it is.
+    """
+    metadata = _dict(notebook.get("metadata")).get("qdot")
+    digests = [("metadata", _digest(metadata))]
+    for number, cell in enumerate(map(_dict, notebook["cells"]), 1):
+        source = cell.get("source", "")
+        text = "".join(map(str, source)) if isinstance(source, list) else str(source)
+        part = _dict(_dict(cell.get("metadata")).get("qdot")).get("part")
+        if part is not None or text.strip():
+            name = str(cell.get("id") or f"cell {number}")
+            digests.append((name, _digest([cell.get("cell_type"), part, text if part is None else None])))
+    return digests
+
+
+def _dict(value: Any) -> Mapping[str, Any]:
+    return value if isinstance(value, Mapping) else {}
+
+
+def _digest(content: Any) -> str:
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def notebook_failures(path: Path, certificate: Certificate) -> list[Failure]:
+    """Return how a released notebook differs from what was handed out, one failure for each problem concerned."""
+    student = certificate.student
+    try:
+        notebook = json.loads(path.read_text(encoding="utf-8-sig"))
+        if not isinstance(_dict(notebook).get("cells"), list):
+            raise ValueError("it has no cells")
+    except (FileNotFoundError, NotADirectoryError):
+        said = f"{path} is missing, and can't be compared with what was handed out; restore it from a backup"
+        return [Failure(Kind.NO_NOTEBOOK, f"{student}: {said}")]
+    except (OSError, ValueError, RecursionError) as error:
+        why = getattr(error, "strerror", None) or error
+        said = f"{path} can't be read as a notebook ({why}); restore it from a backup"
+        return [Failure(Kind.ALTERED, f"{student}: {said}")]
+    concerned: dict[str, list[str]] = {}
+    for cell, how in alterations(certificate.notebook, cell_digests(notebook)):
+        slot = cell.partition("-")[0]
+        concerned.setdefault(slot if slot in certificate.problems else "", []).append(f"{cell} {how}")
+    said = f"{student}: {path} is not as it was handed out, restore it from a backup: "
+    return [Failure(Kind.ALTERED, said + ", ".join(altered), slot) for slot, altered in concerned.items()]
+
+
+def alterations(kept: Mapping[str, str], found: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:
+    """Return the cells in which a notebook differs from its digests, each with what happened to it."""
+    there = dict(found)
+    digests = Counter(digest for _, digest in found)
+    changed = {name: "changed" if name in there else "gone" for name, digest in kept.items() if not digests[digest]}
+    unknown = Counter(kept.values())
+    for name, digest in found:
+        unknown[digest] -= 1
+        if unknown[digest] < 0:
+            changed.setdefault(name, "added")
+    if not changed and [digest for _, digest in found] != list(kept.values()):
+        return [("cells", "in another order")]
+    return list(changed.items())

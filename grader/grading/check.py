@@ -1,0 +1,194 @@
+"""What a student can know before handing in: which answers are found, and how they are read."""
+
+import keyword
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeGuard
+
+import sympy as sp
+
+from qdot.exercises.answers import TRUE_FALSE, Answer, ConditionSet, Direction, Expression, Matrix, Number
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.formula.identity import Domain
+from qdot.exercises.formula.trees import has_blank
+from qdot.exercises.notebook.setup_cell import setup_of
+from qdot.exercises.problem.problem import variable
+from qdot.exercises.quizzes import ASKED
+from qdot.grader.judging.answer import OR, Given, at_once, read_any
+from qdot.grader.judging.answer_parser import Due, read_as
+from qdot.grader.judging.formulas import unknown_symbols
+from qdot.grader.judging.function_values import is_table
+from qdot.grader.judging.verdict import Outcome
+from qdot.grader.sandbox.sandbox import Sandbox
+from qdot.grader.submissions.answer_locator import asked_in, find_answers
+from qdot.grader.submissions.cells import OverLimit, Unreadable
+from qdot.grader.submissions.submission import Submission, beside, read_submission
+
+STATEMENTS = ("eq", "and", "or", "in", "pair", "dict", "set")
+"""Kinds of nodes that are conditions, and no entries of a matrix."""
+
+
+@dataclass(frozen=True)
+class CheckedAnswer:
+    """One answer cell: the part, whether it can be read, and what is to be said of it."""
+
+    part: str
+    readable: bool
+    said: str
+
+
+@dataclass(frozen=True)
+class Checked:
+    """What will be read of a notebook, and what is to be said of how it was found: the notes of `qdot grade`."""
+
+    rows: tuple[CheckedAnswer, ...]
+    notes: tuple[str, ...]
+
+
+def check_notebook(path: Path) -> Checked:
+    r"""Run a notebook and tell for each answer cell what the grader would read. Raises QdotError for no notebook.
+
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder) / "mine.md"
+    ...     _ = path.write_text("```python\np1_determinant = 'a1*a2*sin(theta2'\n```")
+    ...     check_notebook(path).rows[0].said
+    "this can't be read as an answer: expected ')', found 'the end', at character 17, near '1*a2*sin(theta2'"
+    """
+    try:
+        submission = read_submission(path, beside=beside(path))
+    except Unreadable as error:
+        raise QdotError(str(error)) from None
+    parts = asked_in(submission.cells, tuple(ASKED))
+    if not parts:
+        raise QdotError(f"{path} has no answer cells; is it a notebook that qdot made?")
+    with Sandbox(warm=False) as sandbox:
+        setup = setup_of(_claimed_symbols(submission))
+        try:
+            answers = find_answers(
+                submission.cells,
+                parts,
+                lambda cells, names: sandbox.run(cells, names, setup=setup, modules=submission.modules),
+            )
+        except OverLimit as error:
+            raise QdotError(f"{path}: {error}") from None
+    rows = []
+    for part in parts:
+        slot, kind = part.split(".", 1)
+        answer = answers.run.answers.get(variable(slot, kind))
+        if answer is None:
+            rows.append(CheckedAnswer(part, False, answers.reasons[variable(slot, kind)]))
+        else:
+            rows.append(_row(part, answer, due_claimed(submission.claims, slot, kind)))
+    return Checked(tuple(rows), tuple(note for note in (*submission.notes, *answers.notes) if note))
+
+
+def _claimed(claims: Mapping[str, object], key: str, slot: str) -> object:
+    """Return what a notebook says of its problem: anything, as whoever wrote it could."""
+    said = claims.get(key)
+    return said.get(slot) if isinstance(said, dict) else None
+
+
+def _claimed_symbols(submission: Submission) -> list[str]:
+    """Return the symbols that a notebook says its problems have; what is no name is none."""
+    said = submission.claims.get("symbols")
+    listed = [names for names in said.values() if isinstance(names, list)] if isinstance(said, dict) else []
+    named = {
+        name
+        for names in listed
+        for name in names
+        if isinstance(name, str) and re.fullmatch(r"[a-z]{1,20}\d{0,3}", name)
+    }
+    return sorted(name for name in named if not keyword.iskeyword(name))[:MOST_SYMBOLS]
+
+
+MOST_SYMBOLS = 100
+"""Names that are taken from what a notebook says of itself."""
+
+
+def due_claimed(claims: Mapping[str, object], slot: str, part: str) -> Due | None:
+    """Return the form in which an answer is due, as the notebook says; None where it does not, or of an older edition.
+
+    Which options there are to choose from it does not say.
+    """
+    forms, symbols, joints = (_claimed(claims, key, slot) for key in ("answers", "symbols", "joints"))
+    form = forms.get(part) if isinstance(forms, dict) else None
+    if not isinstance(form, dict) or not _are_names(symbols) or not symbols or not _are_names(joints):
+        return None
+    labels, columns, metres = form.get("labels", []), form.get("columns", []), form.get("metres")
+    answer = _like(form.get("type"), form.get("shape", []), form.get("units", []))
+    if answer is None or not _are_names(labels) or not _are_names(columns) or metres not in (None, *range(7)):
+        return None
+    return Due(answer, Domain(dict.fromkeys(symbols, "signed")), tuple(joints), tuple(labels), tuple(columns), metres)
+
+
+LARGEST_SHAPE = 100
+"""Rows or columns of an answer that a notebook may say is due; arms have fewer joints."""
+
+
+def _like(kind: object, shape: object, units: object) -> Answer | None:
+    """Return an answer of the form that a notebook tells; None of options, and where no form is told."""
+    if kind == Expression.type:
+        return Expression(sp.S.Zero)
+    if kind == ConditionSet.type:
+        return ConditionSet(())
+    if not isinstance(shape, list) or len(shape) != 2 or any(n not in range(1, LARGEST_SHAPE) for n in shape):
+        return None
+    zeros = sp.zeros(*map(int, shape))  # numbers of a notebook come as 3.0
+    if kind == Number.type and _are_names(units) and len(units) == len(zeros):
+        return Number(zeros, tuple(units), 0, 0)
+    return {Matrix.type: Matrix(zeros), Direction.type: Direction(zeros)}.get(str(kind))
+
+
+def _are_names(said: object) -> TypeGuard[list[str]]:
+    return isinstance(said, list) and all(isinstance(name, str) for name in said)
+
+
+def readable(text: str, due: Due) -> bool:
+    """Tell whether a text is said to be readable as the answer that is due."""
+    return _row("", text, due).readable
+
+
+def _row(part: str, text: str, due: Due | None) -> CheckedAnswer:
+    if not text.strip():
+        return CheckedAnswer(part, False, "left blank")
+    if is_table(text):
+        return CheckedAnswer(part, True, "a Python function; it is called when it is graded")
+    if due is None and text.strip().casefold() in TRUE_FALSE:
+        return CheckedAnswer(part, True, text.strip())
+    given = read_any(text) if due is None else read_as(due, text)
+    if given.refusal is not None:
+        left = given.refusal.outcome is Outcome.MISSING
+        return CheckedAnswer(part, False, "left blank" if left else given.refusal.reason)
+    if unknown := _unknown(given, due):
+        return CheckedAnswer(part, False, unknown)
+    shown = text if len(text) <= 300 else text[:300] + " …"
+    if given.tree is not None and has_blank(given.tree):
+        return CheckedAnswer(part, False, f"partly left blank: {shown}")
+    if due is not None and due.answer.is_a_set:
+        return CheckedAnswer(part, True, shown + (f" ({OR})" if _may_mean_and(given, due) else ""))
+    return CheckedAnswer(part, True, ("" if ".singular" in part else _shape(given)) + shown)
+
+
+def _may_mean_and(given: Given, due: Due) -> bool:
+    """Tell whether commas in a text stand between conditions on different joints; in a list they stand for "or"."""
+    is_list = given.text.strip()[:1] in ("[", "{")
+    return not is_list and given.tree is not None and at_once(given.tree, due.joints) is not None
+
+
+def _unknown(given: Given, due: Due | None) -> str:
+    """Say which symbols the student's problem does not have; nothing of conditions, which may bring their own."""
+    if due is None or not due.answer.takes_symbols or due.answer.is_a_set:
+        return ""
+    return unknown_symbols(given, due.domain)
+
+
+def _shape(given: Given) -> str:
+    """Return the shape of a matrix of expressions in words; a list of conditions has none."""
+    if given.tree is None or given.tree.kind != "list" or given.rows is None or len(given.entries) < 2:
+        return ""
+    if any(entry.kind in STATEMENTS for entry in given.entries):
+        return ""
+    return f"{len(given.rows)} x {len(given.rows[0])} matrix "

@@ -1,0 +1,176 @@
+"""From what the grader gave for notebooks to a student's result: overrides, lateness, and which attempt counts.
+
+Nothing is marked here, so that a changed override or late rule takes effect at once. The order is: the points of the
+parts, as the grader gave them or a person set them; less what is taken off for lateness; or a total that a person set.
+"""
+
+import datetime
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from qdot.exercises.assignment.assignment import Assignment, Student
+from qdot.exercises.assignment.lateness import aware
+from qdot.grader.grading.attempt import Marked, ungraded
+from qdot.grader.grading.marking import total
+from qdot.grader.grading.overrides import TOTAL, Override
+
+Result = dict[str, Any]
+"""A line of results.jsonl."""
+
+
+MOST_NAMED = 5
+"""Files that are named in a sentence."""
+
+
+@dataclass(frozen=True)
+class Graded:
+    """What the grader gave for a notebook of a student, None where it doesn't count; for nobody's, `file` is empty.
+
+    `received_from` is what tells the time: a platform, or "file". `late` is a platform's own mark, where it makes one.
+    """
+
+    file: str = ""
+    received: datetime.datetime | None = None
+    marked: Marked | None = None
+    received_from: str = "file"
+    late: bool | None = None
+
+
+def settle(
+    assignment: Assignment, student: Student, handed_in: Sequence[Graded], overrides: Mapping[str, Override],
+    of_groups: Mapping[str, Override] | None = None,
+) -> Result:  # fmt: skip
+    """Return a student's result from everything that was handed in, in the order in which it was received.
+
+    `overrides` are the student's own, by part; `of_groups` those for all equal wrong answers, by the group's key.
+
+    Of several that were graded, the one that earns most counts; of equal ones, the first. What qdot failed on counts
+    for as much as it may be worth, so that it is told and not passed over.
+    """
+    results = {
+        i: _of_one(assignment, student, one, overrides, of_groups or {})
+        for i, one in enumerate(handed_in)
+        if one.marked
+    }
+    counts = max(results, key=lambda i: _may_be_worth(results[i]))
+    result = results[counts]
+    if len(handed_in) == 1:
+        return result
+    others = [one.file for i, one in enumerate(handed_in) if i != counts]
+    more = f" and {len(others) - MOST_NAMED} more" if len(others) > MOST_NAMED else ""
+    rank = f", the {assignment.attempts}" if len(results) > 1 else ""
+    if not assignment.attempts.best_of:
+        last = sum(one.received == handed_in[counts].received for one in handed_in)
+        rank = ", the last" if last == 1 else f", of the last {last}, received at the same time, the likeliest by name"
+    note = (
+        f"{len(handed_in)} notebooks were read; {handed_in[counts].file} counts{rank}, "
+        f"not {', '.join(others[:MOST_NAMED])}{more}"
+    )
+    if assignment.attempts.best_of is not None and len(results) < len(handed_in):
+        note += f"; {assignment.attempts.rule}"
+    attempts = [
+        {"file": one.file, "received": _iso(one.received), "score": results[i]["score"] if i in results else None}
+        for i, one in enumerate(handed_in)
+    ]
+    told = {name: [note, *result[name]] for name in ("notes", "staff_notes")}
+    return {**result, "attempts": attempts, **told}
+
+
+def failed(assignment: Assignment, result: Result, why: str) -> Result:
+    """Return what stands for a result on which qdot itself failed: no mark."""
+    student = next(student for student in assignment.roster if student.id == result["student"])
+    file = "" if result["submission"] is None else result["submission"]["file"]
+    return settle(assignment, student, [Graded(file, marked=ungraded(assignment, student.id, None, why))], {})
+
+
+def _of_one(
+    assignment: Assignment, student: Student, graded: Graded, overrides: Mapping[str, Override],
+    of_groups: Mapping[str, Override],
+) -> Result:  # fmt: skip
+    """Return the result if this notebook counts."""
+    marked = graded.marked
+    assert marked is not None
+    problems = []
+    for problem in marked["problems"]:
+        names = [f"{problem['slot']}.{part['name']}" for part in problem["parts"]]
+        judged = zip(problem["parts"], names, strict=True)
+        settled = [
+            _overridden(part, overrides.get(name) or of_groups.get(part.get("group") or "")) for part, name in judged
+        ]
+        problems.append({**problem, "parts": settled})
+    parts = [part for problem in problems for part in problem["parts"]]
+    before = total(part["points"] for part in parts)
+    late = None if graded.late is False else _late(assignment, student, graded.received, before)
+    score = before if late is None else _less(before, Fraction(str(late["penalty"])))
+    in_all = overrides.get(TOTAL)
+    submission = {
+        "file": graded.file, "sha256": marked["sha256"], "received": _iso(graded.received),
+        "received_from": graded.received_from,
+    }  # fmt: skip
+    return {
+        "student": student.id,
+        "assignment": assignment.key,
+        "submission": submission if graded.file else None,
+        "score": score if in_all is None else in_all.points,
+        "max_score": total(part["max_points"] for part in parts),
+        "late": late,
+        "override": None if in_all is None else in_all.as_json(score),
+        "attempts": [],
+        "obstacle": marked["obstacle"],
+        "notes": marked["notes"],
+        "staff_notes": marked["staff_notes"],
+        "made_from": marked["made_from"],
+        "problems": problems,
+    }
+
+
+def _overridden(part: dict[str, Any], override: Override | None) -> dict[str, Any]:
+    """Return a part with the points that a person set, and with the grader's own; its outcome and reason stay."""
+    if override is None:
+        return part
+    points = part["points"] if override.points is None else override.points
+    return {**part, "points": points, "override": override.as_json(part["points"])}
+
+
+def _late(
+    assignment: Assignment, student: Student, received: datetime.datetime | None, points: float
+) -> dict[str, Any] | None:
+    """Return by how much work is late and the share of its points that this costs; None where it is on time."""
+    due = assignment.due_of(student)
+    if due is None or received is None:
+        return None
+    rule = assignment.late
+    seconds = (received - due).total_seconds()
+    if seconds <= (0 if rule is None else rule.grace):
+        return None
+    moved = datetime.timedelta(0) if assignment.due is None else due - aware(assignment.due)
+    penalty = Fraction(0) if rule is None else rule.penalty(due, received, moved)
+    return {
+        "due": due.isoformat(),
+        "received": received.isoformat(),
+        "seconds": int(seconds),
+        "penalty": float(penalty),
+        "points_before": points,
+    }
+
+
+def _less(points: float, share: Fraction) -> float:
+    """Return points less a share of them, which is rounded to four decimals.
+
+    >>> _less(0.7, Fraction(1, 10))
+    0.63
+    """
+    exact = Fraction(str(points))
+    return float(exact - round(exact * share, 4))
+
+
+def _may_be_worth(result: Result) -> Fraction:
+    """Return a result's points, with full marks for what qdot failed on."""
+    parts = [part for problem in result["problems"] for part in problem["parts"]]
+    return Fraction(str(result["score"])) + sum(Fraction(str(p["max_points"])) for p in parts if p["points"] is None)
+
+
+def _iso(moment: datetime.datetime | None) -> str | None:
+    return None if moment is None else moment.isoformat()

@@ -1,0 +1,127 @@
+"""GitHub and GitLab as a grading job meets them: where repositories are, and when the server received each push.
+
+The times of commits are what a student's machine says. The server keeps a list of pushes with times of its own clock:
+GitHub as the activity of a repository, GitLab as the events of a project.
+"""
+
+import base64
+import datetime
+import json
+import os
+import re
+import time
+import urllib.error
+import urllib.request
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+from urllib.parse import quote
+
+from qdot.exercises.common.errors import QdotError
+
+TOKEN = "QDOT_TOKEN"  # noqa: S105 - a variable's name
+PATIENCE = 60
+"""Seconds in which a server is to answer."""
+PAUSES = (2, 10)
+"""Seconds after which a server that failed is asked again."""
+
+
+@dataclass(frozen=True)
+class Push:
+    """A push to a branch: the commit that it led to, and when the server received it."""
+
+    commit: str
+    received: datetime.datetime
+
+
+@dataclass(frozen=True)
+class Host:
+    """A server with repositories: the owner of those without one, the name and token that git and the API are given.
+
+    `pushes` yields the pushes to a branch of a repository, the last first.
+    """
+
+    server: str
+    api: str
+    owner: str
+    login: str
+    pushes: Callable[["Host", str, str], Iterator[Push]]
+    token: str = field(repr=False)
+
+    def url(self, repository: str) -> str:
+        """Return where git finds a repository."""
+        return f"{self.server}/{repository}.git"
+
+    def git_environment(self) -> dict[str, str]:
+        """Return the environment in which git is given the token: no argument and no file holds it.
+
+        Nobody is asked for a password, and what lies elsewhere (LFS) stays there.
+        """
+        kept = {name: value for name, value in os.environ.items() if not name.startswith("QDOT_")}
+        count = int(kept.get("GIT_CONFIG_COUNT") or 0)
+        known = base64.b64encode(f"{self.login}:{self.token}".encode()).decode()
+        return {
+            **kept, "GIT_TERMINAL_PROMPT": "0", "GIT_LFS_SKIP_SMUDGE": "1", "GIT_CONFIG_COUNT": str(count + 1),
+            f"GIT_CONFIG_KEY_{count}": f"http.{self.server}/.extraheader",
+            f"GIT_CONFIG_VALUE_{count}": f"Authorization: Basic {known}",
+        }  # fmt: skip
+
+
+def host_named(name: str, environment: Mapping[str, str]) -> Host:
+    """Return GitHub or GitLab as the variables of its jobs describe it. Raises QdotError."""
+    token = environment.get(TOKEN, "").strip()
+    if not token:
+        raise QdotError(f"{TOKEN} is not set; it is the token by which students' repositories are read (docs/ci.md)")
+
+    def said(variable: str, default: str = "") -> str:
+        return (environment.get(variable) or default).rstrip("/")
+
+    if name == "github":
+        server, api = said("GITHUB_SERVER_URL", "https://github.com"), said("GITHUB_API_URL", "https://api.github.com")
+        return Host(server, api, said("GITHUB_REPOSITORY_OWNER"), "x-access-token", _on_github, token)
+    server = said("CI_SERVER_URL", "https://gitlab.com")
+    return Host(
+        server, said("CI_API_V4_URL", f"{server}/api/v4"), said("CI_PROJECT_NAMESPACE"), "oauth2", _on_gitlab, token
+    )
+
+
+def _on_github(host: Host, repository: str, branch: str) -> Iterator[Push]:
+    path = f"repos/{quote(repository)}/activity?ref={quote(f'refs/heads/{branch}', safe='')}&per_page=100"
+    for activity in _listed(host, path):
+        if activity["after"].strip("0"):  # else the branch was deleted
+            yield Push(activity["after"], datetime.datetime.fromisoformat(activity["timestamp"]))
+
+
+def _on_gitlab(host: Host, repository: str, branch: str) -> Iterator[Push]:
+    path = f"projects/{quote(repository, safe='')}/events?action=pushed&per_page=100"
+    for event in _listed(host, path):
+        pushed = event["push_data"]
+        if pushed["ref"] == branch and pushed.get("ref_type", "branch") == "branch" and pushed["commit_to"]:
+            yield Push(pushed["commit_to"], datetime.datetime.fromisoformat(event["created_at"]))
+
+
+def _listed(host: Host, path: str) -> Iterator[Any]:
+    """Yield what a list of the API holds, page after page."""
+    url = f"{host.api}/{path}"
+    while url:
+        page, links = _asked(host, url)
+        yield from page
+        following = re.search(r'<([^>]+)>;\s*rel="next"', links)
+        url = following[1] if following and following[1].startswith(f"{host.api}/") else ""
+
+
+def _asked(host: Host, url: str) -> tuple[Any, str]:
+    """Return what the API answers, and its links to other pages; a server that fails is asked again, twice."""
+    request = urllib.request.Request(url, headers={"Authorization": f"Bearer {host.token}"})  # noqa: S310 - the CI's
+    for pause in (*PAUSES, None):
+        try:
+            with urllib.request.urlopen(request, timeout=PATIENCE) as answer:  # noqa: S310
+                return json.loads(answer.read()), answer.headers.get("Link") or ""
+        except urllib.error.HTTPError as error:
+            if error.code < 500 or pause is None:
+                raise
+        except OSError:
+            if pause is None:
+                raise
+        time.sleep(pause)
+    raise AssertionError("the last attempt returns or raises")

@@ -1,0 +1,163 @@
+"""What Gradescope's autograder runs: `python -m qdot.grader.integrations.gradescope [ROOT] [--visibility WHEN]`.
+
+ROOT is /autograder if nothing is said.
+Reads submission_metadata.json and submission/, writes results/results.json. Where there can be no mark (an unknown
+student, a failure of qdot itself) no results are written and the exit code is 2: Gradescope then says that the
+autograder failed, and gives no points; why is in what staff see of its output.
+"""
+
+import argparse
+import datetime
+import json
+import sys
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
+from qdot.exercises.assignment.attempt_policy import Several
+from qdot.exercises.common.console import note, say
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.files import write_atomically
+from qdot.grader.grading.marking import number
+from qdot.grader.grading.one_student import found_of_one, grade_one, limits_of, student_named
+from qdot.grader.reports.gradescope import VISIBILITY, as_text, content_of
+from qdot.grader.reports.rows import the_only
+from qdot.grader.sandbox.sandbox import Limits
+from qdot.grader.submissions.layouts import Handed
+from qdot.grader.submissions.roster import Roster
+from qdot.grader.submissions.submission import read_submission
+
+
+def results_of(root: Path, visibility: str = "visible", seconds: float = Limits.seconds) -> dict[str, Any]:
+    """Return what results.json is to hold. Raises QdotError where there can be no mark."""
+    assignment = load_assignment(root / "source" / "assignment")
+    metadata = read_metadata(root / "submission_metadata.json")
+    submission = root / "submission"
+    student = submitter(assignment, metadata, submission)
+    content = marked(assignment, student, submission, metadata, visibility, seconds)
+    return content if assignment.attempts.best_of is None else best_of(content, metadata, assignment.attempts)
+
+
+def marked(
+    assignment: Assignment, student: Student, submission: Path, metadata: Mapping[str, Any],
+    visibility: str = "visible", seconds: float = Limits.seconds,
+) -> dict[str, Any]:  # fmt: skip
+    """Return the results of one submission, due and received when Gradescope says. Raises QdotError."""
+    due = due_of(metadata)
+    if due is not None:
+        student = replace(student, due=due)
+    found = found_of_one(assignment, submission, time_of(metadata.get("created_at")), "Gradescope")
+    result = the_only([grade_one(assignment, student, found, limits_of(seconds))], "gradescope")
+    return content_of(result, assignment.feedback, visibility)
+
+
+def read_metadata(path: Path) -> dict[str, Any]:
+    """Return Gradescope's description of a submission. Raises QdotError."""
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise QdotError(f"{path} can't be read: {error}") from None
+    if not isinstance(content, dict) or not isinstance(content.get("users"), list) or not content["users"]:
+        raise QdotError(f"{path} names no users")
+    return content
+
+
+def submitter(assignment: Assignment, metadata: dict[str, Any], submission: Path) -> Student:
+    """Return whose submission it is, by identifiers and names as anywhere. Raises QdotError.
+
+    Of a group, it is the one to whom the notebook was handed out.
+    """
+    roster = Roster(assignment.roster)
+    owners: dict[str, None] = {}
+    for user in metadata["users"]:
+        ids = tuple(str(user[key]) for key in ("sid", "email", "id") if user.get(key))
+        match = roster.owner(Handed(submission, ids, str(user.get("name") or ""), "Gradescope"))
+        if len(match.students) == 1 and not match.why:
+            owners[match.students[0]] = None
+    if len(owners) > 1:
+        owners = {name: None for name in owners if name in _claimed(assignment, submission)}
+    if len(owners) != 1:
+        named = ", ".join(str(user.get("email") or user.get("name")) for user in metadata["users"])
+        raise QdotError(
+            f"{named}: not surely one student of roster.csv; add the e-mail address there, and export again"
+        )
+    return student_named(assignment, next(iter(owners)))
+
+
+def _claimed(assignment: Assignment, submission: Path) -> set[str]:
+    """Return to whom the notebook was handed out that would be graded, by its metadata."""
+    files = found_of_one(assignment, submission)
+    if files is None or files.obstacle:
+        return set()
+    return {str(read_submission(files.files[0], assignment.key).claims.get("student"))}
+
+
+def due_of(metadata: Mapping[str, Any]) -> datetime.datetime | None:
+    """Return when it is due in Gradescope for this student, extensions included; None where nothing is said."""
+    own = [user.get("assignment") for user in metadata.get("users") or ()]
+    for source in (*own, metadata.get("assignment")):
+        due = time_of(source.get("due_date")) if isinstance(source, dict) else None
+        if due is not None:
+            return due
+    return None
+
+
+DAY = datetime.timedelta(days=1)
+
+
+def best_of(content: dict[str, Any], metadata: dict[str, Any], rule: Several) -> dict[str, Any]:
+    """Return the results with the score of an earlier submission, where that is higher or this one counts no more."""
+    earlier = [
+        one
+        for one in metadata.get("previous_submissions") or ()
+        if isinstance(one.get("score"), (int, float, str)) and not one.get("autograder_error")
+    ]
+    now = time_of(metadata.get("created_at")) or datetime.datetime.now(datetime.UTC)
+    # What has no time stands by itself, before all that has one.
+    first = datetime.datetime(1970, 1, 1, tzinfo=datetime.UTC)
+    times = [time_of(one.get("submission_time")) or first + i * DAY for i, one in enumerate(earlier)]
+    counting = rule.counting([*times, now])
+    this_counts = len(earlier) in counting
+    best = max((float(earlier[i]["score"]) for i in counting if i < len(earlier)), default=0.0)
+    if this_counts and best <= content["score"]:
+        return content
+    said = (
+        f"an earlier submission earned {number(best)} points, which count; this one earned {number(content['score'])}"
+    )
+    if not this_counts:
+        said += f"; {rule.rule}"
+    return {**content, "score": best, "output": "\n".join(filter(None, (said, content["output"])))}
+
+
+def time_of(said: object) -> datetime.datetime | None:
+    """Return a moment that Gradescope tells, None where it tells none."""
+    try:
+        moment = datetime.datetime.fromisoformat(str(said))
+    except ValueError:
+        return None
+    return moment if moment.tzinfo else moment.replace(tzinfo=datetime.UTC)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Grade one submission; 0 if there are results, 2 if not."""
+    parser = argparse.ArgumentParser(prog="python -m qdot.grader.integrations.gradescope", description=__doc__)
+    parser.add_argument("root", type=Path, nargs="?", default=Path("/autograder"))
+    parser.add_argument("--visibility", choices=VISIBILITY, default="visible")
+    parser.add_argument("--seconds", type=float, default=Limits.seconds)
+    given = parser.parse_args(arguments)
+    target = given.root / "results" / "results.json"
+    try:
+        target.unlink(missing_ok=True)
+        content = results_of(given.root, given.visibility, given.seconds)
+        write_atomically(target, as_text(content))
+    except QdotError as error:
+        note(f"qdot: {error}")
+        return 2
+    say(f"{content['extra_data']['student']}: {number(content['score'])} points")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

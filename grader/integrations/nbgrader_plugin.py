@@ -1,0 +1,156 @@
+"""What nbgrader runs in the place of its own steps, so that `nbgrader autograde` marks by qdot: `configure(c)`.
+
+Assignments whose folder is qdot/ASSIGNMENT in the course are marked by qdot: no kernel is started, the notebook as it
+was handed in runs in qdot's sandbox, and is compared with the problems of the student whom nbgrader names. Every other
+assignment of the course is graded by nbgrader. It needs nbgrader, and is imported by nothing else.
+"""
+
+import datetime
+from fractions import Fraction
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from nbformat import NotebookNode, from_dict
+from nbgrader.api import Gradebook
+from nbgrader.converters import Autograde
+from nbgrader.preprocessors import AssignLatePenalties, Execute, NbGraderPreprocessor
+from traitlets import Float
+
+from qdot.exercises.assignment.assignment import Assignment, load_assignment
+from qdot.exercises.common.console import note
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.exports.nbgrader import SIGN
+from qdot.grader.cli.class_commands import check_sandbox
+from qdot.grader.grading.final_result import Result
+from qdot.grader.grading.marking import number
+from qdot.grader.grading.one_student import found_of_one, grade_one, limits_of, student_named
+from qdot.grader.integrations.nbgrader_cells import GENERATE, fill_in, made_whole, without_self_checks
+from qdot.grader.reports.rows import rows_of
+from qdot.grader.sandbox.sandbox import Limits
+
+FOLDER = "qdot"
+"""Where in a course the folders are by which assignments are marked."""
+Handed = tuple[NotebookNode, Any]
+
+
+def configure(c: Any) -> None:
+    """Set nbgrader's configuration; what else is set in it stays.
+
+    Raises QdotError for an nbgrader that has other steps than those that are to be replaced.
+    """
+    traits = Autograde.class_traits()
+    sanitize, steps = (list(traits[f"{name}_preprocessors"].default()) for name in ("sanitize", "autograde"))
+    if steps.count(Execute) != 1 or steps.count(AssignLatePenalties) != 1:
+        raise QdotError("this nbgrader has other steps than those of 0.9: qdot can't mark in it")
+    ours = {Execute: Mark, AssignLatePenalties: Late}
+    c.Autograde.sanitize_preprocessors = [MakeWhole, *sanitize]
+    c.Autograde.autograde_preprocessors = [ours.get(step, step) for step in steps]
+
+
+class MakeWhole(NbGraderPreprocessor):
+    """Gives a student's notebook the cells that it had, before nbgrader looks at them."""
+
+    def preprocess(self, nb: NotebookNode, resources: Any) -> Handed:
+        """Return the notebook with its cells. Raises QdotError where an assignment of qdot has lost its folder."""
+        told = resources["nbgrader"]
+        with Gradebook(told["db_url"]) as gradebook:
+            pattern = gradebook.find_notebook(told["notebook"], told["assignment"])
+            sources = [cell.source for cell in pattern.source_cells]
+        assignment = _assignment(self, told["assignment"])
+        if assignment is None:
+            if any(source.startswith(SIGN) for source in sources):
+                raise QdotError(f"{told['assignment']} is marked by qdot, and {FOLDER}/{told['assignment']} is missing")
+            return nb, resources
+        points = {
+            f"{slot.name}.{part}": worth
+            for slot in assignment.slots
+            for part, worth in zip(slot.questions, slot.max_points, strict=True)
+        }
+        if sum(source.startswith(SIGN) for source in sources) != len(points):
+            raise QdotError(f"nbgrader knows other cells than {told['assignment']} has; {GENERATE}")
+        nb.cells = [from_dict(cell) for cell in made_whole(nb.cells, points)]
+        return nb, resources
+
+
+class Mark(Execute):
+    """Marks by qdot; what is no assignment of qdot is run by nbgrader."""
+
+    seconds = Float(Limits.seconds, help="Processor time that a student's notebook may take.").tag(config=True)
+
+    def preprocess(self, nb: NotebookNode, resources: Any, *others: Any, **named: Any) -> Handed:
+        """Return the notebook with the marks and the reasons. Raises QdotError where there can be no mark."""
+        told = resources["nbgrader"]
+        assignment = _assignment(self, told["assignment"])
+        if assignment is None:
+            return super().preprocess(nb, resources, *others, **named)
+        result = _result(assignment, told["student"], _place(self, told) / f"{told['notebook']}.ipynb", self)
+        rows = rows_of(result, assignment.feedback)
+        fill_in(nb.cells, rows)
+        problems = assignment.problems(told["student"])
+        nb.cells = [from_dict(cell) for cell in without_self_checks(nb.cells, problems)]
+        resources["qdot"] = {"late": _taken_off(result)}
+        if result["override"] is not None:
+            total = number(result["override"]["points"])
+            note(f"{told['student']}: overrides.csv sets the total to {total}; nbgrader adds up the parts instead")
+        return nb, resources
+
+
+class Late(AssignLatePenalties):
+    """Takes off what assignment.toml says; by nbgrader's own rule where the assignment is none of qdot's."""
+
+    def preprocess(self, nb: NotebookNode, resources: Any) -> Handed:
+        """Return the notebook as it is, after its penalty is in the database."""
+        if "qdot" not in resources:
+            return super().preprocess(nb, resources)
+        told = resources["nbgrader"]
+        with Gradebook(told["db_url"]) as gradebook:
+            names = told["notebook"], told["assignment"], told["student"]
+            gradebook.find_submission_notebook(*names).late_submission_penalty = resources["qdot"]["late"]
+            gradebook.db.commit()
+        return nb, resources
+
+
+def _course(step: Any) -> Any:
+    """Return nbgrader's description of the course in which a step of a conversion is done."""
+    return step.parent.parent.coursedir
+
+
+def _place(step: Any, told: Any) -> Path:
+    course = _course(step)
+    return Path(course.root, course.format_path(course.submitted_directory, told["student"], told["assignment"]))
+
+
+def _assignment(step: Any, key: str) -> Assignment | None:
+    """Return the assignment by which qdot marks; None where it is none of qdot's. Raises QdotError."""
+    folder = Path(_course(step).root, FOLDER, key)
+    if not folder.is_dir():
+        return None
+    assignment = load_assignment(folder)
+    if assignment.key != key:
+        raise QdotError(f"{folder} is of the assignment {assignment.key!r}; the folder has its name")
+    return assignment
+
+
+def _result(assignment: Assignment, identifier: str, file: Path, step: Mark) -> Result:
+    student = student_named(assignment, identifier)
+    _tried(assignment.sandbox == "strict")
+    received = _course(step).get_existing_timestamp(str(file.parent))
+    if received is not None and received.tzinfo is None:
+        received = received.replace(tzinfo=datetime.UTC)
+    handed_in = found_of_one(assignment, file, received, "nbgrader")
+    return grade_one(assignment, student, handed_in, limits_of(step.seconds))
+
+
+@cache
+def _tried(strict: bool) -> None:
+    """Say what this machine does not enforce, once. Raises QdotError where the assignment demands that it does."""
+    check_sandbox(strict)
+
+
+def _taken_off(result: Result) -> float | None:
+    """Return the points that lateness costs, rounded as in qdot's own results."""
+    late = result["late"]
+    if late is None:
+        return None
+    return float(round(Fraction(str(late["points_before"])) * Fraction(str(late["penalty"])), 4))

@@ -1,0 +1,301 @@
+"""What the server.py of an exported PrairieLearn question calls: make a variant, read what was typed, grade it.
+
+`data` is PrairieLearn's dictionary, JSON all through. Solutions, and which options are right, are among
+`correct_answers` only, which no panel but the answer's shows. Its elements have taken what was chosen or typed when we
+are called: of that the text is made that would be typed elsewhere, and the same reading and marking follow as always.
+Answers are text until the grammar of formulas reads them; nothing of them is ever executed.
+"""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from qdot.exercises.answers import LETTERS, TRUE_FALSE, Answer, Choice, Forms, Letters, Matching, Number, Selection
+from qdot.exercises.assignment.assignment import Slot, load_assignment
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.exports.items import entry_labels, question_alone
+from qdot.exercises.exports.markup import line_html
+from qdot.exercises.exports.prairielearn import BANK_FILE, input_names
+from qdot.exercises.figure import figure_svg, part_svg
+from qdot.exercises.notebook.notebook import solution_figure
+from qdot.exercises.problem.problem import ENGINE, Part, Problem
+from qdot.exercises.quizzes import ASKED
+from qdot.exercises.writing.markup import to_html_for_mathjax
+from qdot.exercises.writing.short_answer import unit_text
+from qdot.exercises.writing.statement import hints, option_text, prompt, statement, worked_solution
+from qdot.grader.grading.marking import mark
+from qdot.grader.judging.answer_parser import read_answer
+from qdot.grader.judging.verdict import Outcome, Verdict
+from qdot.grader.reports.feedback_levels import at_least
+
+Data = dict[str, Any]
+
+LONGEST = 20_000
+"""Characters of an answer; the longest reference has a tenth of that."""
+
+
+def generate(data: Data, folder: str, slot: str) -> None:
+    """Put a variant into `params`, and its worked solutions into `correct_answers`."""
+    place, assignment_hints = _place(data, folder, slot)
+    seeds = json.loads((_folder(data, folder) / BANK_FILE).read_text(encoding="utf-8"))["seeds"][slot]
+    seed = seeds[int(data["variant_seed"]) % len(seeds)]
+    problem = place.problem_with(int(seed))
+    data["params"].update(
+        seed=seed,
+        engine=ENGINE,
+        statement=to_html_for_mathjax(statement(problem, "")),
+        figure=figure_svg(problem.chain, f"{folder}-{slot}".replace("/", "-")),
+        shown={part.name: _shown(problem, part, assignment_hints) for part in problem.parts},
+    )
+    data["correct_answers"].update(
+        options={part.name: _options(problem, part) for part in problem.parts if part.answer.offered},
+        solutions={part.name: _solved(problem, part) for part in problem.parts},
+    )
+
+
+def parse(data: Data, folder: str, slot: str) -> None:
+    """Say of each answer that can't be read why; the submission is then not graded, and costs no attempt.
+
+    What the elements themselves could not read is left as they said it.
+    """
+    problem = _problem(data, folder, slot)
+    blank = True
+    for part in problem.parts:
+        names = input_names(part)
+        if {part.name, *names} & set(data["format_errors"]):
+            blank = False
+            continue
+        typed = part.answer.told_to(_Typed(data, part))
+        blank = blank and not typed
+        error = _half_given(data, part) or _unreadable(problem, part, typed)
+        if error:
+            data["format_errors"][names[0]] = error
+    if blank:
+        data["format_errors"][input_names(problem.parts[0])[0]] = "no part is answered"
+
+
+def grade(data: Data, folder: str, slot: str) -> None:
+    """Mark every part as `qdot grade` does: share of the points, what follows from earlier answers, the mistake.
+
+    What fails in qdot itself makes the submission invalid, so that it costs nothing.
+    """
+    problem = _problem(data, folder, slot)
+    answers = {part.name: typed for part in problem.parts if (typed := part.answer.told_to(_Typed(data, part)))}
+    assignment = load_assignment(_folder(data, folder))
+    verdicts = mark(
+        problem, answers, secret=assignment.secret, credit=assignment.follow_through, oftener=assignment.oftener
+    )
+    told = at_least(assignment.feedback, "mistake")
+    data["feedback"] = {}
+    for part, verdict in zip(problem.parts, verdicts, strict=True):
+        if verdict.points is None:
+            data["format_errors"][input_names(part)[0]] = verdict.judgement.reason
+            continue
+        data["partial_scores"].update(_scores(part, verdict, told))
+        data["feedback"][part.name] = {
+            "said": _said(problem, verdict) if told else _OUTCOMES[verdict.judgement.outcome],
+            "advice": verdict.diagnosis.says if told and verdict.diagnosis is not None else "",
+        }
+    earned = sum(verdict.points or 0.0 for verdict in verdicts)
+    data["score"] = min(1.0, earned / problem.max_points)
+
+
+def _scores(part: Part, verdict: Verdict, told: bool) -> Data:
+    """Return the score of a part, and, for the boxes of several numbers, whether each is right, where that is told."""
+    assert verdict.points is not None
+    scores: Data = {part.name: {"score": verdict.points / part.points, "weight": part.points}}
+    names, entries = input_names(part), verdict.judgement.entries
+    if told and part.answer.is_in_numbers and len(names) > 1 and entries is not None:
+        right = [same for row in entries for same in row]
+        scores |= {name: {"score": int(same), "weight": 0} for name, same in zip(names, right, strict=True)}
+    return scores
+
+
+# --- a variant ---
+
+
+def _folder(data: Data, folder: str) -> Path:
+    return Path(data["options"]["server_files_course_path"]) / folder
+
+
+def _place(data: Data, folder: str, slot: str) -> tuple[Slot, bool]:
+    assignment = load_assignment(_folder(data, folder))
+    return next(place for place in assignment.slots if place.name == slot), assignment.hints
+
+
+def _problem(data: Data, folder: str, slot: str) -> Problem:
+    """Return the problem of a variant. Raises QdotError where another engine made it."""
+    if data["params"]["engine"] != ENGINE:
+        raise QdotError(
+            f"this variant was made by engine {data['params']['engine']} of qdot, and engine {ENGINE} is installed"
+        )
+    return _place(data, folder, slot)[0].problem_with(int(data["params"]["seed"]))
+
+
+def _shown(problem: Problem, part: Part, hinted: bool) -> Data:
+    given = hints(problem, part) if hinted else ()
+    asked = question_alone(problem, part) if part.answer.offered else prompt(problem, part)
+    return {
+        "prompt": to_html_for_mathjax(asked),
+        "figure": part_svg(problem.chain, part, part.name),
+        "hints": [{"name": f"Hint {i}", "text": to_html_for_mathjax(hint)} for i, hint in enumerate(given, 1)],
+        "fields": _fields(problem, part),
+        "multiline": "false" if part.answer.is_one_line else "true",
+        "placeholder": _placeholder(part),
+    }
+
+
+def _fields(problem: Problem, part: Part) -> list[Data]:
+    """Return the boxes for numbers, each with its symbol and its unit."""
+    units = part.answer.units_due
+    if part.shape is None or not units:
+        return []
+    labels = entry_labels(problem, part, part.shape)
+    return [
+        {"name": name, "label": f"${label} =$", "unit": unit_text(unit)}
+        for name, label, unit in zip(input_names(part), labels, units, strict=True)
+    ]
+
+
+@dataclass(frozen=True)
+class _Offered(Forms[Any]):
+    """Options as elements take them: in our order, under our letters, of which worked solutions speak."""
+
+    problem: Problem
+    part: Part
+
+    def matching(self, answer: Matching) -> Data:
+        items = [
+            {"html": item, "letter": LETTERS[right]} for item, right in zip(answer.items, answer.right, strict=True)
+        ]
+        return {
+            "items": items,
+            "offered": [{"letter": LETTERS[k], "html": self._html(k)} for k in range(len(answer.options))],
+        }
+
+    def letters(self, answer: Letters) -> list[Data]:
+        named = answer.options != TRUE_FALSE
+        return [
+            {
+                "right": "true" if k in answer.right else "false",
+                "html": f"<strong>{LETTERS[k]}.</strong> {self._html(k)}" if named else self._html(k),
+            }
+            for k in range(len(answer.options))
+        ]
+
+    def _html(self, index: int) -> str:
+        return line_html(option_text(self.problem, self.part, index))
+
+
+def _options(problem: Problem, part: Part) -> Any:
+    return part.answer.told_to(_Offered(problem, part))
+
+
+def _placeholder(part: Part) -> str:
+    """Return the form of an answer, for the box it is typed into."""
+    if part.answer.typed_as:
+        return part.answer.typed_as
+    shape = part.answer.placeholder().removeprefix("Matrix(").removesuffix(")")
+    return "" if shape == "blank" else " ".join(shape.split()).replace("blank", "…")
+
+
+def _solved(problem: Problem, part: Part) -> Data:
+    return {
+        "solution": to_html_for_mathjax(worked_solution(problem, part)),
+        "figure": solution_figure(problem, part, f"{part.name}-solution"),
+    }
+
+
+# --- answers ---
+
+
+@dataclass(frozen=True)
+class _Typed(Forms[str]):
+    """What was chosen or typed, as it would be typed in a notebook; "" where that is nothing."""
+
+    data: Data
+    part: Part
+
+    def one_of(self, answer: Choice) -> str:
+        chosen = self._chosen()
+        return chosen if answer.options != TRUE_FALSE or not chosen else TRUE_FALSE[LETTERS.index(chosen)]
+
+    def some_of(self, answer: Selection) -> str:
+        return self._chosen()
+
+    def matching(self, answer: Matching) -> str:
+        return "".join(LETTERS[int(text)] for text in _given(self.data, self.part) if text in _NUMBERS)
+
+    def numbers(self, answer: Number) -> str:
+        typed = _given(self.data, self.part)
+        if not any(typed):
+            return ""
+        return f"[{', '.join(typed)}]" if len(typed) > 1 else typed[0]
+
+    def other(self, answer: Answer) -> str:
+        (typed,) = _given(self.data, self.part)
+        return typed
+
+    def _chosen(self) -> str:
+        """Return the letters of what was ticked: the element shows options in our order, under keys of its own."""
+        keys = [option["key"] for option in self.data["params"].get(self.part.name, ())]
+        ticked = self.data["submitted_answers"].get(self.part.name) or ()
+        return "".join(LETTERS[keys.index(key)] for key in ticked if key in keys)
+
+
+_NUMBERS = [str(number) for number in range(len(LETTERS))]
+"""How the element for matching calls options."""
+
+
+def _given(data: Data, part: Part) -> list[str]:
+    """Return the text in each input of a part. The elements turn numbers into numbers; what was typed is kept raw."""
+    numeric = part.answer.is_in_numbers and part.answer.units_due
+    source = data["raw_submitted_answers"] if numeric else data["submitted_answers"]
+    texts = (source.get(name) for name in input_names(part))
+    return [str(text).strip() if isinstance(text, str | int) else "" for text in texts]
+
+
+def _half_given(data: Data, part: Part) -> str:
+    """Return what is said where some numbers or matches of a part are given and others not, "" where that is not so."""
+    if part.answer.matched:
+        given = [text in _NUMBERS for text in _given(data, part)]
+        left = [item for item, there in zip(part.answer.matched, given, strict=True) if not there]
+        return f"an option is due for {', '.join(left)}, too" if any(given) and left else ""
+    if len(input_names(part)) > 1:
+        given = [bool(text) for text in _given(data, part)]
+        left = [str(number) for number, there in enumerate(given, 1) if not there]
+        return f"number {', '.join(left)} of {len(given)} is left blank" if any(given) and left else ""
+    return ""
+
+
+def _unreadable(problem: Problem, part: Part, typed: str) -> str:
+    """Return why an answer can't be read, "" where it can be, or is left blank."""
+    if len(typed) > LONGEST:
+        return f"an answer has at most {LONGEST} characters, and this has {len(typed)}"
+    if not typed:
+        return ""
+    refusal = read_answer(problem, part, typed).refusal
+    return "" if refusal is None or refusal.outcome is Outcome.MISSING else refusal.reason
+
+
+def _said(problem: Problem, verdict: Verdict) -> str:
+    """Return what is said of an answer, which gives nothing away: a variant may be tried again."""
+    outcome, entries = verdict.judgement.outcome, verdict.judgement.entries
+    words = _OUTCOMES[outcome]
+    if verdict.followed_from is not None:
+        earlier = ASKED[problem[verdict.followed_from].kind].title
+        return f"It follows from your answer to “{earlier}”, which is not right."
+    if outcome in (Outcome.WRONG, Outcome.PARTIAL) and entries is not None and sum(map(len, entries)) > 1:
+        off = [f"({i}, {j})" for i, row in enumerate(entries, 1) for j, same in enumerate(row, 1) if not same]
+        return f"{words} What is off: {', '.join(off)}."
+    return words
+
+
+_OUTCOMES = {
+    Outcome.CORRECT: "Right.",
+    Outcome.PARTIAL: "Right in part.",
+    Outcome.WRONG: "Not right.",
+    Outcome.MISSING: "Left blank.",
+    Outcome.UNGRADED: "Not graded.",
+}

@@ -1,0 +1,623 @@
+"""A student's answer, read once: what it is in the form that is due, or why it is none.
+
+Everybody behind the door (judgement, credit, diagnosis, what follows, the pages) is given what was read here, and does
+not look at the text again. What was typed stays beside it, for reports. `answer_parser` opens the door to each part.
+"""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from qdot.exercises.formula.algebra import Matrix
+from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.identity import Domain
+from qdot.exercises.formula.notation import kind_of_unit, units_of_numbers
+from qdot.exercises.formula.pieces import WHOLE_NUMBERS
+from qdot.exercises.formula.set_parser import claimed_pieces
+from qdot.exercises.formula.tables import numbers_text, table_text
+from qdot.exercises.formula.trees import (
+    CHAIN,
+    Node,
+    ReadError,
+    as_matrix,
+    chain_of,
+    has_blank,
+    names,
+    node_text,
+    refuse_statements,
+    replaced,
+    size_of,
+    statement_in,
+)
+from qdot.exercises.formula.vocabulary import LIMITS, VOCABULARY, pattern
+from qdot.grader.judging.function_values import Table
+from qdot.grader.judging.verdict import Judgement, missing, wrong
+
+
+@dataclass(frozen=True)
+class Given:
+    """What was answered: `text` as it was typed, and what it was read as; `refusal` is the judgement on what is none.
+
+    `tree` is the formula, list or set of conditions that was typed, without "det J =" before it; `rows` are the entries
+    of what is in rows and columns, or a single one, in the order that is due where they were named. Both are there
+    for an answer that is refused, too, where it could be read so far. `table` holds the values of a Python function,
+    `chosen` the options that letters mean, counted from 0.
+    """
+
+    text: str
+    refusal: Judgement | None = None
+    tree: Node | None = None
+    rows: Matrix | None = None
+    table: Table | None = None
+    chosen: tuple[int, ...] = ()
+
+    @property
+    def entries(self) -> list[Node]:
+        """The entries row by row; nothing where there are none."""
+        return [entry for row in self.rows or () for entry in row]
+
+    @property
+    def symbols(self) -> set[str]:
+        """The names in the entries that are no constants."""
+        return set().union(*map(names, self.entries))
+
+    @property
+    def blanks(self) -> list[bool]:
+        """Which entries were left blank."""
+        return [has_blank(entry) for entry in self.entries]
+
+    def refused(self, why: str) -> "Given":
+        """Return it as no answer of the form that is due."""
+        return replace(self, refusal=wrong(why))
+
+
+def read_formula(text: str, domain: Domain, labels: Sequence[str] = ()) -> Given:
+    """Read one formula, that may be named by the only one of `labels`; 0,5 is a half."""
+    given = _read(text, domain)
+    if given.tree is not None and (other := _other_component(given.tree, labels)):
+        return given.refused(f"{other} is named, and {labels[0]} is asked; write {labels[0]} = …, or the formula alone")
+    given = _right_side(given, domain, labels)
+    if given.tree is None:
+        return given
+    if given.tree.kind == "list" and (point := with_points(text)) != text:
+        return replace(read_formula(point, domain, labels), text=text)
+    given = _right_side(replace(given, tree=_alone(given.tree, domain)), domain, labels)
+    given = _in_rows(given, (), "an answer")
+    if given.tree is not None and given.tree.kind in ("list", "set", "dict"):
+        return given.refused("a list or matrix stands where a single expression is due; write that alone")
+    given = _of_scalars(given, "an answer")
+    if given.refusal is None and any(given.blanks):
+        return given.refused("this can't be read as an answer: a blank stands where a single expression is due")
+    return given
+
+
+def read_matrix(
+    text: str, shape: tuple[int, int], domain: Domain, labels: Sequence[str] = (), columns: Sequence[str] = ()
+) -> Given:
+    """Read a matrix or vector; a vector may be a row where a column is due, or have its entries named by `labels`.
+
+    Vectors may stand for the `columns` of a matrix by their names, and for the halves of a twist, v and ω.
+    """
+    given = _in_order(_right_side(_spread(_read(text, domain), (*labels, *columns)), domain))
+    if given.tree is not None and (whole := _of_vectors(given.tree, shape, labels, columns)) is not None:
+        given = replace(given, tree=whole)
+    given = _in_rows(given, labels, "a matrix", shape)
+    given = _of_scalars(_in_shape(given, shape, text), "a matrix of expressions")
+    if given.refusal is not None and (table := table_text(text, shape)) not in (None, text):
+        again = read_matrix(table, shape, domain) if table_text(table, shape) in (None, table) else given
+        return replace(again, text=text)
+    return given
+
+
+def read_numbers(text: str, count: int, labels: Sequence[str] = (), units: Sequence[str] = ()) -> Given:
+    """Read numbers, or formulas without symbols, that may be named by `labels`; where one is due, 0,5 is a half.
+
+    `units` are those of the entries: a length in place of an angle is refused, and so is an angle for a length.
+    """
+    if text.strip() and (why := _other_unit(text, labels, units)):
+        return Given(text).refused(why)
+    if count == 1 and (point := with_points(text)) != text:
+        return replace(read_numbers(point, count, labels), text=text)
+    given = _in_order(_right_side(_spread(_read(text, Domain({})), labels), Domain({})))
+    given = _in_shape(_in_rows(given, labels, "numbers"), (count, 1), text)
+    if given.refusal is None and given.symbols:
+        left = ", ".join(sorted(given.symbols)[:5])
+        due = "0.5" if count == 1 else _as_in((count, 1), "0.5")
+        given = given.refused(f"numbers are due, and {left} is left in the answer; write numbers alone, as in {due}")
+    given = _of_scalars(given, "numbers")
+    if given.refusal is not None and (table := numbers_text(text, count)) not in (None, text):
+        again = read_numbers(table, count, labels) if numbers_text(table, count) in (None, table) else given
+        return replace(again, text=text)
+    return given
+
+
+def _other_unit(text: str, labels: Sequence[str], units: Sequence[str]) -> str:
+    """Say which unit of a number can't be right where it stands; nothing where all can."""
+    text = text.strip().strip("[](){}")
+    mark = ";" if ";" in text else "\n" if "\n" in text else ","
+    in_order = text.count(mark) + 1 == len(units)
+    called = [_label_of(label) for label in labels]
+    for name, unit, start in units_of_numbers(text):
+        place = text.count(mark, 0, start) if in_order else None
+        place = called.index(_label_of(name)) if _label_of(name) in called else place
+        due = list(units) if place is None else list(units[place : place + 1])
+        kinds = {kind_of_unit(one) for one in due}
+        if due and "" not in kinds and kind_of_unit(unit) not in ("", *kinds):
+            where = f"entry {place + 1} is in {due[0]}" if place is not None and len(units) > 1 else f"{due[0]} is due"
+            return f"{unit} can't be right here, for {where}; write it in {due[0]}, or the number alone"
+    return ""
+
+
+def read_conditions(text: str, domain: Domain, joints: Sequence[str] = ()) -> Given:
+    """Read conditions on these joints, without the places that were left blank.
+
+    Without joints, what is read is not looked at: it may as well be a set of angles.
+    """
+    given = _read(text, domain)
+    if given.tree is not None:
+        try:
+            given = replace(given, tree=_without_blanks(_counted(given.tree)))
+        except ReadError as error:
+            return given.refused(f"this can't be read as conditions: {error}")
+    if given.tree is None or not joints:
+        return given
+    if with_points(text) != text:
+        return given.refused(
+            "a comma between two digits may belong to a number or stand between two; write 0.5, or 0, 5 with a space"
+        )
+    if bare := next((one for one in _alternatives(given.tree) if _is_bare(one, joints)), None):
+        return given.refused(
+            f"{node_text(bare)[:_SHOWN]} is no condition; write where it is zero, as in {joints[-1]} = 0 or "
+            f"{joints[-1]} = pi/3, or as an equation, {node_text(bare)[:_SHOWN]} = 0"
+        )
+    if unknown := names(given.tree) - set(domain.roles) - set(joints) - set(WHOLE_NUMBERS):
+        listed = ", ".join(repr(name) for name in sorted(unknown)[:5])
+        return given.refused(
+            f"{listed} {'is' if len(unknown) == 1 else 'are'} no symbol of this problem; write conditions on "
+            f"{', '.join(joints)}, as in {joints[-1]} = 0 or {joints[-1]} = pi/3; whole numbers are k, n and m"
+        )
+    if joint := _last_in_chain(given.tree, joints):
+        return given.refused(
+            f"a product with {joint} between two signs = may mean two things; write a comma or 'and' between "
+            "two conditions"
+        )
+    try:
+        claimed_pieces(with_joint(given.tree, joints), joints)
+    except ReadError as error:
+        return given.refused(f"this can't be read as conditions: {error}")
+    return given
+
+
+def _last_in_chain(node: Node, joints: Sequence[str]) -> str:
+    """Return the last factor of a product between two signs =, where it is a joint that may begin another condition."""
+    stack = [node]
+    while stack:
+        top = stack.pop()
+        for side in chain_of(top)[1:-1]:
+            if side.kind == "*" and side.args[1].kind == "name" and side.args[1].value in joints:
+                return str(side.args[1].value)
+        stack.extend(top.args)
+    return ""
+
+
+_SHOWN = 60
+
+
+def _alternatives(node: Node) -> list[Node]:
+    """Return what stands in a list of conditions, or beside "or"; a condition alone is the only one."""
+    return list(node.args) if node.kind in ("list", "set", "or") else [node]
+
+
+def _is_bare(node: Node, joints: Sequence[str]) -> bool:
+    """Tell whether a formula of the joints stands there without what it is equal to."""
+    is_formula = node.kind in ("+", "-", "*", "/", "^", "neg", "call") and statement_in(node) is None
+    return is_formula and bool(names(node) & set(joints))
+
+
+def _without_blanks(node: Node) -> Node:
+    """Return conditions without what says nothing: blanks, dots behind 0, pi, 2*pi, …, det J = 0, k in Z."""
+    if node.kind in ("eq", "in", "pair") and node.args[1].kind in ("list", "set"):
+        return Node(node.kind, (node.args[0], _without_blanks(node.args[1])), node.value)
+    if node.kind not in ("and", "or", "list", "set"):
+        return node
+    left = tuple(arg for arg in node.args if not _says_nothing(arg)) or node.args
+    if node.kind in ("and", "or") and len(left) == 1:
+        return _without_blanks(left[0])
+    return Node(node.kind, left if node.kind == "and" else tuple(map(_without_blanks, left)), node.value)
+
+
+def _counted(node: Node) -> Node:
+    """Return conditions with the values put in that a whole number is said to have, as in theta2 = k*pi, k = 0, 1.
+
+    With dots behind them, as in k = 0, 1, 2, …, it is any whole number. Raises ReadError where that gets too long.
+    """
+    at = next((i for i, arg in enumerate(node.args) if _whole_number_of(arg)), 0) if node.kind == "list" else 0
+    if not at or any(arg.kind in ("eq", "in", "and", "or", "dict", "list") for arg in node.args[at + 1 :]):
+        return node
+    name, listed = node.args[at].args
+    values = [*(listed.args if listed.kind in ("list", "set") else (listed,)), *node.args[at + 1 :]]
+    rest = Node("list", node.args[:at])
+    if any(map(has_blank, values)):
+        return rest
+    flat = [one for value in values for one in (value.args if value.kind == "set" else (value,))]
+    if size_of(rest) * len(flat) > LIMITS["worked_out"]:
+        raise ReadError("the conditions are too long, or there are too many whole numbers in them")
+    return Node("list", tuple(arg for value in flat for arg in replaced(rest, str(name.value), value).args))
+
+
+def _whole_number_of(node: Node) -> bool:
+    """Tell whether the values of a whole number are listed, as in k = 0, 1 or k in {0, 1}."""
+    is_said = node.kind in ("eq", "in") and node.args[0].value in WHOLE_NUMBERS
+    return is_said and node.args[1].kind != "name"
+
+
+def _says_nothing(node: Node) -> bool:
+    """Tell whether an entry was left blank, or only says that k is a whole number, or that det J is asked or zero."""
+    if node.kind == "eq" and (left := names(node.args[0])) and left <= set(VOCABULARY["determinant"]):
+        return True
+    if node.kind == "in" and node.args[1].value in VOCABULARY["number_sets"]:
+        return True
+    if node.kind == "in" and node.args[0].value in WHOLE_NUMBERS:
+        return node.args[1].value in VOCABULARY["whole_number_sets"]
+    is_several = node.kind in ("eq", "in", "pair") and node.args[1].kind in ("list", "set")
+    return has_blank(node) and not is_several
+
+
+def with_joint(node: Node, joints: Sequence[str]) -> Node:
+    """Give bare values, as in {0, pi}, to the only joint there is; ReadError where there are several.
+
+    Which of several was meant is not known, and the right answer is nobody to ask.
+    """
+    values = node.args if node.kind in ("list", "set") else (node,)
+    if not values or any(_says_a_condition(value, joints) for value in values):
+        return node
+    if len(joints) != 1:
+        raise ReadError(f"say which joint has these values, as in {joints[-1]} = 0, pi/3")
+    return Node("in", (Node("name", value=joints[0]), Node("set", tuple(values))))
+
+
+OR = "commas between conditions mean 'or'; write 'and' between those that have to hold at once"
+
+
+def at_once(node: Node, joints: Sequence[str]) -> Node | None:
+    """Return a list of conditions on different joints as if commas meant "and"; None where they can only mean "or".
+
+    Conditions on the same joints remain alternatives, and values belong to the joint before them.
+    """
+    if node.kind != "list":
+        return None
+    groups: dict[frozenset[str], list[Node]] = {}
+    named: frozenset[str] = frozenset()
+    for condition in node.args:
+        named = frozenset(names(condition) & set(joints)) or named
+        groups.setdefault(named, []).append(condition)
+    return Node("and", tuple(Node("list", tuple(group)) for group in groups.values())) if len(groups) > 1 else None
+
+
+def _says_a_condition(node: Node, joints: Sequence[str]) -> bool:
+    return node.kind in ("eq", "in", "dict", "and", "or", "list", "set") or bool(names(node) & set(joints))
+
+
+def read_any(text: str) -> Given:
+    """Read an answer of which is not known what is due."""
+    given = _read(text, Domain({}))
+    return replace(_in_rows(given, (), "a matrix"), refusal=given.refusal)
+
+
+_GROUPS_AFTER = re.compile(r"(?:[-+*/^=·−]|\b(?:sin|cos|tan|sqrt|exp|abs|asin|acos|atan|arcsin|arccos|arctan))\s*$")
+"""What stands before a bracket that only groups: a sign of an operation, or a function of one argument."""
+NEAR = 40
+"""Characters beside a bracket that are looked at."""
+_CALLED, _GROUPS_BEFORE = re.compile(r"\w\s*$"), re.compile(r"\s*[-+*/^·−]")
+
+
+def with_points(text: str) -> str:
+    """Return a text with the commas of numbers as in 0,5 written as points.
+
+    Those between the entries of a list, and between the arguments of a function, are left alone.
+
+    >>> with_points("a1*(0,06*s2 - 1,5)"), with_points("[0,5]"), with_points("atan2(1,2)")
+    ('a1*(0.06*s2 - 1.5)', '[0,5]', 'atan2(1,2)')
+    """
+    if "," not in text:
+        return text
+    ends, groups, out = (
+        _ends_of_brackets(text),
+        list[bool](),
+        [],
+    )  # of each bracket that is open, whether it only groups
+    for at, (before, char, after) in enumerate(zip(f" {text}", text, f"{text[1:]} ", strict=False)):
+        if char in "([{":
+            groups.append(char == "(" and _only_groups(text, at, ends.get(at)))
+        elif char in ")]}" and groups:
+            groups.pop()
+        between = before.isdecimal() and after.isdecimal()
+        out.append("." if char == "," and between and (not groups or groups[-1]) else char)
+    return "".join(out)
+
+
+def _ends_of_brackets(text: str) -> dict[int, int]:
+    """Return where each bracket is closed, of whatever kind; those that are not are left out."""
+    ends, opened = dict[int, int](), list[int]()
+    for at, char in enumerate(text):
+        if char in "([{":
+            opened.append(at)
+        elif char in ")]}" and opened:
+            ends[opened.pop()] = at
+    return ends
+
+
+def _only_groups(text: str, begin: int, end: int | None) -> bool:
+    """Tell whether a bracket belongs to a formula, and is no list: something is done with it, or a function taken."""
+    before, after = text[max(0, begin - NEAR) : begin], "" if end is None else text[end + 1 : end + NEAR]
+    return bool(_GROUPS_AFTER.search(before) or (not _CALLED.search(before) and _GROUPS_BEFORE.match(after)))
+
+
+# --- steps ---
+
+
+def _read(text: str, domain: Domain) -> Given:
+    """Return the tree of an answer, or the judgement on one that is empty or can't be read."""
+    if not text.strip():
+        return Given(text, missing())
+    try:
+        tree = read(text, domain.roles)
+    except ReadError as error:
+        return Given(text).refused(f"this can't be read as an answer: {error}")
+    return Given(text, missing("the answer was left blank")) if is_all_blank(tree) else Given(text, tree=tree)
+
+
+def _alone(node: Node, domain: Domain) -> Node:
+    """Return the entry of Matrix([a]), [a], [[a]] or {"det": a}: a matrix of one entry stands for that."""
+    while node.kind in ("list", "dict") and len(node.args) == 1:
+        (inner,) = node.args
+        if inner.kind == "pair" and inner.args[0].value in domain.roles:
+            return node
+        node = inner.args[1] if inner.kind == "pair" else inner
+    return node
+
+
+def is_all_blank(node: Node) -> bool:
+    """Tell whether nothing but blanks is in a tree."""
+    if node.kind in ("list", "set"):
+        return all(map(is_all_blank, node.args)) and bool(node.args)
+    return node.kind == "blank"
+
+
+def _right_side(given: Given, domain: Domain, labels: Sequence[str] = ()) -> Given:
+    """Take what J is from "J = …", "… = J" or "det: …": of a name of the student's own, or the only one of `labels`."""
+    tree = given.tree
+    if tree is not None and tree.kind == "dict" and len(tree.args) == 1:
+        tree = tree.args[0]
+    if tree is None or (tree.kind != "pair" and not chain_of(tree)):
+        return given
+    sides = chain_of(tree) or tree.args
+    if any(names(side) & set(domain.roles) for side in sides[1:-1]) and not names(sides[-1]):
+        return given  # det J = a1*a2*sin(theta2) = 0
+    for name, value in ((sides[0], sides[-1]), (sides[-1], sides[0])):  # det J = J11*J22 - J12*J21 = …
+        own = (_is_called(name) or _is_of_entries(name)) and not names(name) & set(domain.roles)
+        label = name.kind == "name" and [_label_of(str(name.value))] == [_label_of(label) for label in labels]
+        if own or label:
+            return replace(given, tree=value)
+    return given
+
+
+LINEAR, ANGULAR = ("vx", "vy", "vz"), ("wx", "wy", "wz")
+"""The components of a velocity, and of an angular one."""
+
+
+def _other_component(tree: Node, labels: Sequence[str]) -> str:
+    """Return the name before a formula, where it is that of another component of a velocity than the one asked."""
+    if [label for label in map(_label_of, labels) if label in LINEAR] == [] or len(labels) != 1:
+        return ""
+    while tree.kind in ("list", "set", "dict") and len(tree.args) == 1:
+        tree = tree.args[0]
+    if tree.kind not in ("eq", "pair") or tree.args[0].kind != "name":
+        return ""
+    name = str(tree.args[0].value)
+    return name if _label_of(name) in (*LINEAR, *ANGULAR) and _label_of(name) != _label_of(labels[0]) else ""
+
+
+def _is_called(node: Node) -> bool:
+    """Tell whether words stand there, dx/dq, |J|, or the power of a name: The determinant, J^-1."""
+    node = node.args[0] if node.kind == "call" and node.value == "abs" else node
+    while node.kind in ("*", "/") and node.args[1].kind == "name":
+        node = node.args[0]
+    return node.kind == "name" or (node.kind == "^" and node.args[0].kind == "name")
+
+
+def _is_of_entries(node: Node) -> bool:
+    """Tell whether a formula is one of entries of the Jacobian, J11*J22 - J12*J21."""
+    return bool(names(node)) and all(_ENTRY.fullmatch(name) for name in names(node))
+
+
+_ENTRY = re.compile(r"[jJ]_?[1-6]{2}")
+
+
+def _spread(given: Given, due: Sequence[str]) -> Given:
+    """Return z0 = z1 = a, of names that are `due`, as z0 = a, z1 = a, also in a list."""
+    tree, called = given.tree, [_label_of(name) for name in due]
+    if tree is None or tree.kind not in ("and", "list", "set"):
+        return given
+    spread = []
+    for node in (tree,) if tree.value == CHAIN else tree.args:
+        *left, value = chain_of(node) or (node,)
+        is_named = bool(left) and all(one.kind == "name" and _label_of(str(one.value)) in called for one in left)
+        spread += [Node("eq", (name, value)) for name in left] if is_named else [node]
+    return replace(given, tree=tree if tree.value == CHAIN and len(spread) == 1 else Node(tree.kind, tuple(spread)))
+
+
+def _in_order(given: Given) -> Given:
+    """Refuse a set of several entries, of which nobody knows which comes first."""
+    if given.tree is None or given.tree.kind != "set" or len(given.tree.args) < 2:
+        return given
+    if any(arg.kind in ("eq", "pair", "set", "list") for arg in given.tree.args):
+        return given
+    return replace(given.refused("a set {a, b} has no order; write the entries as a list, [a, b]"), tree=None)
+
+
+def _in_rows(given: Given, labels: Sequence[str], what: str, shape: tuple[int, int] = (0, 0)) -> Given:
+    if given.tree is None:
+        return given
+    try:
+        return replace(given, rows=as_matrix(_unlabelled(given.tree, labels, shape)))
+    except ReadError as error:
+        return given.refused(f"this can't be read as {what}: {error}")
+
+
+def _unlabelled(node: Node, labels: Sequence[str], shape: tuple[int, int] = (0, 0)) -> Node:
+    """Return the entries of {qd1: …, qd2: …}, of [qd1 = …, qd2 = …] or of [(qd1, …), (qd2, …)] in their order.
+
+    They may stand inside a list, or have "and" between them; rows of a matrix may be called row1, and entries J12.
+    """
+    while node.kind in ("list", "set") and len(node.args) == 1 and node.args[0].kind in ("dict", "list"):
+        if node.kind == "list" and node.args[0].kind == "list" and not all(map(_is_named, node.args[0].args)):
+            break
+        node = node.args[0]
+    if node.kind not in ("dict", "list", "set", "and") or not all(_is_labelled(arg) for arg in node.args):
+        return node
+    said = {_label_of(str(arg.args[0].value)): arg.args[1] for arg in node.args}
+    if len(said) != len(node.args):
+        return _once(node)
+    due = [_label_of(label) for label in labels]
+    if due and set(said) == set(due):
+        return Node("list", tuple(said[label] for label in due))
+    rows, columns = shape
+    for due in (
+        [f"row{i + 1}" for i in range(rows)],
+        [f"j{i + 1}{j + 1}" for i in range(rows) for j in range(columns)],
+    ):
+        if set(said) == set(due) and columns:
+            entries = [said[label] for label in due]
+            flat = len(due) > rows or columns == 1
+            cut = [Node("list", tuple(entries[i : i + columns])) for i in range(0, len(due), columns)]
+            return Node("list", tuple(cut if flat else entries))
+    if not said or not all(map(_is_named, node.args)):
+        return node
+    asked = f", and {', '.join(labels)} are asked" if labels else ""
+    instead = f"write it as in {_as_in(shape)}" if columns else "write what is asked alone"
+    raise ReadError(f"{', '.join(list(said)[:5])} stand before the entries{asked}; {instead}")
+
+
+def _once(node: Node) -> Node:
+    """Return entries of which two begin alike, as rows of a matrix may; ReadError where two have the same name."""
+    if not all(map(_is_named, node.args)):
+        return node
+    called = [str(arg.args[0].value) for arg in node.args]
+    labels = list(map(_label_of, called))
+    twice = next(name for name, label in zip(called, labels, strict=True) if labels.count(label) > 1)
+    raise ReadError(f"{twice} stands there twice; write each entry once")
+
+
+def _of_vectors(node: Node, shape: tuple[int, int], labels: Sequence[str], columns: Sequence[str]) -> Node | None:
+    """Return the matrix of v = […], ω = […] or of z0 = […], z1 = […], which may come in any order; None for others.
+
+    The columns of a Jacobian, or the screws, are J1, J2, or S1, S2.
+    """
+    if node.kind not in ("dict", "list", "set", "and") or not all(map(_name_before, node.args)):
+        return None
+    called = [_label_of(label) for label in labels]
+    first = _label_of(_name_before(node.args[0]))[:1] if node.args else ""
+    if not columns and shape[1] > 1 and first in _COLUMNS:
+        columns = [f"{first}{i + 1}" for i in range(shape[1])]
+    is_twist = called in ([*LINEAR, *ANGULAR], [*ANGULAR, *LINEAR])
+    due = [called[0][0], called[3][0]] if is_twist else [_label_of(column) for column in columns]
+    said = {_label_of(_name_before(arg)): _vector(arg.args[1]) for arg in node.args}
+    vectors = [said.get(name, ()) for name in due]
+    if (
+        not due
+        or len(node.args) != len(due)
+        or set(said) != set(due)
+        or any(len(one) * (2 if is_twist else 1) != shape[0] for one in vectors)
+    ):
+        return None
+    if is_twist:
+        return Node("list", tuple(entry for vector in vectors for entry in vector))
+    return Node("list", tuple(Node("list", row) for row in zip(*vectors, strict=True)))
+
+
+_COLUMNS = ("j", "s")
+
+
+def _name_before(node: Node) -> str:
+    """Return the name before an entry; S1 before one is no sine. Nothing where there is none."""
+    name = node.args[0] if node.kind in ("pair", "eq") else node
+    if node.kind in ("pair", "eq") and name.kind == "call" and name.value == "sin" and name.args[0].kind == "name":
+        return str(name.args[0].value).replace("theta", "s")
+    return str(name.value) if _is_named(node) else ""
+
+
+def _vector(node: Node) -> tuple[Node, ...]:
+    """Return the entries of a row or column; nothing of what is none."""
+    rows = node.args if node.kind == "list" else ()
+    entries = [row.args[0] if row.kind == "list" and len(row.args) == 1 else row for row in rows]
+    return tuple(entries) if not any(entry.kind == "list" for entry in entries) else ()
+
+
+def _is_named(node: Node) -> bool:
+    return node.kind in ("pair", "eq") and node.args[0].kind == "name"
+
+
+def _is_labelled(node: Node) -> bool:
+    return _is_named(node) or (node.kind == "list" and len(node.args) == 2 and node.args[0].kind == "name")
+
+
+def _label_of(name: str) -> str:
+    """Return the name of an entry as it is compared: of P_x, p_x and px it is x, of v_x and x_dot vx, of ω_x wx."""
+    plain = name.replace("_", "").lower()
+    plain = VOCABULARY["velocities"].get(plain, plain)
+    for spelled, letter in VOCABULARY["spelled"].items():
+        plain = plain.replace(spelled, letter)
+    entry = _POINT_OF_ENTRY.fullmatch(plain)
+    return entry.group(1) if entry else plain.removeprefix("p") if len(plain) > 1 else plain
+
+
+_POINT_OF_ENTRY = pattern("point_of_entry")
+
+
+def _in_shape(given: Given, due: tuple[int, int], text: str) -> Given:
+    """Take a row for the column that is due: a vector written the other way is the same vector."""
+    if given.refusal is not None or given.rows is None:
+        return given
+    rows = given.rows
+    if due[1] == 1 and len(rows) == 1 and len(rows[0]) == due[0]:
+        rows = [[entry] for entry in rows[0]]
+    given, shape = replace(given, rows=rows), (len(rows), len(rows[0]))
+    if shape == due:
+        return given
+    turned = " (transposed?)" if shape == due[::-1] and due[0] != due[1] and 1 not in due else ""
+    asked = f"; write it as in {_as_in(due)}" if shape != due[::-1] or 1 in due else ""
+    commas = _COMMAS if len(rows) * len(rows[0]) > due[0] * due[1] and re.search(r"\d,\d", text) else ""
+    return given.refused(
+        f"the answer is {shape[0]} x {shape[1]}, and {due[0]} x {due[1]} is due{turned}{commas or asked}"
+    )
+
+
+_COMMAS = "; where 0,5 is a number, put semicolons or a comma and a space between entries, as in [0,5; 1,25]"
+
+
+def _as_in(shape: tuple[int, int], entry: str = "a") -> str:
+    """Return how an answer of a shape is typed: [a, b], or [[a, b], [c, d]]."""
+    rows, columns = shape
+    if max(shape) > _MOST_SHOWN:
+        row = entry if columns == 1 else f"[{entry}, {'…, ' if columns > 2 else ''}{entry}]"  # too many to show
+        return f"[{row}, …, {row}] with {rows} {'entries' if columns == 1 else f'rows of {columns}'}"
+    letters = iter("abcdefghi") if entry == "a" else iter((entry,) * 9)
+    listed = [", ".join(next(letters) for _ in range(columns)) for _ in range(rows)]
+    return f"[{', '.join(listed)}]" if columns == 1 else f"[{', '.join(f'[{row}]' for row in listed)}]"
+
+
+_MOST_SHOWN = 3
+
+
+def _of_scalars(given: Given, what: str) -> Given:
+    """Refuse entries that are lists or statements, but for those that were left blank."""
+    if given.refusal is not None:
+        return given
+    try:
+        for entry, blank in zip(given.entries, given.blanks, strict=True):
+            if not blank:
+                refuse_statements(entry)
+    except ReadError as error:
+        return given.refused(f"this can't be read as {what}: {error}")
+    return given

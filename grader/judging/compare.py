@@ -1,0 +1,161 @@
+"""The grader's comparison by itself: two texts in, a judgement out (`qdot compare`)."""
+
+import contextlib
+import hashlib
+import json
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.formula.expression import MAX_DEPTH, read, tree_of_reference
+from qdot.exercises.formula.identity import Domain, default_role
+from qdot.exercises.formula.trees import Node, ReadError, as_matrix, names
+from qdot.grader.judging.answer import read_conditions, read_formula, read_matrix
+from qdot.grader.judging.formulas import by_joints, judge_angles, judge_expression, judge_matrix, judge_singular
+from qdot.grader.judging.verdict import Judgement, Outcome
+from qdot.grader.sandbox.clock import Budget, Overlong
+
+TYPES = ("expression", "matrix", "angles", "singular")
+
+
+def compare(kind: str, student: str, reference: Any, joints: Sequence[str] = ()) -> Judgement:
+    """Compare a student's text with a reference (text, or a list of texts, or of rows of them) of one of TYPES.
+
+    Symbols have the roles of their names: theta* an angle, a*, d*, L* a length, others any number. Raises QdotError
+    for a reference that can't be read or a type that is none.
+    """
+    if kind not in TYPES:
+        raise QdotError(f"type {kind!r} is none of {', '.join(TYPES)}")
+    texts = _flat(reference)
+    try:
+        trees = [read(text) for text in texts]
+    except ReadError as error:
+        raise QdotError(f"the reference can't be read: {error}") from None
+    domain = _domain(trees, student, joints)
+    trees = [tree_of_reference(text, frozenset(domain.roles)) for text in texts]
+    seed = hashlib.sha256(repr((kind, student, reference)).encode("utf-8", "surrogatepass")).hexdigest()
+    if kind == "expression":
+        return judge_expression(read_formula(student, domain), trees[0], domain, seed)
+    if kind == "matrix":
+        rows = _rows(reference, frozenset(domain.roles))
+        return judge_matrix(read_matrix(student, (len(rows), len(rows[0])), domain), rows, domain, seed)
+    given = read_conditions(student, domain)
+    if kind == "angles":
+        return judge_angles(given, Node("set", tuple(trees)) if len(trees) > 1 else trees[0], domain, seed)
+    variables = joints or sorted(name for name in domain.roles if name.startswith("theta"))
+    return judge_singular(given, by_joints(trees, variables), variables, domain, seed)
+
+
+def _flat(reference: Any) -> list[str]:
+    if isinstance(reference, str) and reference.strip():
+        return [reference]
+    if isinstance(reference, (int, float)) and not isinstance(reference, bool):
+        return [repr(reference)]
+    if isinstance(reference, list) and reference:
+        return [text for item in reference for text in _flat(item)]
+    raise QdotError(f"a reference is a text, a list of texts or a list of rows, not {str(reference)[:60]!r}")
+
+
+def _rows(reference: Any, known: frozenset[str]) -> list[list[Node]]:
+    if isinstance(reference, str):
+        try:
+            return as_matrix(read(reference, known))
+        except ReadError as error:
+            raise QdotError(f"the reference is no matrix: {error}") from None
+    given = reference if isinstance(reference, list) else [reference]
+    rows = [row if isinstance(row, list) else [row] for row in given]
+    if len({len(row) for row in rows}) != 1:
+        raise QdotError("the rows of the reference have different lengths")
+    return [[tree_of_reference(str(entry), known) for entry in row] for row in rows]
+
+
+def _domain(nodes: Sequence[Node], student: str, joints: Sequence[str]) -> Domain:
+    """Return the roles of the reference's symbols and the joints, and of a student's of the usual names."""
+    used = set().union(*(names(node) for node in nodes), joints)
+    with contextlib.suppress(ReadError):  # the judgement will say what can't be read
+        used |= names(read(student, used))
+    return Domain({name: default_role(name) for name in sorted(used)})
+
+
+def compare_line(line: str, number: int) -> dict[str, Any]:
+    """Return the answer to one line of a batch, in the form of docs/schemas/compare.json.
+
+    Raises QdotError for a line that is no request.
+    """
+    try:
+        request = json.loads(line)
+    except (ValueError, RecursionError) as error:
+        raise QdotError(f"line {number} is not JSON: {error}") from None
+    if not isinstance(request, dict):
+        raise QdotError(f"line {number}: an object with reference and student (and type, id, joints) is due")
+    missing = [key for key in ("reference", "student") if key not in request]
+    if missing:
+        raise QdotError(
+            f"line {number}: without {' and '.join(missing)}; due are reference and student (and type, id, joints)"
+        )
+    return {"id": request.get("id"), **as_json(safely(request, number))}
+
+
+def compare_lines(lines: Iterable[str], refused: list[str]) -> Iterator[str]:
+    """Yield the answer to every line of a batch that is not empty, as a line; why one is no request is `refused`."""
+    for number, line in enumerate(lines, 1):
+        if not line.strip():
+            continue
+        try:
+            answer = json.dumps(compare_line(line, number), ensure_ascii=False)
+        except (QdotError, RecursionError) as error:  # the latter where its id can't be written
+            why = str(error) if isinstance(error, QdotError) else f"line {number}: its id is nested too deeply"
+            refused.append(why)
+            answer = json.dumps({"id": None, **as_json(Judgement(Outcome.UNGRADED, 0.0, why))}, ensure_ascii=False)
+        yield answer
+
+
+def safely(request: Mapping[str, Any], number: int) -> Judgement:
+    """Return the judgement; what fails in our own code is UNGRADED and does not stop the batch."""
+    joints = request.get("joints") or ()
+    if not isinstance(joints, (list, tuple)) or not all(isinstance(joint, str) for joint in joints):
+        raise QdotError(f'line {number}: joints is a list of names, as in ["theta1", "theta2"]')
+    budget = Budget(30.0)
+    try:
+        with budget.spent(), np.errstate(all="ignore"):
+            reference = request["reference"]
+            kind = str(request.get("type") or likely_type(as_text(reference)))
+            return compare(kind, as_text(request["student"]), reference, joints)
+    except QdotError as error:
+        raise QdotError(f"line {number}: {error}") from None
+    except Overlong:
+        return Judgement(Outcome.UNGRADED, 0.0, f"it takes longer than {budget.seconds:g} s of processor time")
+    except Exception as error:  # our own failure is told, and is no verdict
+        return Judgement(Outcome.UNGRADED, 0.0, f"qdot failed: {type(error).__name__}: {error}"[:300])
+
+
+def as_text(student: Any, depth: int = 0) -> str:
+    """Return an answer given as text, number or nested lists of them as one text; nothing for null."""
+    if student is None:
+        return ""
+    if isinstance(student, list):  # what lies deeper than the reader goes is left out, and refused there
+        inside = student if depth <= MAX_DEPTH else []
+        return "[" + ", ".join(as_text(item, depth + 1) for item in inside) + "]"
+    return student if isinstance(student, str) else repr(student)
+
+
+def likely_type(reference: str) -> str:
+    """Return the type that a reference looks like: a matrix for a list, angles for a set, else an expression."""
+    try:
+        return {"list": "matrix", "set": "angles", "eq": "singular", "or": "singular"}.get(
+            read(reference).kind, "expression"
+        )
+    except ReadError:
+        return "expression"
+
+
+def as_json(judgement: Judgement) -> dict[str, Any]:
+    """Return outcome, reason and certificate as plain data."""
+    certificate = judgement.certificate
+    return {
+        "outcome": judgement.outcome.value,
+        "reason": judgement.reason,
+        "certificate": None if certificate is None else certificate.as_json(),
+    }

@@ -1,0 +1,95 @@
+"""How much a student is told of a wrong answer: what a level of `feedback` in assignment.toml leaves of a result.
+
+The levels are an outcome, and why an answer could not be read; the mistake, or what to look at, and which entries are
+right; where it differs with its own value there, which is nothing that could be handed in again; what is right there;
+the worked solution.
+"""
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from qdot.exercises.assignment.assignment import FEEDBACK
+
+_NAMED = r"\w+ = [-+\d.e]+"
+_POSE = rf": (?:\(any\)|{_NAMED}(?:, {_NAMED})*)"
+_VALUE = r"(?:\([^()]*\)|[^,;()])+"
+
+_RIGHT_VALUES = (
+    (rf"(\ban? [a-z ]+ is missing){_POSE}", r"\1"),
+    (rf", expected {_VALUE}", ", which is not right"),
+    (rf", and {_VALUE} is right", ", which is not right"),
+)
+"""What tells a value that is right, as the reasons of `qdot.grader.judging.formulas` say it, and what is left of it."""
+
+_NUMBERS = (
+    (rf"(\bno [a-z ]+|right but for rounding){_POSE}", r"\1"),
+    (rf" at {_NAMED}(?:, {_NAMED})*", ""),
+    (rf": yours {_VALUE}, which is not right", ""),
+    (rf"(\b(?:number|entry) \d+) is {_VALUE}, which is not right", r"\1 is not right"),
+)
+"""What tells of a counterexample."""
+
+
+_ALONE = (
+    (r"(?:^|; )differs$", ""),
+    (r"\bclaimed, but no (singular configuration)$", r"what is claimed is not everywhere a \1"),
+)
+"""What says nothing, or reads badly, without the example that is kept back."""
+_NAMES = ((r" \(transposed\?\)", ""),)
+"""What names a mistake in the reason for which an answer is not read."""
+
+
+def at_least(level: str, wanted: str) -> bool:
+    """Tell whether a level of feedback tells what another does."""
+    return FEEDBACK.index(level) >= FEEDBACK.index(wanted)
+
+
+def told(part: Mapping[str, Any], level: str) -> dict[str, Any]:
+    """Return a part of a result as a student may see it: without what the level of feedback keeps back.
+
+    >>> said = {"outcome": "wrong", "reason": "number 1 is 2, and 0.624 m/s is right", "certificate": None}
+    >>> told({**said, "mistake": None, "advice": None, "entries": None, "follows": None}, "counterexample")["reason"]
+    'number 1 is 2, which is not right'
+    """
+    shown = dict(part)
+    if part["outcome"] not in ("wrong", "partial") or at_least(level, "values"):
+        return shown
+    shown["reason"] = _cut(str(part["reason"]), _RIGHT_VALUES)
+    shown["certificate"] = _without_right(part["certificate"])
+    if not at_least(level, "counterexample"):
+        shown["reason"] = _cut(without_numbers(shown["reason"]), _ALONE) or "it is not what is due"
+        shown["certificate"] = _without_example(part["certificate"])
+    if not at_least(level, "mistake"):
+        read = part["certificate"] is not None
+        shown |= {"mistake": None, "advice": None, "entries": None, "follows": None}
+        shown["reason"] = "" if read else _cut(shown["reason"], _NAMES)
+    return shown
+
+
+def without_numbers(reason: str) -> str:
+    """Return a reason without the numbers of its counterexample, for where they stand in a table.
+
+    >>> without_numbers("entry 1 differs at a1 = 2: yours 4, expected 2")
+    'entry 1 differs'
+    """
+    return _cut(_cut(reason, _RIGHT_VALUES), _NUMBERS)
+
+
+def _cut(reason: str, patterns: tuple[tuple[str, str], ...]) -> str:
+    for pattern, left in patterns:
+        reason = re.sub(pattern, left, reason)
+    return reason
+
+
+def _without_right(certificate: Mapping[str, Any] | None) -> dict[str, Any] | None:
+    """Return a certificate whose counterexample tells no value that is right."""
+    example = None if certificate is None else certificate["counterexample"]
+    if certificate is None or example is None:
+        return None if certificate is None else dict(certificate)
+    kept_back = {"missing": None} if "missing" in example else {"expected": None}
+    return {**certificate, "counterexample": {**example, **kept_back}}
+
+
+def _without_example(certificate: Mapping[str, Any] | None) -> dict[str, Any] | None:
+    return None if certificate is None else {**certificate, "counterexample": None}

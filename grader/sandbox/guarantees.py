@@ -1,0 +1,198 @@
+"""What this machine guarantees while students' code runs: each guarantee tried by a probe, and who enforces it.
+
+A guarantee is enforced by the kernel where everything that the probe tried past the audit hook was refused.
+"""
+
+import contextlib
+import os
+import socket
+import tempfile
+from collections.abc import Iterable, Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from qdot.exercises.common.errors import QdotError
+from qdot.grader.sandbox.contained.attempts import ALONE
+from qdot.grader.sandbox.sandbox import REFUSED, Limits, Sandbox
+
+KERNEL, PYTHON, MISSING = "enforced by the kernel", "watched in Python only", "missing"
+
+PROMISES = {
+    "files": "reads Python and its libraries, writes into a folder of its own (64 MB) that is gone afterwards",
+    "network": "reaches no network and no socket of this machine",
+    "processes": "starts no programs, reaches no other process; whatever it starts ends with it",
+    "memory": "has no more memory than its limit",
+    "time": "has no more processor time than its limit, and is killed when its time is over",
+    "privileges": "has no rights of root, and can't get any",
+}
+"""What is guaranteed, of a notebook."""
+
+MEANS = {
+    "files": ("namespaces", "landlock", "seccomp", "user", "quota", "watch"),
+    "network": ("namespaces", "seccomp", "landlock", "watch"),
+    "processes": ("seccomp", "namespaces", "limits", "watch"),
+    "memory": ("limits", "seccomp", "namespaces"),
+    "time": ("limits",),
+    "privileges": ("privileges", "seccomp", "user"),
+}
+"""Which measures a guarantee rests on."""
+
+SAID = {
+    "namespaces": "namespaces", "landlock": "Landlock", "seccomp": "seccomp", "user": "not root",
+    "quota": "what is written is counted",
+    "privileges": "no_new_privs, no capabilities", "limits": "rlimits", "watch": "audit hook",
+}  # fmt: skip
+"""How the measures are called."""
+
+WATCHED = ("files", "network", "processes")
+"""What the audit hook watches."""
+
+REMEDIES = {
+    "landlock": "Use Linux 5.13 or later with Landlock on ('landlock' in the kernel's parameter lsm=)",
+    "seccomp": "Use Linux on x86_64 or aarch64 that allows seccomp filters",
+    "namespaces": "Allow user namespaces: sysctl kernel.apparmor_restrict_unprivileged_userns=0 (Ubuntu), "
+    "kernel.unprivileged_userns_clone=1 (Debian). A container can do without them where it has Landlock",
+    "user": "Run qdot as an ordinary user, or put Python where others than root can read it",
+    "privileges": "Use Linux, and run qdot as an ordinary user",
+    "limits": "Raise the hard limits (ulimit -H), or use Linux",
+}
+"""What brings a measure back."""
+
+
+@dataclass(frozen=True)
+class Guarantee:
+    """One guarantee: who enforces it here, by what means, and what the probe achieved where nobody does."""
+
+    name: str
+    promise: str
+    by: str
+    means: tuple[str, ...]
+    achieved: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Findings:
+    """All guarantees, and the measures that can't be taken here, each with the reason."""
+
+    guarantees: tuple[Guarantee, ...]
+    lacking: dict[str, str]
+
+    @property
+    def is_strict(self) -> bool:
+        """Tell whether the kernel enforces everything."""
+        return all(guarantee.by == KERNEL for guarantee in self.guarantees)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the findings as data."""
+        return {
+            "strict": self.is_strict,
+            "guarantees": [asdict(guarantee) for guarantee in self.guarantees],
+            "lacking": self.lacking,
+        }
+
+
+def probe(without: Iterable[str] = (), quick: bool = False) -> Findings:
+    """Try to break out of a sandbox of this machine, and return what held. Raises QdotError where none starts.
+
+    A quick probe does not wait until it is stopped for its processor time, which takes a second.
+    """
+    if not hasattr(os, "fork"):
+        nothing = tuple(Guarantee(name, promise, MISSING, (), ()) for name, promise in PROMISES.items())
+        return Findings(nothing, {"system": REFUSED})
+    achieved: dict[str, list[str]] = {name: [] for name in PROMISES}
+    limits = Limits(seconds=10, memory=1 << 30)
+    with _prey() as prey, Sandbox(limits, without, loaded=False, processor_seconds=1) as sandbox:
+        tried: set[str] = set()
+
+        def take(line: dict[str, Any]) -> None:
+            tried.add(line["guarantee"])
+            if line["achieved"]:
+                achieved[line["guarantee"]].append(line["achieved"])
+
+        asked = {**prey, "memory": limits.memory, "seconds": 0 if quick else 1, "alone": None}
+        end = sandbox.exchange({"attempts": asked}, take)
+        why = sandbox.unbegun
+        if sandbox.left_running:
+            achieved["processes"].append("left processes running")
+        lacking = sandbox.lacking
+        for number in range(len(ALONE)) if end in ENDS[quick] else ():
+            if sandbox.exchange({"attempts": {**asked, "seconds": 0, "alone": number}}, take) == "lost":
+                achieved["processes"].append("killed the process that starts notebooks")
+        if sandbox.left_behind:
+            achieved["files"].append("left files behind")
+    if end not in ENDS[quick] or not tried >= PROMISES.keys() - {"time"}:
+        said = f": {why}" if why else ""
+        raise QdotError(f"the sandbox of this machine does not work, its probe ended early ({end}{said})")
+    if end == "overtime" and not achieved["time"]:
+        achieved["time"].append("computed until it was killed from outside")
+    return Findings(tuple(_guarantee(name, achieved[name], lacking) for name in PROMISES), lacking)
+
+
+ENDS = {True: ("done", "overtime"), False: ("killed", "overtime")}
+"""How a probe ends, a quick one or not."""
+
+
+def _guarantee(name: str, achieved: list[str], lacking: dict[str, str]) -> Guarantee:
+    taken = [measure for measure in MEANS[name] if measure not in lacking]
+    if "namespaces" not in lacking and "quota" in taken:
+        taken.remove("quota")  # a file system of its own holds no more
+    means = tuple(SAID[measure] for measure in taken)
+    watched = name in WATCHED and "watch" not in lacking
+    by = KERNEL if not achieved else PYTHON if watched else MISSING
+    return Guarantee(name, PROMISES[name], by, means, tuple(achieved))
+
+
+@contextlib.contextmanager
+def _prey() -> Iterator[dict[str, Any]]:
+    """Make what a probe tries to reach: a file, a folder open to all, a port, an abstract socket, this process."""
+    name = f"\0qdot-{os.getpid()}"
+    with (
+        tempfile.TemporaryDirectory(prefix="qdot-prey-") as folder,
+        socket.create_server(("127.0.0.1", 0)) as server,
+        socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as local,
+    ):
+        file, planted = Path(folder, "secret.txt"), Path(folder, "open")
+        file.write_text("the secret", encoding="utf-8")
+        planted.mkdir()
+        for path, mode in ((Path(folder), 0o755), (file, 0o644), (planted, 0o777)):  # whoever may be a notebook's user
+            path.chmod(mode)
+        local.bind(name if os.uname().sysname == "Linux" else str(Path(folder, "socket")))
+        local.listen()
+        abstract = name if os.uname().sysname == "Linux" else str(Path(folder, "socket"))
+        yield {
+            "file": str(file), "open": str(planted), "port": server.getsockname()[1], "abstract": abstract,
+            "pid": os.getpid(),
+        }  # fmt: skip
+
+
+def refusal(findings: Findings) -> str:
+    """Return why the level "strict" can't be had, and what to do."""
+    return (
+        f'assignment.toml demands sandbox = "strict", and this machine does not enforce it ({_weak(findings)}). '
+        f"{'; '.join(_remedies(findings)) or 'Run qdot on another machine'}. `qdot doctor` shows more; nothing was run"
+    )
+
+
+def warning(findings: Findings) -> str:
+    """Return what is not enforced here, in one line; nothing where all is."""
+    weak = _weak(findings)
+    return f"The sandbox of this machine is weaker than it should be ({weak}); see `qdot doctor`." if weak else ""
+
+
+def _weak(findings: Findings) -> str:
+    return ", ".join(f"{each.name}: {each.by}" for each in findings.guarantees if each.by != KERNEL)
+
+
+def _remedies(findings: Findings) -> list[str]:
+    """Return what brings back the measures that would enforce what is not enforced."""
+    wanted = {measure for each in findings.guarantees if each.by != KERNEL for measure in MEANS[each.name]}
+    return [REMEDIES[measure] for measure in REMEDIES if measure in wanted and measure in findings.lacking]
+
+
+def advice(findings: Findings) -> list[str]:
+    """Return a line for each measure that can't be taken here: why, and what brings it back."""
+    return [
+        f"{SAID.get(name, name)}: not here ({why}). {REMEDIES.get(name, '')}".strip()
+        for name, why in findings.lacking.items()
+    ]

@@ -1,0 +1,145 @@
+"""In what the students' problems differ, and whether those with one kind did better: could that be chance?
+
+Students get another arm each, of about the same difficulty. Their arms are grouped by what can be seen of them (the
+kinds of joints, offsets, senses of the axes, …), and a permutation test says how often groups dealt out at random
+differ as much. Many such tests are made, so their p-values are corrected by Holm's method.
+"""
+
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import sympy as sp
+
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.convention_view import is_by_axes, told_base, told_point, told_rows
+from qdot.exercises.arm.conventions import axes_of
+from qdot.exercises.arm.difficulty import step
+from qdot.grader.statistics.statistics import chance_of_groups, holm
+
+LEAST_IN_GROUP = 3
+OTHERS = "others"
+SMALL = 0.05
+"""A corrected p below it is told as hardly chance."""
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """The shares (per cent) of a problem's points by group, and how likely such a difference is by chance.
+
+    `corrected` is `chance` after Holm's correction for all comparisons of the class.
+    """
+
+    slot: str
+    feature: str
+    groups: tuple[str, ...]
+    shares: tuple[tuple[float, ...], ...]
+    chance: float
+    corrected: float = 1.0
+
+
+def _kinds(chain: Chain) -> str:
+    return "".join(joint.kind for joint in chain.joints)
+
+
+def _offsets(chain: Chain) -> str:
+    count = sum(offset != 0 for offset in chain.offsets)
+    return f"{count} of {chain.n} joints with an offset"
+
+
+def _senses(chain: Chain) -> str:
+    twists = [row.alpha for row in told_rows(chain) if row.alpha.is_number]
+    turned = sum(bool(twist < 0) or twist == sp.pi for twist in twists)
+    return f"{turned} {'twist' if turned == 1 else 'twists'} of 180° or negative"
+
+
+def _base(chain: Chain) -> str:
+    base = told_base(chain)
+    if base.is_world:
+        return "base at the world frame"
+    return "base tilted" if base.tilt != 0 else "base turned" if base.yaw != 0 else "base moved"
+
+
+def _point(chain: Chain) -> str:
+    return "P at the last frame's origin" if told_point(chain).is_origin else "P beside the last frame's origin"
+
+
+def _lengths(chain: Chain) -> str:
+    return f"{len(chain.parameters)} lengths left as symbols"
+
+
+def _difficulty(chain: Chain) -> str:
+    return f"difficulty {step(chain)}"
+
+
+def _slopes(chain: Chain) -> str:
+    axes = axes_of(chain)[0]
+    oblique = sum(sum(entry != 0 for entry in axis.direction) > 1 for axis in axes)
+    return f"{oblique} of {chain.n} axes at home along no axis of the space frame"
+
+
+def _senses_at_home(chain: Chain) -> str:
+    axes = axes_of(chain)[0]
+    against = sum(any(bool(entry < 0) for entry in axis.direction if entry.is_number) for axis in axes)
+    return f"{against} of {chain.n} axes at home with a negative component"
+
+
+FEATURES: Mapping[str, Callable[[Chain], str]] = {"kinds of joints": _kinds, "lengths": _lengths}
+"""What arms of any family may differ in."""
+OF_TABLES: Mapping[str, Callable[[Chain], str]] = {
+    "joint offsets": _offsets, "senses of the axes": _senses, "base": _base, "point of interest": _point,
+}  # fmt: skip
+"""The same of arms that are told by a table, in the frames of that table."""
+OF_AXES: Mapping[str, Callable[[Chain], str]] = {
+    "directions of the axes": _slopes,
+    "senses of the axes": _senses_at_home,
+}
+"""The same of arms that are told by their axes, and have no frames."""
+OF_STRUCTURES: Mapping[str, Callable[[Chain], str]] = {"difficulty": _difficulty}
+"""What only families that draw the structure itself differ in; it takes time to work out."""
+
+
+def compare(
+    slot: str, chains: Sequence[Chain], shares: Sequence[float], seed: str, *, varied: bool
+) -> list[Comparison]:
+    """Return a comparison for every feature in which the arms of a place of the assignment differ.
+
+    `shares` are per cent, one a student. Groups of fewer than three students are put together as "others".
+    """
+    comparisons = []
+    for feature, of in {**FEATURES, **_of_convention(chains), **(OF_STRUCTURES if varied else {})}.items():
+        names = [of(chain) for chain in chains]
+        count = Counter(names)
+        small = {name for name, many in count.items() if many < LEAST_IN_GROUP}
+        names = [OTHERS if name in small else name for name in names]
+        groups = sorted(set(names), key=lambda name: (name == OTHERS, name))
+        if len(groups) < 2 or sum(name == OTHERS for name in names) in (1, 2) or len(set(shares)) < 2:
+            continue
+        chance = chance_of_groups(shares, names, f"{seed}/{slot}/{feature}")
+        own = tuple(tuple(s for s, name in zip(shares, names, strict=True) if name == group) for group in groups)
+        assert chance is not None
+        comparisons.append(Comparison(slot, feature, tuple(groups), own, chance))
+    return comparisons
+
+
+def _of_convention(chains: Sequence[Chain]) -> Mapping[str, Callable[[Chain], str]]:
+    """Return what arms may differ in that are all told in one way; of several ways there is nothing to compare."""
+    by_axes = {is_by_axes(chain) for chain in chains}
+    return {} if len(by_axes) != 1 else OF_AXES if by_axes == {True} else OF_TABLES
+
+
+def corrected(comparisons: Sequence[Comparison]) -> list[Comparison]:
+    """Return the comparisons with their corrected p-values, the least likely ones first."""
+    values = holm([each.chance for each in comparisons])
+    made = [replace(each, corrected=value) for each, value in zip(comparisons, values, strict=True)]
+    return sorted(made, key=lambda each: (each.corrected, each.chance, each.slot, each.feature))
+
+
+def in_words(chance: float) -> str:
+    """Return what a p-value means, plainly.
+
+    >>> in_words(0.34), in_words(0.0002)
+    ('could be chance: p = 0.34', 'hardly chance: p < 0.001')
+    """
+    p = "p < 0.001" if chance < 0.001 else f"p = {chance:.3f}" if chance < 0.1 else f"p = {chance:.2f}"
+    return f"{'hardly' if chance < SMALL else 'could be'} chance: {p}"

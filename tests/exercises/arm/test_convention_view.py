@@ -1,0 +1,172 @@
+"""Arms told by a modified table (Craig): the same motion, other frames, and every text speaks of these."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from qdot.exercises.arm import convention_view
+from qdot.exercises.arm.chain import Base, Chain, Joint
+from qdot.exercises.arm.convention_view import modified_rows, place_name, told_base, told_point, told_rows
+from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.kinematics import NumericChain, link_frames
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.figure.arm import told_frames
+from qdot.exercises.figure.pose import drawn_chain, skeleton
+from qdot.exercises.generation import generate, questions_of, sample_chain
+from qdot.exercises.problem.problem import Problem, ProblemId
+from qdot.exercises.verify import certify
+from qdot.exercises.verify.numeric_reference import modified_frames
+from qdot.exercises.writing.expansion import frames_to_see_from, seen_for_minors
+from qdot.exercises.writing.statement import hints, prompt, statement, worked_solutions
+from tests.exercises.arm.sets import rows_of
+from tests.support.problems import LONG_ARMS
+from tests.support.suites import few_families, of_families, several
+
+MODIFIED = "modified-dh"
+FIXED = [name for name, family in FAMILIES.items() if not family.varied]
+SOME = several(("polar-rp", "wrist-zyz"), FIXED)
+OF_FRAMES = ("transform", "position-vectors", "joint-axes", "link-velocity", "tool-jacobian", "wrist-block",
+             "own-frame-velocity")  # fmt: skip
+"""Questions whose answers hang on where the frames are."""
+
+
+def modified(family: str, seed: int = 1, variation: str = "full") -> Chain:
+    return sample_chain(ProblemId(family, seed, variation=variation, convention=MODIFIED))
+
+
+def at_random(chain: Chain, poses: int = 3) -> tuple[dict[str, float], np.ndarray]:
+    """Return lengths and joint values (poses x n)."""
+    stream = Stream(f"told/{chain.name}")
+    lengths = {symbol.name: stream.uniform(0.2, 1.2) for symbol in chain.parameters}
+    return lengths, np.array([[stream.uniform(-2, 2) for _ in chain.q] for _ in range(poses)])
+
+
+def values(chain: Chain, matrix: sp.Matrix, lengths: dict[str, float], q: np.ndarray) -> np.ndarray:
+    known = {sp.Symbol(name): value for name, value in lengths.items()} | dict(zip(chain.q, q.tolist(), strict=True))
+    return np.array(matrix.subs(known).evalf().tolist(), dtype=float)
+
+
+@few_families
+def test_the_frames_are_those_of_the_table_as_it_is_told(family: str) -> None:
+    arm = modified(family)
+    lengths, poses = at_random(arm)
+    expected, frames = modified_frames(arm, lengths, poses), link_frames(arm)
+    standard = NumericChain(arm, lengths)
+    for k, q in enumerate(poses):
+        for i, frame in enumerate(frames):
+            assert np.allclose(values(arm, frame.rotation, lengths, q), expected[k, i, :3, :3], atol=1e-9)
+            assert np.allclose(values(arm, frame.origin, lengths, q)[:, 0], expected[k, i, :3, 3], atol=1e-9)
+        point = told_point(arm)
+        offset = [float(entry.subs(lengths)) for entry in point.offset]
+        there = expected[k, point.frame, :3, :3] @ offset + expected[k, point.frame, :3, 3]
+        assert np.allclose(there, standard.point(q), atol=1e-9)
+        assert np.allclose(standard.told(standard.frames(q)), expected[k], atol=1e-9)
+        p_star = standard.point(q)[:, None] - expected[k, 1:, :3, 3].T
+        assert np.allclose(values(arm, derive(arm).p_star, lengths, q), p_star, atol=1e-9)
+
+
+@of_families(SOME)
+def test_what_hangs_on_the_frames_is_certified(family: str) -> None:
+    asked = [name for name in questions_of(family, MODIFIED) if name in OF_FRAMES]
+    certificate = certify(generate(ProblemId(family, 2, tuple(asked), variation="full", convention=MODIFIED)))
+    assert certificate.passed, certificate.failures
+    assert {check.name for check in certificate.checks} >= {"modified table: axes", "modified table: point"}
+
+
+def test_a_certificate_sees_a_table_that_leads_elsewhere(monkeypatch: pytest.MonkeyPatch) -> None:
+    problem = generate("elbow-3r/1@modified-dh", ["transform"])
+
+    def other(chain: Chain) -> tuple[Base, list[Joint]]:
+        base, (first, second, third) = modified_rows(chain)
+        return base, [first, replace(second, alpha=-second.alpha), third]
+
+    monkeypatch.setattr(convention_view, "modified_rows", other)
+    failed = {check.name for check in certify(problem).failures}
+    assert {"modified table: axes", "modified table: point"} <= failed
+
+
+@of_families(SOME)
+def test_no_text_speaks_of_the_frames_of_the_standard_table(family: str) -> None:
+    """No z_0, and no p*_0: the frame on the axis of joint 1 is frame 1."""
+    problem = generate(ProblemId(family, 1, variation="full", convention=MODIFIED))
+    texts = {"statement": statement(problem, "").replace("where the chapter writes $z_{i-1}$ and $p^*_{i-1}$", "")}
+    for part in problem.parts:
+        texts[f"{part.name}, prompt"] = prompt(problem, part)
+        texts[f"{part.name}, hints"] = "\n".join(hints(problem, part))
+    texts |= {f"{name}, solution": text for name, text in worked_solutions(problem).items()}
+    wrong = re.compile(r"(?:z|p\^\*)_\{?0\b|p\^\*_\{i-1\} *\$|z_\{i-1\} \\times|R_z\(\\theta_i\)\\, T_z\(d_i\)\\, T_x")
+    assert not {name: found[0] for name, text in texts.items() if (found := wrong.search(text))}
+
+
+@of_families([name for name in FIXED if name not in LONG_ARMS])
+def test_a_jacobian_that_is_seen_from_a_frame_is_seen_from_that_frame(family: str) -> None:
+    generic = structure(modified(family)).chain
+    lengths, poses = at_random(generic, 1)
+    frames, jacobian = modified_frames(generic, lengths, poses)[0], NumericChain(generic, lengths).jacobian(poses[0])
+    rows = rows_of(generic)
+    for k, seen in frames_to_see_from(generic):
+        turn = np.kron(np.eye(2), frames[k, :3, :3].T)
+        assert np.allclose(values(generic, seen, lengths, poses[0]), (turn @ jacobian)[rows], atol=1e-9)
+
+
+@of_families(LONG_ARMS)
+def test_a_jacobian_about_the_origin_of_a_frame_is_about_that_of_the_told_one(family: str) -> None:
+    generic = structure(modified(family, variation="chapter")).chain
+    matrix, step, _ = seen_for_minors(generic)
+    if step is None or not step.moved:
+        pytest.skip("this arm's Jacobian is shown as it is")
+    lengths, (q,) = at_random(generic, 1)
+    pose = modified_frames(generic, lengths, q[None])[0, step.number]
+    arm = NumericChain(generic, lengths)
+    jacobian = arm.jacobian(q)
+    carried = jacobian[:3] + np.cross(jacobian[3:].T, pose[:3, 3] - arm.point(q)).T
+    turn = pose[:3, :3].T
+    assert np.allclose(values(generic, matrix, lengths, q), np.vstack([turn @ carried, turn @ jacobian[3:]]), atol=1e-9)
+
+
+@of_families(FIXED)
+def test_a_figure_shows_the_told_frames(family: str) -> None:
+    arm = drawn_chain(modified(family))
+    _, poses = at_random(arm)
+    for q in poses:
+        assert np.allclose(told_frames(arm, skeleton(arm, q)), modified_frames(arm, {}, q[None])[0], atol=1e-9)
+
+
+@pytest.mark.parametrize(("alpha", "a"), [(0, "3/10"), ("pi/2", 0), ("pi/3", "a0"), ("pi", "-3/10")])
+def test_the_first_row_may_have_a_length_and_a_twist(alpha: object, a: object) -> None:
+    """Then O_0 is the world frame, where the standard table has its own farther on."""
+    base = Base((sp.S(a), sp.S.Zero, sp.S.Zero), sp.S.Zero, sp.S(alpha))
+    arm = replace(modified("elbow-3r", variation="chapter"), base=base)
+    first = told_rows(arm)[0]
+    assert (first.a, first.alpha, told_base(arm)) == (base.position[0], base.tilt, Base())
+    lengths, poses = at_random(arm)
+    expected, numeric = modified_frames(arm, lengths, poses), NumericChain(arm, lengths)
+    assert np.allclose(expected[:, 0], np.eye(4))
+    assert np.allclose(numeric.told(numeric.frames(poses)), expected, atol=1e-9)
+    assert certify(Problem(ProblemId("mine", 1), arm, ())).passed
+    drawn = drawn_chain(arm)
+    for q in poses:
+        assert np.allclose(told_frames(arm, skeleton(drawn, q)), modified_frames(drawn, {}, q[None])[0], atol=1e-9)
+    on_axis = "O_0" if first.a == 0 else None  # d_1 leads from the axis to O_1
+    assert place_name(arm, 0) == on_axis
+    flat = replace(modified("planar-3r", variation="chapter"), base=base)
+    assert [place_name(flat, k) for k in range(4)] == ["O_1", "O_2", "O_3", "P"]
+
+
+def test_ids_tell_the_convention() -> None:
+    for text in ("planar-2r/7@modified-dh", "planar-2r/7@chapter@modified-dh"):
+        assert str(ProblemId.parse(text)) == text
+    for text, wrong in (("7@full@modified", "'modified'"), ("7@full@zeros", "two variations")):
+        with pytest.raises(QdotError, match=wrong):
+            ProblemId.parse(f"planar-2r/{text}")
+
+
+def test_places_have_the_names_of_the_convention() -> None:
+    assert [place_name(modified("planar-3r", variation="chapter"), k) for k in range(4)] == ["O_1", "O_2", "O_3", "P"]
+    assert place_name(modified("puma-560", variation="chapter"), 1) == "O_2"
+    assert place_name(modified("puma-560", variation="chapter"), 2) is None  # d3 leads away from O_2 of the standard

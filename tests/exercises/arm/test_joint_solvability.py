@@ -1,0 +1,174 @@
+"""Conditions together: which never hold, tried exactly, and what they are, put into one another, tried in numbers."""
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from qdot.exercises.arm.joint_solvability import follows, may_hold_together, without_needless
+from qdot.exercises.arm.relations import by_half_angle, relation_of
+from qdot.exercises.arm.trigonometry import factored
+from qdot.exercises.common.stream import Stream
+
+T = sp.symbols("theta1:4")
+A, B, H, ALPHA = sp.symbols("a1 a2 h alpha1")
+SLIDE = sp.Symbol("d3")
+R = sp.Rational
+s, c = sp.sin, sp.cos
+
+
+NEVER_IN_GENERAL: list[tuple[sp.Expr, ...]] = [
+    (s(T[0]), c(T[0])),
+    (A * c(T[0]) + B * s(T[0]), A * s(T[0]) - B * c(T[0])),
+    (A + B * c(T[1]), H + B * s(T[1])),  # for a2^2 = a1^2 + h^2 only
+    (SLIDE - A, SLIDE + A),
+    (c(T[0]) - c(ALPHA), s(T[0]) - 2 * s(ALPHA)),
+    (c(T[0]) - c(R(7, 10)), c(2 * T[0]) - c(R(3, 5))),
+    (c(T[0]) - sp.sqrt(5) / 3, s(T[0]) - R(1, 3)),
+]
+POSSIBLE: list[tuple[sp.Expr, ...]] = [
+    (s(T[0]), s(2 * T[0])),
+    (c(T[0]) - c(sp.pi / 7), c(2 * T[0]) - c(2 * sp.pi / 7)),
+    (c(T[0]) - c(R(3, 10)), c(2 * T[0]) - c(R(6, 10))),
+    (c(T[0]) - c(ALPHA), c(2 * T[0]) - c(2 * ALPHA), c(T[0] / 1) - c(ALPHA)),
+    (c(T[0]) - c(ALPHA / 2), 2 * c(T[0]) ** 2 - 1 - c(ALPHA)),
+    (c(T[0]) - sp.sqrt(5) / 3, s(T[0]) - R(2, 3)),
+    (c(T[0]) - sp.sqrt(6) / 3, s(T[0]) - sp.sqrt(3) / 3),
+    (A + B * c(T[1]), SLIDE - H),
+]
+
+
+@pytest.mark.parametrize("conditions", [*NEVER_IN_GENERAL, *POSSIBLE])
+def test_what_never_holds_in_general_is_known_and_what_may_hold_is_not_ruled_out(
+    conditions: tuple[sp.Expr, ...],
+) -> None:
+    assert may_hold_together(conditions, (*T, SLIDE)) is (conditions in POSSIBLE)
+
+
+@pytest.mark.parametrize("seed", range(25))
+def test_conditions_through_a_common_point_may_hold(seed: int) -> None:
+    """Random sums, each with a constant by which it vanishes at a point of rational sines and cosines."""
+    stream = Stream(f"together/{seed}")
+    point: dict[sp.Expr, sp.Expr] = {}
+    for joint in T[:2]:
+        t = R(stream.integer(-9, 9), 7)
+        point |= {c(joint): (1 - t**2) / (1 + t**2), s(joint): 2 * t / (1 + t**2)}
+    conditions = []
+    for _ in range(stream.integer(2, 4)):
+        terms = [stream.integer(1, 9) * stream.choice(list(point)) * stream.choice([A, B, 1]) for _ in range(3)]
+        total = sp.Add(*terms)
+        conditions.append(total - total.xreplace(point))
+    assert may_hold_together(conditions, T)
+
+
+@pytest.mark.whole
+def test_what_is_known_of_some_conditions_is_known_of_more() -> None:
+    """All three are too long for a basis, and two suffice; of joints that are fixed, nothing is left to work out."""
+    whole = sum((s(q) * c(p) * A + c(q) ** 2 * B for q in T for p in T), H)
+    assert not may_hold_together([whole, whole**2 + 1, whole**3 - A], T)
+    five = sp.symbols("theta1:6")
+    long = sum((s(q) * c(p) * A + c(q) ** 2 * B for q in five for p in five), H)
+    fixed = [1 - c(five[0]), s(five[1]), c(five[2] + ALPHA), s(five[3]) * B + A]
+    at_all = [*fixed, long - long.xreplace({five[4]: 0}), c(five[4])]
+    assert not may_hold_together(at_all, five)
+    assert may_hold_together(at_all[:-1], five)
+    assert may_hold_together([*fixed, s(five[0]), s(2 * five[1]), c(2 * five[2] + 2 * ALPHA) + 1], five)
+
+
+def test_what_would_take_long_is_left_undecided() -> None:
+    four = sp.symbols("theta1:5")
+    whole = sum((s(q) * c(p) * A + c(q) ** 2 * B for q in four for p in four), H)
+    assert may_hold_together([whole, whole + 1], four)
+
+
+def test_a_condition_follows_from_others() -> None:
+    assert follows(s(2 * T[0]), [s(T[0])], T)
+    assert follows(c(T[0]), [A * c(T[0]) + B * s(T[0]), A * c(T[0]) - B * s(T[0])], T)
+    assert not follows(s(T[0]), [s(2 * T[0])], T)
+    assert not follows(s(T[1]), [s(T[0])], T)
+
+
+def test_conditions_that_follow_from_others_are_left_out() -> None:
+    long = A * c(T[0]) * s(T[1]) + B * s(T[0]) * c(T[1])
+    assert without_needless([s(T[0]), s(T[1]), long], T) == (s(T[0]), s(T[1]))
+    assert without_needless([s(T[0]), s(T[1]), long + c(T[0]) * H], T) == (s(T[0]), s(T[1]), long + c(T[0]) * H)
+
+
+def test_more_work_decides_more() -> None:
+    """The minors of two rows and three columns: where the first column is not zero, two of them make the third one."""
+    minors = [s(T[0]) * c(T[1]) - c(T[0]) * s(T[1]) * A, s(T[0]) * c(T[2]) * B - c(T[0]) * s(T[2])]
+    third = A * s(T[1]) * c(T[2]) * B - c(T[1]) * s(T[2])
+    assert not follows(third, minors, T, 10)
+    assert follows(third, minors, T, 10_000)
+
+
+T3, T4, D5 = sp.symbols("theta3 theta4 d5")
+JOINTS = (T3, T4, D5)
+
+
+def never_zero(constant: sp.Expr) -> bool:
+    return constant != 0
+
+
+@pytest.mark.parametrize(
+    ("condition", "atom", "value"),
+    [
+        (A + D5, D5, -A),
+        (A + D5 * s(T4), D5, -A / s(T4)),
+        (A * c(T4) + B * D5, D5, -A * c(T4) / B),
+        (A * c(T3) - B * s(T3), s(T3), A * c(T3) / B),
+    ],
+)
+def test_a_condition_gives_a_slide_or_a_sine(condition: sp.Expr, atom: sp.Expr, value: sp.Expr) -> None:
+    found = relation_of(condition, JOINTS, never_zero)
+    assert found is not None
+    assert (found.atom, sp.simplify(found.value - value)) == (atom, 0)
+
+
+@pytest.mark.parametrize(
+    "condition",
+    [
+        c(T4) + D5 * s(T3),  # wherever both vanish, d5 is free
+        A + D5**2,
+        A + B * c(T3) + B * s(T3),
+        c(T3) + c(T4),
+        (A - A) * c(T3) + B * s(T3) + 0 * D5,  # that is s3 = 0
+    ],
+)
+def test_what_is_not_sure_gives_nothing(condition: sp.Expr) -> None:
+    assert relation_of(condition, JOINTS, never_zero) is None
+
+
+def test_a_constant_that_may_be_zero_gives_nothing() -> None:
+    assert relation_of((A - B) + D5 * s(T4), JOINTS, lambda constant: constant != A - B) is None
+    assert relation_of((A - B) * c(T3) + B * s(T3), JOINTS, lambda constant: sp.expand(constant) != A - B) is None
+
+
+def test_what_is_put_in_shows_its_factors() -> None:
+    found = relation_of(A + D5 * s(T4), JOINTS, never_zero)
+    assert found is not None
+    put = found.put_into(D5 + A * c(T4) + A * s(T4) + D5 * s(2 * T4))
+    assert {factor for factor, _ in factored(put).factors} == {A, c(T4), s(T4) + c(T4)}
+    assert found.beside == (s(T4),)
+    assert found.is_in(D5 * c(T3))
+    assert not found.is_in(c(T4))
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_factors_by_the_half_angle_are_those_of_the_condition(seed: int) -> None:
+    draws = Stream(f"half angle/{seed}")
+    parts = [
+        draws.choice((-2, -1, 1, 2)) * c(T3) + draws.choice((-3, -1, 1, 2)) * B * s(T3) + draws.choice((0, 1, 4)) * A
+        for _ in range(2)
+    ]
+    whole = sp.expand(sp.expand(parts[0] * parts[1]).subs(s(T3) ** 2, 1 - c(T3) ** 2))
+    found = by_half_angle(whole, JOINTS)
+    assert len(found) == 2
+    for q in np.linspace(-3, 3, 7):
+        at = {T3: sp.Float(q), A: sp.Rational(3, 7), B: sp.Rational(5, 11)}
+        ratio = (parts[0] * parts[1]).subs(at) / (found[0] * found[1]).subs(at)
+        assert abs(abs(ratio) - abs((parts[0] * parts[1] / (found[0] * found[1])).subs({**at, T3: 0.123}))) < 1e-9
+
+
+@pytest.mark.parametrize("condition", [c(T3) + A, c(T3) ** 2 * A + s(T3) * B + 2, c(T3) * s(T4), A * D5**2 + D5])
+def test_what_has_no_such_factors_is_left_as_it_is(condition: sp.Expr) -> None:
+    assert by_half_angle(condition, JOINTS) == [condition]

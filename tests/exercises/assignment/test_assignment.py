@@ -1,0 +1,554 @@
+"""An assignment's folder: what is wrong in it is told with file, line or key, and what decimals may be off."""
+
+import os
+import re
+import subprocess
+import sys
+import threading
+from dataclasses import replace
+from itertools import product
+from pathlib import Path
+
+import pytest
+import sympy as sp
+
+from qdot.exercises.answers import ConditionSet, Matrix, Number
+from qdot.exercises.arm.chain import CONVENTIONS, Chain, Joint
+from qdot.exercises.arm.robot_file import Robot
+from qdot.exercises.arm.robot_text import robot_text
+from qdot.exercises.assignment.assignment import Assignment, load_assignment
+from qdot.exercises.assignment.decimals import read_decimals
+from qdot.exercises.assignment.release import Released, init_assignment, notebook_path, release
+from qdot.exercises.assignment.store import store_path
+from qdot.exercises.common import files
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.formula.identity import Rounding
+from qdot.exercises.generation import generate
+from qdot.exercises.problem.problem import Part, Problem, ProblemId
+from qdot.exercises.writing.statement import prompt
+from qdot.grader.grading.certify import CERTIFIER
+from qdot.grader.judging.judge import judge
+from qdot.grader.judging.verdict import Outcome
+from tests.support.command import fails
+
+PROBLEM = '[[problem]]\nfamily = "planar-2r"\nquestions = ["position"]\n'
+TOML = f'title = "T"\nkey = "hw"\n\n{PROBLEM}'
+
+
+def has(text: str, pieces: str) -> bool:
+    """Return whether a text has these pieces, written with an ellipsis between one and the next."""
+    return all(piece in text for piece in pieces.split(" … "))
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    init_assignment(tmp_path / "hw", "A title", "hw")
+    return tmp_path / "hw"
+
+
+def test_a_class_whose_file_is_missing_is_told_what_to_name(tmp_path: Path) -> None:
+    assert str(tmp_path / "class.csv") in fails("init", tmp_path / "hw", "--roster", tmp_path / "class.csv")
+
+
+def test_a_new_folder_is_an_assignment(folder: Path) -> None:
+    assignment = load_assignment(folder)
+    assert assignment.title == "A title"
+    assert [slot.name for slot in assignment.slots] == ["p1", "p2", "p3", "p4"]
+    assert (folder / "secret.txt").stat().st_mode & 0o777 == 0o600
+    assert (folder / "submitted").is_dir()
+    assert "secret.txt" in (folder / ".gitignore").read_text()
+
+
+def test_init_overwrites_nothing(folder: Path) -> None:
+    before = (folder / "secret.txt").read_text()
+    with pytest.raises(QdotError, match="already"):
+        init_assignment(folder, "other", "other")
+    assert (folder / "secret.txt").read_text() == before
+
+
+WRONG_TOML = [
+    (TOML + "question = []\n", "line 7 … problem 1 … 'question' … 'questions'"),
+    ('titel = "T"\n' + TOML, "line 1 … 'titel' … 'title'"),
+    (TOML + "hint = true\n", "line 7 … 'hint' … 'hints' … top"),
+    (TOML + 'feedback = "outcome"\n', "line 7 … 'feedback' … top"),
+    (TOML.replace("planar-2r", "planer-2r"), "line 5 … 'planer-2r' … 'planar-2r'"),
+    (TOML.replace("position", "positon"), "line 6 … 'positon' … 'position'"),
+    (TOML.replace('["position"]', '["position", "position"]'), "line 6 … twice"),
+    (TOML.replace('["position"]', "[]"), "line 6 … questions = []"),
+    (TOML.replace('"position"', '"quiz", "rank"'), 'questions = "quiz"'),
+    (TOML.replace('"planar-2r"\nquestions = ["position"]', '"random-3"'), "name the questions"),
+    (TOML.replace("planar-2r", "planar-3r").replace('"position"', '"determinant"'), "not square"),
+    (TOML.replace('["position"]', '"position"'), 'questions = "position" … questions = ['),
+    (TOML + "points = [1, 2]\n", "line 7 … points = [1, 2] … 2 numbers for 1 question"),
+    (TOML.replace('"]\n', '", "jacobian"]\npoints = [1]\n'), "1 number for 2 questions … points = [1, 1]"),
+    (TOML + "points = [-1]\n", "points = [-1] … positive"),
+    (TOML + "points = [nan]\n", "points = [nan] … positive"),
+    (TOML + 'points = ["one"]\n', 'line 7 … points = ["one"] … positive'),
+    (TOML + "points = 3\n", "line 7 … points = 3 … list"),
+    (TOML + 'difficulty = "easy"\n', 'difficulty = "easy" … 0 to 4'),
+    (TOML + "difficulty = [1.5, 2]\n", "difficulty = [1.5, 2] … 0 to 4"),
+    (TOML.replace("planar-2r", "cartesian") + "difficulty = [3, 4]\n", "[3, 4] … cartesian … 3 to 4"),
+    (TOML.replace("planar-2r", "random-2") + "difficulty = 4\n", "difficulty 4 … difficulty 0 "),
+    (TOML.replace("planar-2r", "random-2").replace("position", "arm-block"), "'arm-block'"),
+    (TOML.replace('family = "planar-2r"', "family = 2"), 'family = 2 … family = "'),
+    (TOML.replace('family = "planar-2r"\n', ""), "line 4 … problem 1 … family"),
+    (TOML.replace('family = "planar-2r"', 'robot = "arm.toml"'), 'line 5 … robot = "arm.toml" … no file'),
+    (TOML.replace('key = "hw"', 'key = "../hw"'), 'line 2 … key = "../hw"'),
+    (TOML.replace('key = "hw"', 'key = "hw.ipynb"'), 'line 2 … key = "hw.ipynb"'),
+    (TOML.replace('"hw"', '"CON"'), 'line 2 … key = "CON" … Windows'),
+    (TOML.replace('"hw"', '"a."'), 'line 2 … key = "a." … Windows'),
+    (TOML.replace('"T"', '" "'), 'line 1 … title = " "'),
+    ("due = 2027-01-15\n" + TOML, "line 1 … due = 2027-01-15 … time"),
+    ("due = 2027-02-30T10:00:00\n" + TOML, "line 1 … 2027-01-15T"),
+    ('feedback = "all"\n' + TOML, 'line 1 … feedback = "all" … "outcome", "mistake", "counterexample"'),
+    (TOML.replace('title = "T"\n', ""), "'title' … needed: title, key, problem"),
+    ('title = "T"\nkey = "hw"\n', "'problem'"),
+    (TOML.replace("[[problem]]", "[problem]"), "line 4 … [[problem]]"),
+    (TOML.replace("[[problem]]", "[[problems]]"), "line 4 … 'problems' … 'problem'"),
+    ('title = "T\n', "line 1"),
+    (TOML.replace('"hw"', "hw"), "line 2 … quotes"),
+    (TOML.replace('["position"]', '["position" "jacobian"]'), "line 6 … unclosed array"),
+    (TOML + "[problem]\n", "line 7 … 'problem'"),
+    ("", "is missing"),
+]
+
+
+@pytest.mark.parametrize(("toml", "said"), WRONG_TOML)
+def test_what_is_wrong_in_assignment_toml_is_told(folder: Path, toml: str, said: str) -> None:
+    (folder / "assignment.toml").write_text(toml)
+    with pytest.raises(QdotError, match=r"assignment\.toml") as caught:
+        load_assignment(folder)
+    assert has(str(caught.value), said)
+
+
+WRONG_ROSTERS = [
+    ("student,name\ns1,A\ns2,B\ns1,C\n", "line 4 … 's1' … line 2"),
+    ("student\nAda\nada\n", "line 3 … 'ada' … line 2"),
+    ('student,name\n\ns1,"A"\ns1,B\n', "line 4 … 's1' … line 3"),
+    ("name,student\nA,s1\n", "first column … 'name'"),
+    ("name\tstudent\nA\ts1\n", "line 1 … first column … 'name' … 'student'"),
+    ("sep=;\nname;student\n", "line 2 … first column … 'name' … 'student'"),
+    ("", "empty"),
+    ("student\n", "no student"),
+    ("student,name\n,Ada\n", "line 2 … empty"),
+    ("student\n../s1\n", "line 2 … '../s1'"),
+    ("student\n.\n", "line 2 … '.'"),
+    ("student\na/b\n", "line 2 … 'a/b'"),
+    ('student\n"a\nb"\n', "line 2 … quote"),
+    ('student,name\ns1,"Ada\ns2,Bo\n', "line 2 … quote"),
+    ("student,name\ns1,Lovelace, Ada\n", "line 2 … 3 cells … 2"),
+    ("student,name,name\ns1,A,B\n", "line 1 … 'name'"),
+    ("student,name\ns1,A\0\n", "line 2 … UTF-8"),
+    *((f"student\ns1\n{name}\n", f"line 3 … '{name}' … Windows") for name in (
+        "CON", "con.txt", "aux .b", "NUL", "Prn", "com1", "COM²", "lpt9.csv", "CONIN$", "ada.",
+    )),
+    (b"student\n\x81\n", "line 2 … UTF-8"),  # in no encoding of Excel's, or in two: a wrong name would be nobody's
+    ("student\nZo\xeb\n".encode() + b"\xeb\n", "line 3 … UTF-8"),
+    (b"\xff\xfes\0t\0\n\0\0\xd8", "line 2 … UTF-8"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("roster", "said"), WRONG_ROSTERS)
+def test_what_is_wrong_in_the_roster_is_told(folder: Path, roster: str | bytes, said: str) -> None:
+    (folder / "roster.csv").write_bytes(roster if isinstance(roster, bytes) else roster.encode())
+    with pytest.raises(QdotError, match=r"roster\.csv") as caught:
+        load_assignment(folder)
+    assert has(str(caught.value), said)
+
+
+def test_names_of_people_are_students(folder: Path) -> None:
+    names = ("anna müller", "connie", "aux1", "com", "com10", "lpt", "nul-1", "Prnjak", "o'con", "a.b", "1", "=1", "~x")
+    (folder / "roster.csv").write_text("\n".join(("student", *names, "")), encoding="utf-8")
+    assert tuple(student.id for student in load_assignment(folder).roster) == names
+
+
+def test_a_folder_or_file_in_an_assignment_is_told_from_it(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for inside in (folder / "submitted", folder / "assignment.toml"):
+        with pytest.raises(QdotError, match=f"in an assignment's folder.* {re.escape(str(folder))}$"):
+            load_assignment(inside)
+    monkeypatch.chdir(folder / "submitted")
+    with pytest.raises(QdotError, match=r"^\. .* \.\.$"):
+        load_assignment(Path())
+    with pytest.raises(QdotError, match="is not a folder; 'qdot init"):
+        load_assignment(folder / "none")
+
+
+def test_roster_keeps_names_and_further_columns(folder: Path) -> None:
+    (folder / "roster.csv").write_bytes("\ufeffStudent,Name,Email,Group\r\nzoë,Zoë É,z@x.org,B\r\n\r\n".encode())
+    (student,) = load_assignment(folder).roster
+    assert (student.id, student.name, student.email, student.others) == ("zoë", "Zoë É", "z@x.org", (("group", "B"),))
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "utf-16-be", "cp1252", "utf-8"])
+def test_a_roster_as_excel_writes_it_is_read(folder: Path, encoding: str) -> None:
+    rows = ("student name email", 's1 "Strauß,_Zoë_–_„Zo“" z@x.org', 's2 "Bo;_€" ', "  ")
+    mark = "\ufeff" if encoding == "utf-16-be" else ""
+    for separator, end in product(",;\t", ("\r\n", "\n", "\r")):
+        text = mark + "".join(row.replace(" ", separator).replace("_", " ") + end for row in rows)
+        (folder / "roster.csv").write_bytes(text.encode(encoding))
+        read = [(student.id, student.name, student.email) for student in load_assignment(folder).roster]
+        assert read == [("s1", "Strauß, Zoë – „Zo“", "z@x.org"), ("s2", "Bo; €", "")], (separator, end)
+
+
+def test_a_first_line_that_names_the_separator_is_read_as_excel_reads_it(folder: Path) -> None:
+    (folder / "roster.csv").write_text("sep=;\nstudent;name, or what stands for it\ns1;Ada\n")
+    (student,) = load_assignment(folder).roster
+    assert (student.id, student.others) == ("s1", (("name, or what stands for it", "Ada"),))
+
+
+@pytest.mark.parametrize("own", CONVENTIONS)
+def test_a_robot_is_told_as_the_nearest_key_says_else_as_its_file_does(folder: Path, own: str) -> None:
+    arm = Chain("m", tuple(Joint("R", f"theta{i}", 0, f"a{i}", 0) for i in (1, 2)), ("vx", "vy"))
+    (folder / "arm.toml").write_text(robot_text(Robot(arm), own))
+    robot = PROBLEM.replace('family = "planar-2r"', 'robot = "arm.toml"')
+    for top, nearest in product(("", *CONVENTIONS), repeat=2):
+        keys = [f'convention = "{name}"\n' if name else "" for name in (top, nearest)]
+        (folder / "assignment.toml").write_text(f'title = "T"\nkey = "hw"\n{keys[0]}{robot}{keys[1]}{PROBLEM}{keys[1]}')
+        conventions = [problem.chain.convention for _, problem in load_assignment(folder).problems("ada")]
+        assert conventions == [nearest or top or own, nearest or top or "dh"], (top, nearest)
+
+
+def test_a_mistake_in_a_robot_is_told_with_both_files_and_a_doubt_is_noted(folder: Path) -> None:
+    rows = (("theta1", "90 deg"), ("theta2", 0))
+    robot = 'name = "x"\n' + "".join(
+        f'[[joint]]\nkind = "R"\ntheta = "{theta}"\nd = 0\na = 400\nalpha = "{alpha}"\n' for theta, alpha in rows
+    )
+    (folder / "arm.toml").write_text(robot)
+    (folder / "assignment.toml").write_text(TOML.replace('family = "planar-2r"', 'robot = "arm.toml"'))
+    with pytest.raises(QdotError) as caught:
+        load_assignment(folder)
+    places = f"{folder / 'assignment.toml'}: line 5 … {folder / 'arm.toml'}: line 7: joint 1"
+    assert has(str(caught.value), f'{places} … alpha = "90 deg" … "pi/2"')
+    (folder / "arm.toml").write_text(robot.replace("90 deg", "0"))
+    (said,) = load_assignment(folder).notes
+    assert has(said, "arm.toml: line 6: joint 1: a = 400 … millimetres … 1 more")
+
+
+def test_the_secret_is_needed(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    secret = (folder / "secret.txt").read_text().strip()
+    with_file = load_assignment(folder)
+    (folder / "secret.txt").unlink()
+    monkeypatch.delenv("QDOT_SECRET", raising=False)
+    with pytest.raises(QdotError, match=r"secret\.txt: .*no such file"):
+        load_assignment(folder)
+    monkeypatch.setenv("QDOT_SECRET", secret)
+    assert load_assignment(folder).digest == with_file.digest
+    (folder / "secret.txt").write_text("short\n")
+    with pytest.raises(QdotError, match="at least 16"):
+        load_assignment(folder)
+
+
+def test_the_digest_is_about_problems_and_the_edition_about_notebooks(folder: Path) -> None:
+    (folder / "assignment.toml").write_text(TOML)
+    before = load_assignment(folder)
+    for changed, other_problems in (
+        (TOML.replace('"T"', '"U"'), False),
+        (TOML + "points = [3]\n", False),
+        (TOML.replace("position", "jacobian"), True),
+        (TOML.replace("planar-2r", "elbow-3r"), True),
+        (TOML + PROBLEM, True),
+    ):
+        (folder / "assignment.toml").write_text(changed)
+        after = load_assignment(folder)
+        assert (after.digest != before.digest) == other_problems
+        assert after.edition != before.edition
+
+
+def test_a_folder_that_cannot_be_written_is_told(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(QdotError, match=r"file.*can't be written: "):
+        init_assignment(tmp_path / "file" / "hw", "T", "hw")
+
+
+def outcomes(folder: Path) -> dict[str, str]:
+    found: dict[str, str] = {}
+
+    def each(released: Released) -> None:
+        found[released.student] = released.outcome
+
+    release(load_assignment(folder), CERTIFIER, 1, each)
+    return found
+
+
+@pytest.fixture
+def released(folder: Path) -> Path:
+    """An assignment's folder with the notebooks of its two students."""
+    (folder / "assignment.toml").write_text(TOML)
+    assert outcomes(folder) == {"s001": "written", "s002": "written"}
+    return folder
+
+
+def test_release_keeps_what_is_there_and_goes_on(released: Path) -> None:
+    first = released / "released" / "s001" / "hw.ipynb"
+    before = first.read_bytes()
+    with (released / "roster.csv").open("a") as roster:
+        roster.write("s003,Third,\n")
+    (released / "solutions" / "s002" / "hw.ipynb").unlink()
+    assert outcomes(released) == {"s001": "kept", "s002": "completed", "s003": "written"}
+    assert first.read_bytes() == before
+    for changed in (TOML + "points = [3]\n", TOML.replace("position", "jacobian")):
+        (released / "assignment.toml").write_text(changed)
+        assert set(outcomes(released).values()) == {"rewritten"}
+    assert first.read_bytes() != before
+    assert not list(released.rglob("*.tmp"))
+
+
+@pytest.mark.parametrize("gone", ["released", "solutions", "certificates"])
+def test_what_a_killed_run_did_not_come_to_is_completed(released: Path, gone: str) -> None:
+    (path,) = (released / gone / "s002").iterdir()
+    notebook = released / "released" / "s002" / "hw.ipynb"
+    written, before = notebook.stat().st_mtime_ns, notebook.read_bytes()
+    path.unlink()
+    assert outcomes(released) == {"s001": "kept", "s002": "completed"}
+    assert path.exists()
+    assert notebook.read_bytes() == before
+    assert gone == "released" or notebook.stat().st_mtime_ns == written
+    assert set(outcomes(released).values()) == {"kept"}
+
+
+def test_a_change_that_a_killed_run_did_not_tell_of_is_told_by_the_next(released: Path) -> None:
+    (released / "assignment.toml").write_text(TOML + "points = [3]\n")
+    solution = released / "solutions" / "s001" / "hw.ipynb"
+    of_before = solution.read_bytes()
+    outcomes(released)
+    solution.write_bytes(of_before)
+    assert outcomes(released) == {"s001": "rewritten", "s002": "kept"}
+
+
+def test_what_a_killed_run_had_begun_is_removed_and_what_another_writes_is_not(released: Path) -> None:
+    of_the_first = released / "solutions" / "s001"
+    begun = [
+        of_the_first / ".hw.ipynb.1ra2d1o5.tmp",
+        released / "released" / "s002" / ".hw.ipynb.abcd_f_8.tmp",
+        released / "certificates" / "s002" / ".hw.json.00000000.tmp",
+        _begun_beside(store_path(load_assignment(released), "s001")),
+    ]
+    names = (".other.ipynb.1ra2d1o5.tmp", "hw.ipynb.1ra2d1o5.tmp", ".hw.ipynb.swp.tmp")
+    strange = [*(of_the_first / name for name in names), released / "submitted" / ".hw.ipynb.1ra2d1o5.tmp"]
+    for path in (*begun, *strange):
+        path.write_text("{")
+    program = "import os, sys; from qdot.exercises.common.files import _begun; from pathlib import Path; "
+    program += "print(_begun(Path(sys.argv[1]))[1], flush=True); sys.stdin.read()"
+    command = [sys.executable, "-c", program, str(released / "released" / "s001" / "hw.ipynb")]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as writer:
+        assert writer.stdout is not None
+        writing = Path(writer.stdout.readline().strip())
+        assert set(outcomes(released).values()) == {"kept"}
+        assert not [path for path in begun if path.exists()]
+        assert all(path.exists() for path in (*strange, writing))
+        writer.kill()
+    outcomes(released)
+    assert not writing.exists()
+
+
+def test_what_a_dead_worker_had_begun_is_gone_when_the_run_is_over(folder: Path) -> None:
+    (folder / "assignment.toml").write_text(TOML)
+    assignment = load_assignment(folder)
+    paths = [notebook_path(assignment, "s002", "solutions"), store_path(assignment, "s001")]
+
+    def a_worker_dies(told: Released) -> None:
+        for path in paths:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            _begun_beside(path).write_text("{")
+
+    release(assignment, CERTIFIER, 0, a_worker_dies)
+    assert not list(folder.rglob("*.tmp"))
+    with pytest.raises(ZeroDivisionError), files.tidied(paths):
+        a_worker_dies(Released("s001", "written"))
+        raise ZeroDivisionError
+    assert not list(folder.rglob("*.tmp"))
+
+
+def _begun_beside(path: Path) -> Path:
+    return path.with_name(f".{path.name}.1ra2d1o5.tmp")
+
+
+def test_a_file_that_was_tidied_away_before_it_was_locked_is_begun_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun: list[Path] = []
+    lock = files.lock
+
+    def late(handle: int, **how: bool) -> None:
+        begun.append(max(tmp_path.glob(".a.txt.*.tmp"), key=lambda path: path.stat().st_ctime_ns))
+        if len(begun) == 1:
+            begun[0].unlink()
+        lock(handle, **how)
+
+    monkeypatch.setattr(files, "lock", late)
+    files.write_atomically(tmp_path / "a.txt", "whole")
+    assert len(begun) == 2
+    assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]
+    assert (tmp_path / "a.txt").read_text() == "whole"
+
+
+def test_many_files_are_made_lasting_now_and_then_and_in_the_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    now, asked = 0.0, []
+
+    def flush(folder: Path) -> None:
+        nonlocal now
+        asked.append((now, folder))
+        now += 0.2
+
+    monkeypatch.setattr(files, "_flush_disk", flush)
+    monkeypatch.setattr("qdot.exercises.common.files.time.monotonic", lambda: now)
+    with pytest.raises(KeyboardInterrupt), files.made_lasting(tmp_path) as now_and_then:  # also when it is stopped
+        for moment in (0.5, 0.9, 1.5, 1.9, 5.0, 6.0):  # having taken 0.2 s, it is not asked again for 4 s
+            now = moment
+            now_and_then()
+        raise KeyboardInterrupt
+    assert asked == [(1.5, tmp_path), (6.0, tmp_path), (6.2, tmp_path)]
+
+
+def test_the_students_notebook_gives_no_seed_away(released: Path) -> None:
+    assignment = load_assignment(released)
+    text = (released / "released" / "s001" / "hw.ipynb").read_text()
+    ((_, problem),) = assignment.problems("s001")
+    assert str(problem.id.seed) not in text
+    assert assignment.secret not in text
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with names")
+def test_a_device_or_a_pipe_is_written_in_place(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    read: list[bytes] = []
+    reader = threading.Thread(target=lambda: read.append(pipe.read_bytes()))
+    reader.start()
+    files.write_atomically(pipe, "whole")
+    reader.join()
+    assert read == [b"whole"] and pipe.is_fifo() and list(tmp_path.iterdir()) == [pipe]
+    (tmp_path / "null").symlink_to("/dev/null")
+    files.write_atomically(tmp_path / "null", "whole")
+    assert (tmp_path / "null").is_char_device()
+
+
+def test_what_a_link_leads_to_is_written_and_the_link_stays(tmp_path: Path) -> None:
+    (tmp_path / "there").mkdir()
+    (tmp_path / "link").symlink_to("there/file")
+    for text in ("first", "second"):
+        files.write_atomically(tmp_path / "link", text)
+        assert (tmp_path / "link").is_symlink() and (tmp_path / "there" / "file").read_text() == text
+
+
+@pytest.mark.skipif(not Path("/dev/stdout").exists(), reason="no /dev/stdout")
+def test_dev_stdout_is_written_to_and_stays(tmp_path: Path) -> None:
+    program = "from pathlib import Path; from qdot.exercises.common.files import write_atomically as w\n"
+    program += "w(Path('/dev/stdout'), 'x')"
+    with (tmp_path / "out").open("wb") as out:
+        subprocess.run([sys.executable, "-c", program], stdout=out, check=True)
+    assert (tmp_path / "out").read_text() == "x" and list(tmp_path.iterdir()) == [tmp_path / "out"]
+    piped = subprocess.run([sys.executable, "-c", program], stdout=subprocess.PIPE, check=True)
+    assert piped.stdout == b"x" and Path("/dev/stdout").is_symlink()
+
+
+THREE = Rounding(0.005, 0.0, "to three significant digits")
+NAMES = ("position", "jacobian", "joint-rates", "singular-angles")
+
+
+def problem(rounding: Rounding | None, *names: str) -> Problem:
+    made = generate(ProblemId("planar-2r", 3, names))
+    return replace(made, parts=tuple(replace(part, rounding=rounding) for part in made.parts))
+
+
+def right(asked: Problem, answer: object) -> bool:
+    return judge(asked, asked.parts[0], str(answer), "seed").outcome is Outcome.CORRECT
+
+
+def rounded(part: Part, digits: int) -> str:
+    assert isinstance(part.answer, Matrix)
+    numbers = {atom: sp.Float(atom, digits) for atom in part.answer.reference.atoms(sp.Rational) if atom.q > 1}
+    return str(part.answer.reference.evalf(digits).xreplace(numbers).tolist())
+
+
+def test_formulas_are_exact_unless_the_assignment_says_otherwise() -> None:
+    for digits, policy, due in ((3, None, False), (3, THREE, True), (12, None, False), (1, THREE, False)):
+        asked = problem(policy, "jacobian")
+        assert right(asked, rounded(asked.parts[0], digits)) == due, (digits, policy)
+
+
+def test_a_wrong_formula_stays_wrong_with_rounding() -> None:
+    asked = problem(THREE, "jacobian")
+    answer = asked.parts[0].answer
+    assert isinstance(answer, Matrix)
+    assert not right(asked, (answer.reference * sp.Rational(102, 100)).tolist())
+    assert not right(asked, answer.reference.xreplace({sp.Symbol("theta2"): sp.Symbol("theta1")}).tolist())
+
+
+def test_values_of_joints_may_be_rounded_where_that_is_allowed() -> None:
+    exact, loose = (problem(policy, "singular-angles") for policy in (None, THREE))
+    answer = exact.parts[0].answer
+    assert isinstance(answer, ConditionSet)
+    values = [float(value) for part in answer.components for value in dict(part.solutions or ())[sp.Symbol("theta2")]]
+    for digits, due in ((2, True), (0, False)):
+        claimed = f"{{theta2: {[round(value, digits) for value in values]}}}"
+        assert right(loose, claimed) == due
+        assert not right(exact, claimed)
+
+
+def test_a_tolerance_replaces_that_of_numbers() -> None:
+    asked = problem(Rounding(0.0, 0.01, "within 0.01 rad/s"), "joint-rates")
+    answer = asked.parts[0].answer
+    assert isinstance(answer, Number)
+    due = [float(value) for value in answer.reference]
+    assert right(asked, [value + 0.009 for value in due])
+    assert not right(asked, [value + 0.011 for value in due])
+    fine = problem(Rounding(5e-6, 0.0, "to six significant digits"), "joint-rates")
+    assert right(fine, due)
+    assert not right(fine, [value * 1.001 for value in due])
+
+
+def test_the_student_is_told() -> None:
+    within = Rounding(0.0, 0.01, "within 0.01 rad/s")
+    for policy, name, said in (
+        (THREE, "jacobian", "three significant digits"), (None, "jacobian", ""), (within, "joint-rates", "within 0.01"),
+        (THREE, "joint-rates", "three significant digits"),
+    ):  # fmt: skip
+        asked = problem(policy, name)
+        text = prompt(asked, asked.parts[0])
+        assert said in text and ("Decimals are" in text) == (bool(policy) and name == "jacobian"), name
+
+
+@pytest.mark.parametrize(
+    ("policy", "expected"),
+    [
+        (None, {}),
+        ("exact", {}),
+        (3, dict.fromkeys(NAMES, THREE)),
+        ({"jacobian": 3}, {"jacobian": THREE}),
+        (
+            {"joint-rates": "1 deg/s", "jacobian": "exact"},
+            {"joint-rates": Rounding(0.0, 0.017453292519943295, "within 1 deg/s")},
+        ),
+        ("2mm", dict.fromkeys(NAMES, Rounding(0.0, 0.002, "within 2 mm"))),
+    ],
+)
+def test_policies(policy: object, expected: dict[str, Rounding]) -> None:
+    assert dict(read_decimals(policy, NAMES)) == expected  # type: ignore[arg-type]
+
+
+def _assigned(folder: Path, line: str) -> Assignment:
+    problem = f'[[problem]]\nfamily = "planar-2r"\nquestions = ["jacobian"]\n{line}\n'
+    (folder / "assignment.toml").write_text(f'title = "T"\nkey = "t"\n{problem}')
+    return load_assignment(folder)
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("decimals = 1", "from 2 to 12"), ("decimals = true", "from 2 to 12"), ("decimals = 2.5", "from 2 to 12"),
+        ('decimals = "some"', "unit"), ('decimals = "0 m"', "more than 0"),
+        ('decimals = "1 inch"', "'inch'.*known: m, cm"), ("decimals = {jacobi = 3}", "'jacobi'.*jacobian"),
+    ],
+)  # fmt: skip
+def test_a_policy_that_is_none_is_told_by_its_line(folder: Path, line: str, said: str) -> None:
+    with pytest.raises(QdotError, match=f"line 6.*{said}"):
+        _assigned(folder, line)
+
+
+def test_notebooks_of_another_policy_are_another_edition(folder: Path) -> None:
+    exact, loose = _assigned(folder, ""), _assigned(folder, "decimals = 3")
+    assert exact.edition != loose.edition and exact.digest == loose.digest
+    assert loose.problems("ann")[0][1].parts[0].rounding == THREE

@@ -1,0 +1,124 @@
+"""Conditions as they are claimed: typed values held to 50 digits, and claims that would take too long refused."""
+
+from fractions import Fraction
+
+import mpmath
+import pytest
+
+from qdot.exercises.formula.constants import holds_at, same_value, turns_of, value_of
+from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.identity import FLOATS
+from qdot.exercises.formula.set_parser import claimed_pieces
+from qdot.exercises.formula.trees import ReadError
+
+JOINTS = ("theta1", "theta2", "theta3")
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [("pi/3", mpmath.pi / 3), ("acos(1/3)", mpmath.acos(mpmath.mpf(1) / 3)), ("sqrt(-4)*I", -2)],
+)
+def test_a_value_is_known_with_fifty_digits(text: str, value: mpmath.mpf) -> None:
+    with mpmath.workdps(50):
+        assert abs(value_of(read(text)) - mpmath.mpf(value)) < 1e-15
+        assert mpmath.nstr(value_of(read("pi")), 49) == mpmath.nstr(+mpmath.pi, 49)
+
+
+@pytest.mark.parametrize("text", ["acos(2)", "1/0", "log(0)", "a1", "theta1", "I", "-I", "1 + I/1000", "1 - I/1000"])
+def test_what_is_no_real_number_has_no_value(text: str) -> None:
+    assert value_of(read(text)) is None
+
+
+@pytest.mark.parametrize("off", [1e-3, -1e-3, 1.2e-12, -1.2e-12])
+def test_values_that_differ_are_not_the_same(off: float) -> None:
+    with mpmath.workdps(50):
+        for value in (mpmath.mpf(0), mpmath.mpf(1), -mpmath.pi / 3):
+            assert same_value(value, value, True)
+            assert not any(same_value(value + mpmath.mpf(off), value, is_angle) for is_angle in (True, False))
+
+
+def test_angles_are_the_same_modulo_whole_turns_and_lengths_are_not() -> None:
+    with mpmath.workdps(50):
+        turn = 2 * mpmath.pi
+        for turns in (-3, -1, 1, 2):
+            assert same_value(mpmath.mpf(1) + turns * turn, mpmath.mpf(1), True)
+            assert not same_value(mpmath.mpf(1) + turns * turn, mpmath.mpf(1), False)
+        assert not same_value(mpmath.mpf(1) + mpmath.pi, mpmath.mpf(1), True)
+
+
+def test_room_is_relative_to_a_large_value_and_absolute_for_a_small_one() -> None:
+    for size in (-40, -0.01, 0.01, 40):
+        allowed = FLOATS * max(1, abs(size))
+        for sign in (1, -1):
+            assert same_value(mpmath.mpf(size + sign * 0.9 * allowed), mpmath.mpf(size), False)
+            assert not same_value(mpmath.mpf(size + sign * 1.1 * allowed), mpmath.mpf(size), False)
+
+
+def test_a_condition_holds_at_values_or_misses_them() -> None:
+    zero = read("a1 + a2*cos(theta2)")
+    with mpmath.workdps(50):
+        symbols = {"a1": mpmath.mpf(1) / 4, "a2": mpmath.mpf(1) / 2}
+        exact = 2 * mpmath.pi / 3
+        tiny = {"a1": mpmath.mpf("0.25e-30"), "a2": mpmath.mpf("0.5e-30")}
+        for off, holds in ((0, True), (1e-13, True), (-1e-13, True), (1e-11, False), (-1e-11, False)):
+            for lengths in (symbols, tiny):
+                assert holds_at(zero, {"theta2": exact + off}, lengths) is holds
+                assert holds_at(read("1000*(a1 + a2*cos(theta2))"), {"theta2": exact + off}, lengths) is holds
+        assert not holds_at(read("1/(a1 - a1)"), {}, symbols)
+
+
+@pytest.mark.parametrize(
+    ("texts", "turns"),
+    [
+        (["0", "pi - pi"], 0), (["pi", "5*pi", "2*pi/3 + pi/3"], 1), (["-pi/2"], Fraction(3, 2)),
+        (["1", "pi + 1", "theta1", "pi/2 + theta1", "acos(1/3)", "pi*a1", "pi + asin(1/3)", "I*pi"], None),
+    ],
+)  # fmt: skip
+def test_rational_turns_and_what_is_none(texts: list[str], turns: Fraction | None) -> None:
+    assert [turns_of(read(text)) for text in texts] == [turns] * len(texts)
+
+
+@pytest.mark.parametrize(
+    ("piece", "taken", "refused"),
+    [
+        ("cos(theta1 + {}*theta2) = 0", 200, 500),  # no joint stands alone: zeros have to be searched for
+        ("theta1 = theta2 + {} and theta2 = theta1/2", 200, 600),  # values that are tied have to be, too
+        ("theta1 = theta2 + {} and theta3 = theta2", 600, None), ("theta2 = {}/1000", 2000, None),
+    ],
+)  # fmt: skip
+def test_conditions_that_must_be_searched_may_be_some_hundred_and_values_ten_times_as_many(
+    piece: str, taken: int, refused: int | None
+) -> None:
+    def claim(count: int) -> str:
+        return "{" + ", ".join(piece.format(k) for k in range(1, count + 1)) + "}"
+
+    assert len(claimed_pieces(read(claim(taken)), JOINTS)) == taken
+    if refused:
+        with pytest.raises(ReadError, match=f"too long, with their {refused} cases"):
+            claimed_pieces(read(claim(refused)), JOINTS)
+
+
+def test_each_whole_number_multiplies_the_cases() -> None:
+    terms = " + ".join(f"sin({k}*theta1)" for k in range(1, 20))
+    assert len(claimed_pieces(read("theta1 = k*pi"), JOINTS)) == 2
+    for tied in (f"{terms} = k + n + m", f"theta3 = 0 and {terms} = k + n + m", f"[{{{terms} - k*n*m}}]"):
+        with pytest.raises(ReadError, match="too many whole numbers"):
+            claimed_pieces(read(tied), JOINTS)
+        with pytest.raises(ReadError, match="too long, with their"):  # fewer, and refused later, by their steps
+            claimed_pieces(read(tied.replace("m", "1").replace("*1", "")), JOINTS)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "{theta1 = k*pi, theta2 = n*pi, LONG = m}", "[theta1 = k*pi, theta2 = n*pi, LONG = m]",
+        "{theta1: k*pi, theta2: n*pi, theta3: {m*pi, LONG2}}", "theta1 = k*pi or theta2 = n*pi or LONG = m",
+        "theta1 = k*pi and theta2 = n*pi and theta3 = LONG2", "theta1 in {k*pi, LONG2}",
+        "theta1 = {k*pi, n*pi/2, LONG2 + m*pi}",
+    ],
+)  # fmt: skip
+def test_whole_numbers_of_different_conditions_do_not_multiply(text: str) -> None:
+    """Each condition of these has 13 cases of some hundred nodes; all together as one would have 2,197."""
+    long = " + ".join(f"sin({k}*theta1)" for k in range(1, 20))
+    claimed = claimed_pieces(read(text.replace("LONG2", "pi" + " + pi" * 40).replace("LONG", long)), JOINTS)
+    assert claimed

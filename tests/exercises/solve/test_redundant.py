@@ -1,0 +1,287 @@
+"""Arms of seven joints with offsets are solved in seconds, and what is told of them holds in numbers."""
+
+import json
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from qdot.exercises.arm import derivation
+from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint, Point
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.library import robot_path
+from qdot.exercises.arm.numeric_rank_check import _Rank, lies_on, tried
+from qdot.exercises.arm.reciprocal import applies, plain_chain, reciprocal_set
+from qdot.exercises.arm.robot_file import read_robot_file
+from qdot.exercises.arm.singularity import singular_set
+from qdot.exercises.common.time_limit import DEFAULT, time_limit
+from qdot.exercises.solve import special_lengths
+from qdot.exercises.solve.solver import Solution, solution_json, solution_text, solve
+from tests.repository.test_schemas import errors
+
+Rows = list[tuple[object, object, object, int]]
+IIWA: Rows = [
+    (0, ".34", 0, -90), (0, 0, 0, 90), (0, ".4", 0, 90), (0, 0, 0, -90), (0, ".4", 0, -90), (0, 0, 0, 90),
+    (0, ".126", 0, 0),
+]  # fmt: skip
+IIWA_OPEN: Rows = [(turn, f"d{i}" if d else 0, a, alpha) for i, (turn, d, a, alpha) in enumerate(IIWA, 1)]
+OBLIQUE: Rows = [
+    (0, ".34", 0, -90), (0, 0, 0, 90), (0, ".4", 0, 60), (0, 0, 0, -60), (0, ".4", 0, -90), (0, 0, 0, 90),
+    (0, ".126", 0, 0),
+]  # fmt: skip
+EIGHT: Rows = [*IIWA[:6], (0, ".126", 0, -90), (0, 0, ".1", 0)]
+ARMS = {"iiwa": IIWA, "iiwa-open": IIWA_OPEN, "eight": EIGHT, "oblique": OBLIQUE}
+"""Others are robots of the library."""
+
+
+def _length(text: object) -> sp.Expr:
+    return sp.Symbol(text) if isinstance(text, str) and text[0].isalpha() else sp.Rational(str(text))
+
+
+def _joints(rows: Rows) -> tuple[Joint, ...]:
+    return tuple(
+        Joint("R", sp.Symbol(f"theta{i}") + sp.Integer(turn) * sp.pi / 180, _length(d), _length(a), alpha * sp.pi / 180)
+        for i, (turn, d, a, alpha) in enumerate(rows, 1)
+    )
+
+
+@cache
+def _arm(name: str) -> Chain:
+    if name in ARMS:
+        return Chain(name, _joints(ARMS[name]), TASK_ROWS, title=name)
+    return read_robot_file(robot_path(name)).chain
+
+
+@cache
+def _solved(name: str) -> Solution:
+    with time_limit(DEFAULT):  # ten seconds on an idle machine; what `qdot solve` has if nothing else is said
+        return solve(_arm(name))
+
+
+def _conditions(solution: Solution) -> set[frozenset[str]]:
+    assert solution.singular is not None
+    return {frozenset(map(str, part.conditions)) for part in solution.singular}
+
+
+@pytest.mark.whole
+def test_a_panda_has_the_singularities_that_its_offsets_leave() -> None:
+    solution = _solved("panda")
+    assert solution.singular is not None
+    elbow, wrist, shoulder_wrist, shoulder = solution.singular
+    t4, t5, t6 = sp.symbols("theta4 theta5 theta6")
+    # The arm is straight: link 4's offset and link 5's cancel, and axis 5 goes through the shoulder.
+    assert elbow.solutions is not None and dict(elbow.solutions)[t4] == (0,)
+    assert sp.simplify(sp.sin(dict(elbow.solutions)[t6][0])) == sp.Rational(-22, 175)
+    assert wrist.solutions is not None and dict(wrist.solutions)[t5] == (0, sp.pi)
+    assert str(shoulder_wrist.conditions[0]) == "cos(theta5)"
+    assert shoulder_wrist.conditions[1].free_symbols == {t4, t6}
+    assert str(shoulder.conditions[0]) == "sin(theta2)"
+    assert solution.redundant is not None and solution.redundant.doubtful == ()
+    assert solution.redundant.searched == {"searches": 60, "ended": 60, "unexplained": 0}
+    # Away from the conditions of three of them, a condition alone leaves J with its full rank.
+    q = np.array([0.3, 0.8, -0.4, 0.0, 1.1, 0.5, 0.2])
+    assert np.linalg.matrix_rank(NumericChain(_arm("panda"), {}).jacobian(q)) == 6
+
+
+SLOW = ("panda", "gen3", "iiwa-open", "baxter", "sawyer", "eight", "oblique")
+
+
+@pytest.mark.parametrize("name", ["iiwa", *(pytest.param(name, marks=pytest.mark.whole) for name in SLOW)])
+@pytest.mark.whole
+def test_an_arm_is_solved_in_seconds_and_all_that_is_told_holds(name: str) -> None:
+    solution = _solved(name)
+    content = json.loads(solution_json(solution))
+    assert errors("solve", content) == []
+    assert content["singular"] and content["tested"]["unexplained"] == 0
+    assert content["tested"]["ended"] > 0.9 * content["tested"]["searches"]
+    text = " ".join(solution_text(solution).split())
+    assert "no proof" in text
+    assert ("The rank of N₁ is below" in text) == (name in ("baxter", "sawyer"))
+    assert ("lengths that nothing is special about" in text) == bool(solution.chain.parameters)
+    # Other lengths and starts than those that it was tested with.
+    assert solution.redundant is not None and solution.redundant.tried is not None
+    out = tried(solution.chain, [c.conditions for c in solution.singular or ()], stream="other starts")
+    assert out.wrong == () and out.unexplained == ()
+    first, other = solution.redundant.tried.samples[0], out.samples[0]
+    assert not any(np.allclose(q, p) for _, q in first for _, p in other)
+
+
+@pytest.mark.whole
+def test_conditions_without_a_configuration_are_told_as_undecided(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each of these can hold, but not both: sin(theta2) would be 7/5."""
+    s2, s4 = sp.sin(sp.Symbol("theta2")), sp.sin(sp.Symbol("theta4"))
+    both = (s2 - s4 - sp.Rational(19, 10), s2 + s4 - sp.Rational(9, 10))
+
+    def solved(*before: tuple[sp.Expr, ...]) -> Solution:
+        monkeypatch.setattr(
+            "qdot.exercises.solve.redundant.reciprocal_set",
+            lambda *given: replace(reciprocal_set(*given), ways=(*before, both)),
+        )
+        return solve(replace(_arm("iiwa"), name=f"undecided beside {len(before)}"))
+
+    usual = _solved("iiwa")
+    solution = solved(*reciprocal_set(*plain_chain(_arm("iiwa"))[:1]).ways)
+    assert solution.redundant is not None and solution.redundant.undecided == (both,)
+    assert _conditions(solution) == _conditions(usual) and solution.redundant.doubtful == ()
+    for said in (solution.note or "", " ".join(solution_text(solution).split())):
+        assert "was not decided" in said
+    assert "`sin(theta2) - sin(theta4) - 19/10 = 0`" in (solution.note or "")
+    assert "was not decided" not in (usual.note or "")
+    solution = solved()
+    assert solution.singular == () and "full rank in every configuration" not in (solution.note or "")
+    assert "No configuration is known in which it does" in " ".join(solution_text(solution).split())
+
+
+@pytest.mark.parametrize("name", ["iiwa", pytest.param("iiwa-open", marks=pytest.mark.whole)])
+def test_a_spherical_shoulder_and_wrist_give_what_the_minors_do(name: str) -> None:
+    by_minors = {frozenset(map(str, part.conditions)) for part in singular_set(_arm(name)) or ()}
+    assert _conditions(_solved(name)) == by_minors
+    assert frozenset({"sin(theta4)"}) in by_minors and len(by_minors) == 4
+
+
+# --- the test in numbers ---
+
+
+def test_the_test_in_numbers_finds_what_is_missing_and_what_is_false() -> None:
+    chain = _arm("iiwa")
+    ways = [part.conditions for part in singular_set(chain) or ()]
+    s2, c3 = sp.sin(sp.Symbol("theta2")), sp.cos(sp.Symbol("theta3"))
+    for missing in range(len(ways)):
+        out = tried(chain, ways[:missing] + ways[missing + 1 :])
+        assert out.wrong == () and (out.unexplained or len(ways[missing]) > 1)
+    assert tried(chain, [*ways, (s2,)]).wrong == (4,)
+    assert tried(chain, [*ways, (c3, s2 - 2)]).samples[4] == ()  # there is no such configuration
+    assert len(tried(chain, []).unexplained) > 50
+
+
+def _mixed(task: tuple[str, ...]) -> Chain:
+    angles, fifth = [sp.pi / 3, -sp.pi / 4, sp.pi / 2, sp.pi / 5, 0], sp.Rational(1, 5)
+    joints = []
+    for i, (kind, alpha) in enumerate(zip("RPRRP", angles, strict=True), 1):
+        theta, d = (f"theta{i}", fifth) if kind == "R" else (sp.pi / 7, f"d{i}")
+        joints.append(Joint(kind, theta, d, sp.Rational(i, 10), alpha))
+    return Chain("mixed", tuple(joints), task)
+
+
+@pytest.mark.parametrize("task", [TASK_ROWS, ("vx", "vy", "vz"), ("vx", "wz"), ("wx", "wy", "wz", "vz", "vx")])
+def test_slopes_of_the_jacobian_are_those_of_small_steps(task: tuple[str, ...]) -> None:
+    rank = _Rank(NumericChain(_mixed(task), {}), task)
+    q, step = np.array([[0.3, 0.4, -1.2, 0.7, 0.2]]), 1e-6
+    for j in range(5):
+        ahead, behind = q.copy(), q.copy()
+        ahead[0, j] += step * rank._units[j]
+        behind[0, j] -= step * rank._units[j]
+        slope = (rank.jacobian(ahead) - rank.jacobian(behind)) / (2 * step)
+        assert np.allclose(rank._turned(q)[..., j], slope, atol=1e-8)
+
+
+def test_where_rank_is_lost_everywhere_it_is_said() -> None:
+    """Four slides and three turns: of seven joints, one turn has no effect of its own."""
+    slides = [Joint("P", 0, sp.Symbol(f"d{i}"), 0, sp.pi / 2) for i in (1, 2, 3, 4)]
+    turns = [Joint("R", sp.Symbol(f"theta{i}"), 0, sp.Rational(1, 5), 0) for i in (5, 6, 7)]
+    solution = solve(Chain("always", (*slides, *turns), TASK_ROWS, title="always"))
+    assert solution.singular is None and "every configuration" in (solution.note or "")
+    assert "every configuration" in solution_text(solution)
+
+
+@pytest.mark.whole
+def test_twists_lengths_and_points_that_are_no_polynomials_are_taken() -> None:
+    """A twist of 40 degrees, a length with a root, and a point before the last joint, on whose axis it lies or not."""
+    joints = list(_arm("iiwa").joints)
+    joints[2] = replace(joints[2], alpha=2 * sp.pi / 9)
+    joints[4] = replace(joints[4], d=sp.sqrt(2) / 5)
+    chain = Chain("odd", tuple(joints), TASK_ROWS, tool=Point(6), title="odd")
+    assert applies(chain)
+    solution = solve(chain)
+    assert solution.redundant is not None and solution.singular and solution.redundant.doubtful == ()
+    assert solution.redundant.searched["unexplained"] == 0
+    away = replace(chain, tool=Point(6, (sp.Rational(1, 5), sp.S.Zero, sp.S.Zero)))
+    assert not applies(away)  # the last joint does not move it: it is no point of the last link
+
+
+# --- a position, by more than three joints ---
+
+
+def _of_position(rows: Rows, point: tuple[object, ...] = (0, 0, 0)) -> Chain:
+    tool = Point(len(rows), tuple(map(_length, point)))
+    return Chain("of position", _joints(rows), TASK_ROWS[:3], tool=tool, title="one")
+
+
+LONG_MINORS: Rows = [(90, ".2", 0, 90), (0, 0, 0, -90), (30, 0, 0, -90), (90, 0, ".2", -90), (0, "-.3", "-.3", -90)]
+SHORT_MINORS: Rows = [(0, 0, 0, 90), (0, 0, "a2", 0), (0, 0, 0, 90), (0, "h4", "a4", 0)]
+
+
+@pytest.mark.whole
+def test_a_position_whose_minors_are_long_is_solved_by_a_force_that_does_no_work() -> None:
+    """An arm whose minors of 2,610 terms led to nothing in 20 seconds of a processor."""
+    chain = _of_position(LONG_MINORS)
+    assert applies(chain)
+    solution = solve(chain)
+    found = solution.redundant
+    assert found is not None and found.found.reduction.about is None
+    assert (found.doubtful, found.undecided) == ((), ())
+    assert frozenset({"sin(theta5)"}) in _conditions(solution)
+    out = tried(chain, [one.conditions for one in found.components], starts=150, stream="again")
+    assert (out.wrong, out.unexplained) == ((), ()) and all(out.samples)
+    text = " ".join(solution_text(solution).split())
+    assert "a force at P" in text and "a boundary singularity" in text
+    assert errors("solve", json.loads(solution_json(solution))) == []
+
+
+@pytest.mark.whole
+def test_special_lengths_are_told_by_elimination(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Links 3 and 4 as long as each other, folded on one another: P is on the axis of joint 3 then."""
+    chain = _of_position([(0, 0, 0, 90), (0, 0, "a2", 0), (0, 0, "a3", 90), (0, 0, "a4", 0)])
+    a2, a3, a4 = chain.parameters
+    monkeypatch.setattr(derivation, "LONG", 0)
+    monkeypatch.setattr(special_lengths, "relations", lambda *_: [(a3, a4), (a3, 2 * a2)])
+    (special,) = solve(chain).special
+    assert special.relation == "a3 = a4"
+    assert [[str(c) for c in one.conditions] for one in special.components] == [["cos(theta4) + 1"]]
+
+
+def test_what_is_told_by_other_conditions_is_found_to_be_the_same() -> None:
+    """A half turn of sin(x) - a cos(x), and a way that is parted between two others."""
+    chain = _of_position([(0, 0, 0, 90), (0, 0, "a2", 0), (0, 0, ".3", 90), (0, 0, ".2", 0)])
+    t2, t3 = chain.q[1:3]
+    both = (sp.sin(t2) * sp.cos(t3),)
+    others = [(1 - sp.cos(t2),), (sp.tan(t2) * sp.cos(t2) * 2,), (sp.cos(t3) / 3,)]
+    assert lies_on(chain, (sp.sin(t2),), others) == frozenset({0, 1})
+    assert lies_on(chain, both, others) == frozenset({0, 1, 2})
+    assert lies_on(chain, both, others[:2]) is None
+    assert lies_on(chain, (2 + sp.cos(t2),), others) is None
+
+
+def test_the_minors_of_short_arms_are_kept() -> None:
+    assert not applies(_of_position(SHORT_MINORS))
+
+
+@pytest.mark.parametrize("point", [(0, 0, 0), (".1", 0, ".3")])
+@pytest.mark.whole
+def test_by_elimination_a_position_loses_rank_where_it_does_by_minors(
+    monkeypatch: pytest.MonkeyPatch, point: tuple[object, ...]
+) -> None:
+    chain = _of_position(SHORT_MINORS, point)
+    monkeypatch.setattr(derivation, "LONG", derivation.MOST_TERMS)
+    assert not applies(chain)
+    by_minors = [one.conditions for one in singular_set(chain) or ()]
+    monkeypatch.setattr(derivation, "LONG", 0)
+    assert applies(chain)
+    assert not applies(replace(chain, task=("vx", "vy")))
+    found = solve(chain).redundant
+    assert found is not None and found.components
+    for ways in (by_minors, [one.conditions for one in found.components]):
+        out = tried(chain, ways)
+        assert (out.wrong, out.unexplained) == ((), ())
+
+
+def test_conditions_that_hold_for_few_lengths_are_found_with_these() -> None:
+    """4 a = cos(theta2) where a is below 0.25 m, which none of the usual lengths is; searches are with these."""
+    chain = _of_position([(0, 0, 0, 90), (0, 0, "a2", 0), (0, 0, ".3", 90), (0, 0, ".2", 0)])
+    (a2,), t2 = chain.parameters, chain.q[1]
+    out = tried(chain, [(4 * a2 - sp.cos(t2),), (2 + a2 + sp.cos(t2),)])
+    assert (out.choices, out.searches) == (3, 180)
+    assert out.samples[0] and not out.samples[1] and out.wrong == (0,)
+    assert min(number for number, _ in out.samples[0]) >= out.choices

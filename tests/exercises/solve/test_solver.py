@@ -1,0 +1,587 @@
+"""`qdot solve`: the textbook's arms come out as the textbook has them, and mistakes in a file are told by place."""
+
+import json
+import re
+from collections.abc import Iterator
+from contextlib import nullcontext
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from qdot.exercises.arm import derivation, shipped
+from qdot.exercises.arm.axes_to_dh import Axis, reached
+from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint
+from qdot.exercises.arm.classification import Kind, domain_of
+from qdot.exercises.arm.derivation import derive
+from qdot.exercises.arm.entry import to_sympy
+from qdot.exercises.arm.robot_file import read_robot_file
+from qdot.exercises.arm.singularity import Component
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.families.own import own_family
+from qdot.exercises.formula.conditions import Space, compare_sets
+from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.pieces import pieces
+from qdot.exercises.generation import generate
+from qdot.exercises.problem.problem import ProblemId
+from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.solve.solver import (
+    Ready,
+    Solution,
+    read_robot,
+    solution_data,
+    solution_json,
+    solution_latex,
+    solution_text,
+    solve,
+    text_stages,
+)
+from qdot.exercises.solve.special_lengths import _plain
+from qdot.exercises.solve.time_limited import write_solution
+from qdot.exercises.writing.markup import to_text
+from qdot.exercises.writing.statement import worked_solution, worked_steps
+from qdot.exercises.writing.worked import SingularComponent, Worked
+from tests.repository.test_schemas import errors
+from tests.support import DATA
+from tests.support.command import fails, run
+from tests.support.suites import few_of
+
+TRUTH = json.loads((DATA / "ground_truth.json").read_text(encoding="utf-8"))
+EXPRESSIBLE = [row for row in TRUTH if set(row["task_rows"]) <= set(TASK_ROWS)]
+NAMES = [row["name"] for row in EXPRESSIBLE]
+SMALL = [row["name"] for row in EXPRESSIBLE if row["n"] <= 4]
+AT_TIP = [row["name"] for row in EXPRESSIBLE if row["task_reference_point"].startswith("tip")]
+WRITTEN = ["planar_2R", "SCARA_RRRP", "ZYZ_wrist", "pan_tilt_2R", "cartesian_PPP"]
+
+
+def _toml_angle(text: str) -> str:
+    """Return a ground-truth angle in degrees, as in theta1+90, in radians."""
+    return re.sub(r"(?<![a-z\d])(\d+)", r"\1*pi/180", text)
+
+
+def _toml(arm: dict[str, Any]) -> str:
+    point = re.sub("^tip ", "", arm["task_reference_point"])
+    text = f'name = "{arm["name"]}"\ntask = {json.dumps(arm["task_rows"])}\npoint = "{point}"\n'
+    for row in arm["dh"]:
+        theta, *others = (_toml_angle(row["theta_deg"]), row["d"], row["a"], _toml_angle(row["alpha_deg"]))
+        text += (ROW % (theta, *(f'"{entry}"' for entry in others))).replace('"R"', f'"{row["type"]}"')
+    return text
+
+
+@pytest.fixture(scope="session")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("robots")
+
+
+@cache
+def _chain(name: str, folder: Path) -> Chain:
+    path = folder / f"{name}.toml"
+    path.write_text(_toml(_arm(name)), encoding="utf-8")
+    return read_robot(path)
+
+
+@cache
+def _solved(name: str, folder: Path) -> Solution:
+    return solve(_chain(name, folder))
+
+
+def _arm(name: str) -> dict[str, Any]:
+    return next(row for row in TRUTH if row["name"] == name)
+
+
+def _values(chain: Chain, seed: int) -> dict[sp.Symbol, float]:
+    rng = np.random.default_rng(seed)
+    angles = {q: float(rng.uniform(-3, 3)) for q in chain.q}
+    return {**angles, **{symbol: float(rng.uniform(0.3, 1.2)) for symbol in chain.parameters}}
+
+
+def _number(text: str, values: dict[sp.Symbol, float]) -> float:
+    return float(to_sympy(read(text, [symbol.name for symbol in values])).xreplace(values))
+
+
+def test_the_pose_at_home_of_oblique_axes_is_what_the_file_says(tmp_path: Path) -> None:
+    """The table that is worked with has products of roots in brackets, which make the point that was given."""
+    axes = TURN % ("[0, 0, 1]", "[0, 0, 0]") + TURN % ("[1, 1, 0]", '["a1", 0, 0.2]') + SLIDE % "[0, 3, 4]"
+    chain = _read(tmp_path, 'name = "Oblique"\nconvention = "screws"\npoint = ["a1 + a2", 0, "1/4"]\n' + axes)
+    (a1, a2, d3), share = sp.symbols("a1 a2 d3"), sp.Rational(1, 5)
+    steps = Worked(chain)
+    assert list(steps.point_at_home) == [a1 + a2, 0, sp.Rational(1, 4)]
+    assert list(steps.axis_at_home(3)) == [0, 3 * share, 4 * share]
+    (_, place), *_ = steps.moved_points
+    assert list(place) == [a1 + a2, 3 * share * d3, 4 * share * d3 + sp.Rational(1, 4)]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_determinant_is_the_textbooks_up_to_sign(name: str, folder: Path) -> None:
+    chain, stated = _chain(name, folder), _arm(name).get("det")
+    if stated is None:
+        assert not derive(chain).is_square
+        return
+    ratios = set()
+    for seed in range(4):
+        values = _values(chain, seed)
+        ratios.add(round(float(derive(chain).determinant.xreplace(values)) / _number(stated, values), 9))
+    assert ratios in ({1.0}, {-1.0})
+
+
+@pytest.mark.parametrize("name", AT_TIP)
+def test_geometric_jacobian_at_the_tip_is_the_textbooks(name: str, folder: Path) -> None:
+    chain = _chain(name, folder)
+    values = _values(chain, 1)
+    ours = np.array(derive(chain).geometric.xreplace(values).tolist(), dtype=float)
+    theirs = np.array([[_number(entry, values) for entry in row] for row in _arm(name)["J_full_base_tip"]])
+    assert np.allclose(ours, theirs)
+
+
+@pytest.mark.parametrize("name", few_of(SMALL, 4))
+def test_singular_set_is_the_textbooks(name: str, folder: Path) -> None:
+    solution, arm = _solved(name, folder), _arm(name)
+    chain = solution.chain
+    joints = [q.name for q in chain.q]
+    claimed = [piece for text in _conditions(solution) for piece in pieces(read(text), joints)]
+    texts = [" and ".join(part["conditions"]) for part in arm["singular_set"]]
+    reference = [piece for text in texts for piece in pieces(read(text), joints)]
+    compared = compare_sets(claimed, reference, Space(joints, domain_of(chain)), "test")
+    assert compared.equal, compared
+
+
+def _conditions(solution: Solution) -> list[str]:
+    """Return the conditions as the JSON has them, by values of joints where it gives any."""
+    found = []
+    for part in solution_data(solution)["singular"]:
+        if part["solutions"] is None:
+            found.append(" and ".join(f"{text} = 0" for text in part["conditions"]))
+        else:
+            found.append(" and ".join(f"{joint} in {{{', '.join(v)}}}" for joint, v in part["solutions"].items()))
+    return found
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [("planar_2R", "boundary"), ("planar_RP", "internal"), ("planar_PR", "boundary"), ("ZYZ_wrist", "internal")],
+)
+def test_kinds_are_the_textbooks(name: str, kind: str, folder: Path) -> None:
+    (only,) = solution_data(_solved(name, folder))["singular"]
+    assert (only["type"], only["uniform"]) == (kind, True)
+
+
+@pytest.mark.whole
+def test_scorbot_arm_has_the_shoulder_that_the_book_leaves_out(folder: Path) -> None:
+    solution = _solved("elbow_RRR_shoulder_offset_(Scorbot_point_P)", folder)
+    elbow, shoulder = solution_data(solution)["singular"]
+    assert (elbow["condition"], elbow["solutions"]) == ("sin(theta3)", {"theta3": ["0", "pi"]})
+    assert shoulder["condition"] == "a1 + a2*cos(theta2) + a3*cos(theta2 + theta3)"
+    assert (shoulder["solutions"], shoulder["type"], shoulder["uniform"]) == (None, "internal", True)
+    assert "somewhere only if a₁ ≤ a₂ + a₃" in " ".join(solution_text(solution).split())
+
+
+@pytest.mark.whole
+def test_what_the_chapter_has_otherwise_is_said_of_its_own_arm_only(tmp_path: Path) -> None:
+    """Not of a file's arm of the same shape, whatever it and its file are called."""
+    family = generate(ProblemId("elbow-3r", 0, ("singular-angles",), variation="chapter"))
+    assert "printed chapter" in worked_solution(family, family.parts[0])
+    path = tmp_path / "elbow-3r.toml"
+    rows = (("theta1", '"d1"', '"a1"', '"pi/2"'), ("theta2", 0, '"a2"', 0), ("theta3", 0, '"a3"', 0))
+    path.write_text('name = "elbow-3r"\n' + "".join(ROW % row for row in rows))
+    assert Worked(family.chain).is_elbow and Worked(read_robot(path)).is_elbow
+    assert "printed chapter" not in solution_text(solve(read_robot(path)))
+    own = generate(ProblemId("elbow-3r", 0, ("singular-angles",)), family=own_family(path))
+    assert "printed chapter" not in worked_solution(own, own.parts[0])
+
+
+@pytest.mark.parametrize("name", WRITTEN)
+def test_every_form_is_written(name: str, folder: Path) -> None:
+    solution = _solved(name, folder)
+    text, latex, data = solution_text(solution), solution_latex(solution), json.loads(solution_json(solution))
+    assert "$" not in text and "\\" not in text
+    assert latex.count(r"\begin{") == latex.count(r"\end{")
+    assert latex.replace(r"\\[6pt]", "").count(r"\[") == latex.count(r"\]")
+    assert len(data["position"]) == 3 and np.array(data["jacobian"]).shape == (3, solution.chain.n)
+    assert np.array(data["geometric_jacobian"]).shape == (6, solution.chain.n)
+    entries = [entry for row in data["geometric_jacobian"] for entry in row]
+    for entry in [*data["position"], *entries, data["determinant"] or "0"]:
+        to_sympy(read(entry))
+
+
+# --- files ---
+
+ROW = '[[joint]]\nkind = "R"\ntheta = "%s"\nd = %s\na = %s\nalpha = %s\n'
+TWO_R = 'name = "two"\n' + ROW % ("theta1", 0, '"a1"', 0) + ROW % ("theta2 + pi/2", 0, 0.35, 0)
+
+
+def _read(tmp_path: Path, text: str) -> Chain:
+    path = tmp_path / "arm.toml"
+    path.write_text(text, encoding="utf-8")
+    return read_robot(path)
+
+
+def test_decimals_are_exact_and_the_default_task_is_that_of_the_plane(tmp_path: Path) -> None:
+    chain = _read(tmp_path, TWO_R)
+    second = chain.joints[1]
+    assert (second.a, second.theta) == (sp.Rational(7, 20), sp.Symbol("theta2") + sp.pi / 2)
+    assert chain.task == ("vx", "vy")
+
+
+def _refused(tmp_path: Path, old: str, new: str) -> str:
+    assert old in TWO_R
+    with pytest.raises(QdotError) as caught:
+        _read(tmp_path, TWO_R.replace(old, new, 1))
+    said = str(caught.value)
+    assert "\n" not in said and "Decimal" not in said and said.startswith(str(tmp_path / "arm.toml"))
+    return said.removeprefix(f"{tmp_path}/")
+
+
+HEAD, LAST = 'name = "two"', "a = 0.35\nalpha = 0\n"
+
+
+JOINT_1 = "alpha = 0\n[[joint]]"
+MISTAKES = [
+    ('kind = "R"\ntheta = "theta1"', 'kind = "X"\ntheta = "theta1"', 'line 3: joint 1 … kind = "X" … "R"'),
+    ("alpha = 0\n[[", "alhpa = 0\n[[", "line 7: joint 1 … 'alhpa' … 'alpha'"),
+    (JOINT_1, "[[joint]]", "line 2: joint 1 … 'alpha'"), (HEAD, "", "'name'"),
+    (HEAD, "name = 5", "line 1 … name = 5"), (HEAD, f'{HEAD}\ntol = "z"', "line 2 … 'tol' … 'tool'"),
+    (HEAD, f'{HEAD}\ntask = ["vx", "vq"]', 'line 2 … task = ["vx", "vq"] … \'vq\''),
+    (HEAD, f'{HEAD}\ntask = ["vx", "vx"]', "'vx' … twice"), (HEAD, f'{HEAD}\ntask = ["x", "y"]', "'x' … 'vx'"),
+    (HEAD, f'{HEAD}\npoint = "O5"', 'line 2 … point = "O5" … "O0" … "O2"'),
+    (HEAD, f"{HEAD}\npoint = [1, 2]", "point = [1, 2] … origin of a frame"),
+    (HEAD, f'{HEAD}\npoint = ["theta1", 0, 0]', 'x = "theta1" … joint 1'),
+    (HEAD, f'{HEAD}\npoint = [0, "4 cm", 0]', 'y = "4 cm" … 0.04'),
+    (LAST, LAST + 'task = ["vx"]\n', "line 14: joint 2 … 'task' … top … [[joint]]"),
+    ('a = "a1"', 'a = "f(a1)"', "line 6: joint 1 … a = \"f(a1)\" … 'f'"),
+    ('a = "a1"', 'a = "theta2"', 'joint 1 … a = "theta2" … joint 2'),
+    ('a = "a1"', 'a = "alpha2"', 'joint 1 … a = "alpha2" … angle'),
+    ('a = "a1"', 'a = "pi/2"', 'joint 1 … a = "pi/2" … metres'),
+    ('a = "a1"', 'a = "1/0"', 'joint 1 … a = "1/0" … zero'), ('a = "a1"', 'a = "9**9**9**9"', "joint 1: a"),
+    ('a = "a1"', 'a = "0,4"', 'joint 1 … a = "0,4" … 0.4'), ('a = "a1"', "a = true", "joint 1 … a = true"),
+    ('a = "a1"', "a = inf", "joint 1 … a = inf … finite"), ('a = "a1"', "a = 1e400", "joint 1 … a = 1E+400 … range"),
+    ('a = "a1"', 'a = "d1 + 1e-30"', "range"), ('a = "a1"', "a = “a1”", 'line 6 … quotes … "'),
+    ('a = "a1"', 'α = "a1"', "invalid statement … KEY = VALUE"), ('a = "a1"', 'a = "\\pi"', "'\\' … backslash"),
+    ('a = "a1"', 'a = "vx"', 'a = "vx"'), ('a = "a1"', 'a = "c1"', "c1 … cosine"), ('a = "a1"', 'a = "k"', "k1"),
+    ('a = "a1"', 'a = "len"', "'len'"), ("a = 0.35", "a = 0.35 m", "line 12 … not valid TOML"),
+    ('kind = "R"\ntheta = "theta1"', "kind = ", "line 3: not valid TOML"),
+    (LAST, 'a = 0.35\nalpha = "a1"\n', 'joint 2 … alpha = "a1" … alpha1'),
+    (LAST, 'a = 0.35\nalpha = "theta7"\n', "theta7 … joint 2"),
+    ('kind = "R"', 'kind = "P"', 'joint 1 … d = 0 … "P" … d = "d1"'),
+    ('kind = "R"\ntheta = "theta1"\nd = 0', 'kind = "P"\ntheta = "theta1"\nd = "d1"', "theta1 … angle alpha or b"),
+    ('theta = "theta1"', "theta = 0", 'joint 1 … theta = 0 … "R"'),
+    ('theta = "theta1"', 'theta = "2*theta1"', 'line 4: joint 1 … theta = "2*theta1" … "R"'),
+    ('theta = "theta1"', 'theta = "theta1 + theta2"', "theta2 … joint 2"),
+    ('theta = "theta1"', 'theta = "theta1"\nalpha = 1.5708', "line 8: not valid TOML"),
+    (JOINT_1, "alpha = 1.5708\n[[joint]]", '"pi/2"'), (JOINT_1, "alpha = 90\n[[joint]]", 'radians … "pi/2"'),
+    (JOINT_1, "alpha = pi/2\n[[joint]]", "line 7: not valid TOML … formulas"),
+    (LAST, LAST + "[draw]\na1 = [0.4, 0.2]\n", "line 15: draw … a1 = [0.4, 0.2] … smaller"),
+    (LAST, LAST + "[draw]\na1 = [-0.4, 0.2]\n", "draw … -0.4 … positive"),
+    (LAST, LAST + "[draw]\na1 = [0.401, 0.402]\n", "a1 = [0.40, 0.41]"),
+    (LAST, LAST + "[draw]\na1 = [0.4, 0.40]\n", "same"),
+    (LAST, LAST + "[draw]\na1 = 0.4\n", "draw … a1 = 0.4 … a1 = [0.3, 0.8]"),
+    (LAST, LAST + "[draw]\na9 = [0.1, 0.2]\n", "draw … 'a9'"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("old", "new", "said"), MISTAKES)
+def test_a_mistake_is_told_by_place(tmp_path: Path, old: str, new: str, said: str) -> None:
+    told = _refused(tmp_path, old, new)
+    assert all(piece in told for piece in said.split(" … ")), told
+
+
+@pytest.mark.parametrize(
+    ("alpha", "due"),
+    [
+        ("90 deg", '"pi/2"'), ("90deg", '"pi/2"'), ("-45°", '"-pi/4"'), ("30 Degrees", '"pi/6"'), ("60*deg", '"pi/3"'),
+        ("np.deg2rad(90)", '"pi/2"'), ("beta + 90 deg", '"beta + pi/2"'), ("pi/2 rad", '"pi/2"'),
+        ("1.5708 rad", '"pi/2"'), ("0.4 m", '"pi/2"'),
+    ],
+)  # fmt: skip
+def test_units_of_angles_are_refused_with_what_to_write(tmp_path: Path, alpha: str, due: str) -> None:
+    said = _refused(tmp_path, LAST, f'a = 0.35\nalpha = "{alpha}"\n')
+    assert said.startswith(f'arm.toml: line 13: joint 2: alpha = "{alpha}": ') and said.endswith(due)
+
+
+@pytest.mark.parametrize(
+    ("a", "due"),
+    [
+        ("0.4 m", " 0.4"), ("0.4m", " 0.4"), ("400 mm", " 0.4"), ("400MM", " 0.4"), ("40 * cm", " 0.4"),
+        ("12 in", " 0.3048"), ("a1 + 5cm", ' "a1 + 0.05"'), ("a1 m", ' "a1"'), ("90 deg", ' 0.4 or "a1"'),
+        ("a1 b2", ' "a1*b2" meant?'), ("(a1)(b2)", ' "(a1)*(b2)" meant?'),
+    ],
+)  # fmt: skip
+def test_units_of_lengths_and_products_without_a_sign_are_refused(tmp_path: Path, a: str, due: str) -> None:
+    said = _refused(tmp_path, "a = 0.35", f'a = "{a}"')
+    assert said.startswith(f'arm.toml: line 12: joint 2: a = "{a}": ') and said.endswith(due)
+
+
+@pytest.mark.parametrize(
+    ("entry", "value"),
+    [("2a1", "2*a1"), ("2(a1 + h)", "2*a1 + 2*h"), ("L_2", "L2"), ("sqrt(a1^2 + d1^2)", "sqrt(a1**2 + d1**2)")],
+)
+def test_what_can_be_meant_in_one_way_only_is_read(tmp_path: Path, entry: str, value: str) -> None:
+    assert _read(tmp_path, TWO_R.replace("a = 0.35", f'a = "{entry}"')).joints[1].a == sp.expand(sp.sympify(value))
+    turned = _read(tmp_path, TWO_R.replace(LAST, 'a = 0.35\nalpha = "2pi/3 + atan2(a1, h)"\n')).joints[1].alpha
+    assert turned == 2 * sp.pi / 3 + sp.atan2(sp.Symbol("a1"), sp.Symbol("h"))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "place"),
+    [
+        ("a = 0.35", "a = 400", "line 12: joint 2: a = 400"),
+        (HEAD, f"{HEAD}\npoint = [0, 0, 400]", "line 2: point = [0, 0, 400]"),
+        (LAST, LAST + "[draw]\na1 = [100, 400]\n", "line 15: draw: a1 = [100, 400]"),
+    ],
+)
+def test_lengths_in_millimetres_are_noticed(tmp_path: Path, old: str, new: str, place: str) -> None:
+    path = tmp_path / "arm.toml"
+    path.write_text(TWO_R.replace(old, new, 1), encoding="utf-8")
+    (said,) = read_robot_file(path).notes
+    assert said.startswith(f"{path}: {place}: ") and said.endswith(" 0.4")
+    path.write_text(TWO_R.replace(old, new.replace("400", "20"), 1).replace("100", "10"), encoding="utf-8")
+    assert read_robot_file(path).notes == ()
+
+
+def test_a_file_that_is_not_there_or_no_text(tmp_path: Path) -> None:
+    path = tmp_path / "no-arm.toml"
+    with pytest.raises(QdotError, match=r"no-arm\.toml: .*no such file"):
+        read_robot(path)
+    path.write_bytes(b'name = "x"\n\xff\n')
+    with pytest.raises(QdotError, match=r"no-arm\.toml: line 2: .*UTF-8"):
+        read_robot(path)
+    with pytest.raises(QdotError, match="can't be read"):
+        read_robot(tmp_path)
+    path.write_text("\ufeff" + TWO_R, encoding="utf-8")  # a byte order mark
+    assert read_robot(path).n == 2
+
+
+@pytest.fixture
+def hardly_any_terms(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Let a determinant of more than one term be too long."""
+    monkeypatch.setattr(derivation, "MOST_TERMS", 1)
+    monkeypatch.setattr(shipped, "shipped", lambda _: {})
+    kept: tuple[Any, ...] = (derivation._expanded_minors, derivation._generic_minors)
+    for minors in kept:
+        minors.cache_clear()
+    yield
+    for minors in kept:
+        minors.cache_clear()
+
+
+@pytest.mark.usefixtures("hardly_any_terms")
+def test_what_would_be_too_long_to_read_is_not_worked_out(tmp_path: Path) -> None:
+    """Position and Jacobian are; an arm of nine joints has tens of thousands of terms in its minors."""
+    solution = solve(_read(tmp_path, TWO_R.replace('name = "two"', 'name = "too long"')))
+    assert solution.determinant is None and solution.singular is None
+    assert "more than 1 terms" in (solution.note or "")
+    assert "not worked out" in solution_text(solution) and "not worked out" in solution_json(solution)
+    assert QUESTIONS["singular-angles"].refusal(solution.chain) == QUESTIONS["determinant"].refusal(solution.chain)
+
+
+def _many(count: int) -> str:
+    return 'name = "long"\n' + "".join(ROW % (f"theta{i}", f'"d{i}"', f'"a{i}"', 0) for i in range(1, count + 1))
+
+
+def test_an_arm_of_too_many_joints_is_refused_and_parallel_ones_count_for_their_plane(tmp_path: Path) -> None:
+    with pytest.raises(QdotError, match=r"11 joints .*10"):
+        _read(tmp_path, _many(11))
+    assert _read(tmp_path, _many(6)).task == ("vx", "vy")
+
+
+def test_rank_lost_everywhere_is_said_in_every_form(tmp_path: Path) -> None:
+    text = TWO_R.replace('name = "two"', 'name = "two"\ntask = ["vx", "vz"]')
+    solution = solve(_read(tmp_path, text))
+    data = json.loads(solution_json(solution))
+    assert data["singular"] is None and "every configuration" in data["note"]
+    assert "every configuration" in solution_text(solution) and "every configuration" in solution_latex(solution)
+
+
+MODIFIED = (
+    'name = "two"\nconvention = "modified-dh"\npoint = ["a2", 0, 0]\n'
+    'base = {position = [0, 0, 0.5], rpy = ["pi", 0, 0]}\n'
+    + ROW % ("theta1", 0, 0, 0) + ROW % ("theta2", 0, '"a1"', 0) + 'limits = ["-pi/2", "3*pi/4"]\n'
+)  # fmt: skip
+
+
+def test_an_arm_is_shown_as_it_was_told_and_its_limits_rule_values_out(tmp_path: Path) -> None:
+    path = tmp_path / "two.toml"
+    path.write_text(MODIFIED.replace("base =", "# base ="))
+    assert "Given by" not in run("solve", path)  # it is told so
+    path.write_text(MODIFIED)
+    said = run("solve", path)
+    assert "Given by" in said and "Craig" in said and "(0, 0, 0.5) m in the world" in said
+    assert "rule out θ₂ = 180° (from −90° to 135°)" in said
+    axes = tmp_path / "axes.toml"
+    axes.write_text(run("solve", path, "--convert", "screws"))
+    by_axes = run("solve", axes)
+    assert "Screw axes at home" in by_axes and "Denavit" not in by_axes
+    assert 'base = {position = [0, 0, 0.5], rpy = ["pi", 0, 0]}' in run("solve", path, "--convert", "dh")
+    assert "--convert 'craig'" in fails("solve", path, "--convert", "craig")
+    for option, value in (("--format", "json"), ("--map", tmp_path / "map.svg")):
+        assert option in fails("solve", path, "--convert", "dh", option, value)
+
+
+SKEW = 'name = "skew"\ntask = ["vx", "vy", "vz"]\n' + ROW % ("theta1", '"d1"', "%s", '"pi/3"')
+SKEW += ROW % ("theta2", "%s", "%s", 0)
+
+
+@pytest.mark.parametrize(
+    ("lengths", "said", "is_singular"),
+    few_of(
+        [
+            (('"a1"', '"d2"', '"a2"'), "Only for lengths that are related to each other", False),
+            (("0.2", "0.1", "0.4"), "full rank in every configuration", False),
+            (("0.1", "0.1", "0.2"), "where", True),  # a2^2 = a1^2 + 3 d2^2, where the conditions do hold together
+        ],
+        1,
+    ),
+)
+def test_conditions_that_hold_for_special_lengths_only_are_said_of_those(
+    lengths: tuple[str, str, str], said: str, is_singular: bool, tmp_path: Path
+) -> None:
+    solution = solve(_read(tmp_path, SKEW % lengths))
+    assert said in " ".join(solution_text(solution).split())
+    assert bool(solution.singular) == is_singular
+
+
+@pytest.mark.whole
+def test_a_twist_whose_sine_is_below_a_fraction_bar_is_no_failure() -> None:
+    first = Joint("R", "theta1", 0, sp.Rational(1, 5), sp.pi / 3)
+    second = Joint("R", "theta2", sp.Rational(1, 10), sp.Rational(3, 10), -sp.pi / 4)
+    assert solve(Chain("rrp", (first, second, Joint("P", 0, "d3", 0, 0)), TASK_ROWS)).singular == ()
+
+
+def test_a_table_is_shown_as_it_is_written_and_its_rewriting_is_said(tmp_path: Path) -> None:
+    path = tmp_path / "arm.toml"
+    first, second = (ROW % (f"-theta{i} + pi/2", 0.1, 0.3, '"pi/2"') for i in (1, 2))
+    path.write_text(f'name = "m"\ntask = ["vx", "vy"]\n{first}{second}')
+    given, _, standard = run("solve", path).partition("The same arm in a standard table")
+    assert "joints count the other way" in given
+    assert "90° − θ₁" in given and "90° − θ₂" in given and "−90°" not in given
+    assert "θ₁ − 90°" in standard
+    head = 'name = "m"\nconvention = "modified-dh"\nbase = {position = [0, 0, 1], rpy = ["pi/2", 0, 0]}\n'
+    path.write_text(head + first)
+    assert re.search(r"at \(0, 0, 1\) m, .* 90°, 0, 0", " ".join(run("solve", path).split()))
+
+
+EQUAL_LINKS = 'name = "arm"\n' + ROW % ("theta1", 0, '"a1"', 0) + ROW % ("theta2", 0, "%s", 0)
+
+
+@pytest.mark.parametrize(("second", "relation"), [('"a2"', "a1 = a2"), ("0.7", "a1 = 7/10")])
+def test_links_of_one_length_fold_back_onto_the_base_which_is_no_boundary(
+    second: str, relation: str, tmp_path: Path
+) -> None:
+    solution = solve(_read(tmp_path, EQUAL_LINKS % second))
+    data = solution_data(solution)
+    assert (data["singular"][0]["type"], data["singular"][0]["uniform"]) == ("boundary", True)
+    (special,) = data["special_lengths"]
+    assert special["lengths"] == relation and special["singular"][0]["uniform"] is False
+    said = " ".join(solution_text(solution).split())
+    assert "At θ₂ = 180°: P lies on the axis of joint 1, which then does not move it, an internal singularity" in said
+    assert "Looked at were these relations of lengths: a₁ =" in said
+    given = _read(tmp_path, (EQUAL_LINKS % second).replace('"a1"', "0.4").replace('"a2"', "0.7"))
+    assert "special_lengths" not in solution_data(solve(given))
+
+
+def test_lengths_are_no_joints_whatever_they_are_called() -> None:
+    """Two conditions are the same up to a length, which d1 is, and not up to the variable of a slide, which d3 is."""
+    q1, q2, d1, d3, a2 = sp.symbols("theta1 theta2 d1 d3 a2")
+    joints = Joint("R", q1, d1, 0, sp.pi / 2), Joint("R", q2, 0, a2, sp.pi / 2), Joint("P", 0, d3, 0, 0)
+    chain = Chain("arm", joints, ("vx", "vy", "vz"))
+    condition = a2 * sp.cos(q2) + d3 * sp.sin(q2)
+    others = (d3 * condition, sp.cos(q1) * condition, condition + d1)
+    assert {_plain(same, chain) for same in (d1 * condition, -3 * d1**2 * a2 * condition)} == {_plain(condition, chain)}
+    assert all(_plain(other, chain) != _plain(condition, chain) for other in others)
+    assert _plain(d1 * d3, chain) == _plain(-2 * a2 * d3, chain) == _plain(d3, chain)
+
+
+@pytest.mark.parametrize(
+    ("told", "said"),
+    [
+        ("cos(theta2)", "keep its rank somewhere where `cos(theta2) = 0`"),
+        ("2 + cos(theta2)", "No configuration was found in which `cos(theta2) + 2 = 0`, in 60 searches"),
+        ("theta1 - theta1", ""),
+    ],
+)
+def test_what_a_test_in_numbers_finds_amiss_is_told(
+    told: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = (EQUAL_LINKS % "0.7").replace('"a1"', "0.4")
+    chain = _read(tmp_path, text.replace("arm", f"arm {told}"))  # one of which nothing is kept
+    conditions = [to_sympy(read(one)) for one in ("sin(theta2)", told) if one != "theta1 - theta1"]
+    components = tuple(Component((condition,), None) for condition in conditions)
+    shown = [SingularComponent(one.conditions, None, Kind("", False, "x")) for one in components]
+    monkeypatch.setattr("qdot.exercises.solve.solver.singular_set", lambda _: components)
+    monkeypatch.setattr(Worked, "found", shown)
+    solution = solve(chain)
+    assert said in (solution.note or "") and (said == "") == (solution.note is None)
+    monkeypatch.setattr(Worked, "found", [])
+    worked_steps.cache_clear()
+    note = solve(chain).note
+    assert note is not None and "60 ended in configurations that none of these conditions" in note
+
+
+SLIDE = '[[joint]]\nkind = "P"\naxis = %s\n'
+TURN = SLIDE.replace("P", "R") + "point = %s\n"
+BY_AXES = 'name = "by its axes"\nconvention = "screws"\npoint = %s\n' + TURN % ("[0, 0, 1]", "[0.1, 0.2, 0.5]")
+BY_AXES += SLIDE % "[0, 1, 1]" + TURN % ("[1, 0, 0]", '[0, "a1", 0.3]')
+
+
+def test_json_of_an_arm_told_by_axes_has_its_space_and_body_jacobian(tmp_path: Path) -> None:
+    """Held against exponentials of the told axes: where they take axes, and how the body frame then stands."""
+    data = json.loads(solution_json(solve(_read(tmp_path, BY_AXES % "[0.3, 0.4, 0.6]"))))
+    assert errors("solve", data) == [] and data["twist_rows"] == ["wx", "wy", "wz", "vx", "vy", "vz"]
+    values = {sp.Symbol(name): value for name, value in (("theta1", 0.4), ("d2", -0.3), ("theta3", 1.2), ("a1", 0.7))}
+    q, lengths = np.array([0.4, -0.3, 1.2]), {sp.Symbol("a1"): 0.7}
+    up = np.array([0.0, 1.0, 1.0]) / np.sqrt(2)
+    told = [
+        ("R", np.array([0.0, 0, 1]), [0.1, 0.2, 0.5]),
+        ("P", up, [0, 0, 0]),
+        ("R", np.array([1.0, 0, 0]), [0, 0.7, 0.3]),
+    ]
+    axes = [Axis(kind, sp.Matrix(along), sp.Matrix(through)) for kind, along, through in told]
+
+    def moved(count: int, point: Any) -> np.ndarray:
+        return reached(axes[:count], sp.Matrix(point), q[:count], lengths)
+
+    space = []
+    for i, (kind, along, through) in enumerate(told):
+        there = moved(i, through)
+        direction = moved(i, through + along) - there
+        space.append([*direction, *np.cross(there, direction)] if kind == "R" else [0, 0, 0, *direction])
+    P = np.array([0.3, 0.4, 0.6])
+    there = moved(3, P)
+    turned = np.array([moved(3, P + step) - there for step in np.eye(3)]).T
+    body = [[*turned.T @ column[:3], *turned.T @ (column[3:] + np.cross(column[:3], there))] for column in space]
+    for key, expected in (("space_jacobian", space), ("body_jacobian", body)):
+        ours = [[_number(entry, values) for entry in row] for row in data[key]]
+        np.testing.assert_allclose(ours, np.array(expected).T, atol=1e-12)
+    inner = _read(tmp_path, BY_AXES % "{frame = 2, offset = [0.3, 0.4, 0.6]}")
+    data = json.loads(solution_json(solve(inner)))
+    assert errors("solve", data) == []
+    assert data["body_jacobian"] is None and len(data["space_jacobian"]) == 6  # P is on link 2
+    assert "space_jacobian" not in solution_data(solve(_read(tmp_path, TWO_R)))
+
+
+TWO_BY_AXES = 'name = "two"\nconvention = "screws"\ntask = ["vx", "vz"]\npoint = [0.4, 0, 0.2]\n'
+TWO_BY_AXES += TURN % ("[0, 1, 0]", "[0, 0, 0]") + TURN % ("[0, 1, 0]", "[0.3, 0, 0]")
+
+
+ROUNDED, EXACT = "[0.3, 0.2, 0]", '["pi/3", 0, 0]'
+WITH_A = TWO_R.replace('"a1"', "0.4")
+
+
+@pytest.mark.parametrize(
+    ("arm", "rpy"),
+    few_of([(WITH_A, ROUNDED), (WITH_A, EXACT), (TWO_BY_AXES, ROUNDED)], 1),
+)
+def test_numbers_that_are_rounded_are_told_to_be(arm: str, rpy: str, tmp_path: Path) -> None:
+    path = tmp_path / "arm.toml"
+    path.write_text(arm.replace("[[joint]]", f"base = {{rpy = {rpy}}}\n[[joint]]", 1))
+    robot = read_robot_file(path)
+    stages = (stage for stage in text_stages(robot.chain, robot) if isinstance(stage, Ready))
+    texts = {stage.name: " ".join(to_text(stage.content).split()) for stage in stages}
+    rounded = rpy == ROUNDED
+    assert ("rounded" in texts["arm"]) == ("rounded" in texts["singular-angles"]) == rounded
+    said: list[str] = []
+    write_solution(robot, "json", 0.3, said.append, lambda _: nullcontext())
+    content = json.loads("".join(said))
+    assert errors("solve", content) == [] and content.get("rounded", False) == rounded

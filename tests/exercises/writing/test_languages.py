@@ -1,0 +1,297 @@
+"""Problems and the site in other languages: every message is translated, and the same formulas stand in all of them."""
+
+import json
+import re
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from babel.messages.catalog import Catalog, Message
+
+from qdot.exercises.answers import Choice, Matching, Selection
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.generation import generate, sample_chain, short_quiz
+from qdot.exercises.mistakes.catalogue import CATALOGUE
+from qdot.exercises.problem.problem import Part, Problem, ProblemId
+from qdot.exercises.site.bank import titles_text
+from qdot.exercises.site.record import site_record, translated_record, translated_solutions
+from qdot.exercises.writing import collect_messages, languages, translatable_phrases
+from qdot.exercises.writing.collect_messages import collected, faults, merged, opened, po_text, site_english, site_text
+from qdot.exercises.writing.languages import LANGUAGES, LOCALE, catalogue, mistake_context, pattern, read
+from qdot.exercises.writing.render import environment, template_folder
+from qdot.exercises.writing.statement import hints, option_text, prompt, statement, worked_solution
+from tests.support.problems import parts_in_turn
+from tests.support.suites import few_families, several
+
+LEFT = re.compile(
+    r"\b(the|and|of|is|are|with|joints?|axis|axes|which|that|to|by|from|revolute|prismatic|or|as|row|column|arm's"
+    r"|singularity|lie|one|two|three|each|moves?|turned|radians|typed)\b"
+)
+"""English words that no German text has; those of a third language may have others."""
+
+ASKED_A_QUIZ = several(("planar-2r", "wrist-zyz"), tuple(name for name in FAMILIES if not FAMILIES[name].varied))
+PIECES = re.compile(r"\$\$.*?\$\$|\$[^$]*\$|`[^`]*`", re.DOTALL)
+
+
+def pieces(text: str) -> Counter[str]:
+    """Return the formulas and the code in a text, decimals with points."""
+    found = (re.sub(r"\s+", " ", piece) for piece in PIECES.findall(text))
+    plain = (re.sub(r"\\text\{[^}]*[a-zäöü]{4,}[^}]*\}", "", piece) for piece in found)  # words in a formula
+    return Counter(piece.replace("{,}", ".").replace("; ", ", ") for piece in plain)
+
+
+def both(problem: Problem, language: str) -> Iterator[tuple[str, str, str]]:
+    """Yield every text of a problem: what it is, in English, and in a language."""
+    yield "statement", statement(problem, ""), statement(problem, "", language=language)
+    for part in problem.parts:
+        yield f"{part.name}: prompt", prompt(problem, part), prompt(problem, part, language)
+        yield f"{part.name}: solution", worked_solution(problem, part), worked_solution(problem, part, language)
+        told = zip(hints(problem, part), hints(problem, part, language), strict=True)
+        for number, (english, own) in enumerate(told, 1):
+            yield f"{part.name}: hint {number}", english, own
+        for index in range(options_of(part)):
+            own = option_text(problem, part, index, language)
+            yield f"{part.name}: option {index}", option_text(problem, part, index), own
+
+
+def options_of(part: Part) -> int:
+    return len(part.answer.options) if isinstance(part.answer, (Choice, Selection, Matching)) else 0
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+@few_families
+def test_the_texts_of_a_family_hold_the_same_formulas_and_no_english(
+    language: str, family: str, drawn: Callable[[str, int], Problem]
+) -> None:
+    problem = drawn(family, 0)
+    problems = [replace(problem, parts=tuple(parts_in_turn(problem)))]
+    if family in ASKED_A_QUIZ:
+        problems.append(generate(ProblemId(family, 1, short_quiz(family))))
+    for problem in problems:
+        for name, english, own in both(problem, language):
+            assert pieces(own) == pieces(english), (problem.id, name)
+            plain, words = PIECES.sub(" ", own), PIECES.sub(" ", english)
+            assert not LEFT.findall(plain), (problem.id, name, own)
+            assert plain.strip() != words.strip() or not re.search(r"[a-z]{3}", words), (problem.id, name)
+        assert catalogue(language).arm_title(problem.chain.title) != problem.chain.title
+
+
+# --- the files of messages ---
+
+
+@pytest.fixture(scope="module")
+def due() -> Catalog:
+    return collected()
+
+
+def others(but: str) -> Mapping[str, Catalog]:
+    return {code: opened(LOCALE / f"{code}.po") for code in LANGUAGES if code != but}
+
+
+def test_every_arm_of_a_family_has_a_name_that_languages_know() -> None:
+    known = [pattern(name) for name in translatable_phrases.ARMS if name != "{name}"]
+    titles = {name: sample_chain(ProblemId(name, 0)).title for name in FAMILIES}
+    assert not {name: title for name, title in titles.items() if not any(one.fullmatch(title) for one in known)}
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_every_message_is_translated_and_none_is_out_of_date(language: str, due: Catalog) -> None:
+    assert faults(language, opened(LOCALE / f"{language}.po"), due, others(language)) == []
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_make_messages_has_nothing_to_write(language: str, due: Catalog) -> None:
+    path = LOCALE / f"{language}.po"
+    text = path.read_text(encoding="utf-8")
+    assert po_text(merged(path, due)) == text, "run `make messages`"
+    assert not re.search(r"POT-Creation|Revision-Date|Generated-By|[/]home/|:\d+$", text, re.MULTILINE)
+    assert (collect_messages.SITE / f"{language}.ts").read_text(encoding="utf-8") == site_text(language, read(path))
+    assert f'"./{language}.js"' in (collect_messages.SITE / "languages.ts").read_text(encoding="utf-8")
+
+
+def test_messages_come_from_every_kind_of_source(due: Catalog) -> None:
+    english, scara = site_english(), FAMILIES["scara"].title
+    for message, context in (
+        ("the world frame", None),  # Python
+        ("All columns are zero.", None),  # a template
+        ("There,", "has rank"), ("There,", None), (scara, "family"), ("row {n}", "phrase"),
+        (english["verdict.branches"], "site verdict.branches"),
+        *((mistake.says, mistake_context(mistake.name)) for mistake in CATALOGUE.values()),
+    ):  # fmt: skip
+        assert due.get(message, context) is not None, message
+    assert found(due, "In this table %(links)s is zero.").id[1] == "In this table %(links)s are zero."
+    assert due.get(scara) is None
+    text = (collect_messages.SITE / "en.ts").read_text(encoding="utf-8")
+    assert list(english) == re.findall(r'^  "([^"]+)":', text, re.MULTILINE)
+
+
+def test_templates_that_tell_a_problem_have_no_words_outside_of_messages() -> None:
+    names = ("hint", "solution", "statement")
+    paths = [*template_folder().glob("questions/*.j2"), *(template_folder() / f"{name}.md.j2" for name in names)]
+    for path in paths:
+        text = re.sub(r"\{% trans .*?\{% endtrans [+-]?%\}", "", path.read_text(encoding="utf-8"), flags=re.DOTALL)
+        plain = re.sub(r"\{#.*?#\}|\{%.*?%\}|\{\{.*?\}\}", "", text, flags=re.DOTALL)
+        assert re.findall(r"[A-Za-z]{2,}", re.sub(r"\\[A-Za-z]+", "", PIECES.sub("", plain))) == [], path
+
+
+def found(catalog: Catalog, message: str, context: str | None = None) -> Message:
+    one = catalog.get(message, context)
+    assert one is not None, message
+    return one
+
+
+def german() -> Catalog:
+    return opened(LOCALE / "de.po")
+
+
+@pytest.mark.parametrize(
+    ("message", "context", "string", "said"),
+    [
+        ("By (6.7),", None, "", "not translated"),
+        ("By (6.7),", None, " Nach (6.7) ist", "spaces"),
+        ("The answer is **%(letter)s**.", None, "Die Antwort ist **%(brief)s**.", "brief in place of letter"),
+        ("row {n}", "phrase", "Zeile", "nothing in place of n"),
+        ("In this table %(links)s is zero.", None, ("In dieser Tabelle ist %(links)s null.",), "1 plural forms"),
+    ],
+)
+def test_what_is_wrong_with_a_translation_is_said(
+    due: Catalog, message: str, context: str | None, string: str | tuple[str, ...], said: str
+) -> None:
+    catalog = german()
+    found(catalog, message, context).string = string
+    first, *_ = faults("de", catalog, due, {})
+    assert said in first and f"“{message}”" in first
+
+
+def test_a_source_that_changed_is_noticed(due: Catalog, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    changed = tuple("row number {n}" if phrase == "row {n}" else phrase for phrase in translatable_phrases.PHRASES)
+    monkeypatch.setattr(collect_messages, "PHRASES", changed)
+    now = collected()
+    new, gone = faults("de", german(), now, {})
+    assert "not in de.po" in new and "“row number {n}”" in new and "no message any more" in gone and "“row {n}”" in gone
+    again = merged(LOCALE / "de.po", now)
+    (fuzzy,) = faults("de", again, now, {})
+    assert "fuzzy" in fuzzy and "“row number {n}”" in fuzzy
+    path = tmp_path / "de.po"
+    path.write_text(po_text(again), encoding="utf-8")
+    assert po_text(merged(path, now)) == po_text(again)
+    assert read(path).phrase("row number 2") == "row number 2", "what is fuzzy is shown in English"
+
+
+def test_a_copy_of_another_language_is_refused(due: Catalog, tmp_path: Path) -> None:
+    path = tmp_path / "fr.po"
+    text = (LOCALE / "de.po").read_text(encoding="utf-8")
+    path.write_text(text, encoding="utf-8")
+    other, copy = faults("fr", opened(path), due, others("fr"))[:2]
+    assert "its language is de" in other and re.search(r"copy of de: (\d{4}) of its \1 ", copy)
+    path.write_text(text.replace('"Language: de', '"Language: fr'), encoding="utf-8")
+    assert faults("fr", opened(path), due, others("fr"))[0] == copy
+
+
+# --- a language that is only accents: what of it has none is in no message ---
+
+ACCENTS = str.maketrans("eouEOU", "éóúÉÓÚ")
+PLAIN = str.maketrans("éóúÉÓÚ", "eouEOU")
+WORDLESS = re.compile(rf"{PIECES.pattern}|\*\*[A-H]+\.?\*\*", re.DOTALL)
+"""What has no words of a language in it: formulas, code, and the letters of options."""
+
+KEPT = re.compile(r"(\$\$.*?\$\$|\$[^$]*\$|`[^`]*`|%\(\w+\)s|\{[\w-]+\})", re.DOTALL)
+
+
+def accented(text: str) -> str:
+    """Return text with accents outside of formulas, code and what is filled in."""
+    return "".join(piece if i % 2 else piece.translate(ACCENTS) for i, piece in enumerate(KEPT.split(text)))
+
+
+SOME = ("planar-2r", "scara", "elbow-3r", "wrist-zyz", "lbr-7r")
+
+
+@pytest.fixture
+def scratch(due: Catalog, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
+    """A language `eo` of which there is a file and a line in LANGUAGES, and nothing else."""
+    monkeypatch.setattr(languages, "LOCALE", tmp_path)
+    monkeypatch.setitem(LANGUAGES, "eo", "Scratch")
+    made = merged(tmp_path / "eo.po", due)
+    for message in made:
+        if message.id and message.context != "decimal sign":
+            one = message.id
+            message.string = accented(one) if isinstance(one, str) else tuple(map(accented, one))
+    for name in translatable_phrases.ARMS:
+        found(made, name, languages.SHOWN).string = accented(catalogue("en").arm_shown(name))
+    found(made, ".", "decimal sign").string = "."
+    (tmp_path / "eo.po").write_text(po_text(made), encoding="utf-8")
+    yield "eo"
+    catalogue.cache_clear()
+    environment.cache_clear()
+
+
+@pytest.mark.parametrize("family", several(("planar-2r", "scara"), SOME))
+def test_all_words_of_a_problem_are_messages(scratch: str, family: str, drawn: Callable[[str, int], Problem]) -> None:
+    problems = [replace(drawn(family, 0), parts=tuple(parts_in_turn(drawn(family, 0))))]
+    if family not in several(("scara",), ()):
+        problems.append(generate(ProblemId(family, 1, short_quiz(family))))
+    for one in problems:
+        for name, english, own in both(one, scratch):
+            assert own.translate(PLAIN) == english, (one.id, name)
+            assert WORDLESS.sub("", own) == WORDLESS.sub("", english).translate(ACCENTS), (one.id, name)
+
+
+def test_a_new_language_is_whole_from_problem_to_site(scratch: str, due: Catalog) -> None:
+    problem = generate("planar-2r/7@chapter", ["jacobian", "singularity-type"])
+    record = site_record(problem)
+    own = translated_record(problem, record, scratch)
+    assert own["title"] == accented(record["title"])
+    assert [row[1:] for row in own["said"]] == [[accented(text) for text in row[1:]] for row in record["said"]]
+    titles = json.loads(titles_text(scratch, [("scara", FAMILIES["scara"].title, "")]))
+    assert titles["families"] == {"scara": accented(FAMILIES["scara"].title)}
+    site = site_text(scratch, catalogue(scratch))
+    texts = json.loads("{" + site.partition("Catalogue = {")[2].removesuffix(",\n};\n") + "}")
+    assert texts == {key: accented(text) for key, text in site_english().items()}
+    assert faults(scratch, opened(languages.LOCALE / f"{scratch}.po"), due, {"de": german()}) == []
+
+
+# --- German ---
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_the_sentences_on_mistakes_are_found_again_in_the_language(language: str) -> None:
+    for name, kind in CATALOGUE.items():
+        fields = re.findall(r"\{(\w+)\}", kind.says)
+        words = {field: str(number) for number, field in enumerate(dict.fromkeys(fields), 1)}
+        own = catalogue(language).mistake_said(kind.name, kind.says, kind.where, kind.sentence(words))
+        says = catalogue(language).translations.pgettext(mistake_context(name), kind.says)
+        assert says != kind.says and own.startswith(says.format(**words)), name
+        assert not LEFT.findall(own), own
+
+
+def test_decimals_are_german_in_formulas_and_nowhere_else() -> None:
+    german = catalogue("de").with_decimals
+    assert german(r"$a = 0.5\,\text{m}$ (6.12) `0.5`") == r"$a = 0{,}5\,\text{m}$ (6.12) `0.5`"
+    assert german("$(0.5, 1)$ and $(x, y)$") == "$(0{,}5; 1)$ and $(x, y)$"
+    assert german("$T_z(0.5)\\, R_x$ $$a = 1.5, \\qquad b$$") == "$T_z(0{,}5)\\, R_x$ $$a = 1{,}5, \\qquad b$$"
+    assert catalogue("de").phrase("within 0.01 rad/s") == "auf 0,01 rad/s genau"
+
+
+def test_an_arm_or_a_phrase_that_nobody_translated_is_shown_as_it_is() -> None:
+    words, own = catalogue("de"), "The one in our lab"
+    assert words.arm_title(own) == own and words.arm_shown(own) == f"den Arm „{own}“"
+    assert words.phrase("no such phrase") == "no such phrase"
+    assert words.arm_shown("RPRR arm") == "einen RPRR-Arm"
+    assert pattern("{a} for {a}").fullmatch("x for y") is None
+    titles = [("scara", FAMILIES["scara"].title, ""), ("elbow", own, ""), ("p1", "First place", "")]
+    assert json.loads(titles_text("de", titles))["families"] == {"scara": "SCARA-Arm (RRPR)"}
+
+
+def test_a_translated_record_fits_its_problem_and_holds_nothing_of_the_key() -> None:
+    problem = generate(ProblemId("planar-2r", 7, ("jacobian", "rank", "singularity-type")))
+    record = site_record(problem)
+    own, solved = translated_record(problem, record, "de"), translated_solutions(problem, "de")
+    names = [part["name"] for part in record["parts"]]
+    assert [part["name"] for part in own["parts"]] == [part["name"] for part in solved["parts"]] == names
+    for row, english in zip(own["said"], record["said"], strict=True):
+        assert row[0] == english[0] and row[1] != english[1]
+    for part, english in zip(own["parts"], record["parts"], strict=True):
+        assert len(part["hints"]) == 3 and (part["options"] is None) == (english["options"] is None)
+        assert set(part) == {"name", "title", "prompt", "hints", "options"}

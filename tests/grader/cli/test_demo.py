@@ -1,0 +1,58 @@
+"""The demonstration's students: what is planted in their answers is named in the first part in which it shows."""
+
+from pathlib import Path
+
+import pytest
+
+from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
+from qdot.exercises.assignment.release import init_assignment
+from qdot.exercises.problem.problem import Problem
+from qdot.grader.cli.demo import EDITS, SECRET
+from qdot.grader.grading.marking import mark
+from qdot.grader.sandbox.sandbox import Sandbox
+from tests.support.suites import several
+
+NAMES = {
+    "a sign wrong throughout": {
+        "sign", "determinant-sign", "determinant-plus",  # of two by two, these may give the same rates
+        "singular-taken-for-regular", "regular-taken-for-singular",  # for a letter "A" is given
+    },
+    "relative for absolute angles": {"relative-angle", "all-relative-angles", "relative-throughout"},
+    "matrices transposed": {"transposed"},
+    "joint 2 forgotten": {"joint-left-out"},
+    "degrees for radians": {"angles-in-degrees", "rates-in-degrees"},
+    "first singular condition only": {"one-root-only", "shoulder-missed", "condition-missed"},
+}  # fmt: skip
+STUDENTS = ("s003", "s004", "s005", "s006", "s007", "s008")
+
+
+@pytest.fixture(scope="module")
+def demonstration(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
+    folder = tmp_path_factory.mktemp("demo") / "hw"
+    init_assignment(folder, "T", "velocity", [Student(name) for name in STUDENTS], SECRET)
+    return load_assignment(folder)
+
+
+def answers(sandbox: Sandbox, problem: Problem, kind: str) -> dict[str, str]:
+    """Return what a student of a kind answers, as it leaves the notebook."""
+    edit, names = dict(EDITS)[kind], sorted({*problem.symbols(), "theta1", "theta2", "theta3", "qd2"})
+    codes = {part.name.replace("-", "_"): edit(part.answer.code(), part) for part in problem.parts}
+    setup = f"from sympy import *\n{', '.join(names)} = symbols('{' '.join(names)}')"
+    run = sandbox.run([setup, *(f"{name} = {code}" for name, code in codes.items())], list(codes))
+    assert not run.cell_errors, run.cell_errors
+    return {part.name: run.answers[part.name.replace("-", "_")] for part in problem.parts}
+
+
+@pytest.mark.parametrize("kind", several(["degrees for radians", "joint 2 forgotten"], list(NAMES)))
+def test_planted_mistakes_carry_their_names(
+    kind: str, demonstration: Assignment, sandbox: Sandbox, tmp_path: Path
+) -> None:
+    named: set[str] = set()
+    for student in STUDENTS[: several(1, 3)]:
+        for slot, problem in demonstration.problems(student):
+            verdicts = mark(problem, answers(sandbox, problem, kind), secret=SECRET, points_seed=slot)
+            made = [v.diagnosis for v in verdicts if v.diagnosis is not None and v.diagnosis.mistakes]
+            named |= {name for diagnosis in made for name in diagnosis.mistakes}
+            wrong = [v for v in verdicts if v.judgement.share < 1]
+            assert not wrong or made, (problem.id, [v.judgement.reason for v in wrong])
+    assert named and named <= NAMES[kind], named

@@ -1,0 +1,152 @@
+"""What there is to ask: families, and ready-made sets, which climb and are solved by their own solutions."""
+
+import json
+import re
+import shutil
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+from qdot.exercises.arm.difficulty import difficulty
+from qdot.exercises.arm.library import robot_path
+from qdot.exercises.arm.robot_file import read_robot_file
+from qdot.exercises.assignment.assignment import load_assignment
+from qdot.exercises.assignment.sets import DEFAULT_SET, SETS
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.variation import axes_of
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.families.own import own_family
+from qdot.exercises.generation import check_questions, listed, sample_chain
+from qdot.exercises.problem.problem import ProblemId
+from qdot.exercises.questions import QUESTIONS
+from qdot.grader.cli.main import app
+from qdot.grader.cli.overview import TOPICS, WIDTH, asked_in_topics, kinds, overview
+from tests.support.command import fails, run, runner
+from tests.support.suites import several
+
+
+def test_every_question_has_one_topic() -> None:
+    assert sorted(name for names in TOPICS.values() for name in names) == sorted(QUESTIONS)
+    assert not set(TOPICS) & set(QUESTIONS), "a topic would be taken for a question"
+
+
+def test_the_topics_of_a_family_are_what_can_be_asked_of_it() -> None:
+    for name in FAMILIES:
+        asked: list[str] = []
+        for told in re.split(r", (?![^(]*\))", asked_in_topics(listed(name).questions)):
+            topic, _, without = told.partition(" (without ")
+            asked += [q for q in TOPICS.get(topic, (topic,)) if q not in without.rstrip(")").split(", ")]
+        assert sorted(asked) == sorted(listed(name).questions), name
+
+
+def test_the_overview_has_every_family_once_among_its_kind() -> None:
+    text = overview()
+    shown = re.findall(r"(?m)^  ([a-z0-9-]+) +(?:[RP]+|varied) ", text)
+    assert sorted(shown) == sorted(FAMILIES)
+    assert shown == [family.name for families in kinds().values() for family in families]
+    assert max(map(len, text.splitlines())) <= WIDTH
+    assert len(text.splitlines()) < 3 * len(FAMILIES) + 30
+    kind_of = {family.name: kind for kind, families in kinds().items() for family in families}
+    assert kind_of["planar-pr"] == "Planar arms"  # in a vertical plane
+    assert (kind_of["scara"], kind_of["stanford-6r"]) == ("Spatial arms with slides", "Arms of five to seven joints")
+    assert (kind_of["wrist-zyz"], kind_of["random-2"]) == ("Wrists", "Arms whose structure is drawn, too")
+
+
+@pytest.mark.parametrize("name", ["planar-rpr", "pan-tilt", "lbr-7r", "random-4"])
+def test_one_family_tells_of_every_question_whether_it_can_be_asked_and_why_not(name: str) -> None:
+    row = json.loads(run("families", name, "--json"))
+    assert row["questions"] == list(listed(name).questions)
+    assert sorted(row["questions"] + list(row["refused"])) == sorted(QUESTIONS)
+    chain = sample_chain(ProblemId(name, 0))
+    assert all(why == QUESTIONS[question].refusal(chain) for question, why in row["refused"].items())
+    text = " ".join(run("families", name).split())
+    can, _, cant = text.partition("can't be asked")
+    assert all(re.search(rf"[ ,]{question}[, ]", can) for question in row["questions"])
+    assert all(re.search(rf"[ ,]{question}[,:]", cant) and why in cant for question, why in row["refused"].items())
+
+
+def test_a_robot_is_told_as_a_family_is(tmp_path: Path) -> None:
+    """One of the library, by any spelling of its name, and one of a file, with what is odd about it."""
+    for name, file in (("UR-5", robot_path("ur5")), (str(tmp_path / "my arm.csv"), tmp_path / "my arm.csv")):
+        if not file.exists():
+            file.write_text("kind,theta,d,a,alpha\nR,q1,0,400,0\nR,q2,0,a2,0\n")
+        row = json.loads(run("families", name, "--json"))
+        chain = read_robot_file(file).chain
+        assert row["questions"] == [one for one, question in QUESTIONS.items() if question.refusal(chain) is None]
+        assert row["refused"] == {one: why for one, q in QUESTIONS.items() if (why := q.refusal(chain)) is not None}
+        assert row["joints"] == "".join(joint.kind for joint in chain.joints)
+    told = runner.invoke(app, ["families", str(tmp_path / "my arm.csv")])
+    assert "is this in millimetres?" in told.stderr
+    assert f"qdot solve '{tmp_path / 'my arm.csv'}'" in told.stdout and "qdot show" not in told.stdout
+
+
+def test_a_robot_that_is_taken_for_a_family_is_told_as_what_it_is() -> None:
+    assert 'robot = "ur5"' in fails("show", "ur5/3")
+    assert "none.toml" in fails("families", "none.toml")
+    assert "'planer-2r' (did you mean 'planar-2r'?)" in fails("families", "planer-2r")
+
+
+def test_what_a_robot_can_not_be_asked_points_to_what_it_can() -> None:
+    scorbot = own_family(robot_path("scorbot"))
+    for family, command in ((scorbot, "scorbot"), (own_family(robot_path("scorbot", Path("x/.."))), "scorbot"),
+                            ("planar-3r", "planar-3r")):  # fmt: skip
+        with pytest.raises(QdotError, match=f"`qdot families {command}`"):
+            check_questions(family, ["determinant"])
+    with pytest.raises(QdotError, match="`qdot families scorbot --convention screws`"):
+        check_questions(scorbot, ["determinant"], convention="screws")
+
+
+@pytest.mark.parametrize("name", ["planar-2r", pytest.param("scorbot", marks=pytest.mark.whole)])
+def test_what_can_be_asked_is_told_of_a_convention(name: str) -> None:
+    chain = (
+        sample_chain(ProblemId(name, 0, convention="screws")) if name in FAMILIES
+        else replace(read_robot_file(robot_path(name)).chain, convention="screws")
+    )  # fmt: skip
+    row = json.loads(run("families", name, "--convention", "screws", "--json"))
+    assert row["questions"] == [one for one, question in QUESTIONS.items() if question.refusal(chain) is None]
+    assert "home-screws" in row["questions"] and "transform" in row["refused"]
+    assert f"{name}/1@screws" in run("families", name, "--convention", "screws") or name not in FAMILIES
+    assert "'modified-dh'" in fails("families", name, "--convention", "craig")
+    assert "--convention" in fails("families", "--convention", "screws")
+
+
+TRIED = several(("mid-term",), tuple(SETS))
+"""Sets that are generated and graded; of the others, `make test` looks at what they ask."""
+
+
+@pytest.mark.parametrize("name", SETS)
+def test_a_set_climbs_and_says_what_it_is_worth(name: str, tmp_path: Path) -> None:
+    """No problem varies less than the one before it; the last is harder than the first."""
+    run("init", tmp_path / "hw", "--set", name)
+    slots, chosen = load_assignment(tmp_path / "hw").slots, SETS[name]
+    varied = [set(axes_of(slot.variation)) for slot in slots]
+    assert all(before <= after for before, after in pairwise(varied))
+    arms = [sample_chain(ProblemId(slot.family.name, 0, variation=slot.variation)) for slot in slots]
+    assert difficulty(arms[-1]) > difficulty(arms[0]) or len({slot.family.name for slot in slots}) < len(slots)
+    assert chosen.points == sum(sum(slot.max_points) for slot in slots)
+    first, *_ = (tmp_path / "hw" / "assignment.toml").read_text(encoding="utf-8").splitlines()
+    assert all(f"{number:g} {unit}" in first for number, unit in (
+        (chosen.problems, "problems"), (chosen.points, "points"), (chosen.minutes, "minutes"),
+    ))  # fmt: skip
+    assert 1 <= chosen.minutes / chosen.points <= 6
+
+
+@pytest.mark.parametrize("name", TRIED)
+def test_a_set_is_solved_by_its_own_solutions(name: str, tmp_path: Path) -> None:
+    run("init", tmp_path, "--set", name)
+    (tmp_path / "roster.csv").write_text("student\ns001\n", encoding="utf-8")
+    run("generate", tmp_path, "--jobs", "1")
+    shutil.copytree(tmp_path / "solutions" / "s001", tmp_path / "submitted" / "s001")
+    run("grade", tmp_path, "--jobs", "1")
+    (result,) = map(json.loads, (tmp_path / "graded" / "results.jsonl").read_text(encoding="utf-8").splitlines())
+    assert result["score"] == result["max_score"] == SETS[name].points
+
+
+def test_sets_are_listed_and_a_wrong_name_is_told() -> None:
+    listed = run("init", "--list")
+    assert all(name in listed and one.title in listed for name, one in SETS.items())
+    assert listed.startswith(DEFAULT_SET)
+    assert "'quizz' (did you mean 'quiz'?)" in fails("init", "x", "--set", "quizz")
+    assert "name the folder" in fails("init")

@@ -1,0 +1,107 @@
+"""What is said of a wrong answer that no mistake gives: what is true of it, and nothing of the right one."""
+
+import pytest
+
+from qdot import generate
+from qdot.exercises.docs import planar_2r
+from qdot.grader.diagnosis.advice import advise
+from qdot.grader.grading.marking import mark
+from qdot.grader.judging.answer_parser import read_answer
+from tests.support.problems import asked, drawn
+
+TWO_R = (
+    "[[a1*cos(theta1 + {pi}/3) - 0.35*sin(theta1 + theta2 + {pi}/3)],"
+    " [a1*sin(theta1 + {pi}/3) {sign} 0.35*cos(theta1 + theta2 + {pi}/3)]]"
+)
+
+
+@pytest.mark.parametrize(
+    ("question", "answer", "begins"),
+    [
+        ("determinant", "a1*a2*tan(theta2) + 1", "The terms of your answer have different units"),
+        ("determinant", "a1*sin(theta2)**3", "Count the lengths in each term: yours has the unit m, and m^2 is due."),
+        ("determinant", "a1*a2*sin(theta2)/7", "Everything is wrong by one and the same factor"),
+        ("determinant", "a1*a2*sin(theta2)/2", "All numbers are too small by the factor 2."),
+        ("determinant", "a1*a2*sin(theta2)*100", "All numbers are too large by the factor 100"),
+        ("determinant", "a1*a2*sin(theta2)**2*cos(theta1)", "Your answer changes with theta1."),
+        ("determinant", "a1*a2 + a2**2", "Your answer does not change with theta2."),
+        ("determinant", "a1*a2*sin(theta2)**3", "Draw the arm at"),
+        ("singular-angles", "[Eq(theta1, 1)]", "Something is said of theta1."),
+        ("singular-angles", "[Eq(theta2, 1)]", "Put each of your values into the determinant"),
+    ],
+)
+def test_what_is_said_is_what_the_answer_fails_simplest_first(question: str, answer: str, begins: str) -> None:
+    problem = asked(question, planar_2r())
+    found = advise(problem, problem.parts[0], read_answer(problem, problem.parts[0], answer), "advice")
+    assert found is not None and found.mistakes == ()
+    assert found.says.startswith(begins)
+
+
+@pytest.mark.parametrize(
+    ("arm", "question", "answer"),
+    [
+        ("planar-2r/3", "joint-rates", "-0.247, 0.580"), ("planar-2r/3", "manipulability", "0.35 m^2"),
+        ("elbow-3r/2", "rank", "1"),
+    ],
+)  # fmt: skip
+def test_numbers_are_not_asked_for_units_nor_counts_for_a_factor(arm: str, question: str, answer: str) -> None:
+    problem = generate(f"{arm}@chapter", [question])
+    found = advise(problem, problem.parts[0], read_answer(problem, problem.parts[0], answer), "advice")
+    assert found is not None and found.says.startswith("Work ")
+
+
+AXES = "[[0, {sign}s1, {cos}*s1*(1 - c2) + s2*c1], [0, c1, s1*s2 + {cos}*(c1*c2 - c1)], [1, {cos}, c2 + 0.00001*{cos}]]"
+
+
+@pytest.mark.parametrize(
+    ("arm", "question", "answer", "is_said"),
+    [  # due are 1.391223934 and 0.3918262811
+        ("polar-rp/3@zeros", "joint-rates", "[1.4, 0.39]", True),
+        ("polar-rp/3@zeros", "joint-rates", "[1.3, 0.39]", True),  # cut off
+        ("polar-rp/3@zeros", "joint-rates", "[1.39, 0.4]", True),
+        ("polar-rp/3@zeros", "joint-rates", "[1, 0.4]", False),
+        ("polar-rp/3@zeros", "joint-rates", "[1.4, 0.38]", False),
+        ("polar-rp/3@zeros", "joint-rates", "[-1.4, 0.39]", False),
+        ("planar-2r/3@zeros", "position", TWO_R.format(pi="3.1416", sign="+"), True),
+        ("planar-2r/3@zeros", "position", TWO_R.format(pi="3.14", sign="+"), True),
+        ("planar-2r/3@zeros", "position", TWO_R.format(pi="3.1416", sign="-"), False),
+        ("planar-2r/3@zeros", "position", TWO_R.format(pi="3.2", sign="+"), False),
+        ("wrist-zyz/1@chapter", "joint-axes", AXES.format(cos="3.673e-6", sign="-"), True),  # of 1.5708, multiplied out
+        ("wrist-zyz/1@chapter", "joint-axes", AXES.format(cos="7.963e-4", sign="-"), True),  # of 1.57
+        ("wrist-zyz/1@chapter", "joint-axes", AXES.format(cos="3.673e-6", sign="+"), False),
+    ],
+)
+def test_what_is_right_but_for_rounding_is_said_so_and_blamed_on_nothing(
+    arm: str, question: str, answer: str, is_said: bool
+) -> None:
+    problem = generate(arm, [question])
+    (verdict,) = mark(problem, {question: answer}, secret="s")
+    assert verdict.judgement.share < 1 and verdict.diagnosis is not None
+    assert verdict.diagnosis.says.startswith("Right but for rounding:") is is_said
+    assert not (is_said and verdict.diagnosis.mistakes)
+    assert "j" not in verdict.judgement.reason.split(": yours")[-1]
+
+
+@pytest.mark.parametrize(
+    ("answer", "words"),
+    [
+        ("And(theta2 = 0, theta3 = 1)", "Put each of your values into the determinant"),
+        ("[And(theta2 = 0, sin(theta3) = 0), And(theta2 = pi, theta3 = 0)]", "What you give is singular"),
+        ("And(theta2 = 3.14, theta3 = 0)", "digits"),
+        ("theta2 = 1", "theta3"),
+    ],
+)
+def test_of_conditions_that_hold_together_nothing_false_is_said(answer: str, words: str) -> None:
+    problem = drawn("planar-3r", 0, variation="lengths")
+    part = problem["singular-angles"]
+    found = advise(problem, part, read_answer(problem, part, answer), "advice")
+    assert found is not None and words in found.says
+    assert "whatever the other joints are" not in found.says
+
+
+def test_marking_says_it_where_nothing_is_named() -> None:
+    problem = drawn("elbow-3r", 0)
+    verdicts = mark(problem, {"determinant": "theta1**2 + 3*theta3"}, secret="s")
+    verdict = next(verdict for verdict in verdicts if verdict.part == "determinant")
+    assert verdict.diagnosis is not None and verdict.diagnosis.says
+    assert verdict.as_json()["mistake"] is None and verdict.as_json()["advice"] == verdict.diagnosis.says

@@ -1,0 +1,272 @@
+"""The mistake behind a wrong answer is named where it is known, whatever arm and question; else nothing is said."""
+
+import json
+import re
+import warnings
+
+import numpy as np
+import pytest
+
+from qdot.exercises.answers import Expression, Matrix
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.derivation_graph import as_formulas, formulas, numbers
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.docs import planar_2r, scorbot_arm
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.formula.text import text_of
+from qdot.exercises.generation import generate, questions_of
+from qdot.exercises.mistakes.catalogue import CATALOGUE
+from qdot.exercises.mistakes.given import Values, configurations
+from qdot.exercises.problem.problem import Part
+from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.questions.results import result
+from qdot.grader.judging.function_values import asked_of
+from qdot.grader.sandbox.contained.callables import TABLE
+from tests.support.judging import diagnose
+from tests.support.problems import LONG_ARMS, asked
+from tests.support.suites import few_families, several
+from tests.tools.diagnoses import problems, sweep
+
+FAMILY_NAMES = list(FAMILIES)
+ASKED_OF_EACH, ASKED_OF_LONG = 4, several(2, 4)
+"""Questions of a family, and of one of six or seven joints, that the tests take; `make diagnoses` takes all."""
+
+
+def evaluated(part: Part, values: Values) -> np.ndarray:
+    """Return the entries of a reference at configurations, (entries, N)."""
+    nodes = [read(text_of(entry), frozenset(values)) for entry in part.answer.as_matrix()]
+    return evaluate(compile_program(nodes), values, len(next(iter(values.values()))))[0]
+
+
+def questions_for(family: str) -> tuple[str, ...]:
+    """Return some questions of a family; all of them are taken by one family or another."""
+    names, first = [*questions_of(family)], 3 * FAMILY_NAMES.index(family)
+    return tuple(
+        names[(first + k * 7) % len(names)] for k in range(ASKED_OF_LONG if family in LONG_ARMS else ASKED_OF_EACH)
+    )
+
+
+@few_families
+def test_mistakes_are_named_and_random_answers_blamed_on_none(family: str) -> None:
+    counts, missed = sweep([family], (0,), questions_for(family), few=2, at_random=2)
+    wrong = counts["named"] + counts["same answer"] + counts["nothing"]
+    assert counts["judged right"] == 0, missed
+    assert counts["nothing"] <= 0.05 * wrong, missed
+    assert counts["random, blamed"] == 0, missed
+
+
+# --- the chapter's arms ---
+
+PLANAR, SCORBOT = planar_2r(), scorbot_arm()
+C1, S1, C12, S12 = "cos(theta1)", "sin(theta1)", "cos(theta1 + theta2)", "sin(theta1 + theta2)"
+
+
+def said(name: str, answer: str, chain: Chain = PLANAR) -> tuple[str, str]:
+    """Return the mistakes that are named behind an answer, and the sentence."""
+    problem = asked(name, chain)
+    found = diagnose(problem, problem.parts[0], answer, "chapter")
+    return ("", "") if found is None else (" and ".join(found.mistakes), found.says)
+
+
+@pytest.mark.parametrize(
+    ("question", "answer", "mistake"),
+    [
+        ("position", f"[a1*{C1} + a2*cos(theta2), a1*{S1} + a2*sin(theta2)]", "relative-angle"),
+        ("position", f"[a1*{C1}, a1*{S1}]", "link-left-out"),
+        ("position", f"[a1*{S1} + a2*{S12}, a1*{C1} + a2*{C12}]", "all-sines-for-cosines"),
+        ("position", f"[a1*{C1} - a2*{C12}, a1*{S1} - a2*{S12}]", "link-subtracted"),
+        ("jacobian", f"[[-a1*{S1}, -a2*{S12}], [a1*{C1}, a2*{C12}]]", "chain-rule: Column 1|link 2|(6.3)"),
+        ("jacobian", f"[[-a1*{S1} - a2*{S12}, a1*{C1} + a2*{C12}], [-a2*{S12}, a2*{C12}]]", "transposed"),
+        ("jacobian", f"[[a1*{S1} + a2*{S12}, a2*{S12}], [a1*{C1} + a2*{C12}, a2*{C12}]]", "derivative-of-cosine"),
+        ("jacobian", f"[[-a2*{S12}, -a1*{S1} - a2*{S12}], [a2*{C12}, a1*{C1} + a2*{C12}]]", "columns-exchanged"),
+        ("determinant", "a1*a2*cos(theta2)", "wave-exchanged"),
+        ("determinant", "-a1*a2*sin(theta2)", "determinant-sign"),
+        ("determinant", "a2*sin(theta2)", "factor-lost: a1"),
+        ("determinant", "a1*a2", "factor-lost: theta2"),
+        ("inverse-jacobian", f"[[a2*{C12}, a2*{S12}], [-a1*{C1} - a2*{C12}, -a1*{S1} - a2*{S12}]]",
+         "determinant-forgotten"),
+        ("inverse-velocity", f"[vx*(-a1*{S1} - a2*{S12}) + vy*(a1*{C1} + a2*{C12}), -vx*a2*{S12} + vy*a2*{C12}]",
+         "transpose-for-inverse"),
+        ("joint-torques", f"[-(a1*{S1} + a2*{S12})*fx - a2*{S12}*fy, (a1*{C1} + a2*{C12})*fx + a2*{C12}*fy]",
+         "jacobian-for-transpose"),
+        ("singular-angles", "theta2 in {0}", "one-root-only"),
+        ("singular-angles", "{theta2: [pi/2, -pi/2]}", "quarter-turn-singular"),
+        ("singular-angles", "{theta1: [0, pi]}", "condition-for-other-joint"),
+        ("singular-angles", "{theta2: [0, 180]}", "angles-in-degrees"),
+        ("singular-angles", "[theta1 = 0, theta1 = pi, theta2 = 0, theta2 = pi]", "joint-called-singular"),
+        ("singular-angles", "[theta2 = 0, theta2 = pi, theta2 = pi/2]", "value-called-singular: theta2 = pi/2"),
+        ("singular-angles", "[theta2 = 0, theta1 = 1]", "joint-called-singular and one-root-only: theta1|1"),
+        ("determinant", "a1*a2*sqrt(1 - cos(theta2)^2)", "sign-lost"),
+        ("velocity", f"[-a1*qd1*{S1} - a2*qd1*qd2*{S12}, a1*qd1*{C1} + a2*qd1*qd2*{C12}]", "sum-multiplied: rates"),
+    ],
+)  # fmt: skip
+def test_of_the_planar_arm(question: str, answer: str, mistake: str) -> None:
+    name, _, words = mistake.partition(": ")
+    found = said(question, answer)
+    assert found[0] == name and all(word in found[1] for word in words.split("|")), found
+
+
+@pytest.mark.parametrize("answer", ["(sin(theta1) + cos(theta2) + theta1)**9**9**9", "1/0*theta1", "tan(pi/2)"])
+def test_what_is_never_a_number_has_no_mistake_and_warns_nobody(answer: str) -> None:
+    """An endless value may be off by anything: it was taken for that of the first mistake."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert said("determinant", answer) == ("", "")
+
+
+REACH = "a1 + a2*cos(theta2) + a3*cos(theta2 + theta3)"
+BENT, BENT_SLOPE = "a2*sin(theta2) + a3*sin(theta2 + theta3)", "a2*cos(theta2) + a3*cos(theta2 + theta3)"
+
+
+def elbow_jacobian(second: list[str], third: list[str]) -> str:
+    """Return the Jacobian of elbow-3r/1@chapter with other second and third columns."""
+    first = [f"-sin(theta1)*({REACH})", f"cos(theta1)*({REACH})", "0"]
+    return f"Matrix([{', '.join(f'[{a}, {b}, {c}]' for a, b, c in zip(first, second, third, strict=True))}])"
+
+
+SECOND = [f"-cos(theta1)*({BENT})", f"-sin(theta1)*({BENT})", f"-({BENT_SLOPE})"]
+THIRD = [f"-a3*{wave}" for wave in ("cos(theta1)*sin(theta2 + theta3)", "sin(theta1)*sin(theta2 + theta3)",
+                                    "cos(theta2 + theta3)")]  # fmt: skip
+RPR_SINE, RPR_COSINE = "sin(theta1 + theta3 + pi/4)", "cos(theta1 + theta3 + pi/4)"
+P_X, P_Y = f"a3*{RPR_SINE} - (d2 - 1/4)*c1", f"-a3*{RPR_COSINE} - (d2 - 1/4)*s1"
+C1_60, S1_60, T12 = "cos(theta1 + pi/3)", "sin(theta1 + pi/3)", "theta1 + theta2 + pi/12"
+OFFSET, WRONG = "(0.25 - 0.7*c2 + a3*c23)", "(0.3 - 0.6*c2 + a3*c23)"
+P3 = "[-a1*s1 - a2*s12 - a3*s123, -a2*s12 - a3*s123, -a3*s123], [a1*c1 + a2*c12 + a3*c123, a2*c12 + a3*c123, a3*c123]"
+
+
+@pytest.mark.parametrize(
+    ("problem", "question", "answer", "mistake"),
+    [
+        ("wrist-zyz/1@chapter", "determinant", "cos(theta2)", "wave-not-derived"),
+        ("wrist-zyz/1@chapter", "jacobian", "[[0, -s1, -c1*s2], [0, c1, s1*s2], [1, 0, c2]]",
+         "term-sign-typed: row 1, column 3"),
+        ("elbow-3r/1@chapter", "jacobian",  # both factors of the product differentiated
+         elbow_jacobian([f"sin(theta1)*({BENT_SLOPE})", *SECOND[1:]], THIRD), ""),
+        ("elbow-3r/1@chapter", "jacobian",
+         elbow_jacobian([f"sin(theta1)*({BENT})", f"-cos(theta1)*({BENT})", SECOND[2]], THIRD),
+         "wave-derived: row 1, column 2, and row 2, column 2"),
+        ("elbow-3r/1@chapter", "jacobian", elbow_jacobian(SECOND, SECOND), "term-surplus: column 3|a2"),
+        ("elbow-3r/2@frames", "position",
+         f"[{OFFSET}*cos(theta1 - pi/3), {OFFSET}*sin(theta1 - pi/3), 0.7 + d1 + 0.7*s2 - a3*s23]", "base-not-rotated"),
+        ("planar-2r/2@lengths", "path-rates", "[-0.2397, 0.09242]", "path-turned-round: or all rates"),
+        ("planar-2r/2@lengths", "position", "[0.4*c1 + a2*c12, 0.4*s1 + a2*s12]", ": other lengths (0.4)"),
+        ("planar-2r/2@lengths", "position", "[a1*c1 + 0.5*c12, a1*s1 + 0.5*s12]", ": other lengths (a1)"),
+        ("elbow-3r/2@frames", "position",
+         f"[{WRONG}*cos(theta1 - pi/3), -0.6*s2 + a3*s23 - d1, 0.7 + {WRONG}*sin(theta1 - pi/3)]",
+         ": other lengths (0.3, 0.6)"),
+        ("planar-rpr/14@frames", "position",  # the base in (0.3, 0), which is no exchange with a z that is 0
+         f"[{P_X} + s1/5 + 3/10, {P_Y} - c1/5]", "term-missing: entry 2|0.4"),
+        ("planar-rpr/14@frames", "position-vectors",
+         f"[[{P_X} + s1/5, {P_X} + s1/5, a3*{RPR_SINE}], [{P_Y} - c1/5, {P_Y} - c1/5, -a3*{RPR_COSINE}], [0, 0, 0]]",
+         "arm-from-other-origin: joint 2|O0|frame 1"),
+        ("wrist-zyz/9@zeros", "twist",
+         f"[0, 0, 0, -qd2*{S1_60} - qd3*s2*{C1_60}, qd2*{C1_60} - qd3*s2*{S1_60}, qd1 - qd3*c2]",
+         "distance-forgotten and other-point: row 3|O2"),
+        ("scara/3@zeros", "position",  # where twice the last link is what is added to d3
+         f"[a1*{C1_60} + 0.3*cos({T12}), a1*{S1_60} + 0.3*sin({T12}), d1 - d3 - 0.1]",
+         "link-subtracted and offset-forgotten: link 4|joint 3"),
+        ("spherical/4@frames", "position",  # of which the base is as high as link 1 is long
+         "[-(d3 - 0.2)*s1*cos(theta2 + pi/4), (d3 - 0.2)*c1*cos(theta2 + pi/4), (d3 - 0.2)*sin(theta2 + pi/4) + 0.45]",
+         "link-left-out and base-forgotten: link 1"),
+        ("polar-rp/13@lengths", "jacobian", "[[d2*c1 - 0.15*s1, c1], [d2*s1 + 0.15*c1, s1]]",
+         "wrong-axis-of-joint: joint 2, the x"),
+        ("elbow-lateral/17@lengths", "determinant", "-0.6*a3*(a3*s23 + 0.6*s2)*s3", "waves-in-factor"),
+        ("planar-2r/15@lengths@screws", "home-screws",
+         "[[0, 0], [0, 0], [1, 1], [0, 0], [0, a1], [0, 0]]", "screw-sign"),
+        ("scara/1@chapter", "singular-angles", "[theta2 = 0, theta2 = pi, d3 = 0]", "joint-called-singular: d3"),
+        ("orthogonal-3r/1@chapter", "singular-angles",
+         "[theta3 = 0, theta3 = pi, theta2 = acos(-a1/a2), a2 + a3*c3 = 0]", "one-root-only"),
+        ("planar-3r-pose/1@chapter", "jacobian", f"[{P3}, [0, 0, 1]]", "angular-of-one-joint: joint 3"),
+        ("scara/1@chapter", "velocity",
+         "[-a1*s1*qd1 - a2*s12*(qd1 + qd2), a1*c1*qd1 + a2*c12*(qd1 + qd2), d1 - qd3]", "term-surplus: entry 3|d1"),
+        ("spherical/1@chapter", "link-velocity", "[0, 0, 0, -s1*qd2, c1*qd2, qd1 + qd3]", "term-surplus: entry 6|qd3"),
+    ],
+)  # fmt: skip
+def test_what_is_named_is_true_of_slips_in_one_place(problem: str, question: str, answer: str, mistake: str) -> None:
+    """Each was blamed on something that was not done, on two mistakes or on one "in that entry only", or on nothing."""
+    asked_here = generate(problem, [question])
+    found = diagnose(asked_here, asked_here.parts[0], answer, "one place")
+    name, _, words = mistake.partition(": ")
+    assert " and ".join(found.mistakes if found else ()) == name, found
+    assert all(found and word in found.says for word in words.split("|") if word), found
+
+
+@pytest.mark.parametrize(
+    ("answer", "mistake"),
+    [
+        ("theta3 in {0, pi}", "shoulder-missed"),
+        (f"[{REACH} = 0]", "component-missed"),
+        (f"[theta3 = 0, theta3 = pi, {REACH} = 0, theta2 = 0]", "joint-called-singular"),
+        ("[theta3 = 0, theta3 = pi, theta2 = 0, theta2 = pi]", "shoulder-missed"),
+        (f"[theta3 = 0, {REACH} = 0]", "one-root-only"),
+        ("[theta3 in {0, pi}, a1 + a2*cos(theta2) + a3*cos(theta3) = 0]", "relative-angle-in-condition"),
+        ("[theta3 in {0, pi}, a1 + a2*cos(theta2) - a3*cos(theta2 + theta3) = 0]", "sign-in-condition"),
+        ("[theta3 in {0, pi}, a2*cos(theta2) + a3*cos(theta2 + theta3) = 0]", "term-lost-in-condition"),
+    ],
+)
+def test_of_example_6_3(answer: str, mistake: str) -> None:
+    assert said("singular-angles", answer, SCORBOT)[0] == mistake
+
+
+def test_a_mistake_in_one_column_only_is_found_and_two_in_two_columns_are() -> None:
+    right = as_formulas(result(formulas(SCORBOT), asked("jacobian", SCORBOT).parts[0]))
+    one = right.copy()
+    one[:, 1] = -one[:, 1]
+    assert said("jacobian", str(one.tolist()), SCORBOT)[0] == "column-sign"
+    one[2, 1] = right[2, 1]  # now the sign is wrong in a part of the column
+    name, says = said("jacobian", str(one.tolist()), SCORBOT)
+    assert name == "term-sign-typed" and "row 1, column 2, and row 2, column 2" in says
+
+
+@pytest.mark.parametrize(
+    "answer", ["0", "1", "a1", "theta2", "sin(theta1)", "[1, 2, 3]", "{{{", "", "a1*a2*tan(theta2)"]
+)
+def test_nothing_is_said_rather_than_guessed(answer: str) -> None:
+    assert said("determinant", answer) == ("", "")
+
+
+def test_a_long_set_is_not_compared_with_every_mistake(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It would be searched for anew each time, and stall the class."""
+    monkeypatch.setattr("qdot.grader.diagnosis.diagnosis.judge_given", None)
+    many = ", ".join(f"cos(theta1 + {k}*theta2) = 0" for k in range(60))
+    assert said("singular-angles", f"[{many}]") == ("", "")
+
+
+def test_an_answer_with_blanks_is_diagnosed_as_well() -> None:
+    half = f"[[-a1*{S1} - a2*{S12}, blank], [blank, -a2*{C12}]]"
+    assert said("jacobian", half)[0] != ""
+
+
+# --- the catalogue ---
+
+
+def test_every_mistake_has_a_sentence_without_formulas_and_a_place_in_the_chapter() -> None:
+    assert len(CATALOGUE) >= 30
+    for mistake in CATALOGUE.values():
+        words = re.sub(r"{\w+}", "2", mistake.says)
+        assert re.fullmatch(r"[A-Z*2{].*[.?)]", words), mistake.name
+        assert not re.search(r"sin\(|cos\(|\w\*\w|theta\d", words), mistake.name
+        assert re.search(r"6\.\d|appendix|^the product of exponentials$", mistake.source), mistake.name
+
+
+def test_the_right_answer_comes_out_of_every_working(family: str) -> None:
+    """Numbers and formulas of `mistakes` are a third derivation: they must give the references."""
+    for problem, part in problems(family, 0, tuple(name for name, question in QUESTIONS.items() if question.result)):
+        if isinstance(part.answer, (Expression, Matrix)):
+            values = configurations(problem.chain, part, problem.domain(), 3, Stream("right"))
+            found = result(numbers(problem.chain, values), part)
+            due = evaluated(part, values)
+            assert abs(found - due.reshape(found.shape)).max() < 1e-9 * max(1.0, abs(due).max()), part.name
+
+
+def test_a_function_that_needs_numbers_is_diagnosed_by_its_values() -> None:
+    problem = asked("position", PLANAR)
+    called = asked_of(problem, problem.domain(), "points")
+    at = dict(zip(called["symbols"], np.array(called["points"]).T, strict=True))
+    rows = [at["a1"] * trig(at["theta1"]) + at["a2"] * trig(at["theta2"]) for trig in (np.cos, np.sin)]
+    values = [[[value, 0.0] for value in row] for row in np.array(rows).T.tolist()]
+    table = TABLE + json.dumps({"shape": [2], "values": values})
+    found = diagnose(problem, problem.parts[0], table, "s", "points")
+    assert found is not None and found.mistakes == ("relative-angle",)

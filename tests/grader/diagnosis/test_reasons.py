@@ -1,0 +1,238 @@
+"""What a judgement says: reasons word by word, shares, certificates, and what is left out of long ones."""
+
+from fnmatch import fnmatchcase
+from types import SimpleNamespace
+
+import pytest
+
+from qdot.exercises.formula.identity import Certificate, Domain, Rounding, missed
+from qdot.grader.diagnosis.advice import _entry
+from qdot.grader.judging.answer import with_points
+from qdot.grader.judging.verdict import Judgement, Outcome
+from tests.support.judging import (
+    judge_angles,
+    judge_choice,
+    judge_expression,
+    judge_matrix,
+    judge_numbers,
+    judge_singular,
+)
+
+JOINTS = ["theta1", "theta2", "theta3"]
+LENGTHS, RATES = dict.fromkeys(("a1", "a2", "a3", "d1"), "length"), dict.fromkeys(("qd1", "qd2"), "signed")
+DOMAIN = Domain({**dict.fromkeys(JOINTS, "angle"), **LENGTHS, **RATES})
+
+
+def matrix(student: str, reference: list[list[str]], *labels: str) -> Judgement:
+    return judge_matrix(student, reference, DOMAIN, "s", labels)
+
+
+def numbers(student: str, *reference: float, labels: tuple[str, ...] = ()) -> Judgement:
+    return judge_numbers(student, reference, ["rad/s"] * len(reference), 0.005, 0.001, labels)
+
+
+def singular(student: str, *reference: str, rounding: Rounding | None = None) -> Judgement:
+    return judge_singular(student, reference, JOINTS, DOMAIN, "s", rounding)
+
+
+@pytest.mark.parametrize("student", ["Eq(a1, a1*a2)", "Eq(2*detJ, a1*a2)", "Eq(a1*a2, a1)", "Eq(a1*a2, a1*a2)"])
+def test_only_a_name_of_their_own_may_stand_on_the_other_side(student: str) -> None:
+    for text, is_right in ((student, False), ("Eq(detJ, a1*a2)", True), ("Eq(a1*a2, detJ)", True)):
+        judged = judge_expression(text, "a1*a2", DOMAIN, "s")
+        assert (judged.outcome is Outcome.CORRECT) is is_right
+        assert is_right or "can't be read as an answer: an equation" in judged.reason
+        as_matrix = matrix(text.replace("a1*a2", "[a1, a2]"), [["a1"], ["a2"]])
+        assert (as_matrix.outcome is Outcome.CORRECT) is is_right
+
+
+@pytest.mark.parametrize("student", ["{a1}", "{a1: 2}", "{a1, a2}", "[[a1, a2]]"])
+def test_a_list_is_no_expression(student: str) -> None:
+    assert judge_expression(student, "a1", DOMAIN, "s").reason.startswith("a list or matrix stands where ")
+
+
+@pytest.mark.parametrize(
+    ("student", "right"),
+    [
+        ("[Eq(qd1, qd2*a1), Eq(qd2, a2)]", True), ("[{qd2: a2, qd1: qd2*a1}]", True),
+        ("{{qd2: a2, qd1: qd2*a1}}", True), ("-[qd2*a1, a2]", False), ("-{qd1: qd2*a1, qd2: a2}", False),
+        ("[{qd1: qd2*a1, qd2: a2}, {qd1: 0, qd2: 0}]", False), ("[Eq(qd1, qd2*a1), a2]", False),
+        ("Or(Eq(qd1, qd2*a1), Eq(qd2, a2))", False), ("[{qd1: qd2*a1, d1: a2}]", False),
+    ],
+)  # fmt: skip
+def test_a_vector_with_labels(student: str, right: bool) -> None:
+    assert (matrix(student, [["qd2*a1"], ["a2"]], "qd1", "qd2").outcome is Outcome.CORRECT) is right
+
+
+def test_a_list_of_one() -> None:
+    assert matrix("[Eq(qd1, a1)]", [["a1"]], "qd1").outcome is Outcome.CORRECT
+    assert matrix("[[a1, a2]]", [["a1", "a2"]]).outcome is Outcome.CORRECT
+    assert matrix("[[a1, a2], [0, 0]]", [["a1"], ["a2"]]).outcome is Outcome.WRONG
+    assert numbers("[[1, 2]]", 1, 2).outcome is Outcome.CORRECT
+
+
+@pytest.mark.parametrize(
+    ("text", "read"),
+    [
+        ("0,5*a1", "0.5*a1"), ("1,5 - 2,25", "1.5 - 2.25"), ("atan2(0,1)", "atan2(0,1)"), ("[1,5]", "[1,5]"),
+        ("atan2(0,1) + 0,5", "atan2(0,1) + 0.5"), ("{1,2}*1,5*[1,2]", "{1,2}*1.5*[1,2]"),
+        ("f((1),0,1)", "f((1),0,1)"), ("a,5", "a,5"), ("5,a", "5,a"), ("5, 6", "5, 6"), ("5,", "5,"), (",5", ",5"),
+    ],
+)  # fmt: skip
+def test_commas_of_decimals(text: str, read: str) -> None:
+    assert with_points(text) == read
+
+
+TWO_BY_TWO = [["0", "a1"], ["0", "a2"]]
+
+
+@pytest.mark.parametrize(
+    ("student", "reference", "share", "said"),
+    [
+        ("[[0, a1], [0, a1]]", TWO_BY_TWO, 1 / 2,
+         "1 of 2 entries that are not zero are right; entry (2, 2) differs at *: yours *, expected *"),
+        ("[[1, a1], [0, a1]]", TWO_BY_TWO, 0, "1 of 2 *, and 1 that should be zero is not; entry (1, 1) *"),
+        ("[[0, a1], [2, a2]]", TWO_BY_TWO, 1 / 2, "2 of 2 *, and 1 that should be zero is not; entry (2, 1) *"),
+        ("[[1, a1], [2, a1]]", TWO_BY_TWO, 0, "1 of 2 *, and 2 that should be zero are not; entry (1, 1) *"),
+        ("[[blank, a1], [0, a2]]", TWO_BY_TWO, 1 / 2, "2 of 2 *; *blank"),
+        ("[[blank, a1], [blank, a1]]", TWO_BY_TWO, 1 / 2, "1 of 2 *; entry (2, 2) *"),
+        ("[a1, a1, a3]", [["a1"], ["a2"], ["a3"]], 2 / 3, "2 of 3 *; entry 2 *"),
+        ("[[a2, a1]]", [["a1", "a2"]], 0, "0 of 2 *; entry (1, 1) *"),
+        ("[blank, a2]", [["a1"], ["a2"]], 1 / 2, "1 of 2 *blank"), ("[blank, a1]", [["a1"], ["a2"]], 0, "0 of 2 *2 *"),
+        ("[0, 1]", [["0"], ["0"]], 1 / 2, "1 of 2 *; entry 2 *: yours 1, expected 0"),
+        ("a2", [["a1"]], 0, "it is not right; differs at a1 = *, a2 = *: yours *, expected *"),
+        ("1", [["0"]], 0, "it is not right; differs: yours 1, expected 0"),
+        ("[0, a2]", [["0"], ["a1"]], 0, "it is not right; entry 2 differs *"),
+        ("[1, a1]", [["0"], ["a1"]], 0, "1 of 1 *, and 1 that should be zero is not; entry 1 *"),
+        ("[k*a1, a2]", [["a1"], ["a2"]], 1 / 2, "1 of 2 *; 'k' *: a1, a2, *"),
+        ("[f + g + h + k + m + n, a2]", [["a1"], ["a2"]], 1 / 2, "1 of 2 *; 'f', 'g', 'h', 'k', 'm' are *"),
+    ],
+)  # fmt: skip
+def test_what_is_said_of_a_matrix(student: str, reference: list[list[str]], share: float, said: str) -> None:
+    judged = matrix(student, reference)
+    assert fnmatchcase(judged.reason, said), judged.reason
+    assert judged.share == pytest.approx(share)
+
+
+@pytest.mark.parametrize(
+    ("student", "shape", "said"),
+    [
+        ("[[1, 2], [3, 4], [5, 6]]", (2, 3), "*3 x 2, and 2 x 3 is due (transposed*"),
+        ("[[1, 2], [3, 4], [5, 6]]", (2, 2), "*3 x 2, and 2 x 2 is due; *[[][[]a, b], [[]c, d]]"),
+        ("[[1, 2], [3, 4], [5, 6]]", (2, 4), "*3 x 2, and 2 x 4 is due; * 2 rows of 4"),
+        ("[1, 2]", (1, 3), "*2 x 1, and 1 x 3 is due; *[[][[]a, b, c]]"), ("{}", (2, 2), "*1 x 1, and 2 x 2 *"),
+        ("[[1, 2]]", (2, 2), "*1 x 2, and 2 x 2 *"), ("[[1, 2, 3]]", (2, 1), "*1 x 3, and 2 x 1 is due; * [[]a, b]"),
+        ("[{1, 2}]", (2, 1), "*itself a list"), ("[Eq(a1, a2), 0]", (2, 1), "*can't be read*an equation*"),
+    ],
+)  # fmt: skip
+def test_what_is_said_of_a_wrong_shape(student: str, shape: tuple[int, int], said: str) -> None:
+    reason = matrix(student, [["a1"] * shape[1]] * shape[0]).reason
+    assert fnmatchcase(reason, said), reason
+
+
+@pytest.mark.parametrize(
+    ("student", "share", "said"),
+    [
+        ("[1, 2, 3]", 1, "right to 0.5 %"),
+        ("[1, 2.5, 7]", 1 / 3, "1 of 3 numbers are right; number 2 is 2.5, and 2 rad/s is right"),
+        ("[1, blank, 3]", 2 / 3, "2 of 3 *; number 2 *blank"), ("[1/0, 2, 3]", 2 / 3, "2 of 3 *; number 1 *1 rad/s *"),
+        ("[1, 2]", 0, "*2 x 1, and 3 x 1 is due; * [[]a, b, c]"), ("[[1, 2, 3, 4]]", 0, "*1 x 4, and 3 x 1 is due; *"),
+        ("[[1, 2], [3]]", 0, "*can't be read*different lengths: 2, 1"), ("[{1, 2}, 2, 3]", 0, "*itself a list"),
+        ("[Eq(qd9, 1), 2, 3]", 0, "numbers are due, and qd9 is left *"),
+        ("[f + g + h + k + m + n, 2, 3]", 0, "numbers are due, and f, g, h, k, m is left *"),
+    ],
+)  # fmt: skip
+def test_what_is_said_of_numbers(student: str, share: float, said: str) -> None:
+    judged = numbers(student, 1, 2, 3)
+    assert fnmatchcase(judged.reason, said), judged.reason
+    assert judged.share == pytest.approx(share)
+
+
+def test_the_certificate_of_numbers_is_one_of_numbers() -> None:
+    assert numbers("[1, 2]", 1, 2).certificate == Certificate("numeric", 1, 0.0)
+    example = {"entry": 1, "at": {}, "yours": 3.0, "expected": 2.0}
+    assert numbers("[1, 3]", 1, 2).certificate == Certificate("numeric", 1, 0.0, example)
+
+
+def test_numbers_up_to_their_tolerance() -> None:
+    assert numbers("[-2.009, 0.25]", -2, 0.25).outcome is Outcome.CORRECT
+    assert numbers("[-2.011, 0.25]", -2, 0.25).share == 0.5
+    assert judge_numbers("0.5", [0.0], [""], 0.005, 0.5).outcome is Outcome.CORRECT
+    judged = numbers("[1, blank]", 1, 2.71828)
+    assert (judged.outcome, judged.share, judged.entries) == (Outcome.PARTIAL, 0.5, ((True,), (False,)))
+    assert judged.certificate and judged.certificate.counterexample
+    assert judged.certificate.counterexample["yours"] == "blank"
+
+
+@pytest.mark.parametrize(
+    ("student", "right", "said"),
+    [
+        ("C", False, "'C' is none of the options A, B"), ("int", False, "'int' is none of *"), ("B", True, "right"),
+        ("inte", True, "right"), ("A", False, "A is not *"), ("singularity", False, "'singularity' is none of *"),
+        ("wxyz" * 20, False, f"'{'wxyz' * 10}' is none of *"),
+    ],
+)  # fmt: skip
+def test_what_is_said_of_a_choice(student: str, right: bool, said: str) -> None:
+    judged = judge_choice(student, ("a boundary singularity", "an internal singularity"), 1)
+    assert (judged.outcome is Outcome.CORRECT) is right and fnmatchcase(judged.reason, said), judged.reason
+    assert judged.certificate == (None if "none of" in said else Certificate("exact", 1, 0.0))
+
+
+FOLD = ("theta2 = 0", "theta2 = pi")
+ELBOW = ("theta3 = 0", "theta3 = pi", "a1 + a2*cos(theta2) + a3*cos(theta2 + theta3) = 0")
+
+
+@pytest.mark.parametrize(
+    ("student", "share", "said"),
+    [
+        ("{0, pi}", 1, "right"), ("{0}", 2 / 3, "0 of 1 *, 1 in part; an angle is missing: angle = 3.142"),
+        ("{}", 0, "an angle is missing: angle = 0"), ("{0, [pi]}", 0, "*can't be read*a list*"), ("", 0, "nothing *"),
+        ("blank", 0, "*blank"), ("sin(", 0, "*can't be read*: *"),
+    ],
+)  # fmt: skip
+def test_what_is_said_of_angles(student: str, share: float, said: str) -> None:
+    judged = judge_angles(student, "{0, pi}", DOMAIN, "s")
+    assert fnmatchcase(judged.reason, said), judged.reason
+    assert judged.share == pytest.approx(share)
+
+
+@pytest.mark.parametrize(
+    ("student", "reference", "share", "said"),
+    [
+        ("theta2 = 0", FOLD, 2 / 3, "0 of 1 *, 1 in part; a singular configuration is missing: *, theta2 = 3.142, *"),
+        ("{theta2: [0, 2.9]}", FOLD, 1 / 3, "0 of 1 *, 1 in part, 1 of *; * missing: *; claimed, but no *: *"),
+        ("{theta2: [0.1, 0.2, 0.3]}", FOLD, 0, "* is missing: *; claimed, *"), ("[]", ELBOW, 0, "* is missing: *"),
+        ("{theta3: [0, pi]}", ELBOW, 1 / 2, "1 of 2 *; * missing: theta1 = *, theta2 = *, *, a1 = *, a3 = *"),
+        ("{theta2: [0, 180]}", FOLD, 1 / 3, "0 *; these values are in degrees, and radians *"),
+        ("cos(theta2) = 0", FOLD, 0, "* is missing: *; claimed, but no singular *"),
+        ("theta2 = 180 or sin(theta2) = 0", FOLD, 1 / 2, "1 of 1 *, 1 of *; claimed, but no *"),
+        ("[]", ("cos(theta2) = 2",), 0, "no configuration is claimed"), ("[Eq(a1, 0)]", FOLD, 0, "* is missing: *"),
+        ("[0, pi]", ELBOW, 0, "*can't be read*which joint*"),
+    ],
+)  # fmt: skip
+def test_what_is_said_of_singular_configurations(
+    student: str, reference: tuple[str, ...], share: float, said: str
+) -> None:
+    judged = singular(student, *reference)
+    assert fnmatchcase(judged.reason, said), judged.reason
+    assert judged.share == pytest.approx(share)
+    assert ("degrees" in judged.reason) is ("degrees" in said)
+
+
+def test_a_rounded_value_that_is_allowed_is_no_reason() -> None:
+    judged = singular("{theta2: 3.14}", *FOLD, rounding=Rounding(0.005))
+    assert judged.share == pytest.approx(2 / 3)
+    assert fnmatchcase(judged.reason, "0 of 1 *, 1 in part; * missing: theta1 = *, theta2 = 0, theta3 = *")
+
+
+def test_the_certificate_of_a_set_has_its_points_and_what_is_wrong() -> None:
+    assert singular("sin(theta2) = 0", *FOLD).certificate == Certificate("numeric", 50, missed(50))
+    certificate = singular("{theta2: [0, 1]}", *FOLD).certificate
+    assert certificate is not None
+    assert certificate.counterexample is not None
+    assert certificate.counterexample["missing"]["theta2"] == pytest.approx(3.14159)
+    assert certificate.counterexample["surplus"]["theta2"] == 1
+
+
+@pytest.mark.parametrize("shape", [None, (1, 1)])
+def test_an_answer_of_one_entry_is_what_is_asked(shape: tuple[int, int] | None) -> None:
+    assert _entry(SimpleNamespace(shape=shape), 0) == "what is asked"  # type: ignore[arg-type]

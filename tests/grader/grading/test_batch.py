@@ -1,0 +1,302 @@
+"""Grading a class: every kind of submission gets its verdict, nobody's trouble is another's, and nothing is lost."""
+
+import csv
+import json
+import os
+from collections.abc import Callable
+from contextlib import nullcontext
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
+from qdot.exercises.assignment.release import init_assignment, release
+from qdot.exercises.assignment.store import kept
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.problem.problem import Part
+from qdot.grader.cli.demo import answered
+from qdot.grader.grading.batch import WritePage, alone, grade_class
+from qdot.grader.grading.final_result import Result
+from qdot.grader.judging import judge as judging
+from qdot.grader.reports.feedback import feedback_page
+from qdot.grader.reports.tables import grades_csv, results_jsonl, status
+from qdot.grader.reports.write import write_page, write_reports
+from qdot.grader.sandbox.sandbox import Limits
+from qdot.grader.submissions.submission import OTHER_EDITION, find_submissions
+from tests.support.handing_in import UNCERTIFIED, one_process
+
+TOML = """title = "T"
+key = "hw"
+[[problem]]
+family = "planar-2r"
+variation = "full"
+questions = ["position", "jacobian", "determinant"]
+[[problem]]
+family = "polar-rp"
+questions = ["joint-rates", "singular-angles"]
+"""
+STUDENTS = [f"s{i:02d}" for i in range(1, 13)]
+Text = Callable[[str], str]
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("class") / "hw"
+    init_assignment(folder, "T", "hw", secret="0123456789abcdef")
+    (folder / "assignment.toml").write_text(TOML)
+    (folder / "roster.csv").write_text("student,name\n" + "".join(f"{s},=Name {s}\n" for s in STUDENTS))
+    release(load_assignment(folder), UNCERTIFIED, 1, lambda _: None)
+    return folder
+
+
+@pytest.fixture
+def assignment(made: Path, tmp_path: Path) -> Assignment:
+    """An assignment of its own for each test, the notebooks shared."""
+    for name in ("assignment.toml", "roster.csv", "secret.txt"):
+        (tmp_path / name).write_bytes((made / name).read_bytes())
+    for name in ("released", ".qdot"):  # the notebooks, and the problems that are kept for grading
+        (tmp_path / name).symlink_to(made / name)
+    return load_assignment(tmp_path)
+
+
+def right(assignment: Assignment, student: str, change: Callable[[str, Part], str] = lambda code, _: code) -> str:
+    text = (assignment.folder / "released" / student / "hw.ipynb").read_text()
+    return answered(text, kept(assignment, student).problems, change)
+
+
+def hand_in(assignment: Assignment, name: str, text: str | bytes) -> Path:
+    path = assignment.folder / "submitted" / name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return path
+
+
+def grade(assignment: Assignment, jobs: int = 0) -> dict[str, dict[str, Any]]:
+    (assignment.folder / "submitted").mkdir(exist_ok=True)
+    found = find_submissions(assignment, assignment.folder / "submitted").found
+    with nullcontext() if jobs else one_process():  # processes can't share one
+        results = grade_class(assignment, found, jobs, Limits(seconds=20, cell_seconds=2), lambda _: None)
+    assert [result["student"] for result in results] == STUDENTS
+    return {result["student"]: result for result in results}
+
+
+def parts(result: dict[str, Any]) -> dict[str, dict[str, Any]]:
+    return {f"{problem['slot']}.{part['name']}": part for problem in result["problems"] for part in problem["parts"]}
+
+
+def test_every_kind_of_submission_in_one_class(assignment: Assignment) -> None:
+    full = right(assignment, "s01")
+    hand_in(assignment, "s01/hw.ipynb", full)
+    hand_in(assignment, "s02.ipynb", right(assignment, "s02"))
+    hand_in(assignment, "s03/my answers.ipynb", right(assignment, "s03"))
+    hand_in(assignment, "s04/hw.ipynb", full)  # copied from s01
+    hand_in(assignment, "s05/hw.ipynb", full[:3000])
+    hand_in(assignment, "s06/hw.ipynb", b"")
+    hand_in(assignment, "s07/hw.ipynb", full.replace('"assignment": "hw"', '"assignment": "other"'))
+    hand_in(assignment, "s08/hw.ipynb", (assignment.folder / "released" / "s08" / "hw.ipynb").read_text())
+    hand_in(assignment, "s09/hw.ipynb", right(assignment, "s09", lambda c, p: "1/0" if p.name == "position" else c))
+    hand_in(assignment, "s10/hw.ipynb", b"\x93\xff\0{}")
+    hand_in(assignment, "s11/notes.txt", "no notebook")
+    hand_in(assignment, "stranger/hw.ipynb", full)
+    strangers = find_submissions(assignment, assignment.folder / "submitted").strangers
+    assert strangers == ["stranger"]
+    graded = grade(assignment, jobs=2)
+    for student in ("s01", "s02", "s03"):
+        assert graded[student]["score"] == graded[student]["max_score"]
+    assert graded["s04"]["score"] < 2
+    assert all(part["followed_from"] is None for part in parts(graded["s04"]).values())
+    assert "handed out to 's01'" in graded["s04"]["staff_notes"][0]
+    assert "somebody else" in graded["s04"]["notes"][0]
+    assert "s01" not in feedback_page(assignment, assignment.roster[3], graded["s04"])
+    for student, words in {"s05": "(line", "s06": "empty", "s07": "'other'", "s10": "text", "s11": "notes.txt"}.items():
+        assert words in graded[student]["obstacle"] and status(graded[student]) == "unusable"
+    assert {part["outcome"] for part in parts(graded["s08"]).values()} == {"missing"}
+    assert "ZeroDivisionError: division by zero" in parts(graded["s09"])["p1.position"]["reason"]
+    assert graded["s09"]["score"] == graded["s09"]["max_score"] - 1
+    assert (status(graded["s12"]), graded["s12"]["score"]) == ("missing", 0)
+
+
+def test_a_grade_does_not_depend_on_who_else_is_graded_or_how(assignment: Assignment) -> None:
+    for student in ("s01", "s02"):
+        hand_in(
+            assignment, f"{student}/hw.ipynb", right(assignment, student, lambda c, p: c if "r" in p.name else "a1")
+        )
+    one = grade(assignment)
+    for path in (assignment.folder / "graded" / ".cache").glob("*.json"):
+        path.unlink()
+    hand_in(assignment, "s03/hw.ipynb", right(assignment, "s03"))
+    two = grade(assignment, jobs=2)
+    assert one["s01"] == two["s01"]
+    assert one["s02"] == two["s02"]
+
+
+def test_a_rerun_takes_what_has_not_changed_and_grades_what_has(
+    assignment: Assignment, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hand_in(assignment, "s01/hw.ipynb", right(assignment, "s01"))
+    first = grade(assignment)
+    marked: list[str] = []
+    monkeypatch.setattr("qdot.grader.grading.attempt.mark", lambda *args: marked.append(args[1]))
+    assert grade(assignment) == first
+    assert marked == []
+    monkeypatch.undo()
+    hand_in(assignment, "s01/hw.ipynb", right(assignment, "s02"))
+    assert grade(assignment)["s01"]["score"] < first["s01"]["score"]
+    damaged = next((assignment.folder / "graded" / ".cache").glob("*.json"))
+    damaged.write_text('{"key": ')
+    assert grade(assignment)["s02"] == first["s02"]
+
+
+def test_what_a_dead_worker_or_grader_had_begun_is_gone_when_the_run_is_over(assignment: Assignment) -> None:
+    results = list(grade(assignment).values())
+    graded = assignment.folder / "graded"
+    marked = next((graded / ".cache").glob("*.json"))
+    page, grades = graded / "feedback" / "s01.html", graded / "grades.csv"
+
+    def dies(*of: Path) -> None:
+        for path in of:
+            path.parent.mkdir(exist_ok=True)
+            path.with_name(f".{path.name}.1ra2d1o5.tmp").write_text("{")
+
+    dies(marked, page, grades)
+    write_reports(assignment, list(grade(assignment).values()))
+    assert not list(graded.rglob("*.tmp"))
+    grade_class(assignment, {}, 0, Limits(), lambda _: dies(marked))
+    assert not list(graded.rglob("*.tmp"))
+    write_reports(assignment, results, each=lambda: dies(page, grades))
+    assert not list(graded.rglob("*.tmp"))
+
+
+@pytest.mark.parametrize("jobs", [0, 2])
+def test_who_marks_a_notebook_writes_its_page(assignment: Assignment, jobs: int) -> None:
+    """The pages are those of `write_reports`, which has nothing left to do; what was kept or fails is left to it."""
+    for student in ("s01", "s02", "s03"):
+        hand_in(assignment, f"{student}.ipynb", right(assignment, student))
+    (assignment.folder / "overrides.csv").write_text("student,part,points,comment\ns02,,1,by hand\n")
+    found = find_submissions(assignment, assignment.folder / "submitted").found
+
+    def again(write: WritePage) -> list[Result]:
+        return grade_class(assignment, found, jobs, Limits(), lambda _: None, write_page=write)
+
+    def pages() -> dict[str, tuple[str, int]]:
+        folder = assignment.folder / "graded" / "feedback"
+        return {page.stem: (page.read_text(), page.stat().st_mtime_ns) for page in folder.glob("*")}
+
+    results = again(fails_on_the_third)
+    first = pages()
+    assert first.keys() == {*STUDENTS} - {"s03"} and "by hand" in first["s02"][0]
+    again(write_page)  # all marks are kept: no page is tried
+    assert pages() == first
+    write_reports(assignment, results)
+    made = pages()
+    assert made.keys() == {*STUDENTS} and made.items() >= first.items()
+    for page in (assignment.folder / "graded" / "feedback").iterdir():
+        page.unlink()
+    write_reports(assignment, results)
+    assert {name: text for name, (text, _) in pages().items()} == {name: text for name, (text, _) in made.items()}
+
+
+def fails_on_the_third(assignment: Assignment, student: Student, result: Result) -> None:
+    if student.id == "s03":
+        raise MemoryError
+    write_page(assignment, student, result)
+
+
+def test_nothing_follows_from_answers_that_are_right_for_somebody_else(assignment: Assignment) -> None:
+    """s02 writes the answers of s01 into the own notebook; s03 makes one mistake and goes on from there."""
+    others = {part.name: part.answer.code() for _, problem in assignment.problems("s01") for part in problem.parts}
+    hand_in(assignment, "s02/hw.ipynb", right(assignment, "s02", lambda _, part: others[part.name]))
+    forgotten = {
+        "position": "{} + 0.3*Matrix([cos(theta1), sin(theta1)])",
+        "jacobian": "{} + 0.3*Matrix([[-sin(theta1), 0], [cos(theta1), 0]])", "determinant": "p1_jacobian.det()",
+    }  # fmt: skip
+    hand_in(
+        assignment,
+        "s03/hw.ipynb",
+        right(assignment, "s03", lambda code, part: forgotten.get(part.name, "{}").format(code)),
+    )
+    graded = grade(assignment)
+    assert [part["followed_from"] for part in parts(graded["s02"]).values()] == [None] * 5
+    assert graded["s02"]["score"] < 1
+    followed = parts(graded["s03"])
+    assert followed["p1.jacobian"]["followed_from"] == "position" and followed["p1.determinant"]["points"] == 0.8
+
+
+def test_our_own_failure_is_ungraded_and_no_mark(assignment: Assignment, monkeypatch: pytest.MonkeyPatch) -> None:
+    hand_in(assignment, "s01/hw.ipynb", right(assignment, "s01"))
+    monkeypatch.setattr(judging, "judge_matrix", lambda *_: 1 / 0)
+    graded = grade(assignment)["s01"]
+    part = parts(graded)["p1.jacobian"]
+    assert (part["outcome"], part["points"]) == ("ungraded", None)
+    assert "tell your instructor" in part["reason"]
+    assert parts(graded)["p1.determinant"]["outcome"] == "correct" and status(graded) == "ungraded"
+
+
+def test_reports_hold_what_the_contract_says(assignment: Assignment) -> None:
+    os.utime(hand_in(assignment, "s01/hw.ipynb", right(assignment, "s01")), (1_700_000_000, 1_700_000_000))
+    results = list(grade(assignment).values())
+    line, *others = map(json.loads, results_jsonl(results).splitlines())
+    assert {"student", "assignment", "submission", "score", "max_score", "late", "problems"} <= line.keys()
+    assert (line["submission"]["received"], len(others)) == ("2023-11-14T22:13:20+00:00", len(STUDENTS) - 1)
+    of_a_part = {"name", "outcome", "points", "max_points", "reason", "mistake", "followed_from", "certificate"}
+    assert of_a_part <= line["problems"][0]["parts"][0].keys()
+    row, other, *_ = csv.DictReader(grades_csv(results, assignment.roster).splitlines())
+    assert (row["name"], other["status"]) == ("'=Name s01", "missing")
+    assert {"student", "p1.position", "p2.joint-rates", "score", "max_score", "percent", "note"} <= row.keys()
+
+
+def test_odd_notebooks_are_told_to_the_staff(assignment: Assignment) -> None:
+    hand_in(assignment, "s01/hw.ipynb", (assignment.folder / "released" / "s02" / "hw.ipynb").read_text())
+    full = right(assignment, "s02")
+    hand_in(assignment, "s02/hw.ipynb", full)
+    hand_in(assignment, "s02/old.ipynb", full)
+    hand_in(assignment, "s03/hw.ipynb", full.replace('"kind": "student"', '"kind": "solution"'))
+    hand_in(assignment, "s04/hw.ipynb", full.replace(assignment.digest, "0" * 16).replace('"s02"', '"s04"'))
+    results = list(grade(assignment).values())
+    table = list(csv.DictReader(grades_csv(results, assignment.roster).splitlines()))
+    for row, words in zip(table, ("'s02'", "2 notebooks", "solutions", OTHER_EDITION), strict=False):
+        assert words in row["note"]
+    assert table[4]["note"] == ""
+    assert "another version" in results[3]["notes"][0]
+
+
+def test_a_changed_secret_is_told_and_a_changed_title_is_not(assignment: Assignment) -> None:
+    hand_in(assignment, "s01/hw.ipynb", right(assignment, "s01"))
+    path = assignment.folder / "assignment.toml"
+    path.write_text(path.read_text().replace('"T"', '"U"'))
+    retitled = grade(load_assignment(assignment.folder))
+    assert not any(result["staff_notes"] for result in retitled.values())
+    (assignment.folder / "secret.txt").write_text("another secret of a good length")
+    changed = grade(load_assignment(assignment.folder))
+    assert OTHER_EDITION in changed["s01"]["staff_notes"]
+
+
+def test_a_folder_that_cannot_be_written_is_told(assignment: Assignment) -> None:
+    (assignment.folder / "graded").write_text("a file")
+    with pytest.raises(QdotError, match=r"graded.*can't be written: "):
+        grade(assignment)
+
+
+def test_text_that_no_file_can_hold_costs_only_its_own_part(assignment: Assignment) -> None:
+    bad = right(assignment, "s01", lambda code, part: '"a1 \\ud800"' if part.name == "determinant" else code)
+    notebook = json.loads(bad)
+    notebook["metadata"]["qdot"]["student"] = "\ud800"
+    hand_in(assignment, "s01/hw.ipynb", json.dumps(notebook))
+    hand_in(assignment, "s02/hw.ipynb", right(assignment, "s02"))
+    graded = grade(assignment)
+    write_reports(assignment, list(graded.values()))
+    assert graded["s01"]["score"] == graded["s01"]["max_score"] - 1
+    assert parts(graded["s01"])["p1.determinant"]["outcome"] == "wrong"
+    assert graded["s02"]["score"] == graded["s02"]["max_score"]
+    assert len((assignment.folder / "graded" / "results.jsonl").read_text().splitlines()) == len(STUDENTS)
+
+
+def test_a_process_that_is_forked_does_not_hold_the_lock(tmp_path: Path) -> None:
+    """Else the next run would be refused while one of a killed run's processes still works."""
+    with alone(tmp_path):
+        pid = os.fork()
+        if pid == 0:
+            opened = [os.path.realpath(link) for link in Path("/proc/self/fd").iterdir()]
+            os._exit(any(path.endswith("/graded/.cache/lock") for path in opened))
+        assert os.waitpid(pid, 0)[1] == 0

@@ -1,0 +1,412 @@
+"""A class graded by executors: threads, processes, and a real Dask cluster whose workers die; always the same bytes.
+
+The scheduler gives a task up at the first worker that dies over it, so that this is met, too.
+"""
+
+import json
+import os
+import re
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from contextlib import contextmanager
+from pathlib import Path
+
+import psutil  # type: ignore[import-untyped]
+import pytest
+from typer.testing import CliRunner, Result
+
+from qdot.exercises.assignment.assignment import load_assignment
+from qdot.exercises.assignment.release import init_assignment, release
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.extras import lacking
+from qdot.exercises.common.files import write_atomically
+from qdot.exercises.problem.problem import Part
+from qdot.grader.cli.demo import answered
+from qdot.grader.cli.main import app
+from qdot.grader.grading import cluster, remote
+from qdot.grader.grading.batch import alone, grade_class
+from qdot.grader.reports.tables import grades_csv, results_jsonl
+from qdot.grader.sandbox import guarantees
+from qdot.grader.sandbox.sandbox import Limits
+from qdot.grader.submissions.submission import find_submissions
+from tests.support import ROOT
+from tests.support.command import fails, run
+from tests.support.handing_in import UNCERTIFIED
+
+pytestmark = [
+    pytest.mark.xdist_group("cluster"),
+    pytest.mark.skipif(sys.platform == "win32", reason="sandboxes need fork"),
+]
+
+TOML = """title = "T"
+key = "hw"
+[[problem]]
+family = "planar-2r"
+questions = ["position", "determinant"]
+"""
+STUDENTS = [f"s{i}" for i in range(9)]
+OPTIONS = ("--seconds", "60", "--jobs", "1")
+LIMITS = Limits(seconds=60.0, cell_seconds=30.0)  # as --seconds 60 makes them
+DEADLY = "import os\nos.kill(os.getppid(), 9)\n"
+
+
+@pytest.fixture(scope="module")
+def handed_in(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A class of nine: right, wrong, hostile, cut off, missing, and claims that nothing could send."""
+    folder = tmp_path_factory.mktemp("class") / "hw"
+    init_assignment(folder, "T", "hw", secret="0123456789abcdef")
+    (folder / "assignment.toml").write_text(TOML)
+    (folder / "roster.csv").write_text("student,name\n" + "".join(f"{student},N\n" for student in STUDENTS))
+    assignment = load_assignment(folder)
+    release(assignment, UNCERTIFIED, 1, lambda _: None)
+    written = {"s1": "a1 + theta1", "s2": f"exec({DEADLY!r})", "s3": "__import__('os')._exit(0)"}
+    for student in STUDENTS[:-1]:
+        text = (folder / "released" / student / "hw.ipynb").read_text()
+
+        def edit(code: str, part: Part, instead: str = written.get(student, "")) -> str:
+            return instead if instead and part.name == "determinant" else code
+
+        path = folder / "submitted" / student / "hw.ipynb"
+        path.parent.mkdir(parents=True)
+        path.write_text(answered(text, assignment.problems(student), edit))
+        os.utime(path, (1_700_000_000, 1_700_000_000))
+    path = folder / "submitted" / "s4" / "hw.ipynb"
+    path.write_text(path.read_text()[:500])
+    path = folder / "submitted" / "s5" / "hw.ipynb"
+    notebook = json.loads(path.read_text())
+    notebook["metadata"]["qdot"]["digest"] = json.loads("[" * 300 + "]" * 300)
+    path.write_text(json.dumps(notebook))
+    return folder
+
+
+def graded(
+    folder: Path, executor: Executor | None = None, room: Callable[[], int] = lambda: 4,
+    each: Callable[[int], None] = lambda _: None,
+) -> dict[str, bytes]:  # fmt: skip
+    """Grade a class and return what is kept and the tables, byte for byte; `each` is told how many are done.
+
+    No feedback pages are written, which are made of these and take longest.
+    """
+    assignment, done = load_assignment(folder), []
+
+    def count(_: object) -> None:
+        done.append(1)
+        each(len(done))
+
+    found = find_submissions(assignment, folder / "submitted").found
+    results = grade_class(assignment, found, 1, LIMITS, count, executor=executor, room=room)
+    write_atomically(folder / "graded" / "results.jsonl", results_jsonl(results))
+    write_atomically(folder / "graded" / "grades.csv", grades_csv(results, assignment.roster))
+    return reports(folder)
+
+
+def reports(folder: Path) -> dict[str, bytes]:
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in (folder / "graded").rglob("*")
+        if path.is_file() and path.name not in ("lock", "costs.csv")
+    }
+
+
+def kept_in(folder: Path) -> dict[Path, int]:
+    """Return what has been graded, and when."""
+    return {path: path.stat().st_mtime_ns for path in (folder / "graded" / ".cache").glob("[!.]*.json")}
+
+
+@pytest.fixture(scope="module")
+def undisturbed(handed_in: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
+    """What a run on this machine gives."""
+    made = graded(Path(shutil.copytree(handed_in, tmp_path_factory.mktemp("local") / "hw")))
+    assert len(made) == len(STUDENTS) + 2
+    results = [json.loads(line) for line in made["graded/results.jsonl"].decode().splitlines()]
+    scores = {result["student"]: result["score"] for result in results}
+    assert scores == {**dict.fromkeys(STUDENTS, 2), **dict.fromkeys(("s1", "s2", "s3"), 1), "s4": 0, "s8": 0}
+    return made
+
+
+@pytest.fixture
+def folder(handed_in: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(handed_in, tmp_path / "hw"))
+
+
+# --- executors of Python's own ---
+
+
+def test_threads_give_what_a_run_on_one_process_gives(folder: Path, undisturbed: dict[str, bytes]) -> None:
+    with ThreadPoolExecutor(3) as executor:
+        assert graded(folder, executor) == undisturbed
+    assert not remote._contexts
+
+
+class KilledWorker(Exception):
+    """Called as Dask's."""
+
+
+class Dying(Executor):
+    """An executor of one thread, whose workers die over a student so many times."""
+
+    def __init__(self, victim: str, times: int) -> None:
+        self.victim, self.times, self.out = victim, times, 0
+
+    def submit(self, fn, /, *args, **kwargs):  # type: ignore[no-untyped-def]
+        (order,) = args
+        future: Future[remote.Reply] = Future()
+        if order.student == self.victim and self.times:
+            self.times -= 1
+            future.set_exception(KilledWorker())
+        else:
+            future.set_result(fn(order))
+        return future
+
+
+def test_who_ends_workers_twice_is_ungraded_and_who_ends_them_once_is_not(
+    folder: Path, undisturbed: dict[str, bytes]
+) -> None:
+    made = graded(folder, Dying("s0", 2))
+    lines = made["graded/results.jsonl"].decode().splitlines()
+    assert "ended twice by the system" in json.loads(lines[0])["obstacle"]
+    assert lines[1:] == undisturbed["graded/results.jsonl"].decode().splitlines()[1:]
+    assert len(list((folder / "graded" / ".cache").glob("[!.]*.json"))) == len(STUDENTS) - 1
+    assert graded(folder, Dying("s0", 1)) == undisturbed
+
+
+def test_an_executor_that_is_shut_down_is_one_message(folder: Path) -> None:
+    executor = ThreadPoolExecutor(1)
+    executor.shutdown()
+    with pytest.raises(QdotError, match=r"the workers are gone .*run the same command again"):
+        graded(folder, executor)
+
+
+def test_a_strict_sandbox_is_demanded_of_every_worker(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (folder / "assignment.toml").write_text('sandbox = "strict"\n' + TOML)
+    probe = guarantees.probe
+    monkeypatch.setattr(guarantees, "probe", lambda quick: probe(quick=True))
+    monkeypatch.setattr(guarantees.Findings, "is_strict", False)
+    with ThreadPoolExecutor(1) as executor, pytest.raises(QdotError, match=r"worker .*strict"):
+        graded(folder, executor)
+
+
+# --- a real cluster ---
+
+
+@contextmanager
+def started(*arguments: str, cwd: Path, pythonpath: Path = ROOT) -> Iterator["subprocess.Popen[bytes]"]:
+    """Run one of Dask's programs; in the end, nothing of it is left."""
+    dasks = {"DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "0", "TMPDIR": str(cwd)}
+    environment = {**os.environ, "PYTHONPATH": str(pythonpath), **dasks}
+    command = [sys.executable, "-m", *arguments]
+    with (cwd / "log").open("ab") as log:
+        process = subprocess.Popen(command, cwd=cwd, env=environment, stdout=log, stderr=log, start_new_session=True)
+    try:
+        yield process
+    finally:
+        below = children(process.pid)
+        process.terminate()
+        process.wait(60)
+        assert not psutil.wait_procs(below, 30)[1], "it left something running"
+
+
+def children(pid: int) -> list[psutil.Process]:
+    try:
+        found: list[psutil.Process] = psutil.Process(pid).children(recursive=True)
+    except psutil.NoSuchProcess:
+        return []
+    return found
+
+
+@contextmanager
+def scheduler(place: Path) -> Iterator[str]:
+    file = place / "scheduler.json"
+    where = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(file))
+    with started("distributed.cli.dask_scheduler", *where, cwd=place):
+        deadline = time.monotonic() + 60
+        while time.monotonic() < deadline:
+            if file.exists() and (text := file.read_text()).endswith("}"):
+                yield json.loads(text)["address"]
+                return
+            time.sleep(0.05)
+        raise AssertionError((place / "log").read_text())
+
+
+@contextmanager
+def worker(address: str, place: Path, pythonpath: Path = ROOT) -> Iterator["subprocess.Popen[bytes]"]:
+    """Run a worker, in a folder of its own."""
+    place.mkdir()
+    which = ("--nthreads", "1", "--no-nanny", "--no-dashboard", "--memory-limit", "0", "--host", "127.0.0.1")
+    with started("distributed.cli.dask_worker", address, *which, cwd=place, pythonpath=pythonpath) as process:
+        deadline = time.monotonic() + 60
+        while "Registered to" not in (place / "log").read_text():
+            assert time.monotonic() < deadline and process.poll() is None, (place / "log").read_text()
+            time.sleep(0.05)
+        yield process
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """A scheduler with two workers."""
+    place = tmp_path_factory.mktemp("cluster")
+    with scheduler(place) as at, worker(at, place / "one"), worker(at, place / "two"):
+        yield at
+    assert not list(place.rglob("qdot-*")), "a sandbox left its folder"
+
+
+def grade(folder: Path, address: str, *options: str) -> Result:
+    return CliRunner().invoke(app, ["grade", str(folder), "--executor", address, *OPTIONS, *options])
+
+
+@pytest.mark.integration
+def test_a_cluster_gives_what_a_run_on_one_process_gives(
+    folder: Path, address: str, handed_in: Path, undisturbed: dict[str, bytes], tmp_path: Path
+) -> None:
+    result = grade(folder, address)
+    counts = f"{len(STUDENTS)} students: 7 graded, 1 unusable, 1 missing"
+    assert (result.exit_code, result.stdout.split(";")[0]) == (0, counts)
+    assert "Traceback" not in result.stderr and "distributed" not in result.stderr
+    assert {name: made for name, made in reports(folder).items() if "feedback" not in name} == undisturbed
+    local = Path(shutil.copytree(handed_in, tmp_path / "local"))
+    on_one = CliRunner().invoke(app, ["grade", str(local), *OPTIONS])
+    assert on_one.stdout.replace(str(local), str(folder)) == result.stdout
+    assert reports(local) == reports(folder)
+
+
+@pytest.mark.integration
+def test_a_worker_that_is_killed_in_the_middle_costs_nobody_anything(
+    folder: Path, address: str, undisturbed: dict[str, bytes], tmp_path: Path
+) -> None:
+    shutil.rmtree(folder / ".qdot")  # the problems that were kept
+    with worker(address, tmp_path / "third") as third, cluster.connected(address) as (executor, room):
+        below: list[psutil.Process] = []
+
+        def kill(done: int) -> None:
+            if done == 2:
+                below.extend(children(third.pid))
+                third.send_signal(signal.SIGKILL)
+
+        assert room() == 6
+        assert graded(folder, executor, room, kill) == undisturbed
+        assert third.wait(10) == -signal.SIGKILL
+        assert not psutil.wait_procs(below, 30)[1], "the dead worker's sandbox is still there"
+
+
+@pytest.mark.integration
+def test_a_worker_with_other_code_grades_nothing(folder: Path, address: str, tmp_path: Path) -> None:
+    other = tmp_path / "other"
+    for name in ("exercises", "grader", "templates"):
+        shutil.copytree(ROOT / name, other / name, ignore=shutil.ignore_patterns("__pycache__"))
+    with (other / "grader" / "judge.py").open("a") as file:
+        file.write("# changed\n")
+    with worker(address, tmp_path / "third", other):
+        result = grade(folder, address)
+    (line,) = result.stderr.splitlines()
+    assert result.exit_code == 2
+    assert line.startswith("qdot: worker ") and "install the same qdot" in line
+
+
+@pytest.mark.integration
+def test_workers_that_are_not_there_or_go_away_are_told_and_what_was_graded_is_kept(
+    folder: Path, undisturbed: dict[str, bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(cluster, "STARTING", 0.3)
+    monkeypatch.setattr(cluster, "RETURNING", 0.3)
+    with scheduler(tmp_path) as at:
+        result = grade(folder, at)
+        assert result.exit_code == 2
+        assert f"dask worker {at} " in result.stderr and result.stderr.count("\n") == 1
+        gone = f"all workers of {at} are gone"
+        with worker(at, tmp_path / "only") as only, cluster.connected(at) as (executor, room):  # noqa: SIM117
+            with pytest.raises(QdotError, match=gone):
+                graded(folder, executor, room, lambda _: only.send_signal(signal.SIGKILL))
+    kept = kept_in(folder)
+    assert kept
+    assert graded(folder) == undisturbed
+    assert kept_in(folder).items() >= kept.items()
+
+
+NO_ADDRESSES = ("banana", "127.0.0.1:8786", "tcp://", "tcp://host", "http://h:1", "tcp://h:1/x")
+NO_SHARES = ("0/2", "3/2", "1", "a/b", "1/0", "-1/2")
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        *((("--executor", address), f"{address!r} tcp://") for address in NO_ADDRESSES),
+        *((("--share", share), f"{share!r} 3/4") for share in NO_SHARES),
+        *(
+            (("--share", "1/2", option), "--share reports")
+            for option in ("--diff", "--fail-under=50", "--report=csv=-")
+        ),
+    ],
+)
+def test_what_cannot_be_done_is_told_in_one_line(folder: Path, options: tuple[str, ...], words: str) -> None:
+    message = fails("grade", folder, *options)
+    assert message.startswith("qdot: ") and all(word in message for word in words.split())
+    assert not (folder / "graded" / "results.jsonl").exists()
+
+
+def test_where_no_scheduler_answers_is_told(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cluster, "CONNECTING", 0.5)
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        at = f"tcp://127.0.0.1:{taken.getsockname()[1]}"
+        result = grade(folder, at)
+    assert (result.exit_code, result.stderr.count("\n")) == (2, 1)
+    assert at in result.stderr
+    monkeypatch.setitem(sys.modules, "distributed", None)  # without Dask, it is said how to get it
+    result = grade(folder, at)
+    assert (result.exit_code, result.stderr) == (2, f"qdot: {lacking('cluster', '--executor')}\n")
+
+
+# --- shares ---
+
+
+@pytest.mark.whole
+def test_shares_put_together_are_the_whole(folder: Path, undisturbed: dict[str, bytes], tmp_path: Path) -> None:
+    for share in ("1/2", "2/2"):
+        machine = Path(shutil.copytree(folder, tmp_path / share[0]))
+        done = CliRunner().invoke(app, ["grade", str(machine), "--share", share, *OPTIONS])
+        assert (done.exit_code, done.stdout.split(":")[0]) == (0, f"share {share}")
+        assert [path.name for path in (machine / "graded").iterdir()] == [".cache"]
+    for share in "12":
+        shutil.copytree(tmp_path / share / "graded" / ".cache", folder / "graded" / ".cache", dirs_exist_ok=True)
+    kept = kept_in(folder)
+    assert len(kept) == len(STUDENTS)
+    assert graded(folder) == undisturbed
+    assert kept_in(folder).items() >= kept.items()
+
+
+@pytest.mark.whole
+def test_slurms_lines_of_the_page_grade_the_class(folder: Path, undisturbed: dict[str, bytes]) -> None:
+    """An array of jobs, each with its number, and after any end of them the job that writes the reports."""
+    page = (ROOT / "docs" / "many-submissions.md").read_text(encoding="utf-8")
+    (lines,) = re.findall(r"(?ms)^```bash\n(job=.*?)^```", page)
+    assert re.search(r"^job=\$\(sbatch --parsable --array=1-20 ", lines) and '--dependency="afterany:$job"' in lines
+    share, whole = re.findall(r"--wrap 'qdot (.*?)'", lines)
+    jobs = [share.replace("$SLURM_ARRAY_TASK_ID/20", f"{task}/2") for task in (1, 2)]
+    for job in (*jobs, whole):
+        words = [str(folder) if word == "homework" else word for word in job.split()]
+        assert CliRunner().invoke(app, [*words, *OPTIONS]).exit_code == 0
+    assert {name: data for name, data in reports(folder).items() if name in undisturbed} == undisturbed
+
+
+def test_shares_are_graded_in_one_folder_at_once_and_beside_nothing_else(folder: Path) -> None:
+    """As on a disk that machines have in common."""
+    with alone(folder, but_for_shares=True):
+        assert run("grade", folder, "--share", "9/9", "--jobs", "1").startswith("share 9/9: 1 students graded")
+        assert "another 'qdot grade'" in fails("grade", folder, "--jobs", "1")
+    with alone(folder):
+        assert "another 'qdot grade'" in fails("grade", folder, "--share", "9/9", "--jobs", "1")
+
+
+class _Client:
+    def nthreads(self) -> dict[str, int]:
+        return {"a": 1, "b": 3}
+
+
+def test_two_tasks_are_out_for_every_thread() -> None:
+    assert cluster._Room(_Client(), "tcp://somewhere")() == 8  # type: ignore[arg-type]

@@ -1,0 +1,336 @@
+"""Overrides, lateness and several attempts: exact sums, in every report, whatever is graded again."""
+
+import csv
+import datetime
+import itertools
+import json
+import os
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
+from qdot.exercises.assignment.attempt_policy import Several
+from qdot.exercises.assignment.lateness import LateRule
+from qdot.exercises.assignment.release import init_assignment, release
+from qdot.exercises.common.errors import QdotError
+from qdot.grader.cli.demo import answered
+from qdot.grader.grading.final_result import Graded, settle
+from qdot.grader.grading.overrides import Override, Overrides, read_overrides
+from qdot.grader.reports.feedback import feedback_page
+from qdot.grader.reports.tables import SUMS, grades_csv, status
+from tests.support import command
+from tests.support.handing_in import UNCERTIFIED, one_process
+
+DUE = datetime.datetime(2027, 1, 15, 12, tzinfo=datetime.UTC)
+HOUR = datetime.timedelta(hours=1)
+TOML = """title = "T"
+key = "hw"
+due = 2027-01-15T12:00:00Z
+{}
+[[problem]]
+family = "planar-2r"
+questions = ["position", "determinant"]
+points = [2, 0.7]
+"""
+RULE = 'late = {grace = "15 min", per_day = 0.1, at_most = 0.5, until = 2027-01-25T12:00:00Z}'
+STUDENTS = [Student("s1", "Ada"), Student("s2", "Bo"), Student("s3", "Cy")]
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    init_assignment(tmp_path / "hw", "T", "hw", STUDENTS, "0123456789abcdef")
+    (tmp_path / "hw" / "assignment.toml").write_text(TOML.format(""))
+    return tmp_path / "hw"
+
+
+def marked(*points: float | None) -> dict[str, Any]:
+    """What the grader gives, with these points for the two parts."""
+    parts = [
+        {"name": name, "outcome": "partial" if p else "ungraded" if p is None else "wrong", "points": p,
+         "over_limit": False, "max_points": most, "reason": "the reason", "override": None, "mistake": None,
+         "advice": None, "followed_from": None, "certificate": None, "answer": None, "entries": None}
+        for name, p, most in zip(("position", "determinant"), points, (2.0, 0.7), strict=True)
+    ]  # fmt: skip
+    return {
+        "sha256": "0", "obstacle": None, "notes": [], "staff_notes": [], "made_from": {},
+        "problems": [{"id": "planar-2r/1", "slot": "p1", "parts": parts}],
+    }  # fmt: skip
+
+
+def one(assignment: Assignment, hours: float, *points: float | None, **overrides: Override) -> dict[str, Any]:
+    handed_in = [Graded("hw.ipynb", DUE + hours * HOUR, marked(*points))]
+    named = {{"total": ""}.get(name, f"p1.{name}"): override for name, override in overrides.items()}
+    return settle(assignment, assignment.roster[0], handed_in, named)
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("s9,p1.position,1,", "line 2: no student 's9' is in roster.csv"),
+        ("s1,p1.positon,1,", "line 2: unknown part 'p1.positon' (did you mean 'p1.position'?)"),
+        ("s1,p1.position,one,", "line 2: points = 'one': "), ("s1,p1.position,-1,", "points = '-1': "),
+        ("s1,p1.position,nan,", "points = 'nan': "), ("s1,p1.position,,", "points = '': "),
+        ("s1,p1.position,2.5,", "points = 2.5: p1.position has 2 "), ("s1,,2.8,", "points = 2.8: the total has 2.7 "),
+        ("s1,p1.position,1,\ns2,,1,\ns1,p1.position,2,", "line 4: p1.position of 's1' is set on line 2 "),
+        ("s1,p1.position,1,well, now", "line 2: 5 cells, and the header has 4"), ("s1,p1.position", "line 2: "),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_in_overrides_is_told(folder: Path, line: str, said: str) -> None:
+    (folder / "overrides.csv").write_text(f"student,part,points,comment\n{line}\n")
+    with pytest.raises(QdotError) as caught:
+        read_overrides(load_assignment(folder))
+    assert str(caught.value).startswith(f"{folder / 'overrides.csv'}: line ")
+    assert said in str(caught.value)
+
+
+def test_overrides_are_read_as_spreadsheets_write_them(folder: Path) -> None:
+    assert read_overrides(load_assignment(folder)) == Overrides()
+    (folder / "overrides.csv").write_text('﻿Student;Part;Points;Comment\ns1;p1.position;1,5;"a; b"\ns2;;2;\n\n')
+    of_students = read_overrides(load_assignment(folder)).of_students
+    assert of_students == {"s1": {"p1.position": Override(1.5, "a; b")}, "s2": {"": Override(2.0)}}
+    (folder / "overrides.csv").write_text('student,part,points\ns1,p1.position,33.3333%\ns1,,"12,5 %"\n')
+    shares = {"p1.position": Override(0.6667), "": Override(0.3375)}
+    assert read_overrides(load_assignment(folder)).of_students == {"s1": shares}
+
+
+def test_an_override_keeps_what_the_grader_said(folder: Path) -> None:
+    assignment = load_assignment(folder)
+    assert status(one(assignment, -1, None, 0.7)) == "ungraded"
+    for settled in ({"position": Override(1)}, {"total": Override(1)}):
+        assert status(one(assignment, -1, None, 0.7, **settled)) == "graded", "a person settles what qdot failed on"
+    result = one(assignment, -1, 0.5, 0.7, position=Override(1.25, "the sketch is right"))
+    part = result["problems"][0]["parts"][0]
+    assert (part["outcome"], part["reason"], part["points"]) == ("partial", "the reason", 1.25)
+    assert part["override"] == {"points": 1.25, "comment": "the sketch is right", "was": 0.5}
+    assert (result["score"], result["override"]) == (1.95, None)
+
+
+@pytest.mark.parametrize(
+    ("late", "said"),
+    [
+        ("late = 0.1", "late = 0.1: "), ("late = {}", "per_day, until"), ('late = {grace = "1 h"}', "per_day, until"),
+        ("late = {perday = 0.1}", "unknown key 'perday' (did you mean 'per_day'?)"),
+        ("late = {per_day = 10}", "per_day: "), ("late = {per_day = nan}", "per_day: "),
+        ("late = {per_day = true}", "per_day: "), ('late = {per_day = "10%"}', "per_day: "),
+        ("late = {at_most = 0.5}", "per_day, until"), ("late = {per_day = 0.1, at_most = 2}", "at_most: "),
+        ("late = {at_most = 0.5, until = 2027-01-25T12:00:00Z}", "at_most limits what per_day takes off"),
+        ("late = {per_day = 0.1, grace = 15}", 'grace = "15 min"'),
+        ('late = {per_day = 0.1, grace = "15 minutes"}', "s, min, h, day, days"),
+        ("late = {until = 2027-01-25}", "until: "), ("late = {until = 2027-01-10T12:00:00Z}", "until: "),
+        ('attempts = "first"', 'attempts = "first": '), ("attempts = {best_of = 0}", "best_of: "),
+        ("attempts = {best = 2}", "unknown key 'best'"), ('attempts = {apart = "1 week"}', "apart: "),
+        ("attempts = 3", "attempts = 3: "), (f"{RULE}\n# no time: ", "due ="),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_in_the_late_rule_or_about_attempts_is_told(folder: Path, late: str, said: str) -> None:
+    text = TOML.format(late)
+    (folder / "assignment.toml").write_text(text.replace("due", "# due", 1) if "no time" in late else text)
+    with pytest.raises(QdotError) as caught:
+        load_assignment(folder)
+    assert str(caught.value).startswith(f"{folder / 'assignment.toml'}: line 4: ")
+    assert said in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("hours", "penalty", "score"),
+    [(-1, None, 2.7), (0.25, None, 2.7), (0.26, 0.1, 2.43), (24, 0.1, 2.43), (24.01, 0.2, 2.16), (119, 0.5, 1.35),
+     (200, 0.5, 1.35), (240, 0.5, 1.35), (240.01, 1.0, 0.0)],
+)  # fmt: skip
+def test_days_begun_take_a_share_of_what_was_earned(
+    folder: Path, hours: float, penalty: float | None, score: float
+) -> None:
+    (folder / "assignment.toml").write_text(TOML.format(RULE))
+    result = one(load_assignment(folder), hours, 2.0, 0.7)
+    late = {
+        "due": "2027-01-15T12:00:00+00:00", "received": (DUE + hours * HOUR).isoformat(),
+        "seconds": int(hours * 3600), "penalty": penalty, "points_before": 2.7,
+    }  # fmt: skip
+    assert (result["score"], result["late"]) == (score, None if penalty is None else late)
+    assert status(result) == ("graded" if penalty is None else "late")
+    (folder / "assignment.toml").write_text(TOML.format(""))
+    result = one(load_assignment(folder), hours, 2.0, 0.7)  # without a rule, lateness is told and costs nothing
+    assert (result["score"], bool(result["late"])) == (2.7, hours > 0)
+
+
+def test_sums_are_exact_whatever_the_points(folder: Path) -> None:
+    (folder / "assignment.toml").write_text(TOML.format(RULE))
+    assignment = load_assignment(folder)
+    for a, b, hours in itertools.product((0.1, 0.3333, 1.0, 1.9999), (0.0667, 0.2, 0.7), (1, 30, 60)):
+        result = one(assignment, hours, a, b)
+        before = Fraction(str(a)) + Fraction(str(b))
+        off = round(before * Fraction(str(result["late"]["penalty"])), 4)
+        assert Fraction(str(result["score"])) == before - off
+        (row,) = csv.DictReader(grades_csv([result], assignment.roster).splitlines())
+        cells = {name: Fraction(row[name]) for name in ("p1.position", "p1.determinant", "late_penalty", "score")}
+        assert cells["p1.position"] + cells["p1.determinant"] - cells["late_penalty"] == cells["score"]
+
+
+def test_an_extension_is_a_time_of_the_students_own(folder: Path) -> None:
+    (folder / "assignment.toml").write_text(TOML.format(RULE))
+    (folder / "roster.csv").write_text("student,due\ns1,2027-01-16T12:00:00+00:00\ns2,2027-01-16 13:00\ns3,\n")
+    assignment = load_assignment(folder)
+    scores = []
+    for student, hours in itertools.product(assignment.roster, (24, 24.5, 250)):
+        handed_in = [Graded("hw.ipynb", DUE + hours * HOUR, marked(2.0, 0.7))]
+        scores.append(settle(assignment, student, handed_in, {})["score"])
+    assert scores == [2.7, 2.43, 1.35, 2.7, 2.7, 1.35, 2.43, 2.16, 0.0]
+    for wrong in ("2027-01-16", "16.1.2027", "Friday"):
+        (folder / "roster.csv").write_text(f"student,due\ns1,{wrong}\n")
+        with pytest.raises(QdotError, match=rf"roster.csv: line 2: due = '{wrong}': "):
+            load_assignment(folder)
+
+
+def test_times_without_a_zone_are_the_machines_or_the_assignments(folder: Path) -> None:
+    bare = TOML.format("late = {until = 2027-01-20T12:00:00}").replace("00Z", "00")
+    (folder / "assignment.toml").write_text(bare)
+    assignment = load_assignment(folder)
+    due = assignment.due_of(assignment.roster[0])
+    assert due == datetime.datetime(2027, 1, 15, 12).astimezone()
+    assert assignment.late == LateRule(until=datetime.datetime(2027, 1, 20, 12).astimezone())
+
+
+def test_parts_that_were_set_lose_for_lateness_and_a_total_that_was_set_does_not(folder: Path) -> None:
+    (folder / "assignment.toml").write_text(TOML.format(RULE))
+    assignment = load_assignment(folder)
+    assert one(assignment, 1, 0.0, 0.7, position=Override(1))["score"] == 1.53
+    result = one(assignment, 1, 0.0, 0.7, position=Override(1), total=Override(2.5, "ill"))
+    assert (result["score"], result["override"]) == (2.5, {"points": 2.5, "comment": "ill", "was": 1.53})
+    (row,) = csv.DictReader(grades_csv([result], assignment.roster).splitlines())
+    assert [row[name] for name in SUMS[:-1]] == [
+        "2.5", "2.7", "92.6", "late", "0.17", "p1.position: 1 (was 0); total: 2.5 (was 1.53), ill",
+    ]  # fmt: skip
+
+
+def test_many_notebooks_in_a_folder_are_one_attempt_and_attempts_have_a_limit(folder: Path, released: Path) -> None:
+    for k in range(4):  # within ten minutes
+        hand_in(folder, released, f"s1/hw-{k}.ipynb", -5 + k / 30, position="blank" if k != 1 else "0")
+    for k in range(1, 6):  # the right one is the sixth attempt
+        answers = {} if k == 5 else {"determinant": "blank"}
+        hand_in(folder, released, f"s1/later-{k}.ipynb", -5 + k / 2, **answers)
+    (folder / "assignment.toml").write_text(TOML.format('attempts = "best"'))
+    found, _ = run(folder)
+    scores = {one["file"]: one["score"] for one in found["s1"]["attempts"]}
+    counted = ["hw-3.ipynb", *(f"later-{k}.ipynb" for k in range(1, 5))]
+    assert [name for name, score in scores.items() if score is not None] == counted
+    assert found["s1"]["notes"][0].endswith(" within 10 min the last is taken, 5 attempts count at most")
+    (folder / "assignment.toml").write_text(TOML.format('attempts = {best_of = 1, apart = "1 day"}'))
+    assert run(folder)[0]["s1"]["submission"]["file"] == "later-5.ipynb"
+
+
+def best(assignment: Assignment, *handed_in: Graded, **overrides: Override) -> dict[str, Any]:
+    named = {f"p1.{name}": override for name, override in overrides.items()}
+    return settle(replace(assignment, attempts=Several(5)), assignment.roster[0], handed_in, named)
+
+
+def test_the_best_counts_after_what_lateness_takes_off(folder: Path) -> None:
+    (folder / "assignment.toml").write_text(TOML.format(RULE))
+    assignment = load_assignment(folder)
+    early = Graded("a.ipynb", DUE - HOUR, marked(1.9, 0.7))
+    late = Graded("b.ipynb", DUE + HOUR, marked(2.0, 0.7))
+    result = best(assignment, early, late)
+    assert (result["score"], result["submission"]["file"], result["late"]) == (2.6, "a.ipynb", None)
+    assert [(one["file"], one["score"]) for one in result["attempts"]] == [("a.ipynb", 2.6), ("b.ipynb", 2.43)]
+    assert result["attempts"][1]["received"] == "2027-01-15T13:00:00+00:00"
+    said = "2 notebooks were read; a.ipynb counts, the best, not b.ipynb"
+    assert result["notes"] == result["staff_notes"] == [said]
+    soon = replace(early, file="c.ipynb", received=DUE - HOUR - HOUR / 60, marked=None)
+    note = best(assignment, soon, early)["notes"][0]
+    assert "a.ipynb counts, not c.ipynb" in note and "within 10 min" in note
+    assert best(assignment, early, late, position=Override(2))["submission"]["file"] == "a.ipynb"
+    assert best(assignment, early, replace(early, file="c.ipynb"))["submission"]["file"] == "a.ipynb"
+
+
+def test_what_qdot_failed_on_is_not_passed_over_where_it_may_be_the_best(folder: Path) -> None:
+    assignment = load_assignment(folder)
+    failed = Graded("a.ipynb", DUE, marked(None, 0.2))
+    assert status(best(assignment, failed, Graded("b.ipynb", DUE, marked(1.0, 0.7)))) == "ungraded"
+    assert status(best(assignment, failed, Graded("b.ipynb", DUE, marked(2.0, 0.7)))) == "graded"
+
+
+@pytest.fixture(scope="module")
+def released(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("released") / "hw"
+    init_assignment(folder, "T", "hw", STUDENTS, "0123456789abcdef")
+    (folder / "assignment.toml").write_text(TOML.format(""))
+    release(load_assignment(folder), UNCERTIFIED, 1, lambda _: None)
+    return folder
+
+
+def hand_in(folder: Path, released: Path, name: str, hours: float, **answers: str) -> None:
+    """Write a notebook that came so many hours after it was due; what isn't given in `answers` is right."""
+    student = name.split("/", maxsplit=1)[0]
+    text = (released / "released" / student / "hw.ipynb").read_text()
+    problems = load_assignment(released).problems(student)
+    path = folder / "submitted" / name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(answered(text, problems, lambda code, part: answers.get(part.name, code)))
+    when = (DUE + hours * HOUR).timestamp()
+    os.utime(path, (when, when))
+
+
+def run(folder: Path, *options: str) -> tuple[dict[str, dict[str, Any]], str]:
+    with one_process():
+        printed = command.run("grade", folder, "--jobs", "1", *options)
+    lines = (folder / "graded" / "results.jsonl").read_text().splitlines()
+    return {result["student"]: result for result in map(json.loads, lines)}, printed
+
+
+def test_the_last_counts_unless_the_assignment_says_the_best(folder: Path, released: Path) -> None:
+    hand_in(folder, released, "s1/hw.ipynb", -2)
+    hand_in(folder, released, "s1/hw-1.ipynb", -1, position="blank")
+    hand_in(folder, released, "s2/hw.ipynb", -1)
+    hand_in(folder, released, "s2/a.ipynb", -1, position="blank")
+    scratch = folder / "submitted" / "s2" / "scratch.ipynb"
+    scratch.write_text('{"cells": [], "metadata": {}, "nbformat": 4}')
+    os.utime(scratch, (DUE.timestamp(), DUE.timestamp()))
+    last, _ = run(folder)
+    assert (last["s1"]["submission"]["file"], last["s1"]["score"]) == ("hw-1.ipynb", 0.7)
+    assert [one["score"] for one in last["s1"]["attempts"]] == [None, 0.7]
+    assert last["s1"]["notes"][0].endswith("hw-1.ipynb counts, the last, not hw.ipynb")
+    assert last["s2"]["submission"]["file"] == "hw.ipynb"  # at the same time as a.ipynb, and named as handed out
+    assert "hw.ipynb counts, of the last 2, received at the same time, the likeliest" in last["s2"]["notes"][0]
+    assert last["s2"]["attempts"][-1]["file"] == "scratch.ipynb"  # the last file, but no attempt
+    assert (last["s3"]["submission"], last["s3"]["attempts"]) == (None, [])
+    (folder / "assignment.toml").write_text(TOML.format('attempts = "best"'))
+    kept = {path: path.stat().st_mtime_ns for path in (folder / "graded" / ".cache").glob("*.json")}
+    found, _ = run(folder)
+    assert (found["s1"]["submission"]["file"], found["s1"]["score"]) == ("hw.ipynb", 2.7)
+    assert {one["file"]: one["score"] for one in found["s1"]["attempts"]} == {"hw.ipynb": 2.7, "hw-1.ipynb": 0.7}
+    assert kept.items() <= {p: p.stat().st_mtime_ns for p in kept}.items()
+
+
+def test_an_override_survives_every_regrade_and_is_in_every_report(folder: Path, released: Path) -> None:
+    (folder / "assignment.toml").write_text(TOML.format(RULE))
+    hand_in(folder, released, "s1/hw.ipynb", 25, position="blank")
+    (folder / "overrides.csv").write_text(
+        "student,part,points,comment\ns1,p1.position,1.5,<on paper>\ns2,p1.position,2,told\ns3,,1,ill\n"
+    )
+    first, said = run(folder)
+    assert "3 set by overrides.csv; see" in said
+    assert {student: result["score"] for student, result in first.items()} == {"s1": 1.76, "s2": 2.0, "s3": 1.0}
+    assert status(first["s3"]) == "missing"
+    rows = {row["student"]: row for row in csv.DictReader((folder / "graded" / "grades.csv").read_text().splitlines())}
+    assert rows["s1"]["override"] == "p1.position: 1.5 (was 0), <on paper>"
+    assert (rows["s1"]["late_penalty"], rows["s1"]["score"]) == ("0.44", "1.76")
+    pages = {student: (folder / "graded" / "feedback" / f"{student}.html").read_text() for student in first}
+    for words in ("1.5: &lt;on paper&gt;", "1 day 1 h", "20 % of the 2.2 points"):
+        assert words in pages["s1"]
+    assert "2: told" in pages["s2"] and "1: ill" in pages["s3"]
+    (folder / "assignment.toml").write_text(TOML.format(RULE).replace('"T"', '"another title"'))
+    hand_in(folder, released, "s1/hw.ipynb", 25, position="blank", determinant="blank")
+    again, _ = run(folder)
+    assert {student: result["score"] for student, result in again.items()} == {"s1": 1.2, "s2": 2.0, "s3": 1.0}
+
+
+def test_a_comment_is_no_formula_and_no_markup(folder: Path) -> None:
+    assignment = load_assignment(folder)
+    result = one(assignment, -1, 0.0, 0.7, total=Override(1, "=1+1 <b>\x07"))
+    page = feedback_page(assignment, assignment.roster[0], {**result, "obstacle": "it can't be read"})
+    assert "=1+1 &lt;b&gt;␇" in page
+    result["override"]["comment"] = ""
+    (row,) = csv.DictReader(grades_csv([result], assignment.roster).splitlines())
+    assert row["override"] == "total: 1 (was 0.7)"

@@ -1,0 +1,218 @@
+"""What earlier runs gave is kept when it is replaced, and `qdot grade --diff` says whose mark moved, and why."""
+
+import json
+import tracemalloc
+import zipfile
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from qdot.exercises.assignment.assignment import Student, load_assignment
+from qdot.exercises.assignment.release import init_assignment
+from qdot.exercises.common.files import write_atomically
+from qdot.grader.grading import history
+from qdot.grader.grading.attempt import GRADER
+from qdot.grader.grading.history import earlier_results, keep_earlier, moves, results_path, told
+from qdot.grader.reports.tables import results_jsonl
+from qdot.grader.reports.write import write_reports
+from tests.grader.grading.test_final_result import DUE, HOUR, RULE, STUDENTS, TOML, hand_in, released, run
+from tests.support.command import fails
+
+__all__ = ["released"]
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    init_assignment(tmp_path / "hw", "T", "hw", STUDENTS, "0123456789abcdef")
+    (tmp_path / "hw" / "assignment.toml").write_text(TOML.format(""))
+    return tmp_path / "hw"
+
+
+def kept(folder: Path) -> dict[str, list[dict[str, Any]]]:
+    paths = sorted((folder / "graded" / "history").glob("*"))
+    return {path.stem: [json.loads(line) for line in path.read_text().splitlines()] for path in paths}
+
+
+def diff(folder: Path) -> list[str]:
+    """What --diff says, without the summary and with single spaces."""
+    return [" ".join(line.split()) for line in run(folder, "--diff")[1].splitlines()[:-1]]
+
+
+@pytest.mark.whole
+def test_a_large_class_is_written_in_little_more_memory_than_its_results_take(folder: Path, released: Path) -> None:
+    """One result after another: of 100,000, those of the run before would take gigabytes."""
+    hand_in(folder, released, "s1/hw.ipynb", -1)
+    results, _ = run(folder)
+    many = [results["s1"] | {"student": f"s{number}"} for number in range(1000)]
+    students = tuple(Student(result["student"]) for result in many)
+    assignment = replace(load_assignment(folder), roster=students)
+    write_atomically(results_path(assignment), results_jsonl(many))
+    size = results_path(assignment).stat().st_size
+    tracemalloc.start()
+    try:
+        keep_earlier(assignment, many)
+        assert tracemalloc.get_traced_memory()[1] < 3 * size  # all results at once take eight times as much
+        tracemalloc.reset_peak()
+        assert len(results_jsonl(many)) == size
+        assert tracemalloc.get_traced_memory()[1] < 3 * size
+    finally:
+        tracemalloc.stop()
+    assert kept(folder) == {}
+
+
+def test_nobody_loses_a_mark_by_a_run_that_was_given_less(folder: Path, released: Path, tmp_path: Path) -> None:
+    """As by a second zip, of latecomers, or by the folder's own after a platform's zip was graded."""
+    for student in ("s1", "s2"):
+        hand_in(folder, released, f"{student}/hw.ipynb", -1)
+    run(folder)
+    before = results_path(load_assignment(folder)).read_bytes()
+    late = tmp_path / "late"
+    (folder / "submitted" / "s2").rename(late)
+    with zipfile.ZipFile(tmp_path / "late.zip", "w") as packed:
+        packed.write(late / "hw.ipynb", "s2/hw.ipynb")
+    for given, missing in ((folder / "submitted", "s2"), (tmp_path / "late.zip", "s1")):
+        message = fails("grade", folder, given)
+        assert message.startswith(f"qdot: {given}: nothing is here of 1 of 3 students") and f" {missing}; " in message
+        assert results_path(load_assignment(folder)).read_bytes() == before
+    gone, _ = run(folder, "--gone")
+    kept_for_staff = [path for path in (folder / "graded").glob("[gr]*.*") if path.is_file()]
+    kept_for_staff += (folder / "graded" / "history").glob("*")
+    assert len(kept_for_staff) > 2 and {path.stat().st_mode & 0o777 for path in kept_for_staff} == {0o600}
+    assert gone["s2"]["submission"] is None and gone["s1"]["submission"] is not None
+    run(folder)  # once is enough
+
+
+def test_marks_are_taken_away_of_a_whole_class_only(folder: Path) -> None:
+    for option in ("--student=ada", "--share=1/2"):
+        assert "--gone is about a whole class;" in fails("grade", str(folder), "--gone", option)
+
+
+@pytest.mark.whole
+def test_whose_mark_moved_and_why(folder: Path, released: Path) -> None:
+    hand_in(folder, released, "s1/hw.ipynb", -1, position="blank")
+    hand_in(folder, released, "s2/hw.ipynb", 1)
+    first, said = run(folder, "--diff")
+    assert said.startswith("nothing to compare with: this is the first run\n")
+    assert kept(folder) == {}
+    assert diff(folder) == ["no mark moved since the last run"]
+    assert kept(folder) == {}
+
+    hand_in(folder, released, "s1/hw.ipynb", -1)
+    hand_in(folder, released, "s3/hw.ipynb", -1, determinant="blank")
+    assert diff(folder) == [
+        "s1 p1.position 0 → 2 new submission", "s1 total 0.7 → 2.7 new submission",
+        "s3 p1.position 0 → 2 new submission", "s3 total 0 → 2 new submission",
+        "2 students' marks moved since the last run; all points together 3.4 → 7.4 (+4)",
+    ]  # fmt: skip
+    (line,) = kept(folder)["s1"]
+    assert (line["why"], line["result"]) == ("new submission", first["s1"])
+    assert set(kept(folder)) == {"s1", "s3"}
+
+    (folder / "assignment.toml").write_text(TOML.format(RULE))
+    (folder / "overrides.csv").write_text("student,part,points,comment\ns3,p1.determinant,0.5,on paper\ns1,,1,copied\n")
+    assert diff(folder)[:-1] == [
+        "s1 total 2.7 → 1 override", "s2 total 2.7 → 2.43 late rule",
+        "s3 p1.determinant 0 → 0.5 override", "s3 total 2 → 2.5 override",
+    ]  # fmt: skip
+    assert [len(lines) for lines in kept(folder).values()] == [2, 1, 2]
+
+    (folder / "overrides.csv").unlink()
+    (folder / "assignment.toml").write_text(TOML.format(RULE).replace("[2, 0.7]", "[1, 0.7]"))
+    last = folder / "graded" / "results.jsonl"
+    last.write_text(last.read_text().replace(f'"grader": {GRADER}', '"grader": 0'))
+    lines = diff(folder)
+    assert "s1 total 1 → 1.7 assignment changed, grader changed, override" in lines
+    assert "s2 p1.position 2 → 1 assignment changed, grader changed" in lines
+    (folder / "roster.csv").write_text("student\ns1\ns2\ns4\n")
+    lines = diff(folder)
+    assert "s4 total – → 0 new on the roster" in lines
+    assert "s3 total 1 → – no longer on the roster" in lines
+    assert kept(folder)["s3"][-1]["why"] == "no longer on the roster"
+
+
+def result(score: float, **others: Any) -> dict[str, Any]:
+    part = {"name": "position", "points": score, "override": None}
+    return {
+        "student": "s1", "score": score, "max_score": 2, "late": None, "override": None, "made_from": {},
+        "submission": {"file": "hw.ipynb", "sha256": "0", "received": DUE.isoformat()},
+        "problems": [{"slot": "p1", "parts": [part]}], **others,
+    }  # fmt: skip
+
+
+def why(was: dict[str, Any], now: dict[str, Any]) -> list[str]:
+    return [f"{move.part}: {move.why}" for move in moves({"s1": was}, [now])]
+
+
+def test_reasons_that_are_rare() -> None:
+    two = [{"file": "b.ipynb", "received": DUE.isoformat(), "score": None}]
+    another = {"file": "b.ipynb", "sha256": "1", "received": DUE.isoformat()}
+    touched = {**result(1)["submission"], "received": (DUE + HOUR).isoformat()}
+    late = {**result(1), "submission": touched, "late": {"penalty": 0.1}, "score": 0.9}
+    for was, now, expected in (
+        (result(1, attempts=two), result(2, submission=another), "another attempt counts"),
+        (result(1), result(0, submission=None), "submission gone"),
+        (result(1), result(2), "graded again"),
+    ):
+        assert why(was, now) == [f"p1.position: {expected}", f": {expected}"]
+    assert why(result(1), late) == [": received at another time"]
+    failed = result(0)
+    failed["problems"][0]["parts"][0]["points"] = None
+    assert moves({"s1": failed}, [result(1)])[0].was == "ungraded"
+    assert told({"s1": result(1)}, [result(2)]).endswith("1 → 2 (+1)")
+
+
+def test_a_run_that_was_stopped_adds_nothing_twice(folder: Path) -> None:
+    """It was stopped after the history was written, before results.jsonl was."""
+    assignment = load_assignment(folder)
+    path = history.results_path(assignment)
+    path.parent.mkdir()
+    path.write_text(json.dumps(result(1)) + "\n")
+    for score in (2, 2, 1.5):
+        keep_earlier(assignment, [result(score)])
+        assert [line["result"]["score"] for line in kept(folder)["s1"]] == [1]
+    path.write_text(json.dumps(result(1.5)) + "\n")
+    keep_earlier(assignment, [result(1)])
+    path.write_text(json.dumps(result(1)) + "\n")
+    keep_earlier(assignment, [result(2)])
+    assert [line["result"]["score"] for line in kept(folder)["s1"]] == [1, 1.5, 1]
+
+
+def test_a_file_that_was_touched_is_no_change_unless_it_is_late(folder: Path, released: Path) -> None:
+    hand_in(folder, released, "s1/hw.ipynb", -2)
+    run(folder)
+    hand_in(folder, released, "s1/hw.ipynb", -1)
+    assert diff(folder) == ["no mark moved since the last run"]
+    assert kept(folder) == {}
+    hand_in(folder, released, "s1/hw.ipynb", 1)
+    results, _ = run(folder)
+    assert results["s1"]["late"]["seconds"] == 3600
+    assert [line["why"] for line in kept(folder)["s1"]] == ["received at another time"]
+
+
+def test_names_that_no_file_can_hold_are_no_change(folder: Path) -> None:
+    odd = result(1, student="s1", submission={"file": "\udcff.ipynb", "sha256": "0", "received": None})
+    odd |= {"obstacle": "none", "notes": ["\u2028"], "staff_notes": []}
+    odd["problems"][0]["parts"][0] |= {"outcome": "wrong", "max_points": 2}
+    assignment = load_assignment(folder)
+    for _ in range(2):
+        write_reports(assignment, [odd])
+    assert set(earlier_results(assignment)) == {"s1"}
+    assert kept(folder) == {}
+
+
+def test_what_is_damaged_is_left_out(folder: Path) -> None:
+    assignment = load_assignment(folder)
+    path = history.results_path(assignment)
+    path.parent.mkdir()
+    path.write_bytes(b"\xff")
+    assert earlier_results(assignment) == {}
+    damaged = '{"student": "s0"\n[]\n{"student": "s2"}\n{"student": "s3", "score": 1, "problems": []}\n'
+    path.write_text(f"{damaged}{json.dumps(result(1))}\n")
+    assert set(earlier_results(assignment)) == {"s1"}
+    log = folder / "graded" / "history" / "s1.jsonl"
+    log.parent.mkdir()
+    log.write_text("half a li")
+    keep_earlier(assignment, [result(2)])
+    assert [line.startswith("{") for line in log.read_text().splitlines()] == [False, True]

@@ -1,0 +1,101 @@
+"""The whole loop, for some seeds of every family: generate, answer with the solution, run, grade: full marks for each.
+
+The solution is what the staff's notebook holds, run as a student's would be; and for every question the usual mistakes
+made in it are not right.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
+
+from qdot.exercises.answers import ConditionSet, Direction, Expression, Matrix, Number
+from qdot.exercises.problem.problem import Part, Problem, variable
+from qdot.exercises.writing.statement import answer_code
+from qdot.grader.grading.marking import mark
+from qdot.grader.judging.verdict import Outcome
+from qdot.grader.sandbox.sandbox import Sandbox
+from tests.support.problems import some_parts
+from tests.support.suites import few_families, few_of, several
+
+Draw = Callable[[str, int], Problem]
+
+SEEDS = several(1, 3)
+CHUNK = 3
+
+
+def values(sandbox: Sandbox, problem: Problem, codes: dict[str, str]) -> dict[str, str]:
+    """Return what a student's notebook with `codes` gives, by name."""
+    names = list(problem.symbols())
+    setup = f"from sympy import *\n{', '.join(names)} = symbols('{' '.join(names)}')"
+    run = sandbox.run([setup, *(f"{name} = {code}" for name, code in codes.items())], list(codes))
+    assert not run.cell_errors, run.cell_errors
+    return run.answers
+
+
+@pytest.mark.parametrize("start", range(0, SEEDS, CHUNK))
+def test_the_solution_earns_full_marks(family: str, start: int, sandbox: Sandbox, drawn: Draw) -> None:
+    for seed in range(start, min(start + CHUNK, SEEDS)):
+        problem = drawn(family, seed)
+        codes = {variable("p1", part.name): answer_code(problem, part) for part in problem.parts}
+        answers = values(sandbox, problem, codes)
+        own = {part.name: answers[variable("p1", part.name)] for part in problem.parts}
+        for verdict in mark(problem, own, secret="secret"):
+            assert verdict.judgement.outcome is Outcome.CORRECT, (problem.id, verdict.part, verdict.judgement.reason)
+            assert verdict.points == verdict.max_points
+
+
+def mistakes(part: Part, right: str) -> dict[str, str]:
+    """Return the usual mistakes in an answer, as code; each changes the answer (or is left out where it would not).
+
+    `right` is the name of a variable that holds the answer.
+    """
+    answer = part.answer
+    if isinstance(answer, ConditionSet):
+        degrees, book = "{Symbol('theta2'): [0, 180]}", "Eq(sin(Symbol('theta1')), 0)"
+        return {"degrees": degrees, "none": "[]", "book": book, "first": f"{right}[:-1]"}
+    if isinstance(answer, Number):
+        return {"sign": f"-{right}", "degrees": f"180/pi*{right}"}
+    if isinstance(answer, Direction):
+        entries = len(answer.reference)
+        first = next(i for i, entry in enumerate(answer.reference) if entry != 0)
+        another = f"{right} + 2*eye({entries})[:, {(first + 1) % entries}]"
+        return {"zero": f"0*{right}", "nan": f"{right}*nan", "another": another}
+    if not isinstance(answer, (Expression, Matrix)):
+        return {}
+    relative = {
+        "theta1 + theta2 + theta3": "theta3", "theta1 + theta2": "theta2", "theta2 + theta3": "theta3",
+        "theta1 - theta2": "theta2",
+    }  # fmt: skip
+    degrees = f"{right}.subs({{s: pi*s/180 for s in {right}.free_symbols if s.name[0] == 't'}})"
+    found = {"sign": f"-{right}", "nan": f"{right}*nan", "degrees": degrees, "unknown symbol": f"{right}*Symbol('k')"}
+    if isinstance(answer, Matrix):
+        reference = answer.reference
+        if 1 not in reference.shape and reference != reference.T:
+            found["transposed"] = f"{right}.T"
+        columns = reference.cols
+        found["dropped column"] = f"{right}*diag(*[0]*1, *[1]*{columns - 1})" if columns > 1 else f"{right}*0"
+        found["number for a matrix"] = "1"
+    code = changed = part.answer.code()
+    for absolute, wrong in relative.items():
+        changed = changed.replace(absolute, wrong)
+    if changed != code:
+        found["relative angle"] = changed
+    angles = any(symbol.name.startswith("theta") for symbol in answer.reference.free_symbols)
+    return {name: wrong for name, wrong in found.items() if angles or name != "degrees"}
+
+
+@few_families
+def test_the_usual_mistakes_fail(problem: Problem, sandbox: Sandbox, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Which mistake it is isn't looked for: it changes no mark, takes most of the time, and has test_diagnosis.py."""
+    monkeypatch.setattr("qdot.grader.grading.marking.diagnose", lambda *_: None)
+    parts = few_of(some_parts(problem), 8)
+    right = {f"right{i}": part.answer.code() for i, part in enumerate(parts)}
+    tried = [(part, *item) for part, name in zip(parts, right, strict=True) for item in mistakes(part, name).items()]
+    answers = values(sandbox, problem, right | {f"tried{i}": code for i, (_, _, code) in enumerate(tried)})
+    for i, (part, mistake, code) in enumerate(tried):
+        alone = replace(problem, parts=(part,))
+        (verdict,) = mark(alone, {part.name: answers[f"tried{i}"]}, secret="secret")
+        case = (problem.id, part.name, mistake, verdict.judgement.outcome, code)
+        assert verdict.judgement.outcome in (Outcome.WRONG, Outcome.PARTIAL, Outcome.MISSING), case
+        assert verdict.points is not None and verdict.points < verdict.max_points, case

@@ -1,0 +1,300 @@
+"""What an answer earns that is right in part, and how an assignment sets it."""
+
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+
+import pytest
+import sympy as sp
+
+from qdot.exercises.answers import ConditionSet, Expression
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.assignment.assignment import load_assignment
+from qdot.exercises.assignment.release import init_assignment
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.docs import planar_2r, scorbot_arm
+from qdot.exercises.formula.text import text_of
+from qdot.exercises.generation import generate
+from qdot.exercises.problem.credit import OWN, WAYS, Credit, read_credit
+from qdot.exercises.problem.problem import Part, Problem, ProblemId
+from qdot.grader.cli.reference_pages import credit_page
+from qdot.grader.judging.verdict import Judgement, Outcome
+from tests.support import ROOT
+from tests.support.judging import earned as share_earned
+from tests.support.problems import asked
+from tests.support.suites import few_families
+
+PLANAR, SCORBOT = planar_2r(), scorbot_arm()
+DETERMINANT = "a2*a3*(a1 + a2*cos(theta2) + a3*cos(theta2 + theta3))*sin(theta3)"
+RIGHT = (
+    "[[-a1*sin(theta1) - a2*sin(theta1 + theta2), -a2*sin(theta1 + theta2)],"
+    " [a1*cos(theta1) + a2*cos(theta1 + theta2), a2*cos(theta1 + theta2)]]"
+)
+
+
+ELBOW_ASKED = ("position", "joint-axes", "position-vectors", "jacobian", "inverse-jacobian")
+
+
+def elbow() -> Problem:
+    names = (*ELBOW_ASKED, "geometric-jacobian", "determinant", "singular-angles")
+    return generate(ProblemId("elbow-3r", 1, names, variation="chapter"))
+
+
+def earned(question: str, answer: str, credit: Credit = OWN, chain: Chain = PLANAR) -> Judgement:
+    problem = asked(question, chain)
+    part = replace(problem.parts[0], credit=credit)
+    return share_earned(problem, part, answer, "credit")
+
+
+@pytest.mark.parametrize(
+    ("answer", "share"),
+    [
+        ("a1*a2*sin(theta2)", 1.0), ("a1*a2*cos(theta2)", 0.5), ("a1*a2", 0.0), ("a1*(a2 + a1)*sin(theta2)", 0.8),
+        ("a1*a2*sin(theta1)", 0.0), ("a1*a2*sin(theta1)*sin(theta2)", 0.5), ("a1*sin(theta1)*sin(2*theta2)", 0.0),
+        ("a1*a1*a2*sin(theta2)", 0.8), ("sin(theta2)*(a1*a2 + 0)/a1", 0.8), ("sin(theta2)", 0.8),
+        ("-2*a2*sin(theta2)", 0.6), ("a1/0", 0.0), ("x*a1*a2", 0.0), ("[a1, a2]", 0.0), ("{{", 0.0),
+    ],
+)  # fmt: skip
+def test_a_determinant_is_marked_by_its_factors(answer: str, share: float) -> None:
+    """What is wrong in the usual ways is below, of every arm."""
+    judged = earned("determinant", answer)
+    assert judged.share == share
+    assert judged.outcome is (Outcome.CORRECT if share == 1 else Outcome.PARTIAL if share else Outcome.WRONG)
+
+
+def factors_of(part: Part, problem: Problem) -> tuple[sp.Expr, list[sp.Expr]]:
+    """Return the constant part of a determinant, and its factors with joints, each as often as its power says."""
+    joints, constant, factors = set(problem.chain.q), sp.S.One, []
+    for factor in sp.Mul.make_args(part.of(Expression).reference):
+        base, power = factor.as_base_exp()
+        if factor.free_symbols & joints:
+            factors += [base] * int(power)
+        else:
+            constant *= factor
+    return constant, factors
+
+
+def test_equal_mistakes_in_a_determinant_earn_equal_shares_whatever_the_arm(family: str, drawn: object) -> None:
+    problem = drawn(family, 0)  # type: ignore[operator]
+    for part in problem.parts:
+        if part.kind not in ("determinant", "gram-determinant") or not isinstance(part.answer, Expression):
+            continue
+        constant, factors = factors_of(part, problem)
+        reference = part.answer.reference
+        lengths = sorted(constant.free_symbols, key=str)
+        made = {
+            "the sign": (-reference, 0.8),
+            "another number": (3 * reference, 0.8),
+            "sign and number": (-reference / 7, 0.6),
+            **{f"without {length}": (reference / length, 0.8) for length in lengths},
+            "a factor lost": (reference / factors[-1] if len(factors) > 1 else None, 0.5),
+            "a factor lost, and the sign": (-reference / factors[-1] if len(factors) > 1 else None, 0.5),
+            "two factors lost": (
+                reference / factors[-1] / factors[0] if len(factors) > 2 else None,
+                0.25 if len(factors) > 3 else 0.0,
+            ),
+            "a factor too many": (reference * (2 + sp.cos(sp.Symbol("theta1"))), 0.5),
+            "no factor": (constant, 0.0),
+            "zero": (sp.S.Zero, 0.0),
+            "a number": (sp.Integer(7), 0.0),
+        }
+        if not factors:  # a determinant that is a number: right or not
+            made = dict.fromkeys(("the sign", "twice"), (-reference, 0.0))
+        for mistake, (answer, share) in made.items():
+            if answer is None or (problem.chain.joints[0].kind == "P" and "too many" in mistake):
+                continue
+            judgement = share_earned(problem, part, text_of(answer), "f")
+            assert judgement.share == share, (mistake, answer, judgement)
+
+
+@few_families
+def test_nothing_is_earned_by_zeros_constants_and_guesses(family: str, drawn: object) -> None:
+    problem = drawn(family, 0)  # type: ignore[operator]
+    zeros = ", ".join(f"{q.name} = {value}" for q in problem.chain.q for value in ("0", "pi", "pi/2", "-pi/2"))
+    for part in problem.parts:
+        if part.answer.is_a_set:
+            assert share_earned(problem, part, f"[{zeros}]", "g").share == 0.0, part
+        elif part.answer.is_formulas:
+            rows, columns = part.shape or (1, 1)
+            varies = {symbol.name for symbol in part.answer.as_matrix().free_symbols} - problem.constants
+            for guess in ("0", "1", "7") if varies else ("0",):
+                answer = str([[guess] * columns] * rows).replace("'", "") if part.shape else guess
+                assert share_earned(problem, part, answer, "g").share == 0.0, (part, guess)
+
+
+def test_a_matrix_is_marked_by_entries_or_columns_or_as_a_whole() -> None:
+    one_wrong = RIGHT.replace(", a2*cos(theta1 + theta2)]]", ", a2*sin(theta2)]]")
+    assert earned("jacobian", one_wrong).share == 0.75
+    by_columns = earned("jacobian", one_wrong, Credit("columns"))
+    assert by_columns.share == 0.5 and "1 of 2 columns" in by_columns.reason
+    assert earned("jacobian", one_wrong, Credit("whole")).outcome is Outcome.WRONG
+    assert earned("jacobian", one_wrong, Credit("", Fraction(1, 2))).share == 0.375
+
+
+def test_no_way_gives_full_marks_for_what_is_not_right_or_takes_any_from_what_is() -> None:
+    for by in WAYS:
+        for factor in ("-1", "a1", "3"):
+            scaled = str((sp.Matrix(sp.sympify(RIGHT)) * sp.sympify(factor)).tolist())
+            assert earned("jacobian", scaled, Credit(by)).share == (0.0 if by == "whole" else 0.8), scaled
+        assert earned("jacobian", RIGHT, Credit(by)).share == 1.0
+        assert earned("jacobian", RIGHT.replace("a2*cos", "a1*cos"), Credit(by)).share < 1.0
+        share = 0.0 if by == "whole" else 2 / 3
+        assert earned("singular-angles", "theta2 = 0", Credit(by)).share == pytest.approx(share)
+
+
+ELBOW = elbow()
+POSITION, AXES, ARMS, J, INVERSE = (ELBOW[name].answer.as_matrix() for name in ELBOW_ASKED)
+SIGNS = sp.diag(1, -1, -1)
+DET = sp.sympify(DETERMINANT)
+GEOMETRIC = sp.Matrix.vstack(J, AXES)
+FULL = "theta3 = 0, theta3 = pi, a1 + a2*cos(theta2) + a3*cos(theta2 + theta3) = 0"
+INVENTED = "a1*a2*a3*sin(theta1)*sin(theta2)*sin(theta3)"
+
+
+def exchanged(matrix: sp.Matrix) -> sp.Matrix:
+    return matrix.replace(sp.sin, sp.Function("S")).replace(sp.cos, sp.sin).replace(sp.Function("S"), sp.cos)
+
+
+@pytest.mark.parametrize(
+    ("question", "answer", "share"),
+    [
+        # a convention or a common factor: one mistake, whatever it touches
+        ("joint-axes", AXES * SIGNS, 0.8), ("joint-axes", -AXES, 0.8), ("joint-axes", AXES * sp.diag(1, -1, 1), 0.8),
+        ("position-vectors", -ARMS, 0.8), ("geometric-jacobian", sp.Matrix.vstack(-J, AXES), 0.8),
+        ("geometric-jacobian", GEOMETRIC * SIGNS, 0.8), ("jacobian", 3 * J * SIGNS, 0.6),
+        ("inverse-jacobian", INVERSE * DET, 0.8), ("inverse-jacobian", INVERSE * sp.Symbol("a2"), 0.8),
+        ("inverse-jacobian", -INVERSE * DET, 0.6), ("determinant", "sin(theta3)*a2", 0.5),
+        ("inverse-jacobian", INVERSE * sp.cos(sp.Symbol("theta1")), 0.0), ("jacobian", J * DET, 0.0),
+        # one known mistake
+        ("position", POSITION.subs("d1", 0), 2 / 3), ("position", exchanged(POSITION), 0.5), ("jacobian", J.T, 0.5),
+        ("position", POSITION.subs(sp.sympify("theta2 + theta3"), sp.Symbol("theta3")), 0.5),
+        ("joint-axes", "[[0, 0, 0], [0, 1, 1], [1, 0, 0]]", 0.0), ("jacobian", J.subs("theta1", 0), 0.5),
+        ("jacobian", J.subs({"theta1": 0, "theta2": 0, "theta3": 1}), 0.0),
+        # nothing of this arm
+        ("determinant", INVENTED, 0.0), ("position", "[a1*cos(theta1), a2*cos(theta2), a3*cos(theta3)]", 0.0),
+        ("position", "[blank, blank, -a2*sin(theta3)]", 0.0), ("position", [POSITION[0], 0, 0], 1 / 3),
+        ("position", POSITION.subs({"a1": 7, "a2": 3, "a3": 5}), 0.0),
+        # conditions of a set, not values
+        ("singular-angles", f"[{FULL}, theta1 = 0, theta1 = pi]", 0.5),
+        ("singular-angles", f"[{FULL}, theta1 = 1]", 0.5), ("singular-angles", "[theta3 = 0, theta3 = pi]", 0.5),
+        ("singular-angles", f"[{FULL}, theta1 = 0, theta2 = 0]", 0.25), ("singular-angles", "theta3 = k*pi/2", 0.0),
+        ("singular-angles", "[theta3 = 0, theta3 = pi, theta2 = 0, theta2 = pi]", 0.25),
+        ("singular-angles", "[theta1 = 0, theta1 = pi, theta2 = 0, theta2 = pi, theta3 = 0, theta3 = pi]", 0.0),
+    ],
+)  # fmt: skip
+def test_a_mistake_costs_the_same_however_much_it_touches(question: str, answer: object, share: float) -> None:
+    """What is better never earns less: the elbow arm of the chapter."""
+    text = str(list(answer) if answer.cols == 1 else answer.tolist()) if isinstance(answer, sp.MatrixBase) else answer
+    judged = share_earned(ELBOW, ELBOW[question], str(text), "m")
+    assert judged.share == pytest.approx(share, abs=1e-3), judged
+
+
+@pytest.mark.parametrize(
+    ("question", "right", "wrong"),
+    [
+        ("jacobian", J, 2 * J * SIGNS), ("inverse-jacobian", INVERSE, INVERSE * DET), ("jacobian", J, J.T),
+        ("position", POSITION, exchanged(POSITION)), ("position-vectors", ARMS, -ARMS), ("joint-axes", AXES, 2 * AXES),
+    ],
+)  # fmt: skip
+def test_one_entry_more_that_is_right_never_earns_less(question: str, right: sp.Matrix, wrong: sp.Matrix) -> None:
+    shares, answer = [], wrong.as_mutable()
+    for k in range(len(right)):
+        shares.append(share_earned(ELBOW, ELBOW[question], str(answer.tolist()), "m").share)
+        answer[k] = right[k]
+    assert shares == sorted(shares) and shares[0] < 1.0
+
+
+TOML = """title = "T"
+key = "t"
+follow_through = 1
+[[problem]]
+family = "planar-2r"
+questions = ["jacobian", "determinant"]
+"""
+
+
+def test_an_assignment_says_how(tmp_path: Path) -> None:
+    folder = tmp_path / "hw"
+    init_assignment(folder, "T", "t", secret="0123456789abcdef")
+    file = folder / "assignment.toml"
+    file.write_text(TOML + 'credit = {jacobian = "columns", determinant = 0.5}\n')
+    assignment = load_assignment(folder)
+    parts = {part.name: part for part in assignment.slots[0].problem(assignment.secret, "s").parts}
+    assert parts["jacobian"].credit == Credit("columns") and parts["determinant"].credit == Credit("", Fraction(1, 2))
+    assert assignment.follow_through == 1
+    markings = {assignment.marking}
+    for text in (TOML, f"{TOML}credit = 0\n", f"mistakes = {{offset-sign = 3, chain-rule = 0.5}}\n{TOML}"):
+        file.write_text(text)
+        markings.add(load_assignment(folder).marking)
+    assert len(markings) == 4
+    assert load_assignment(folder).oftener == {"offset-sign": 3.0, "chain-rule": 0.5}
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        *(
+            (f"{TOML}credit = {wrong}\n", "line 7.*credit")
+            for wrong in ('"rows"', "2", "true", '{rank = "whole"}', "[1]")
+        ),
+        (f"mistakes = {{offset-sgn = 3}}\n{TOML}", r"line 1.*'offset-sgn' \(did you mean 'offset-sign'\?\)"),
+        (f"mistakes = {{offset-sign = 0}}\n{TOML}", "line 1.*offset-sign = 0.*a number above 0"),
+        *(
+            (f"mistakes = {wrong}\n{TOML}", "line 1.*a number above 0")
+            for wrong in ("{offset-sign = true}", '{offset-sign = "often"}', "3")
+        ),
+        *(
+            (TOML.replace("follow_through = 1", f"follow_through = {wrong}"), "line 3.*from 0 to 1")
+            for wrong in ("1.5", '"80%"', "true")
+        ),
+    ],
+)
+def test_a_mistake_in_what_an_assignment_says_is_told(tmp_path: Path, text: str, says: str) -> None:
+    folder = tmp_path / "hw"
+    init_assignment(folder, "T", "t", secret="0123456789abcdef")
+    (folder / "assignment.toml").write_text(text)
+    with pytest.raises(QdotError, match=f"assignment.toml: {says}"):
+        load_assignment(folder)
+
+
+def test_equal_mistakes_in_a_set_earn_equal_shares_whatever_the_arm(family: str, drawn: object) -> None:
+    problem = drawn(family, 0)  # type: ignore[operator]
+    for part in problem.parts:
+        if not isinstance(part.answer, ConditionSet):
+            continue
+        groups = part.answer.by_condition(part.answer.pieces())
+        k = next((k for k, group in enumerate(groups) if len(group) > 1), None)
+        if k is not None:
+            one_root_less = [piece for j, group in enumerate(groups) for piece in group[j == k :]]
+            judged = share_earned(problem, part, f"[{', '.join(map(typed, one_root_less))}]", "s")
+            assert judged.share == pytest.approx(2 / 3), judged
+        if len(groups) > 1:
+            one_less = [piece for group in groups[1:] for piece in group]
+            judged = share_earned(problem, part, f"[{', '.join(map(typed, one_less))}]", "s")
+            assert judged.share in (0.5, 1.0), judged  # what is left may hold all of it
+
+
+def typed(piece: str) -> str:
+    conditions = [condition.replace(" = ", ", ") for condition in piece.split(" and ")]
+    equations = [f"Eq({condition})" for condition in conditions]
+    return equations[0] if len(equations) == 1 else f"And({', '.join(equations)})"
+
+
+@pytest.mark.whole
+def test_the_page_on_partial_credit_is_up_to_date() -> None:
+    assert (ROOT / "docs" / "partial-credit.md").read_text(encoding="utf-8") == credit_page()
+
+
+def test_numbers_are_marked_as_a_vector() -> None:
+    problem = asked("joint-rates", PLANAR)
+    part = problem.parts[0]
+    values = [float(value) for value in part.answer.as_matrix()]
+    negated = [-v for v in values]
+    one_negated = [-values[0], values[1]]
+    for answer, share in ((negated, 0.8), (one_negated, 0.8), ([values[0], 99], 0.5), ([0, 0], 0.0), (values, 1.0)):
+        assert share_earned(problem, part, str(answer), "n").share == share, answer
+
+
+def test_nothing_said_is_each_questions_own_way() -> None:
+    assert read_credit(None, ["jacobian"]) == ()
+    assert read_credit("whole", ["jacobian"]) == (("jacobian", Credit("whole")),)

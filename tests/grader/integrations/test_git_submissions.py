@@ -1,0 +1,213 @@
+"""What was git_submissions, fetched as it was when the work was due by the server's clock; feedback handed back."""
+
+import csv
+import json
+from collections.abc import Iterator
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import pytest
+
+from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
+from qdot.exercises.assignment.lateness import read_late
+from qdot.grader.integrations import git_hosts, git_submissions
+from qdot.grader.integrations.git_submissions import counts_until, main
+from tests.support.ci import git
+from tests.support.command import run
+from tests.support.handing_in import TOML, a_class, one_process, right
+from tests.support.hosting import TOKEN, Server, serving
+
+pytestmark = pytest.mark.xdist_group("pushed")
+
+DUE = datetime(2027, 1, 15, 23, 0, tzinfo=UTC)
+IN_TIME, LATE = "2027-01-15T22:00:00Z", "2027-01-16T08:00:00Z"
+
+
+@pytest.fixture
+def server(tmp_path: Path) -> Iterator[Server]:
+    with serving(tmp_path / "server") as made:
+        yield made
+
+
+@pytest.fixture
+def assignment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Assignment:
+    made = a_class(tmp_path / "hw", [Student("ada"), Student("bo"), Student("cy")])
+    lines = [f"OWNER/hw-{student.id},{student.id}" for student in made.roster]
+    (made.folder / "repositories.csv").write_text("\n".join(["repository,student", *lines, ""]))
+    (made.folder / "assignment.toml").write_text(f"due = {DUE.isoformat()}\n{TOML}")
+    monkeypatch.setattr(git_hosts, "PAUSES", ())
+    return load_assignment(made.folder)
+
+
+def on(server: Server, platform: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, value in server.variables(platform).items():
+        monkeypatch.setenv(name, value)
+
+
+@pytest.fixture
+def github(server: Server, monkeypatch: pytest.MonkeyPatch) -> Server:
+    """The server as GitHub, which the environment names."""
+    on(server, "github", monkeypatch)
+    return server
+
+
+def collect(assignment: Assignment, platform: str = "github", command: str = "collect") -> int:
+    return main([command, str(assignment.folder), "--on", platform])
+
+
+def collected(assignment: Assignment) -> dict[str, dict[str, str]]:
+    with (assignment.folder / "graded" / "collected.csv").open() as table:
+        return {row["student"]: row for row in csv.DictReader(table)}
+
+
+@pytest.mark.parametrize("platform", ["github", "gitlab"])
+def test_the_state_at_the_deadline_is_fetched_by_the_servers_clock(
+    platform: str, assignment: Assignment, server: Server, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Ada went on after it, with commits that she dated back; Bo pushed a hundred times too late; Cy never before.
+
+    What lies in a repository does nothing: no link is followed, and no hook or filter is run.
+    """
+    monkeypatch.setenv("GIT_COMMITTER_DATE", "2020-01-01T00:00:00Z")
+    counting = server.push("course/hw-ada", {"hw.ipynb": "in time", "x/y.txt": "y"}, IN_TIME)
+    server.push("course/hw-ada", {"hw.ipynb": "too late"}, LATE)
+    server.push("course/hw-ada", {"hw.ipynb": "elsewhere"}, "2027-01-15T22:30:00Z", branch="feedback")
+    server.push("course/hw-bo", {"hw.ipynb": "in time, too"}, IN_TIME)
+    commit = server.push("course/hw-bo", {"hw.ipynb": "too late"}, LATE)
+    server.pushes["course/hw-bo"] += [("main", commit, LATE)] * 250
+    work = server.folder / "work" / "course" / "hw-cy"
+    git("init", "--quiet", work)
+    (work / "hw.ipynb").symlink_to("/etc/passwd")
+    server.push("course/hw-cy", {".gitattributes": "*.ipynb filter=lfs\n", ".gitmodules": "[submodule"}, LATE)
+    on(server, platform, monkeypatch)
+    assert collect(assignment, platform) == 0
+    submitted = assignment.folder / "submitted"
+    assert (submitted / "ada" / "hw.ipynb").read_text() == "in time"
+    assert (submitted / "bo" / "hw.ipynb").read_text() == "in time, too"
+    late = submitted / "cy" / "hw.ipynb"  # `due` alone marks it as late, and that is all
+    assert late.read_text() == "/etc/passwd" and not late.is_symlink()
+    assert not (submitted / "ada" / ".git").exists()
+    for path in ("hw.ipynb", "x/y.txt"):
+        moment = (submitted / "ada" / path).stat().st_mtime
+        assert datetime.fromtimestamp(moment, UTC) == datetime.fromisoformat(IN_TIME)
+    rows = collected(assignment)
+    assert (rows["ada"]["commit"], rows["ada"]["branch"]) == (counting, "main")
+    assert rows["ada"]["counts_until"] == DUE.isoformat()
+    assert rows["cy"]["pushed"] > rows["cy"]["counts_until"] and not rows["cy"]["left_out"]
+    toml = assignment.folder / "assignment.toml"
+    toml.write_text(f"late = {{until = {(DUE + timedelta(hours=1)).isoformat()}}}\n{toml.read_text()}")
+    (assignment.folder / ".submitted-of-a-run-that-was-killed" / "submitted").mkdir(parents=True)
+    assert collect(assignment, platform) == 0
+    assert "no push to main until" in collected(assignment)["cy"]["left_out"]
+    monkeypatch.setenv("GITHUB_API_URL", "http://127.0.0.1:9")
+    monkeypatch.setenv("CI_API_V4_URL", "http://127.0.0.1:9")
+    assert collect(assignment, platform) == 2, "nothing new could be fetched"
+    assert (submitted / "ada" / "hw.ipynb").read_text() == "in time"
+    assert not list(assignment.folder.glob(".submitted-*"))
+
+
+@pytest.mark.whole
+def test_who_could_not_be_asked_has_no_mark_and_who_pushed_nothing_a_zero(
+    assignment: Assignment, github: Server, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Of Bo the server does not give the list; Cy never pushed. Neither stops Ada, nor each other."""
+    for student in ("ada", "bo"):
+        github.push(f"course/hw-{student}", {"hw.ipynb": right(assignment, student)}, IN_TIME)
+    bos = github.pushes.pop("course/hw-bo")
+    git("init", "--quiet", "--bare", github.bare("course/hw-cy"))
+    assert collect(assignment) == 0
+    printed = capsys.readouterr()
+    assert printed.out == "1 repositories fetched, 1 left out, 1 could not be fetched\n"
+    for_bo, for_cy = printed.err.splitlines()
+    assert "bo: course/hw-bo" in for_bo and "404 Not Found" in for_bo
+    assert "cy: course/hw-cy" in for_cy and TOKEN not in printed.err
+    row = collected(assignment)["bo"]
+    assert "404 Not Found" in row["unreached"] and not row["left_out"]
+
+    def statuses(code: int) -> list[str]:
+        with one_process():
+            run("grade", assignment.folder, "--jobs", "1", code=code)
+        with (assignment.folder / "graded" / "grades.csv").open() as table:
+            return [row["status"] for row in csv.DictReader(table)]
+
+    assert statuses(code=2) == ["graded", "ungraded", "missing"]
+    assert "answers 404" in (assignment.folder / "graded" / "feedback" / "bo.html").read_text()
+    assert collect(assignment, command="hand-back") == 0
+    assert capsys.readouterr().out.startswith("1 repositories")
+    github.pushes["course/hw-bo"] = bos
+    assert collect(assignment) == 0
+    assert statuses(code=0) == ["graded", "graded", "missing"]
+
+
+def test_a_commit_in_time_that_a_forced_push_replaced_is_left_out(assignment: Assignment, github: Server) -> None:
+    for student in ("ada", "bo"):
+        github.push(f"course/hw-{student}", {"hw.ipynb": "in time"}, IN_TIME)
+    bare = github.bare("course/hw-bo")
+    git("update-ref", "refs/heads/main", git("commit-tree", "-m", "new", "HEAD^{tree}", cwd=bare).strip(), cwd=bare)
+    git("gc", "--quiet", "--prune=now", cwd=bare)
+    assert collect(assignment) == 0
+    row = collected(assignment)["bo"]
+    assert "no longer there" in row["left_out"] and not row["unreached"]
+
+
+def test_without_a_token_a_server_or_a_list_there_is_one_message(
+    assignment: Assignment, server: Server, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.delenv("QDOT_TOKEN", raising=False)
+    assert collect(assignment) == 2
+    assert "QDOT_TOKEN is not set" in capsys.readouterr().err
+    on(server, "github", monkeypatch)
+    assert collect(assignment) == 2
+    assert "no repository could be fetched" in capsys.readouterr().err
+    (assignment.folder / "repositories.csv").write_text("who,what\nada,hw\n")
+    assert collect(assignment) == 2
+    assert "columns repository and student" in capsys.readouterr().err
+
+
+def test_until_when_a_push_counts(assignment: Assignment) -> None:
+    ada = assignment.roster[0]
+    later = replace(ada, due=datetime(2027, 1, 17, 23, tzinfo=UTC))
+    end = datetime(2027, 1, 20, tzinfo=UTC)
+    ends = replace(assignment, late=read_late({"until": end}, DUE))
+    open_ended = replace(assignment, late=read_late({"per_day": 0.1}, DUE))
+    assert [counts_until(assignment, each) for each in (ada, later)] == [DUE, later.due]
+    assert [counts_until(ends, each) for each in (ada, later)] == [end, datetime(2027, 1, 22, tzinfo=UTC)]
+    assert counts_until(open_ended, ada) is counts_until(replace(assignment, due=None), ada) is None
+
+
+def test_feedback_goes_to_its_student_and_nothing_is_sent_where_it_is_the_same(
+    assignment: Assignment, github: Server, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for student in ("ada", "bo"):
+        github.push(f"course/hw-{student}", {"hw.ipynb": right(assignment, student)}, IN_TIME)
+    git("init", "--quiet", "--bare", github.bare("course/hw-cy"))
+    assert collect(assignment) == 0
+    with one_process():
+        run("grade", assignment.folder, "--jobs", "1")
+    bare, heads = github.bare("course/hw-bo"), []
+    for _ in range(2):
+        assert collect(assignment, command="hand-back") == 0
+        assert "2 repositories given their feedback, 0 not" in capsys.readouterr().out
+        heads.append(git("-C", bare, "rev-parse", "feedback"))
+    assert heads[0] == heads[1]
+    readme = git("-C", bare, "show", "feedback:README.md")
+    assert "**4 of 4 points**" in readme and "ada" not in readme
+    assert "<html" in git("-C", bare, "show", "feedback:feedback.html")
+    bare.rename(github.folder / "gone")
+    (assignment.folder / "graded" / "feedback" / "ada.html").unlink()
+    assert collect(assignment, command="hand-back") == 1
+    printed = capsys.readouterr()
+    assert "bo: feedback can't be pushed to course/hw-bo: " in printed.err
+    assert "ada: feedback can't be pushed to course/hw-ada: " in printed.err
+    assert printed.out == "0 repositories given their feedback, 2 not\n"
+
+
+def test_git_is_given_the_token_but_neither_an_argument_nor_the_secret(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("QDOT_SECRET", "0123456789abcdef")
+    host = git_hosts.host_named("github", {"QDOT_TOKEN": TOKEN, "GITHUB_SERVER_URL": "https://git.example.org/"})
+    environment = host.git_environment()
+    assert environment["GIT_CONFIG_KEY_0"] == "http.https://git.example.org/.extraheader"
+    assert TOKEN not in json.dumps([host.url("a/b"), repr(host)])
+    assert not [name for name in environment if name.startswith("QDOT_")]
+    assert git_submissions.AT_ONCE > 1

@@ -1,0 +1,187 @@
+"""Answers that are Python functions: called with symbols where they take them, at random configurations where not."""
+
+import re
+from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
+import sympy as sp
+
+from qdot.exercises.answers import Expression, Matrix
+from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.problem.problem import Part, Problem, variable
+from qdot.grader.grading.marking import mark
+from qdot.grader.judging.function_values import POINTS, asked_of, read_table
+from qdot.grader.judging.functions import judge_function
+from qdot.grader.judging.verdict import Outcome
+from qdot.grader.sandbox.contained.callables import TABLE
+from qdot.grader.sandbox.sandbox import Limits, Sandbox
+from qdot.grader.submissions.answer_locator import Answers
+from tests.support.problems import drawn, some_parts
+from tests.support.suites import few_families
+
+Draw = Callable[[str, int], Problem]
+IMPORTS = "import math\nfrom math import cos, sin\nimport numpy as np\nimport sympy as sp"
+ASKED = {
+    "joints": ["theta1", "theta2"],
+    "symbols": ["theta1", "theta2", "a1", "a2", "qd1", "qd2"],
+    "points": [[0.1, 0.2, 1.0, 2.0, 0.3, 0.4], [0.5, 0.6, 1.0, 3.0, 0.7, 0.8]],
+}
+
+
+def given_back(sandbox: Sandbox, code: str) -> tuple[str | None, str | None]:
+    run = sandbox.run([IMPORTS, code], ["p1_a"], {"p1": ASKED})
+    assert not run.cell_errors, run.cell_errors
+    return run.answers.get("p1_a"), run.failures.get("p1_a")
+
+
+SYMBOLIC = [
+    ("lambda theta1, theta2: cos(theta1)", "cos(theta1)"),
+    ("lambda q: [math.sin(q[0]), np.sqrt(q[1])]", "[sin(theta1), sqrt(theta2)]"),
+    ("lambda q, a1: a1*np.array([1, np.arctan2(q[0], q[1])])", "[a1, a1*atan2(theta1, theta2)]"),
+    ("lambda q, dq: np.dot(q, dq)", "qd1*theta1 + qd2*theta2"),
+    ("lambda *q: q[0] - q[1]", "theta1 - theta2"),
+    ("lambda x, y: x/y", "theta1/theta2"),
+    ("lambda q1, th_2, q1_dot, dtheta2: q1 + th_2 + q1_dot + dtheta2", "qd1 + qd2 + theta1 + theta2"),
+    ("lambda theta1, a1=0.5: a1*theta1", "0.5*theta1"),
+    ("sp.Lambda(sp.symbols('theta1 theta2'), sp.cos(sp.Symbol('theta1')))", "cos(theta1)"),
+    ("sp.lambdify(sp.symbols('theta1 a1'), sp.Matrix([[sp.cos(sp.Symbol('theta1')), 1]]))", "[[cos(theta1), 1]]"),
+    ("sp.lambdify([sp.Function('x')(sp.Symbol('t'))]*1 + [sp.Symbol('u')], sp.Symbol('u')*2)", "2*theta2"),
+    ("lambda: 3", "3"),
+]
+
+
+@pytest.mark.parametrize(("function", "text"), SYMBOLIC)
+def test_a_function_that_takes_symbols_is_a_formula(sandbox: Sandbox, function: str, text: str) -> None:
+    assert given_back(sandbox, f"p1_a = {function}") == (text, None)
+
+
+NUMERIC = [
+    "lambda theta1, a1: np.array([a1*np.cos(theta1), 0], dtype=float)",
+    "lambda theta1, a1: [a1*math.cos(theta1) if theta1 > -9 else 0, 0]",
+    "lambda theta1, a1: np.linalg.inv(np.diag([1.0, 1.0])) @ [float(a1*np.cos(theta1)), 0]",
+]
+
+
+@pytest.mark.parametrize("function", NUMERIC)
+def test_a_function_that_needs_numbers_is_called_at_the_points(sandbox: Sandbox, function: str) -> None:
+    text, _ = given_back(sandbox, f"p1_a = {function}")
+    assert text is not None
+    assert text.startswith(TABLE + '{"shape": [2], "values": [[[0.995')
+
+
+REFUSED = [
+    ("lambda k: k", "its parameter 'k' is no symbol of the problem; known: theta1, theta2, a1"),
+    ("lambda: 'a1' * 2", ""),
+    ("lambda theta1: None", "NoneType"),
+    ("lambda theta1: 1/0", "division by zero"),
+    ("lambda theta1: {1: 2}[int(theta1) + 5]", "KeyError"),
+    ("lambda theta1: [1.0] * (1 + int(10 * theta1))", "of one size"),
+    ("(lambda theta1: [0]*200)", ""),
+    ("open", "not an expression"),
+    ("int", "not an expression"),
+]
+
+
+@pytest.mark.parametrize(("function", "said"), REFUSED)
+def test_what_is_no_answer_is_told(sandbox: Sandbox, function: str, said: str) -> None:
+    text, failure = given_back(sandbox, f"p1_a = {function}")
+    assert said in (failure or "")
+    assert text is None or text in ("a1a1", str([0] * 200))
+
+
+def test_math_and_sympy_are_left_as_they_were(sandbox: Sandbox) -> None:
+    cells = [
+        IMPORTS,
+        "p1_a = lambda theta1: cos(theta1)",
+        "p1_b = str([math.cos, cos, hasattr(sp.Symbol('x'), 'cos')])",
+        "try: p1_c = np.cos(sp.Symbol('x'))\nexcept TypeError: p1_c = 'refused'",
+    ]
+    run = sandbox.run(cells, ["p1_a", "p1_b", "p1_c"], {"p1": ASKED})
+    assert run.answers["p1_b"] == "[<built-in function cos>, <built-in function cos>, False]"
+    assert run.answers["p1_c"] == "refused"
+
+
+def test_an_endless_function_costs_one_answer(sandbox: Sandbox) -> None:
+    code = "def p1_a(theta1):\n    while True: pass\np1_b = 1"
+    with Sandbox(Limits(seconds=30, cell_seconds=0.3)) as hasty:
+        run = hasty.run([code], ["p1_a", "p1_b"], {"p1": ASKED})
+    assert run.answers == {"p1_b": "1"}
+    assert run.failures["p1_a"] == "working it out took longer than 0.3 s of processor time"
+
+
+def test_a_wrong_function_is_shown_a_configuration_of_what_counts(sandbox: Sandbox, drawn: Draw) -> None:
+    problem = drawn("planar-2r", 3)
+    asked = {"p1": asked_of(problem, problem.domain(), "points")}
+    run = sandbox.run(["p1_position = lambda theta1, theta2: [0.5 * float(theta1), 1]"], ["p1_position"], asked)
+    answers = Answers(run).of("p1", problem)
+    (found,) = (v for v in mark(problem, answers, secret="secret", points_seed="points") if v.part == "position")
+    assert found.judgement.certificate is not None
+    assert "qd1" not in found.judgement.reason
+    assert "theta2 = " in found.judgement.reason
+
+
+def formulas(problem: Problem) -> list[Part]:
+    return [part for part in some_parts(problem) if isinstance(part.answer, (Expression, Matrix))]
+
+
+WAYS = {
+    "symbols": ("return f({names})", Outcome.CORRECT),
+    "numbers": ("return np.array(f({names}), dtype=float)", Outcome.CORRECT),
+    "wrong symbols": ("return 1.001 * f({names})", Outcome.WRONG),
+    "wrong numbers": ("return np.array(f({names}), dtype=float) * (1 + 1e-6)", Outcome.WRONG),
+    "wrong somewhere": ("return -1 * f({names}) if theta{first} > 0 else f({names})", Outcome.WRONG),
+}
+
+
+@few_families
+def test_functions_of_every_question_get_what_their_formulas_would(
+    problem: Problem, sandbox: Sandbox, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Which mistake is behind a wrong one isn't looked for: it changes no mark, and has test_diagnosis.py."""
+    monkeypatch.setattr("qdot.grader.grading.marking.diagnose", lambda *_: None)
+    parts = formulas(problem)
+    asked = {"p1": asked_of(problem, problem.domain(), "points")}
+    names = asked["p1"]["symbols"]
+    first = next((name.removeprefix("theta") for name in names if name.startswith("theta")), None)
+    for way, (body, due) in WAYS.items():
+        if first is None and "{first}" in body:
+            continue
+        cells = ["from sympy import *\nimport numpy as np", f"{', '.join(names)} = symbols('{' '.join(names)}')"]
+        for part in parts:
+            said = body.format(names=", ".join(names), first=first)
+            cells.append(
+                f"f = lambdify([{', '.join(names)}], {part.answer.code()}, 'numpy')\n"
+                f"def {variable('p1', part.name)}({', '.join(names)}, f=f):\n    {said}"
+            )
+        wanted = [variable("p1", part.name) for part in parts]
+        run = sandbox.run(cells, wanted, asked)
+        assert not run.failures, run.failures
+        for verdict in mark(problem, Answers(run).of("p1", problem), secret="secret", points_seed="points"):
+            if verdict.part in {part.name for part in parts if not is_zero(part)}:
+                said = f"{verdict.part}, {way}: {verdict.judgement.reason} {verdict.answer}"
+                assert (verdict.judgement.outcome is Outcome.CORRECT) == (due is Outcome.CORRECT), said
+
+
+def is_zero(part: Part) -> bool:
+    assert isinstance(part.answer, (Expression, Matrix))
+    return sp.Matrix([part.answer.reference]).is_zero_matrix is True
+
+
+def test_a_table_that_a_student_typed_is_no_answer(problem: Problem) -> None:
+    for part in formulas(problem)[:1]:
+        domain, joints = problem.domain(), [q.name for q in problem.chain.q]
+        pairs = ['{"shape": [1], "values": [[["x", 0]]]}', '{"shape": [-1], "values": [[[1, 0]]]}']
+        for text in (*pairs, "", "[]", "{}", '{"shape": [1], "values": []}', '{"shape": [1e400]}', "[" * 10000):
+            judged = judge_function(part, read_table(TABLE + text, domain, "points"), joints, domain.roles)
+            assert judged.outcome is Outcome.WRONG
+
+
+def test_values_that_are_nearly_right_are_shown_with_the_digits_in_which_they_differ() -> None:
+    problem = drawn("planar-2r", 0, variation="chapter")
+    part, domain, joints = problem["position"], problem.domain(), [q.name for q in problem.chain.q]
+    empty = read_table(f'{TABLE}{{"shape": [2], "values": []}}', domain, "points")
+    rows = part.answer.trees(domain.roles)
+    right = evaluate(compile_program([row[0] for row in rows]), empty.at, POINTS)[0].T
+    example = judge_function(part, replace(empty, shape=(2,), values=right * (1 + 1e-8)), joints, domain.roles)
+    assert re.search(r"yours (\S+), expected (?!\1$)", example.reason), example.reason

@@ -1,0 +1,105 @@
+"""What a level of feedback keeps back: no right value below "values", no counterexample below "counterexample"."""
+
+import re
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from qdot.exercises.assignment.assignment import FEEDBACK
+from qdot.exercises.problem.problem import Part
+from qdot.grader.grading.marking import mark
+from qdot.grader.judging.counterexample import shown
+from qdot.grader.reports.feedback_levels import told
+from tests.support.problems import drawn, parts_in_turn
+from tests.support.suites import WHOLE, few_families
+
+
+def wrong_answer(part: Part, joint: str) -> str:
+    """Return an answer that can be read and is wrong."""
+    if part.answer.offered:
+        return ""
+    rows, columns = part.shape or (1, 1)
+    entry = "1.23456" if part.answer.is_in_numbers else f"1.23456*sin({joint}) + {joint}"
+    if part.answer.is_a_set:
+        return f"[{joint} = 0.7, {joint} = 1.9]"
+    listed = [", ".join([entry] * columns)] * rows
+    if rows * columns == 1:
+        return entry
+    return f"[{', '.join(listed if columns == 1 else [f'[{row}]' for row in listed])}]"
+
+
+def wrong_parts(family: str) -> list[dict[str, Any]]:
+    problem = drawn(family, 0)
+    problem = replace(problem, parts=tuple(parts_in_turn(problem)))
+    answers = {part.name: wrong_answer(part, problem.chain.q[-1].name) for part in problem.parts}
+    made = [verdict.as_json() for verdict in mark(problem, {k: v for k, v in answers.items() if v}, secret="s")]
+    return [part for part in made if part["outcome"] in ("wrong", "partial") and part["certificate"] is not None]
+
+
+@few_families
+def test_every_level_keeps_back_what_is_above_it(family: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The mistakes behind answers, which take most of the time, are looked for in one family."""
+    if not WHOLE and family != "planar-2r":
+        monkeypatch.setattr("qdot.grader.grading.marking.diagnose", lambda *_: None)
+    parts = wrong_parts(family)
+    assert parts
+    for part in parts:
+        assert told(part, "values") == told(part, "solutions") == part
+        nothing_right_is_told_below_values(part)
+        no_numbers_are_told_below_counterexamples(part)
+
+
+def nothing_right_is_told_below_values(part: dict[str, Any]) -> None:
+    example, seen = part["certificate"]["counterexample"], told(part, "counterexample")
+    if "missing" in example:
+        assert seen["certificate"]["counterexample"]["missing"] is None
+        assert not re.search(r"is missing: ", seen["reason"]), seen["reason"]
+        return
+    assert seen["certificate"]["counterexample"]["expected"] is None
+    assert not re.search(r"expected [-(\d]|, and .* is right", seen["reason"]), seen["reason"]
+    right = shown(example["expected"])
+    if len(right) > 4 and right not in shown(example["yours"]) and right not in str(example["at"]):
+        assert right not in seen["reason"], seen["reason"]
+
+
+def no_numbers_are_told_below_counterexamples(part: dict[str, Any]) -> None:
+    seen = told(part, "mistake")
+    assert seen["certificate"]["counterexample"] is None
+    assert not re.search(r"[a-z]\w* = -?\d|yours|expected", seen["reason"].split("; it follows")[0]), seen["reason"]
+    assert (seen["mistake"], seen["entries"]) == (part["mistake"], part["entries"])
+    least = told(part, "outcome")
+    assert (least["reason"], least["mistake"], least["advice"], least["entries"]) == ("", None, None, None)
+
+
+@pytest.mark.parametrize("level", FEEDBACK)
+def test_what_could_not_be_read_and_what_is_right_is_told_at_every_level(level: str) -> None:
+    problem = drawn("planar-2r", 0)
+    problem = replace(problem, parts=(problem["position"], problem["jacobian"]))
+    verdicts = mark(problem, {"position": "a1 +", "jacobian": problem["jacobian"].answer.code()}, secret="s")
+    for verdict in verdicts:
+        assert told(verdict.as_json(), level) == verdict.as_json()
+    assert "can't be read" in told(verdicts[0].as_json(), level)["reason"]
+
+
+@pytest.mark.parametrize(
+    ("reason", "level", "left"),
+    [
+        ("differs at theta1 = 0.5: yours 1, expected 2", "mistake", "it is not what is due"),
+        ("right but for its sign, which earns 4/5; differs at a1 = 2: yours 4, expected -4", "mistake",
+         "right but for its sign, which earns 4/5"),
+        ("1 in part; claimed, but no singular configuration: theta2 = 0.5", "mistake",
+         "1 in part; what is claimed is not everywhere a singular configuration"),
+        ("claimed, but no singular configuration: theta2 = 0.5", "counterexample",
+         "claimed, but no singular configuration: theta2 = 0.5"),
+    ],
+)  # fmt: skip
+def test_what_is_left_of_a_reason_is_a_sentence(reason: str, level: str, left: str) -> None:
+    part = {"outcome": "wrong", "reason": reason, "certificate": {"counterexample": None}, "mistake": None}
+    assert told(part, level)["reason"] == left
+
+
+def test_a_shape_that_is_not_read_names_no_mistake_at_the_lowest_level() -> None:
+    part = {"outcome": "wrong", "reason": "2 x 6, and 6 x 2 is due (transposed?)", "certificate": None}
+    assert told(part, "outcome")["reason"] == "2 x 6, and 6 x 2 is due"
+    assert "transposed" in told(part, "mistake")["reason"]

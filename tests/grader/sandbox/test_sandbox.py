@@ -1,0 +1,263 @@
+"""Running students' code: answers come out as text, and whatever a notebook does costs only that notebook."""
+
+import ast
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from qdot.grader.sandbox.own_folder import own_folder
+from qdot.grader.sandbox.sandbox import CONTAINED, Limits, Sandbox
+from tests.support.suites import few_of, several
+
+IMPORTS = "from sympy import *\nimport numpy as np\nx, y = symbols('x y')"
+
+
+@pytest.fixture(scope="module")
+def sandbox() -> Iterator[Sandbox]:
+    with Sandbox(Limits(seconds=20, cell_seconds=1.5)) as made:
+        yield made
+
+
+@pytest.mark.parametrize(
+    ("code", "text"),
+    [
+        ("Matrix([[cos(x), 1], [0, y]])", "[[cos(x), 1], [0, y]]"), ("[[1, 2.5], [x, 0]]", "[[1, 2.5], [x, 0]]"),
+        ("np.array([[1.0, 2.0]])", "[[1.0, 2.0]]"), ("np.float64(0.1)", "0.1"),
+        ("np.sqrt(2)*x", "1.4142135623730951*x"), ("pi.evalf()", "3.141592653589793"), ("{x: [0, pi]}", "{x: [0, pi]}"),
+        ("Eq(sin(x), 0)", "Eq(sin(x), 0)"), ("And(Eq(x, 0), Eq(y, pi))", "Eq(x, 0) & Eq(y, pi)"),
+        ("FiniteSet(0, pi)", "{0, pi}"), ("ImmutableMatrix([x])", "[[x]]"), ("'a1*c12'", "a1*c12"), ("...", "blank"),
+        ("1 + 2j", "(1.0 + I*(2.0))"), ("float('nan')", "nan"),
+    ],
+)  # fmt: skip
+def test_values_leave_as_text(sandbox: Sandbox, code: str, text: str) -> None:
+    run = sandbox.run([IMPORTS, f"p = {code}"], ["p"])
+    assert run.answers == {"p": text}
+    assert run.end == "done"
+
+
+def test_what_is_no_expression_is_told_and_the_last_value_counts(sandbox: Sandbox) -> None:
+    liar = "class L:\n    def __class_getitem__(c, k): raise ValueError\nt = L()"
+    cells = ["p = int", "q = open", "r = object()", "s = [1]; s.append(s)", liar, "u = 1", "u = 2; other = 3"]
+    run = sandbox.run(cells, list("pqrstu"))
+    assert run.answers == {"u": "2"} and "nest too deeply" in run.failures["s"]
+    assert all("not an expression" in run.failures[name] for name in "pqrt")
+
+
+@pytest.mark.parametrize(
+    ("made", "changed", "text"),
+    [
+        ("Matrix([x, 1])", "p1_a[1] = 2", "[[x], [2]]"), ("Matrix([[x, 1], [1, 2]])", "p1_a.row_del(1)", "[[x, 1]]"),
+        ("SparseMatrix([[x, 1]])", "p1_a[0, 1] = 2", "[[x, 2]]"),
+        ("[x, [1, 2]]", "p1_a[1].append(3)", "[x, [1, 2, 3]]"),
+        ("[x, numpy.array([1, 2])]", "p1_a[1][0] = 5", "[x, [5, 2]]"), ("numpy.array([1, 2])", "p1_a[0] = 5", "[5, 2]"),
+        ("{1: [2]}", "p1_a[1] = [3]", "{1: [3]}"), ("Integer(1)", "p1_a = Float(1)", "1.0"),
+        ("Matrix([1, 2])", "p1_a = Matrix([[1, 2]])", "[[1, 2]]"), ("[1, 2]", "p1_a[0] = True", "[True, 2]"),
+    ],
+)  # fmt: skip
+def test_a_change_in_place_counts(sandbox: Sandbox, made: str, changed: str, text: str) -> None:
+    cells = ["import numpy; from sympy import *; x = Symbol('x')", f"p1_a = {made}", "p1_b = 0", changed, "p1_b = 1"]
+    assert sandbox.run(cells, ["p1_a", "p1_b"]).answers == {"p1_a": text, "p1_b": "1"}
+
+
+def test_a_cell_that_raises_costs_itself_only(sandbox: Sandbox) -> None:
+    run = sandbox.run(["p = 1", "q = 1/0", "syntax error here", "r = p + 1", "s = q"], ["p", "q", "r", "s"])
+    assert run.answers == {"p": "1", "r": "2"}
+    assert run.cell_errors[1] == "ZeroDivisionError: division by zero"
+    assert run.cell_errors[2].startswith("SyntaxError")
+    assert run.cell_errors[4].startswith("NameError")
+
+
+def test_no_walk_and_no_pattern_shows_what_lies_outside(secret: Path) -> None:
+    """Python's own ways of looking into folders end at the hook, which is asked for every folder; matplotlib walks."""
+    looks = [
+        f"import os; a = [name for *_, names in os.walk({str(secret.parent)!r}) for name in names]",
+        f"import glob; b = glob.glob({str(secret.parent)!r} + '/*') + glob.glob('/etc/pass*')",
+        f"import pathlib; c = list(map(str, pathlib.Path({str(secret.parent)!r}).rglob('*')))",
+        f"d = [name for *_, names, _ in os.fwalk({str(secret.parent)!r}) for name in names]",
+    ]
+    with Sandbox(Limits(seconds=20, cell_seconds=4), {"namespaces", "landlock", "user"}) as sandbox:
+        run = sandbox.run(looks, ["a", "b", "c", "d"])
+    assert set(run.answers.values()) == {"[]"} and {"a", "b"} <= set(run.answers), run
+
+
+@pytest.mark.whole
+@pytest.mark.skipif(sys.platform != "linux", reason="processors are chosen, and others' processor time is read")
+def test_a_busy_machine_costs_no_answer() -> None:
+    """What counts is processor time: here a notebook has a fifth of a processor, and less where the machine is busy."""
+    allowed = os.sched_getaffinity(0)
+    spinning = [sys.executable, "-c", "while True: pass"]
+    others: list[subprocess.Popen[bytes]] = []
+    try:
+        os.sched_setaffinity(0, {min(allowed)})
+        with Sandbox(Limits(seconds=1.5, cell_seconds=0.5)) as sandbox:
+            assert sandbox.run([], []).end == "done"
+            others += [subprocess.Popen(spinning, start_new_session=True) for _ in range(4)]
+            begun = time.monotonic()
+            run = sandbox.run([COMPUTES, "a = 1", COMPUTES, "b = 2"], ["a", "b"])
+            took = time.monotonic() - begun
+    finally:
+        os.sched_setaffinity(0, allowed)
+        for process in others:
+            process.kill()
+            process.wait()
+    assert (run.answers, run.cell_errors, run.end) == ({"a": "1", "b": "2"}, {}, "done")
+    assert took > 1.5, "the machine was not busy"
+
+
+SLEEPS = "while True: time.sleep(0.01)"
+COMPUTES = "import time\nbegun = time.process_time()\nwhile time.process_time() - begun < 0.2: pass"
+
+CAUGHT = "x = 1\ntry:\n    while x: x += 1\nexcept: pass"
+"""A stop is lost, as in an `except:` of a library: it comes again."""
+
+
+@pytest.fixture(scope="module")
+def strict() -> Iterator[Sandbox]:
+    with Sandbox(Limits(seconds=20, cell_seconds=0.5)) as made:
+        yield made
+
+
+@pytest.mark.parametrize(
+    ("cell", "told"),
+    few_of(
+        [
+            ("while True: pass", "it took longer than 0.5 s of processor time"),
+            ("import time; time.sleep(60)", "it waited longer than 0.5 s"),
+            (f"import time\n{COMPUTES}\ntime.sleep(60)", "it waited longer than 0.5 s"),
+            (f"{CAUGHT}\nwhile True: pass", "it took longer than 0.5 s of processor time"),
+            ("import time\ntry: time.sleep(60)\nexcept: pass\ntime.sleep(60)", "it waited longer than 0.5 s"),
+        ],
+        3,
+    ),
+)
+def test_a_cell_that_takes_too_long_is_told_what_of(strict: Sandbox, cell: str, told: str) -> None:
+    begun = time.monotonic()
+    run = strict.run([cell, "a = 1"], ["a"])
+    assert (run.end, run.answers, run.cell_errors) == ("done", {"a": "1"}, {0: told}), strict.unbegun
+    assert time.monotonic() - begun < 0.5 + 10 * 0.5 + 4
+
+
+@pytest.mark.parametrize("rest", several(["while True: pass"], ["while True: pass", "time.sleep(60)", SLEEPS]))
+@pytest.mark.whole
+def test_a_notebook_that_ignores_its_alarms_is_stopped_all_the_same(rest: str) -> None:
+    ignores = "import time\nfrom signal import *\nfor s in (SIGALRM, SIGPROF): signal(s, SIG_IGN)\n"
+    with Sandbox(Limits(seconds=1, cell_seconds=0.5)) as sandbox:
+        begun = time.monotonic()
+        run = sandbox.run(["a = 1", ignores + rest], ["a"])
+    assert (run.answers, run.end) == ({"a": "1"}, "overtime")
+    assert time.monotonic() - begun < 1 + 10 * 1 + 4
+
+
+def test_forged_reports_say_nothing_of_other_names(sandbox: Sandbox) -> None:
+    forge = (
+        'import os, json\nfor fd in range(3, 40):\n    try: os.write(fd, b\'{"end": "done"}\\n[1]\\n5\\n'
+        '{"name": "zz", "text": "1"}\\n{"missed": 0, "line": -1}\\n{"missed": 9, "line": 1}\\n'
+        '{"missed": 0, "line": true}\\n{"cell": 5, "line": 1}\\n\\xff\\xfe\\n\')\n    except OSError: pass'
+    )
+    run = sandbox.run(["a = 1", forge, "b = 2"], ["a", "b"])
+    assert run.answers == {"a": "1", "b": "2"}
+    assert (run.missed, run.stopped_at, run.end) == ({}, {}, "done")
+
+
+def test_nothing_of_qdot_is_in_the_process(sandbox: Sandbox) -> None:
+    cell = "import sys\np = str(sorted(m for m in sys.modules if m.split('.')[0] in ('exercises', 'grader')))"
+    assert sandbox.run([cell], ["p"]).answers == {"p": "[]"}
+    imported = {
+        name.name.split(".")[0]
+        for path in CONTAINED.glob("*.py")
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Import | ast.ImportFrom)
+        for name in ([ast.alias(node.module or "")] if isinstance(node, ast.ImportFrom) else node.names)
+    }
+    assert not imported & {"exercises", "grader"}
+
+
+def test_a_notebook_starts_in_an_empty_folder_of_its_own_that_is_gone_after(sandbox: Sandbox) -> None:
+    cell = "import os\np = str(os.listdir('.'))\nopen('left', 'w').write('x')\nq = os.getcwd()"
+    first = sandbox.run([cell], ["p", "q"])
+    second = sandbox.run([f"{cell}\nr = str(os.path.exists({first.answers['q']!r}))"], ["p", "q", "r"])
+    assert first.answers["p"] == second.answers["p"] == "[]"
+    assert second.answers["r"] == "False"
+
+
+def test_folders_of_processes_that_were_killed_are_removed_and_those_in_use_are_not(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    program = "import sys; from qdot.grader.sandbox.own_folder import own_folder\n"
+    program += "print(own_folder('qdot-own-').path, flush=True); "
+    with subprocess.Popen(
+        [sys.executable, "-c", program + "sys.stdin.read()"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+        env={"TMPDIR": str(tmp_path)},
+    ) as process:  # fmt: skip
+        assert process.stdout is not None
+        others = Path(process.stdout.readline().strip())
+        (others / "kept").mkdir()
+        mine = own_folder("qdot-own-")
+        assert (others / "kept").exists()
+        process.kill()
+    (tmp_path / "qdot-own-link.tmp").symlink_to(tmp_path)
+    (tmp_path / "qdot-other").mkdir()
+    (tmp_path / "qdot-own-autumn").mkdir()  # somebody has called a folder so
+    own_folder("qdot-own-").remove()
+    left = {Path(mine.path).name, "qdot-own-link.tmp", "qdot-other", "qdot-own-autumn"}
+    assert {path.name for path in tmp_path.iterdir()} == left
+    mine.remove()
+    assert not Path(mine.path).exists()
+
+
+@pytest.fixture
+def secret(tmp_path: Path) -> Path:
+    (tmp_path / "secret.txt").write_text("the secret")
+    return tmp_path / "secret.txt"
+
+
+def test_a_notebook_reads_and_writes_nothing_of_the_machines_owner(sandbox: Sandbox, secret: Path) -> None:
+    cells = [
+        f"p1 = open({str(secret)!r}).read()",
+        f"import os; p2 = str(os.listdir({str(secret.parent)!r}))",
+        f"open({str(secret.parent / 'planted')!r}, 'w').write('x')",
+        f"os.rename({str(secret)!r}, 'mine')",
+        "p3 = open('/proc/%d/cmdline' % os.getppid()).read()",
+        f"os.symlink({str(secret)!r}, 'link')\np4 = open('link').read()",
+        "if True:\n    import exercises.generation; p5 = 'loaded'",
+        "import importlib; importlib.import_module('qdot.grader.judging.formulas'); p6 = 'loaded'",
+        f"import subprocess; p7 = subprocess.run(['cat', {str(secret)!r}], capture_output=True, text=True).stdout",
+        f"p8 = os.popen({'cat ' + str(secret)!r}).read()",
+        "import ctypes; p9 = str(ctypes.CDLL(None).getpid())",
+        "import socket; socket.socket(); p10 = 'open'",
+        "os.kill(os.getppid(), 9); p11 = 'killed'",
+        "os.fork(); p12 = 'forked'",
+        f"import pathlib; p13 = pathlib.Path({str(secret)!r}).read_text()",
+        f"import numpy; p14 = str(numpy.loadtxt({str(secret)!r}, dtype=str))",
+        f"import io; p15 = io.open_code({str(secret)!r}).read().decode()",
+        f"p16 = os.read(os.open({str(secret)!r}, os.O_RDONLY), 100).decode()",
+        f"p17 = open({str(CONTAINED.parent.parent / 'README.md')!r}).read()",
+    ]
+    run = sandbox.run(cells, [f"p{i}" for i in range(1, 18)])
+    assert run.answers == {}
+    assert sorted(run.cell_errors) == list(range(len(cells)))
+    refused = ("may not", "not found", "No module")  # by the hook in words, or by the kernel: it is not there
+    assert not [error for error in run.cell_errors.values() if not any(word in error for word in refused)]
+    assert sorted(path.name for path in secret.parent.iterdir()) == ["secret.txt"]
+
+
+def test_what_a_notebook_needs_is_allowed(sandbox: Sandbox) -> None:
+    cells = [
+        "open('notes.txt', 'w').write('x'); p1 = open('notes.txt').read()",
+        "import tempfile\nwith tempfile.NamedTemporaryFile() as f: p2 = 'temporary'",
+        "from sympy.physics.mechanics import dynamicsymbols\nfrom sympy.physics.vector import ReferenceFrame\np3 = '3'",
+        "import statistics, fractions, decimal, random, json, csv, zoneinfo, sqlite3; p4 = '4'",
+        "import numpy.fft, numpy.polynomial; p5 = str(numpy.random.default_rng().integers(1))",
+        "import sympy; p6 = sympy.latex(sympy.integrate(sympy.Symbol('x')))",
+        "import warnings; warnings.warn('x'); print('y'); p7 = '7'",
+    ]
+    run = sandbox.run(cells, [f"p{i}" for i in range(1, 8)])
+    assert run.cell_errors == {}
+    assert len(run.answers) == 7

@@ -1,0 +1,121 @@
+"""A class in which most attack: the others keep full marks, and nothing that is written can be harmful.
+
+Of 30 students 25 attack, in `make test` five of seven; test_sandbox_hostile.py tries each attack by itself.
+"""
+
+import csv
+import io
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+from qdot.exercises.assignment.assignment import Assignment, load_assignment
+from qdot.exercises.assignment.release import init_assignment, release
+from qdot.exercises.common.console import printable
+from qdot.grader.cli.demo import answered
+from qdot.grader.cli.main import app
+from qdot.grader.grading.batch import grade_class
+from qdot.grader.reports.feedback import feedback_page
+from qdot.grader.reports.tables import grades_csv, results_jsonl
+from qdot.grader.reports.write import write_reports
+from qdot.grader.sandbox.sandbox import Limits
+from qdot.grader.submissions.submission import find_submissions
+from tests.support.handing_in import UNCERTIFIED
+from tests.support.suites import few_of, several
+
+TOML = 'title = "T"\nkey = "hw"\n[[problem]]\nfamily = "planar-2r"\nquestions = ["position", "determinant"]\n'
+HONEST = ["s01", *several(["s04"], ["s08", "s15", "s22", "s30"])]
+STUDENTS = [f"s{i:02d}" for i in range(1, several(8, 31))]
+ATTACKS = [
+    "while True: pass", "sum(range(10**12))", "import os; os._exit(0)", "import os; os.abort()",
+    "import sys; sys.exit()", "import os; os.kill(os.getppid(), 9)", "import os; os.fork()",
+    "import os; os.system('touch {folder}/planted')", "x = [bytearray(10**9) for _ in range(99)]",
+    "import sys; sys.setrecursionlimit(10**9); l = []\nfor i in range(10**6): l = [l]\nrepr(l)",
+    "import sympy; sympy.Basic.__eq__ = sympy.Basic.__str__ = lambda *a: True",
+    "import builtins; builtins.isinstance = lambda *a: True", "import sys; sys.modules.clear()",
+    "import os\nfor fd in range(3, 64):\n    try: os.write(fd, b'{{}}\\n' * 10**6)\n    except OSError: pass",
+    "import os; os.closerange(3, 64)", "print('x' * 10**8)", "open('{folder}/submitted/s01/hw.ipynb', 'w').write('x')",
+    "p1_determinant = open('{folder}/solutions/s02/hw.ipynb').read()",
+    "p1_determinant = open('{folder}/secret.txt').read()", "import socket; socket.create_connection(('127.0.0.1', 80))",
+    "raise SystemExit('<script>alert(1)</script>')",
+    "raise ValueError('\\x1b[2J\\x9b31m=cmd|calc!A1 <img src=x onerror=alert(1)> \\u202egnp')",
+    "p1_determinant = '<script>alert(1)</script>'", "p1_determinant = '=HYPERLINK(\"http://evil\")\\x1b]0;x\\x07'",
+    "class L:\n    __class__ = str\n    def __reduce__(self): return (print, ())\np1_determinant = L()",
+]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def assignment(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
+    folder = tmp_path_factory.mktemp("class") / "hw"
+    init_assignment(folder, "T", "hw", secret="CANARY0123456789abcdef")
+    (folder / "assignment.toml").write_text(TOML)
+    (folder / "roster.csv").write_text("student,name\n" + "".join(f"{s},\u202e\x1b[2J {s}\n" for s in STUDENTS))
+    release(load_assignment(folder), UNCERTIFIED, 0, lambda _: None)
+    return load_assignment(folder)
+
+
+def with_attack(text: str, attack: str, last: bool) -> str:
+    """Put a cell between the answers, or after them."""
+    notebook = json.loads(text)
+    cells = notebook["cells"]
+    name = "p1_determinant" if last else "p1_position"
+    at = next(i for i, cell in enumerate(cells) if re.search(rf"(?m)^{name} *=", "".join(cell["source"])))
+    cells.insert(at + 1, {**cells[at], "id": "attack", "metadata": {}, "source": attack})
+    return json.dumps(notebook)
+
+
+def test_thirty_of_whom_twenty_five_attack_and_seven_of_whom_five_do(assignment: Assignment) -> None:
+    attacks = iter(few_of(ATTACKS, 5))
+    folder = assignment.folder
+    for student in STUDENTS:
+        text = answered(
+            (folder / "released" / student / "hw.ipynb").read_text(), assignment.problems(student), lambda code, _: code
+        )
+        if student not in HONEST:
+            attack = next(attacks)
+            text = with_attack(text, attack.format(folder=folder), "p1_determinant" in attack)
+        path = folder / "submitted" / student / "hw.ipynb"
+        path.parent.mkdir(parents=True)
+        path.write_text(text)
+    assert next(attacks, None) is None
+    before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    found = find_submissions(assignment, folder / "submitted").found
+    results = grade_class(assignment, found, 2, Limits(seconds=4, cell_seconds=0.8, memory=1 << 30), lambda _: None)
+    assert [result["student"] for result in results] == STUDENTS
+    for result in results:
+        position, determinant = result["problems"][0]["parts"]
+        assert position["outcome"] == "correct", result
+        if result["student"] in HONEST:
+            assert determinant["outcome"] == "correct" and not result["staff_notes"]
+        assert "ungraded" not in (position["outcome"], determinant["outcome"])
+    assert {path: path.read_bytes() for path in before} == before
+    assert not (folder / "planted").exists()
+    write_reports(assignment, results)
+    _nothing_written_is_harmful(assignment, results)
+
+
+def _nothing_written_is_harmful(assignment: Assignment, results: list[dict[str, Any]]) -> None:
+    table, lines = grades_csv(results, assignment.roster), results_jsonl(results).decode()
+    assert printable(table) == table and printable(lines) == lines
+    for row in csv.reader(io.StringIO(table)):
+        assert len(row) == 12
+        for cell in row:
+            assert not re.match(r"\s*[=+@]|\s*-\D", cell), cell
+    assert [json.loads(line)["student"] for line in lines.splitlines()] == STUDENTS
+    for student, result in zip(assignment.roster, results, strict=True):
+        page = feedback_page(assignment, student, result).replace(student.name, "")  # the staff wrote the roster
+        assert "<script>alert" not in page and "<img src=x" not in page and "CANARY" not in page
+        assert "\x1b" not in page and "\x9b" not in page
+
+
+def test_what_check_prints_does_not_steer_the_terminal(assignment: Assignment, tmp_path: Path) -> None:
+    text = (assignment.folder / "released" / "s01" / "hw.ipynb").read_text()
+    attack = "p1_position = '\\x1b[2J\\x9b31m'\np1_determinant = 1\nraise ValueError('\\x1b[2J')"
+    path = tmp_path / "hw.ipynb"
+    path.write_text(with_attack(text, attack, last=True))
+    result = CliRunner().invoke(app, ["check", str(path)])
+    assert result.exit_code == 1 and not set("\x1b\x9b") & set(result.output)

@@ -1,0 +1,152 @@
+"""Habits of Jupyter in the contained process: what is for display does nothing, and the rest of a notebook counts."""
+
+from collections.abc import Iterator
+
+import pytest
+
+from qdot.grader.sandbox.sandbox import Limits, Run, Sandbox
+
+SETUP = "from sympy import Matrix, Symbol, sin\ntheta1 = Symbol('theta1')"
+
+
+@pytest.fixture(scope="module")
+def sandbox() -> Iterator[Sandbox]:
+    with Sandbox(Limits(seconds=20, cell_seconds=4)) as made:
+        yield made
+
+
+def run(sandbox: Sandbox, *cells: str) -> Run:
+    return sandbox.run(cells, ["a", "b", "c"], setup=SETUP)
+
+
+@pytest.mark.parametrize(
+    ("cells", "answers"),
+    [
+        (["files = !ls\na = files\n!rm -rf /", "sin?\n?cos\n%who\nb = 2"], {"a": "[]", "b": "2"}),
+        (["1 + 1", "a = _", "5;", "6", "b = [_, __]", "c = [Out[1], _4]"], {"a": "2", "b": "[6, 2]", "c": "[2, 6]"}),
+        (["for _ in range(3): pass", "7", "a = _"], {"a": "2"}),
+        (["import asyncio\nawait asyncio.sleep(0.01)\na = 1"], {"a": "1"}),
+        (["async def f(): return 7", "a = await f()\nb = 2", "await f()", "c = _"], {"a": "7", "b": "2", "c": "7"}),
+        (["input('go on?')\na = 1"], {"a": "1"}),
+        (["%%writefile helper.py\ndef f(x):\n    return x + 1", "from helper import f\na = f(1)"], {"a": "2"}),
+        (["%%file h.py\nx = 1", "%%writefile -a h.py\ny = 2", "%run h\na = x + y"], {"a": "3"}),
+        (["open('h.py', 'w').write('x = 4')", "import h\na = h.x"], {"a": "4"}),
+        (["%%time\na = 1", "%time b = 2", "%%capture out\nc = 3"], {"a": "1", "b": "2", "c": "3"}),
+        (["get_ipython().run_line_magic('matplotlib', 'inline')\na = 1"], {"a": "1"}),
+        (
+            ["get_ipython().run_cell_magic('time', '', 'a = 1\\n')", "get_ipython().magic('time b = 2')"],
+            {"a": "1", "b": "2"},
+        ),
+        (["get_ipython().system('ls')\na = get_ipython().getoutput('ls')"], {"a": "[]"}),
+        (["    a = 1\n    b = 2", ">>> c = 3"], {"a": "1", "b": "2", "c": "3"}),
+        (["a = 'google.colab' in str(get_ipython())"], {"a": "False"}),
+        (["try:\n    import nosuchlibrary\nexcept ImportError:\n    a = 1"], {"a": "1"}),
+        (["import os\nos.mkdir('x'); os.chdir('x'); os.rmdir('../x')\na = 1", "b = 2"], {"a": "1", "b": "2"}),
+        (
+            ["from ipywidgets import interact\n@interact(t=1)\ndef f(t):\n    return 2*t\na = f(theta1)"],
+            {"a": "2*theta1"},
+        ),
+    ],
+)
+def test_habits_of_jupyter_cost_nothing(sandbox: Sandbox, cells: list[str], answers: dict[str, str]) -> None:
+    found = run(sandbox, *cells)
+    assert (found.answers, found.cell_errors, found.missed, found.end) == (answers, {}, {}, "done")
+
+
+SHOWING = {
+    "IPython": "from IPython.display import display, Math, HTML\ndisplay(Math('x'), HTML('<b>'))",
+    "all of IPython.display": "from IPython.display import *\ndisplay(Latex('x'))\nclear_output(wait=True)",
+    "IPython itself": "import IPython\nIPython.get_ipython().events.x()\nIPython.version_info[:2] < (9, 1)",
+    "a setting": "from IPython.core.interactiveshell import InteractiveShell as I\nI.ast_node_interactivity = 'all'",
+    "SymPy's printing": "from sympy import init_printing\ninit_printing(use_latex='mathjax')\ninit_printing()",
+    "widgets": "import ipywidgets as w\ns = w.FloatSlider(min=0, max=1)\ns.observe(print, 'value')\nw.HBox([s, s])",
+    "a widget's class": "from ipywidgets import VBox\nclass W(VBox):\n    def f(self): self.x.y()\nW().f()",
+    "plotly": "import plotly.graph_objects as go\nf = go.Figure()\nf.add_trace(go.Scatter(x=[1], y=[1]))\nf.show()",
+    "seaborn": "import seaborn as sns\nsns.set_theme()",
+    "Colab": "from google.colab import drive, files\ndrive.mount('/content/drive')\nfiles.upload()",
+}
+
+
+@pytest.mark.parametrize("showing", SHOWING)
+def test_what_only_shows_something_costs_nothing(sandbox: Sandbox, showing: str) -> None:
+    ran = run(sandbox, f"{SHOWING[showing]}\na = 1", "b = sin(theta1)")
+    assert (ran.answers, ran.cell_errors, ran.missed) == ({"a": "1", "b": "sin(theta1)"}, {}, {})
+
+
+PLOTS = [
+    "fig, ax = plt.subplots()\nline, = ax.plot([0, 1], [0, 1])\nlow, high = ax.get_xlim()\nplt.show()",
+    "fig, (ax1, ax2, ax3) = plt.subplots(1, 3)\nax3.grid(True)",
+    "fig, axes = plt.subplots(2, 2)\naxes[0, 1].set_title('x')\nfor one in axes.flat: one.grid()",
+    "with plt.style.context('classic'):\n    plt.plot([1, 2])\nplt.rcParams['figure.dpi'] = 100",
+    "from matplotlib.animation import FuncAnimation\nFuncAnimation(plt.figure(), lambda i: i, frames=2)",
+    "from mpl_toolkits.mplot3d import Axes3D\nax = plt.figure().add_subplot(projection='3d')",
+    "import sympy\nsympy.plot(sin(theta1), show=False)",
+    "from sympy.plotting import plot_parametric\nplot_parametric(sin(theta1), theta1, (theta1, 0, 1))",
+]
+HIDES = (
+    "import sys, importlib.machinery as m\nreal = m.PathFinder.find_spec\n"
+    "m.PathFinder.find_spec = classmethod(lambda c, n, p=None, t=None:"
+    " None if n.startswith(('matplotlib', 'mpl_toolkits')) else real(n, p, t))"
+)
+
+
+@pytest.mark.parametrize(
+    "hidden", [pytest.param(False, marks=pytest.mark.whole, id="matplotlib is there"), pytest.param(True, id="is not")]
+)
+def test_plots_cost_nothing(sandbox: Sandbox, hidden: bool) -> None:
+    begin = [HIDES if hidden else "", "%matplotlib inline\nimport matplotlib.pyplot as plt\na = 1"]
+    end = ["c = 'Finder' in str(plt.__spec__.loader)"]
+    if not hidden:
+        pytest.importorskip("matplotlib")
+        end += ["plt.savefig('x.png')\nb = open('x.png', 'rb').read()[1:4].decode()"]
+    ran = run(sandbox, *begin, *PLOTS, *end)
+    assert (ran.cell_errors, ran.missed) == ({}, {})
+    assert ran.answers == {"a": "1", "c": str(hidden)} | ({} if hidden else {"b": "PNG"})
+
+
+def test_a_cell_goes_on_behind_an_import_that_fails(sandbox: Sandbox) -> None:
+    found = run(sandbox, "import numpy; import nosuchlibrary.linalg as la; a = 1\nb = 2", "c = la.expm(1)")
+    assert found.answers == {"a": "1", "b": "2"}
+    number, why = found.missed[0]
+    assert number == 1 and "No module named 'nosuchlibrary'; it is not there when a notebook is graded" in why
+    assert found.cell_errors == {1: "NameError: name 'la' is not defined"} and found.stopped_at == {1: 1}
+
+
+def test_a_stand_in_is_there_for_a_library_that_cannot_be_loaded(sandbox: Sandbox) -> None:
+    broken = "import os\nos.mkdir('plotly')\nopen('plotly/__init__.py', 'w').write('open(\"/etc/passwd\")')"
+    found = run(
+        sandbox,
+        broken,
+        "import plotly.express as px\nfrom plotly import graph_objects as go\npx.line(); go.Figure()\na = 1",
+    )
+    assert (found.answers, found.cell_errors, found.missed) == ({"a": "1"}, {}, {})
+
+
+def test_where_a_cell_stopped_is_told(sandbox: Sandbox) -> None:
+    found = run(sandbox, "a = 1\n\n%who\nb = 1/0\nc = 2", "x = 1\ny = (", "def f():\n    return 1/0", "\nf()")
+    assert found.stopped_at == {0: 4, 1: 2, 3: 2}
+
+
+def test_input_is_told_where_an_empty_text_was_of_no_use(sandbox: Sandbox) -> None:
+    found = run(sandbox, "a = float(input('L1?'))", "b = float('x')")
+    assert "input() gave an empty text: write the value itself" in found.cell_errors[0]
+    assert "input()" not in found.cell_errors[1]
+
+
+def test_the_symbols_are_there_before_the_first_cell_and_may_be_set_anew(sandbox: Sandbox) -> None:
+    assert run(sandbox, "a = sin(theta1)", "theta1 = 5", "b = theta1").answers == {"a": "sin(theta1)", "b": "5"}
+    assert run(sandbox, "a = theta1").answers == {"a": "theta1"}
+
+
+def test_stand_ins_look_at_nothing_and_hold_nothing(sandbox: Sandbox) -> None:
+    """They are no way out: a file that a figure is saved to is not written, and magics obey the audit hook."""
+    cells = [
+        "import plotly, os\nplotly.figure().savefig('x.png')\na = os.path.exists('x.png')",
+        "b = plotly.figure()",
+        "%%writefile /tmp/outside.txt\nx",
+        "%run /etc/passwd",
+    ]
+    found = run(sandbox, *cells)
+    assert found.answers == {"a": "False"} and sorted(found.cell_errors) == [2, 3]
+    assert all("may not open" in error for error in found.cell_errors.values())
+    assert "nothing is shown when a notebook is graded" in found.failures["b"]

@@ -1,0 +1,28 @@
+"""Values of Python, SymPy and NumPy as the text that could have been typed for them."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from qdot.grader.sandbox.contained.values import text_of
+
+X, Y = sp.symbols("x y")
+VALUES = [
+    (sp.Poly(X**2 + Y, X), "x**2 + y"), (sp.sinc(X), "sin(x)/x"), (sp.Point(1, X), "[1, x]"),
+    (sp.Derivative(X**2, X), "2*x"), (sp.Determinant(sp.Matrix([[X, 1], [Y, 2]])), "2*x - y"),
+    (sp.Eq(sp.Matrix([X, Y]), sp.Matrix([1, 2])), "[Eq(x, 1), Eq(y, 2)]"),
+    (np.array([[1.5, 0], [0, 2]]), "[[1.5, 0.0], [0.0, 2.0]]"),
+    (sp.ImmutableDenseNDimArray([X, 1]), "[x, 1]"), ("a1*s1", "a1*s1"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("value", "text"), VALUES)
+def test_a_value_is_the_text_of_what_it_stands_for(value: Any, text: str) -> None:
+    assert text_of(value) == text
+
+
+def test_a_symbol_for_a_whole_matrix_is_no_answer() -> None:
+    with pytest.raises(TypeError, match="has a name and no entries"):
+        text_of(sp.MatrixSymbol("J", 2, 2))

@@ -1,0 +1,329 @@
+"""The downloads of learning platforms as they unpack: whose each file is, when it came in, and never a guess."""
+
+import datetime
+import io
+import os
+import stat
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
+from qdot.exercises.common.errors import QdotError
+from qdot.grader.reports.tables import status
+from qdot.grader.submissions.layouts import Handed, handed_in
+from qdot.grader.submissions.roster import Roster
+from qdot.grader.submissions.submission import MAY_BE, find_submissions, opened
+from tests.support.handing_in import RIGHT, a_class, grade, hand_in, outcomes, right
+
+pytestmark = pytest.mark.xdist_group("layouts")
+ROSTER = """student,name,email,moodle id,canvas_id,sid,section
+ada1,Ada Lovelace,ada@example.org,1001,501,A-1,17
+ada2,"Lovelace, Ada",lovelace@example.org,1002,502,A-2,17
+hen,Henri Poincaré,hp@example.org,1003,503,A-3,17
+jose,José Díaz,jd@example.org,,,A-4,18
+eve,Anne-Marie van der Berg,eve@example.org,,,A-5,18
+"""
+
+
+@pytest.fixture
+def assignment(tmp_path: Path) -> Assignment:
+    folder = tmp_path / "hw"
+    a_class(folder, [Student("s")])
+    (folder / "roster.csv").write_text(ROSTER)
+    return load_assignment(folder)
+
+
+def owners(assignment: Assignment, *paths: str) -> tuple[dict[str, list[str]], list[str], list[str]]:
+    """Return who is found to have handed in what, who is a stranger, and what is not sure."""
+    for path in paths:
+        hand_in(assignment, path, "{}")
+    looked = find_submissions(assignment, assignment.folder / "submitted")
+    root = assignment.folder / "submitted"
+    found = {
+        who: [str(file.relative_to(root)) for file in own.files]
+        for who, own in looked.found.items()
+        if not own.obstacle
+    }
+    return found, looked.strangers, looked.unsure
+
+
+EXPORTS: dict[str, tuple[dict[str, list[str]], list[str]]] = {
+    "Moodle in folders": ({
+        "ada1": ["Ada Lovelace_1001_assignsubmission_file_/my work.ipynb"],
+        "ada2": ["Ada Lovelace_1002_assignsubmission_file/hw.ipynb"],
+        "hen": ["Group A-Henri Poincare\u0301_77_assignsubmission_file_/sub/hw.ipynb",
+                "Participant_1003_assignsubmission_file_/hw2.ipynb",
+                "Henri Poincaré_77_assignsubmission_onlinetext_/onlinetext.html"],
+    }, ["Somebody Else_78_assignsubmission_file_/hw.ipynb"]),
+    "Moodle, flat": ({
+        "ada2": ["Ada Lovelace_1002_assignsubmission_onlinetext_onlinetext.html"],
+        "eve": ["Anne-Marie van der Berg_6_assignsubmission_file_hw.zip"],
+        "jose": ["Jose Diaz_5_assignsubmission_file_hw_final_2.ipynb"],
+    }, []),
+    "Canvas": ({
+        "ada1": ["lovelaceada_501_9001_hw.ipynb"], "ada2": ["lovelaceada_LATE_502_9002_hw-1.ipynb"],
+        "eve": ["vanderbergannemarie_777_9003_hw-2.ipynb"], "jose": ["díazjosé_LATE_778_9004_my_work_1.ipynb"],
+        "hen": ["poincaréhenri_503_text.html"],
+    }, ["nobody_999_9005_hw.ipynb"]),
+    "Brightspace": ({
+        "ada1": ["501-99123 - Ada Lovelace - Nov 21, 2026 1105 PM/hw.ipynb"],
+        "hen": ["9-99124 - Henri Poincaré - 21 November, 2026 2305/hw.ipynb"],
+        "eve": ["8-99125 - Anne-Marie van der Berg - Nov 21, 2026 1106 PM/hw.ipynb"],
+    }, ["7-99126 - Some Body - Nov 21, 2026 1107 PM/hw.ipynb"]),
+    "Blackboard": ({
+        "ada1": ["Week 6_ada_attempt_2026-11-21-22-05-07_hw.ipynb"],
+        "ada2": ["Week_6_ada2_attempt_2026-11-21-22-05-07_my_work.ipynb",
+                 "Week_6_ada2_attempt_2026-11-22-22-05-07_my_work.ipynb"],
+    }, ["Week 6_nobody_attempt_2026-11-21-22-05-07_hw.ipynb"]),
+    "ILIAS": ({
+        "hen": ["Poincare_Henri_henri_p_77/hw.ipynb"], "jose": ["Díaz_José_jd_78/hw.ipynb"],
+        "ada1": ["Lovelace_Ada_ada_79/20261121220507_hw.ipynb"],
+    }, ["Body_Some_sb_80/hw.ipynb"]),
+    "GitHub Classroom": ({
+        "ada1": ["hw-ada/hw.ipynb"], "hen": ["hw-hp/hw.ipynb"], "eve": ["hw-eve/hw.ipynb"],
+        "jose": ["hw-A-4/hw.ipynb"],
+    }, ["hw-some-body/hw.ipynb"]),
+    "own identifiers": ({
+        "ada1": ["ADA1/hw.ipynb"], "ada2": ["ada2.zip"], "hen": ["hen.tar.gz"], "jose": ["José Díaz/hw.ipynb"],
+    }, []),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", EXPORTS)
+def test_whose_each_file_is(assignment: Assignment, name: str) -> None:
+    """Own identifiers come first, and in any case; what is not of a submission is nobody's."""
+    expected, others = EXPORTS[name]
+    paths = [path for own in expected.values() for path in own]
+    found, strangers, unsure = owners(
+        assignment,
+        *paths,
+        *others,
+        *([] if others else ["grades.csv", "README.txt"]),
+        *(["index.html"] if name == "Brightspace" else []),
+        *(["Week 6_ada_attempt_2026-11-21-22-05-07.txt"] if name == "Blackboard" else []),
+    )
+    assert (found, strangers, unsure) == (expected, [path.split("/")[0] for path in others], [])
+    looked = find_submissions(assignment, assignment.folder / "submitted").found
+    assert {who for who in expected if looked[who].late} == {
+        who for who, (path, *_) in expected.items() if "LATE" in path
+    }
+
+
+GRADESCOPE = """---
+submission_11:
+  :submitters:
+  - :name: Ada Lovelace
+    :sid: 'A-1'
+    :email: ada@example.org
+  :created_at: 2026-11-20 10:11:12.131415000 Z
+  :score: 3.0
+  :status: processed
+  :history:
+  - :id: 1
+    :created_at: 2020-01-01 00:00:00 Z
+submission_12:
+  :submitters:
+  - :name: "Jos\\u00e9 D\\u00edaz"
+    :sid: ''
+    :email:
+  - :name: Henri Poincaré
+    :sid: A-3
+    :email: hp@example.org
+  :created_at: '2026-11-20T23:30:00.000-08:00'
+submission_13:
+  :submitters:
+  - :name: O'Hara
+    :sid: 'it''s'
+    :email: nobody@example.org
+../../hw/secret.txt:
+  :submitters:
+  - :name: Anne-Marie van der Berg
+"""
+
+
+def test_gradescope(assignment: Assignment) -> None:
+    paths = [f"assignment_7_export/submission_{n}/hw.ipynb" for n in (11, 12, 13, 14)]
+    assert owners(assignment, *paths)[1] == ["assignment_7_export"]
+    hand_in(assignment, "assignment_7_export/submission_metadata.yml", GRADESCOPE)
+    found, strangers, unsure = owners(assignment)
+    assert {who: files[0].split("/")[1] for who, files in found.items()} == {
+        "ada1": "submission_11", "hen": "submission_12", "jose": "submission_12",
+    }  # fmt: skip
+    assert strangers == ["submission_13", "submission_14"] and not unsure
+    looked = find_submissions(assignment, assignment.folder / "submitted").found
+    assert looked["ada1"].received == datetime.datetime(2026, 11, 20, 10, 11, 12, tzinfo=datetime.UTC)
+    assert looked["hen"].received == datetime.datetime(2026, 11, 21, 7, 30, tzinfo=datetime.UTC)
+    assert looked["ada1"].platform == "Gradescope"
+
+
+def test_a_metadata_file_that_is_damaged_or_a_link_says_nothing(assignment: Assignment, tmp_path: Path) -> None:
+    for content in (b"\xff\xfe\0", b"- [", b'submission_1:\n  :submitters:\n  - :name: "\\', b":" * 10**6):
+        hand_in(assignment, "submission_metadata.yml", content)
+        assert owners(assignment, "ada1/hw.ipynb")[0] == {"ada1": ["ada1/hw.ipynb"]}
+    (tmp_path / "other.yml").write_text(GRADESCOPE)
+    (assignment.folder / "submitted" / "submission_metadata.yml").unlink()
+    (assignment.folder / "submitted" / "submission_metadata.yml").symlink_to(tmp_path / "other.yml")
+    assert owners(assignment, "submission_11/hw.ipynb")[1] == ["submission_11"]
+
+
+def test_names_of_folders_are_shown_in_one_line(assignment: Assignment) -> None:
+    names = ("a\nqdot: all is well\x1b[2J", "x\\..\\..", "🦾 José", "y" * 200, "%s{0}\u202e")
+    _, strangers, unsure = owners(assignment, *(f"{name}/hw.ipynb" for name in names), "José\n Díaz_5_x.ipynb")
+    assert len(strangers) == 6 and not unsure
+    assert all(name.isprintable() or "\N{REPLACEMENT CHARACTER}" in name for name in strangers)
+    assert not any(ch in name for name in strangers for ch in "\n\x1b\u202e") and max(map(len, strangers)) <= 120
+
+
+def test_what_may_be_of_two_is_never_guessed(assignment: Assignment) -> None:
+    hand_in(assignment, "Ada Lovelace_44_assignsubmission_file_/hw.ipynb", right(assignment, "ada1"))
+    hand_in(assignment, "Henri Poincaré_9_assignsubmission_file_/hw.ipynb", right(assignment, "hen"))
+    hand_in(assignment, "José Díaz_1003_assignsubmission_file_/hw.ipynb", right(assignment, "jose"))
+    results, looked = grade(assignment)
+    several, contradicts = looked.unsure
+    assert several.startswith("Ada Lovelace_44_assignsubmission_file_ may be of ada1 or ada2: ")
+    assert contradicts.startswith("José Díaz_1003_assignsubmission_file_ may be of hen or jose: ")
+    for student in ("ada1", "ada2", "jose"):
+        assert results[student]["obstacle"] == MAY_BE and status(results[student]) == "unusable"
+    assert outcomes(results["hen"]) == RIGHT
+    assert status(results["eve"]) == "missing"
+
+
+@pytest.mark.parametrize(
+    ("ids", "name", "students"),
+    [
+        ((), "Lovelace Bo", "bo"), ((), "Lovelace", ""), (("ada",), "", "ada"), (("cy@x.org",), "", "cy"),
+        (("ADA ",), "Bo Lovelace", "ada"),  # a student's own identifier is sure
+        (("cy@x.org",), "Ada Lovelace", "ada cy"), (("twins@x.org",), "", "ada bo"),
+        (("twins@x.org",), "Bo Lovelace", "bo"), (("twins@x.org",), "Lovelace, Ada", "ada"),
+        (("twins@x.org",), "Somebody Else", "ada bo"),
+    ],
+)  # fmt: skip
+def test_whose_it_is_by_identifiers_and_names(ids: tuple[str, ...], name: str, students: str) -> None:
+    twins = [Student("ada", "Ada Lovelace", "twins@x.org"), Student("bo", "Bo Lovelace", "twins@x.org")]
+    match = Roster([*twins, Student("cy", "Cy Ada", "cy@x.org")]).owner(Handed(Path("hw.ipynb"), ids, name))
+    assert " ".join(match.students) == students
+    assert bool(match.why) == (len(match.students) > 1)
+
+
+def test_a_section_is_no_identifier() -> None:
+    student = Student("a", "", "", (("section", "17"), ("seat number", "17"), ("Student ID".lower(), "18"), ("id", "")))
+    roster = Roster([student])
+    assert roster.owner(Handed(Path("x"), ("17",), "Participant")).students == ()
+    assert roster.owner(Handed(Path("x"), ("18",), "Participant")).students == ("a",)
+    assert roster.owner(Handed(Path("x"), ("",), "")).students == ()
+
+
+def test_times_are_of_the_best_source(assignment: Assignment) -> None:
+    toml = assignment.folder / "assignment.toml"
+    toml.write_text(toml.read_text().replace('key = "hw"', 'key = "hw"\ndue = 2026-11-20T12:00:00Z'))
+    assignment = load_assignment(assignment.folder)
+    hand_in(assignment, "submission_metadata.yml", GRADESCOPE)
+    hand_in(assignment, "submission_11/hw.ipynb", right(assignment, "ada1"))
+    hand_in(assignment, "lovelaceada_502_9002_hw.ipynb", right(assignment, "ada2"))
+    hand_in(assignment, "poincaréhenri_LATE_503_9003_hw.ipynb", right(assignment, "hen"))
+    path = hand_in(assignment, "jose/hw.ipynb", right(assignment, "jose"))
+    after = 1_800_000_000
+    for file in (path, *(assignment.folder / "submitted").glob("*_hw.ipynb")):
+        os.utime(file, (after, after))
+    results, _ = grade(assignment)
+    handed = {who: (r["submission"]["received_from"], bool(r["late"])) for who, r in results.items() if r["submission"]}
+    from_file = {"ada2": ("file", False), "hen": ("file", True), "jose": ("file", True)}
+    assert handed == {"ada1": ("Gradescope", False), **from_file}
+    assert results["ada1"]["submission"]["received"] == "2026-11-20T10:11:12+00:00"
+    assert "the platform has marked it as late" in results["hen"]["staff_notes"]
+
+
+def zip_of(path: Path, assignment: Assignment, *, evil: bool = False) -> Path:
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, student in (("Henri Poincare\u0301", "hen"), ("José Díaz", "jose")):
+            info = zipfile.ZipInfo(f"{name}_9_assignsubmission_file_/hw.ipynb", (2026, 11, 20, 10, 0, 0))
+            archive.writestr(info, right(assignment, student))
+        if evil:
+            archive.writestr("../../evil.ipynb", "{}")
+            archive.writestr("/etc/evil.ipynb", "{}")
+            archive.writestr("a\\..\\..\\evil.ipynb", "{}")
+            link = zipfile.ZipInfo("ada1/hw.ipynb")
+            link.external_attr = (stat.S_IFLNK | 0o777) << 16
+            archive.writestr(link, str(assignment.folder / "secret.txt"))
+            archive.writestr("ada2/" + "long" * 100 + ".ipynb", "{}")
+            with zipfile.ZipFile(inner := io.BytesIO(), "w") as packed:
+                packed.writestr("x/readme.txt", "no notebook")
+            archive.writestr("ada2/hw.zip", inner.getvalue())
+    return path
+
+
+def test_the_zip_itself_is_graded(assignment: Assignment, tmp_path: Path) -> None:
+    results, _ = grade(assignment, zip_of(tmp_path / "moodle.zip", assignment))
+    assert outcomes(results["hen"]) == outcomes(results["jose"]) == RIGHT
+    local = datetime.datetime(2026, 11, 20, 10).astimezone().astimezone(datetime.UTC)
+    assert results["hen"]["submission"]["received"] == local.isoformat()
+
+
+def test_a_hostile_zip_writes_nothing_elsewhere(
+    assignment: Assignment, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = set(tmp_path.rglob("*"))
+    path = zip_of(tmp_path / "evil.zip", assignment, evil=True)
+    with opened(path) as root:
+        unpacked = {str(file.relative_to(root)) for file in root.rglob("*") if not file.is_dir()}
+        assert not any(file.is_symlink() for file in root.rglob("*"))
+        results, _ = grade(assignment, root)
+    assert not root.exists()
+    assert len(unpacked) == 4 and not [name for name in unpacked if "evil" in name]
+    left_out = [line.split(":")[0].replace("\\", "/") for line in capsys.readouterr().err.splitlines()]
+    assert left_out == ["../../evil.ipynb", "/etc/evil.ipynb", "a/../../evil.ipynb", "ada1/hw.ipynb"]
+    assert set(tmp_path.rglob("*.ipynb")) <= before
+    assert outcomes(results["hen"]) == RIGHT and status(results["ada1"]) == "missing"
+
+
+def test_what_is_no_zip_and_no_folder_is_told(assignment: Assignment, tmp_path: Path) -> None:
+    path = tmp_path / "grades.csv"
+    path.write_text("a")
+    with pytest.raises(QdotError, match="is not a folder of submissions"), opened(path) as root:
+        find_submissions(assignment, root)
+    zip_of(tmp_path / "m.zip", assignment)
+    data = (tmp_path / "m.zip").read_bytes()
+    (tmp_path / "m.zip").write_bytes(data[:200] + b"\xff" * 400 + data[600:])
+    with opened(tmp_path / "m.zip") as root:
+        assert len(list(root.rglob("*.ipynb"))) <= 2
+
+
+@pytest.mark.parametrize("folder", ["jose", "Jose Diaz_5_assignsubmission_file_", "José Díaz"])
+def test_a_students_own_folder_is_no_export_whatever_lies_in_it(assignment: Assignment, folder: str) -> None:
+    """The only one who has handed in yet lays a list beside the notebook, by which it is of others, too."""
+    hand_in(assignment, f"{folder}/submission_metadata.yml", GRADESCOPE)
+    found, strangers, unsure = owners(assignment, f"{folder}/submission_11/hw.ipynb", f"{folder}/hw.ipynb")
+    assert found["jose"][0] == f"{folder}/hw.ipynb"
+    assert list(found) == ["jose"] and not strangers and not unsure
+
+
+def test_a_layout_knows_its_own_files_only(tmp_path: Path) -> None:
+    for name in ("ada_lovelace", "hw_1_2", "x_assignsubmission_file_", "_1_2_x.ipynb", "submission_1"):
+        (tmp_path / name).mkdir()
+    handed = handed_in(tmp_path)
+    assert [one.platform for one in handed] == [""] * 5
+
+
+@pytest.mark.parametrize("above", ["submitted", "Week 6/submissions", "a/b/c/d"])
+@pytest.mark.parametrize("name", EXPORTS)
+def test_a_folder_around_everything_is_looked_into(assignment: Assignment, name: str, above: str) -> None:
+    expected, others = EXPORTS[name]
+    own = {who: [f"{above}/{path}" for path in paths] for who, paths in expected.items()}
+    found, strangers, _ = owners(
+        assignment, *(path for paths in own.values() for path in paths), *(f"{above}/{path}" for path in others)
+    )
+    assert (found, strangers) == (own, [path.split("/")[0] for path in others])
+
+
+def test_a_students_folder_that_is_alone_is_not_looked_into_for_others(assignment: Assignment) -> None:
+    assert owners(assignment, "ada1/ada2/hw.ipynb")[0] == {"ada1": ["ada1/ada2/hw.ipynb"]}
+
+
+def test_a_zip_packed_on_windows_has_its_folders(assignment: Assignment, tmp_path: Path) -> None:
+    with zipfile.ZipFile(tmp_path / "all.zip", "w") as packed:
+        packed.writestr(zipfile.ZipInfo("sub\\ada1\\hw.ipynb"), "{}")
+        packed.writestr(zipfile.ZipInfo("sub\\hen\\hw.ipynb"), "{}")
+    with opened(tmp_path / "all.zip") as root:
+        assert [*find_submissions(assignment, root).found] == ["ada1", "hen"]
