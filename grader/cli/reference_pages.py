@@ -153,7 +153,8 @@ class Offered:
 def library_page() -> str:
     """Return the reference of what `qdot` offers, from docstrings."""
     homes = {name: home for home, names in qdot._HOMES.items() for name in names}
-    packages = [(package, list(_offered(package, homes))) for package in ("exercises", "grader")]
+    kinds = (("What is asked", "exercises"), ("What is handed in", "grader"))
+    packages = [(title, list(_offered(package, homes))) for title, package in kinds]
     return render("docs/library.md.j2", packages=packages)
 
 

@@ -58,7 +58,8 @@ def test_contributing_has_every_folder_on_its_map_and_is_short() -> None:
     assert len(text.encode()) < 12_000, "it is to be read in five minutes: decisions go to docs/decisions/"
 
 
-GUIDES = [ROOT / "CONTRIBUTING.md", ROOT / "tests" / "README.md", *sorted((ROOT / "docs" / "decisions").glob("*.md"))]
+GUIDES = [ROOT / "CONTRIBUTING.md", ROOT / "tests" / "README.md", *sorted(ROOT.glob("docs/decisions/*.md"))]
+GUIDES += sorted(ROOT.glob("docs/adding/*.md"))
 
 
 @pytest.mark.parametrize("guide", GUIDES, ids=lambda path: path.relative_to(ROOT).as_posix())
