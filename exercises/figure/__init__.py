@@ -172,7 +172,7 @@ def figure_svg(chain: Chain, name: str = "arm", pose: Mapping[str, float] | None
 def _svg(chain: Chain, name: str, pose: tuple[tuple[str, float], ...] | None) -> str:
     """Return the same, kept for those who show it again at once: the staff's notebook, the store."""
     return render(
-        "figure.svg.j2",
+        "figure/arm.svg.j2",
         figure=_shown(chain, pose)[0],
         name=name,
         title=title_text(chain),
@@ -195,7 +195,7 @@ def thumbnail_svg(chain: Chain, name: str = "arm") -> str:
     figure = thumbnail(chain)
     size = tuple(SHRUNK * length // 100 for length in (figure.width, figure.height))
     return render(
-        "figure-thumbnail.svg.j2",
+        "figure/thumbnail.svg.j2",
         figure=figure,
         name=name,
         size=size,
@@ -285,7 +285,7 @@ def _side_by_side(drawings: Sequence[tuple[str, Figure]], below: str, name: str,
         for k, text in enumerate(textwrap.wrap(below, (WIDTH - 2 * GAP) // LETTER))
     ]
     return render(
-        "figure-panels.svg.j2",
+        "figure/panels.svg.j2",
         panels=panels,
         remark=remark,
         name=name,

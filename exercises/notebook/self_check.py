@@ -1,7 +1,7 @@
 """The checks that a notebook makes of its own answers: one question's put into another's, with no right answer at hand.
 
 A table says what two answers have to do with each other, in the Python of the cell that a student runs. The function
-behind it (`templates/notebook-self-check.py.j2`) stands in the notebook and needs SymPy and NumPy only.
+behind it (`templates/notebook/self-check.py.j2`) stands in the notebook and needs SymPy and NumPy only.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -228,13 +228,13 @@ def check_cell(slot: str, problem: Problem, part: str) -> str:
     checks = [
         Check(each.question, each.left.format(**words), each.right.format(**words), each.singular) for each in due
     ]
-    return render("notebook-check.py.j2", slot=slot, checks=checks).strip()
+    return render("notebook/check.py.j2", slot=slot, checks=checks).strip()
 
 
 def function_cell(problems: Problems) -> str:
     """Return the cell that the checks need; nothing where no problem has any."""
     known = [(slot, _roles(problem), _given(problem)) for slot, problem in problems if any(_due(problem))]
-    return render("notebook-self-check.py.j2", problems=known).strip() if known else ""
+    return render("notebook/self-check.py.j2", problems=known).strip() if known else ""
 
 
 def _roles(problem: Problem) -> list[tuple[str, list[str]]]:

@@ -307,7 +307,7 @@ def _said_of_test(chain: Chain, stage: Redundant) -> str:
 
 def _known_so_far(chain: Chain, minors_only: bool) -> str:
     steps, components = worked_steps(chain), [] if minors_only else worked_steps(chain).components
-    return render("solve-part.md.j2", chain=chain, steps=steps, components=components, minors_only=minors_only)
+    return render("solve/part.md.j2", chain=chain, steps=steps, components=components, minors_only=minors_only)
 
 
 def _only_for_special_lengths(chain: Chain) -> str:
@@ -425,7 +425,7 @@ def solution_latex(solution: Solution) -> str:
 
 def article(chain: Chain, blocks: Iterable[str]) -> str:
     """Return blocks of a derivation (Markdown) as a LaTeX article."""
-    return render("solve.tex.j2", title=latex_escaped(chain.title), body="\n".join(map(to_latex, blocks)))
+    return render("solve/arm.tex.j2", title=latex_escaped(chain.title), body="\n".join(map(to_latex, blocks)))
 
 
 def _blocks(chain: Chain, robot: Robot | None) -> list[str]:
@@ -459,7 +459,7 @@ def text_stages(chain: Chain, robot: Robot | None = None) -> Stages:
     if given is not None and (w.is_by_axes or (not given.base and given.rows == w.rows)):
         given = None  # it is told so below
     rounded = ROUNDED if robot is not None and robot.rounded else ""
-    yield Ready("arm", render("solve-arm.md.j2", chain=chain, w=w, steps=steps, tex=tex, given=given, rounded=rounded))
+    yield Ready("arm", render("solve/arm.md.j2", chain=chain, w=w, steps=steps, tex=tex, given=given, rounded=rounded))
     parts: list[Part] = []
     explained: set[str] = set()
     for name in SECTIONS[:-1]:
@@ -511,7 +511,7 @@ def _singular_section(
 
 def _special_block(chain: Chain, found: Singularities, number: int) -> str:
     return render(
-        "solve-lengths.md.j2",
+        "solve/lengths.md.j2",
         number=number,
         note=found.lengths,
         special=[(one, Wording(one.chain)) for one in found.special],
@@ -534,7 +534,7 @@ def _section(chain: Chain, name: str, parts: list[Part], explained: set[str]) ->
 def _redundant_block(chain: Chain, redundant: Redundant, number: int | None = None) -> str:
     """Return the section on the singular set of such an arm, without a number where it is not whole."""
     w, steps = Wording(chain), worked_steps(chain)
-    return render("solve-redundant.md.j2", chain=chain, w=w, steps=steps, found=redundant, number=number)
+    return render("solve/redundant.md.j2", chain=chain, w=w, steps=steps, found=redundant, number=number)
 
 
 def data_stages(chain: Chain) -> Stages:

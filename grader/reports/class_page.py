@@ -78,7 +78,7 @@ def class_page(assignment: Assignment, results: Sequence[Result]) -> str:
     work = {part.name: _work(part.name, results, problems) for part in of_parts}
     states = Counter(status(result) for result in results)
     return render(
-        "report.html.j2",
+        "reports/report.html.j2",
         title=assignment.title,
         students=len(results),
         handed_in=sum(result["submission"] is not None for result in results),

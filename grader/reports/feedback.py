@@ -60,7 +60,7 @@ def feedback_page(assignment: Assignment, student: Student, result: dict[str, An
     problems = [] if result["obstacle"] is not None else _problems(assignment, student, result)
     parts = [part for problem in problems for part in problem["parts"]]
     return render(
-        "feedback.html.j2",
+        "reports/feedback.html.j2",
         title=assignment.title,
         student=student,
         made_from=made_from(assignment, student, result),

@@ -325,7 +325,7 @@ def _luminance(colour: str) -> float:
 
 
 def test_every_colour_can_be_read_on_every_ground() -> None:
-    css = (template_folder() / "feedback.css.j2").read_text(encoding="utf-8")
+    css = (template_folder() / "reports/feedback.css.j2").read_text(encoding="utf-8")
     schemes = [dict(re.findall(r"--(\w+): (#\w+)", found)) for found in re.findall(r":root \{(.*?)\}", css)]
     assert len(schemes) == 3  # light, dark, print
     for scheme in schemes:
