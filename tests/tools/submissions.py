@@ -45,7 +45,7 @@ COMMAND, ZIPPED, FLAT = 40, 9, 4
 """Of so many rounds one is graded by the command, one comes as a platform's zip; in one the neighbour has no folder."""
 
 FULL = 4
-STATES = ("graded", "unusable", "missing", "ungraded", "late")
+STATES = ("graded", "unusable", "missing", "ungraded", "over limit", "late")
 Hand = Callable[[Path, str], str]
 """Puts something into the folder of submissions, with a right notebook at hand; returns in words what."""
 
