@@ -20,7 +20,7 @@ from qdot.exercises.arm.derivation_graph import (
     told_rotation,
     turned_rows,
 )
-from qdot.exercises.mistakes.base import Mistake, Shape, Slip, of_frames
+from qdot.exercises.mistakes.base import Mistake, Shape, Slip, at_each_and_all, of_frames
 from qdot.exercises.mistakes.position import run_start
 
 # --- differentiation ---
@@ -220,17 +220,16 @@ def _as_prismatic(chain: Chain, _: Shape) -> Iterator[Slip]:
 
 
 def _taken_for(chain: Chain, kind: str, other: str) -> Iterator[Slip]:
-    joints = [i for i, joint in enumerate(chain.joints) if joint.kind == kind]
+    def taken(joints: Sequence[int]) -> Slip:
+        changed: Change = lambda w, kinds: [other if i in joints else kind for i, kind in enumerate(kinds)]  # noqa: E731
+        return Slip({"kinds": changed, "linear": propagated}, {"joint": _listed(joints)})
 
-    def changed(which: list[int]) -> Change:
-        return lambda w, kinds: [other if i in which else kind for i, kind in enumerate(kinds)]
+    return at_each_and_all([i for i, joint in enumerate(chain.joints) if joint.kind == kind], taken)
 
-    for i in joints:
-        yield Slip({"kinds": changed([i]), "linear": propagated}, {"joint": i + 1})
-    if len(joints) > 1:
-        yield Slip(
-            {"kinds": changed(joints), "linear": propagated}, {"joint": " and ".join(str(i + 1) for i in joints)}
-        )
+
+def _listed(joints: Sequence[int]) -> str:
+    """Return numbers of joints, from 1."""
+    return " and ".join(str(i + 1) for i in joints)
 
 
 def _turning_slides(chain: Chain, _: Shape) -> Iterator[Slip]:
@@ -246,7 +245,7 @@ def _all_slides_turn(chain: Chain, _: Shape) -> Iterator[Slip]:
         return np.stack([w["axes"][i] if i in slides else angular[:, i] for i in range(w.n)], axis=1)
 
     if len(slides) > 1:
-        yield Slip({"angular": changed}, {"joint": " and ".join(str(i + 1) for i in slides)})
+        yield Slip({"angular": changed}, {"joint": _listed(slides)})
 
 
 def _one_turns(chain: Chain, _: Shape) -> Iterator[Slip]:
@@ -277,12 +276,13 @@ def _column(joint: int, new: Callable[[Working, int], np.ndarray]) -> Change:
 
 
 def _not_turning(chain: Chain, _: Shape) -> Iterator[Slip]:
-    revolute = [i for i, joint in enumerate(chain.joints) if joint.kind == "R"]
-    for i in revolute:
-        yield Slip({"angular": _column(i, lambda w, i: 0 * w["axes"][i])}, {"joint": i + 1})
-    if len(revolute) > 1:
-        words = " and ".join(str(i + 1) for i in revolute)
-        yield Slip({"angular": lambda w, angular: 0 * angular}, {"joint": words})
+    def still(joints: Sequence[int]) -> Slip:
+        def changed(w: Working, angular: np.ndarray) -> np.ndarray:
+            return np.stack([0 * angular[:, i] if i in joints else angular[:, i] for i in range(w.n)], axis=1)
+
+        return Slip({"angular": changed}, {"joint": _listed(joints)})
+
+    return at_each_and_all([i for i, joint in enumerate(chain.joints) if joint.kind == "R"], still)
 
 
 def _blocks(chain: Chain, _: Shape) -> Iterator[Slip]:
