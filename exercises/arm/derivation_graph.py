@@ -125,8 +125,9 @@ class Working:
         return self._first[frame]
 
     def comes_from(self, stage: str) -> bool:
-        """Tell whether what has been worked out so far comes from a stage."""
-        return any(stage == known or stage in built_on(known) for known in self._known)
+        """Tell whether what has been worked out so far comes from a stage, also for a frame inside the arm."""
+        known = {name for w in (self, *self._first.values()) for name in w._known}
+        return any(stage == name or stage in built_on(name) for name in known)
 
     def jacobians(self) -> list[np.ndarray]:
         """Return the Jacobians that have been worked out so far, those of frames inside the arm included."""

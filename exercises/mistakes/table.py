@@ -1,6 +1,6 @@
 """Mistakes in reading the DH table, and in what is put at its two ends."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import combinations
 from typing import Any
@@ -12,7 +12,7 @@ from qdot.exercises.arm.arithmetic import applied, product
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.convention_view import is_modified, told_base, told_point, told_rows
 from qdot.exercises.arm.derivation_graph import Change, Table, TableRow, Working, propagated, turn_x, turn_z
-from qdot.exercises.mistakes.base import Mistake, Shape, Slip, of_frames
+from qdot.exercises.mistakes.base import Mistake, Shape, Slip, at_each_and_all, of_frames
 
 MOST_ROWS = 4
 """Rows of a table of which any may be taken for another; of a longer one, the next."""
@@ -62,25 +62,21 @@ def _rows(
 
 
 def _offsets(chain: Chain, _: Shape) -> Iterator[Slip]:
-    for i, (joint, offset, q) in enumerate(zip(chain.joints, chain.offsets, chain.q, strict=True)):
-        if offset != 0:
-            entry = "theta" if joint.kind == "R" else "d"
-            yield _row(i, lambda w, row, e=entry, q=q: {e: w.arithmetic.stepped(q)}, variable=q)  # type: ignore[misc]
-    added = [i for i, offset in enumerate(chain.offsets) if offset != 0]
-    if len(added) > 1:
-
-        def none_of_them(w: Working, table: Table) -> Table:
-            for i in added:
+    def without(joints: Sequence[int]) -> Slip:
+        def changed(w: Working, table: Table) -> Table:
+            for i in joints:
                 entry = "theta" if chain.joints[i].kind == "R" else "d"
                 table = table.with_row(i, **{entry: w.arithmetic.stepped(chain.q[i])})
             return table
 
-        yield Slip(
-            {"table": none_of_them}, {"joint": _numbers(added), "variable": ", ".join(str(chain.q[i]) for i in added)}
+        return Slip(
+            {"table": changed}, {"joint": _numbers(joints), "variable": ", ".join(str(chain.q[i]) for i in joints)}
         )
 
+    return at_each_and_all([i for i, offset in enumerate(chain.offsets) if offset != 0], without)
 
-def _numbers(indices: list[int]) -> str:
+
+def _numbers(indices: Sequence[int]) -> str:
     """Return numbers of joints, from 1."""
     return ", ".join(str(i + 1) for i in indices)
 
@@ -107,26 +103,24 @@ def _slide_sign(chain: Chain, _: Shape) -> Iterator[Slip]:
 
 def _scaled_offsets(chain: Chain, factor: sp.Expr, which: Callable[[sp.Expr], bool]) -> Iterator[Slip]:
     """Multiply the constant of each row by a factor, one by one and then all of them."""
-    rows = [(i, offset) for i, offset in _turning_offsets(chain) if which(offset)]
-    for i, offset in rows:
-        more = (factor - 1) * offset
-        change = lambda w, row, more=more: {"theta": row.theta + w.arithmetic.stepped(more)}  # noqa: E731
-        yield _row(i, change, degrees=_degrees_of(offset))
-    if len(rows) > 1:
+    offsets = {i: offset for i, offset in _turning_offsets(chain) if which(offset)}
 
-        def all_of_them(w: Working, table: Table) -> Table:
-            for i, offset in rows:
-                theta = table.rows[i].theta + w.arithmetic.stepped((factor - 1) * offset)
+    def scaled(joints: Sequence[int]) -> Slip:
+        def changed(w: Working, table: Table) -> Table:
+            for i in joints:
+                theta = table.rows[i].theta + w.arithmetic.stepped((factor - 1) * offsets[i])
                 table = table.with_row(i, theta=theta)
             return table
 
-        everywhere = ", ".join(dict.fromkeys(_degrees_of(offset) for _, offset in rows))
-        yield Slip({"table": all_of_them}, {"joint": _numbers([i for i, _ in rows]), "degrees": everywhere})
+        constants = ", ".join(dict.fromkeys(_degrees_of(offsets[i]) for i in joints))
+        return Slip({"table": changed}, {"joint": _numbers(joints), "degrees": constants})
+
+    return at_each_and_all(list(offsets), scaled)
 
 
 def _degrees_of(angle: sp.Expr) -> str:
-    """Return an angle in degrees as it stands in the table, without its sign."""
-    return f"{sp.nsimplify(abs(angle) * 180 / sp.pi)}°"
+    """Return an angle in degrees as it stands in the table."""
+    return f"{sp.nsimplify(angle * 180 / sp.pi)}°"
 
 
 def _offset_sign(chain: Chain, _: Shape) -> Iterator[Slip]:
@@ -445,13 +439,14 @@ _ALL = (
     ),
     Mistake(
         "offset-sign", "Joint offset with the wrong sign",
-        "The constant {degrees} that the table adds to the angle of joint {joint} seems to have the wrong sign.",
+        "The constant {degrees} that the table adds to the angle of joint {joint} seems to be taken with the wrong "
+        "sign.",
         "6.1", _offset_sign, rare=True,
     ),
     Mistake(
         "slide-offset-sign", "Offset of a slide with the wrong sign",
-        "The constant that the table adds to the variable of joint {joint} seems to have the wrong sign.", "6.1",
-        _slide_sign, rare=True,
+        "The constant that the table adds to the variable of joint {joint} seems to be taken with the wrong sign.",
+        "6.1", _slide_sign, rare=True,
     ),
     Mistake(
         "offset-in-degrees", "Constant angle typed in degrees",

@@ -53,6 +53,8 @@ MOST_IN_ONE_PLACE = 2
 """Wrong entries that one slip may make in finished formulas."""
 EXTRA = set(TOO_MANY.values())
 SIGNS = {"term-sign-typed", "entry-sign"}
+EXCHANGED = {"wave-throughout"}
+"""What is likelier than the same slip at several joints."""
 OF_ONE_PLACE = {"joint", "link", "one"}
 """Words of mistakes that were made in one place: others change everything, and hardly the sign of one entry only."""
 OF_ANOTHER = ("other-lengths",)
@@ -277,10 +279,13 @@ def _likeliest(answer: Wronged, fitting: Sequence[Wrong], oftener: Oftener) -> D
     count = int((~found.like(answer.right)).sum()) if found.values.shape == answer.right.shape else 0
     is_rare = highest < LEAST_LIKELY and count <= MOST_IN_ONE_PLACE
     is_throughout = count == 1 < found.values[..., 0].size and not OF_ONE_PLACE & set(first.slip.words)
-    is_less_likely = is_rare or (is_throughout and highest < VERY_LIKELY)
+    is_at_several = first.mistake.rare and len(first.slip.places) > 1
+    is_less_likely = is_rare or is_at_several or (is_throughout and highest < VERY_LIKELY)
     slip = _finished(answer) if count and not found.is_direction and is_less_likely else None
-    if slip is not None and (set(slip.mistakes) <= SIGNS or (is_rare and not EXTRA & set(slip.mistakes))):
-        return slip
+    if slip is not None:
+        is_likelier = is_rare and not EXTRA & set(slip.mistakes)
+        if is_likelier or set(slip.mistakes) <= (EXCHANGED if is_at_several else SIGNS):
+            return slip
     return _said([wrong for wrong, own in zip(rivals, priors, strict=True) if own == highest][:2])
 
 
