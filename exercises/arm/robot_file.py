@@ -38,11 +38,12 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.axes_to_dh import HOME, Axis, Pose, exactly, pose_of
-from qdot.exercises.arm.chain import CALLED, CONVENTIONS, TASK_ROWS, TWIST_ORDERS, Base, Chain, Joint, Point
-from qdot.exercises.arm.conventions import Row, axes_of_rows, by_axes, is_rounded, modified, standard
+from qdot.exercises.arm.chain import CONVENTIONS, TASK_ROWS, TWIST_ORDERS, Base, Chain, Joint, Point
+from qdot.exercises.arm.conventions import ALIASES
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.entry import check_role, doubt, value_of
 from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.standard_table import Row, axes_of_rows, by_axes, is_rounded, modified, standard
 from qdot.exercises.arm.urdf import Described, read_urdf
 from qdot.exercises.common.errors import QdotError, unknown
 from qdot.exercises.common.input_file import Place, TomlFile, read_table, read_toml, shown
@@ -261,7 +262,7 @@ class _Reader:
         value = self.table.get(key, known[0])
         with self.file.at(key):
             if value not in known:
-                meant = CALLED.get(str(value).lower().replace("_", "-")) if key == "convention" else None
+                meant = ALIASES.get(str(value).lower().replace("_", "-")) if key == "convention" else None
                 hint = f"; for what you wrote, that is {shown(meant)}" if meant else ""
                 raise QdotError(f"it is {' or '.join(map(shown, known))}{hint}")
         return str(value)

@@ -10,7 +10,7 @@ from functools import cache
 from pathlib import Path
 
 from qdot.exercises.arm.chain import CONVENTIONS
-from qdot.exercises.arm.convention_view import told_words
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.library import robots
 from qdot.exercises.arm.robot_file import read_robot_file
 from qdot.exercises.common.console import say
@@ -55,7 +55,7 @@ def singular_in_words(name: str) -> tuple[str, ...]:
     found = solve(chain).singular or ()
     if any(len(condition.args) > MOST_TERMS for one in found for condition in one.conditions):
         return ()
-    return tuple(told_words(chain, one.kind.meaning) for one in found)
+    return tuple(convention_of(chain).rename_origins(one.kind.meaning) for one in found)
 
 
 def kept_text() -> str:

@@ -15,10 +15,10 @@ import sympy as sp
 from qdot.exercises.answers import Matrix
 from qdot.exercises.arm.arithmetic import applied
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
-from qdot.exercises.arm.convention_view import told_rows
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.arm.derivation_graph import Working
-from qdot.exercises.arm.kinematics import Z, joint_rotation, link_vector
+from qdot.exercises.arm.kinematics import Z
 from qdot.exercises.arm.trigonometry import count_terms, textbook
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, Part
@@ -53,8 +53,9 @@ def _steps(generic: Chain) -> tuple[Step, ...]:
     """Return the recursion over all frames of a structure."""
     omega = v = sp.zeros(3, 1)
     steps = []
-    for number, (row, rate) in enumerate(zip(told_rows(generic), generic.rates, strict=True), 1):
-        into, origin = joint_rotation(row, modified=True).T, link_vector(row, modified=True)
+    convention = convention_of(generic)
+    for number, (row, rate) in enumerate(zip(convention.rows, generic.rates, strict=True), 1):
+        into, origin = convention.rotation(row).T, convention.link_vector(row)
         own = rate * Z
         v, omega = _gathered(into * (v + omega.cross(origin)), generic), _gathered(into * omega, generic)
         v, omega = (v, omega + own) if row.kind == "R" else (v + own, omega)

@@ -10,7 +10,7 @@ from typing import Any
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.convention_view import is_by_axes, told_words, twist_rows, twist_told
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import TooLong, derive
 from qdot.exercises.arm.kinds import kind_is_sure
 from qdot.exercises.arm.numeric_rank_check import tried
@@ -372,12 +372,15 @@ def _screw_parts(chain: Chain) -> tuple[Callable[[], dict[str, Any]], ...]:
 
     There is no body frame where P is no point of the last link.
     """
-    if not is_by_axes(chain):
+    if convention_of(chain).has_frames:
         return ()
     has_body = QUESTIONS["body-jacobian"].objection(chain) is None
     return (
-        lambda: {"twist_rows": list(twist_rows(chain)), TWISTS[0]: _rows(twist_told(chain, space_jacobian(chain)))},
-        lambda: {TWISTS[1]: _rows(twist_told(chain, body_jacobian(chain))) if has_body else None},
+        lambda: {
+            "twist_rows": list(convention_of(chain).velocities),
+            TWISTS[0]: _rows(convention_of(chain).twist(space_jacobian(chain))),
+        },
+        lambda: {TWISTS[1]: _rows(convention_of(chain).twist(body_jacobian(chain))) if has_body else None},
     )
 
 
@@ -387,7 +390,7 @@ def _rows(matrix: sp.Matrix) -> list[list[str]]:
 
 def _found_json(chain: Chain, found: SingularComponent, sure: bool) -> dict[str, Any]:
     kind = {"type": found.kind.kind, "uniform": found.kind.uniform} if sure and found.kind.kind else {}
-    return _component_json(found) | kind | {"meaning": told_words(chain, found.kind.meaning) or None}
+    return _component_json(found) | kind | {"meaning": convention_of(chain).rename_origins(found.kind.meaning) or None}
 
 
 def _component_json(found: SingularComponent | Component) -> dict[str, Any]:

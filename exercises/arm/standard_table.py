@@ -16,8 +16,9 @@ import sympy as sp
 
 from qdot.exercises.arm.axes_to_dh import EXACT, HOME, NEAR, Axis, Pose, exactly, neat, reached, stood_on, table_of_axes
 from qdot.exercises.arm.chain import Base, Chain, Joint, Point
-from qdot.exercises.arm.kinematics import NumericChain, frames_and_point, rot_x, rot_z
+from qdot.exercises.arm.kinematics import NumericChain, frames_and_point
 from qdot.exercises.arm.trigonometry import without_arctangents
+from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.stream import Stream
 
 TABLES = ("dh", "modified-dh")
