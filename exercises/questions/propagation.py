@@ -11,12 +11,12 @@ from qdot.exercises.answers import Matrix
 from qdot.exercises.arm.arithmetic import applied
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.arm.conventions.base import FRAMES
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.derivation_graph import Change, Working, propagated
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, OneOfSeveral, Part
 from qdot.exercises.questions.base import (
-    BY_TABLE,
     Asked,
     Question,
     by_hand,
@@ -117,7 +117,7 @@ QUESTIONS = (
     ),
     Question(
         name="position-vectors",
-        conventions=BY_TABLE,
+        speaks_of=FRAMES,
         title="Position vectors p*",
         source="6.13",
         ask=_vectors,
@@ -156,7 +156,7 @@ QUESTIONS = (
     ),
     Question(
         name="link-velocity",
-        conventions=BY_TABLE,
+        speaks_of=FRAMES,
         title="Velocity of a link frame",
         source="6.9 and 6.10",
         ask=_link_velocity,

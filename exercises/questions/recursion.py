@@ -16,13 +16,14 @@ from qdot.exercises.answers import Matrix
 from qdot.exercises.arm.arithmetic import applied
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.arm.conventions.base import FRAMES_OF_JOINTS
 from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.arm.derivation_graph import Working
 from qdot.exercises.arm.kinematics import Z
 from qdot.exercises.arm.trigonometry import count_terms, textbook
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, Part
-from qdot.exercises.questions.base import BY_MODIFIED_TABLE, MOST_TERMS, Asked, Question, velocities
+from qdot.exercises.questions.base import MOST_TERMS, Asked, Question, velocities
 
 FURTHEST = 3
 """Frames behind it are too much work by hand."""
@@ -122,7 +123,7 @@ QUESTIONS = (
         source="6.9 and 6.10",
         ask=_ask,
         points=2.0,
-        conventions=BY_MODIFIED_TABLE,
+        speaks_of=FRAMES_OF_JOINTS,
         objection=_objection,
         too_long=_too_long,
         result=_result,

@@ -19,6 +19,7 @@ from qdot.exercises.arm.arithmetic import applied
 from qdot.exercises.arm.axes_to_dh import Axis, exactly
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.arm.conventions.base import SCREWS
 from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.arm.derivation_graph import Change, Working
 from qdot.exercises.arm.kinematics import Frame, frames_and_point
@@ -27,7 +28,7 @@ from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.arm.trigonometry import count_terms, textbook, without_brackets
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, Part
-from qdot.exercises.questions.base import BY_AXES, Asked, Put, Question, Result, rates_to, too_many, velocities
+from qdot.exercises.questions.base import Asked, Put, Question, Result, rates_to, too_many, velocities
 from qdot.exercises.questions.inversion import POSES, THREE_DIGITS, Configuration, draw_lengths, draw_pose
 
 SOURCE = "product of exponentials"
@@ -431,7 +432,7 @@ QUESTIONS = (
         name="home-screws",
         title="Screw axes at home",
         source=SOURCE,
-        conventions=BY_AXES,
+        speaks_of=SCREWS,
         ask=_home,
         result=_stage("home screws"),
         grid=lambda chain: (convention_of(chain).velocities, [f"S_{{{joint}}}" for joint in range(1, chain.n + 1)]),
@@ -441,7 +442,7 @@ QUESTIONS = (
         name="body-pose",
         title="Pose of the body frame by exponentials",
         source=SOURCE,
-        conventions=BY_AXES,
+        speaks_of=SCREWS,
         ask=_pose,
         points=2.0,
         objection=_with_body,
@@ -454,7 +455,7 @@ QUESTIONS = (
         name="body-adjoint",
         title="Adjoint of the body frame",
         source=SOURCE,
-        conventions=BY_AXES,
+        speaks_of=SCREWS,
         ask=_adjoint,
         needs=("body-pose",),
         points=2.0,
@@ -469,7 +470,7 @@ QUESTIONS = (
         name="changed-twist",
         title="Twist changed from the body to the space frame",
         source=SOURCE,
-        conventions=BY_AXES,
+        speaks_of=SCREWS,
         ask=_changed,
         needs=("body-adjoint",),
         objection=_with_body,
@@ -482,7 +483,7 @@ QUESTIONS = (
         name="space-jacobian",
         title="Space Jacobian",
         source=SOURCE,
-        conventions=BY_AXES,
+        speaks_of=SCREWS,
         ask=_space,
         points=2.0,
         too_long=_long_space,
@@ -494,7 +495,7 @@ QUESTIONS = (
         name="body-jacobian",
         title="Body Jacobian",
         source=SOURCE,
-        conventions=BY_AXES,
+        speaks_of=SCREWS,
         ask=_body,
         needs=("body-pose", "space-jacobian"),
         points=2.0,
@@ -509,7 +510,7 @@ QUESTIONS = (
         name="space-twist",
         title="Twist in the space frame",
         source=SOURCE,
-        conventions=BY_AXES,
+        speaks_of=SCREWS,
         ask=_space_twist,
         needs=("space-jacobian",),
         too_long=_long_space,
@@ -521,7 +522,7 @@ QUESTIONS = (
         name="body-twist",
         title="Twist in the body frame",
         source=SOURCE,
-        conventions=BY_AXES,
+        speaks_of=SCREWS,
         ask=_body_twist,
         needs=("body-jacobian",),
         objection=_with_body,

@@ -8,12 +8,13 @@ import sympy as sp
 from qdot.exercises.answers import Matrix
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.arm.conventions.base import FRAMES
 from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.arm.derivation_graph import Change, Working
 from qdot.exercises.arm.transforms import in_tool_frame, poses, seen_from_tool, terms_in_tool_frame, terms_of_last_pose
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, Part
-from qdot.exercises.questions.base import BY_TABLE, Asked, Question, rates_to, stage, too_many
+from qdot.exercises.questions.base import Asked, Question, rates_to, stage, too_many
 
 MOST_JOINTS = 5
 """Up to so many joints transforms are multiplied out by hand; of those, up to MOST_TERMS terms."""
@@ -118,7 +119,7 @@ def _put_transform(rows: np.ndarray) -> dict[str, Change]:
 QUESTIONS = (
     Question(
         name="transform",
-        conventions=BY_TABLE,
+        speaks_of=FRAMES,
         title="Transform of the last frame",
         source="Example 6.1",
         ask=_transform,
@@ -130,7 +131,7 @@ QUESTIONS = (
     ),
     Question(
         name="tool-jacobian",
-        conventions=BY_TABLE,
+        speaks_of=FRAMES,
         title="Jacobian in the tool frame",
         source="6.12",
         ask=_tool_jacobian,

@@ -15,6 +15,7 @@ from qdot.exercises.arm.appearance import wrist_centre
 from qdot.exercises.arm.arithmetic import determinant
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.arm.conventions.base import FRAMES
 from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.arm.derivation_graph import Working
 from qdot.exercises.arm.kinematics import Z, frame_behind, frames_and_point
@@ -23,7 +24,6 @@ from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, Part
 from qdot.exercises.questions.base import (
-    BY_TABLE,
     MOST_TERMS,
     Asked,
     Question,
@@ -200,7 +200,7 @@ def _derived_determinants(w: Working, part: Part) -> np.ndarray:
 QUESTIONS = (
     Question(
         name="arm-block",
-        conventions=BY_TABLE,
+        speaks_of=FRAMES,
         title="Arm block of the Jacobian",
         source="6.12",
         ask=_arm,
@@ -215,7 +215,7 @@ QUESTIONS = (
     ),
     Question(
         name="wrist-block",
-        conventions=BY_TABLE,
+        speaks_of=FRAMES,
         title="Wrist block of the Jacobian",
         source="6.12",
         ask=_wrist,
@@ -226,7 +226,7 @@ QUESTIONS = (
     ),
     Question(
         name="block-determinants",
-        conventions=BY_TABLE,
+        speaks_of=FRAMES,
         title="Determinants of the blocks",
         source="6.8",
         ask=_both,

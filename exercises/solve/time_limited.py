@@ -6,7 +6,7 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from typing import Any
 
-from qdot.exercises.arm.chain import CONVENTIONS, Chain
+from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.kinds import kind_is_sure
 from qdot.exercises.arm.robot_file import Robot
@@ -170,7 +170,7 @@ def _due(chain: Chain) -> list[str]:
     if chain.n > BY_HAND:
         left_out = (*left_out, *inverse)
     told_otherwise = [  # looked at for these only: of others, whether they can be asked may take minutes to find out
-        name for name in SECTIONS if QUESTIONS[name].conventions != CONVENTIONS
+        name for name in SECTIONS if QUESTIONS[name].speaks_of
     ]
     left_out = (*left_out, *(name for name in told_otherwise if QUESTIONS[name].objects(chain) is not None))
     return [name for name in SECTIONS if name not in left_out]
