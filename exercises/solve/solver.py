@@ -11,6 +11,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.arm.conventions.base import FRAMES, Convention
 from qdot.exercises.arm.derivation import TooLong, derive
 from qdot.exercises.arm.kinds import kind_is_sure
 from qdot.exercises.arm.numeric_rank_check import tried
@@ -565,7 +566,7 @@ def data_stages(chain: Chain) -> Stages:
 class _Told:
     """How an arm was told, for the template: a convention, the cells of its rows, and what is said of its base."""
 
-    convention: str
+    convention: type[Convention]
     rows: list[list[str]]
     base: str
 
@@ -583,12 +584,11 @@ def _given(robot: Robot | None) -> _Told | None:
     return _Told(given.convention, [_cells(given.convention, row) for row in given.rows], base)
 
 
-def _cells(convention: str, row: tuple[Any, ...]) -> list[str]:
-    if convention == "screws":
+def _cells(convention: type[Convention], row: tuple[Any, ...]) -> list[str]:
+    if FRAMES not in convention.has:
         direction, point = row
         return [f"({', '.join(map(tex, direction))})", "-" if point is None else triple(point)]
-    theta, d, a, alpha = tex_angle(row[0]), tex_length(row[1]), tex_length(row[2]), tex_angle(row[3])
-    return [theta, d, a, alpha] if convention == "dh" else [alpha, a, d, theta]
+    return convention.cells(tex_angle(row[0]), tex_length(row[1]), tex_length(row[2]), tex_angle(row[3]))
 
 
 def _beyond(chain: Chain, robot: Robot | None, singular: Iterable[SingularComponent]) -> list[str]:

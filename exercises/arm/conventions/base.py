@@ -16,6 +16,7 @@ from qdot.exercises.arm.vectors import rot_x, rot_z
 
 if TYPE_CHECKING:
     from qdot.exercises.arm.chain import Base, Chain, Joint, Point
+    from qdot.exercises.arm.standard_table import Row
 
 FRAMES, FRAMES_OF_JOINTS, SCREWS = "frames", "frames of joints", "screws"
 """What a convention may have, and a question or a mistake may need: frames on the links; frames each of which has the
@@ -41,6 +42,8 @@ class Convention:
     """What questions and mistakes may need of it."""
     twist_orders: ClassVar[tuple[str, ...]] = ()
     """The orders in which the halves of its twists can stand, the usual one first; none where there is no choice."""
+    joint_keys: ClassVar[tuple[str, ...]] = ("kind", "theta", "d", "a", "alpha")
+    """What a joint in a file needs."""
     misreadings: ClassVar[frozenset[str]] = frozenset()
     """Mistakes that only those make who read an arm in this convention."""
     row_transform: ClassVar[str] = r"R_z(\theta_i)\, T_z(d_i)\, T_x(a_i)\, R_x(\alpha_i)"
@@ -93,7 +96,7 @@ class Convention:
         return [theta, d, a, alpha]
 
     @staticmethod
-    def steps(row: "Joint") -> "Iterator[tuple[str, sp.Expr, sp.Expr]]":
+    def steps(row: "Joint | Row") -> "Iterator[tuple[str, sp.Expr, sp.Expr]]":
         """Yield the axis, the angle (rad) and the length (m) of each step of which a row consists."""
         yield "z", row.theta, row.d
         yield "x", row.alpha, row.a

@@ -17,6 +17,7 @@ from qdot.exercises.arm.vectors import cross
 
 if TYPE_CHECKING:
     from qdot.exercises.arm.chain import Base, Chain, Joint, Point
+    from qdot.exercises.arm.standard_table import Row
 
 _T = TypeVar("_T")
 
@@ -66,7 +67,7 @@ class ModifiedDh(Convention):
         return [alpha, a, d, theta]
 
     @staticmethod
-    def steps(row: "Joint") -> "Iterator[tuple[str, sp.Expr, sp.Expr]]":
+    def steps(row: "Joint | Row") -> "Iterator[tuple[str, sp.Expr, sp.Expr]]":
         """Yield the steps of a row: along x before the joint, then along its z axis."""
         yield "x", row.alpha, row.a
         yield "z", row.theta, row.d

@@ -16,6 +16,7 @@ class Screws(Convention):
     aliases = ("axes", "twists", "poe", "lynch-park", "product-of-exponentials")
     has = frozenset({SCREWS})
     twist_orders: ClassVar[tuple[str, ...]] = ("omega-v", "v-omega")  # of Lynch and Park, and of Murray, Li and Sastry
+    joint_keys = ("kind", "axis", "point")  # no point on an axis along which a joint slides
     frame_index = ""
 
     @property
