@@ -8,7 +8,7 @@ from typing import Any
 
 from qdot.exercises.answers import Answer
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.convention_view import is_by_axes
+from qdot.exercises.arm.conventions import REGISTRY, convention_of
 from qdot.exercises.arm.derivation_graph import Change
 from qdot.exercises.problem.problem import Part
 
@@ -55,6 +55,9 @@ class Taken:
 Slips = Callable[[Chain, Shape], Iterator[Slip]]
 """The ways to make a mistake on an arm; the shape is that of the answer that it shows in."""
 
+MISREADINGS = frozenset().union(*(each.misreadings for each in REGISTRY.values()))
+"""The mistakes of those who read an arm in another convention than its own."""
+
 Takes = Callable[[Chain, Part], Iterator[Taken]]
 """The ways to make a mistake with the answer to a part."""
 
@@ -74,13 +77,17 @@ def of_frames(mistakes: Iterable["Mistake"], but: AbstractSet[str] = frozenset()
     return tuple(
         one
         if one.name in but
-        else replace(one, slips=partial(_unless_by_axes, one.slips), takes=partial(_unless_by_axes, one.takes))
+        else replace(
+            one, slips=partial(_if_possible, one.name, one.slips), takes=partial(_if_possible, one.name, one.takes)
+        )
         for one in mistakes
     )
 
 
-def _unless_by_axes(made: Callable[[Chain, Any], Iterator[Any]], chain: Chain, about: Any) -> Iterator[Any]:
-    return iter(()) if is_by_axes(chain) else made(chain, about)
+def _if_possible(name: str, made: Callable[[Chain, Any], Iterator[Any]], chain: Chain, about: Any) -> Iterator[Any]:
+    convention = convention_of(chain)
+    possible = convention.has_frames and (name in convention.misreadings or name not in MISREADINGS)
+    return made(chain, about) if possible else iter(())
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import sympy as sp
 
 from qdot.exercises.arm.arithmetic import applied, cross
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.convention_view import frame_on_axis, is_by_axes, is_modified, told_point
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation_graph import (
     RESULT,
     Change,
@@ -132,8 +132,8 @@ def _by_products(change: Callable[[Working, int], np.ndarray], words: dict[str, 
 
 def _on_axis(chain: Chain) -> dict[str, object]:
     """Return what the frame on the axis of joint i and this axis are called in the convention of an arm."""
-    frame = {"dh": "i-1", "modified-dh": "i"}.get(chain.convention, "")
-    return {"frame": frame, "axis": f"z_{frame}" if frame == "i" else f"z_({frame})" if frame else "omega_i"}
+    convention = convention_of(chain)
+    return {"frame": convention.frame_index, "axis": convention.plain_axis}
 
 
 def _next_axis(chain: Chain, _: Shape) -> Iterator[Slip]:
@@ -159,7 +159,7 @@ def _previous_both(chain: Chain, _: Shape) -> Iterator[Slip]:
     def arms(w: Working, right: np.ndarray) -> np.ndarray:
         return np.concatenate([w["point"][None] - w["origins"][:1], right[:-1]])
 
-    if is_modified(chain) and chain.n > 1:
+    if chain.n > 1:
         yield Slip({"axes": _before, "arms": arms, "linear": propagated})
 
 
@@ -195,7 +195,7 @@ def _from_other_origin(chain: Chain, _: Shape) -> Iterator[Slip]:
             out[i] = arms[j]
             return out
 
-        frame, other = (frame_on_axis(chain, joint + 1) for joint in (i, j))
+        frame, other = (convention_of(chain).frame_on_axis(joint + 1) for joint in (i, j))
         yield Slip({"arms": changed}, {"joint": i + 1, "frame": frame, "other": other})
 
 
@@ -286,7 +286,7 @@ def _not_turning(chain: Chain, _: Shape) -> Iterator[Slip]:
 
 
 def _blocks(chain: Chain, _: Shape) -> Iterator[Slip]:
-    if is_by_axes(chain):  # there the angular rows come first: `screws` says so
+    if not convention_of(chain).has_frames:  # there the angular rows come first: `screws` says so
         return
     yield Slip({"geometric": lambda w, both: np.concatenate([both[3:], both[:3]])})
 
@@ -315,7 +315,7 @@ def _own_frame(chain: Chain, _: Shape) -> Iterator[Slip]:
 
 def _rotations_on_axes(w: Working) -> list[np.ndarray]:
     """Return the rotations of the frames on the joint axes, and that of the last one again where there is none."""
-    numbers = [frame_on_axis(w.chain, joint) for joint in range(1, w.n + 2)]
+    numbers = [convention_of(w.chain).frame_on_axis(joint) for joint in range(1, w.n + 2)]
     return [told_rotation(w, min(number, w.n)) for number in numbers]
 
 
@@ -439,7 +439,7 @@ def _other_frames_velocity(chain: Chain, shape: Shape) -> Iterator[Slip]:
                 return velocity
             return applied(w["geometric"][:, :k], w["joint rates"][:k])[:, None]
 
-        last = "the last frame" if told_point(chain).is_origin else "the point"
+        last = "the last frame" if convention_of(chain).point.is_origin else "the point"
         yield Slip({RESULT: of_frame}, {"frame": "another frame" if frame < chain.n else last})
         if frame < chain.n:
             yield Slip({RESULT: of_point}, {"frame": "the point"})

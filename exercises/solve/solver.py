@@ -10,7 +10,8 @@ from typing import Any
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.convention_view import is_by_axes, told_words, twist_rows, twist_told
+from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.arm.conventions.base import FRAMES, Convention
 from qdot.exercises.arm.derivation import TooLong, derive
 from qdot.exercises.arm.kinds import kind_is_sure
 from qdot.exercises.arm.numeric_rank_check import tried
@@ -372,12 +373,15 @@ def _screw_parts(chain: Chain) -> tuple[Callable[[], dict[str, Any]], ...]:
 
     There is no body frame where P is no point of the last link.
     """
-    if not is_by_axes(chain):
+    if convention_of(chain).has_frames:
         return ()
     has_body = QUESTIONS["body-jacobian"].objection(chain) is None
     return (
-        lambda: {"twist_rows": list(twist_rows(chain)), TWISTS[0]: _rows(twist_told(chain, space_jacobian(chain)))},
-        lambda: {TWISTS[1]: _rows(twist_told(chain, body_jacobian(chain))) if has_body else None},
+        lambda: {
+            "twist_rows": list(convention_of(chain).velocities),
+            TWISTS[0]: _rows(convention_of(chain).twist(space_jacobian(chain))),
+        },
+        lambda: {TWISTS[1]: _rows(convention_of(chain).twist(body_jacobian(chain))) if has_body else None},
     )
 
 
@@ -387,7 +391,7 @@ def _rows(matrix: sp.Matrix) -> list[list[str]]:
 
 def _found_json(chain: Chain, found: SingularComponent, sure: bool) -> dict[str, Any]:
     kind = {"type": found.kind.kind, "uniform": found.kind.uniform} if sure and found.kind.kind else {}
-    return _component_json(found) | kind | {"meaning": told_words(chain, found.kind.meaning) or None}
+    return _component_json(found) | kind | {"meaning": convention_of(chain).rename_origins(found.kind.meaning) or None}
 
 
 def _component_json(found: SingularComponent | Component) -> dict[str, Any]:
@@ -562,7 +566,7 @@ def data_stages(chain: Chain) -> Stages:
 class _Told:
     """How an arm was told, for the template: a convention, the cells of its rows, and what is said of its base."""
 
-    convention: str
+    convention: type[Convention]
     rows: list[list[str]]
     base: str
 
@@ -580,12 +584,11 @@ def _given(robot: Robot | None) -> _Told | None:
     return _Told(given.convention, [_cells(given.convention, row) for row in given.rows], base)
 
 
-def _cells(convention: str, row: tuple[Any, ...]) -> list[str]:
-    if convention == "screws":
+def _cells(convention: type[Convention], row: tuple[Any, ...]) -> list[str]:
+    if FRAMES not in convention.has:
         direction, point = row
         return [f"({', '.join(map(tex, direction))})", "-" if point is None else triple(point)]
-    theta, d, a, alpha = tex_angle(row[0]), tex_length(row[1]), tex_length(row[2]), tex_angle(row[3])
-    return [theta, d, a, alpha] if convention == "dh" else [alpha, a, d, theta]
+    return convention.cells(tex_angle(row[0]), tex_length(row[1]), tex_length(row[2]), tex_angle(row[3]))
 
 
 def _beyond(chain: Chain, robot: Robot | None, singular: Iterable[SingularComponent]) -> list[str]:

@@ -11,7 +11,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from qdot.exercises.arm.convention_view import is_by_axes
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.assignment.lateness import in_words
 from qdot.exercises.assignment.store import kept
@@ -147,7 +147,7 @@ def _problems(assignment: Assignment, student: Student, result: dict[str, Any]) 
 
 def _captioned(given: str, problem: Problem) -> str:
     """Return what is given with a caption for its table, which a screen reader tells before it."""
-    what = "Joint axes at home" if is_by_axes(problem.chain) else "Denavit–Hartenberg parameters"
+    what = "Joint axes at home" if not convention_of(problem.chain).has_frames else "Denavit–Hartenberg parameters"
     caption = f'<table><caption class="unseen">{what}</caption>'
     return re.sub(r"<th\b(?!ead)", '<th scope="col"', given.replace("<table>", caption))
 

@@ -10,11 +10,11 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.arm.chain import CONVENTIONS, Base, Chain, Joint, Point
-from qdot.exercises.arm.conventions import TABLES, axes_of
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.library import robot_path, robots
 from qdot.exercises.arm.robot_file import Robot, read_robot_file
 from qdot.exercises.arm.robot_text import robot_text
+from qdot.exercises.arm.standard_table import TABLES, axes_of
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families.own import own_family

@@ -137,7 +137,7 @@ def test_every_slip_in_a_formula_of_any_arm_is_named(family: str) -> None:
 @few_families
 def test_a_slip_throughout_is_named_on_any_arm(family: str) -> None:
     problem = drawn(family, 0)
-    part = next((part for part in problem.parts if part.name in ("jacobian", "joint-axes")), problem["position"])
+    part = next(part for part in problem.parts if part.name in ("jacobian", "joint-axes", "link-velocity"))
     rows = [list(row) for row in part.answer.trees(problem.domain().roles)]
     at = configurations(problem.chain, part, problem.domain(), 4, Stream("finished"))
     right, tried = values_of(rows, at), set()
