@@ -46,6 +46,8 @@ class Convention:
     """What a joint in a file needs."""
     misreadings: ClassVar[frozenset[str]] = frozenset()
     """Mistakes that only those make who read an arm in this convention."""
+    columns: ClassVar[tuple[str, ...]] = (r"\theta_i", "d_i", "a_i", r"\alpha_i")
+    """The headings of the table."""
     row_transform: ClassVar[str] = r"R_z(\theta_i)\, T_z(d_i)\, T_x(a_i)\, R_x(\alpha_i)"
     """The transform T_{i-1,i} of a row of the table."""
     row_vector: ClassVar[str] = r"[a_i \cos\theta_i, a_i \sin\theta_i, d_i]^T"
