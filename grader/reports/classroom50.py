@@ -13,7 +13,7 @@ from typing import Any
 
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.errors import QdotError
-from qdot.grader.grading.final_result import Result
+from qdot.grader.grading.result import Result
 from qdot.grader.reports.rows import lateness, rows_of, the_only
 
 NEVER = "1970-01-01T00:00:00Z"
@@ -45,7 +45,7 @@ def of_environment(assignment: Assignment, result: Result, environment: Mapping[
     exact = [Fraction(str(row.max_points)) for row in rows]
     unit = 1 if all(Fraction(str(row.points)).denominator == 1 for row in rows) and _whole(exact) else 100
     limits = [round(points * unit) for points in exact]
-    score = min(round(Fraction(str(result["score"])) * unit), sum(limits))
+    score = min(round(Fraction(str(result.score)) * unit), sum(limits))
     scores = shared_out(score, [Fraction(str(row.points)) for row in rows], limits)
     tests = [
         {
@@ -70,7 +70,7 @@ def of_environment(assignment: Assignment, result: Result, environment: Mapping[
         "score": score,
         "max-score": sum(limits),
         "tests": tests,
-        "notes": [said for said in (*result["notes"], lateness(result)) if said],
+        "notes": [said for said in (*result.notes, lateness(result)) if said],
     }
     return json.dumps(content, ensure_ascii=False, indent=1) + "\n"
 
@@ -80,10 +80,10 @@ def _whole(points: Sequence[Fraction]) -> bool:
 
 
 def _instant(result: Result) -> str:
-    submission = result["submission"]
-    if submission is None or submission["received"] is None:
+    submission = result.submission
+    if submission is None or submission.received is None:
         return NEVER
-    moment = datetime.datetime.fromisoformat(submission["received"]).astimezone(datetime.UTC)
+    moment = datetime.datetime.fromisoformat(submission.received).astimezone(datetime.UTC)
     return moment.strftime("%Y-%m-%dT%H:%M:%SZ")
 
 
