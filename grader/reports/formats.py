@@ -11,7 +11,8 @@ from qdot.exercises.common.console import note, one_of, say
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.extras import need
 from qdot.exercises.common.files import write_atomically
-from qdot.grader.grading.final_result import Result
+from qdot.exercises.common.json_form import as_json
+from qdot.grader.grading.result import Result
 from qdot.grader.reports import charts, github, gradescope, junit
 from qdot.grader.reports.class_page import class_page
 from qdot.grader.reports.excel import workbook
@@ -46,7 +47,7 @@ def _csv(assignment: Assignment, results: Sequence[Result]) -> str:
 
 
 def _json(_: Assignment, results: Sequence[Result]) -> str:
-    return json.dumps(list(results), ensure_ascii=False, indent=1) + "\n"
+    return json.dumps([as_json(result) for result in results], ensure_ascii=False, indent=1) + "\n"
 
 
 IMPORTER = "its importer's rules, written anew"

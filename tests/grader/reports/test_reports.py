@@ -1,9 +1,9 @@
 """Reports of results, read as the programs read them that they are for; one student graded alone; pytest --qdot."""
 
-import copy
 import json
 import os
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -12,13 +12,16 @@ from markdown_it import MarkdownIt
 
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.common.errors import QdotError
-from qdot.grader.grading.attempt import ungraded as nothing_graded
-from qdot.grader.grading.final_result import Graded, Result, settle
+from qdot.grader.grading.attempt import mark_ungraded
+from qdot.grader.grading.final_result import Graded, settle
+from qdot.grader.grading.result import Result
+from qdot.grader.judging.verdict import Outcome
 from qdot.grader.reports.github import LARGEST_SUMMARY, annotations, summary
 from qdot.grader.reports.gradescope import results_json
 from qdot.grader.reports.junit import junit_xml
 from tests.support.command import fails, run
 from tests.support.handing_in import Cells, a_class, code, grade, hand_in, one_process, right
+from tests.support.results import change
 
 pytest_plugins = ["pytester"]
 
@@ -43,16 +46,13 @@ def results(assignment: Assignment) -> list[Result]:
 
 
 def ungraded(result: Result) -> Result:
-    changed: Result = copy.deepcopy(result)
-    changed["problems"][0]["parts"][0] |= {"points": None, "outcome": "ungraded", "reason": "qdot failed"}
-    return changed
+    return change(result, "p1.position", points=None, outcome=Outcome.UNGRADED, reason="qdot failed")
 
 
 def said(result: Result, reason: str) -> Result:
-    changed: Result = copy.deepcopy(result)
-    for part in changed["problems"][0]["parts"]:
-        part |= {"reason": reason, "points": 0.0, "outcome": "wrong"}
-    return changed
+    for name in result.parts:
+        result = change(result, name, reason=reason, points=0.0, outcome=Outcome.WRONG)
+    return result
 
 
 def test_junit_as_junitparser_reads_it(assignment: Assignment, results: list[Result]) -> None:
@@ -84,13 +84,13 @@ def test_a_summary_is_a_table_in_which_nothing_of_a_student_is_markup(
 
 
 def test_a_summary_and_its_annotations_keep_to_githubs_limits(assignment: Assignment, results: list[Result]) -> None:
-    many = [{**said(results[1], "x" * 3000), "student": f"s{number}"} for number in range(1200)]
+    many = [replace(said(results[1], "x" * 3000), student=f"s{number}") for number in range(1200)]
     page = summary(assignment, many)
     assert 900_000 < len(page.encode()) <= LARGEST_SUMMARY
     assert f"The parts of {1200 - page.count('<details>')} more students" in page
     assert len(summary(assignment, many * 30).encode()) <= LARGEST_SUMMARY
     one = said(results[1], "100%\r\n::error::forged")
-    one["problems"][0]["parts"] *= 4
+    one = replace(one, problems=tuple(replace(one.problems[0], slot=slot) for slot in ("p1", "p2", "p3", "p4")))
     lines = annotations(assignment, [one]).splitlines()
     assert len(lines) == 10 and lines[-1].startswith("::error title=hw::and 3 more")
     assert lines[0] == "::error title=p1.position%3A 0 of 1::100%25 ::error::forged"
@@ -162,7 +162,7 @@ def test_what_qdot_fails_on_is_an_error_and_a_wrong_folder_a_line(
 ) -> None:
     def fails(assignment: Assignment, student: Student, *_: object) -> Result:
         return settle(
-            assignment, student, [Graded(marked=nothing_graded(assignment, student.id, None, "no memory"))], {}
+            assignment, student, [Graded(marked=mark_ungraded(assignment, student.id, None, "no memory"))], {}
         )
 
     monkeypatch.setattr("qdot.grader.grading.one_student.grade_one", fails)
