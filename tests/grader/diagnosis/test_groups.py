@@ -319,7 +319,8 @@ def test_the_page_shows_groups_with_their_key_and_the_command_tells_an_unknown_o
     assert "line 2: " in errors and "'p1.determinant/bcdfgh'" in errors
     first, other = groups(results)
     assert (first.students, other.students) == (("ada", "bo", "cy"), ("di",))
-    assert (first.part, first.earned, first.max_points, first.mistake) == ("p1.determinant", (0.0, 0.0), 1.0, "")
+    assert (first.part, first.earned, first.max_points) == ("p1.determinant", (0.0, 0.0), 1.0)
+    assert first.mistake == "Extra term"
     page = class_page(assignment, results)
     assert f'<code class="key">{first.key}</code> <strong>3 students</strong>, earned 0 of 1' in page
     assert page.index(first.key) < page.index("1 of one student alone") < page.index(other.key)
