@@ -286,8 +286,6 @@ def _not_turning(chain: Chain, _: Shape) -> Iterator[Slip]:
 
 
 def _blocks(chain: Chain, _: Shape) -> Iterator[Slip]:
-    if not convention_of(chain).has_frames:  # there the angular rows come first: `screws` says so
-        return
     yield Slip({"geometric": lambda w, both: np.concatenate([both[3:], both[:3]])})
 
 
@@ -636,7 +634,7 @@ OF_FRAMES = frozenset({
     "next-arm", "next-frame", "previous-frame", "arm-from-base", "arm-from-other-origin", "arm-to-origin",
     "arm-reversed", "arm-of-one-link", "no-cross-product", "tool-frame", "own-frames", "wrong-axis",
     "wrong-axis-of-joint", "row-of-rotation", "velocity-of-other-frame", "arms-exchanged", "rows-not-turned",
-    "turned-the-wrong-way", "frame-before",
+    "turned-the-wrong-way", "frame-before", "blocks-exchanged",
 })  # fmt: skip
-"""Those that speak of frames on the links, or of vectors from their origins."""
+"""Those that speak of frames on the links, or of vectors from their origins; of screws, `screws` says what is above."""
 MISTAKES = of_frames(_ALL, but={one.name for one in _ALL} - OF_FRAMES)

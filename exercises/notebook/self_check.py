@@ -219,7 +219,7 @@ def check_cell(slot: str, problem: Problem, part: str) -> str:
     words |= {
         "linear_half": "3:" if omega_first else ":3",
         "angular_half": ":3" if omega_first else "3:",
-        "in_order": "[np.r_[3:6, 0:3]]" if not convention_of(problem.chain).has_frames and not omega_first else "",
+        "in_order": "" if omega_first else "[np.r_[3:6, 0:3]]",
         "n": problem.chain.n,
         "linear": len(problem.chain.linear_rows),
         "rows": _rows(asked) if "position" in asked else [],

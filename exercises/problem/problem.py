@@ -11,7 +11,8 @@ import sympy as sp
 
 from qdot.exercises.answers import Answer
 from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS, Chain
-from qdot.exercises.arm.conventions import ALIASES, convention_of
+from qdot.exercises.arm.conventions import ALIASES, REGISTRY, convention_of
+from qdot.exercises.arm.conventions.screws import Screws
 from qdot.exercises.common.errors import QdotError, likeliest
 from qdot.exercises.common.variation import AXES, DEFAULT, STEPS, named
 from qdot.exercises.formula.identity import Domain, Rounding
@@ -64,8 +65,8 @@ class ProblemId:
         """
         said = convention_named(convention) if convention else self.convention
         order = twist_order_named(twist_order) if twist_order else self.twist_order
-        by_axes = said == BY_AXES or (not convention and said == "")
-        if (twist_order or order) and not by_axes:
+        is_ordered = bool(REGISTRY[said].twist_orders) if said else not convention
+        if (twist_order or order) and not is_ordered:
             raise QdotError(f"{self.seeded} is told by a table (convention = {convention or said!r}); {OF_ORDER}")
         return replace(self, convention=BY_AXES if twist_order else said, twist_order=order)
 
@@ -118,7 +119,7 @@ def _sorted_marks(text: str, marks: Sequence[str]) -> tuple[list[str], list[str]
     return conventions, orders, variations
 
 
-BY_AXES = "screws"
+BY_AXES = Screws.name
 OF_ORDER = f'the order of twists is for arms that are told by their axes (convention = "{BY_AXES}")'
 
 _MARKS = {"convention": CONVENTIONS, "order of twists": TWIST_ORDERS, "variation": (*STEPS, *AXES)}

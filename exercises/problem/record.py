@@ -28,7 +28,7 @@ def robot_json(chain: Chain) -> Json:
     """
     base, point = chain.base, chain.point
     told = {} if chain.convention == CONVENTIONS[0] else {"convention": chain.convention}
-    if not convention_of(chain).has_frames and not convention_of(chain).is_omega_first:
+    if chain.twist_order in convention_of(chain).twist_orders[1:]:
         told["twist_order"] = chain.twist_order
     return {
         "name": chain.name,

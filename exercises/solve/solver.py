@@ -11,7 +11,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.conventions.base import FRAMES, Convention
+from qdot.exercises.arm.conventions.base import FRAMES, SCREWS, Convention
 from qdot.exercises.arm.derivation import TooLong, derive
 from qdot.exercises.arm.kinds import kind_is_sure
 from qdot.exercises.arm.numeric_rank_check import tried
@@ -368,12 +368,17 @@ TWISTS = "space_jacobian", "body_jacobian"
 """What an arm that is told by its axes has beside the others, 6 x n each, in the order of `twist_rows`."""
 
 
+def twists_of(chain: Chain) -> tuple[str, ...]:
+    """Return which of TWISTS an arm has: those of screws."""
+    return TWISTS if SCREWS in convention_of(chain).has else ()
+
+
 def _screw_parts(chain: Chain) -> tuple[Callable[[], dict[str, Any]], ...]:
     """Return what works out the Jacobians of TWISTS as plain data, nothing where an arm is told by a table.
 
     There is no body frame where P is no point of the last link.
     """
-    if convention_of(chain).has_frames:
+    if not twists_of(chain):
         return ()
     has_body = QUESTIONS["body-jacobian"].objection(chain) is None
     return (
@@ -460,7 +465,7 @@ def text_stages(chain: Chain, robot: Robot | None = None) -> Stages:
     yield "its transformations"
     w, steps = Wording(chain), worked_steps(chain)
     given = _given(robot)
-    if given is not None and (w.is_by_axes or (not given.base and given.rows == w.rows)):
+    if given is not None and (not w.convention.has_frames or (not given.base and given.rows == w.rows)):
         given = None  # it is told so below
     rounded = ROUNDED if robot is not None and robot.rounded else ""
     yield Ready("arm", render("solve/arm.md.j2", chain=chain, w=w, steps=steps, tex=tex, given=given, rounded=rounded))

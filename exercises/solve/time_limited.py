@@ -18,7 +18,6 @@ from qdot.exercises.solve.solver import (
     SECTIONS,
     SPECIAL,
     TESTED,
-    TWISTS,
     WHERE,
     Kept,
     Ready,
@@ -28,6 +27,7 @@ from qdot.exercises.solve.solver import (
     data_stages,
     text_heading,
     text_stages,
+    twists_of,
 )
 from qdot.exercises.writing.markup import to_text
 from qdot.exercises.writing.worked import SingularComponent
@@ -108,7 +108,7 @@ def _data(robot: Robot, told: _Told) -> dict[str, Any]:
     chain = robot.chain
     content: dict[str, Any] = {"name": chain.title} | ({"rounded": True} if robot.rounded else {})
     content |= {"position": None, "jacobian": None, "geometric_jacobian": None}
-    twists = TWISTS if not convention_of(chain).has_frames else ()
+    twists = twists_of(chain)
     content |= {"twist_rows": list(convention_of(chain).velocities), **dict.fromkeys(twists)} if twists else {}
     content |= {"task": list(chain.task), "determinant": None, "singular": None}
     for part in told.ready.values():
@@ -126,7 +126,7 @@ def _missing_keys(chain: Chain, told: _Told) -> list[str]:
     if not told.ended or told.left == ():
         return []
     keys = [("position", "position"), ("jacobian", "jacobian"), ("jacobian", "geometric_jacobian")]
-    keys += [(name, name) for name in TWISTS] if not convention_of(chain).has_frames else []
+    keys += [(name, name) for name in twists_of(chain)]
     keys += [("determinant", "determinant")] if _is_square(chain) else []
     left = told.left or (WHERE,)
     of_each = [("type", "uniform", MEANING) if key == MEANING and kind_is_sure(chain) else (key,) for key in left]

@@ -21,11 +21,6 @@ class AxisNames:
         return convention_of(self.chain)
 
     @property
-    def is_by_axes(self) -> bool:
-        """Whether the arm is told by its axes at home, so that no frames stand on its links."""
-        return not self.convention.has_frames
-
-    @property
     def is_omega_first(self) -> bool:
         """Whether the angular velocity comes first in what is asked."""
         return self.convention.is_omega_first
@@ -91,10 +86,9 @@ class AxisNames:
     @property
     def axes_i(self) -> list[str]:
         """The same of all kinds of joints that the arm has."""
-        if not self.is_by_axes:
-            return [self.z_i]
         kinds = {joint.kind for joint in self.chain.joints}
-        return [name for kind, name in (("R", self.z_i), ("P", self.slide_i)) if kind in kinds]
+        names = [name for kind, name in (("R", self.z_i), ("P", self.slide_i)) if kind in kinds]
+        return list(dict.fromkeys(names))
 
     @property
     def p_i(self) -> str:

@@ -35,10 +35,7 @@ class Wording(AxisNames):
     @property
     def frame(self) -> str:
         """The frame in which everything is expressed."""
-        say = self.words
-        if self.is_by_axes:
-            return say.gettext("the space frame {s}")
-        return say.gettext("the base frame $O_0$") if self.base.is_world else say.gettext("the world frame")
+        return self.convention.frame_of_all(self.words)
 
     @property
     def joints(self) -> list[str]:
@@ -327,11 +324,6 @@ class Wording(AxisNames):
     # --- the convention ---
 
     @property
-    def is_modified(self) -> bool:
-        """Whether the arm is told by a modified table."""
-        return self.convention.has_frames_of_joints
-
-    @property
     def base(self) -> Base:
         """Where frame O_0 stands, as it is told."""
         return self.convention.base
@@ -354,8 +346,7 @@ class Wording(AxisNames):
 
     def start(self, joint: int) -> str:
         """Return where the vector from the axis of a joint to P begins."""
-        say = self.words
-        return say.gettext("a point on the axis") if self.is_by_axes else f"$O_{{{self.on(joint)}}}$"
+        return self.convention.start(joint, self.words)
 
     @property
     def first_twist(self) -> str:

@@ -197,8 +197,7 @@ def _problems(assignment: Assignment, student: Student, result: Result) -> list[
 
 def _add_caption(given: str, problem: Problem) -> str:
     """Return what is given with a caption for its table, which a screen reader tells before it."""
-    what = "Joint axes at home" if not convention_of(problem.chain).has_frames else "Denavit–Hartenberg parameters"
-    caption = f'<table><caption class="unseen">{what}</caption>'
+    caption = f'<table><caption class="unseen">{convention_of(problem.chain).caption}</caption>'
     return re.sub(r"<th\b(?!ead)", '<th scope="col"', given.replace("<table>", caption))
 
 

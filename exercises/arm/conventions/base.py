@@ -17,6 +17,7 @@ from qdot.exercises.arm.vectors import rot_x, rot_z
 if TYPE_CHECKING:
     from qdot.exercises.arm.chain import Base, Chain, Joint, Point
     from qdot.exercises.arm.standard_table import Row
+    from qdot.exercises.writing.languages import Catalogue
 
 FRAMES, FRAMES_OF_JOINTS, SCREWS = "frames", "frames of joints", "screws"
 """What a convention may have, and a question or a mistake may need: frames on the links; frames each of which has the
@@ -46,6 +47,8 @@ class Convention:
     """What a joint in a file needs."""
     misreadings: ClassVar[frozenset[str]] = frozenset()
     """Mistakes that only those make who read an arm in this convention."""
+    caption: ClassVar[str] = "Denavit–Hartenberg parameters"
+    """What the table shows."""
     columns: ClassVar[tuple[str, ...]] = (r"\theta_i", "d_i", "a_i", r"\alpha_i")
     """The headings of the table."""
     row_transform: ClassVar[str] = r"R_z(\theta_i)\, T_z(d_i)\, T_x(a_i)\, R_x(\alpha_i)"
@@ -157,6 +160,14 @@ class Convention:
 
     def _index(self, joint: int | None) -> str:
         return self.frame_index if joint is None else str(self.frame_on_axis(joint))
+
+    def start(self, joint: int, say: "Catalogue") -> str:
+        """Return where the vector from the axis of a joint to the point of interest begins."""
+        return f"$O_{{{self.frame_on_axis(joint)}}}$"
+
+    def frame_of_all(self, say: "Catalogue") -> str:
+        """Return the frame in which everything is expressed."""
+        return say.gettext("the base frame $O_0$") if self.base.is_world else say.gettext("the world frame")
 
     def place(self, frame: int) -> str | None:
         """Return the name of the place where the origin of a standard frame is, as "O_2" or "P"; None without one."""

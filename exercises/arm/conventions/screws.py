@@ -4,9 +4,12 @@ What is presented has no prime, as omega_i, and what the joints before it have m
 (v, omega) by the arm's `twist_order`. The arm is worked out in its standard table, which nobody sees.
 """
 
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from qdot.exercises.arm.conventions.base import SCREWS, Convention
+
+if TYPE_CHECKING:
+    from qdot.exercises.writing.languages import Catalogue
 
 
 class Screws(Convention):
@@ -17,6 +20,7 @@ class Screws(Convention):
     has = frozenset({SCREWS})
     twist_orders: ClassVar[tuple[str, ...]] = ("omega-v", "v-omega")  # of Lynch and Park, and of Murray, Li and Sastry
     joint_keys = ("kind", "axis", "point")  # no point on an axis along which a joint slides
+    caption = "Joint axes at home"
     frame_index = ""
 
     @property
@@ -49,6 +53,14 @@ class Screws(Convention):
     def typed_axis(self, joint: int) -> str:
         """Return the direction of an axis as students type it."""
         return f"{'v' if self._is_prismatic(joint) else 'omega'}{joint}"
+
+    def start(self, joint: int, say: "Catalogue") -> str:
+        """Return where the vector from the axis of a joint to the point of interest begins."""
+        return say.gettext("a point on the axis")
+
+    def frame_of_all(self, say: "Catalogue") -> str:
+        """Return the frame in which everything is expressed."""
+        return say.gettext("the space frame {s}")
 
     def place(self, frame: int) -> str | None:
         """Return None: no frame stands on a link."""
