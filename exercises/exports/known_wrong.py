@@ -139,7 +139,7 @@ def _slip(subject: _Subject, index: int) -> _Slip | None:
         return _Slip(wrong.mistake, wrong.sentence, None, tuple(change for _, change in changes))
     if generic.n > MOST_JOINTS and QUESTIONS[part.kind].is_made_of_minors:
         return None  # it would take minutes
-    formulas = as_formulas(result(in_formulas(generic).but(dict(changes)), part))
+    formulas = as_formulas(result(in_formulas(generic).with_mistakes(dict(changes)), part))
     if formulas.has(*NO_NUMBER) or len(str(formulas.tolist())) > LONGEST_RAW:
         return None
     try:

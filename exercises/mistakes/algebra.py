@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.arithmetic import applied, determinant, product, signs
+from qdot.exercises.arm.arithmetic import apply_matrix, determinant, product, signs
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.derivation import derive, structure
-from qdot.exercises.arm.derivation_graph import Change, Working, carried, singular_vectors
+from qdot.exercises.arm.derivation_graph import Change, Working, links_to_point, singular_vectors
 from qdot.exercises.mistakes.base import Mistake, Shape, Slip
 
 
@@ -75,13 +75,13 @@ def _lost(stage: str, chain: Chain, factor: Any, divisor: Any) -> Slip:
 def _divided(factor: object) -> Change:
     def changed(w: Working, right: np.ndarray) -> np.ndarray:
         with np.errstate(all="ignore"):
-            return np.asarray(right / w.arithmetic.value(w.arithmetic.stepped(factor)))
+            return np.asarray(right / w.arithmetic.value(w.arithmetic.table_entry(factor)))
 
     return changed
 
 
 def _jacobian_times(w: Working, _: np.ndarray) -> np.ndarray:
-    return applied(w["jacobian"], w["wanted velocity"])
+    return apply_matrix(w["jacobian"], w["wanted velocity"])
 
 
 def _reciprocals(w: Working, _: np.ndarray) -> np.ndarray:
@@ -178,7 +178,7 @@ def _product_signs(chain: Chain, _: Shape) -> Iterator[Slip]:
             return np.asarray(found - 2 * w["jacobian"][i, j] * w["cofactors"][i, j])
 
         yield Slip({"determinant": whole})
-        for link in carried(chain) if axes[row] < 3 else ():
+        for link in links_to_point(chain) if axes[row] < 3 else ():
 
             def part(w: Working, found: np.ndarray, i: int = row, j: int = column, k: int = link) -> np.ndarray:
                 return np.asarray(found - 2 * w["effects"][j, k, axes[i]] * w["cofactors"][i, j])

@@ -8,7 +8,7 @@ from types import ModuleType
 import numpy as np
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation_graph import Working, propagated
+from qdot.exercises.arm.derivation_graph import Working, propagate_linear_rows
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.mistakes import (
     algebra,
@@ -126,7 +126,7 @@ def usual(mistake: Mistake, oftener: Oftener = NO_OFTENER) -> float:
 def prior(wrong: Wrong, oftener: Oftener = NO_OFTENER) -> float:
     """Return how often a mistake is made in this way, beside others that give the same answer."""
     own = usual(wrong.mistake, oftener)
-    if "linear" in wrong.slip.changes and not wrong.working.comes_from("linear"):
+    if "linear" in wrong.slip.changes and not wrong.working.depends_on("linear"):
         return max(own, oftener.get(wrong.mistake.name, 1.0))  # what is propagated is asked for itself, as p* is
     propagates = "linear" not in wrong.slip.changes and any(stage == "linear" for stage, _ in wrong.working.changes)
     return own * BY_PROPAGATION if propagates else own
@@ -165,9 +165,9 @@ def made(mistake: Mistake, w: Working, part: Part, right: np.ndarray | None = No
     for slip in mistake.slips(w.chain, (right.shape[0], right.shape[1])):
         ways: list[Mapping[str, object]] = [slip.changes]
         if _POSITIONS & set(slip.changes) and "linear" not in slip.changes:
-            ways.append({**slip.changes, "linear": propagated})
+            ways.append({**slip.changes, "linear": propagate_linear_rows})
         for way in ways:
-            working = w.but(way)  # type: ignore[arg-type]
+            working = w.with_mistakes(way)  # type: ignore[arg-type]
             answer = _result(working, part)
             if answer is not None:
                 yield Wrong(mistake, slip, working, answer)

@@ -7,7 +7,7 @@ from itertools import combinations, permutations, product
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.arithmetic import applied, cross
+from qdot.exercises.arm.arithmetic import apply_matrix, cross
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.convention_view import frame_on_axis, is_by_axes, is_modified
 from qdot.exercises.arm.derivation_graph import (
@@ -15,10 +15,10 @@ from qdot.exercises.arm.derivation_graph import (
     Change,
     Table,
     Working,
-    carried,
-    propagated,
-    told_rotation,
-    turned_rows,
+    convention_rotation,
+    links_to_point,
+    propagate_linear_rows,
+    rotate_rows,
 )
 from qdot.exercises.mistakes.base import Mistake, Shape, Slip, of_frames
 from qdot.exercises.mistakes.position import run_start
@@ -30,7 +30,7 @@ def _lengths(chain: Chain) -> list[int]:
     """Return the links that have a length and lead to the point."""
     joints = chain.joints
     has = [k for k in range(chain.n) if joints[k].kind == "P" or (joints[k].a, joints[k].d) != (0, 0)]
-    return [k for k in carried(chain) if k in has or (k == chain.n and not chain.point.is_origin)]
+    return [k for k in links_to_point(chain) if k in has or (k == chain.n and not chain.point.is_origin)]
 
 
 def _effect(joint: int, links: list[int], factor: int) -> Change:
@@ -94,7 +94,7 @@ def _mirrored(w: Working, joint: int) -> np.ndarray:
         )
         return replace(table, rows=tuple(rows))
 
-    return np.asarray(w.without("effects").but({"table": turned})["effects"][joint])
+    return np.asarray(w.without("effects").with_mistakes({"table": turned})["effects"][joint])
 
 
 def _derivative_of(sign: int) -> Callable[[Chain, Shape], Iterator[Slip]]:
@@ -115,7 +115,7 @@ def _not_differentiated(chain: Chain, _: Shape) -> Iterator[Slip]:
         links = w.arithmetic.value(np.stack(w["links"]))
         for joint in range(w.n):
             if w["kinds"][joint] == "R":
-                behind = [k for k in carried(w.chain) if k >= joint]
+                behind = [k for k in links_to_point(w.chain) if k >= joint]
                 out[joint, behind] = links[behind]
         return out
 
@@ -127,7 +127,7 @@ def _not_differentiated(chain: Chain, _: Shape) -> Iterator[Slip]:
 
 def _by_products(change: Callable[[Working, int], np.ndarray], words: dict[str, object] | None = None) -> Slip:
     products = lambda w, right: [change(w, i) for i in range(w.n)]  # noqa: E731
-    return Slip({"linear": propagated, "products": products}, words or {})
+    return Slip({"linear": propagate_linear_rows, "products": products}, words or {})
 
 
 def _on_axis(chain: Chain) -> dict[str, object]:
@@ -138,19 +138,22 @@ def _on_axis(chain: Chain) -> dict[str, object]:
 
 def _next_axis(chain: Chain, _: Shape) -> Iterator[Slip]:
     words = _on_axis(chain)
-    yield Slip({"axes": lambda w, axes: np.concatenate([axes[1:], axes[-1:]]), "linear": propagated}, words)
+    yield Slip({"axes": lambda w, axes: np.concatenate([axes[1:], axes[-1:]]), "linear": propagate_linear_rows}, words)
     yield _by_products(lambda w, i: cross(w["axes"][i + 1], w["arms"][i]), words)
 
 
 def _next_arm(chain: Chain, _: Shape) -> Iterator[Slip]:
-    yield Slip({"arms": lambda w, arms: np.concatenate([arms[1:], arms[-1:]]), "linear": propagated}, _on_axis(chain))
+    yield Slip(
+        {"arms": lambda w, arms: np.concatenate([arms[1:], arms[-1:]]), "linear": propagate_linear_rows},
+        _on_axis(chain),
+    )
 
 
 def _next_both(chain: Chain, _: Shape) -> Iterator[Slip]:
     def shifted(w: Working, right: np.ndarray) -> np.ndarray:
         return np.concatenate([right[1:], right[-1:]])
 
-    yield Slip({"axes": shifted, "arms": shifted, "linear": propagated}, _on_axis(chain))
+    yield Slip({"axes": shifted, "arms": shifted, "linear": propagate_linear_rows}, _on_axis(chain))
 
 
 def _previous_both(chain: Chain, _: Shape) -> Iterator[Slip]:
@@ -160,7 +163,7 @@ def _previous_both(chain: Chain, _: Shape) -> Iterator[Slip]:
         return np.concatenate([w["point"][None] - w["origins"][:1], right[:-1]])
 
     if is_modified(chain) and chain.n > 1:
-        yield Slip({"axes": _before, "arms": arms, "linear": propagated})
+        yield Slip({"axes": _before, "arms": arms, "linear": propagate_linear_rows})
 
 
 def _before(w: Working, axes: np.ndarray) -> np.ndarray:
@@ -168,7 +171,7 @@ def _before(w: Working, axes: np.ndarray) -> np.ndarray:
 
 
 def _previous_axis(chain: Chain, _: Shape) -> Iterator[Slip]:
-    yield Slip({"axes": _before, "linear": propagated}, _on_axis(chain))
+    yield Slip({"axes": _before, "linear": propagate_linear_rows}, _on_axis(chain))
 
 
 def _order(chain: Chain, _: Shape) -> Iterator[Slip]:
@@ -180,11 +183,11 @@ def _no_product(chain: Chain, _: Shape) -> Iterator[Slip]:
 
 
 def _from_base(chain: Chain, _: Shape) -> Iterator[Slip]:
-    yield Slip({"arms": lambda w, arms: np.stack([w["point"]] * len(arms)), "linear": propagated})
+    yield Slip({"arms": lambda w, arms: np.stack([w["point"]] * len(arms)), "linear": propagate_linear_rows})
 
 
 def _to_origin(chain: Chain, _: Shape) -> Iterator[Slip]:
-    yield Slip({"arms": lambda w, _: w["frames on axes"], "linear": propagated})
+    yield Slip({"arms": lambda w, _: w["frames on axes"], "linear": propagate_linear_rows})
 
 
 def _from_other_origin(chain: Chain, _: Shape) -> Iterator[Slip]:
@@ -200,7 +203,7 @@ def _from_other_origin(chain: Chain, _: Shape) -> Iterator[Slip]:
 
 
 def _reversed(chain: Chain, _: Shape) -> Iterator[Slip]:
-    yield Slip({"arms": lambda w, arms: -arms, "linear": propagated})
+    yield Slip({"arms": lambda w, arms: -arms, "linear": propagate_linear_rows})
 
 
 def _one_link(chain: Chain, _: Shape) -> Iterator[Slip]:
@@ -208,7 +211,7 @@ def _one_link(chain: Chain, _: Shape) -> Iterator[Slip]:
         links = w.arithmetic.value(np.stack(w["links"]))
         return np.stack([*links[: w.n], arms[-1]])
 
-    yield Slip({"arms": changed, "linear": propagated})
+    yield Slip({"arms": changed, "linear": propagate_linear_rows})
 
 
 def _as_revolute(chain: Chain, _: Shape) -> Iterator[Slip]:
@@ -226,10 +229,11 @@ def _taken_for(chain: Chain, kind: str, other: str) -> Iterator[Slip]:
         return lambda w, kinds: [other if i in which else kind for i, kind in enumerate(kinds)]
 
     for i in joints:
-        yield Slip({"kinds": changed([i]), "linear": propagated}, {"joint": i + 1})
+        yield Slip({"kinds": changed([i]), "linear": propagate_linear_rows}, {"joint": i + 1})
     if len(joints) > 1:
         yield Slip(
-            {"kinds": changed(joints), "linear": propagated}, {"joint": " and ".join(str(i + 1) for i in joints)}
+            {"kinds": changed(joints), "linear": propagate_linear_rows},
+            {"joint": " and ".join(str(i + 1) for i in joints)},
         )
 
 
@@ -294,7 +298,7 @@ def _blocks(chain: Chain, _: Shape) -> Iterator[Slip]:
 def _in_tool_frame(chain: Chain, _: Shape) -> Iterator[Slip]:
     def seen(w: Working, vectors: np.ndarray) -> np.ndarray:
         turned = w["last rotation"].swapaxes(0, 1)
-        return np.stack([applied(turned, vectors[:, i]) for i in range(vectors.shape[1])], axis=1)
+        return np.stack([apply_matrix(turned, vectors[:, i]) for i in range(vectors.shape[1])], axis=1)
 
     yield Slip({"linear": seen, "angular": seen})
     yield Slip({"axes": lambda w, axes: seen(w, axes.swapaxes(0, 1)).swapaxes(0, 1)})
@@ -308,23 +312,23 @@ def _own_frame(chain: Chain, _: Shape) -> Iterator[Slip]:
         return np.stack([np.stack(up)] * len(axes))
 
     if any(joint.alpha != 0 for joint in chain.joints):
-        yield Slip({"axes": changed, "linear": propagated})
+        yield Slip({"axes": changed, "linear": propagate_linear_rows})
 
 
 def _rotations_on_axes(w: Working) -> list[np.ndarray]:
     """Return the rotations of the frames on the joint axes, and that of the last one again where there is none."""
     numbers = [frame_on_axis(w.chain, joint) for joint in range(1, w.n + 2)]
-    return [told_rotation(w, min(number, w.n)) for number in numbers]
+    return [convention_rotation(w, min(number, w.n)) for number in numbers]
 
 
 def _along_x(chain: Chain, _: Shape) -> Iterator[Slip]:
     for axis in "xy":
-        yield Slip({"axes": _along(axis, range(chain.n + 1)), "linear": propagated}, {"axis": axis})
+        yield Slip({"axes": _along(axis, range(chain.n + 1)), "linear": propagate_linear_rows}, {"axis": axis})
 
 
 def _one_along_x(chain: Chain, _: Shape) -> Iterator[Slip]:
     for axis, i in product("xy", range(chain.n)):
-        yield Slip({"axes": _along(axis, [i]), "linear": propagated}, {"axis": axis, "joint": i + 1})
+        yield Slip({"axes": _along(axis, [i]), "linear": propagate_linear_rows}, {"axis": axis, "joint": i + 1})
 
 
 def _along(axis: str, joints: Sequence[int]) -> Change:
@@ -340,7 +344,7 @@ def _axis_row(chain: Chain, _: Shape) -> Iterator[Slip]:
         return np.stack([rotation[2] for rotation in _rotations_on_axes(w)])
 
     if any(joint.alpha != 0 for joint in chain.joints):
-        yield Slip({"axes": rows, "linear": propagated})
+        yield Slip({"axes": rows, "linear": propagate_linear_rows})
 
 
 def _axis_sign(chain: Chain, _: Shape) -> Iterator[Slip]:
@@ -351,7 +355,7 @@ def _axis_sign(chain: Chain, _: Shape) -> Iterator[Slip]:
             out[i] = -out[i]
             return out
 
-        yield Slip({"axes": changed, "linear": propagated}, {"joint": i + 1})
+        yield Slip({"axes": changed, "linear": propagate_linear_rows}, {"joint": i + 1})
 
 
 def _joint_left_out(chain: Chain, _: Shape) -> Iterator[Slip]:
@@ -375,7 +379,7 @@ def _arms_exchanged(chain: Chain, _: Shape) -> Iterator[Slip]:
             out[[i, j]] = out[[j, i]]
             return out
 
-        yield Slip({"arms": changed, "linear": propagated}, {"joint": i + 1, "other": j + 1})
+        yield Slip({"arms": changed, "linear": propagate_linear_rows}, {"joint": i + 1, "other": j + 1})
 
 
 def _tool_stage(change: Change) -> Callable[[Chain, Shape], Iterator[Slip]]:
@@ -398,14 +402,14 @@ def _rows_not_turned(chain: Chain, _: Shape) -> Iterator[Slip]:
 
 
 def _turned_the_other_way(w: Working, _: np.ndarray) -> np.ndarray:
-    return turned_rows(w["last rotation"], w["geometric"])
+    return rotate_rows(w["last rotation"], w["geometric"])
 
 
 def _frame_before(chain: Chain, shape: Shape) -> Iterator[Slip]:
     for frame in range(1, chain.n):
 
         def changed(w: Working, _: np.ndarray, frame: int = frame) -> np.ndarray:
-            return turned_rows(told_rotation(w, frame).swapaxes(0, 1), w["geometric"])
+            return rotate_rows(convention_rotation(w, frame).swapaxes(0, 1), w["geometric"])
 
         yield Slip({"tool jacobian": changed}, {"frame": frame})
 
@@ -417,18 +421,18 @@ def _other_frames_velocity(chain: Chain, shape: Shape) -> Iterator[Slip]:
     for frame in range(1, chain.n + 1):
 
         def of_frame(w: Working, velocity: np.ndarray, k: int = frame) -> np.ndarray:
-            if not w.comes_from("joint rates"):
+            if not w.depends_on("joint rates"):
                 return velocity
             try:
                 inner = w if k == w.n else w.up_to(k)
-                return applied(inner["geometric"], w["joint rates"][:k])[:, None]
+                return apply_matrix(inner["geometric"], w["joint rates"][:k])[:, None]
             except IndexError:  # of a joint behind the frame
                 return velocity
 
         def of_point(w: Working, velocity: np.ndarray, k: int = frame) -> np.ndarray:
-            if not w.comes_from("joint rates"):
+            if not w.depends_on("joint rates"):
                 return velocity
-            return applied(w["geometric"][:, :k], w["joint rates"][:k])[:, None]
+            return apply_matrix(w["geometric"][:, :k], w["joint rates"][:k])[:, None]
 
         yield Slip({RESULT: of_frame}, {"frame": "another frame" if frame < chain.n else "the last frame"})
         if frame < chain.n:

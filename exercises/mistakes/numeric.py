@@ -18,7 +18,7 @@ from qdot.exercises.questions.path import AtDistance
 
 def _degrees_as_radians(chain: Chain, _: Shape) -> Iterator[Slip]:
     def large(w: Working, table: Table) -> Table:
-        part = w.arithmetic.stepped(180 / sp.pi)
+        part = w.arithmetic.table_entry(180 / sp.pi)
         rows = (
             replace(row, theta=row.theta * part) if joint.kind == "R" else row
             for row, joint in zip(table.rows, w.chain.joints, strict=True)
@@ -37,7 +37,7 @@ def _degrees_as_radians(chain: Chain, _: Shape) -> Iterator[Slip]:
 def _base_in_degrees(w: Working, table: Table) -> Table:
     """Put the angles of the base in as degrees."""
     position, yaw, tilt = table.base
-    large = w.arithmetic.stepped(180 / sp.pi)
+    large = w.arithmetic.table_entry(180 / sp.pi)
     return replace(table, base=(position, yaw * large, tilt * large if told_base(w.chain).tilt != 0 else tilt))
 
 
@@ -46,7 +46,7 @@ def _variables_in_degrees(w: Working, table: Table) -> Table:
     more = 180 / sp.pi - 1
     for i, (joint, q) in enumerate(zip(w.chain.joints, w.chain.q, strict=True)):
         if joint.kind == "R":
-            table = table.with_row(i, theta=table.rows[i].theta + w.arithmetic.stepped(more * q))
+            table = table.with_row(i, theta=table.rows[i].theta + w.arithmetic.table_entry(more * q))
     return table
 
 
@@ -56,7 +56,7 @@ def _value_sign(chain: Chain, _: Shape) -> Iterator[Slip]:
         entry = "theta" if joint.kind == "R" else "d"
 
         def changed(w: Working, table: Table, i: int = i, entry: str = entry, q: sp.Symbol = q) -> Table:
-            value = getattr(table.rows[i], entry) - w.arithmetic.stepped(2 * q)
+            value = getattr(table.rows[i], entry) - w.arithmetic.table_entry(2 * q)
             return table.with_row(i, **{entry: value})
 
         yield Slip({"table": changed}, {"variable": q})

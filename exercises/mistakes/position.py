@@ -5,9 +5,9 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.arithmetic import applied, product
+from qdot.exercises.arm.arithmetic import apply_matrix, product
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation_graph import Change, Working, carried, turn_x, turn_z
+from qdot.exercises.arm.derivation_graph import Change, Working, links_to_point, turn_x, turn_z
 from qdot.exercises.mistakes.base import Mistake, Shape, Slip, of_frames
 
 Links = list[np.ndarray]
@@ -30,7 +30,7 @@ def _not_turned(w: Working, frame: int, left_out: list[int], constants: bool = F
     """Return the rotation of a frame without the angles of some joints, with or without the constants in these."""
     turn = w["base rotation"]
     for i, row in enumerate(w["table"].rows[:frame]):
-        rest = row.theta - w.arithmetic.stepped(w.chain.q[i]) if constants else row.theta * 0
+        rest = row.theta - w.arithmetic.table_entry(w.chain.q[i]) if constants else row.theta * 0
         theta = rest if i in left_out else row.theta
         turn = product(turn, product(turn_z(w, theta), turn_x(w, row.alpha)))
     return turn
@@ -38,7 +38,7 @@ def _not_turned(w: Working, frame: int, left_out: list[int], constants: bool = F
 
 def _relative_link(w: Working, link: int, constants: bool = False) -> np.ndarray:
     frame = w.chain.point.frame if link == w.n else link
-    return applied(_not_turned(w, frame, before_in_run(w.chain, link), constants), w["own links"][link])
+    return apply_matrix(_not_turned(w, frame, before_in_run(w.chain, link), constants), w["own links"][link])
 
 
 def _moving(chain: Chain) -> list[int]:
@@ -50,7 +50,7 @@ def _moving(chain: Chain) -> list[int]:
         joint = chain.joints[k]
         return joint.kind == "P" or (joint.a, joint.d) != (0, 0)
 
-    return [k for k in carried(chain) if has_length(k)]
+    return [k for k in links_to_point(chain) if has_length(k)]
 
 
 def _words(chain: Chain, link: int) -> dict[str, object]:
@@ -110,8 +110,8 @@ def _swapped(w: Working, links: Links, which: list[int]) -> Links:
     for k in which:
         start = run_start(w.chain, k)
         outer = w["rotations"][start]
-        inside = applied(outer.swapaxes(0, 1), out[k])
-        out[k] = applied(outer, inside[[1, 0, 2]])
+        inside = apply_matrix(outer.swapaxes(0, 1), out[k])
+        out[k] = apply_matrix(outer, inside[[1, 0, 2]])
     return out
 
 

@@ -6,12 +6,12 @@ from functools import reduce
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.arithmetic import applied, cross, product
+from qdot.exercises.arm.arithmetic import apply_matrix, cross, product
 from qdot.exercises.arm.axes_to_dh import Axis
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.convention_view import is_by_axes
 from qdot.exercises.arm.conventions import axes_of
-from qdot.exercises.arm.derivation_graph import Change, Table, Working, adjoint, constant, propagated
+from qdot.exercises.arm.derivation_graph import Change, Table, Working, adjoint, constant, propagate_linear_rows
 from qdot.exercises.mistakes.base import Mistake, Shape, Slip
 
 SCREWS = ("home screws", "space jacobian", "body jacobian")
@@ -144,7 +144,7 @@ def _hat(vector: np.ndarray) -> np.ndarray:
 
 def _inverted(turn: np.ndarray, place: np.ndarray) -> np.ndarray:
     back = turn.swapaxes(0, 1)
-    return adjoint(back, -applied(back, place))
+    return adjoint(back, -apply_matrix(back, place))
 
 
 def _back_and_forth(turn: np.ndarray, place: np.ndarray) -> np.ndarray:
@@ -157,7 +157,7 @@ def _back_and_forth(turn: np.ndarray, place: np.ndarray) -> np.ndarray:
 
 def _exponential(w: Working, axis: Axis, i: int) -> tuple[np.ndarray, np.ndarray]:
     """Return rotation (3, 3, …) and shift (3, …) of a joint's motion by its variable, by Rodrigues' formula."""
-    q = w.arithmetic.stepped(w.chain.q[i])
+    q = w.arithmetic.table_entry(w.chain.q[i])
     u = constant(w, axis.direction)
     zero, one = 0 * u[0], 0 * u[0] + 1
     identity = np.stack([np.stack(row) for row in ((one, zero, zero), (zero, one, zero), (zero, zero, one))])
@@ -167,7 +167,7 @@ def _exponential(w: Working, axis: Axis, i: int) -> tuple[np.ndarray, np.ndarray
     hat = np.stack([np.stack([zero, -u[2], u[1]]), np.stack([u[2], zero, -u[0]]), np.stack([-u[1], u[0], zero])])
     turn = identity + s * hat + (one - c) * product(hat, hat)
     point = constant(w, axis.point)
-    return turn, point - applied(turn, point)
+    return turn, point - apply_matrix(turn, point)
 
 
 def _exponentials(w: Working) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -179,7 +179,7 @@ Moved = tuple[np.ndarray, np.ndarray]
 
 def _behind(first: Moved, second: Moved) -> Moved:
     """Return the motion of the product of two exponentials."""
-    return product(first[0], second[0]), applied(first[0], second[1]) + first[1]
+    return product(first[0], second[0]), apply_matrix(first[0], second[1]) + first[1]
 
 
 def _product(w: Working, in_order: bool) -> Moved:
@@ -193,7 +193,7 @@ def _carried(w: Working, each: list[Moved]) -> np.ndarray:
     home = w["home screws"]
     out, moved = [home[:, 0]], each[0]
     for i in range(1, w.n):
-        angular, linear = applied(moved[0], home[:3, i]), applied(moved[0], home[3:, i])
+        angular, linear = apply_matrix(moved[0], home[:3, i]), apply_matrix(moved[0], home[3:, i])
         out.append(np.concatenate([angular, linear + cross(moved[1], angular)]))
         moved = _behind(moved, each[i])
     return np.stack(out, axis=1)
@@ -209,13 +209,13 @@ def _order(chain: Chain) -> Iterator[Slip]:
 
     def point(w: Working, _: np.ndarray) -> np.ndarray:
         turn, shift = _product(w, in_order=False)
-        return applied(turn, _at_home_place(w)) + shift
+        return apply_matrix(turn, _at_home_place(w)) + shift
 
     def columns(w: Working, _: np.ndarray) -> np.ndarray:
         home, each = w["home screws"], _exponentials(w)
         out, moved = [home[:, 0]], each[0]
         for i in range(1, w.n):
-            angular, linear = applied(moved[0], home[:3, i]), applied(moved[0], home[3:, i])
+            angular, linear = apply_matrix(moved[0], home[:3, i]), apply_matrix(moved[0], home[3:, i])
             out.append(np.concatenate([angular, linear + cross(moved[1], angular)]))
             moved = _behind(each[i], moved)
         return np.stack(out, axis=1)
@@ -249,7 +249,7 @@ def _no_shift(chain: Chain) -> Iterator[Slip]:
 
         def point(w: Working, _: np.ndarray, motions: Callable[[Working], list[Moved]] = motions) -> np.ndarray:
             turn, shift = reduce(_behind, motions(w))
-            return applied(turn, _at_home_place(w)) + shift
+            return apply_matrix(turn, _at_home_place(w)) + shift
 
         def columns(w: Working, _: np.ndarray, motions: Callable[[Working], list[Moved]] = motions) -> np.ndarray:
             return _carried(w, motions(w))
@@ -280,11 +280,11 @@ def _in_degrees(chain: Chain) -> Iterator[Slip]:
         def scaled(w: Working, table: Table, factor: sp.Expr = factor) -> Table:
             for i, (q, offset, row) in enumerate(zip(chain.q, chain.offsets, table.rows, strict=False)):
                 if row.kind == "R":
-                    table = table.with_row(i, theta=w.arithmetic.stepped(factor * q + offset))
+                    table = table.with_row(i, theta=w.arithmetic.table_entry(factor * q + offset))
             return table
 
         if any(joint.kind == "R" for joint in chain.joints):
-            yield Slip({"table": scaled, "linear": propagated})
+            yield Slip({"table": scaled, "linear": propagate_linear_rows})
 
 
 MISTAKES = (

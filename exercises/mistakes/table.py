@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.arithmetic import applied, product
+from qdot.exercises.arm.arithmetic import apply_matrix, product
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.convention_view import is_modified, told_base, told_point, told_rows
-from qdot.exercises.arm.derivation_graph import Change, Table, TableRow, Working, propagated, turn_x, turn_z
+from qdot.exercises.arm.derivation_graph import Change, Table, TableRow, Working, propagate_linear_rows, turn_x, turn_z
 from qdot.exercises.mistakes.base import Mistake, Shape, Slip, of_frames
 
 MOST_ROWS = 4
@@ -65,14 +65,14 @@ def _offsets(chain: Chain, _: Shape) -> Iterator[Slip]:
     for i, (joint, offset, q) in enumerate(zip(chain.joints, chain.offsets, chain.q, strict=True)):
         if offset != 0:
             entry = "theta" if joint.kind == "R" else "d"
-            yield _row(i, lambda w, row, e=entry, q=q: {e: w.arithmetic.stepped(q)}, variable=q)  # type: ignore[misc]
+            yield _row(i, lambda w, row, e=entry, q=q: {e: w.arithmetic.table_entry(q)}, variable=q)  # type: ignore[misc]
     added = [i for i, offset in enumerate(chain.offsets) if offset != 0]
     if len(added) > 1:
 
         def none_of_them(w: Working, table: Table) -> Table:
             for i in added:
                 entry = "theta" if chain.joints[i].kind == "R" else "d"
-                table = table.with_row(i, **{entry: w.arithmetic.stepped(chain.q[i])})
+                table = table.with_row(i, **{entry: w.arithmetic.table_entry(chain.q[i])})
             return table
 
         yield Slip(
@@ -89,7 +89,7 @@ def _variable_forgotten(chain: Chain, _: Shape) -> Iterator[Slip]:
     """Keep what the table adds to an angle, and lose the angle itself."""
     for i, (joint, q) in enumerate(zip(chain.joints, chain.q, strict=True)):
         if joint.kind == "R":
-            change = lambda w, row, q=q: {"theta": row.theta - w.arithmetic.stepped(q)}  # noqa: E731
+            change = lambda w, row, q=q: {"theta": row.theta - w.arithmetic.table_entry(q)}  # noqa: E731
             yield _row(i, change)
 
 
@@ -102,7 +102,7 @@ def _turning_offsets(chain: Chain) -> list[tuple[int, sp.Expr]]:
 def _slide_sign(chain: Chain, _: Shape) -> Iterator[Slip]:
     for i, (joint, offset) in enumerate(zip(chain.joints, chain.offsets, strict=True)):
         if joint.kind == "P" and offset != 0:
-            yield _row(i, lambda w, row, more=2 * offset: {"d": row.d - w.arithmetic.stepped(more)})  # type: ignore[misc]
+            yield _row(i, lambda w, row, more=2 * offset: {"d": row.d - w.arithmetic.table_entry(more)})  # type: ignore[misc]
 
 
 def _scaled_offsets(chain: Chain, factor: sp.Expr, which: Callable[[sp.Expr], bool]) -> Iterator[Slip]:
@@ -110,13 +110,13 @@ def _scaled_offsets(chain: Chain, factor: sp.Expr, which: Callable[[sp.Expr], bo
     rows = [(i, offset) for i, offset in _turning_offsets(chain) if which(offset)]
     for i, offset in rows:
         more = (factor - 1) * offset
-        change = lambda w, row, more=more: {"theta": row.theta + w.arithmetic.stepped(more)}  # noqa: E731
+        change = lambda w, row, more=more: {"theta": row.theta + w.arithmetic.table_entry(more)}  # noqa: E731
         yield _row(i, change, degrees=_degrees_of(offset))
     if len(rows) > 1:
 
         def all_of_them(w: Working, table: Table) -> Table:
             for i, offset in rows:
-                theta = table.rows[i].theta + w.arithmetic.stepped((factor - 1) * offset)
+                theta = table.rows[i].theta + w.arithmetic.table_entry((factor - 1) * offset)
                 table = table.with_row(i, theta=theta)
             return table
 
@@ -152,7 +152,7 @@ def _from_another_row(chain: Chain, _: Shape) -> Iterator[Slip]:
                 continue
             if chain.offsets[i] != chain.offsets[j] and row.kind == other.kind:
                 entry, more = ("theta" if row.kind == "R" else "d"), chain.offsets[j] - chain.offsets[i]
-                change = lambda w, row, e=entry, more=more: {e: getattr(row, e) + w.arithmetic.stepped(more)}  # noqa: E731
+                change = lambda w, row, e=entry, more=more: {e: getattr(row, e) + w.arithmetic.table_entry(more)}  # noqa: E731
                 yield _row(i, change, entry="constant of the joint variable", other=j + 1)
             for entry in ("a", "d", "alpha"):
                 there = getattr(other, entry)
@@ -161,7 +161,7 @@ def _from_another_row(chain: Chain, _: Shape) -> Iterator[Slip]:
                     continue
                 yield _row(
                     i,
-                    lambda w, row, entry=entry, there=there: {entry: w.arithmetic.stepped(there)},  # type: ignore[misc]
+                    lambda w, row, entry=entry, there=there: {entry: w.arithmetic.table_entry(there)},  # type: ignore[misc]
                     entry=entry, other=j + 1,
                 )  # fmt: skip
 
@@ -219,13 +219,13 @@ def _other_way(chain: Chain, _: Shape) -> Iterator[Slip]:
 
 
 def _turned_too_far(chain: Chain, _: Shape) -> Iterator[Slip]:
-    quarter = lambda w, row: {"theta": row.theta + w.arithmetic.stepped(sp.pi / 2)}  # noqa: E731
+    quarter = lambda w, row: {"theta": row.theta + w.arithmetic.table_entry(sp.pi / 2)}  # noqa: E731
     return _rows(chain, lambda joint: joint.kind == "R", quarter)
 
 
 def _degrees(chain: Chain, _: Shape) -> Iterator[Slip]:
     def small(w: Working, table: Table) -> Table:
-        part = w.arithmetic.stepped(sp.pi / 180)
+        part = w.arithmetic.table_entry(sp.pi / 180)
         kinds = [joint.kind for joint in w.chain.joints]
         rows = (
             replace(row, theta=row.theta * part) if kind == "R" else row
@@ -336,7 +336,7 @@ def _in_centimetres(chain: Chain, _: Shape) -> Iterator[Slip]:
 
 def _slide(w: Working, index: int) -> np.ndarray:
     """Return what slides in a row of the table: the joint variable, or nothing."""
-    q = w.arithmetic.stepped(w.chain.q[index])
+    q = w.arithmetic.table_entry(w.chain.q[index])
     return q if w.chain.joints[index].kind == "P" else q * 0
 
 
@@ -349,7 +349,7 @@ def _decimal_point(chain: Chain, _: Shape) -> Iterator[Slip]:
                 for factor in (sp.Integer(10), sp.Rational(1, 10)):
 
                     def change(w: Working, row: TableRow, i: int = i, e: str = entry, f: sp.Expr = factor) -> Any:
-                        return _scaled_lengths(row, _slide(w, i), w.arithmetic.stepped(f), lambda name: name == e)
+                        return _scaled_lengths(row, _slide(w, i), w.arithmetic.table_entry(f), lambda name: name == e)
 
                     yield _row(i, change, entry=entry)
 
@@ -380,7 +380,7 @@ def _read_as_modified(chain: Chain, _: Shape) -> Iterator[Slip]:
         for k, row in enumerate(w["table"].rows):
             along = row.a * before[k][:, 0] + row.d * before[k + 1][:, 2]
             vectors.append(along)
-        return [*vectors, applied(before[w.chain.point.frame], w["table"].offset)]
+        return [*vectors, apply_matrix(before[w.chain.point.frame], w["table"].offset)]
 
     if not is_modified(chain) and any(joint.alpha != 0 for joint in chain.joints):
         yield Slip({"rotations": rotations, "links": links})
@@ -391,20 +391,22 @@ def _next_links(chain: Chain, _: Shape) -> Iterator[Slip]:
 
     def shifted(w: Working, table: Table) -> Table:
         point, link = told_point(w.chain), w.chain.point.frame
-        told = np.stack([w.arithmetic.stepped(value) for value in point.offset])
+        told = np.stack([w.arithmetic.table_entry(value) for value in point.offset])
         for i in range(w.n):
             behind = told_rows(chain)[i + 1] if i + 1 < chain.n else None
-            a, alpha = (w.arithmetic.stepped(value) for value in ((behind.a, behind.alpha) if behind else (zero, zero)))
+            a, alpha = (
+                w.arithmetic.table_entry(value) for value in ((behind.a, behind.alpha) if behind else (zero, zero))
+            )
             table = _with_told(w, table, i, a=a, alpha=alpha)
         if 0 < link < w.n:  # P stays where it is told, in the frame before its link
             row = table.rows[link - 1]
             away = told - np.stack([row.a, row.a * 0, row.a * 0])
-            table = replace(table, offset=applied(turn_x(w, -row.alpha), away))
+            table = replace(table, offset=apply_matrix(turn_x(w, -row.alpha), away))
         return table
 
     zero, rows = sp.S.Zero, told_rows(chain)
     if is_modified(chain) and len({(row.a, row.alpha) for row in (*rows, replace(rows[0], a=zero, alpha=zero))}) > 1:
-        yield Slip({"table": shifted, "linear": propagated})
+        yield Slip({"table": shifted, "linear": propagate_linear_rows})
 
 
 def _read_as_standard(chain: Chain, _: Shape) -> Iterator[Slip]:
@@ -413,12 +415,12 @@ def _read_as_standard(chain: Chain, _: Shape) -> Iterator[Slip]:
     def shifted(w: Working, table: Table) -> Table:
         first, *others = told_rows(w.chain)
         base, point = told_base(w.chain), told_point(w.chain)
-        before = [(w.arithmetic.stepped(first.a), w.arithmetic.stepped(first.alpha))]
+        before = [(w.arithmetic.table_entry(first.a), w.arithmetic.table_entry(first.alpha))]
         before += [(row.a, row.alpha) for row in table.rows[: len(others)]]
         rows = [replace(row, a=a, alpha=alpha) for row, (a, alpha) in zip(table.rows, before, strict=True)]
-        place = np.stack([w.arithmetic.stepped(value) for value in base.position])
-        turns = w.arithmetic.stepped(base.yaw), w.arithmetic.stepped(base.tilt)
-        offset = np.stack([w.arithmetic.stepped(value) for value in point.offset])
+        place = np.stack([w.arithmetic.table_entry(value) for value in base.position])
+        turns = w.arithmetic.table_entry(base.yaw), w.arithmetic.table_entry(base.tilt)
+        offset = np.stack([w.arithmetic.table_entry(value) for value in point.offset])
         return Table(tuple(rows), (place, *turns), offset)
 
     if is_modified(chain) and any((row.a, row.alpha) != (0, 0) for row in told_rows(chain)):
@@ -434,7 +436,7 @@ def _read_as_standard(chain: Chain, _: Shape) -> Iterator[Slip]:
             return np.stack([*axes, axes[-1]])
 
         after: Change = lambda w, _: np.concatenate([w["origins"][1:], w["origins"][-1:]])  # noqa: E731
-        yield Slip({**throughout, "axes": behind, "frames on axes": after, "linear": propagated})
+        yield Slip({**throughout, "axes": behind, "frames on axes": after, "linear": propagate_linear_rows})
 
 
 _ALL = (

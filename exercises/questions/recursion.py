@@ -13,7 +13,7 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.answers import Matrix
-from qdot.exercises.arm.arithmetic import applied
+from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.convention_view import told_rows
 from qdot.exercises.arm.derivation import derive, structure
@@ -111,7 +111,7 @@ def _too_long(chain: Chain) -> str | None:
 
 def _result(w: Working, part: Part) -> np.ndarray:
     frame = part.about(FromFrameToFrame).frame
-    return applied(w.up_to(frame)["tool jacobian"], w["joint rates"][:frame])
+    return apply_matrix(w.up_to(frame)["tool jacobian"], w["joint rates"][:frame])
 
 
 QUESTIONS = (

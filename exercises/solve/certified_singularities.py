@@ -11,7 +11,7 @@ from qdot.exercises.arm.axes import Sample
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.classification import Kind, part_at
 from qdot.exercises.arm.convention_view import true_of_all
-from qdot.exercises.arm.normalized_arm import bare
+from qdot.exercises.arm.normalized_arm import normalize_arm
 from qdot.exercises.arm.singularity import Component
 from qdot.exercises.verify.appearance import holds, is_of_kind, places_on
 from qdot.exercises.writing.statement import worked_steps
@@ -46,6 +46,6 @@ def _sound(chain: Chain, one: SingularComponent) -> SingularComponent:
 
 
 def _sound_kind(chain: Chain, component: Component, kind: Kind) -> Kind:
-    plain, samples = bare(chain), places_on(chain, component)
+    plain, samples = normalize_arm(chain), places_on(chain, component)
     meaning = sound_words(plain, kind.meaning, samples) or true_of_all(chain)
     return replace(kind, meaning=meaning, uniform=kind.uniform and is_of_kind(plain, kind, samples))

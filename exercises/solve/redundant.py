@@ -10,9 +10,9 @@ from qdot.exercises.arm.axes import Sample
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.classification import Kind
 from qdot.exercises.arm.kinds import kind_is_sure
-from qdot.exercises.arm.numeric_rank_check import Tried, tried
-from qdot.exercises.arm.reciprocal import Found, Left, plain_chain, reciprocal_set
-from qdot.exercises.arm.singularity import Component, solved_together
+from qdot.exercises.arm.numeric_rank_check import RankCheck, check_rank_loss
+from qdot.exercises.arm.reciprocal import ReciprocalSet, ReducedCase, plain_chain, reciprocal_set
+from qdot.exercises.arm.singularity import Component, solve_conjunction
 from qdot.exercises.arm.trigonometry import substitute
 from qdot.exercises.solve.certified_singularities import sound_component, sound_words
 from qdot.exercises.verify.appearance import is_of_kind
@@ -52,12 +52,12 @@ class Redundant:
     conditions are, None for others.
     """
 
-    found: Found
+    found: ReciprocalSet
     matrix: sp.ImmutableMatrix
     rests: tuple[Rest, ...]
     components: tuple[SingularComponent, ...]
     always: bool
-    tried: Tried | None
+    tried: RankCheck | None
     doubtful: tuple[tuple[sp.Expr, ...], ...]
     undecided: tuple[tuple[sp.Expr, ...], ...] = ()
     ranks: tuple[int | None, ...] = ()
@@ -106,9 +106,9 @@ def redundant_stages(chain: Chain) -> Iterator[str | Redundant]:
         yield Redundant(found, matrix, rests, (), True, None, ())
         return
     ways = [tuple(_scaled(substitute(condition, values)) for condition in way) for way in found.ways]
-    solved = [(way, component) for way in ways if (component := solved_together(way, chain)) is not None]
+    solved = [(way, component) for way in ways if (component := solve_conjunction(way, chain)) is not None]
     yield "the test of these conditions in numbers"
-    out = tried(chain, [component.conditions for _, component in solved])
+    out = check_rank_loss(chain, [component.conditions for _, component in solved])
     held, doubtful, undecided = [], [], []
     for k, (way, component) in enumerate(solved):
         if k in out.wrong:
@@ -146,13 +146,13 @@ def _looks(chain: Chain, samples: list[Sample]) -> str:
     return sound_words(chain, said.words, samples) if said else ""
 
 
-def _is_shown(left: Left) -> bool:
+def _is_shown(left: ReducedCase) -> bool:
     return (
         bool(left.ways) and min(left.matrix.shape) > 1 and sp.count_ops(left.matrix) < MOST_SHOWN and left.ways != ((),)
     )
 
 
-def _rests(shown: list[Left], values: dict[sp.Symbol, sp.Expr]) -> tuple[Rest, ...]:
+def _rests(shown: list[ReducedCase], values: dict[sp.Symbol, sp.Expr]) -> tuple[Rest, ...]:
     """Return what is left, in the arm's numbers; cases with the same matrix together."""
     cases: dict[tuple[sp.ImmutableMatrix, tuple[int, ...], frozenset[sp.Expr]], list[tuple[sp.Expr, ...]]] = {}
     for left in shown:

@@ -13,10 +13,10 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.convention_view import is_by_axes, told_words, twist_rows, twist_told
 from qdot.exercises.arm.derivation import TooLong, derive
 from qdot.exercises.arm.kinds import kind_is_sure
-from qdot.exercises.arm.numeric_rank_check import tried
+from qdot.exercises.arm.numeric_rank_check import check_rank_loss
 from qdot.exercises.arm.reciprocal import applies
 from qdot.exercises.arm.robot_file import Limits, Robot, read_robot
-from qdot.exercises.arm.singularity import Component, for_special_lengths, singular_set
+from qdot.exercises.arm.singularity import Component, singular_set, special_length_components
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.text import matrix_json
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
@@ -219,7 +219,7 @@ def _for_special_lengths(chain: Chain, found: Singularities) -> Iterator[str | S
 
 def _doubt(chain: Chain, singular: tuple[SingularComponent, ...]) -> str:
     """Return what a test in numbers found amiss: conditions that seem never to hold, or to be too few or too many."""
-    out, said = tried(chain, [one.conditions for one in singular]), []
+    out, said = check_rank_loss(chain, [one.conditions for one in singular]), []
     if not out.arms:
         return ""
     for k, one in enumerate(singular):
@@ -312,7 +312,7 @@ def _known_so_far(chain: Chain, minors_only: bool) -> str:
 
 def _only_for_special_lengths(chain: Chain) -> str:
     """Return which conditions hold together for lengths of a special relation only, in words."""
-    special = for_special_lengths(chain) if chain.parameters else ()
+    special = special_length_components(chain) if chain.parameters else ()
     cases = "; or ".join(_in_words(one.conditions) for one in special)
     return f"{FOR_SPECIAL_LENGTHS} {cases}." if cases else ""
 
@@ -569,7 +569,7 @@ class _Told:
 
 def _given(robot: Robot | None) -> _Told | None:
     """Return how the arm was told, None where that is the standard table."""
-    given = robot.given if robot else None
+    given = robot.written_arm if robot else None
     if given is None:
         return None
     base = ""

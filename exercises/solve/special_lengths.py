@@ -18,7 +18,7 @@ from qdot.exercises.arm.derivation import TooLong, derive
 from qdot.exercises.arm.existence_conditions import Need, need_of
 from qdot.exercises.arm.kinds import kind_is_sure
 from qdot.exercises.arm.lengths import with_lengths
-from qdot.exercises.arm.numeric_rank_check import lies_on
+from qdot.exercises.arm.numeric_rank_check import ways_covering
 from qdot.exercises.arm.reciprocal import applies
 from qdot.exercises.solve.certified_singularities import sound_components
 from qdot.exercises.solve.redundant import Redundant, redundant_stages
@@ -120,7 +120,7 @@ def _is_known(one: SingularComponent, known: list[SingularComponent], there: Cha
         return True
     if not applies(there):
         return False
-    numbers = lies_on(there, one.conditions, [other.conditions for other in known])
+    numbers = ways_covering(there, one.conditions, [other.conditions for other in known])
     return numbers is not None and all(_says_no_more(one, known[number], there) for number in numbers)
 
 

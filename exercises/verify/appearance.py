@@ -15,9 +15,9 @@ import sympy as sp
 
 from qdot.exercises.arm.axes import Sample
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
-from qdot.exercises.arm.classification import Kind, by_value, classify, is_one_sided, samples_on
+from qdot.exercises.arm.classification import Kind, classify, is_one_sided, samples_on, split_by_value
 from qdot.exercises.arm.kinds import are_one_sided, kinds_at
-from qdot.exercises.arm.normalized_arm import bare, bare_pieces
+from qdot.exercises.arm.normalized_arm import normalize_arm, normalized_pieces
 from qdot.exercises.arm.singularity import Component, singular_set
 from qdot.exercises.verify.numeric_reference import Check, NumericReference
 
@@ -35,14 +35,14 @@ def said_of_singularities(numeric: NumericReference) -> Iterator[Check]:
     """Test what the worked solution says of each component, or of each of its values where they are told apart."""
     chain = numeric.chain
     for component in singular_set(chain) or ():
-        values = [part for _, part in by_value(component, classify(chain, component))]
+        values = [part for _, part in split_by_value(component, classify(chain, component))]
         for part in values or [component]:
             yield said_of_component(chain, part)
 
 
 def said_of_component(chain: Chain, component: Component) -> Check:
     """Test what is said of a component of the singular set, or of a part of one."""
-    return _said(bare(chain), tuple(bare_pieces(chain, component)), classify(chain, component))
+    return _said(normalize_arm(chain), tuple(normalized_pieces(chain, component)), classify(chain, component))
 
 
 @lru_cache(maxsize=4096)
@@ -67,7 +67,7 @@ def side_of_lost_direction(
 
 def places_on(chain: Chain, component: Component) -> list[Sample]:
     """Return configurations of the bare arm on a component, other ones than those by which it was classified."""
-    return [sample for piece in bare_pieces(chain, component) for sample in _samples(bare(chain), piece)]
+    return [sample for piece in normalized_pieces(chain, component) for sample in _samples(normalize_arm(chain), piece)]
 
 
 def _samples(chain: Chain, piece: str) -> list[Sample]:

@@ -13,7 +13,7 @@ from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.classification import domain_of
 from qdot.exercises.arm.kinds import REGULAR, kinds_at
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.normalized_arm import bare
+from qdot.exercises.arm.normalized_arm import normalize_arm
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import Space
 from qdot.exercises.formula.expression import read
@@ -98,7 +98,7 @@ def _complete(numeric: NumericReference, claimed: list[Any], joints: list[str]) 
     are singular before they are looked for.
     """
     count, chain = 0, numeric.chain
-    for given, at_zero in _searched(bare(chain)):
+    for given, at_zero in _searched(normalize_arm(chain)):
         lengths = random_lengths(chain, numeric.stream) | dict(given)
         arm, space = NumericChain(chain, lengths), Space(joints, domain_of(chain, lengths))
 

@@ -283,7 +283,7 @@ def _with(w: Working, given: Mapping[str, np.ndarray]) -> Working:
         put = QUESTIONS[name].put
         assert put is not None, name
         changes.update(put(rows))
-    return w.but(changes)
+    return w.with_mistakes(changes)
 
 
 def _at(rows: Rows, values: Mapping[str, np.ndarray]) -> np.ndarray:

@@ -161,7 +161,7 @@ def checked(arm: Chain) -> list[str]:
             point = told_point(arm)
             rows = read_wrongly(name, slip, told_rows(arm))
             expected = led_to(told_base(arm), rows, point.offset, known)
-            made = np.asarray(working.but(slip.changes)["point"])[:, 0]
+            made = np.asarray(working.with_mistakes(slip.changes)["point"])[:, 0]
             assert np.allclose(made, expected, atol=1e-9), (name, slip.words)
             found.append(name)
     return found

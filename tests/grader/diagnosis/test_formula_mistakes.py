@@ -157,7 +157,7 @@ def test_a_mistake_that_later_parts_inherit_is_named_once() -> None:
     parts = {part.name: part for part in problem.parts if part.name in names}
     right = formulas(problem.chain)
     slip = next(wrong.slip for wrong in made(CATALOGUE["twist-sign"], right, parts["joint-axes"]))
-    wrong = right.but(slip.changes)
+    wrong = right.with_mistakes(slip.changes)
     answers = {}
     for name, part in parts.items():
         matrix = as_formulas(result(wrong, part))

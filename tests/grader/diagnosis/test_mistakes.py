@@ -24,7 +24,7 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.answers import Matrix
-from qdot.exercises.arm.derivation_graph import carried, formulas
+from qdot.exercises.arm.derivation_graph import formulas, links_to_point
 from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.grader.diagnosis.advice import advise
@@ -162,7 +162,7 @@ def test_links_left_out_of_several_columns_are_named(family: str) -> None:
     w = formulas(problem.chain)
     rows = ["xyz".index(name[1]) for name in problem.chain.task if name.startswith("v")]
     moved = [
-        [k for k in carried(problem.chain) if any(w["effects"][column][k][row][0] != 0 for row in rows)]
+        [k for k in links_to_point(problem.chain) if any(w["effects"][column][k][row][0] != 0 for row in rows)]
         for column in range(problem.chain.n)
     ]
     columns = [column for column in range(problem.chain.n) if len(moved[column]) > 1]
