@@ -79,7 +79,7 @@ def test_a_panda_has_the_singularities_that_its_offsets_leave() -> None:
     assert shoulder_wrist.conditions[1].free_symbols == {t4, t6}
     assert str(shoulder.conditions[0]) == "sin(theta2)"
     assert solution.redundant is not None and solution.redundant.doubtful == ()
-    assert solution.redundant.searched == {"searches": 60, "ended": 60, "unexplained": 0}
+    assert solution.redundant.search_counts == {"searches": 60, "ended": 60, "unexplained": 0}
     # Away from the conditions of three of them, a condition alone leaves J with its full rank.
     q = np.array([0.3, 0.8, -0.4, 0.0, 1.1, 0.5, 0.2])
     assert np.linalg.matrix_rank(NumericChain(_arm("panda"), {}).jacobian(q)) == 6
@@ -101,10 +101,10 @@ def test_an_arm_is_solved_in_seconds_and_all_that_is_told_holds(name: str) -> No
     assert ("The rank of N₁ is below" in text) == (name in ("baxter", "sawyer"))
     assert ("lengths that nothing is special about" in text) == bool(solution.chain.parameters)
     # Other lengths and starts than those that it was tested with.
-    assert solution.redundant is not None and solution.redundant.tried is not None
+    assert solution.redundant is not None and solution.redundant.check is not None
     out = check_rank_loss(solution.chain, [c.conditions for c in solution.singular or ()], stream="other starts")
     assert out.wrong == () and out.unexplained == ()
-    first, other = solution.redundant.tried.samples[0], out.samples[0]
+    first, other = solution.redundant.check.samples[0], out.samples[0]
     assert not any(np.allclose(q, p) for _, q in first for _, p in other)
 
 
@@ -196,7 +196,7 @@ def test_twists_lengths_and_points_that_are_no_polynomials_are_taken() -> None:
     assert applies(chain)
     solution = solve(chain)
     assert solution.redundant is not None and solution.singular and solution.redundant.doubtful == ()
-    assert solution.redundant.searched["unexplained"] == 0
+    assert solution.redundant.search_counts["unexplained"] == 0
     away = replace(chain, tool=Point(6, (sp.Rational(1, 5), sp.S.Zero, sp.S.Zero)))
     assert not applies(away)  # the last joint does not move it: it is no point of the last link
 
@@ -220,7 +220,7 @@ def test_a_position_whose_minors_are_long_is_solved_by_a_force_that_does_no_work
     assert applies(chain)
     solution = solve(chain)
     found = solution.redundant
-    assert found is not None and found.found.reduction.about is None
+    assert found is not None and found.reciprocal.reduction.about is None
     assert (found.doubtful, found.undecided) == ((), ())
     assert frozenset({"sin(theta5)"}) in _conditions(solution)
     out = check_rank_loss(chain, [one.conditions for one in found.components], starts=150, stream="again")
