@@ -236,7 +236,7 @@ def _marked(
         verdicts = mark(
             problem, found.of(slot, problem), reasons, secret=assignment.secret,
             points_seed=_points_seed(assignment, submission), credit=credit,
-            is_copied=partial(copies.is_right_for_another, problem, slot), oftener=assignment.oftener,
+            is_copied=partial(copies.is_right_for_another, problem, slot), mistake_weights=assignment.mistake_weights,
             allowance=allowance,
         )  # fmt: skip
         marked.append({"id": str(problem.id), "slot": slot, "parts": [_of_part(slot, verdict) for verdict in verdicts]})
