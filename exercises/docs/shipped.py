@@ -12,7 +12,7 @@ from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import results, structure
 from qdot.exercises.arm.library import robot_path, robots
 from qdot.exercises.arm.robot_file import read_robot
-from qdot.exercises.arm.shipped import FILE, key, maker, written
+from qdot.exercises.arm.shipped import FILE, code_digest, results_to_text, structure_key
 from qdot.exercises.arm.transforms import in_tool_frame, poses, seen_from_tool, terms_in_tool_frame, terms_of_last_pose
 from qdot.exercises.common.console import say
 from qdot.exercises.common.files import write_atomically
@@ -59,10 +59,10 @@ def _drawn() -> Iterator[Chain]:
 
 def lines(arm: Chain) -> dict[bytes, str]:
     """Return the lines of an arm's structure and of those of its first joints, by their keys."""
-    found = {key(structure(arm).chain): written(all_of(arm))}
+    found = {structure_key(structure(arm).chain): results_to_text(all_of(arm))}
     for joints in range(1, arm.n):
         part = structure(convention_of(arm).first_joints(joints)).chain
-        found.setdefault(key(part), written(results(part)))
+        found.setdefault(structure_key(part), results_to_text(results(part)))
     return found
 
 
@@ -87,7 +87,7 @@ def text() -> str:
     for arm in arms():
         for its_key, line in lines(arm).items():  # of an arm that is the first joints of another, all is kept
             found[its_key] = max(found.get(its_key, ""), line, key=len)
-    return "\n".join([maker(), *(f"{its_key.decode()} {line}" for its_key, line in sorted(found.items())), ""])
+    return "\n".join([code_digest(), *(f"{its_key.decode()} {line}" for its_key, line in sorted(found.items())), ""])
 
 
 if __name__ == "__main__":
