@@ -214,7 +214,7 @@ def check_questions(
     _check_names(questions)
     if FAMILIES.get(known.name) is known:
         for name in questions:
-            if (reason := ASKED[name].not_of(convention or CONVENTIONS[0])) is not None:
+            if (reason := ASKED[name].objection_to_convention(convention or CONVENTIONS[0])) is not None:
                 raise QdotError(f"question {name!r} can't be asked of {known.name}: {reason}")
     if FAMILIES.get(known.name) is known and known.name in listing() and not convention:
         can_be_asked = listing()[known.name].questions

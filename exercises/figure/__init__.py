@@ -38,7 +38,7 @@ from qdot.exercises.figure.small import PANEL, cells, posed, singular_panel, thu
 from qdot.exercises.figure.view import Drawn, View
 from qdot.exercises.figure.words import alt_text, panels_text, panels_title, title_text
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.quizzes.places import options_drawn
+from qdot.exercises.quizzes.places import drawn_options
 from qdot.exercises.writing.languages import ENGLISH, catalogue
 from qdot.exercises.writing.render import render
 
@@ -184,7 +184,7 @@ def _svg(chain: Chain, name: str, pose: tuple[tuple[str, float], ...] | None) ->
 
 def part_svg(chain: Chain, part: Part, name: str) -> str:
     """Return the figure under a part's prompt: its configuration, or those to choose from; nothing if there is none."""
-    options = options_drawn(chain, part)
+    options = drawn_options(chain, part)
     if options is not None:
         return options_svg(*options, name)
     return "" if part.pose is None else figure_svg(chain, name, part.pose)
@@ -221,7 +221,7 @@ def singular_svg(chain: Chain, name: str = "singular", language: str = ENGLISH) 
 
 def part_alt(chain: Chain, part: Part) -> str:
     """Return the figure under a part's prompt in words."""
-    options = options_drawn(chain, part)
+    options = drawn_options(chain, part)
     return (
         alt_text(chain, posed=True) if options is None else f"Configurations to choose from. {options_text(options[1])}"
     )

@@ -140,7 +140,8 @@ def test_what_another_code_made_or_is_damaged_or_missing_is_not_looked_at(
 ) -> None:
     arm = sample_chain(ProblemId("planar-2r", 1))
     for name in shipped.MADE_BY:
-        (tmp_path / f"{name}.py").write_bytes(shipped.FILE.with_name(f"{name}.py").read_bytes())
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / f"{name}.py").write_bytes((shipped.FILE.parent / f"{name}.py").read_bytes())
     monkeypatch.setattr(shipped, "FILE", tmp_path / "shipped.txt")
     for text in (fresh(arm), spoilt(fresh(arm)) if spoilt else None):
         shipped.FILE.unlink(missing_ok=True)
