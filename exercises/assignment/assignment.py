@@ -25,7 +25,7 @@ from qdot.exercises.assignment.redrawn import Redraws, read_redrawn
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import is_changed_by_windows
 from qdot.exercises.common.input_file import TomlFile, read_table, read_text, read_toml
-from qdot.exercises.common.variation import AXES, DEFAULT, STEPS, named, of_axes
+from qdot.exercises.common.variation import AXES, DEFAULT, STEPS, canonical_name, name_of_axes
 from qdot.exercises.families import Family
 from qdot.exercises.families.own import own_family
 from qdot.exercises.formula.identity import Rounding
@@ -229,7 +229,7 @@ class Assignment:
         """Return the same with arms of another variation in all places. Raises QdotError where one can't be asked."""
         slots = []
         for slot in self.slots:
-            slots.append(replace(slot, variation=named(variation)))
+            slots.append(replace(slot, variation=canonical_name(variation)))
             try:
                 check_questions(slot.family, slot.questions, slot.band, slots[-1].variation, slot.convention)
             except QdotError as error:
@@ -441,7 +441,7 @@ def _slot(file: TomlFile, index: int, entry: ProblemEntry, usual: _Usual, notes:
 
 
 def _variation(said: str | list[str]) -> str:
-    return named(said) if isinstance(said, str) else of_axes(said)
+    return canonical_name(said) if isinstance(said, str) else name_of_axes(said)
 
 
 def _convention(said: str | None) -> str | None:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.extras import lacking, need
+from qdot.exercises.common.extras import explain_missing, need
 from qdot.exercises.exports.outlet import File, Order
 from qdot.exercises.exports.sheet import Sheet, sheets
 from qdot.exercises.figure.tikz import tikz
@@ -51,7 +51,7 @@ def pdf(order: Order) -> Generator[File, None, None]:
 
 def missing_for_pdf() -> str:
     """Return that the library that sets PDF is not here, and how to get it, or ""."""
-    return lacking("pdf", "PDF")
+    return explain_missing("pdf", "PDF")
 
 
 def check_sheet(order: Order) -> None:

@@ -117,12 +117,12 @@ def _ask_effect(chain: Chain, rng: Stream) -> Asked:
         joint = rng.choice(moving)
         right = _round_vector(shown.col(joint))
         wrong: list[Numbers] = []
-        for vector in rng.shuffled(_wrong_vectors(chain, pose, joint, shown, geometric, indices)):
+        for vector in rng.permutation(_wrong_vectors(chain, pose, joint, shown, geometric, indices)):
             candidate = _round_vector(vector)
             if all(_differ(candidate, known) for known in (right, *wrong)):
                 wrong.append(candidate)
         if len(wrong) >= 3:
-            order = rng.shuffled([right, *wrong[:3]])
+            order = rng.permutation([right, *wrong[:3]])
             answer = Choice(tuple(vector_words(vector) for vector in order), order.index(right))
             return answer, OfJoint(effect=Effect(joint + 1, pose, rows), pose=pose.figure)
     raise RuntimeError(f"no pose of {chain} tells the effects of its joints apart; please report this")
@@ -209,12 +209,12 @@ class ForUse(AtPose):
 
 def _ask_use(chain: Chain, rng: Stream) -> Asked:
     """Draw the answer first, then a task and a pose that have it."""
-    for use in rng.shuffled(tuple(USES)):
-        for task in rng.shuffled(_tasks_for(chain, use))[:6]:
+    for use in rng.permutation(tuple(USES)):
+        for task in rng.permutation(_tasks_for(chain, use))[:6]:
             asked = chain.with_task(*task)
             pose = _pose_for(asked, use, rng)
             if pose is not None:
-                order = rng.shuffled(tuple(USES))
+                order = rng.permutation(tuple(USES))
                 answer = Choice(tuple(USES[name] for name in order), order.index(use))
                 return answer, _use_details(asked, use, pose)
     raise RuntimeError(f"no task of {chain} could be asked about; please report this")
@@ -248,7 +248,7 @@ def _tasks_for(chain: Chain, use: str) -> tuple[tuple[str, ...], ...]:
 def _pose_for(chain: Chain, use: str, rng: Stream) -> Pose | None:
     if use != "singular":
         return regular_pose(chain, rng, 0.06, use == "regular")
-    for component in rng.shuffled(singular_set(chain) or ()):
+    for component in rng.permutation(singular_set(chain) or ()):
         pose = shown_pose(chain, (component,), rng)
         if pose is not None:
             return pose
@@ -305,7 +305,7 @@ def _has_cost(chain: Chain) -> bool:
 
 
 def _cost_pose(chain: Chain, rng: Stream) -> Pose | None:
-    for component in rng.shuffled(singular_set(chain) or ()):
+    for component in rng.permutation(singular_set(chain) or ()):
         pose = shown_pose(chain, (component,), rng, len(chain.task) - 1)
         if pose is not None:
             return pose
@@ -324,7 +324,7 @@ def _ask_cost(chain: Chain, rng: Stream) -> Asked:
         assert lost is not None
         chosen = _velocities(jacobian, lost, possible, rng)
         if chosen is not None:
-            order = rng.shuffled(chosen)
+            order = rng.permutation(chosen)
             answer = Choice(tuple(vector_words(vector) for vector in order), order.index(chosen[0]))
             shown = _round_vector(precise_lost_direction(chain, pose))
             products = [sum(a * b for a, b in zip(vector, shown, strict=True)) for vector in order]

@@ -201,7 +201,7 @@ def shown_pose(chain: Chain, components: Sequence[Component], rng: Stream, rank:
 def distinct_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Rational]:
     """Draw a number for each length that the table leaves open, none equal to another: that is a case of its own."""
     taken = lengths_in_table(chain)
-    drawn = rng.shuffled(range(6, max(17, 6 + len(chain.parameters) + len(taken))))
+    drawn = rng.permutation(range(6, max(17, 6 + len(chain.parameters) + len(taken))))
     steps = [step for step in drawn if sp.Rational(step, 20) not in taken]
     return {symbol: sp.Rational(step, 20) for symbol, step in zip(chain.parameters, steps, strict=False)}
 
@@ -209,7 +209,7 @@ def distinct_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Rational]:
 def _wide_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Rational]:
     """Draw lengths of very different size, no two of which are near each other."""
     sizes = [12 * 13**i // 10**i for i in range(max(10, len(chain.parameters)))]
-    drawn = zip(chain.parameters, rng.shuffled(sizes), strict=False)
+    drawn = zip(chain.parameters, rng.permutation(sizes), strict=False)
     return {symbol: sp.Rational(size + rng.below(2), 100) for symbol, size in drawn}
 
 

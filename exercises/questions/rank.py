@@ -78,7 +78,7 @@ def _deep_pose(chain: Chain, rng: Stream) -> Pose | None:
     known = singular_set(generic) or ()
     arm_components = {component.conditions: component for component in singular_set(chain) or ()}
     full = min(len(chain.task), chain.n)
-    for chosen in rng.shuffled(_deep_sets(generic)):
+    for chosen in rng.permutation(_deep_sets(generic)):
         here = [arm_components.get(tuple(map(fill, known[i].conditions))) for i in chosen]
         components = [component for component in here if component is not None]
         if len(components) == len(chosen):
@@ -90,7 +90,7 @@ def _deep_pose(chain: Chain, rng: Stream) -> Pose | None:
 
 def _single_pose(chain: Chain, rng: Stream) -> Pose | None:
     full = min(len(chain.task), chain.n)
-    for component in rng.shuffled(singular_set(chain) or ()):
+    for component in rng.permutation(singular_set(chain) or ()):
         pose = singular_pose(chain, (component,), rng, full - 1, exact=True, symbolic=True)
         if pose is not None:
             return pose
@@ -118,7 +118,7 @@ class OfRank(AtPose):
 
 def _ask_rank(chain: Chain, rng: Stream) -> Asked:
     """Draw how much of the rank is lost, none included, then a pose of that kind, exact: rounding gives full rank."""
-    for draw in rng.shuffled((_regular_pose, _single_pose, _deep_pose)):
+    for draw in rng.permutation((_regular_pose, _single_pose, _deep_pose)):
         pose = draw(chain, rng)
         if pose is not None:
             jacobian = jacobian_at(chain, pose)
@@ -212,7 +212,7 @@ class LostInFormulas(Details):
 def _ask_direction(chain: Chain, rng: Stream) -> Asked:
     """Ask for a formula where the component has joint values and the vector is short, else for numbers at a pose."""
     full = min(len(chain.task), chain.n)
-    for branch in rng.shuffled(_branches_with_vector(chain)):
+    for branch in rng.permutation(_branches_with_vector(chain)):
         formula = lost_formula(structure(chain).chain, branch.generic)
         if formula is not None:
             direction = formula.direction.applyfunc(derive(chain).fill)
@@ -293,10 +293,10 @@ def _ask_motion(chain: Chain, rng: Stream) -> Asked:
     where, branch, motion = rng.choice(_lost_motions(chain))
     parallel = parallel_lines(structure(chain).chain, branch.generic)
     chosen = [rng.choice(motion.right)]
-    for line in rng.shuffled(motion.wrong):
+    for line in rng.permutation(motion.wrong):
         if len(chosen) < 4 and not any(parallel[line, chosen_line] for chosen_line in chosen):
             chosen.append(line)
-    order = rng.shuffled(chosen)
+    order = rng.permutation(chosen)
     answer = Choice(tuple(line.words for line in order), order.index(chosen[0]))
     return answer, OfMotion(asked=MotionAsked(where, motion.moving, motion.held, tuple(order)))
 
@@ -369,7 +369,7 @@ class OfMeaning(Details):
 def _ask_meaning(chain: Chain, rng: Stream) -> Asked:
     """Offer the right meaning and kind, the other kind with it, and meanings that do not hold there."""
     full = min(len(chain.task), chain.n)
-    for branch, reading in _readings(chain, rng.shuffled(branches(chain))):
+    for branch, reading in _readings(chain, rng.permutation(branches(chain))):
         pose = shown_pose(chain, (branch.component,), rng, full - 1)
         if pose is None:
             continue
@@ -378,9 +378,9 @@ def _ask_meaning(chain: Chain, rng: Stream) -> Asked:
         offered = [(reading.right, kind)]
         if kind is not None:
             offered.append((reading.right, kinds[kind == "boundary"]))
-        others = rng.shuffled(reading.wrong)[: 4 - len(offered)]
+        others = rng.permutation(reading.wrong)[: 4 - len(offered)]
         offered += [(false, None if kind is None else rng.choice(kinds)) for false in others]
-        order = rng.shuffled(offered)
+        order = rng.permutation(offered)
         texts = tuple(m.words if k is None else f"{m.words}; {KIND_WORDS[k]}" for m, k in order)
         tied = branch.component.solutions is None
         values = () if tied else value_sets(branch.component)[0]

@@ -92,10 +92,10 @@ class OfKind(Details):
 def _ask_type(chain: Chain, rng: Stream) -> Asked:
     """Draw the right answer first, then a place of that kind; the kind is established by computation."""
     components = singular_set(chain) or ()
-    for kind in rng.shuffled(tuple(OPTIONS)):
+    for kind in rng.permutation(tuple(OPTIONS)):
         place = _sample_place(chain, components, kind, rng)
         if place is not None:
-            order = rng.shuffled(tuple(OPTIONS))
+            order = rng.permutation(tuple(OPTIONS))
             return Choice(tuple(OPTIONS[k] for k in order), order.index(kind)), OfKind(place=place, type=kind)
     raise RuntimeError(f"no configuration of {chain} could be classified; please report this")
 
@@ -103,7 +103,7 @@ def _ask_type(chain: Chain, rng: Stream) -> Asked:
 def _sample_place(chain: Chain, components: tuple[Component, ...], kind: str, rng: Stream) -> Place | None:
     if kind == "regular":
         return _sample_regular_place(chain, components, rng)
-    for component in rng.shuffled(components):
+    for component in rng.permutation(components):
         if component.solutions is None:
             kinds = classify(chain, component)
             words = kinds.meaning.split(",")[0]
@@ -163,7 +163,7 @@ def _sample_poses(chain: Chain, component: Component, rng: Stream) -> Iterator[d
     combinations = [
         dict(zip(joints, values, strict=True)) for values in product(*(values for _, values in component.solutions))
     ]
-    for values in rng.shuffled(combinations * 2):
+    for values in rng.permutation(combinations * 2):
         yield {**sample_pose(chain, rng), **values}
 
 

@@ -60,7 +60,7 @@ def _moving_torques(chain: Chain) -> list[Subject]:
 
 def _make_ask(subjects: Subjects) -> Ask:
     def ask(chain: Chain, rng: Stream) -> Asked | None:
-        for subject in rng.shuffled(subjects(chain)):
+        for subject in rng.permutation(subjects(chain)):
             options = four_options(chain, subject, rng)
             if options is not None:
                 symbols = load_symbols(chain) if subject.base == "joint-torques" else {}

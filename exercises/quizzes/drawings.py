@@ -47,7 +47,7 @@ def _ask_true_or_false(chain: Chain, rng: Stream) -> Asked | None:
 
 
 def _sample_statements(chain: Chain, truth: bool, rng: Stream) -> Iterator[PoseStatement]:
-    for kind in rng.shuffled(("singular", "moves")):
+    for kind in rng.permutation(("singular", "moves")):
         if kind == "singular" and (components := singular_set(chain)):
             pose = shown_pose(chain, (rng.choice(components),), rng) if truth else regular_pose(chain, rng, 0.12)
             if pose is not None:
@@ -80,7 +80,7 @@ def _ask_which_drawing(chain: Chain, rng: Stream) -> Asked | None:
         right = take_distinct(singular_poses(arm, rng), 1)
         wrong = take_distinct(regular_poses(arm, rng), 3, [pose for pose, _ in right])
         if right and len(wrong) == 3:
-            order = rng.shuffled([*right, *wrong])
+            order = rng.permutation([*right, *wrong])
             places, blames = (tuple(column) for column in zip(*order, strict=True))
             answer = Choice(tuple(pose_words(pose) for pose in places), order.index(right[0]))
             return answer, Places(places=places, lengths=lengths, blames=blames, drawn=True)

@@ -22,7 +22,7 @@ def _ask_columns(chain: Chain, rng: Stream) -> Asked | None:
     jacobian = derive(chain).jacobian
     offered = [OfferedOption(jacobian.col(column)) for column in range(chain.n)]
     extra = _extra_column(chain, rng) if chain.n < MOST else None
-    order = tuple(rng.shuffled([*offered, *([] if extra is None else [extra])]))
+    order = tuple(rng.permutation([*offered, *([] if extra is None else [extra])]))
     answer = Matching(
         tuple(f"joint {number}" for number in range(1, chain.n + 1)),
         tuple(option.text for option in order),
@@ -35,7 +35,7 @@ def _extra_column(chain: Chain, rng: Stream) -> OfferedOption | None:
     """Return a wrong column that equals none of the right ones."""
     jacobian = derive(chain).jacobian
     columns = [jacobian.col(column) for column in range(chain.n)]
-    for number in rng.shuffled(range(chain.n)):
+    for number in rng.permutation(range(chain.n)):
         for option in (four_options(chain, Subject("jacobian", number), rng) or ())[1:]:
             if all_differ(chain, [*columns, option.shown]) and len(option.text) <= LONGEST:
                 return option

@@ -127,7 +127,7 @@ def rank_of_key(lengths: Sequence[int]) -> int:
 
 def choice_of(offered: Sequence[OfferedOption], rng: Stream) -> tuple[Choice, tuple[OfferedOption, ...]]:
     """Return the options, the first of which is right, as a choice in random order, and in that order."""
-    order = tuple(rng.shuffled(offered))
+    order = tuple(rng.permutation(offered))
     return Choice(tuple(option.text for option in order), order.index(offered[0])), order
 
 

@@ -59,7 +59,7 @@ def singular_poses(chain: Chain, rng: Stream) -> Iterator[PoseAndBlame]:
     """Yield singular poses of an arm in numbers, from all parts of its singular set in turn."""
     components = singular_set(chain) or ()
     for _ in range(TRIES):
-        for component in rng.shuffled(components):
+        for component in rng.permutation(components):
             pose = shown_pose(chain, (component,), rng)
             if pose is not None:
                 yield pose, None
@@ -67,7 +67,7 @@ def singular_poses(chain: Chain, rng: Stream) -> Iterator[PoseAndBlame]:
 
 def regular_poses(chain: Chain, rng: Stream) -> Iterator[PoseAndBlame]:
     """Yield regular poses: first those that a mistake of the catalogue makes seem singular, then random ones."""
-    for component, blame in rng.shuffled(_falsely_singular(chain)):
+    for component, blame in rng.permutation(_falsely_singular(chain)):
         pose = _regular_pose_with(chain, component, rng)
         if pose is not None:
             yield pose, blame

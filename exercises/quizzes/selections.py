@@ -27,7 +27,7 @@ def _ask_configurations(chain: Chain, rng: Stream) -> Asked | None:
         right = take_distinct(singular_poses(arm, rng), many)
         wrong = take_distinct(regular_poses(arm, rng), OPTIONS - len(right), [pose for pose, _ in right])
         if len(right) == many and len(right) + len(wrong) == OPTIONS:
-            order = rng.shuffled([*right, *wrong])
+            order = rng.permutation([*right, *wrong])
             places, blames = (tuple(column) for column in zip(*order, strict=True))
             correct = tuple(index for index, place_and_blame in enumerate(order) if place_and_blame in right)
             answer = Selection(tuple(pose_words(pose) for pose in places), correct)
@@ -101,10 +101,10 @@ def _ask_dependence(chain: Chain, rng: Stream) -> Asked | None:
 
 
 def _ask_forms(chain: Chain, rng: Stream) -> Asked | None:
-    for quantity in rng.shuffled(_short_quantities(chain)):
+    for quantity in rng.permutation(_short_quantities(chain)):
         offered = _five_options(chain, quantity, rng)
         if offered is not None:
-            order = tuple(rng.shuffled(offered))
+            order = tuple(rng.permutation(offered))
             correct = tuple(index for index, option in enumerate(order) if not option.behind)
             answer = Selection(tuple(option.text for option in order), correct)
             return answer, EqualForms(offered=order, quantity=quantity)
@@ -135,8 +135,8 @@ def _five_options(chain: Chain, quantity: Quantity, rng: Stream) -> list[Offered
     fill = derive(chain).fill
     many = min(rng.choice((2, 3)), len(right))
     for _ in range(8):
-        chosen = [OfferedOption(fill(way)) for way in rng.shuffled(right)[:many]]
-        others = [OfferedOption(fill(way), (blame,)) for way, blame in rng.shuffled(wrong)[: OPTIONS - many]]
+        chosen = [OfferedOption(fill(way)) for way in rng.permutation(right)[:many]]
+        others = [OfferedOption(fill(way), (blame,)) for way, blame in rng.permutation(wrong)[: OPTIONS - many]]
         texts = {option.text for option in (*chosen, *others)}
         are_distinct = all(
             all_differ(chain, [sp.Matrix([chosen[0].shown]), sp.Matrix([wrong_option.shown])])

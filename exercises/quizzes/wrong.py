@@ -245,13 +245,13 @@ def _length(generic: Chain, subject: Subject, numbers: tuple[int, ...]) -> int:
 def _wrong_triples(generic: Chain, subject: Subject, rng: Stream) -> Iterator[tuple[tuple[int, ...], ...]]:
     """Yield triples of wrong options: one mistake, another, both; then any three with one mistake each."""
     variants = _variants(generic, subject)
-    pairs = rng.shuffled(list(combinations(range(len(variants)), 2)))
+    pairs = rng.permutation(list(combinations(range(len(variants)), 2)))
     for first, second in pairs[:PAIRS]:
         if variants[first].blame.mistake == variants[second].blame.mistake and len(variants) > 8:
             continue
         if _combine_mistakes(generic, subject, variants[first], variants[second]) is not None:
             yield (first,), (second,), (first, second)
-    for a, b, c in rng.shuffled(list(islice(combinations(range(len(variants)), 3), PAIRS))):
+    for a, b, c in rng.permutation(list(islice(combinations(range(len(variants)), 3), PAIRS))):
         yield (a,), (b,), (c,)
 
 

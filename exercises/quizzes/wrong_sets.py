@@ -61,13 +61,13 @@ def _score(options: list[OfferedOption], wanted: int) -> Score | None:
 
 def _sets_of_four(chain: Chain, right: Components, rng: Stream) -> Iterator[list[OfferedOption]]:
     first = _wrong_sets(chain, right)
-    pairs = rng.shuffled(list(combinations(first, 2)))
+    pairs = rng.permutation(list(combinations(first, 2)))
     for wrong_set, second_set in pairs:
         for both in _wrong_sets(chain, _components(wrong_set)):
             if both.behind == second_set.behind:
                 blames = (*wrong_set.behind, *second_set.behind)
                 yield [OfferedOption(right), wrong_set, second_set, OfferedOption(both.shown, blames)]
-    for three in rng.shuffled(list(islice(combinations(first, 3), PAIRS))):
+    for three in rng.permutation(list(islice(combinations(first, 3), PAIRS))):
         yield [OfferedOption(right), *three]
 
 
