@@ -2,8 +2,9 @@
 
 From the bottom up:
 
+    vectors                     rotations about axes; cross products
+    conventions/                how arms are presented: a class for each convention, which answers what depends on it
     chain                       a DH table with base, point of interest and task: the only description of an arm
-    convention_view             table, base and point in an arm's own convention; which frame is on which axis
     kinematics, trigonometry    frames and Jacobians; exact equality of trigonometric polynomials, and textbook factors
     existence_conditions        for which lengths a condition holds anywhere
     shipped                     precomputed results for the structures of the registered families (shipped.txt)
@@ -24,7 +25,7 @@ From the bottom up:
     directions, meanings        which motion is lost there; what configurations look like
     mpmath_kinematics, path     the arm in numbers with many digits; along a straight line
     entry                       one entry of a table
-    axes_to_dh, conventions     the standard table of an arm that is described by its axes or by a modified table
+    axes_to_dh, standard_table   an standard table of an arm that is described by its axes or by a modified table
     urdf, robot_file            the user's own arm: a URDF; a ROBOT.toml in any convention
     robot_text                  an arm written as ROBOT.toml
     library                     real robots, by their names

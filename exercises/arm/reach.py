@@ -22,8 +22,9 @@ from functools import lru_cache
 import numpy as np
 
 from qdot.exercises.arm.axes import Sample
-from qdot.exercises.arm.kinematics import NumericChain, cross
+from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.three_joints import NO, UNSURE, YES, reaches_places
+from qdot.exercises.arm.vectors import cross
 from qdot.exercises.common.stream import Stream
 
 _EXACT = 1e-9

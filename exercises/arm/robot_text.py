@@ -1,14 +1,15 @@
-"""Write an arm as ROBOT.toml, in any convention, such that reading it gives the same arm."""
+"""An arm written as ROBOT.toml, in any convention, such that reading it gives the same arm."""
 
 from collections.abc import Iterable, Sequence
 from decimal import Decimal
 
 import sympy as sp
 
-from qdot.exercises.arm.chain import TWIST_ORDERS, Chain, Point
-from qdot.exercises.arm.convention_view import modified_point, modified_rows
-from qdot.exercises.arm.conventions import axes_of
+from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS, Chain, Point
+from qdot.exercises.arm.conventions import REGISTRY
+from qdot.exercises.arm.conventions.base import Convention
 from qdot.exercises.arm.robot_file import Robot
+from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.input_file import toml_text
 
@@ -16,18 +17,17 @@ Entries = Sequence[tuple[str, str]]
 
 
 def robot_text(robot: Robot, convention: str) -> str:
-    """Return the text of a file that describes an arm in a convention, with its limits and ranges of lengths.
+    """Return the text of a file that describes an arm in a convention, with its limits and the lengths to be drawn.
 
-    Raises QdotError if the convention can't describe it.
+    Raises QdotError where a convention can't tell it.
     """
     chain = robot.chain
-    top, joints = {"dh": _standard_entries, "modified-dh": _modified_entries, "screws": _screw_entries}[convention](
-        chain
-    )
+    presented = REGISTRY[convention](chain)
+    top, joints = _table(presented) if presented.has_frames else _screw_entries(chain)
     head = [("name", toml_text(chain.title or chain.name))]
     head += [("source", toml_text(robot.source))] if robot.source else []
-    head += [("convention", toml_text(convention))] if convention != "dh" else []
-    if convention == "screws" and chain.twist_order != TWIST_ORDERS[0]:
+    head += [("convention", toml_text(convention))] if convention != CONVENTIONS[0] else []
+    if presented.twist_orders and chain.twist_order != TWIST_ORDERS[0]:
         head.append(("twist_order", toml_text(chain.twist_order)))
     head += [("task", toml_text(list(chain.task))), *top]
     limits = [*robot.limits, *[None] * (chain.n - len(robot.limits))]
@@ -44,27 +44,14 @@ def _format_lines(entries: Entries) -> str:
     return "".join(f"{key} = {value}\n" for key, value in entries)
 
 
-def _standard_entries(chain: Chain) -> tuple[Entries, list[Entries]]:
-    base = (
-        []
-        if chain.base.is_world
-        else [("base", _format_pose(chain.base.position, (chain.base.tilt, 0, chain.base.yaw)))]
-    )
-    point = chain.point
-    point_entries = [] if chain.tool is None else [("point", _format_point(point, point.frame == chain.n))]
-    return [*point_entries, *base], [
-        _row_entries(joint.kind, joint.theta, joint.d, joint.a, joint.alpha) for joint in chain.joints
-    ]  # fmt: skip
-
-
-def _modified_entries(chain: Chain) -> tuple[Entries, list[Entries]]:
-    (base, rows), last, point = modified_rows(chain), chain.joints[-1], modified_point(chain)
+def _table(convention: Convention) -> tuple[Entries, list[Entries]]:
+    chain, base, point = convention.chain, convention.base, convention.point
     top: list[tuple[str, str]] = []
-    if chain.tool is not None or (last.a, last.alpha) != (0, 0):
+    if chain.tool is not None or convention.from_standard(chain.n) != (0, 0):
         top.append(("point", _format_point(point, point.frame == chain.n)))
     if not base.is_world:
-        top.append(("base", _format_pose(base.position, (sp.S.Zero, sp.S.Zero, base.yaw))))
-    return top, [_row_entries(row.kind, row.theta, row.d, row.a, row.alpha) for row in rows]
+        top.append(("base", _format_pose(base.position, (base.tilt, sp.S.Zero, base.yaw))))
+    return top, [_row_entries(row.kind, row.theta, row.d, row.a, row.alpha) for row in convention.rows]
 
 
 def _screw_entries(chain: Chain) -> tuple[Entries, list[Entries]]:
@@ -103,7 +90,7 @@ def _format_list(values: Iterable[sp.Expr]) -> str:
 
 
 def _format_entry(value: sp.Expr) -> str:
-    """Return an entry: a number if a decimal is exact, else a formula in quotes."""
+    """Return an entry: a number where decimals say it exactly, else a formula in quotes."""
     if value.is_Rational:
         rest = value.q
         for prime in (2, 5):

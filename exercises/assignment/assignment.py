@@ -12,6 +12,7 @@ from typing import Any, Literal
 import pydantic
 
 from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS
+from qdot.exercises.arm.conventions import REGISTRY
 from qdot.exercises.arm.difficulty import HARDEST
 from qdot.exercises.arm.library import robot_path
 from qdot.exercises.arm.robot_file import read_robot_file
@@ -39,7 +40,6 @@ from qdot.exercises.generation import (
 from qdot.exercises.mistakes.catalogue import NO_WEIGHTS, WEIGHTS_HELP, MistakeWeights, read_mistake_weights
 from qdot.exercises.problem.credit import CREDIT, Credit, read_credit
 from qdot.exercises.problem.problem import (
-    BY_AXES,
     ENGINE,
     OF_ORDER,
     Problem,
@@ -333,7 +333,9 @@ def load_assignment(folder: Path) -> Assignment:
         usual = _Usual(variation, convention, _twist_order(content.twist_order))
     slots = tuple(_slot(file, index, entry, usual, notes) for index, entry in enumerate(content.problem))
     with file.at("twist_order"):
-        if content.twist_order is not None and not any(map(_is_told_by_axes, slots)):
+        if content.twist_order is not None and not any(
+            _has_twist_order(slot.convention, slot.family) for slot in slots
+        ):
             raise QdotError(f"no arm of this assignment is told by its axes; {OF_ORDER}")
     roster = folder / "roster.csv"
     students, export = read_roster(roster), read_export(roster)
@@ -458,7 +460,7 @@ def _order(entry: ProblemEntry, usual: _Usual, family: Family, convention: str) 
     Of a robot whose file has an order, that is the file's own unless the assignment says another. Raises QdotError.
     """
     said = _twist_order(entry.twist_order) or usual.twist_order or ""
-    if (convention or _convention_of(family)) == BY_AXES:
+    if _has_twist_order(convention, family):
         own = family.robot != ""  # its file may have another order than the usual one
         return said if own or not said else twist_order_named(said)
     if entry.twist_order is not None:
@@ -466,8 +468,8 @@ def _order(entry: ProblemEntry, usual: _Usual, family: Family, convention: str) 
     return ""
 
 
-def _is_told_by_axes(slot: Slot) -> bool:
-    return (slot.convention or _convention_of(slot.family)) == BY_AXES
+def _has_twist_order(convention: str, family: Family) -> bool:
+    return bool(REGISTRY[convention or _convention_of(family)].twist_orders)
 
 
 def _convention_of(family: Family) -> str:

@@ -24,7 +24,7 @@ import numpy as np
 
 from qdot.exercises.answers import LETTERS
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.convention_view import is_by_axes
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.figure import frames
 from qdot.exercises.figure.arm import joint_angle, scene, slide
 from qdot.exercises.figure.aspect import sides
@@ -97,7 +97,7 @@ def arm_figure(chain: Chain, pose: Mapping[str, float] | None = None) -> Figure:
 def figure_pose(chain: Chain) -> dict[str, float]:
     """Return the joint variables by name (rad, m) in the pose in which `figure_svg` draws an arm of its own accord."""
     zero = {q.name: 0.0 for q in chain.q}
-    if is_by_axes(chain):
+    if not convention_of(chain).has_frames:
         return zero
     entries, offsets = _shown(chain, None)[1], told_pose(chain, zero)
     return {name: round(float(entry - offset), 9) for name, entry, offset in zip(zero, entries, offsets, strict=True)}
@@ -163,7 +163,7 @@ def figure_svg(chain: Chain, name: str = "arm", pose: Mapping[str, float] | None
 
     An arm that is told by its axes is drawn at home, unless another pose is told.
     """
-    if pose is None and is_by_axes(chain):
+    if pose is None and not convention_of(chain).has_frames:
         pose = {q.name: 0.0 for q in chain.q}
     return _svg(chain, name, None if pose is None else tuple(pose.items()))
 
@@ -330,7 +330,7 @@ def _compose(
 def _parts(chain: Chain, bones: Skeleton, sparse: bool, view: View) -> Drawn:
     """Return all parts from back to front."""
     stage = scene(chain, bones, view, sparse)
-    on_top = is_by_axes(chain)  # at home, a link may run along an axis of the space frame
+    on_top = not convention_of(chain).has_frames  # at home, a link may run along an axis of the space frame
     before, behind = (Drawn(), frames.world(stage)) if on_top else (frames.world(stage), Drawn())
     if sparse:
         part = before + Drawn(body(stage).shapes) + behind

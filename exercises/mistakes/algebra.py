@@ -1,4 +1,4 @@
-"""Mistakes in results computed from a Jacobian: its determinant, its inverse, rates and torques."""
+"""Mistakes in what is made of a Jacobian: its determinant, its inverse, rates and torques."""
 
 from collections.abc import Callable, Iterator
 from itertools import combinations
@@ -34,7 +34,7 @@ def _add_all_products(w: Working, _: np.ndarray) -> np.ndarray:
 
 
 def _expand_without_signs(w: Working, _: np.ndarray) -> np.ndarray:
-    """Expand along the first row with right 2 x 2 minors, but without their signs."""
+    """Expansion along the first row, each 2 x 2 minor right, the signs between them forgotten."""
     return np.asarray((w["jacobian"][0] * w["minors"][0]).sum(axis=0))
 
 
@@ -57,17 +57,25 @@ def _lose_factor(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _exchange_trig(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    if _is_square(chain, 1):
-        values = dict(structure(chain).values)
-        for factor, _power in derive(chain).generic_minors[0].factors:
-            arm_factor = factor.xreplace(values)
-            if isinstance(arm_factor, (sp.sin, sp.cos)):
-                exchanged = (sp.cos if isinstance(arm_factor, sp.sin) else sp.sin)(*arm_factor.args)
-                yield MistakeVariant({"determinant": _divide_by(arm_factor / exchanged)})
+    """Exchange sine and cosine in a factor that is one of them.
+
+    With a constant in the angle it can be written as either, so that both signs may come of it.
+    """
+    if not _is_square(chain, 1):
+        return
+    values, constants = dict(structure(chain).values), dict(zip(chain.q, chain.offsets, strict=True))
+    for factor, _power in derive(chain).generic_minors[0].factors:
+        arm_factor = factor.xreplace(values)
+        waves = arm_factor.atoms(sp.sin, sp.cos)
+        if len(waves) == 1 and (arm_factor / (wave := waves.pop())).is_number:
+            exchanged = (sp.cos if isinstance(wave, sp.sin) else sp.sin)(*wave.args)
+            yield MistakeVariant({"determinant": _divide_by(wave / exchanged)})
+            if any(constants.get(symbol, 0) != 0 for symbol in wave.free_symbols):
+                yield MistakeVariant({"determinant": _divide_by(-wave / exchanged)})
 
 
 def _variant_without_factor(stage: str, chain: Chain, factor: Any, divisor: Any) -> MistakeVariant:
-    """Return the variant in which a stage lacks a factor: the stage is divided by it."""
+    """Return the slip by which a stage lacks a factor, which it is divided by."""
     symbols = {str(symbol) for symbol in factor.free_symbols}
     moving = symbols & set(map(str, chain.q))
     kind = "one that depends on the joints" if moving else "a length"
@@ -126,7 +134,7 @@ def _drop_cofactor_signs(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]
 
 
 def _miscount_minors(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Take the square of one maximal minor for the sum of all squares; or leave one out."""
+    """Take the square of one maximal minor for the sum of all; or leave one out."""
     if _is_wide(chain):
         m = len(chain.task)
         for columns in combinations(range(chain.n), m):

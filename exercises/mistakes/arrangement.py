@@ -6,7 +6,7 @@ from itertools import combinations
 import numpy as np
 
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
-from qdot.exercises.arm.convention_view import twist_rows
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation_graph import RESULT, Change, Working
 from qdot.exercises.mistakes.base import Mistake, MistakeVariant, Shape
 
@@ -97,7 +97,7 @@ def _select_rows(chosen: list[int], of_answer: bool) -> Change:
 
 def _take_other_rows(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
     """Take all six rows, or the three of one kind, instead of the task's; or only some if all six are expected."""
-    six = twist_rows(chain)
+    six = convention_of(chain).velocities
     expected_rows = {(6, chain.n): six, (len(chain.task), chain.n): chain.task}.get(shape)
     if expected_rows is None:
         return

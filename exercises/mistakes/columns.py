@@ -9,7 +9,7 @@ import sympy as sp
 
 from qdot.exercises.arm.arithmetic import apply_matrix, cross
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.convention_view import frame_on_axis, is_by_axes, is_modified
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation_graph import (
     RESULT,
     Change,
@@ -20,7 +20,7 @@ from qdot.exercises.arm.derivation_graph import (
     propagate_linear_rows,
     rotate_rows,
 )
-from qdot.exercises.mistakes.base import Mistake, MistakeVariant, Shape, only_for_tables
+from qdot.exercises.mistakes.base import Mistake, MistakeVariant, Shape, at_each_and_all, only_for_tables
 from qdot.exercises.mistakes.position import run_start
 
 # --- differentiation ---
@@ -84,7 +84,7 @@ def _flip_term_sign(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _mirror_effects(w: Working, joint: int) -> np.ndarray:
-    """Return the effects of a joint on the links if the angles of its run have the opposite sign, (n + 1, 3, …)."""
+    """Return what a joint does to the links where the angles of its run are counted the other way, (n + 1, 3, …)."""
     run = [i for i in range(w.n) if run_start(w.chain, i) == run_start(w.chain, joint)]
 
     def turned(_: Working, table: Table) -> Table:
@@ -122,6 +122,23 @@ def _skip_differentiation(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
     yield MistakeVariant({"effects": apply_change})
 
 
+def _both_factors(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
+    """Differentiate the length of a slide and its direction at once, where a velocity is asked for."""
+    for j in [i for i, joint in enumerate(chain.joints) if joint.kind == "P"] if shape[1] == 1 else ():
+
+        def apply_change(w: Working, effects: np.ndarray, j: int = j) -> np.ndarray:
+            def longer(w: Working, table: Table) -> Table:
+                return table.with_row(j, d=table.rows[j].d + w.arithmetic.table_entry(sp.S.One))
+
+            right, out = w.without("effects"), np.array(effects)
+            direction = right.with_mistakes({"table": longer})["effects"][:, j] - right["effects"][:, j]
+            out[:, j] = effects[:, j] + direction * (w["joint rates"][j] - w.arithmetic.value(w["table"].rows[j].d))
+            out[j, j] = 0 * effects[j, j]
+            return out
+
+        yield MistakeVariant({"effects": apply_change}, {"joint": j + 1})
+
+
 # --- propagation ---
 
 
@@ -133,9 +150,9 @@ def _change_products(
 
 
 def _axis_words(chain: Chain) -> dict[str, object]:
-    """Return the names of the frame on the axis of joint i, and of this axis, in the arm's convention."""
-    frame = {"dh": "i-1", "modified-dh": "i"}.get(chain.convention, "")
-    return {"frame": frame, "axis": f"z_{frame}" if frame == "i" else f"z_({frame})" if frame else "omega_i"}
+    """Return what the frame on the axis of joint i and this axis are called in the convention of an arm."""
+    convention = convention_of(chain)
+    return {"frame": convention.frame_index, "axis": convention.plain_axis}
 
 
 def _use_next_axis(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
@@ -161,12 +178,12 @@ def _use_next_frame(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _use_previous_frame(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Take frame i-1 for joint i, as in a standard table, although the table is a modified one."""
+    """Take the frame before the joint, on whose axis the standard table has it, where a modified one has the next."""
 
     def arms(w: Working, right: np.ndarray) -> np.ndarray:
         return np.concatenate([w["point"][None] - w["origins"][:1], right[:-1]])
 
-    if is_modified(chain) and chain.n > 1:
+    if chain.n > 1:
         yield MistakeVariant({"axes": _shift_back, "arms": arms, "linear": propagate_linear_rows})
 
 
@@ -202,7 +219,7 @@ def _start_at_other_origin(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
             out[i] = arms[j]
             return out
 
-        frame, other_frame = (frame_on_axis(chain, joint + 1) for joint in (i, j))
+        frame, other_frame = (convention_of(chain).frame_on_axis(joint + 1) for joint in (i, j))
         yield MistakeVariant({"arms": apply_change}, {"joint": i + 1, "frame": frame, "other": other_frame})
 
 
@@ -227,18 +244,16 @@ def _treat_as_prismatic(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _treat_as(chain: Chain, kind: str, treated_kind: str) -> Iterator[MistakeVariant]:
-    joints = [i for i, joint in enumerate(chain.joints) if joint.kind == kind]
+    def taken(joints: Sequence[int]) -> MistakeVariant:
+        apply_change: Change = lambda w, kinds: [treated_kind if i in joints else kind for i, kind in enumerate(kinds)]  # noqa: E731
+        return MistakeVariant({"kinds": apply_change, "linear": propagate_linear_rows}, {"joint": _listed(joints)})
 
-    def apply_change(which: list[int]) -> Change:
-        return lambda w, kinds: [treated_kind if i in which else kind for i, kind in enumerate(kinds)]
+    return at_each_and_all([i for i, joint in enumerate(chain.joints) if joint.kind == kind], taken)
 
-    for i in joints:
-        yield MistakeVariant({"kinds": apply_change([i]), "linear": propagate_linear_rows}, {"joint": i + 1})
-    if len(joints) > 1:
-        yield MistakeVariant(
-            {"kinds": apply_change(joints), "linear": propagate_linear_rows},
-            {"joint": " and ".join(str(i + 1) for i in joints)},
-        )
+
+def _listed(joints: Sequence[int]) -> str:
+    """Return numbers of joints, from 1."""
+    return " and ".join(str(i + 1) for i in joints)
 
 
 def _rotate_slide(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
@@ -254,7 +269,7 @@ def _rotate_all_slides(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
         return np.stack([w["axes"][i] if i in slides else angular[:, i] for i in range(w.n)], axis=1)
 
     if len(slides) > 1:
-        yield MistakeVariant({"angular": apply_change}, {"joint": " and ".join(str(i + 1) for i in slides)})
+        yield MistakeVariant({"angular": apply_change}, {"joint": _listed(slides)})
 
 
 def _keep_one_angular(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
@@ -285,17 +300,16 @@ def _replace_column(joint: int, new: Callable[[Working, int], np.ndarray]) -> Ch
 
 
 def _drop_angular(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    revolute = [i for i, joint in enumerate(chain.joints) if joint.kind == "R"]
-    for i in revolute:
-        yield MistakeVariant({"angular": _replace_column(i, lambda w, i: 0 * w["axes"][i])}, {"joint": i + 1})
-    if len(revolute) > 1:
-        words = " and ".join(str(i + 1) for i in revolute)
-        yield MistakeVariant({"angular": lambda w, angular: 0 * angular}, {"joint": words})
+    def still(joints: Sequence[int]) -> MistakeVariant:
+        def apply_change(w: Working, angular: np.ndarray) -> np.ndarray:
+            return np.stack([0 * angular[:, i] if i in joints else angular[:, i] for i in range(w.n)], axis=1)
+
+        return MistakeVariant({"angular": apply_change}, {"joint": _listed(joints)})
+
+    return at_each_and_all([i for i, joint in enumerate(chain.joints) if joint.kind == "R"], still)
 
 
 def _exchange_blocks(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    if is_by_axes(chain):  # their angular rows come first (see `screws`)
-        return
     yield MistakeVariant({"geometric": lambda w, both: np.concatenate([both[3:], both[:3]])})
 
 
@@ -304,12 +318,14 @@ def _use_tool_frame(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
         rotation = w["last rotation"].swapaxes(0, 1)
         return np.stack([apply_matrix(rotation, vectors[:, i]) for i in range(vectors.shape[1])], axis=1)
 
-    yield MistakeVariant({"linear": seen, "angular": seen})
-    yield MistakeVariant({"axes": lambda w, axes: seen(w, axes.swapaxes(0, 1)).swapaxes(0, 1)})
+    # Where that frame is asked for, they need not be turned again.
+    yield MistakeVariant({"linear": seen, "angular": seen, "tool jacobian": _left_in_base(slice(0, 6))})
+    axes: Change = lambda w, axes: seen(w, axes.swapaxes(0, 1)).swapaxes(0, 1)  # noqa: E731
+    yield MistakeVariant({"axes": axes, "tool jacobian": _left_in_base(slice(3, 6))})
 
 
 def _use_local_axes(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Take every axis for (0, 0, 1), its coordinates in its own frame."""
+    """Every axis taken for (0, 0, 1), as each joint's own frame sees it."""
 
     def apply_change(w: Working, axes: np.ndarray) -> np.ndarray:
         up = [w.arithmetic.number(sp.Integer(value)) for value in (0, 0, 1)]
@@ -320,8 +336,8 @@ def _use_local_axes(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _rotations_on_axes(w: Working) -> list[np.ndarray]:
-    """Return the rotations of the frames on the joint axes, repeating the last one if there is no next."""
-    numbers = [frame_on_axis(w.chain, joint) for joint in range(1, w.n + 2)]
+    """Return the rotations of the frames on the joint axes, and that of the last one again where there is none."""
+    numbers = [convention_of(w.chain).frame_on_axis(joint) for joint in range(1, w.n + 2)]
     return [convention_rotation(w, min(number, w.n)) for number in numbers]
 
 
@@ -367,7 +383,7 @@ def _flip_axis(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _drop_joint(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Treat a joint as fixed: its contribution to the velocities is missing."""
+    """Take a joint for one that does not move: what it adds to the velocities is missing."""
     for i in range(chain.n):
 
         def apply_change(w: Working, rows: np.ndarray, i: int = i) -> np.ndarray:
@@ -397,16 +413,22 @@ def _change_tool_jacobian(change: Change) -> Callable[[Chain, Shape], Iterator[M
     return slips
 
 
-def _leave_rows_in_base(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Rotate one kind of rows into the tool frame, and leave the other in the base frame."""
-    for words, rows in (("the angular", slice(3, 6)), ("the linear", slice(0, 3))):
+def _not_turned(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+    """Leave vectors as the base sees them where another frame is asked for: all of them, or one kind of rows."""
+    for words, rows in (("vectors", slice(0, 6)), ("angular vectors", slice(3, 6)), ("linear vectors", slice(0, 3))):
+        yield MistakeVariant({"tool jacobian": _left_in_base(rows)}, {"vectors": words})
+    yield MistakeVariant({"wrist block": lambda w, _: np.moveaxis(w["axes"][3:6], 0, 1)}, {"vectors": "vectors"})
 
-        def apply_change(w: Working, turned: np.ndarray, rows: slice = rows) -> np.ndarray:
-            out = np.array(turned)
-            out[rows] = w["geometric"][rows]
-            return out
 
-        yield MistakeVariant({"tool jacobian": apply_change}, {"rows": words})
+def _left_in_base(rows: slice) -> Change:
+    """Return the change of the Jacobian in the last frame by which some rows are not turned into it."""
+
+    def apply_change(w: Working, turned: np.ndarray) -> np.ndarray:
+        out = np.array(turned)
+        out[rows] = w["geometric"][rows]
+        return out
+
+    return apply_change
 
 
 def _rotate_backwards(w: Working, _: np.ndarray) -> np.ndarray:
@@ -423,7 +445,7 @@ def _use_earlier_frame(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
 
 
 def _use_other_velocity(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
-    """Take the velocity of another frame, or that of P summed up to another joint."""
+    """Take the velocity of another frame, or that of P with the sums ending at another joint."""
     if shape != (6, 1):
         return
     for frame in range(1, chain.n + 1):
@@ -433,8 +455,9 @@ def _use_other_velocity(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
                 return velocity
             try:
                 inner = w if k == w.n else w.up_to(k)
-                return apply_matrix(inner["geometric"], w["joint rates"][:k])[:, None]
-            except IndexError:  # a joint after the frame
+                frame = "tool jacobian" if w.depends_on("tool jacobian") else "geometric"
+                return apply_matrix(inner[frame], w["joint rates"][:k])[:, None]
+            except IndexError:  # of a joint behind the frame
                 return velocity
 
         def of_point(w: Working, velocity: np.ndarray, k: int = frame) -> np.ndarray:
@@ -442,7 +465,8 @@ def _use_other_velocity(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
                 return velocity
             return apply_matrix(w["geometric"][:, :k], w["joint rates"][:k])[:, None]
 
-        yield MistakeVariant({RESULT: of_frame}, {"frame": "another frame" if frame < chain.n else "the last frame"})
+        last = "the last frame" if convention_of(chain).point.is_origin else "the point"
+        yield MistakeVariant({RESULT: of_frame}, {"frame": "another frame" if frame < chain.n else last})
         if frame < chain.n:
             yield MistakeVariant({RESULT: of_point}, {"frame": "the point"})
 
@@ -485,6 +509,11 @@ _ALL = (
         "not-differentiated", "Not differentiated",
         "The sines and cosines of the position seem to stand in the Jacobian as they are: they are to be "
         "differentiated.", "6.3", _skip_differentiation,
+    ),
+    Mistake(
+        "product-rule", "Both factors differentiated at once",
+        "The length of joint {joint} and its direction seem to be differentiated at once: of a product, one factor is "
+        "differentiated at a time, and the results are added.", "6.3", _both_factors, rare=True,
     ),
     Mistake(
         "next-axis", "Axis of the next joint",
@@ -549,8 +578,8 @@ _ALL = (
     ),
     Mistake(
         "revolute-as-prismatic", "Revolute joint treated as prismatic",
-        "Joint {joint} seems to be treated as prismatic: it turns about its axis.", "6.12", _treat_as_prismatic,
-        rare=True,
+        "Joint {joint} seems to be treated as prismatic: it turns about its axis.", "6.12",
+        _treat_as_prismatic, rare=True,
     ),
     Mistake(
         "slide-turns", "Angular part for a prismatic joint",
@@ -578,8 +607,8 @@ _ALL = (
     ),
     Mistake(
         "blocks-exchanged", "Linear and angular rows exchanged",
-        "The linear and the angular rows seem to be exchanged: the linear ones come first.", "6.6", _exchange_blocks,
-        rare=True,
+        "The linear and the angular rows seem to be exchanged: the linear ones come first.", "6.6",
+        _exchange_blocks, rare=True,
     ),
     Mistake(
         "tool-frame", "Tool frame for base frame",
@@ -588,7 +617,7 @@ _ALL = (
     ),
     Mistake(
         "own-frames", "Axes as their own frames see them",
-        "Every axis seems to be taken for (0, 0, 1), as its own frame sees it: turn it into the base frame.",
+        "Every axis seems to be taken for (0, 0, 1), as its own frame sees it: all are expected in the same frame.",
         "below 6.10", _use_local_axes, rare=True,
     ),
     Mistake(
@@ -611,18 +640,18 @@ _ALL = (
         "The axis of joint {joint} seems to point the wrong way.", "below 6.10", _flip_axis, rare=True,
     ),
     Mistake(
-        "rows-not-turned", "One kind of rows not turned into the tool frame",
-        "Of the Jacobian, {rows} rows seem to be left in the base frame: both kinds are turned into the tool frame.",
-        "6.11", _leave_rows_in_base, rare=True,
+        "rows-not-turned", "Vectors left in the base frame",
+        "The {vectors} seem to be left in the base frame: all are expected in the coordinates of another frame.",
+        "6.11", _not_turned, rare=True,
     ),
     Mistake(
         "turned-the-wrong-way", "Turned by the rotation for its transpose",
-        "The Jacobian seems to be multiplied by the rotation matrix of the last frame: its transpose takes vectors "
-        "into that frame.", "6.11", _change_tool_jacobian(_rotate_backwards), rare=True,
+        "The vectors seem to be multiplied by the rotation matrix of the frame that is asked for: its transpose takes "
+        "vectors into that frame.", "6.11", _change_tool_jacobian(_rotate_backwards), rare=True,
     ),
     Mistake(
         "frame-before", "Another frame for the tool frame",
-        "The vectors seem to be those that frame {frame} sees: they are wanted in the last frame.", "6.11",
+        "You seem to have the vectors in the coordinates of frame {frame}: another frame is asked for.", "6.11",
         _use_earlier_frame, rare=True,
     ),
     Mistake(
@@ -640,7 +669,7 @@ OF_FRAMES = frozenset({
     "next-arm", "next-frame", "previous-frame", "arm-from-base", "arm-from-other-origin", "arm-to-origin",
     "arm-reversed", "arm-of-one-link", "no-cross-product", "tool-frame", "own-frames", "wrong-axis",
     "wrong-axis-of-joint", "row-of-rotation", "velocity-of-other-frame", "arms-exchanged", "rows-not-turned",
-    "turned-the-wrong-way", "frame-before",
+    "turned-the-wrong-way", "frame-before", "blocks-exchanged",
 })  # fmt: skip
-"""The mistakes about frames on the links, or vectors from their origins."""
+"""Those that speak of frames on the links, or of vectors from their origins; of screws, `screws` says what is above."""
 MISTAKES = only_for_tables(_ALL, but={mistake.name for mistake in _ALL} - OF_FRAMES)

@@ -8,7 +8,7 @@ import sympy as sp
 
 from qdot.exercises.answers import Number
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.convention_view import told_base
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation_graph import RESULT, Table, Working
 from qdot.exercises.arm.path import Line
 from qdot.exercises.mistakes.base import Answers, Mistake, MistakenAnswer, MistakeVariant, Shape, only_for_tables
@@ -29,7 +29,7 @@ def _use_degrees(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
         yield MistakeVariant({"table": large})
     if any(joint.kind == "R" and offset != 0 for joint, offset in zip(chain.joints, chain.offsets, strict=True)):
         yield MistakeVariant({"table": _scale_variables})
-    base = told_base(chain)
+    base = convention_of(chain).base
     if (base.yaw, base.tilt) != (0, 0):
         yield MistakeVariant({"table": _scale_base})
 
@@ -38,7 +38,7 @@ def _scale_base(w: Working, table: Table) -> Table:
     """Substitute the angles of the base in degrees."""
     position, yaw, tilt = table.base
     large = w.arithmetic.table_entry(180 / sp.pi)
-    return replace(table, base=(position, yaw * large, tilt * large if told_base(w.chain).tilt != 0 else tilt))
+    return replace(table, base=(position, yaw * large, tilt * large if convention_of(w.chain).base.tilt != 0 else tilt))
 
 
 def _scale_variables(w: Working, table: Table) -> Table:

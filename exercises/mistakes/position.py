@@ -158,6 +158,19 @@ def _skip_all_rotations(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
         yield MistakeVariant({"links": lambda w, links: w["own links"]}, {"link": "each"})
 
 
+def _along_axes_in_order(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+    """Let the joints of an arm that only slides move along x, y and z of the world frame by their numbers."""
+
+    def changed(w: Working, links: Links) -> Links:
+        rows = enumerate(w["table"].rows)
+        along = [np.stack([row.d if axis == k else 0 * row.d for axis in range(3)]) for k, row in rows]
+        return [*along, links[-1]]
+
+    if 1 < chain.n <= 3 and all(joint.kind == "P" for joint in chain.joints):
+        joints = ", ".join(str(k + 1) for k in range(chain.n))
+        yield MistakeVariant({"links": changed}, {"joint": joints, "axis": ", ".join("xyz"[: chain.n])})
+
+
 _ALL = (
     Mistake(
         "relative-angle", "Relative angle for absolute",
@@ -197,8 +210,13 @@ _ALL = (
         "The link vectors seem to be taken as their own frames see them: each must be turned into the base frame "
         "before it is added.", "6.13", _skip_all_rotations,
     ),
+    Mistake(
+        "slides-in-order", "Slides along x, y, z in order",
+        "Joints {joint} seem to slide along {axis} in this order: each slides along its own z axis, which the twists "
+        "before it turn.", "Example 6.1", _along_axes_in_order, rare=True,
+    ),
 )  # fmt: skip
 
-OF_FRAMES = frozenset({"link-not-rotated", "links-not-rotated"})
+OF_FRAMES = frozenset({"link-not-rotated", "links-not-rotated", "slides-in-order"})
 """The mistakes about frames on the links, or vectors from their origins."""
 MISTAKES = only_for_tables(_ALL, but={mistake.name for mistake in _ALL} - OF_FRAMES)

@@ -1,6 +1,6 @@
-"""Mistakes in reading the DH table, the base and the point of interest."""
+"""Mistakes in reading the DH table, and in what is put at its two ends."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import combinations
 from typing import Any
@@ -10,16 +10,16 @@ import sympy as sp
 
 from qdot.exercises.arm.arithmetic import apply_matrix, product
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.convention_view import is_modified, told_base, told_point, told_rows
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation_graph import Change, Table, TableRow, Working, propagate_linear_rows, turn_x, turn_z
-from qdot.exercises.mistakes.base import Mistake, MistakeVariant, Shape, only_for_tables
+from qdot.exercises.mistakes.base import Mistake, MistakeVariant, Shape, at_each_and_all, only_for_tables
 
 MOST_ROWS = 4
-"""Rows up to which any row may be taken for another; in a longer table, only the next."""
+"""Rows of a table of which any may be taken for another; of a longer one, the next."""
 
 
 def _change_row(index: int, change: Callable[[Working, TableRow], dict[str, Any]], **words: object) -> MistakeVariant:
-    """Return the variant that changes entries of one row in the arm's convention."""
+    """Return the slip that changes entries of one row, as the arm's convention tells it."""
 
     def apply_change(w: Working, table: Table) -> Table:
         return _with_convention_row(w, table, index, **change(w, _convention_row(w, table, index)))
@@ -28,60 +28,57 @@ def _change_row(index: int, change: Callable[[Working, TableRow], dict[str, Any]
 
 
 def _convention_row(w: Working, table: Table, index: int) -> TableRow:
-    """Return a row in the arm's convention: a modified one has a and alpha of the previous link, or of the base."""
-    row = table.rows[index]
-    if not is_modified(w.chain):
-        return row
-    if index:
-        return replace(row, a=table.rows[index - 1].a, alpha=table.rows[index - 1].alpha)
+    """Return a row as the convention tells it: a modified one has a and alpha of the link before, or of the base."""
+    row, link = table.rows[index], _link(w, index)
+    if link >= 0:
+        return replace(row, a=table.rows[link].a, alpha=table.rows[link].alpha)
     position, _, tilt = table.base
-    return replace(row, a=position[0] if told_base(w.chain).is_world else position[0] * 0, alpha=tilt)
+    return replace(row, a=position[0] if convention_of(w.chain).base.is_world else position[0] * 0, alpha=tilt)
 
 
 def _with_convention_row(w: Working, table: Table, index: int, **changed: Any) -> Table:
-    """Return the table with entries of one row changed in the arm's convention."""
-    if not is_modified(w.chain):
-        return table.with_row(index, **changed)
-    row = _convention_row(w, table, index)
+    """Return the table with entries of one row changed, as the convention tells it."""
+    row, link = _convention_row(w, table, index), _link(w, index)
     a, alpha = changed.pop("a", row.a), changed.pop("alpha", row.alpha)
     table = table.with_row(index, **changed)
-    if index:
-        return table.with_row(index - 1, a=a, alpha=alpha)
+    if link >= 0:
+        return table.with_row(link, a=a, alpha=alpha)
     position, yaw, _ = table.base
     along = np.stack([w.arithmetic.cos(yaw), w.arithmetic.sin(yaw), yaw * 0])
     return replace(table, base=(position + (a - row.a) * along, yaw, alpha))
 
 
+def _link(w: Working, index: int) -> int:
+    """Return the standard row whose a and alpha stand in a row of the convention; -1 for the base."""
+    return index - convention_of(w.chain).frame_on_axis(1)
+
+
 def _change_rows(
     chain: Chain, applies: Callable[[Any], bool], change: Callable[[Working, TableRow], dict[str, Any]]
 ) -> Iterator[MistakeVariant]:
-    """Yield the variants that change entries of a row to which the change applies."""
-    for i, row in enumerate(told_rows(chain)):
+    """Yield the slips that change entries of a row where that is due."""
+    for i, row in enumerate(convention_of(chain).rows):
         if applies(row):
             yield _change_row(i, change)
 
 
 def _drop_offsets(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    for i, (joint, offset, q) in enumerate(zip(chain.joints, chain.offsets, chain.q, strict=True)):
-        if offset != 0:
-            entry = "theta" if joint.kind == "R" else "d"
-            yield _change_row(i, lambda w, row, e=entry, q=q: {e: w.arithmetic.table_entry(q)}, variable=q)  # type: ignore[misc]
-    added = [i for i, offset in enumerate(chain.offsets) if offset != 0]
-    if len(added) > 1:
-
-        def none_of_them(w: Working, table: Table) -> Table:
-            for i in added:
+    def without(joints: Sequence[int]) -> MistakeVariant:
+        def apply_change(w: Working, table: Table) -> Table:
+            for i in joints:
                 entry = "theta" if chain.joints[i].kind == "R" else "d"
                 table = table.with_row(i, **{entry: w.arithmetic.table_entry(chain.q[i])})
             return table
 
-        yield MistakeVariant(
-            {"table": none_of_them},
-            {"joint": _joint_numbers(added), "variable": ", ".join(str(chain.q[i]) for i in added)},
+        return MistakeVariant(
+            {"table": apply_change},
+            {"joint": _joint_numbers(joints), "variable": ", ".join(str(chain.q[i]) for i in joints)},
         )
 
+    return at_each_and_all([i for i, offset in enumerate(chain.offsets) if offset != 0], without)
 
-def _joint_numbers(indices: list[int]) -> str:
+
+def _joint_numbers(indices: Sequence[int]) -> str:
     """Return numbers of joints, from 1."""
     return ", ".join(str(i + 1) for i in indices)
 
@@ -95,7 +92,7 @@ def _drop_variable(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _revolute_offsets(chain: Chain) -> list[tuple[int, sp.Expr]]:
-    """Return the revolute joints with a constant in the table, and the constant."""
+    """Return the joints that turn and have a constant in the table, with it."""
     joints = enumerate(zip(chain.joints, chain.offsets, strict=True))
     return [(i, offset) for i, (joint, offset) in joints if joint.kind == "R" and offset != 0]
 
@@ -108,28 +105,24 @@ def _flip_slide_offset(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 def _scale_offsets(chain: Chain, factor: sp.Expr, which: Callable[[sp.Expr], bool]) -> Iterator[MistakeVariant]:
     """Multiply the constant of each row by a factor, one by one and then all of them."""
-    rows = [(i, offset) for i, offset in _revolute_offsets(chain) if which(offset)]
-    for i, offset in rows:
-        more = (factor - 1) * offset
-        change = lambda w, row, more=more: {"theta": row.theta + w.arithmetic.table_entry(more)}  # noqa: E731
-        yield _change_row(i, change, degrees=_degree_text(offset))
-    if len(rows) > 1:
+    offsets = {i: offset for i, offset in _revolute_offsets(chain) if which(offset)}
 
-        def all_of_them(w: Working, table: Table) -> Table:
-            for i, offset in rows:
-                theta = table.rows[i].theta + w.arithmetic.table_entry((factor - 1) * offset)
+    def scaled(joints: Sequence[int]) -> MistakeVariant:
+        def apply_change(w: Working, table: Table) -> Table:
+            for i in joints:
+                theta = table.rows[i].theta + w.arithmetic.table_entry((factor - 1) * offsets[i])
                 table = table.with_row(i, theta=theta)
             return table
 
-        everywhere = ", ".join(dict.fromkeys(_degree_text(offset) for _, offset in rows))
-        yield MistakeVariant(
-            {"table": all_of_them}, {"joint": _joint_numbers([i for i, _ in rows]), "degrees": everywhere}
-        )
+        constants = ", ".join(dict.fromkeys(_degree_text(offsets[i]) for i in joints))
+        return MistakeVariant({"table": apply_change}, {"joint": _joint_numbers(joints), "degrees": constants})
+
+    return at_each_and_all(list(offsets), scaled)
 
 
 def _degree_text(angle: sp.Expr) -> str:
-    """Return an angle of the table in degrees, without its sign."""
-    return f"{sp.nsimplify(abs(angle) * 180 / sp.pi)}°"
+    """Return an angle in degrees as it stands in the table."""
+    return f"{sp.nsimplify(angle * 180 / sp.pi)}°"
 
 
 def _flip_offset(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
@@ -148,7 +141,7 @@ def _misconvert_radians(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 def _use_other_row(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
     """Take the length, distance or twist of the row above or below; or exchange two lengths."""
-    rows = told_rows(chain)
+    rows = convention_of(chain).rows
     for i, row in enumerate(rows):
         for j, other_row in enumerate(rows):
             if i == j or (chain.n > MOST_ROWS and abs(i - j) > 1):
@@ -170,7 +163,7 @@ def _use_other_row(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _exchange_lengths(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    rows = told_rows(chain)
+    rows = convention_of(chain).rows
     for i, j in combinations(range(chain.n), 2):
         if 0 != rows[i].a != rows[j].a != 0:
 
@@ -241,12 +234,12 @@ def _convert_again(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _drop_base(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    if not told_base(chain).is_world:
-        yield MistakeVariant({"table": _without_base(chain, any(told_base(chain).position))})
+    if not convention_of(chain).base.is_world:
+        yield MistakeVariant({"table": _without_base(chain, any(convention_of(chain).base.position))})
 
 
 def _skip_base_rotation(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    base = told_base(chain)
+    base = convention_of(chain).base
     if any(base.position) and (base.yaw, base.tilt) != (0, 0):
         yield MistakeVariant({"table": _without_base(chain, at_origin=False)})
 
@@ -255,28 +248,28 @@ def _without_base(chain: Chain, at_origin: bool) -> Change:
     """Return the change of the table that leaves out the rotation of the base, also its position if `at_origin`."""
 
     def apply_change(w: Working, table: Table) -> Table:
-        position, yaw, tilt = table.base  # a part of it may be in the first row of a modified table
-        unturned = tilt * 0 if told_base(chain).tilt != 0 else tilt
+        position, yaw, tilt = table.base  # of which the first row of a modified table may take a part
+        unturned = tilt * 0 if convention_of(chain).base.tilt != 0 else tilt
         return replace(table, base=(position * 0 if at_origin else position, yaw * 0, unturned))
 
     return apply_change
 
 
 def _drop_point_offset(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    if not told_point(chain).is_origin:
+    if not convention_of(chain).point.is_origin:
         yield MistakeVariant({"table": _move_to_last_origin})
 
 
 def _move_to_last_origin(w: Working, table: Table) -> Table:
-    """Return the table with P at the origin of its frame (in a modified table, before the length of the link)."""
-    if is_modified(w.chain) and w.chain.point.frame:
+    """Return the table with P in the origin of its frame, which a modified table has before the length of the link."""
+    if convention_of(w.chain).has_frames_of_joints and w.chain.point.frame:
         table = table.with_row(w.chain.point.frame - 1, a=table.rows[w.chain.point.frame - 1].a * 0)
     return replace(table, offset=table.offset * 0)
 
 
 def _use_other_origin(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Take the last origin for the point if that is another one; else the origin before the last."""
-    if is_modified(chain):
+    """Take the last origin for the point, where that is another; and the one before for the last."""
+    if convention_of(chain).has_frames_of_joints:
         if chain.point.frame == chain.n > 1:
             yield MistakeVariant({"table": _move_to_earlier_origin}, {"frame": chain.n - 1})
         return
@@ -293,7 +286,7 @@ def _use_other_origin(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _move_to_earlier_origin(w: Working, table: Table) -> Table:
-    """Return a modified table with P at the last origin but one: the later lengths are zero."""
+    """Return the table with P in the last origin but one of a modified table: no length leads on from it."""
     last, before = table.rows[-1], table.rows[-2]
     table = table.with_row(w.n - 1, a=last.a * 0, d=last.d * 0).with_row(w.n - 2, a=before.a * 0)
     return replace(table, offset=table.offset * 0)
@@ -309,7 +302,7 @@ def _effects_up_to(frame: int) -> Callable[[Working, np.ndarray], np.ndarray]:
 
 
 def _scale_lengths(row: TableRow, slide: np.ndarray, factor: Any, which: Callable[[str], bool]) -> dict[str, Any]:
-    """Return a row's lengths times a factor; of a prismatic joint, only the constant added to its variable."""
+    """Return a row's lengths times a factor; of a joint that slides, the constant that is added to its variable."""
     scaled = {}
     if which("a"):
         scaled["a"] = row.a * factor
@@ -319,7 +312,7 @@ def _scale_lengths(row: TableRow, slide: np.ndarray, factor: Any, which: Callabl
 
 
 def _use_other_units(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Give every numeric length in centimetres or millimetres, but symbols in metres."""
+    """Give every length that is a number in centimetres or millimetres, beside letters in metres."""
 
     def times(factor: int) -> Callable[[Working, Table], Table]:
         def apply_change(w: Working, table: Table) -> Table:
@@ -327,7 +320,9 @@ def _use_other_units(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
             for i, (row, joint) in enumerate(zip(table.rows, w.chain.joints, strict=True)):
                 fixed_length = joint.d - w.chain.q[i] if joint.kind == "P" else joint.d
                 numeric = {"a": joint.a.is_number, "d": fixed_length.is_number}
-                rows.append(replace(row, **_scale_lengths(row, _slide_variable(w, i), factor, numeric.__getitem__)))
+                rows.append(
+                    replace(row, **_scale_lengths(row, _slide_variable(w, i), factor, lambda e, n=numeric: n[e]))  # type: ignore[misc]
+                )
             position, yaw, tilt = table.base
             offset = table.offset * factor if all(x.is_number for x in w.chain.point.offset) else table.offset
             return replace(table, rows=tuple(rows), base=(position * factor, yaw, tilt), offset=offset)
@@ -340,14 +335,14 @@ def _use_other_units(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _slide_variable(w: Working, index: int) -> np.ndarray:
-    """Return the variable of a prismatic row of the table, else zero."""
+    """Return what slides in a row of the table: the joint variable, or nothing."""
     q = w.arithmetic.table_entry(w.chain.q[index])
     return q if w.chain.joints[index].kind == "P" else q * 0
 
 
 def _misplace_decimal_point(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Take a numeric length for ten times or a tenth of it."""
-    for i, joint in enumerate(told_rows(chain)):
+    """Take a length that is a number for ten times, or a tenth of it."""
+    for i, joint in enumerate(convention_of(chain).rows):
         fixed_length = joint.d - chain.q[i] if joint.kind == "P" else joint.d
         for entry, length in (("a", joint.a), ("d", fixed_length)):
             if length.is_number and length != 0:
@@ -363,7 +358,7 @@ def _misplace_decimal_point(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 def _exchange_base(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
     for i, j in combinations(range(3), 2):
-        if told_base(chain).position[i] != told_base(chain).position[j]:
+        if convention_of(chain).base.position[i] != convention_of(chain).base.position[j]:
 
             def apply_change(w: Working, table: Table, i: int = i, j: int = j) -> Table:
                 position, yaw, tilt = table.base
@@ -389,39 +384,39 @@ def _read_as_modified(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
             vectors.append(along)
         return [*vectors, apply_matrix(before[w.chain.point.frame], w["table"].offset)]
 
-    if not is_modified(chain) and any(joint.alpha != 0 for joint in chain.joints):
+    if any(joint.alpha != 0 for joint in chain.joints):
         yield MistakeVariant({"rotations": rotations, "links": links})
 
 
 def _use_next_links(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Use link i's a and alpha in the order of a modified row: Rx(alpha_i) Tx(a_i) Rz(theta_i) Tz(d_i)."""
+    """Rx(alpha_i) Tx(a_i) Rz(theta_i) Tz(d_i): what a standard row has of link i, in the order of a modified one."""
 
     def shifted(w: Working, table: Table) -> Table:
-        point, link = told_point(w.chain), w.chain.point.frame
+        point, link = convention_of(w.chain).point, w.chain.point.frame
         offset = np.stack([w.arithmetic.table_entry(value) for value in point.offset])
         for i in range(w.n):
-            behind = told_rows(chain)[i + 1] if i + 1 < chain.n else None
+            behind = convention_of(chain).rows[i + 1] if i + 1 < chain.n else None
             a, alpha = (
                 w.arithmetic.table_entry(value) for value in ((behind.a, behind.alpha) if behind else (zero, zero))
             )
             table = _with_convention_row(w, table, i, a=a, alpha=alpha)
-        if 0 < link < w.n:  # P keeps its coordinates, in the frame before its link
+        if 0 < link < w.n:  # P stays where it is told, in the frame before its link
             row = table.rows[link - 1]
             away = offset - np.stack([row.a, row.a * 0, row.a * 0])
             table = replace(table, offset=apply_matrix(turn_x(w, -row.alpha), away))
         return table
 
-    zero, rows = sp.S.Zero, told_rows(chain)
-    if is_modified(chain) and len({(row.a, row.alpha) for row in (*rows, replace(rows[0], a=zero, alpha=zero))}) > 1:
+    zero, rows = sp.S.Zero, convention_of(chain).rows
+    if len({(row.a, row.alpha) for row in (*rows, replace(rows[0], a=zero, alpha=zero))}) > 1:
         yield MistakeVariant({"table": shifted, "linear": propagate_linear_rows})
 
 
 def _read_as_standard(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Read a modified table as a standard one: Rz(theta_i) Tz(d_i) Tx(a_{i-1}) Rx(alpha_{i-1})."""
+    """Rz(theta_i) Tz(d_i) Tx(a_{i-1}) Rx(alpha_{i-1}) by the rows of a modified table, as this book's standard one."""
 
     def shifted(w: Working, table: Table) -> Table:
-        first, *others = told_rows(w.chain)
-        base, point = told_base(w.chain), told_point(w.chain)
+        first, *others = convention_of(w.chain).rows
+        base, point = convention_of(w.chain).base, convention_of(w.chain).point
         before = [(w.arithmetic.table_entry(first.a), w.arithmetic.table_entry(first.alpha))]
         before += [(row.a, row.alpha) for row in table.rows[: len(others)]]
         rows = [replace(row, a=a, alpha=alpha) for row, (a, alpha) in zip(table.rows, before, strict=True)]
@@ -430,7 +425,7 @@ def _read_as_standard(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
         offset = np.stack([w.arithmetic.table_entry(value) for value in point.offset])
         return Table(tuple(rows), (place, *turns), offset)
 
-    if is_modified(chain) and any((row.a, row.alpha) != (0, 0) for row in told_rows(chain)):
+    if any((row.a, row.alpha) != (0, 0) for row in convention_of(chain).rows):
         throughout: dict[str, Change] = {
             "table": shifted,
             "last rotation": lambda w, _: w.arithmetic.value(w["rotations"][-1]),
@@ -454,13 +449,14 @@ _ALL = (
     ),
     Mistake(
         "offset-sign", "Joint offset with the wrong sign",
-        "The constant {degrees} that the table adds to the angle of joint {joint} seems to have the wrong sign.",
+        "The constant {degrees} that the table adds to the angle of joint {joint} seems to be taken with the wrong "
+        "sign.",
         "6.1", _flip_offset, rare=True,
     ),
     Mistake(
         "slide-offset-sign", "Offset of a slide with the wrong sign",
-        "The constant that the table adds to the variable of joint {joint} seems to have the wrong sign.", "6.1",
-        _flip_slide_offset, rare=True,
+        "The constant that the table adds to the variable of joint {joint} seems to be taken with the wrong sign.",
+        "6.1", _flip_slide_offset, rare=True,
     ),
     Mistake(
         "offset-in-degrees", "Constant angle typed in degrees",

@@ -10,7 +10,7 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
-from qdot.exercises.arm.convention_view import is_by_axes
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.figure import alt_text, figure_svg, part_alt, part_svg, singular_svg
 from qdot.exercises.notebook.self_check import Problems, check_cell, function_cell
 from qdot.exercises.notebook.setup_cell import setup_cell
@@ -87,7 +87,7 @@ def _notebook(
 
     own = claims(kind, key, student, problems)
     notebook = new_notebook(metadata={"kernelspec": KERNEL, "language_info": {"name": "python"}, "qdot": own})
-    has_tables = not all(is_by_axes(problem.chain) for _, problem in problems)
+    has_tables = any(convention_of(problem.chain).has_frames for _, problem in problems)
     opening = render("notebook/title.md.j2", title=title, key=key, student=student, kind=kind, has_tables=has_tables)
     notebook.cells = [_markdown("title", opening), _code("setup", setup_cell(problems))]
     if checks := function_cell(problems):

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.convention_view import is_by_axes, is_omega_first, told_point
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.formula.printers.python import python_text
 from qdot.exercises.problem.problem import Part, Problem, variable
 from qdot.exercises.writing.render import render
@@ -57,7 +57,7 @@ def _turning_only(chain: Chain, _: Asked) -> bool:
 
 
 def _last_origin(chain: Chain, _: Asked) -> bool:
-    point = told_point(chain)
+    point = convention_of(chain).point
     return point.frame == chain.n and point.is_origin
 
 
@@ -214,12 +214,12 @@ def check_cell(slot: str, problem: Problem, part: str) -> str:
     due = [relation for name, relation in _due(problem) if name == part]
     if not due:
         return ""
-    asked, omega_first = _by_kind(problem), is_omega_first(problem.chain)
+    asked, omega_first = _by_kind(problem), convention_of(problem.chain).is_omega_first
     words: dict[str, object] = {kind.replace("-", "_"): variable(slot, each.name) for kind, each in asked.items()}
     words |= {
         "linear_half": "3:" if omega_first else ":3",
         "angular_half": ":3" if omega_first else "3:",
-        "in_order": "[np.r_[3:6, 0:3]]" if is_by_axes(problem.chain) and not omega_first else "",
+        "in_order": "" if omega_first else "[np.r_[3:6, 0:3]]",
         "n": problem.chain.n,
         "linear": len(problem.chain.linear_rows),
         "rows": _rows(asked) if "position" in asked else [],

@@ -18,17 +18,17 @@ from qdot.exercises.answers import Matrix, Number
 from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.axes_to_dh import Axis, exactly
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.convention_view import adjoint_told, rows_of_twist, twist_rows, twist_told
-from qdot.exercises.arm.conventions import axes_of
+from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.arm.conventions.base import SCREWS
 from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.arm.derivation_graph import Change, Working
 from qdot.exercises.arm.kinematics import Frame, frames_and_point
 from qdot.exercises.arm.mpmath_kinematics import numeric, ten_digits
+from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.arm.trigonometry import count_terms, textbook, without_brackets
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, Part
 from qdot.exercises.questions.base import (
-    BY_AXES,
     Asked,
     Question,
     Result,
@@ -302,7 +302,9 @@ def body_adjoint(chain: Chain) -> sp.Matrix:
 
 def _ask_home_screws(chain: Chain, rng: Stream) -> Asked:
     screws = home_screws(chain)
-    return Matrix(twist_told(chain, sp.Matrix.hstack(*(screw.screw for screw in screws)))), OfScrews(screws=screws)
+    return Matrix(convention_of(chain).twist(sp.Matrix.hstack(*(screw.screw for screw in screws)))), OfScrews(
+        screws=screws
+    )
 
 
 def _ask_pose(chain: Chain, rng: Stream) -> Asked:
@@ -314,18 +316,18 @@ def _space_details(chain: Chain) -> InSpace:
 
 
 def _ask_space_jacobian(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(twist_told(chain, space_jacobian(chain))), _space_details(chain)
+    return Matrix(convention_of(chain).twist(space_jacobian(chain))), _space_details(chain)
 
 
 def _ask_body_jacobian(chain: Chain, rng: Stream) -> Asked:
     rotation, jacobian = _rotation_and_jacobian(chain)
     details = OfBody(rotation=rotation, place=derive(chain).position, space=space_jacobian(chain))
-    return Matrix(twist_told(chain, jacobian)), details
+    return Matrix(convention_of(chain).twist(jacobian)), details
 
 
 def _ask_adjoint(chain: Chain, rng: Stream) -> Asked:
     details = OfBody(rotation=body_rotation(chain), place=derive(chain).position)
-    return Matrix(adjoint_told(chain, body_adjoint(chain))), details
+    return Matrix(convention_of(chain).adjoint(body_adjoint(chain))), details
 
 
 def _sample_motion(chain: Chain, rng: Stream) -> InNumbers:
@@ -342,21 +344,21 @@ def _sample_motion(chain: Chain, rng: Stream) -> InNumbers:
 
 def _ask_changed_twist(chain: Chain, rng: Stream) -> Asked:
     motion = _sample_motion(chain, rng)
-    exact = twist_told(chain, body_adjoint(chain).xreplace(motion.place.values) * motion.twist)
+    exact = convention_of(chain).twist(body_adjoint(chain).xreplace(motion.place.values) * motion.twist)
     numbers = exact.applyfunc(lambda value: ten_digits(numeric(value)))
     floor = 0.001 * max(abs(float(value)) for value in numbers)
-    units = tuple("m/s" if row[0] == "v" else "rad/s" for row in twist_rows(chain))
+    units = tuple("m/s" if row[0] == "v" else "rad/s" for row in convention_of(chain).velocities)
     return Number(sp.Matrix(numbers), units, THREE_DIGITS, floor), motion
 
 
 def _ask_space_twist(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(derive(chain).twist(twist_told(chain, space_jacobian(chain)))), _space_details(chain)
+    return Matrix(derive(chain).twist(convention_of(chain).twist(space_jacobian(chain)))), _space_details(chain)
 
 
 def _ask_body_twist(chain: Chain, rng: Stream) -> Asked:
     rotation, jacobian = _rotation_and_jacobian(chain)
     details = OfBody(rotation=rotation, place=derive(chain).position, space=space_jacobian(chain))
-    return Matrix(derive(chain).twist(twist_told(chain, jacobian))), details
+    return Matrix(derive(chain).twist(convention_of(chain).twist(jacobian))), details
 
 
 def _object_to_body(chain: Chain) -> str | None:
@@ -385,7 +387,7 @@ def _object_to_body_jacobian(chain: Chain) -> str | None:
 
 
 def _twist_names(chain: Chain, _: Part) -> Sequence[str]:
-    return velocities(twist_rows(chain))
+    return velocities(convention_of(chain).velocities)
 
 
 def _object_to_adjoint(chain: Chain) -> str | None:
@@ -401,12 +403,12 @@ def _changed_result(w: Working, part: Part) -> np.ndarray:
 
 def _in_twist_order(w: Working, twists: np.ndarray) -> np.ndarray:
     """Return twists (omega, v), (6, …), in the order in which they are told, or the other way."""
-    return np.asarray(twists[rows_of_twist(w.chain)])
+    return np.asarray(twists[convention_of(w.chain).twist_rows])
 
 
 def _adjoint_in_twist_order(w: Working, adjoint: np.ndarray) -> np.ndarray:
     """Return an adjoint, (6, 6, …), for twists in the order in which they are told, or the other way."""
-    return _in_twist_order(w, adjoint)[:, rows_of_twist(w.chain)]
+    return _in_twist_order(w, adjoint)[:, convention_of(w.chain).twist_rows]
 
 
 def _twist_stage(name: str) -> Result:
@@ -438,17 +440,17 @@ QUESTIONS = (
         name="home-screws",
         title="Screw axes at home",
         source=SOURCE,
-        conventions=BY_AXES,
+        speaks_of=SCREWS,
         ask=_ask_home_screws,
         result=_twist_stage("home screws"),
-        grid=lambda chain: (twist_rows(chain), [f"S_{{{joint}}}" for joint in range(1, chain.n + 1)]),
+        grid=lambda chain: (convention_of(chain).velocities, [f"S_{{{joint}}}" for joint in range(1, chain.n + 1)]),
         substitutes=_substitute_twist("home screws"),
     ),
     Question(
         name="body-pose",
         title="Pose of the body frame by exponentials",
         source=SOURCE,
-        conventions=BY_AXES,
+        speaks_of=SCREWS,
         ask=_ask_pose,
         points=2.0,
         objection=_object_to_body,
@@ -461,14 +463,14 @@ QUESTIONS = (
         name="body-adjoint",
         title="Adjoint of the body frame",
         source=SOURCE,
-        conventions=BY_AXES,
+        speaks_of=SCREWS,
         ask=_ask_adjoint,
         needs=("body-pose",),
         points=2.0,
         objection=_object_to_body,
         too_long=_object_to_adjoint,
         result=lambda w, _: _adjoint_in_twist_order(w, w["body adjoint"]),
-        grid=lambda chain: (twist_rows(chain), twist_rows(chain)),
+        grid=lambda chain: (convention_of(chain).velocities, convention_of(chain).velocities),
         substitutes=_substitute_adjoint,
         follows=(("body-pose",),),
     ),
@@ -476,7 +478,7 @@ QUESTIONS = (
         name="changed-twist",
         title="Twist changed from the body to the space frame",
         source=SOURCE,
-        conventions=BY_AXES,
+        speaks_of=SCREWS,
         ask=_ask_changed_twist,
         needs=("body-adjoint",),
         objection=_object_to_body,
@@ -489,26 +491,26 @@ QUESTIONS = (
         name="space-jacobian",
         title="Space Jacobian",
         source=SOURCE,
-        conventions=BY_AXES,
+        speaks_of=SCREWS,
         ask=_ask_space_jacobian,
         points=2.0,
         too_long=_object_to_space,
         result=_twist_stage("space jacobian"),
-        grid=rates_to(twist_rows),
+        grid=rates_to(lambda chain: convention_of(chain).velocities),
         substitutes=_substitute_twist("space jacobian"),
     ),
     Question(
         name="body-jacobian",
         title="Body Jacobian",
         source=SOURCE,
-        conventions=BY_AXES,
+        speaks_of=SCREWS,
         ask=_ask_body_jacobian,
         needs=("body-pose", "space-jacobian"),
         points=2.0,
         objection=_object_to_body,
         too_long=_object_to_body_jacobian,
         result=_twist_stage("body jacobian"),
-        grid=rates_to(twist_rows),
+        grid=rates_to(lambda chain: convention_of(chain).velocities),
         substitutes=_substitute_twist("body jacobian"),
         follows=(("body-pose", "space-jacobian"),),
     ),
@@ -516,7 +518,7 @@ QUESTIONS = (
         name="space-twist",
         title="Twist in the space frame",
         source=SOURCE,
-        conventions=BY_AXES,
+        speaks_of=SCREWS,
         ask=_ask_space_twist,
         needs=("space-jacobian",),
         too_long=_object_to_space,
@@ -528,7 +530,7 @@ QUESTIONS = (
         name="body-twist",
         title="Twist in the body frame",
         source=SOURCE,
-        conventions=BY_AXES,
+        speaks_of=SCREWS,
         ask=_ask_body_twist,
         needs=("body-jacobian",),
         objection=_object_to_body,

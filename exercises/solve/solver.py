@@ -10,7 +10,8 @@ from typing import Any
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.convention_view import is_by_axes, told_words, twist_rows, twist_told
+from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.arm.conventions.base import FRAMES, SCREWS, Convention
 from qdot.exercises.arm.derivation import TooLong, derive
 from qdot.exercises.arm.kinds import kind_is_sure
 from qdot.exercises.arm.numeric_rank_check import check_rank_loss
@@ -374,17 +375,25 @@ TWISTS = "space_jacobian", "body_jacobian"
 """Further results for an arm described by its axes, 6 x n each, in the order of `twist_rows`."""
 
 
+def twists_of(chain: Chain) -> tuple[str, ...]:
+    """Return which of TWISTS an arm has: those of screws."""
+    return TWISTS if SCREWS in convention_of(chain).has else ()
+
+
 def _screw_parts(chain: Chain) -> tuple[Callable[[], dict[str, Any]], ...]:
     """Return functions that compute the Jacobians of TWISTS as plain data; none if an arm is described by a table.
 
     There is no body frame if P is not a point of the last link.
     """
-    if not is_by_axes(chain):
+    if not twists_of(chain):
         return ()
     has_body = QUESTIONS["body-jacobian"].objection(chain) is None
     return (
-        lambda: {"twist_rows": list(twist_rows(chain)), TWISTS[0]: _rows(twist_told(chain, space_jacobian(chain)))},
-        lambda: {TWISTS[1]: _rows(twist_told(chain, body_jacobian(chain))) if has_body else None},
+        lambda: {
+            "twist_rows": list(convention_of(chain).velocities),
+            TWISTS[0]: _rows(convention_of(chain).twist(space_jacobian(chain))),
+        },
+        lambda: {TWISTS[1]: _rows(convention_of(chain).twist(body_jacobian(chain))) if has_body else None},
     )
 
 
@@ -394,7 +403,11 @@ def _rows(matrix: sp.Matrix) -> list[list[str]]:
 
 def _classified_json(chain: Chain, component: SingularComponent, sure: bool) -> dict[str, Any]:
     kind = {"type": component.kind.kind, "uniform": component.kind.uniform} if sure and component.kind.kind else {}
-    return _component_json(component) | kind | {"meaning": told_words(chain, component.kind.meaning) or None}
+    return (
+        _component_json(component)
+        | kind
+        | {"meaning": convention_of(chain).rename_origins(component.kind.meaning) or None}
+    )
 
 
 def _component_json(component: SingularComponent | Component) -> dict[str, Any]:
@@ -465,7 +478,9 @@ def text_stages(chain: Chain, robot: Robot | None = None) -> Stages:
     yield "its transformations"
     w, steps = Wording(chain), worked_steps(chain)
     description = _describe_arm(robot)
-    if description is not None and (w.is_by_axes or (not description.base and description.rows == w.rows)):
+    if description is not None and (
+        not w.convention.has_frames or (not description.base and description.rows == w.rows)
+    ):
         description = None  # the standard text below shows the same
     rounded = ROUNDED if robot is not None and robot.rounded else ""
     yield Ready(
@@ -573,7 +588,7 @@ def data_stages(chain: Chain) -> Stages:
 class _ArmDescription:
     """The arm as its file describes it, for the template: convention, cells of its rows, and its base in words."""
 
-    convention: str
+    convention: type[Convention]
     rows: list[list[str]]
     base: str
 
@@ -593,12 +608,11 @@ def _describe_arm(robot: Robot | None) -> _ArmDescription | None:
     )
 
 
-def _cells(convention: str, row: tuple[Any, ...]) -> list[str]:
-    if convention == "screws":
+def _cells(convention: type[Convention], row: tuple[Any, ...]) -> list[str]:
+    if FRAMES not in convention.has:
         direction, point = row
         return [f"({', '.join(map(tex, direction))})", "-" if point is None else triple(point)]
-    theta, d, a, alpha = tex_angle(row[0]), tex_length(row[1]), tex_length(row[2]), tex_angle(row[3])
-    return [theta, d, a, alpha] if convention == "dh" else [alpha, a, d, theta]
+    return convention.cells(tex_angle(row[0]), tex_length(row[1]), tex_length(row[2]), tex_angle(row[3]))
 
 
 def _values_beyond_limits(chain: Chain, robot: Robot | None, singular: Iterable[SingularComponent]) -> list[str]:

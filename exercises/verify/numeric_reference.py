@@ -10,7 +10,7 @@ import sympy as sp
 from qdot.exercises.arm.axes import Sample
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.classification import domain_of, samples_on
-from qdot.exercises.arm.convention_view import is_modified, told_base, told_rows
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.expression import read
@@ -68,7 +68,7 @@ class NumericReference:
 
     def _written_frames(self, poses: list[np.ndarray]) -> np.ndarray:
         """Return the frames of the table as written, (…, n + 1, 4, 4), by its own elementary steps."""
-        if not is_modified(self.chain):
+        if not convention_of(self.chain).has_frames_of_joints:
             return self.frames
         pairs = zip(self.lengths, poses, strict=True)
         return np.concatenate([modified_frames(self.chain, lengths, q) for lengths, q in pairs])
@@ -97,7 +97,7 @@ class NumericReference:
     @property
     def convention_velocities(self) -> np.ndarray:
         """`carried` for the frames that students see."""
-        if not is_modified(self.chain):
+        if not convention_of(self.chain).has_frames_of_joints:
             return self.carried
         velocities = []
         for lengths, q in zip(self.lengths, self._poses, strict=True):
@@ -185,7 +185,7 @@ def modified_frames(chain: Chain, lengths: Mapping[str, float], q: np.ndarray) -
     def number(expression: sp.Expr) -> float:
         return float(expression.xreplace(known))
 
-    base = told_base(chain)
+    base = convention_of(chain).base
     x, y, z = map(number, base.position)
     frame = (
         _translations(0, x)
@@ -194,7 +194,7 @@ def modified_frames(chain: Chain, lengths: Mapping[str, float], q: np.ndarray) -
         @ _rotations(2, np.full(len(q), number(base.yaw)))
     )
     frames = [frame]
-    for i, (row, variable) in enumerate(zip(told_rows(chain), chain.q, strict=True)):
+    for i, (row, variable) in enumerate(zip(convention_of(chain).rows, chain.q, strict=True)):
         theta, d = (np.full(len(q), number(entry.xreplace({variable: sp.S.Zero}))) for entry in (row.theta, row.d))
         theta, d = (theta + q[:, i], d) if row.kind == "R" else (theta, d + q[:, i])
         before = _rotations(0, np.full(len(q), number(row.alpha))) @ _translations(0, number(row.a))

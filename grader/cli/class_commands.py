@@ -25,15 +25,15 @@ from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import family_named
 from qdot.exercises.problem.problem import ProblemId
 from qdot.grader.cli.options import ConventionOption, TwistOrderOption
-from qdot.grader.grading.batch import WritePage, alone, cache_of, grade_class, share_of
+from qdot.grader.grading.batch import WritePage, alone, grade_class
 from qdot.grader.grading.certificates import Kind
 from qdot.grader.grading.certify import CERTIFIER, Task, former_students, record_of, tasks_of, unknown_files
 from qdot.grader.grading.class_check import check_class, check_secret, load_class, read_some
 from qdot.grader.grading.cluster import connected
-from qdot.grader.grading.final_result import Result
 from qdot.grader.grading.marking import number
 from qdot.grader.grading.one_student import found_of_one, grade_one, limits_of, read_time, student_named
 from qdot.grader.grading.overrides import OVERRIDES, read_overrides, without_answers
+from qdot.grader.grading.result import Result
 from qdot.grader.judging.compare import TYPES, as_json, compare_lines, likely_type
 from qdot.grader.judging.compare import compare as compare_texts
 from qdot.grader.reports.tables import NO_MARK, count_set, staff_notes, status
@@ -114,7 +114,7 @@ def verify(
     ] = "",
     count: Annotated[int, typer.Option(min=1, help="… that many together, seeds 0, 1, 2, …")] = 100,
     first: Annotated[
-        int, typer.Option("--from", metavar="SEED", min=0, max=1 << 62, help="… or seeds from this one on.")
+        int, typer.Option("--first-seed", metavar="SEED", min=0, max=1 << 62, help="… or seeds from this one on.")
     ] = 0,
     variation: VariationOption = "",
     convention: ConventionOption = "",
@@ -270,8 +270,8 @@ def grade(
     ] = 0.0,
     seconds: Annotated[float, typer.Option(min=1, help="Processor time that a notebook may take.")] = Limits().seconds,
     diff: Annotated[bool, typer.Option("--diff", help="Say whose mark moved since the last run, and why.")] = False,
-    gone: Annotated[
-        bool, typer.Option("--gone", help="Take marks away where nothing of a student is left in SUBMISSIONS.")
+    allow_missing: Annotated[
+        bool, typer.Option("--allow-missing", help="Take marks away where nothing of a student is left in SUBMISSIONS.")
     ] = False,
     report: Annotated[
         list[str], typer.Option(metavar="FORMAT=PATH", help="Also write the results so; repeatable. - is stdout.")
@@ -284,9 +284,6 @@ def grade(
     ] = "",
     executor: Annotated[
         str, typer.Option(metavar="tcp://HOST:PORT", help="Run the notebooks on this Dask scheduler's cluster.")
-    ] = "",
-    share: Annotated[
-        str, typer.Option(metavar="K/N", help="Grade the K-th of N shares of the roster; write no reports.")
     ] = "",
 ) -> None:
     """Grade what a class has handed in, and write feedback.
@@ -308,24 +305,20 @@ def grade(
     assignment = load_assignment(folder)
     limits = limits_of(seconds)
     tell = note if any(path == STDOUT for _, path in asked) else say
-    if share and (student or asked or diff or fail_under):
-        raise QdotError("--share writes no reports; --student, --report, --diff and --fail-under go without it")
     if student and executor:
         raise QdotError("--student is graded here; --executor is for a class")
-    if gone and (student or share):
-        raise QdotError("--gone is about a whole class; --student and --share take no marks away")
+    if allow_missing and student:
+        raise QdotError("--allow-missing is about a whole class; --student takes no marks away")
     if student:
         results = [_grade_one(assignment, submissions, student, received, seconds, tell)]
     else:
         named = submissions or folder / "submitted"
         with opened(named) as root:
-            if share:
-                _grade_share(assignment, root, named, jobs, limits, executor, share)
-                return
-            results = _grade(assignment, root, named, jobs, limits, diff, tell, executor, None if gone else named)
+            whole = None if allow_missing else named
+            results = _grade(assignment, root, named, jobs, limits, diff, tell, executor, whole)
     write_asked(assignment, results, asked)
     _check_graded(results)
-    under = [result["student"] for result in results if 100 * result["score"] / result["max_score"] < fail_under]
+    under = [result.student for result in results if result.percent < fail_under]
     if under:
         note(f"{len(under)} of {len(results)} students have less than {fail_under:g} %, or no mark: {', '.join(under)}")
         raise typer.Exit(1)
@@ -335,7 +328,7 @@ def _grade(
     assignment: Assignment, submissions: Path, named: Path, jobs: int, limits: Limits, diff: bool,
     tell: Callable[[str], None], executor: str, whole: Path | None,
 ) -> list[Result]:  # fmt: skip
-    from qdot.grader.grading.history import earlier_results, told
+    from qdot.grader.grading.history import describe_moves, earlier_results
     from qdot.grader.reports.write import write_page, write_reports
 
     looked = find_submissions(assignment, submissions)
@@ -362,9 +355,9 @@ def _grade(
     for said in without_answers(assignment, read_overrides(assignment), _groups_of(results)):
         note(said)
     if diff:
-        tell(told(earlier, results))
+        tell(describe_moves(earlier, results))
     tell(_summary(results, assignment.folder, len(looked.unsure) + len(looked.strangers)))
-    if all(result["submission"] is None for result in results) and not (looked.unsure or looked.strangers):
+    if all(result.submission is None for result in results) and not (looked.unsure or looked.strangers):
         note(
             f"nobody has handed in anything: put what comes back into {submissions}, as STUDENT/{assignment.key}.ipynb"
         )
@@ -379,19 +372,20 @@ def _check_all_there(
     So it is with a second zip that has latecomers only, or where a platform's zip was graded and is not named again.
     """
     names = [student.id for student in assignment.roster]
-    lost = [name for name in names if name not in found and earlier.get(name, {}).get("submission") is not None]
+    handed_in = {name for name, result in earlier.items() if result.submission is not None}
+    lost = [name for name in names if name not in found and name in handed_in]
     if lost:
         some = ", ".join(lost[:5]) + (f" and {len(lost) - 5} more" if len(lost) > 5 else "")
         raise QdotError(
             f"{submissions}: nothing is here of {len(lost)} of {len(names)} students, who had handed in at the last "
-            f"run: {some}; put theirs with the rest, everybody's into one folder or zip, or say --gone for them to "
-            "lose their marks"
+            f"run: {some}; put theirs with the rest, everybody's into one folder or zip, or say --allow-missing "
+            "to take their marks away"
         )
 
 
 def _groups_of(results: list[Result]) -> list[str]:
     """Return the keys of the groups of equal wrong answers, those of most students first."""
-    every = (part["group"] for result in results for problem in result["problems"] for part in problem["parts"])
+    every = (part.group for result in results for part in result.parts.values())
     return [group for group, _ in Counter(group for group in every if group is not None).most_common()]
 
 
@@ -411,25 +405,9 @@ def _grade_one(
     check_sandbox(assignment.sandbox == "strict")
     result = grade_one(assignment, student, handed_in, limits_of(seconds))
     _tell_notes([result])
-    points = f"{number(result['score'])} of {number(result['max_score'])} points"
+    points = f"{number(result.score)} of {number(result.max_score)} points"
     tell(f"{student.id}: {status(result)}, {points}")
     return result
-
-
-def _grade_share(
-    assignment: Assignment, submissions: Path, named: Path, jobs: int, limits: Limits, executor: str, share: str
-) -> None:
-    """Grade some students of the roster; what they earn is kept, to be put together with the other shares."""
-    students = share_of(assignment.roster, share)
-    looked = find_submissions(assignment, submissions)
-    check_class(assignment, looked, submissions, named)
-    if not executor:
-        check_sandbox(assignment.sandbox == "strict")
-    with alone(assignment.folder, but_for_shares=True):
-        results = _results(assignment, looked.found, students, jobs, limits, executor)
-    kept = cache_of(assignment)
-    say(f"share {share}: {len(results)} students graded, kept in {kept}; without --share, reports are written from it")
-    _check_graded(results)
 
 
 def _results(
@@ -452,7 +430,7 @@ def _results(
 
 def _check_graded(results: list[Result]) -> None:
     """Say who has no mark because a limit was exceeded. Raises QdotError where qdot failed."""
-    over = [result["student"] for result in results if status(result) == "over limit"]
+    over = [result.student for result in results if status(result) == "over limit"]
     if over:
         note(
             f"without a mark, for what they handed in takes more to grade than a limit allows: {', '.join(over[:5])}"
@@ -509,9 +487,9 @@ def _tell_notes(results: list[Result]) -> None:
     for result in results:
         for said in staff_notes(result):
             if said != OTHER_EDITION:
-                note(f"{result['student']}: {said}")
-    handed_in = sum(result["submission"] is not None for result in results)
-    others = sum(OTHER_EDITION in result["staff_notes"] for result in results)
+                note(f"{result.student}: {said}")
+    handed_in = sum(result.submission is not None for result in results)
+    others = sum(OTHER_EDITION in result.staff_notes for result in results)
     if others:
         note(
             f"WARNING: {others} of {handed_in} notebooks were made from another assignment.toml, redrawn.csv or "
@@ -523,8 +501,8 @@ def _summary(results: list[Result], folder: Path, nobodys: int) -> str:
     kinds: dict[str, int] = {}
     for result in results:
         kinds[status(result)] = kinds.get(status(result), 0) + 1
-    marked = [r for r in results if r["submission"] is not None and status(r) not in NO_MARK]
-    handed_in = [100 * r["score"] / r["max_score"] for r in marked]
+    marked = [result for result in results if result.submission is not None and status(result) not in NO_MARK]
+    handed_in = [result.percent for result in marked]
     mean = f"mean {sum(handed_in) / len(handed_in):.1f} % of those handed in; " if handed_in else ""
     said = ", ".join(f"{count} {kind}" for kind, count in kinds.items())
     left = f"{nobodys} of nobody on the roster, or not surely of one; " if nobodys else ""

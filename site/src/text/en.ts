@@ -20,6 +20,7 @@ export const en = {
   "read.unit": "{unit} can't be right here, for {due} is due; write it in {due}, or the number alone.",
   "read.unit-of-entry":
     "{unit} can't be right here, for entry {entry} is in {due}; write it in {due}, or the number alone.",
+  "read.unit-left": "Leave out the unit {unit}: lengths are in metres, angles in radians.",
   "read.names": "{names} stand before the entries; write what is asked alone",
   "read.twice": "{name} stands there twice; write each entry once",
   "read.no-order": "a set in braces has no order; write the entries as a list, [a, b]",
@@ -61,7 +62,8 @@ export const en = {
   "read.no-entry": "did not expect '['; an entry of a vector has a name, as a1 or theta2,",
   "read.two-numbers": "two numbers stand side by side,",
   "read.operand": "expected a number, a symbol or a bracket, found {found}",
-  "read.dictionary": "a dictionary needs 'joint: values' throughout",
+  "read.dictionary":
+    "a dictionary needs 'joint: values' throughout; write conditions without words before them,",
   "read.long-name": "a name of {length} characters is no symbol of this field,",
   "read.no-answer": "{name} is not an answer;",
   "read.bound": "this {name} is not understood",
