@@ -254,19 +254,15 @@ def _hatched(view: View, middle: np.ndarray, x: np.ndarray, down: np.ndarray) ->
 def joint_angle(scene: Scene, i: int) -> Drawn:
     """Return the arc of theta_i from x_{i-1} to x_i about z_{i-1}, with dashed lines where no line is drawn yet."""
     table, bones, view = scene.chain.joints[i - 1], scene.bones, scene.view
-    if (
-        table.kind != "R" or not convention_of(scene.chain).has_frames
-    ):  # there are no x axes from which it would be counted
+    convention = convention_of(scene.chain)
+    if table.kind != "R" or not convention.has_frames:  # there are no x axes from which it would be counted
         return Drawn()
     angle = float(np.arctan2(np.sin(bones.entries[i - 1]), np.cos(bones.entries[i - 1])))
     x, y, center = bones.frames[i - 1, :3, 0], bones.frames[i - 1, :3, 1], scene.places[i - 1]
     label = with_offset(scene.chain.q[i - 1], scene.offsets[i - 1], angle=True)
     dashed = []
-    if (
-        np.linalg.norm(center - bones.origins[i - 1]) > 1e-9
-        or i - 1 in scene.bare
-        or convention_of(scene.chain).has_frames_of_joints
-    ):
+    is_apart = bool(np.linalg.norm(center - bones.origins[i - 1]) > 1e-9)
+    if is_apart or i - 1 in scene.bare or convention.has_frames_of_joints:
         dashed.append(x)
     if np.linalg.norm(bones.corners[i - 1] - center) > 1e-9 or table.a == 0:
         dashed.append(turned(x, y, angle))

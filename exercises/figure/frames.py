@@ -103,7 +103,7 @@ def origins(scene: Scene) -> Drawn:
     """Return the names of the origins O_0 ... O_n and the point P, those that coincide in one label."""
     names: list[tuple[np.ndarray, tuple[TextRun, ...]]] = []
     point = scene.bones.path[-1]
-    shown = [] if not convention_of(scene.chain).has_frames else list(enumerate(scene.frames[:, :3, 3]))
+    shown = list(enumerate(scene.frames[:, :3, 3])) if convention_of(scene.chain).has_frames else []
     body = roman(", {b}") if has_body_frame(scene) else ()
     marks = [(point, (*symbol("P"), *body))] + [(o, symbol("O", str(i))) for i, o in shown]
     for place, pieces in marks:

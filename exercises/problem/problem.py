@@ -301,7 +301,7 @@ class Problem:
         for symbol in self.chain.parameters:
             angle = symbol.name.startswith(("alpha", "beta"))
             known[symbol.name] = SymbolInfo("angle" if angle else "length", "rad" if angle else "m")
-        for number, joint in enumerate(() if not convention_of(self.chain).has_frames else self.chain.joints, 1):
+        for number, joint in enumerate(self.chain.joints if convention_of(self.chain).has_frames else (), 1):
             for letter, value in (("a", joint.a), ("d", joint.d if joint.kind == "R" else sp.S.Zero)):
                 if value.is_number and value != 0:
                     known.setdefault(f"{letter}{number}", SymbolInfo("length", "m", value))

@@ -102,7 +102,7 @@ def _one_meaning(chain: Chain) -> Check:
     """Look for a symbol that stands for two things, as a length named after another entry of the table does."""
     taken = {symbol.name for symbol in (*chain.q, *chain.rates)} | set(TASK_ROWS)
     twice = sorted(symbol.name for symbol in chain.parameters if symbol.name in taken)
-    for symbol in () if not convention_of(chain).has_frames else chain.parameters:  # who is told axes sees no table
+    for symbol in chain.parameters if convention_of(chain).has_frames else ():  # axes at home show no table
         match = re.fullmatch(r"([ad])([1-9]\d*)", symbol.name)
         if match and int(match.group(2)) <= chain.n:
             joint = chain.joints[int(match.group(2)) - 1]

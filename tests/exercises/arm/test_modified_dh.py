@@ -169,13 +169,7 @@ def test_ids_tell_the_convention() -> None:
 
 
 def test_places_have_the_names_of_the_convention() -> None:
-    assert [convention_of(modified("planar-3r", variation="chapter")).place(k) for k in range(4)] == [
-        "O_1",
-        "O_2",
-        "O_3",
-        "P",
-    ]
-    assert convention_of(modified("puma-560", variation="chapter")).place(1) == "O_2"
-    assert (
-        convention_of(modified("puma-560", variation="chapter")).place(2) is None
-    )  # d3 leads away from O_2 of the standard
+    planar, puma = (convention_of(modified(family, variation="chapter")) for family in ("planar-3r", "puma-560"))
+    assert [planar.place(k) for k in range(4)] == ["O_1", "O_2", "O_3", "P"]
+    assert puma.place(1) == "O_2"
+    assert puma.place(2) is None  # d3 leads away from O_2 of the standard
