@@ -138,12 +138,12 @@ def grade_safely(
     """
     started = time.process_time()
     sandbox.cost()
-    marked = _graded_safely(assignment, student, attempt, sandbox, copies, kept_text)
+    marked = _grade_or_mark_ungraded(assignment, student, attempt, sandbox, copies, kept_text)
     seconds, memory = sandbox.cost()
     return replace(marked, cost=Cost(round(time.process_time() - started + seconds, 3), int(memory)))
 
 
-def _graded_safely(
+def _grade_or_mark_ungraded(
     assignment: Assignment, student: str, attempt: Attempt | None, sandbox: Sandbox, copies: Copies,
     kept_text: str | None,
 ) -> Marked:  # fmt: skip

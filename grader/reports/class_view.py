@@ -153,19 +153,23 @@ def mistakes(results: Sequence[Result]) -> list[MistakeOfClass]:
                 who.setdefault(mistake, {})[result.student] = None
                 where.setdefault(mistake, {})[name] = None
     titles = {name: CATALOGUE[name].title if name in CATALOGUE else name for name in who}
-    made = [MistakeOfClass(name, titles[name], tuple(own), tuple(where[name])) for name, own in who.items()]
+    made = [MistakeOfClass(name, titles[name], tuple(students), tuple(where[name])) for name, students in who.items()]
     return sorted(made, key=lambda mistake: (-len(mistake.students), mistake.title))
 
 
-def oftener(found: Sequence[MistakeOfClass], graded: int) -> dict[str, float]:
+def oftener(mistakes_of_class: Sequence[MistakeOfClass], graded: int) -> dict[str, float]:
     """Return how many times as often as the others a class made mistakes, those that stand out; few students tell none.
 
     A mistake that nobody else made is counted as made once more, and so is the mean of all: one student says little.
     """
-    if graded < LEAST or not found:
+    if graded < LEAST or not mistakes_of_class:
         return {}
-    mean = sum(len(each.students) for each in found) / len(found)
-    times = {each.name: round((len(each.students) + 1) / (mean + 1), 1) for each in found if each.name in CATALOGUE}
+    mean = sum(len(each.students) for each in mistakes_of_class) / len(mistakes_of_class)
+    times = {
+        each.name: round((len(each.students) + 1) / (mean + 1), 1)
+        for each in mistakes_of_class
+        if each.name in CATALOGUE
+    }
     return {name: often for name, often in times.items() if often >= STANDS_OUT}
 
 

@@ -68,11 +68,11 @@ def _section(result: Result, feedback: str, opened: bool) -> dict[str, object]:
             "title": row.title,
             "outcome": row.outcome,
             "earned": row.earned,
-            "said": _markdown(row.said),
+            "said": _markdown(row.message),
         }
         for row in rows_of(result, feedback)
     ]  # fmt: skip
-    notes = [_markdown(said) for said in (*result.notes, lateness(result)) if said]
+    notes = [_markdown(text) for text in (*result.notes, lateness(result)) if text]
     if result.override is not None:
         notes.append(_markdown(f"the total was set by your instructor: {result.override.comment}".rstrip(": ")))
     return {
@@ -95,11 +95,11 @@ def annotations(assignment: Assignment, results: Sequence[Result]) -> str:
     notes = list(_of_parts(results[0], assignment.feedback) if len(results) == 1 else _of_class(results))
     lines = []
     for kind in ("error", "warning"):
-        own = [(title, said) for each, title, said in notes if each == kind]
-        if len(own) > MOST_ANNOTATIONS:
-            rest = f"and {len(own) - MOST_ANNOTATIONS + 1} more; the job summary has all"
-            own = [*own[: MOST_ANNOTATIONS - 1], (assignment.key, rest)]
-        lines += [f"::{kind} title={_property(title)}::{_message(said)}" for title, said in own]
+        of_kind = [(title, message) for each, title, message in notes if each == kind]
+        if len(of_kind) > MOST_ANNOTATIONS:
+            rest = f"and {len(of_kind) - MOST_ANNOTATIONS + 1} more; the job summary has all"
+            of_kind = [*of_kind[: MOST_ANNOTATIONS - 1], (assignment.key, rest)]
+        lines += [f"::{kind} title={_property(title)}::{_message(message)}" for title, message in of_kind]
     return "".join(f"{line}\n" for line in lines)
 
 
@@ -110,7 +110,7 @@ def _of_parts(result: Result, feedback: str) -> Iterator[tuple[str, str, str]]:
 
 
 def _shown(row: Row) -> str:
-    return row.said if len(row.said) <= LONGEST_TEXT else f"{row.said[:LONGEST_TEXT]} …"
+    return row.message if len(row.message) <= LONGEST_TEXT else f"{row.message[:LONGEST_TEXT]} …"
 
 
 def _of_class(results: Sequence[Result]) -> Iterator[tuple[str, str, str]]:
@@ -131,14 +131,14 @@ def check_summary(checked: Checked) -> str:
 
 def check_annotations(path: Path, checked: Checked) -> str:
     """Return a warning for every answer that can't be read, at its line in the file, where GitHub shows it."""
-    own, file = [row for row in checked.rows if not row.readable], _property(path.as_posix())
-    told = [
+    unreadable, file = [row for row in checked.rows if not row.readable], _property(path.as_posix())
+    commands = [
         f"::warning file={file},line={line_of_answer(path, row.part)},title={_property(row.part)}::{_message(row.said)}"
-        for row in own[: MOST_ANNOTATIONS if len(own) <= MOST_ANNOTATIONS else MOST_ANNOTATIONS - 1]
+        for row in unreadable[: MOST_ANNOTATIONS if len(unreadable) <= MOST_ANNOTATIONS else MOST_ANNOTATIONS - 1]
     ]
-    if len(told) < len(own):
-        told.append(f"::warning title=qdot::and {len(own) - len(told)} more; the job summary has all")
-    return "".join(f"{line}\n" for line in told)
+    if len(commands) < len(unreadable):
+        commands.append(f"::warning title=qdot::and {len(unreadable) - len(commands)} more; the job summary has all")
+    return "".join(f"{line}\n" for line in commands)
 
 
 def _message(text: str) -> str:

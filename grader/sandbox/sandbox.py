@@ -24,6 +24,7 @@ from types import TracebackType
 from typing import Any, TypeGuard
 
 from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.json_form import from_json
 from qdot.grader.sandbox.contained import confine
 from qdot.grader.sandbox.own_folder import OwnFolder, own_folder
 
@@ -141,6 +142,23 @@ def _shown(said: object) -> str:
 
 NEEDED, ONE_OF = {"seccomp", "limits", "privileges"}, {"namespaces", "landlock"}
 """Measures without which a strict sandbox runs nothing; `guarantees` tries what all of them are worth."""
+
+
+@dataclass(frozen=True)
+class _Message:
+    """What the process that forks says: that it is ready, why it is not, what is used, or how a notebook ended.
+
+    `lacking` says which measures can't be taken, and why. A notebook is ended by a `signal`, 0 for none; its `seconds`
+    are of processor time, as those `used` so far, and its `memory` is in bytes.
+    """
+
+    ready: bool = False
+    lacking: Mapping[str, str] = field(default_factory=dict)
+    failed: str = ""
+    used: float = 0.0
+    signal: int = 0
+    seconds: float = 0.0
+    memory: float = 0.0
 
 
 class _Lost(Exception):
@@ -310,11 +328,10 @@ class Sandbox:
         """Return the signal that ended the last notebook before it was to end, 0 for none. Raises _Lost."""
         assert self._last is not None
         heard = self._heard()
-        died_of = int(heard.get("signal", 0))
-        self._cost = self._cost[0] + heard.get("seconds", 0.0), max(self._cost[1], heard.get("memory", 0.0))
+        self._cost = self._cost[0] + heard.seconds, max(self._cost[1], heard.memory)
         self._left_running = not self._last.are_at_an_end(within=1.0)
         self._forget_last()
-        return died_of
+        return heard.signal
 
     def _forget_last(self) -> None:
         last, self._last = self._last, None
@@ -341,9 +358,9 @@ class Sandbox:
         """Return the seconds of processor time that the notebook which runs has used. Raises _Lost."""
         assert self._control is not None
         self._control.sendall(b"t")
-        return float(self._heard().get("used", 0))
+        return self._heard().used
 
-    def _heard(self) -> dict[str, Any]:
+    def _heard(self) -> _Message:
         """Return what the process that forks says next; it is none of a notebook's words. Raises _Lost.
 
         It may have said more by then: that it failed to make the process for the next notebook.
@@ -354,9 +371,8 @@ class Sandbox:
             if not more:
                 raise _Lost
             self._unheard += more
-        said, _, self._unheard = self._unheard.partition(b"\n")
-        heard: dict[str, Any] = json.loads(said)
-        return heard
+        line, _, self._unheard = self._unheard.partition(b"\n")
+        return from_json(_Message, line)
 
     def _start(self) -> None:
         """Start the process, if there is none. Raises QdotError where it can't be."""
@@ -382,14 +398,14 @@ class Sandbox:
         try:
             heard = self._heard()
         except (_Lost, OSError):
-            heard = {}
-        if not heard.get("ready"):
+            heard = _Message()
+        if not heard.ready:
             self.close()
             raise QdotError(
                 "the process in which notebooks run does not start"
-                + (f": {heard['failed']}" if "failed" in heard else "; is there enough memory?")
+                + (f": {heard.failed}" if heard.failed else "; is there enough memory?")
             )
-        self.lacking = heard["lacking"]
+        self.lacking = dict(heard.lacking)
         if self._strict and (self.lacking.keys() & NEEDED or self.lacking.keys() >= ONE_OF):
             self.close()
             raise QdotError(f"the process in which notebooks run is not contained: {self.lacking}; see `qdot doctor`")
