@@ -11,7 +11,7 @@ from qdot.exercises.quizzes import ASKED
 from qdot.grader.grading.result import AppliedOverride, PartResult, Result
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.reports.answers import visible
-from qdot.grader.reports.tables import NO_MARK, is_marked, overrides_by_name, status
+from qdot.grader.reports.tables import NO_MARK, is_marked, status
 from qdot.grader.statistics import statistics
 from qdot.grader.statistics.statistics import LEAST, Interval
 
@@ -280,7 +280,7 @@ def set_by_hand(assignment: Assignment, results: Sequence[Result]) -> list[SetBy
     by_id = {student.id: student for student in assignment.roster}
     rows = []
     for result in results:
-        for name, override in overrides_by_name(result).items():
+        for name, override in result.overrides.items():
             was = "ungraded" if override.was is None else f"{override.was:g}"
             now = was if override.points is None else f"{override.points:g}"
             who = whom(by_id[result.student])
