@@ -24,7 +24,7 @@ from types import TracebackType
 from typing import Any, TypeGuard
 
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.json_form import from_json
+from qdot.exercises.common.json_form import as_json, from_json
 from qdot.grader.sandbox.contained import confine
 from qdot.grader.sandbox.own_folder import OwnFolder, own_folder
 
@@ -80,6 +80,18 @@ class Limits:
             f"{self.memory / 2**30:g} GB of memory, {self.seconds:g} s, {confine.DISK / 1e6:g} MB in at most "
             f"{confine.FILES} files, folders {confine.DEPTH} deep"
         )
+
+
+@dataclass(frozen=True)
+class Calls:
+    """With what functions are called: the names of the joints and of all symbols, and the symbols' values (rad, m).
+
+    There is a row of values for each call.
+    """
+
+    joints: tuple[str, ...]
+    symbols: tuple[str, ...]
+    points: tuple[tuple[float, ...], ...]
 
 
 BUSY = 10
@@ -227,17 +239,18 @@ class Sandbox:
             self._folder = None
 
     def run(
-        self, cells: Sequence[str], names: Sequence[str], asked: Mapping[str, Mapping[str, Any]] | None = None,
+        self, cells: Sequence[str], names: Sequence[str], calls: Mapping[str, Calls] | None = None,
         setup: str = "", modules: Mapping[str, str] | None = None,
     ) -> Run:  # fmt: skip
         """Run the cells in order and return the values of `names` as text; before them, `setup`, which is qdot's own.
 
         Cells may import `modules`, files of Python by name, which are in the notebook's folder. A value that is a
-        function is called with symbols or at points: `asked` holds them, by what a name begins with (see `callables`).
+        function is called with symbols or at points: `calls` holds them, by what a name begins with (see `callables`).
         Raises QdotError where the notebook can't be contained as it should be.
         """
         request = {
-            "cells": list(cells), "names": list(names), "cell_seconds": self.limits.cell_seconds, "asked": asked or {},
+            "cells": list(cells), "names": list(names), "cell_seconds": self.limits.cell_seconds,
+            "asked": as_json(calls or {}),
             "setup": setup, "modules": dict(modules or {}),
         }  # fmt: skip
         run = Run(limits=self.limits)
