@@ -179,7 +179,7 @@ def digest_of_asked(identity: ProblemId, arm: Chain, name: str) -> str:
     """Return the digest of a part that is asked of an arm that is there."""
     answer, details = QUESTIONS[name].ask(arm, Stream(f"qdot/{identity.engine}/{identity.seeded}/{name}"))
     problem = Problem(identity, arm, (Part(name, name, answer, details=details),))
-    return str(digests(problem)["parts"][name])
+    return digests(problem).parts[name]
 
 
 def others(family: str) -> list[str]:

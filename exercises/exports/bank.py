@@ -10,6 +10,7 @@ from qdot.exercises.assignment.assignment import Slot
 from qdot.exercises.assignment.draws import GivenUp, Variant, attempt, instead, vouching
 from qdot.exercises.assignment.redrawn import DRAWS
 from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.json_form import as_json
 from qdot.exercises.common.parallel import ordered_map
 from qdot.exercises.exports.outlet import Order
 from qdot.exercises.families.base import how_varied
@@ -114,7 +115,7 @@ def _draw(drawing: _Drawing[Made], number: int) -> _Found[Made] | str | None:
     if isinstance(tried, str):
         return tried
     problem = tried[0]
-    known_by = repr(digests(problem))
+    known_by = repr(as_json(digests(problem)))
     if known_by in drawing.seen:
         return None
     drawing.seen.add(known_by)

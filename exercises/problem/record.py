@@ -7,7 +7,7 @@ sentence may be mended without making another problem of it.
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from typing import Any
 
 import sympy as sp
@@ -68,14 +68,20 @@ def plain(value: object) -> Any:
     return value if value is None or isinstance(value, (str, int, float)) else str(value)
 
 
-def digests(problem: Problem) -> Json:
-    """Return the SHA-256 of the arm ("arm"), of each part ("parts"), and of all of it together ("sha256").
+@dataclass(frozen=True)
+class Digests:
+    """The SHA-256 of a problem in hexadecimal: of all of it together, of the arm, and of each part by its name."""
 
-    Points are left out: they may be changed after handing out.
-    """
+    sha256: str
+    arm: str
+    parts: Mapping[str, str]
+
+
+def digests(problem: Problem) -> Digests:
+    """Return the digests of a problem. Points are left out: they may be changed after handing out."""
     arm = _digest(robot_json(problem.chain))
     parts = {part.name: _digest(_part(part)) for part in problem.parts}
-    return {"sha256": _digest([problem.id.engine, arm, parts]), "arm": arm, "parts": parts}
+    return Digests(_digest([problem.id.engine, arm, parts]), arm, parts)
 
 
 def _part(part: Part) -> Json:

@@ -13,8 +13,8 @@ Beside the tests of questions, which stand in `CHECKS` below:
 """
 
 import re
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -23,9 +23,10 @@ import sympy as sp
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.standard_table import axes_of
+from qdot.exercises.common.json_form import as_json
 from qdot.exercises.formula.trees import Node, ReadError, names
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
-from qdot.exercises.problem.record import digests
+from qdot.exercises.problem.record import Digests, digests
 from qdot.exercises.verify import (
     concepts,
     formulas,
@@ -50,7 +51,7 @@ class ProblemCertificate:
     problem: ProblemId
     engine: int
     checks: tuple[Check, ...]
-    digests: Mapping[str, Any] = field(default_factory=dict)
+    digests: Digests
 
     def __repr__(self) -> str:
         how = "passed" if self.passed else f"{len(self.failures)} failed"
@@ -69,9 +70,8 @@ class ProblemCertificate:
     def as_json(self) -> dict[str, Any]:
         """Return the form in which `show` prints it."""
         checks = [check._asdict() for check in self.checks]
-        return {
-            "problem": str(self.problem), "engine": self.engine, **self.digests, "passed": self.passed, "checks": checks
-        }  # fmt: skip
+        known_by = {"problem": str(self.problem), "engine": self.engine, **as_json(self.digests)}
+        return {**known_by, "passed": self.passed, "checks": checks}
 
 
 def certify(problem: Problem) -> ProblemCertificate:

@@ -34,7 +34,7 @@ from qdot.grader.grading.marking import number
 from qdot.grader.grading.one_student import found_of_one, grade_one, limits_of, read_time, student_named
 from qdot.grader.grading.overrides import OVERRIDES, read_overrides, without_answers
 from qdot.grader.grading.result import Result
-from qdot.grader.judging.compare import TYPES, as_json, compare_lines, likely_type
+from qdot.grader.judging.compare import TYPES, compare_lines, content_of, likely_type
 from qdot.grader.judging.compare import compare as compare_texts
 from qdot.grader.reports.tables import NO_MARK, count_set, staff_notes, status
 from qdot.grader.sandbox import guarantees
@@ -237,7 +237,7 @@ def compare(
     kind = type or likely_type(reference)
     texts: Any = [reference] if kind == "singular" else reference
     names = tuple(name.strip() for name in joints.split(",") if name.strip())
-    say(json.dumps(as_json(compare_texts(kind, student, texts, names)), ensure_ascii=False))
+    say(json.dumps(content_of(compare_texts(kind, student, texts, names)), ensure_ascii=False))
 
 
 def _lines(batch: str) -> Iterable[str]:

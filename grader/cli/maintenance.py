@@ -42,7 +42,7 @@ def upgrade_check(
     """
     assignment = load_assignment(folder)
     with progress("comparing", len(assignment.roster)) as counter:
-        found = upgrade.compared(assignment, jobs, counter.step)
+        found = upgrade.compare_class(assignment, jobs, counter.step)
     for line in upgrade.told(found, folder):
         say(line)
     moved = _marks(assignment, submissions or folder / "submitted", jobs, limits_of(seconds)) if marks else []

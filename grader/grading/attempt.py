@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.assignment.store import kept
@@ -19,10 +18,10 @@ from qdot.grader.diagnosis.groups import group_key
 from qdot.grader.grading.copied_answers import Copies
 from qdot.grader.grading.marking import mark
 from qdot.grader.grading.result import Cost, MadeFrom, Marked, PartResult, ProblemResult
-from qdot.grader.judging.function_values import asked_of
+from qdot.grader.judging.function_values import calls_of
 from qdot.grader.judging.verdict import Outcome, Verdict
 from qdot.grader.sandbox.clock import Allowance
-from qdot.grader.sandbox.sandbox import Run, Sandbox
+from qdot.grader.sandbox.sandbox import Calls, Run, Sandbox
 from qdot.grader.submissions.answer_locator import Answers, find_answers
 from qdot.grader.submissions.cells import OverLimit, Unreadable, plain
 from qdot.grader.submissions.submission import (
@@ -138,12 +137,12 @@ def grade_safely(
     """
     started = time.process_time()
     sandbox.cost()
-    marked = _graded_safely(assignment, student, attempt, sandbox, copies, kept_text)
+    marked = _grade_or_mark_ungraded(assignment, student, attempt, sandbox, copies, kept_text)
     seconds, memory = sandbox.cost()
     return replace(marked, cost=Cost(round(time.process_time() - started + seconds, 3), int(memory)))
 
 
-def _graded_safely(
+def _grade_or_mark_ungraded(
     assignment: Assignment, student: str, attempt: Attempt | None, sandbox: Sandbox, copies: Copies,
     kept_text: str | None,
 ) -> Marked:  # fmt: skip
@@ -188,11 +187,11 @@ def grade_attempt(
         return _mark(assignment, copies, student, problems, submission, nothing, obstacle, notes)
     parts = [f"{slot}.{part.name}" for slot, problem in problems for part in problem.parts]
     seed = _points_seed(assignment, submission)
-    asked = {slot: asked_of(problem, problem.domain(), seed) for slot, problem in problems}
+    calls = {slot: calls_of(problem, problem.domain(), seed) for slot, problem in problems}
     cells = without_self_checks(submission.cells, problems)
     setup = setup_cell(problems)
     modules = submission.modules
-    answers = find_answers(cells, parts, lambda cells, names: _run(sandbox, cells, names, asked, setup, modules))
+    answers = find_answers(cells, parts, lambda cells, names: _run(sandbox, cells, names, calls, setup, modules))
     notes += oddities(submission, assignment, student)
     notes += [Note(note, note) for note in answers.notes if note]
     notes += [Note(f"refused: {stop}") for stop in answers.refused if stop not in answers.notes]
@@ -200,13 +199,13 @@ def grade_attempt(
 
 
 def _run(
-    sandbox: Sandbox, cells: Sequence[str], names: Sequence[str], asked: Mapping[str, Mapping[str, Any]], setup: str,
+    sandbox: Sandbox, cells: Sequence[str], names: Sequence[str], calls: Mapping[str, Calls], setup: str,
     modules: Mapping[str, str],
 ) -> Run:  # fmt: skip
     """Run a notebook. Where the process that runs it is lost, the notebook must have done it twice to answer for it."""
     run, lost = Run(end="unbegun"), 0
     for _ in range(TRIES):
-        run = sandbox.run(cells, names, asked, setup, modules)
+        run = sandbox.run(cells, names, calls, setup, modules)
         if run.end not in ("lost", "unbegun"):
             return run
         lost += run.end == "lost"

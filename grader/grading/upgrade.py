@@ -86,15 +86,15 @@ class Comparison:
         return bool(self.different or self.unknown or self.rewritten)
 
 
-def compared(assignment: Assignment, jobs: int, each: Callable[[], None]) -> Comparison:
+def compare_class(assignment: Assignment, jobs: int, each: Callable[[], None]) -> Comparison:
     """Compare a class with what this version would make of it; `each` is told of every student."""
     roster = [student.id for student in assignment.roster]
-    left = former_students(assignment)
+    former = former_students(assignment)
     every = []
-    work = [(student, student in roster) for student in (*roster, *left)]
-    with closing(ordered_map(_of_student, work, jobs, _same, (assignment,))) as found:
-        for one in found:
-            every.append(one)
+    work = [(student, student in roster) for student in (*roster, *former)]
+    with closing(ordered_map(_of_student, work, jobs, _same, (assignment,))) as every_student:
+        for of_student in every_student:
+            every.append(of_student)
             each()
     results = [result for result in earlier_results(assignment).values() if result.student in roster]
     again = sum(result.made_from != made_from(assignment, result.student) for result in results)

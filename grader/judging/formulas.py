@@ -8,7 +8,17 @@ import numpy as np
 
 from qdot.exercises.formula.algebra import Matrix
 from qdot.exercises.formula.conditions import ROUNDED, SetComparison, Space, compare_sets
-from qdot.exercises.formula.identity import Certificate, Comparison, Domain, Rounding, compare_entries, missed, number
+from qdot.exercises.formula.identity import (
+    Certificate,
+    Comparison,
+    Domain,
+    EntryDifference,
+    Rounding,
+    SetDifference,
+    compare_entries,
+    missed,
+    number,
+)
 from qdot.exercises.formula.pieces import Atom, Piece, pieces
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.set_parser import claimed_pieces
@@ -78,11 +88,10 @@ def _count(equal: Sequence[bool], blanks: Sequence[bool], is_zero: Sequence[bool
 def _difference(comparison: Comparison, columns: int) -> str:
     """Say where an entry differs, and by how much; nothing where none that was answered does."""
     example = comparison.certificate.counterexample
-    if example is None:
+    if not isinstance(example, EntryDifference):
         return ""
-    total = len(comparison.equal)
-    where = entry_name(int(example["entry"]), columns) + " " if total > 1 else ""
-    return f"{where}differs{at_words(example['at'])}{values_words(example)}"
+    where = entry_name(example.entry, columns) + " " if len(comparison.equal) > 1 else ""
+    return f"{where}differs{at_words(example.at)}{values_words(example)}"
 
 
 def unknown_symbols(given: Given, domain: Domain) -> str:
@@ -120,7 +129,7 @@ def judge_numbers(
     first = equal.index(False)
     due, unit = reference[first], units[first]
     yours = "blank" if blanks[first] else number(complex(values[first]))
-    example = {"entry": first, "at": {}, "yours": yours, "expected": float(f"{due:.4g}")}
+    example = EntryDifference(first, {}, yours, float(f"{due:.4g}"))
     said = " was left blank" if blanks[first] else number_words(example, unit)
     zeros = [abs(right) <= floor for right in reference]
     reason = f"{_count(equal, blanks, zeros, 'numbers')}; number {first + 1}{said}"
@@ -249,7 +258,7 @@ def _are_degrees(claimed: Sequence[Piece], truth: Sequence[Piece], space: Space,
 
 
 def _set_certificate(comparison: SetComparison) -> Certificate:
-    example = None if comparison.equal else {"missing": comparison.missing, "surplus": comparison.surplus}
+    example = None if comparison.equal else SetDifference(comparison.missing, comparison.surplus)
     return Certificate("numeric", comparison.least, missed(comparison.least), example)
 
 

@@ -195,10 +195,10 @@ def _problems(assignment: Assignment, student: Student, result: Result) -> list[
     return shown
 
 
-def _add_caption(given: str, problem: Problem) -> str:
+def _add_caption(table: str, problem: Problem) -> str:
     """Return what is given with a caption for its table, which a screen reader tells before it."""
     caption = f'<table><caption class="unseen">{convention_of(problem.chain).caption}</caption>'
-    return re.sub(r"<th\b(?!ead)", '<th scope="col"', given.replace("<table>", caption))
+    return re.sub(r"<th\b(?!ead)", '<th scope="col"', table.replace("<table>", caption))
 
 
 def _part(problem: Problem, part: Part, result: PartResult, numbers: Mapping[str, str]) -> PartOnPage:

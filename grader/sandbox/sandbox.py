@@ -24,6 +24,7 @@ from types import TracebackType
 from typing import Any, TypeGuard
 
 from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.json_form import as_json, from_json
 from qdot.grader.sandbox.contained import confine
 from qdot.grader.sandbox.own_folder import OwnFolder, own_folder
 
@@ -79,6 +80,18 @@ class Limits:
             f"{self.memory / 2**30:g} GB of memory, {self.seconds:g} s, {confine.DISK / 1e6:g} MB in at most "
             f"{confine.FILES} files, folders {confine.DEPTH} deep"
         )
+
+
+@dataclass(frozen=True)
+class Calls:
+    """With what functions are called: the names of the joints and of all symbols, and the symbols' values (rad, m).
+
+    There is a row of values for each call.
+    """
+
+    joints: tuple[str, ...]
+    symbols: tuple[str, ...]
+    points: tuple[tuple[float, ...], ...]
 
 
 BUSY = 10
@@ -141,6 +154,23 @@ def _shown(said: object) -> str:
 
 NEEDED, ONE_OF = {"seccomp", "limits", "privileges"}, {"namespaces", "landlock"}
 """Measures without which a strict sandbox runs nothing; `guarantees` tries what all of them are worth."""
+
+
+@dataclass(frozen=True)
+class _Message:
+    """What the process that forks says: that it is ready, why it is not, what is used, or how a notebook ended.
+
+    `lacking` says which measures can't be taken, and why. A notebook is ended by a `signal`, 0 for none; its `seconds`
+    are of processor time, as those `used` so far, and its `memory` is in bytes.
+    """
+
+    ready: bool = False
+    lacking: Mapping[str, str] = field(default_factory=dict)
+    failed: str = ""
+    used: float = 0.0
+    signal: int = 0
+    seconds: float = 0.0
+    memory: float = 0.0
 
 
 class _Lost(Exception):
@@ -209,17 +239,18 @@ class Sandbox:
             self._folder = None
 
     def run(
-        self, cells: Sequence[str], names: Sequence[str], asked: Mapping[str, Mapping[str, Any]] | None = None,
+        self, cells: Sequence[str], names: Sequence[str], calls: Mapping[str, Calls] | None = None,
         setup: str = "", modules: Mapping[str, str] | None = None,
     ) -> Run:  # fmt: skip
         """Run the cells in order and return the values of `names` as text; before them, `setup`, which is qdot's own.
 
         Cells may import `modules`, files of Python by name, which are in the notebook's folder. A value that is a
-        function is called with symbols or at points: `asked` holds them, by what a name begins with (see `callables`).
+        function is called with symbols or at points: `calls` holds them, by what a name begins with (see `callables`).
         Raises QdotError where the notebook can't be contained as it should be.
         """
         request = {
-            "cells": list(cells), "names": list(names), "cell_seconds": self.limits.cell_seconds, "asked": asked or {},
+            "cells": list(cells), "names": list(names), "cell_seconds": self.limits.cell_seconds,
+            "asked": as_json(calls or {}),
             "setup": setup, "modules": dict(modules or {}),
         }  # fmt: skip
         run = Run(limits=self.limits)
@@ -310,11 +341,10 @@ class Sandbox:
         """Return the signal that ended the last notebook before it was to end, 0 for none. Raises _Lost."""
         assert self._last is not None
         heard = self._heard()
-        died_of = int(heard.get("signal", 0))
-        self._cost = self._cost[0] + heard.get("seconds", 0.0), max(self._cost[1], heard.get("memory", 0.0))
+        self._cost = self._cost[0] + heard.seconds, max(self._cost[1], heard.memory)
         self._left_running = not self._last.are_at_an_end(within=1.0)
         self._forget_last()
-        return died_of
+        return heard.signal
 
     def _forget_last(self) -> None:
         last, self._last = self._last, None
@@ -341,9 +371,9 @@ class Sandbox:
         """Return the seconds of processor time that the notebook which runs has used. Raises _Lost."""
         assert self._control is not None
         self._control.sendall(b"t")
-        return float(self._heard().get("used", 0))
+        return self._heard().used
 
-    def _heard(self) -> dict[str, Any]:
+    def _heard(self) -> _Message:
         """Return what the process that forks says next; it is none of a notebook's words. Raises _Lost.
 
         It may have said more by then: that it failed to make the process for the next notebook.
@@ -354,9 +384,8 @@ class Sandbox:
             if not more:
                 raise _Lost
             self._unheard += more
-        said, _, self._unheard = self._unheard.partition(b"\n")
-        heard: dict[str, Any] = json.loads(said)
-        return heard
+        line, _, self._unheard = self._unheard.partition(b"\n")
+        return from_json(_Message, line)
 
     def _start(self) -> None:
         """Start the process, if there is none. Raises QdotError where it can't be."""
@@ -382,14 +411,14 @@ class Sandbox:
         try:
             heard = self._heard()
         except (_Lost, OSError):
-            heard = {}
-        if not heard.get("ready"):
+            heard = _Message()
+        if not heard.ready:
             self.close()
             raise QdotError(
                 "the process in which notebooks run does not start"
-                + (f": {heard['failed']}" if "failed" in heard else "; is there enough memory?")
+                + (f": {heard.failed}" if heard.failed else "; is there enough memory?")
             )
-        self.lacking = heard["lacking"]
+        self.lacking = dict(heard.lacking)
         if self._strict and (self.lacking.keys() & NEEDED or self.lacking.keys() >= ONE_OF):
             self.close()
             raise QdotError(f"the process in which notebooks run is not contained: {self.lacking}; see `qdot doctor`")

@@ -40,7 +40,7 @@ def test_a_bank_is_of_certified_problems_that_differ_and_begins_like_a_longer_on
     short = list(bank(replace(order, each=lambda: told.append(None))))
     assert [variant.key for variant in short] == ["p1-001", "p1-002", "p1-003", "p1-004"]
     assert len(told) == 4 == OUTLETS["html"].steps(order) * 4
-    assert len({digests(variant.problem)["sha256"] for variant in short}) == 4
+    assert len({digests(variant.problem).sha256 for variant in short}) == 4
     assert not [failed for variant in short for failed in certify(variant.problem).failures]
     longer = list(bank(replace(order, variants=6, jobs=2)))
     assert [str(variant.problem.id) for variant in longer[:4]] == [str(variant.problem.id) for variant in short]
@@ -181,7 +181,7 @@ def test_export_as_an_instructor_uses_it(order: Order, tmp_path: Path) -> None:
 
 def test_reports_are_asked_for_by_format_and_path(order: Order, tmp_path: Path) -> None:
     folder = order.assignment.folder
-    of_a_class = [name for name, form in FORMATS.items() if not form.one]
+    of_a_class = [name for name, form in FORMATS.items() if not form.of_one_student]
     asked = [part for name in of_a_class for part in ("--report", f"{name}={tmp_path / name}")]
     run("grade", folder, *asked, "--jobs", "1")
     assert (tmp_path / "csv").read_text() == (folder / "graded" / "grades.csv").read_text()

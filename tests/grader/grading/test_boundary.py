@@ -57,8 +57,8 @@ def is_victims(about: object) -> bool:
     """Tell whether something that a step is given is the victim's: a path, an id, a student, a notebook."""
     if isinstance(about, Student):
         return about.id == VICTIM
-    if isinstance(about, dict):
-        return about.get("student") == VICTIM
+    if isinstance(about, Result):
+        return about.student == VICTIM
     if isinstance(about, (list, tuple)):
         return any(not isinstance(one, Student) and is_victims(one) for one in about)  # not the whole roster
     return VICTIM in str(getattr(about, "path", about))
@@ -68,7 +68,7 @@ STEPS: dict[str, tuple[object, str]] = {
     "looked into": (submission, "_files_in"),
     "ranked": (submission, "best_first"),
     "read": (attempt, "read_submission"),
-    "taken from what is kept": (batch._Shelf, "taken"),
+    "taken from what is kept": (batch._Shelf, "take"),
     "regenerated": (attempt, "kept"),
     "compared with the assignment": (attempt, "wrong_assignment"),
     "run": (Sandbox, "run"),
