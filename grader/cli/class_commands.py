@@ -40,7 +40,7 @@ from qdot.grader.reports.tables import NO_MARK, count_set, staff_notes, status
 from qdot.grader.sandbox import guarantees
 from qdot.grader.sandbox.sandbox import Limits, check_system
 from qdot.grader.statistics.shared_answers import shared_answers
-from qdot.grader.submissions.submission import OTHER_EDITION, Found, find_submissions, opened
+from qdot.grader.submissions.submission import OTHER_EDITION, StudentFiles, find_submissions, open_submissions
 
 Jobs = Annotated[
     int, typer.Option("--jobs", "-j", min=1, help="How many processes work at once.", show_default="cores")
@@ -313,7 +313,7 @@ def grade(
         results = [_grade_one(assignment, submissions, student, received, seconds, tell)]
     else:
         named = submissions or folder / "submitted"
-        with opened(named) as root:
+        with open_submissions(named) as root:
             if share:
                 _grade_share(assignment, root, named, jobs, limits, executor, share)
                 return
@@ -349,8 +349,8 @@ def _grade(
     with alone(assignment.folder):
         earlier = earlier_results(assignment)
         if whole is not None:
-            _check_all_there(assignment, earlier, looked.found, whole)
-        results = _results(assignment, looked.found, assignment.roster, jobs, limits, executor, write_page)
+            _check_all_there(assignment, earlier, looked.by_student, whole)
+        results = _results(assignment, looked.by_student, assignment.roster, jobs, limits, executor, write_page)
         with progress("writing feedback", len(results)) as counter:
             results = write_reports(assignment, results, min(jobs, len(results)), counter.step)
     _tell_notes(results)
@@ -367,7 +367,7 @@ def _grade(
 
 
 def _check_all_there(
-    assignment: Assignment, earlier: Mapping[str, Result], found: Mapping[str, Found], submissions: Path
+    assignment: Assignment, earlier: Mapping[str, Result], found: Mapping[str, StudentFiles], submissions: Path
 ) -> None:
     """Raise QdotError where students had handed in at the last run and have not now: they would lose their marks.
 
@@ -398,7 +398,7 @@ def _grade_one(
     if path is not None:
         handed_in = found_of_one(assignment, path, time)
     else:
-        handed_in = find_submissions(assignment, assignment.folder / "submitted").found.get(student.id)
+        handed_in = find_submissions(assignment, assignment.folder / "submitted").by_student.get(student.id)
         if handed_in is not None and time is not None:
             handed_in = replace(handed_in, received=time, platform="option")
     read = read_some(assignment, {} if handed_in is None else {student.id: handed_in}, [student.id])
@@ -421,14 +421,14 @@ def _grade_share(
     if not executor:
         check_sandbox(assignment.sandbox == "strict")
     with alone(assignment.folder, but_for_shares=True):
-        results = _results(assignment, looked.found, students, jobs, limits, executor)
+        results = _results(assignment, looked.by_student, students, jobs, limits, executor)
     kept = cache_of(assignment)
     say(f"share {share}: {len(results)} students graded, kept in {kept}; without --share, reports are written from it")
     _check_graded(results)
 
 
 def _results(
-    assignment: Assignment, found: dict[str, Found], students: Sequence[Student], jobs: int, limits: Limits,
+    assignment: Assignment, found: dict[str, StudentFiles], students: Sequence[Student], jobs: int, limits: Limits,
     executor: str, write_page: WritePage | None = None,
 ) -> list[Result]:  # fmt: skip
     """Return the results of students, with progress shown."""

@@ -163,7 +163,7 @@ def run_demo(folder: Path, jobs: int) -> None:
             if student.id not in {given.student for given in given_up}:
                 hand_in(assignment, student.id, kind)
             counter.step()
-    submissions = find_submissions(assignment, folder / "submitted").found
+    submissions = find_submissions(assignment, folder / "submitted").by_student
     jobs = min(jobs, len(students))
     with alone(assignment.folder):
         with progress("grading", len(students)) as counter:

@@ -16,13 +16,20 @@ from qdot.exercises.common.console import SiteVariationOption, note, progress, s
 from qdot.exercises.common.errors import QdotError, unknown
 from qdot.exercises.common.variation import STEPS
 from qdot.exercises.exports.bank import bank
-from qdot.exercises.exports.outlet import Order as BankOrder
+from qdot.exercises.exports.export_format import Order as BankOrder
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import family_named
 from qdot.exercises.site.build import Order, build
 from qdot.exercises.site.pages import docs_folder
 from qdot.exercises.site.reference import reference
-from qdot.exercises.site.supply import MOST_SEEDS, OF_EACH_STEP, Told, Wanted, of_families, of_variants
+from qdot.exercises.site.supply import (
+    MOST_SEEDS,
+    OF_EACH_STEP,
+    FrameConvention,
+    Wanted,
+    wanted_of_families,
+    wanted_of_variants,
+)
 from qdot.grader.cli.class_commands import Jobs
 from qdot.grader.cli.options import SiteConventionOption, SiteTwistOrderOption
 from qdot.grader.grading.certify import failures_of
@@ -93,13 +100,13 @@ def build_site(
 
 
 def _wanted(
-    loaded: Assignment | None, families: str, variants: int | None, variation: str, told: Told, jobs: int
+    loaded: Assignment | None, families: str, variants: int | None, variation: str, told: FrameConvention, jobs: int
 ) -> tuple[list[Wanted], list[tuple[str, str, str]], str]:
     if loaded is None:
         names = [family_named(name.strip()).name for name in families.split(",") if name.strip()] or list(FAMILIES)
         titles = [(name, FAMILIES[name].title, FAMILIES[name].source) for name in names]
         many = variants or OF_EACH_STEP * (1 if variation else len(STEPS))
-        return of_families(names, many, variation, *told), titles, ""
+        return wanted_of_families(names, many, variation, *told), titles, ""
     if any(told):
         raise QdotError(
             "--convention and --twist-order are for a site of families; an assignment says them itself, as in "
@@ -109,7 +116,7 @@ def _wanted(
         loaded = loaded.varied(variation)
     made = list(bank(BankOrder(loaded, failures_of, variants or OF_EACH_PROBLEM, jobs=jobs, note=note)))
     titles = [(slot.name, slot.family.title, slot.family.source) for slot in loaded.slots]
-    return of_variants(made), titles, loaded.title
+    return wanted_of_variants(made), titles, loaded.title
 
 
 def serve(

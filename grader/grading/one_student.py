@@ -9,7 +9,7 @@ from qdot.exercises.common.errors import QdotError, unknown
 from qdot.grader.grading.batch import grade_class
 from qdot.grader.grading.final_result import Result
 from qdot.grader.sandbox.sandbox import Limits
-from qdot.grader.submissions.submission import Found, files_of_one
+from qdot.grader.submissions.submission import StudentFiles, files_of_student
 
 
 def limits_of(seconds: float) -> Limits:
@@ -35,14 +35,14 @@ def read_time(text: str) -> datetime.datetime:
 
 def found_of_one(
     assignment: Assignment, path: Path, received: datetime.datetime | None = None, told_by: str = "option"
-) -> Found | None:
+) -> StudentFiles | None:
     """Return what a student handed in: a notebook, or a folder with it. Raises QdotError where there is neither."""
     if not path.exists():
         raise QdotError(f"{path} does not exist; with one student, it is their notebook, or a folder with it")
-    return files_of_one(path, assignment.key, told_by if received else "", received)
+    return files_of_student(path, assignment.key, told_by if received else "", received)
 
 
-def grade_one(assignment: Assignment, student: Student, found: Found | None, limits: Limits) -> Result:
+def grade_one(assignment: Assignment, student: Student, found: StudentFiles | None, limits: Limits) -> Result:
     """Return a student's result.
 
     Nothing is written but graded/.cache, from which it is taken the next time; its files are written whole, so that

@@ -27,7 +27,7 @@ from qdot.grader.grading.history import Move, earlier_results, moves
 from qdot.grader.grading.overrides import OVERRIDES
 from qdot.grader.sandbox.own_folder import own_folder
 from qdot.grader.sandbox.sandbox import Limits
-from qdot.grader.submissions.submission import Found
+from qdot.grader.submissions.submission import StudentFiles
 
 UNKNOWN = (Kind.UNCERTIFIED, Kind.DAMAGED)
 """Why it can't be told whether a problem is the same."""
@@ -227,7 +227,7 @@ def _named(names: Sequence[str]) -> str:
 
 
 def marks_moved(
-    assignment: Assignment, found: dict[str, Found], jobs: int, limits: Limits, each: Callable[[Result], None]
+    assignment: Assignment, found: dict[str, StudentFiles], jobs: int, limits: Limits, each: Callable[[Result], None]
 ) -> Generator[Move, None, None]:
     """Grade everything again in a temporary folder, and yield whose mark would be another than in results.jsonl.
 

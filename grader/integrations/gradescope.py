@@ -25,7 +25,7 @@ from qdot.grader.grading.one_student import found_of_one, grade_one, limits_of, 
 from qdot.grader.reports.gradescope import VISIBILITY, as_text, content_of
 from qdot.grader.reports.rows import the_only
 from qdot.grader.sandbox.sandbox import Limits
-from qdot.grader.submissions.layouts import Handed
+from qdot.grader.submissions.layouts import SubmittedPath
 from qdot.grader.submissions.roster import Roster
 from qdot.grader.submissions.submission import read_submission
 
@@ -73,7 +73,7 @@ def submitter(assignment: Assignment, metadata: dict[str, Any], submission: Path
     owners: dict[str, None] = {}
     for user in metadata["users"]:
         ids = tuple(str(user[key]) for key in ("sid", "email", "id") if user.get(key))
-        match = roster.owner(Handed(submission, ids, str(user.get("name") or ""), "Gradescope"))
+        match = roster.find_owner(SubmittedPath(submission, ids, str(user.get("name") or ""), "Gradescope"))
         if len(match.students) == 1 and not match.why:
             owners[match.students[0]] = None
     if len(owners) > 1:

@@ -11,8 +11,8 @@ from qdot.exercises.assignment.release import init_assignment, release
 from qdot.exercises.assignment.store import kept
 from qdot.grader.cli.demo import EDITS, answered
 from qdot.grader.grading.certify import CERTIFIER
+from qdot.grader.submissions.cells import without_self_checks
 from qdot.grader.submissions.submission import find_submissions, read_submission
-from qdot.grader.submissions.uncounted import without_self_checks
 
 SLOT = """
 [[problem]]
@@ -55,7 +55,7 @@ def floor(assignment: Assignment, submissions: Path, checked: bool = True) -> li
     Grading leaves these out.
     """
     notebooks = []
-    for name, found in find_submissions(assignment, submissions).found.items():
+    for name, found in find_submissions(assignment, submissions).by_student.items():
         cells = read_submission(found.files[0]).cells
         kept_cells = cells if checked else without_self_checks(cells, kept(assignment, name).problems)
         notebooks.append([cell.source for cell in kept_cells if cell.is_code])

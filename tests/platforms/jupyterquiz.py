@@ -10,7 +10,7 @@ from html import unescape
 from pathlib import Path
 from typing import Any
 
-from qdot.exercises.exports.registry import OUTLETS
+from qdot.exercises.exports.registry import EXPORT_FORMATS
 from tests.platforms.given import EVERYTHING, order
 from tests.platforms.jupyterlab import opened, version
 from tests.platforms.records import Counts, Record, today
@@ -24,7 +24,7 @@ def run(software: Path, work: Path) -> Record:
     """Export every question, run the notebook that shows them, and answer each."""
     counts, lab = Counts(), work / "lab"
     lab.mkdir()
-    for file in OUTLETS["jupyterquiz"].files(order(work / EVERYTHING, EVERYTHING, 1)):
+    for file in EXPORT_FORMATS["jupyterquiz"].files(order(work / EVERYTHING, EVERYTHING, 1)):
         (lab / file.path).write_text(str(file.content), encoding="utf-8")
     cells = json.loads((lab / NOTEBOOK).read_text(encoding="utf-8"))["cells"]
     names = [cell["id"].removesuffix("-quiz") for cell in cells if cell["cell_type"] == "code"]

@@ -28,8 +28,8 @@ from qdot.exercises.assignment.assignment import FEEDBACK
 from qdot.exercises.assignment.attempt_policy import Several
 from qdot.exercises.exports import canvas, jupyterquiz, moodle, qti
 from qdot.exercises.exports import items as made
-from qdot.exercises.exports.items import Choose, Item, Match, Numeric, Option, Wrong, items
-from qdot.exercises.exports.outlet import Order
+from qdot.exercises.exports.export_format import Order
+from qdot.exercises.exports.items import Choose, Item, Match, Numeric, Option, WrongValue, items
 from tests.exercises.exports.test_items import an_order
 from tests.support.programs import reader
 
@@ -256,7 +256,7 @@ def test_no_box_is_as_wide_as_its_answer_nor_ended_by_its_advice(asked: list[Ite
         assert {len(box[5]) for box in boxes if box} == {width}
         numbers = [number for box in boxes if box for number in re.findall(rf"(?:=|%)({NUMBER})(?=:)", box[0])]
         assert max(map(len, numbers)) <= width
-    wrong = Wrong(9.0, 0.045, "Nasty", 'ends } here # or ~ there / \\ "q" <b> & {2:NUMERICAL:=5}')
+    wrong = WrongValue(9.0, 0.045, "Nasty", 'ends } here # or ~ there / \\ "q" <b> & {2:NUMERICAL:=5}')
     notations = first_changed(asked[0], wrong=(wrong,))
     assert all(CLOZE.fullmatch(notation) for notation in notations)
     read = html.unescape(notations[0]).replace(r"\}", "}").replace(r"\#", "#")  # as Moodle reads it

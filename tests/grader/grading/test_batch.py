@@ -74,7 +74,7 @@ def hand_in(assignment: Assignment, name: str, text: str | bytes) -> Path:
 
 def grade(assignment: Assignment, jobs: int = 0) -> dict[str, dict[str, Any]]:
     (assignment.folder / "submitted").mkdir(exist_ok=True)
-    found = find_submissions(assignment, assignment.folder / "submitted").found
+    found = find_submissions(assignment, assignment.folder / "submitted").by_student
     with nullcontext() if jobs else one_process():  # processes can't share one
         results = grade_class(assignment, found, jobs, Limits(seconds=20, cell_seconds=2), lambda _: None)
     assert [result["student"] for result in results] == STUDENTS
@@ -174,7 +174,7 @@ def test_who_marks_a_notebook_writes_its_page(assignment: Assignment, jobs: int)
     for student in ("s01", "s02", "s03"):
         hand_in(assignment, f"{student}.ipynb", right(assignment, student))
     (assignment.folder / "overrides.csv").write_text("student,part,points,comment\ns02,,1,by hand\n")
-    found = find_submissions(assignment, assignment.folder / "submitted").found
+    found = find_submissions(assignment, assignment.folder / "submitted").by_student
 
     def again(write: WritePage) -> list[Result]:
         return grade_class(assignment, found, jobs, Limits(), lambda _: None, write_page=write)
