@@ -7,7 +7,7 @@ from functools import partial
 from typing import Generic, TypeVar
 
 from qdot.exercises.assignment.assignment import Slot
-from qdot.exercises.assignment.draws import GivenUp, Variant, attempt, instead, vouching
+from qdot.exercises.assignment.draws import FailedSlot, Variant, attempt, certify_by, suggest_replacement
 from qdot.exercises.assignment.redrawn import DRAWS
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.parallel import ordered_map
@@ -84,8 +84,8 @@ def _distinct_problems(
 
 
 def _no_variant_error(order: Order, slot: Slot, why: str) -> QdotError:
-    given_up = GivenUp("", slot.name, slot.family.name, why)
-    ways = instead(order.assignment, given_up, vouching(order.failures))
+    given_up = FailedSlot("", slot.name, slot.family.name, why)
+    ways = suggest_replacement(order.assignment, given_up, certify_by(order.failures))
     return QdotError(f"{given_up}. Nothing is exported. {ways}")
 
 
@@ -111,7 +111,7 @@ def _draw_candidate(state: _WorkerState[Made], number: int) -> _Candidate[Made] 
     """
     order, slot = state.order, state.slot
     make = partial(slot.problem, order.assignment.secret, f"bank/{number}")  # no student's identifier has a slash
-    tried = attempt(make, vouching(order.failures))
+    tried = attempt(make, certify_by(order.failures))
     if isinstance(tried, str):
         return tried
     problem = tried[0]

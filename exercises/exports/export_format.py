@@ -8,7 +8,7 @@ from pathlib import PurePath
 from typing import Literal
 
 from qdot.exercises.assignment.assignment import FEEDBACK, Assignment
-from qdot.exercises.assignment.draws import Failures, GivenUp
+from qdot.exercises.assignment.draws import FailedSlot, Failures
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.problem.problem import Part, Problem
 
@@ -22,7 +22,7 @@ Earns = Callable[[Problem, Part, str], Fraction]
 """Returns the share of a part's points that a typed answer earns."""
 
 
-def _refuse(failure: GivenUp) -> None:
+def _refuse(failure: FailedSlot) -> None:
     raise QdotError(str(failure))
 
 
@@ -51,7 +51,7 @@ class Order:
     jobs: int = 1
     each: Callable[[], None] = _ignore
     note: Callable[[str], None] = _ignore
-    left_out: Callable[[GivenUp], None] = _refuse
+    left_out: Callable[[FailedSlot], None] = _refuse
     earns: Earns | None = None
     passing: Fraction | None = None
 

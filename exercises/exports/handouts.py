@@ -4,7 +4,7 @@ from collections.abc import Generator
 from dataclasses import dataclass
 
 from qdot.exercises.assignment.assignment import Assignment, Student
-from qdot.exercises.assignment.draws import settled
+from qdot.exercises.assignment.draws import settle_problems
 from qdot.exercises.assignment.release import is_released, new_handout, released_text
 from qdot.exercises.exports.export_format import Order
 
@@ -34,7 +34,7 @@ class Handouts:
 def handouts(order: Order) -> Handouts:
     """Record which problems the students have, before any file of the assignment is handed out or copied."""
     new = [student.id for student in order.assignment.roster if not is_released(order.assignment, student.id)]
-    assignment, given_up = settled(order.assignment, new, order.failures, order.jobs, order.each)
+    assignment, given_up = settle_problems(order.assignment, new, order.failures, order.jobs, order.each)
     for failure in given_up:
         order.left_out(failure)
     without = {failure.student for failure in given_up}

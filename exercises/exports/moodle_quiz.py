@@ -13,7 +13,7 @@ from itertools import count
 from typing import Any
 
 from qdot.exercises.assignment.assignment import Assignment
-from qdot.exercises.assignment.lateness import aware
+from qdot.exercises.assignment.lateness import with_zone
 from qdot.exercises.exports.export_format import Order
 from qdot.exercises.exports.markup import archive
 from qdot.exercises.writing.render import render
@@ -147,13 +147,13 @@ def _draws(folder: Json) -> str:
 
 def _attempts(assignment: Assignment) -> Json:
     """Return the number of attempts (0 means unlimited), which one counts, and the delay between two."""
-    several, due_date = assignment.attempts, assignment.due
+    several, due_date = assignment.attempts, assignment.due_date
     best = several.best_of is not None
     return {
         "attempts": several.best_of or 0,
         "counts": HIGHEST if best else LAST,
         "apart": several.apart if best else 0,
-        "closes": 0 if due_date is None else int(aware(due_date).timestamp()),
+        "closes": 0 if due_date is None else int(with_zone(due_date).timestamp()),
     }
 
 

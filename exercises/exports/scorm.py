@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from qdot.exercises.assignment.assignment import FEEDBACK, Slot
-from qdot.exercises.assignment.draws import GivenUp
+from qdot.exercises.assignment.draws import FailedSlot
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.bank import bank
 from qdot.exercises.exports.export_format import File, Order
@@ -119,7 +119,7 @@ def _bank_files(order: Order) -> _Files:
     wanted = wanted_of_variants(list(bank(replace(order, each=lambda: None))))
     titles = [(slot.name, slot.family.title, slot.family.source) for slot in assignment.slots]
     with tempfile.TemporaryDirectory() as folder:
-        left_out: list[GivenUp] = []
+        left_out: list[FailedSlot] = []
         listed = write_bank(
             Path(folder), wanted, order.failures, order.jobs, order.each, left_out.append, level == FEEDBACK[-1]
         )

@@ -7,7 +7,7 @@ from contextlib import closing
 from dataclasses import dataclass, field, replace
 
 from qdot.exercises.assignment.assignment import Assignment
-from qdot.exercises.assignment.draws import Failures, GivenUp, draws_of, recorded, vouching
+from qdot.exercises.assignment.draws import FailedSlot, Failures, certify_by, generate_student_problems, record_redraws
 from qdot.exercises.assignment.redrawn import Redraw
 from qdot.exercises.common.parallel import ordered_map
 from qdot.exercises.exports.bank import bank
@@ -144,7 +144,7 @@ class _SheetResult:
 
     sheet: Sheet | None
     redrawn: Mapping[str, Redraw] = field(default_factory=dict)
-    given_up: tuple[GivenUp, ...] = ()
+    given_up: tuple[FailedSlot, ...] = ()
 
 
 def sheets(order: Order) -> Generator[Sheet, None, None]:
@@ -160,7 +160,7 @@ def sheets(order: Order) -> Generator[Sheet, None, None]:
             for failure in result.given_up:
                 order.left_out(failure)
             if result.redrawn:  # on record before anybody has the sheet
-                assignment = recorded(assignment, request.student, result.redrawn)
+                assignment = record_redraws(assignment, request.student, result.redrawn)
             if result.sheet is not None:
                 yield result.sheet
 
@@ -183,11 +183,11 @@ def _keep_state(state: _State) -> _State:
 def _make_sheet(state: _State, request: _SheetRequest) -> _SheetResult:
     if request.problems is not None:
         return _SheetResult(_sheet_of_problems(state, request, request.problems))
-    draws = draws_of(state.assignment, request.student, vouching(state.failures))
+    draws = generate_student_problems(state.assignment, request.student, certify_by(state.failures))
     if draws.given_up:
         return _SheetResult(None, given_up=draws.given_up)
-    problems = [drawn.problem for drawn in draws.drawn.values()]
-    return _SheetResult(_sheet_of_problems(state, request, problems), draws.redrawn(state.assignment))
+    problems = [drawn.problem for drawn in draws.certified.values()]
+    return _SheetResult(_sheet_of_problems(state, request, problems), draws.new_redraws(state.assignment))
 
 
 def _sheet_of_problems(state: _State, request: _SheetRequest, problems: Sequence[Problem]) -> Sheet:

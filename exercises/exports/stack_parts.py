@@ -29,7 +29,7 @@ from qdot.exercises.problem.credit import (
     AMISS,
     HALF,
     OWN,
-    false_conditions,
+    count_false_conditions,
     share_but_for_a_factor,
     share_of_columns,
     share_of_entries,
@@ -563,7 +563,7 @@ def _values(problem: Problem, part: Part) -> StackPart | str:
         lines.append(f"like{index}: [qdot_covered{against} - length({name}), qdot_beyond{against}];")
         claimed = _claims(wrong.answer)
         each = [_claims((component,)) for component in answer.components]
-        false = false_conditions([q for q, _ in claimed - truth], [q for q, _ in claimed & truth])
+        false = count_false_conditions([q for q, _ in claimed - truth], [q for q, _ in claimed & truth])
         share = float(share_of_set([(len(claimed & expected), len(expected)) for expected in each], false) * worth)
         nodes.append(Node("AlgEquiv", f"like{index}", "[0, 0]", note, "share", wrong.says))
         cases.append(Case(wrong.title, name, share, note))

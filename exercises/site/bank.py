@@ -16,8 +16,8 @@ from functools import cache
 from pathlib import Path
 
 from qdot.exercises.arm.difficulty import step
-from qdot.exercises.assignment.draws import Failures, GivenUp
-from qdot.exercises.assignment.store import code
+from qdot.exercises.assignment.draws import FailedSlot, Failures
+from qdot.exercises.assignment.store import code_digest
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.parallel import ordered_map
 from qdot.exercises.families import FAMILIES
@@ -39,7 +39,7 @@ SOLUTION_ENDINGS = tuple(f".solutions{ending}" for ending in PROBLEM_ENDINGS)
 
 def write_bank(
     folder: Path, wanted: Sequence[Wanted], failures: Failures, jobs: int, each: Callable[[], None],
-    left_out: Callable[[GivenUp], None], solved: bool = True,
+    left_out: Callable[[FailedSlot], None], solved: bool = True,
 ) -> list[Json]:  # fmt: skip
     """Write the problems and return their entries in index.json: family, key, difficulty, title, questions, flat.
 
@@ -49,7 +49,7 @@ def write_bank(
     listed = []
     with closing(ordered_map(_write, wanted, jobs, _state, (folder, failures, solved))) as every:
         for record in every:
-            if isinstance(record, GivenUp):
+            if isinstance(record, FailedSlot):
                 left_out(record)
             else:
                 listed.append(record)
@@ -64,12 +64,12 @@ def _state(folder: Path, failures: Failures, solved: bool) -> _State:
     return folder, failures, solved
 
 
-def _write(state: _State, wanted: Wanted) -> Json | GivenUp:
+def _write(state: _State, wanted: Wanted) -> Json | FailedSlot:
     folder, failures, solved = state
     path = folder / FOLDER / wanted.family / f"{wanted.key}.json"
     problem_id = wanted.problem and wanted.problem.id
     drawn_as = f"{wanted.seed}/{wanted.asked}/{wanted.share}/{wanted.variation}/{wanted.frame_convention}/{problem_id}"
-    about = f"{code()}/{_texts_digest()}/{drawn_as}"
+    about = f"{code_digest()}/{_texts_digest()}/{drawn_as}"
     made_from = hashlib.sha256(about.encode()).hexdigest()  # the bank must not reveal seeds
     if not solved:
         for ending in SOLUTION_ENDINGS:
@@ -78,7 +78,7 @@ def _write(state: _State, wanted: Wanted) -> Json | GivenUp:
     if kept is not None:
         return kept
     problem = wanted.find_certified(failures)
-    if isinstance(problem, GivenUp):
+    if isinstance(problem, FailedSlot):
         return problem
     record = site_record(problem)
     listed = {

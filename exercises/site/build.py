@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from qdot.exercises.assignment.assignment import FEEDBACK
-from qdot.exercises.assignment.draws import Failures, GivenUp
+from qdot.exercises.assignment.draws import FailedSlot, Failures
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import make_folder, write_atomically
 from qdot.exercises.problem.record import Json
@@ -61,7 +61,7 @@ class Order:
         return self.feedback == FEEDBACK[-1]
 
 
-def build(order: Order, each: Callable[[], None], left_out: Callable[[GivenUp], None]) -> Json:
+def build(order: Order, each: Callable[[], None], left_out: Callable[[FailedSlot], None]) -> Json:
     """Build the site; `each` is called after every problem, `left_out` for those of which no draw passes.
 
     Return counts: problems, questions, files for offline use. Raises QdotError.

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.assignment.draws import Failures, GivenUp, Variant, attempt, certified, vouching
+from qdot.exercises.assignment.draws import FailedSlot, Failures, Variant, attempt, certify_by, require_certified
 from qdot.exercises.assignment.redrawn import DRAWS
 from qdot.exercises.common.variation import DEFAULT, STEPS, named
 from qdot.exercises.families import FAMILIES
@@ -64,19 +64,21 @@ class Wanted:
         elif self.share is not None:
             questions = deal_questions(questions_with_sampled_numbers(self.family, self.frame_convention), *self.share)
         seed = self.seed + (draw - 1) * MOST_SEEDS
-        return generate(ProblemId(self.family, seed, questions, variation=self.variation).told(*self.frame_convention))
+        return generate(
+            ProblemId(self.family, seed, questions, variation=self.variation).with_convention(*self.frame_convention)
+        )
 
-    def find_certified(self, failures: Failures) -> Problem | GivenUp:
+    def find_certified(self, failures: Failures) -> Problem | FailedSlot:
         """Return the first draw that passes its certificate. Raises QdotError for a problem that has no other draws."""
         if self.problem is not None:
-            return certified(self.problem, failures)
+            return require_certified(self.problem, failures)
         why = ""
         for draw in range(1, DRAWS + 1):
-            made = attempt(partial(self.make, draw), vouching(failures))
+            made = attempt(partial(self.make, draw), certify_by(failures))
             if not isinstance(made, str):
                 return made[0]
             why = why or made
-        return GivenUp("", self.key, self.family, why)
+        return FailedSlot("", self.key, self.family, why)
 
 
 def wanted_of_variants(variants: Sequence[Variant]) -> list[Wanted]:
@@ -92,7 +94,7 @@ def wanted_of_families(
     Without a `variation`, the arms of a family go through its steps again and again. `convention` and `twist_order`
     apply to all of them, if given. Raises QdotError for unknown ones.
     """
-    identity = ProblemId(names[0], 0).told(convention, twist_order)
+    identity = ProblemId(names[0], 0).with_convention(convention, twist_order)
     frame_convention = identity.convention, identity.twist_order
     steps = [named(variation)] if variation else list(STEPS)
     problems: list[Wanted] = []
@@ -172,6 +174,9 @@ def _questions(family: str, convention: str) -> tuple[str, ...]:
 def questions_with_sampled_numbers(family: str, frame_convention: FrameConvention = ("", "")) -> tuple[str, ...]:
     """Return the questions with numbers that are sampled for the same arm, such as a pose or rates."""
     step, asked = next(iter(STEPS)), _questions(family, frame_convention[0])
-    drawn = [generate(ProblemId(family, seed, asked, variation=step).told(*frame_convention)) for seed in DRAWN_FROM]
+    drawn = [
+        generate(ProblemId(family, seed, asked, variation=step).with_convention(*frame_convention))
+        for seed in DRAWN_FROM
+    ]
     read = [[json.dumps([part.answer.as_json(), repr(part.details)]) for part in problem.parts] for problem in drawn]
     return tuple(part.name for part, *ways in zip(drawn[0].parts, *read, strict=True) if len(set(ways)) > 1)

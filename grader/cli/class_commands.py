@@ -15,8 +15,8 @@ from typing import Annotated, Any
 import typer
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
-from qdot.exercises.assignment.draws import GivenUp, raise_left_out, redrawn_since
-from qdot.exercises.assignment.release import CORES, Released, notebook_path, release
+from qdot.exercises.assignment.draws import FailedSlot, describe_redraws, raise_left_out
+from qdot.exercises.assignment.release import CORES, ReleaseResult, notebook_path, release
 from qdot.exercises.common.completion import among
 from qdot.exercises.common.console import VariationOption, note, progress, say
 from qdot.exercises.common.errors import QdotError
@@ -63,10 +63,10 @@ def generate(
     for said in assignment.notes:
         note(said)
     counts = {"written": 0, "rewritten": 0, "completed": 0, "kept": 0, "left out": 0}
-    given_up: list[GivenUp] = []
+    given_up: list[FailedSlot] = []
     with progress("generating", len(assignment.roster)) as counter:
 
-        def each(released: Released) -> None:
+        def each(released: ReleaseResult) -> None:
             counts[released.outcome] += 1
             given_up.extend(released.given_up)
             for given in released.given_up:
@@ -80,7 +80,7 @@ def generate(
     say(f"{len(assignment.roster)} students: {said}; hand out {folder / 'released'}, keep {folder / 'solutions'}")
     if counts["rewritten"]:
         note("The assignment, the secret or qdot changed since notebooks were written: hand the new ones out.")
-    for told in (*redrawn_since(assignment, after), *shared_answers(after), *_of_nobody(after)):
+    for told in (*describe_redraws(assignment, after), *shared_answers(after), *_of_nobody(after)):
         note(told)
     raise_left_out(after, given_up, record_of)
 
@@ -165,7 +165,7 @@ class _Told:
 
     def task(self, identity: ProblemId) -> Task:
         """Return what is to be verified of a problem. Raises QdotError."""
-        return Task(identity.varied(self.variation).told(self.convention, self.twist_order))
+        return Task(identity.with_variation(self.variation).with_convention(self.convention, self.twist_order))
 
     def check_folder(self, name: str) -> None:
         """Raise QdotError where the command says what is an assignment's to say."""

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from qdot.exercises.assignment.draws import GivenUp, raise_left_out, redrawn_since, vouching
+from qdot.exercises.assignment.draws import FailedSlot, certify_by, describe_redraws, raise_left_out
 from qdot.exercises.assignment.redrawn import read_redrawn
 from qdot.exercises.assignment.release import CORES
 from qdot.exercises.common.completion import among
@@ -85,8 +85,8 @@ def export(
     _check(names, sheet, page, variation)
     assignment = load_class(folder)
     if variation:
-        assignment = assignment.varied(variation)
-    given_up: list[GivenUp] = []
+        assignment = assignment.with_variation(variation)
+    given_up: list[FailedSlot] = []
     order = Order(
         assignment, failures_of, variants, solutions, sheet, versions, page, jobs, note=note,
         left_out=given_up.append, earns=share_earned,
@@ -101,11 +101,11 @@ def export(
         targets = {name: out / name for name in names}
     failed = _write(order, targets)
     after = replace(assignment, redrawn=read_redrawn(folder))
-    for said in (*redrawn_since(assignment, after), *dict.fromkeys(map(str, given_up))):
+    for said in (*describe_redraws(assignment, after), *dict.fromkeys(map(str, given_up))):
         note(said)
     if failed and given_up:  # both are told, and one of them is the error
         note(_told(failed, names))
-    raise_left_out(after, given_up, vouching(failures_of))
+    raise_left_out(after, given_up, certify_by(failures_of))
     if failed:
         raise QdotError(_told(failed, names))
 

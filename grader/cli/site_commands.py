@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from qdot.exercises.assignment.assignment import FEEDBACK, Assignment, load_assignment
-from qdot.exercises.assignment.draws import GivenUp
+from qdot.exercises.assignment.draws import FailedSlot
 from qdot.exercises.assignment.release import CORES
 from qdot.exercises.common.completion import among
 from qdot.exercises.common.console import SiteVariationOption, note, progress, say
@@ -85,7 +85,7 @@ def build_site(
     level = feedback or (FEEDBACK[-1] if loaded is None else loaded.feedback)
     commands = reference(context.find_root().command)
     order = Order(out, wanted, titles, failures_of, min(jobs, len(wanted)), commands, docs_folder(), course, level)
-    left_out: list[GivenUp] = []
+    left_out: list[FailedSlot] = []
     with progress("building the site", len(wanted)) as counter:
         made = build(order, counter.step, left_out.append)
     say(f"{made['problems']} problems with {made['questions']} questions in {out}; see them: qdot site serve {out}")
@@ -113,7 +113,7 @@ def _wanted(
             'convention = "screws" in assignment.toml'
         )
     if variation:
-        loaded = loaded.varied(variation)
+        loaded = loaded.with_variation(variation)
     made = list(bank(BankOrder(loaded, failures_of, variants or OF_EACH_PROBLEM, jobs=jobs, note=note)))
     titles = [(slot.name, slot.family.title, slot.family.source) for slot in loaded.slots]
     return wanted_of_variants(made), titles, loaded.title

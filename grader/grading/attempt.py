@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from qdot.exercises.assignment.assignment import Assignment
-from qdot.exercises.assignment.store import kept
+from qdot.exercises.assignment.store import load_stored_problems
 from qdot.exercises.common.errors import QdotError, of_machine
 from qdot.exercises.notebook.setup_cell import setup_cell
 from qdot.exercises.problem.problem import ENGINE, Problem
@@ -174,7 +174,7 @@ def grade_attempt(
 
     With `kept_text`, which `store` has made, nothing is read from the assignment's folder. Raises OverLimit.
     """
-    problems = kept(assignment, student, kept_text).problems
+    problems = load_stored_problems(assignment, student, kept_text).problems
     if attempt is None:
         return _marked(assignment, copies, student, problems, None, Answers(Run()), "nothing was handed in", [])
     submission, said = attempt.submission, [Note(note, note) for note in attempt.notes]

@@ -344,7 +344,7 @@ def _counting(assignment: Assignment, attempts: list[Attempt]) -> list[Attempt]:
     Where any has the assignment's name, or names it in its metadata, the others are no attempts.
     """
     own = [one for one in attempts if one.is_of(assignment)] or attempts
-    return [own[i] for i in assignment.attempts.counting([one.received for one in own])]
+    return [own[i] for i in assignment.attempts.select_counting([one.received for one in own])]
 
 
 def _marked(context: _Context, student: str, attempt: Attempt | None) -> Marked:

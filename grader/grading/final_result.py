@@ -11,7 +11,7 @@ from fractions import Fraction
 from typing import Any
 
 from qdot.exercises.assignment.assignment import Assignment, Student
-from qdot.exercises.assignment.lateness import aware
+from qdot.exercises.assignment.lateness import with_zone
 from qdot.grader.grading.attempt import Marked, ungraded
 from qdot.grader.grading.marking import total
 from qdot.grader.grading.overrides import TOTAL, Override
@@ -145,7 +145,7 @@ def _late(
     seconds = (received - due).total_seconds()
     if seconds <= (0 if rule is None else rule.grace):
         return None
-    moved = datetime.timedelta(0) if assignment.due is None else due - aware(assignment.due)
+    moved = datetime.timedelta(0) if assignment.due_date is None else due - with_zone(assignment.due_date)
     penalty = Fraction(0) if rule is None else rule.penalty(due, received, moved)
     return {
         "due": due.isoformat(),

@@ -4,7 +4,7 @@ import datetime
 from pathlib import Path
 
 from qdot.exercises.assignment.assignment import Assignment, Student
-from qdot.exercises.assignment.lateness import aware
+from qdot.exercises.assignment.lateness import with_zone
 from qdot.exercises.common.errors import QdotError, unknown
 from qdot.grader.grading.batch import grade_class
 from qdot.grader.grading.final_result import Result
@@ -28,7 +28,7 @@ def student_named(assignment: Assignment, identifier: str) -> Student:
 def read_time(text: str) -> datetime.datetime:
     """Return a time as ISO 8601 writes it; without a zone, it is the machine's. Raises QdotError."""
     try:
-        return aware(datetime.datetime.fromisoformat(text))
+        return with_zone(datetime.datetime.fromisoformat(text))
     except ValueError:
         raise QdotError(f"{text!r} is no time; write it as in 2027-01-15T23:59:00+01:00") from None
 

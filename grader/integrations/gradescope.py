@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
-from qdot.exercises.assignment.attempt_policy import Several
+from qdot.exercises.assignment.attempt_policy import AttemptPolicy
 from qdot.exercises.common.console import note, say
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import write_atomically
@@ -47,7 +47,7 @@ def marked(
     """Return the results of one submission, due and received when Gradescope says. Raises QdotError."""
     due = due_of(metadata)
     if due is not None:
-        student = replace(student, due=due)
+        student = replace(student, due_date=due)
     found = found_of_one(assignment, submission, time_of(metadata.get("created_at")), "Gradescope")
     result = the_only([grade_one(assignment, student, found, limits_of(seconds))], "gradescope")
     return content_of(result, assignment.feedback, visibility)
@@ -107,7 +107,7 @@ def due_of(metadata: Mapping[str, Any]) -> datetime.datetime | None:
 DAY = datetime.timedelta(days=1)
 
 
-def best_of(content: dict[str, Any], metadata: dict[str, Any], rule: Several) -> dict[str, Any]:
+def best_of(content: dict[str, Any], metadata: dict[str, Any], rule: AttemptPolicy) -> dict[str, Any]:
     """Return the results with the score of an earlier submission, where that is higher or this one counts no more."""
     earlier = [
         one
@@ -118,7 +118,7 @@ def best_of(content: dict[str, Any], metadata: dict[str, Any], rule: Several) ->
     # What has no time stands by itself, before all that has one.
     first = datetime.datetime(1970, 1, 1, tzinfo=datetime.UTC)
     times = [time_of(one.get("submission_time")) or first + i * DAY for i, one in enumerate(earlier)]
-    counting = rule.counting([*times, now])
+    counting = rule.select_counting([*times, now])
     this_counts = len(earlier) in counting
     best = max((float(earlier[i]["score"]) for i in counting if i < len(earlier)), default=0.0)
     if this_counts and best <= content["score"]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from qdot.exercises.assignment.assignment import Assignment, Student
-from qdot.exercises.assignment.lateness import in_words
+from qdot.exercises.assignment.lateness import describe_duration
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.quizzes import ASKED
 from qdot.grader.grading.final_result import Result
@@ -217,7 +217,7 @@ def not_on_time(assignment: Assignment, results: Sequence[Result]) -> list[dict[
             continue
         said = ""
         if late is not None:
-            said = f"{in_words(late['seconds'])} late"
+            said = f"{describe_duration(late['seconds'])} late"
             said += f", {100 * late['penalty']:.4g} % taken off" if late["penalty"] else ", nothing taken off"
         elif state in ("unusable", *NO_MARK):
             said = result["obstacle"] or (

@@ -13,8 +13,8 @@ from typing import Any
 
 from qdot.exercises.arm.convention_view import is_by_axes
 from qdot.exercises.assignment.assignment import Assignment, Student
-from qdot.exercises.assignment.lateness import in_words
-from qdot.exercises.assignment.store import kept
+from qdot.exercises.assignment.lateness import describe_duration
+from qdot.exercises.assignment.store import load_stored_problems
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.quizzes import ASKED
 from qdot.exercises.writing.markup import to_html
@@ -101,7 +101,7 @@ def _settled(result: Mapping[str, Any]) -> list[str]:
     said = []
     late = result["late"]
     if late is not None:
-        said.append(f"Handed in {in_words(late['seconds'])} after it was due")
+        said.append(f"Handed in {describe_duration(late['seconds'])} after it was due")
         if late["penalty"]:
             share = f"{100 * late['penalty']:.4g} %"
             said[-1] += f": {share} of the {_points(late['points_before'])} points are taken off"
@@ -124,7 +124,7 @@ def _set_by(override: Mapping[str, Any], what: str) -> str:
 
 def _problems(assignment: Assignment, student: Student, result: dict[str, Any]) -> list[dict[str, Any]]:
     """Return every problem as the template shows it."""
-    have = kept(assignment, student.id)
+    have = load_stored_problems(assignment, student.id)
     kept_problems = zip(have.problems, result["problems"], strict=True)
     made = []
     for number, ((name, problem), entry) in enumerate(kept_problems, 1):
@@ -136,11 +136,11 @@ def _problems(assignment: Assignment, student: Student, result: dict[str, Any]) 
             solution = to_html(worked_solution(problem, part)) if assignment.feedback == "solutions" else None
             figure = have.part_figure(name, problem, part.name)
             said = {"number": numbers[part.name], "id": f"part-{number}-{index}"}
-            said["asked"] = have.asked(name, problem, part.name)
+            said["asked"] = have.prompt(name, problem, part.name)
             shown = _part(problem, part, told(judged, assignment.feedback), numbers)
             parts.append({**said, **shown, "solution": solution, "figure": figure})
         title = f"Problem {number}: {problem.title}"
-        drawn = {"figure": have.figure(name, problem), "given": _captioned(have.given(name, problem), problem)}
+        drawn = {"figure": have.figure(name, problem), "given": _captioned(have.statement(name, problem), problem)}
         made.append({"id": f"problem-{number}", "title": title, **drawn, "parts": parts, **_sum(entry)})
     return made
 

@@ -94,7 +94,7 @@ def _process(_order: Order, _slot: Slot, _problem: Problem) -> int:
 
 def test_a_bank_is_of_the_variation_that_is_asked_for(order: Order, tmp_path: Path) -> None:
     """Where problems are drawn by assignment.toml again, that says how arms vary."""
-    asked = replace(order, assignment=order.assignment.varied("base+lengths"), variants=2)
+    asked = replace(order, assignment=order.assignment.with_variation("base+lengths"), variants=2)
     assert {variant.problem.id.variation for variant in bank(asked)} == {"lengths+base"}
     folder = order.assignment.folder
     command: list[str | Path] = ["export", folder, "--to", "moodle", "--variants", "1", "--out"]
@@ -112,7 +112,7 @@ def test_a_bank_is_of_the_variation_that_is_asked_for(order: Order, tmp_path: Pa
     tied = order.assignment.slots[0]
     tied = replace(tied, family=FAMILIES["scara"], questions=("lost-motion", "jacobian"), band=(0, 0))
     with pytest.raises(QdotError, match=r"^p1, with variation full: "):
-        replace(order.assignment, slots=(tied,)).varied("full")
+        replace(order.assignment, slots=(tied,)).with_variation("full")
 
 
 @pytest.fixture(scope="module")

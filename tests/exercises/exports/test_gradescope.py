@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
-from qdot.exercises.assignment.attempt_policy import Several
+from qdot.exercises.assignment.attempt_policy import AttemptPolicy
 from qdot.grader.integrations.gradescope import best_of, due_of, main, results_of
 from tests.support.ci import Machine, write_json
 from tests.support.command import run
@@ -117,7 +117,7 @@ def test_whose_it_is_and_no_mark_where_that_is_not_known(
 
 def test_the_best_attempt_is_read_from_the_metadata_and_attempts_have_a_limit() -> None:
     def best(content: dict[str, Any], most: int, earlier: list[Any], **metadata: str) -> dict[str, Any]:
-        return best_of(content, {"previous_submissions": earlier, **metadata}, Several(most))
+        return best_of(content, {"previous_submissions": earlier, **metadata}, AttemptPolicy(most))
 
     content, hour = {"score": 2.0, "output": ""}, "2027-01-09T{:02}:00:00Z"
     earlier: list[Any] = [{"score": "3.5"}, {"score": 4.0, "autograder_error": True}, {"score": None}]

@@ -25,7 +25,7 @@ import pytest
 
 from qdot.exercises.answers import LETTERS
 from qdot.exercises.assignment.assignment import FEEDBACK
-from qdot.exercises.assignment.attempt_policy import Several
+from qdot.exercises.assignment.attempt_policy import AttemptPolicy
 from qdot.exercises.exports import canvas, jupyterquiz, moodle, qti
 from qdot.exercises.exports import items as made
 from qdot.exercises.exports.export_format import Order
@@ -316,7 +316,7 @@ def test_moodles_quiz_draws_each_question_for_its_points(order: Order, asked: li
     assert [float(slot.text or "") for slot in settings.iter("maxmark")] == points
     assert [settings.findtext(f"quiz/{name}") for name in names] == ["0", "4", "0", "0", "0"]  # the last counts
     due = datetime(2027, 1, 15, 12, tzinfo=UTC)
-    limited = replace(order.assignment, attempts=Several(best_of=3, apart=3600), due=due)
+    limited = replace(order.assignment, attempts=AttemptPolicy(best_of=3, apart=3600), due_date=due)
     content = files_of(moodle.moodle_files, replace(order, assignment=limited), asked)["hw.mbz"]
     settings = parsed(unzipped(content)["activities/quiz_1/quiz.xml"])
     told = [settings.findtext(f"quiz/{name}") for name in names]

@@ -20,7 +20,7 @@ import pytest
 
 from qdot.exercises.answers import LETTERS, Expression, Matrix
 from qdot.exercises.assignment.assignment import Student, load_assignment
-from qdot.exercises.assignment.attempt_policy import Several
+from qdot.exercises.assignment.attempt_policy import AttemptPolicy
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.bank import bank
 from qdot.exercises.exports.export_format import Order
@@ -203,7 +203,7 @@ def test_assessments_ask_every_question_in_order_for_its_points(course: Path, or
     assert {one["triesPerVariant"] for one in practice["questions"]} == {TRIES}
     assert {one["id"]: one["autoPoints"] for one in once["questions"]} == {k: [v] * TRIES for k, v in worth.items()}
     assert exam["shuffleQuestions"] is False and homework["uuid"] != exam["uuid"]
-    few = replace(order.assignment, attempts=Several(best_of=2))
+    few = replace(order.assignment, attempts=AttemptPolicy(best_of=2))
     made = list(EXPORT_FORMATS["prairielearn"].files(replace(order, assignment=few, variants=1)))
     (again,) = [json.loads(file.content) for file in made if file.path.endswith("hw-exam/infoAssessment.json")]
     assert {len(one["autoPoints"]) for one in again["zones"][0]["questions"]} == {2}

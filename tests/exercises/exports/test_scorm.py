@@ -21,7 +21,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from qdot.exercises.assignment.attempt_policy import Several
+from qdot.exercises.assignment.attempt_policy import AttemptPolicy
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports import scorm
 from qdot.exercises.exports.bank import bank
@@ -215,7 +215,7 @@ def test_all_variants_are_there_and_nothing_by_which_others_are_made(
 
 
 def test_what_the_assignment_says_of_tries_hints_and_passing_comes_along(order: Order, patched: None) -> None:
-    several = Several(best_of=5)
+    several = AttemptPolicy(best_of=5)
     assignment = replace(order.assignment, attempts=several, hints=True, feedback="mistake", title="x" * 300)
     package = exported(replace(order, assignment=assignment, variants=1, passing=Fraction(2, 5)))["12"]
     titles = ElementTree.fromstring(package["imsmanifest.xml"]).iter(f"{{{CP12}}}title")
