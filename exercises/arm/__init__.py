@@ -3,7 +3,8 @@
 From the bottom up:
 
     chain                       a DH table with base, point of interest and task: the only description of an arm
-    convention_view             table, base and point as an arm's convention tells them; which frame is on which axis
+    vectors                     rotations about axes; cross products
+    conventions                 how arms are presented: a class for each convention, which answers what depends on it
     kinematics, trigonometry    frames and Jacobians; exact equality of trigonometric polynomials, and textbook factors
     existence_conditions        for which lengths a condition holds anywhere
     shipped                     what structures of the registered families give, worked out before (shipped.txt)
@@ -25,7 +26,7 @@ From the bottom up:
     directions, meanings        which motion is lost there; what configurations look like
     mpmath_kinematics, path     the arm in numbers with many digits; along a straight line
     entry                       one entry of a table
-    axes_to_dh, conventions     an arm by where its axes lie, by modified and standard tables: the standard table of it
+    axes_to_dh, standard_table   an arm by where its axes lie, by modified and standard tables: the standard table of it
     urdf, robot_file            the user's own arm: as ROS describes it; ROBOT.toml, in any convention
     robot_text                  an arm written as ROBOT.toml
     library                     real robots, by their names

@@ -11,7 +11,8 @@ from functools import cached_property
 
 import numpy as np
 
-from qdot.exercises.arm.kinematics import NumericChain, cross
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.vectors import cross
 
 Off = Callable[["NumericChain", np.ndarray], np.ndarray]
 """A measure of an arm in many poses (… x n): how far each is from where something is so, zero or more (…).

@@ -12,7 +12,7 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import Base, Joint, Point
-from qdot.exercises.arm.kinematics import rot_x, rot_z
+from qdot.exercises.arm.vectors import rot_x, rot_z
 
 NEAR = sp.Float("1e-9")
 """Below this a number is taken for zero, and an angle for a multiple of pi/12: descriptions are rounded."""

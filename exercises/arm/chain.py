@@ -10,23 +10,19 @@ from functools import cached_property
 
 import sympy as sp
 
+from qdot.exercises.arm.conventions import REGISTRY
+from qdot.exercises.arm.conventions.base import VELOCITIES
+from qdot.exercises.arm.conventions.screws import Screws
 from qdot.exercises.common.errors import QdotError, unknown
 
-TASK_ROWS = ("vx", "vy", "vz", "wx", "wy", "wz")
+TASK_ROWS = VELOCITIES
 """Names of the rows of the 6 x n Jacobian, linear first (6.6)."""
 
-CONVENTIONS = ("dh", "modified-dh", "screws")
-"""The ways in which an arm is told: by a standard table, a modified one (Craig), or its axes at home."""
+CONVENTIONS = tuple(REGISTRY)
+"""The ways in which an arm is presented."""
 
-CALLED = {
-    **dict.fromkeys(("standard", "standard-dh", "distal", "denavit-hartenberg"), "dh"),
-    **dict.fromkeys(("craig", "mdh", "proximal"), "modified-dh"),
-    **dict.fromkeys(("axes", "twists", "poe", "lynch-park", "product-of-exponentials"), "screws"),
-}
-"""What conventions are called elsewhere, and here."""
-
-TWIST_ORDERS = ("omega-v", "v-omega")
-"""The orders of a twist of an arm told by its axes: of Lynch and Park, and of Murray, Li and Sastry."""
+TWIST_ORDERS = Screws.twist_orders
+"""The orders of a twist of an arm that is presented by its axes."""
 
 
 @dataclass(frozen=True)

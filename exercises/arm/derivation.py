@@ -14,14 +14,13 @@ from itertools import combinations, product
 import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain, Joint, Point
-from qdot.exercises.arm.convention_view import frame_on_axis, is_by_axes, is_modified, told_rows, up_to_frame
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.kinematics import (
     Z,
     differentiated_jacobian,
     frame_behind,
     frames_and_point,
     link_frames,
-    link_vector,
     propagated_jacobian,
     propagated_p_star,
     propagated_rotations,
@@ -113,7 +112,7 @@ def _proved(chain: Chain) -> tuple[sp.Matrix, sp.Matrix, sp.Matrix]:
     frames, point = frames_and_point(chain)
     position = _position(chain)
     z = sp.Matrix.hstack(*(frame.rotation[:, 2].applyfunc(textbook) for frame in frames[: chain.n]))
-    on_axes = link_frames(chain)[frame_on_axis(chain, 1) :][: chain.n]
+    on_axes = link_frames(chain)[convention_of(chain).frame_on_axis(1) :][: chain.n]
     p_star = sp.Matrix.hstack(*((point - frame.origin).applyfunc(textbook) for frame in on_axes))
     linear = differentiated_jacobian(position, chain.q).applyfunc(textbook)
     angular = sp.Matrix(3, chain.n, lambda r, i: z[r, i] if chain.joints[i].kind == "R" else sp.S.Zero)
@@ -129,7 +128,7 @@ def _geometric(chain: Chain) -> sp.Matrix:
 def _prove(chain: Chain, z: sp.Matrix, p_star: sp.Matrix, geometric: sp.Matrix) -> None:
     """Raise RuntimeError unless propagation gives the very same axes, vectors and columns as differentiation."""
     rotations, recursion = propagated_rotations(chain), propagated_p_star(chain)
-    first = frame_on_axis(chain, 1)
+    first = convention_of(chain).frame_on_axis(1)
     other_z = sp.Matrix.hstack(*(rotation[:, 2] for rotation in rotations[first:][: chain.n]))
     pairs = [(z, other_z, "z"), (geometric, propagated_jacobian(chain), "Jacobian")]
     last = chain.point.frame
@@ -351,7 +350,7 @@ class Derivation:
         Of an arm that is told by its axes, the table has lengths with roots and angles that nobody has given.
         """
         filled = matrix.applyfunc(self.fill)
-        if not is_by_axes(self.chain):
+        if convention_of(self.chain).has_frames:
             return filled
         return filled.applyfunc(without_arctangents).applyfunc(without_brackets)
 
@@ -379,7 +378,8 @@ class Derivation:
     @property
     def link_vectors(self) -> list[sp.Matrix]:
         """r_1 ... r_n, each from O_{i-1} to O_i in frame i-1 (below 6.13)."""
-        return [link_vector(row, is_modified(self.chain)) for row in told_rows(self.chain)]
+        convention = convention_of(self.chain)
+        return [convention.link_vector(row) for row in convention.rows]
 
     @property
     def is_square(self) -> bool:
@@ -408,7 +408,7 @@ class Derivation:
 
     def link_jacobian(self, k: int) -> sp.Matrix:
         """Return the 6 x n Jacobian of frame k: the velocity of O_k and of link k (6.9, 6.10, sums ending at k)."""
-        inner = derive(up_to_frame(self.chain, k)).geometric
+        inner = derive(convention_of(self.chain).first_joints(k)).geometric
         return sp.Matrix.hstack(inner, sp.zeros(6, self.chain.n - k))
 
     def twist(self, jacobian: sp.Matrix | None = None) -> sp.Matrix:

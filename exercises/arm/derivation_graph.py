@@ -25,9 +25,9 @@ from qdot.exercises.arm.arithmetic import (
     signs,
 )
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
-from qdot.exercises.arm.convention_view import frame_on_axis, is_modified, up_to_frame
-from qdot.exercises.arm.conventions import axes_of
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.kinematics import frames_and_point
+from qdot.exercises.arm.standard_table import axes_of
 
 RESULT = "result"
 """The stage behind all others: the answer as it is written down, (rows, columns, …)."""
@@ -120,13 +120,14 @@ class Working:
         """Return the same working, with its mistakes, for the origin of a frame inside the arm and its link."""
         if frame not in self._first:
             before = None if self.before is None else self.before.up_to(frame)
-            shorter = before.chain if before else up_to_frame(self.chain, frame)
+            shorter = before.chain if before else convention_of(self.chain).first_joints(frame)
             self._first[frame] = Working(shorter, self.arithmetic, self.changes, self.fresh, before, _turns=self._turns)
         return self._first[frame]
 
     def comes_from(self, stage: str) -> bool:
-        """Tell whether what has been worked out so far comes from a stage."""
-        return any(stage == known or stage in built_on(known) for known in self._known)
+        """Tell whether what has been worked out so far comes from a stage, also for a frame inside the arm."""
+        known = {name for w in (self, *self._first.values()) for name in w._known}
+        return any(stage == name or stage in built_on(name) for name in known)
 
     def jacobians(self) -> list[np.ndarray]:
         """Return the Jacobians that have been worked out so far, those of frames inside the arm included."""
@@ -250,7 +251,7 @@ def _axes(w: Working) -> np.ndarray:
 
 def _on_axes(w: Working) -> np.ndarray:
     """Return the origins of the frames on the joint axes, and what the last of them is followed by, (n + 1, 3, …)."""
-    if not is_modified(w.chain):
+    if not convention_of(w.chain).has_frames_of_joints:
         return np.asarray(w["origins"])
     along = [row.d * rotation[:, 2] for row, rotation in zip(w["table"].rows, w["rotations"], strict=False)]
     starts = w["origins"][: w.n] + _values(w, along)
@@ -264,7 +265,7 @@ def _arms(w: Working) -> np.ndarray:
 def told_rotation(w: Working, frame: int) -> np.ndarray:
     """Return the rotation of a frame, from 0, of the convention in which the arm is told, (3, 3, …)."""
     rotation = w["rotations"][frame]
-    if is_modified(w.chain) and frame:
+    if convention_of(w.chain).has_frames_of_joints and frame:
         rotation = product(rotation, turn_x(w, -w["table"].rows[frame - 1].alpha))
     return np.asarray(w.arithmetic.value(rotation))
 
@@ -348,7 +349,7 @@ def _condition_number(w: Working) -> np.ndarray:
 
 def _wrist_block(w: Working) -> np.ndarray:
     """Return the axes of joints 4 to 6 in the frame on the first of them, (3, 3, …)."""
-    turned = told_rotation(w, frame_on_axis(w.chain, 4)).swapaxes(0, 1)
+    turned = told_rotation(w, convention_of(w.chain).frame_on_axis(4)).swapaxes(0, 1)
     return np.stack([applied(turned, w["axes"][i]) for i in (3, 4, 5)], axis=1)
 
 

@@ -15,7 +15,7 @@ import sympy as sp
 
 from qdot.exercises.arm.axes import Sample
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
-from qdot.exercises.arm.convention_view import frame_on_axis, is_by_axes
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.singularity import Component
 from qdot.exercises.arm.trigonometry import Factored, factored, substitute, textbook
@@ -202,8 +202,8 @@ class Line:
 
 def lines_of(chain: Chain) -> list[Line]:
     """Return the lines by which a direction may be told, those that are seen best first."""
-    n, first = chain.n, frame_on_axis(chain, 1)
-    if is_by_axes(chain):
+    n, first = chain.n, convention_of(chain).frame_on_axis(1)
+    if not convention_of(chain).has_frames:
         return [
             *(Line("omega" if joint.kind == "R" else "v", i) for i, joint in enumerate(chain.joints, 1)),
             *(Line("space", i) for i in range(3)),

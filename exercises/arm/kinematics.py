@@ -18,21 +18,10 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain, Joint
-from qdot.exercises.arm.convention_view import frame_on_axis, is_modified, told_base, told_point, told_rows
+from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.arm.vectors import cross, rot_x, rot_z
 
 Z = sp.Matrix([0, 0, 1])
-
-
-def rot_z(angle: sp.Expr) -> sp.Matrix:
-    """Return the 3 x 3 rotation about z by `angle` (rad)."""
-    c, s = sp.cos(angle), sp.sin(angle)
-    return sp.Matrix([[c, -s, 0], [s, c, 0], [0, 0, 1]])
-
-
-def rot_x(angle: sp.Expr) -> sp.Matrix:
-    """Return the 3 x 3 rotation about x by `angle` (rad)."""
-    c, s = sp.cos(angle), sp.sin(angle)
-    return sp.Matrix([[1, 0, 0], [0, c, -s], [0, s, c]])
 
 
 @dataclass(frozen=True)
@@ -102,19 +91,20 @@ def frames_and_point(chain: Chain) -> tuple[tuple[Frame, ...], sp.Matrix]:
 
 @lru_cache(maxsize=512)
 def link_frames(chain: Chain) -> tuple[Frame, ...]:
-    """Return frames 0 ... n of the convention in which an arm is told, by runs of parallel joints."""
-    if not is_modified(chain):
-        return frames_and_point(chain)[0]
-    base = told_base(chain)
-    run = _Run(sp.eye(3), sp.S.Zero)
-    run.turn_z(base.yaw)
-    origin = sp.Matrix(base.position)
+    """Return frames 0 ... n of the convention in which an arm is presented, by runs of parallel joints."""
+    convention = convention_of(chain)
+    run, origin = _Run(sp.eye(3), sp.S.Zero), sp.Matrix(convention.base.position)
+    run.turn_z(convention.base.yaw)
+    run.turn_x(convention.base.tilt)
     frames = [run.frame(origin)]
-    for row in told_rows(chain):
-        origin = origin + run.vector(row.a, sp.S.Zero, sp.S.Zero)
-        run.turn_x(row.alpha)
-        run.turn_z(row.theta)
-        origin = origin + run.vector(sp.S.Zero, sp.S.Zero, row.d)
+    for row in convention.rows:
+        for axis, angle, length in convention.steps(row):
+            if axis == "x":
+                origin = origin + run.vector(length, sp.S.Zero, sp.S.Zero)
+                run.turn_x(angle)
+            else:
+                run.turn_z(angle)
+                origin = origin + run.vector(sp.S.Zero, sp.S.Zero, length)
         frames.append(run.frame(origin))
     return tuple(frames)
 
@@ -125,34 +115,23 @@ def frame_behind(joints: Iterable[Joint]) -> Frame:
     return run.frame(origin)
 
 
-def joint_rotation(row: Joint, modified: bool = False) -> sp.Matrix:
-    """Return the rotation from frame i to frame i-1, Rz(theta) Rx(alpha), or Rx Rz by a row of a modified table."""
-    return rot_x(row.alpha) * rot_z(row.theta) if modified else rot_z(row.theta) * rot_x(row.alpha)
-
-
-def link_vector(row: Joint, modified: bool = False) -> sp.Matrix:
-    """Return r_i, from O_{i-1} to O_i in frame i-1 (below 6.13), by a row of the standard or the modified table."""
-    if modified:
-        return sp.Matrix([row.a, -row.d * sp.sin(row.alpha), row.d * sp.cos(row.alpha)])
-    return sp.Matrix([row.a * sp.cos(row.theta), row.a * sp.sin(row.theta), row.d])
-
-
 def propagated_rotations(chain: Chain) -> list[sp.Matrix]:
     """Return R_0 ... R_n by multiplying the joints' rotations."""
-    base = told_base(chain)
-    rotations = [rot_z(base.yaw) * rot_x(base.tilt)]
-    for row in told_rows(chain):
-        rotations.append(rotations[-1] * joint_rotation(row, is_modified(chain)))
+    convention = convention_of(chain)
+    rotations = [rot_z(convention.base.yaw) * rot_x(convention.base.tilt)]
+    for row in convention.rows:
+        rotations.append(rotations[-1] * convention.rotation(row))
     return rotations
 
 
 def propagated_p_star(chain: Chain) -> list[sp.Matrix]:
     """Return p*_0 ... p*_k by the recursion (6.13), k being the point's frame; it starts with p*_k = R_k offset."""
-    rotations, point, rows = propagated_rotations(chain), told_point(chain), told_rows(chain)
+    convention, rotations = convention_of(chain), propagated_rotations(chain)
+    point, rows = convention.point, convention.rows
     p_star = [sp.zeros(3, 1)] * (point.frame + 1)
     p_star[-1] = rotations[point.frame] * sp.Matrix(point.offset)
     for i in range(point.frame, 0, -1):
-        p_star[i - 1] = rotations[i - 1] * link_vector(rows[i - 1], is_modified(chain)) + p_star[i]
+        p_star[i - 1] = rotations[i - 1] * convention.link_vector(rows[i - 1]) + p_star[i]
     return p_star
 
 
@@ -164,7 +143,7 @@ def propagated_jacobian(chain: Chain) -> sp.Matrix:
     rotations, p_star = propagated_rotations(chain), propagated_p_star(chain)
     columns = []
     for number, joint in enumerate(chain.joints, 1):
-        on_axis = frame_on_axis(chain, number)
+        on_axis = convention_of(chain).frame_on_axis(number)
         z, zero = rotations[on_axis] * Z, sp.zeros(3, 1)
         carries = number <= chain.point.frame
         if joint.kind == "R":
@@ -213,8 +192,8 @@ class NumericChain:
         self._slides = [i for i, kind in enumerate(self.kinds) if kind == "P"]
         self._other, self._a, alpha = np.array(self.fixed).T
         self._twist = np.cos(alpha), np.sin(alpha)
-        self._modified = is_modified(chain)
-        self._told_place = np.array([number(value) for value in told_base(chain).position])
+        self._convention = convention_of(chain)
+        self._place = np.array([number(value) for value in self._convention.base.position])
         self.point_frame = chain.point.frame
         self.offset = np.array([*map(number, chain.point.offset), 1.0])
         none, tilt = np.zeros(()), np.array(number(chain.base.tilt))
@@ -264,10 +243,8 @@ class NumericChain:
 
     def told(self, frames: np.ndarray) -> np.ndarray:
         """Return the frames of the arm's convention, for poses as `frames` returns them."""
-        if not self._modified:
-            return frames
         corners = frames[..., 1:, :3, 3] - self._a[:, None] * frames[..., 1:, :3, 0]
-        return modified_frames(frames, corners, self._told_place)
+        return self._convention.frames_in_numbers(frames, corners, self._place)
 
     def _entries(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return theta and d of every row of the table, of shape (…, n), or (n) for those that are the same in all."""
@@ -300,30 +277,6 @@ class NumericChain:
             rows[..., slide, 3:] *= 0.0
         rows[..., self.point_frame :, :3] *= 0.0  # joints that do not carry the point
         return rows.swapaxes(-1, -2)
-
-
-def modified_frames(frames: np.ndarray, corners: np.ndarray, place: np.ndarray) -> np.ndarray:
-    """Return the frames of the modified table, (…, n + 1, 4, 4), for those of the standard one.
-
-    Frame i has x_i of the standard one, and z along the axis of joint i; it stands in corner i-1 (…, n, 3), where link
-    i turns from that axis into x_i. Frame 0 is upright, and stands at a `place` (3) of its own: what turns about x_0
-    before joint 1, and slides along it, belongs to the first row.
-    """
-    told = np.array(frames)
-    told[..., 1:, :3, 2] = frames[..., :-1, :3, 2]
-    told[..., 0, :3, 2] = (0.0, 0.0, 1.0)
-    told[..., 1:, :3, 3], told[..., 0, :3, 3] = corners, place
-    told[..., :3, 1] = cross(told[..., :3, 2], told[..., :3, 0])
-    return told
-
-
-def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return a x b of vectors along the last axis; five times as fast as NumPy's for the few that an arm has."""
-    out = np.empty(np.broadcast_shapes(a.shape, b.shape))
-    out[..., 0] = a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1]
-    out[..., 1] = a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2]
-    out[..., 2] = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
-    return out
 
 
 def _pose(theta: np.ndarray, d: np.ndarray, a: np.ndarray, twist: tuple[np.ndarray, np.ndarray]) -> np.ndarray:

@@ -26,7 +26,7 @@ from qdot.exercises.arm.axes import (
     spread,
 )
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.convention_view import place_name
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.kinds import kinds_at
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.reason import is_reason
@@ -151,7 +151,7 @@ def _origins_in_line(chain: Chain, samples: Sequence[Sample], k: int) -> list[Me
 
     They are named as the arm's convention has it, and left out where it has no name for one of them.
     """
-    names = [place_name(chain, frame) for frame in (k - 1, k, k + 1)]
+    names = [convention_of(chain).place(frame) for frame in (k - 1, k, k + 1)]
     sizes = [np.linalg.norm(np.diff(s.arm.frames(s.q)[k - 1 : k + 2, :3, 3], axis=0), axis=1).min() for s in samples]
     if None in names or min(sizes) < APART or _always(samples, partial(_bent, k=k)):
         return []

@@ -12,7 +12,8 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
-from qdot.exercises.arm.kinematics import NumericChain, cross
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.vectors import cross
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.program import compile_program, evaluate

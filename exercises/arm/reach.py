@@ -19,7 +19,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from qdot.exercises.arm.kinematics import NumericChain, cross
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.vectors import cross
 
 _EXACT = 1e-9
 """Sine, or part of the length of all links, below which axes are parallel or square, and a length is zero."""

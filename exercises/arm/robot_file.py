@@ -38,19 +38,20 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.axes_to_dh import HOME, Axis, Pose, exactly, pose_of
-from qdot.exercises.arm.chain import CALLED, CONVENTIONS, TASK_ROWS, TWIST_ORDERS, Base, Chain, Joint, Point
-from qdot.exercises.arm.conventions import Row, axes_of_rows, by_axes, is_rounded, modified, standard
+from qdot.exercises.arm.chain import CONVENTIONS, TASK_ROWS, TWIST_ORDERS, Base, Chain, Joint, Point
+from qdot.exercises.arm.conventions import ALIASES, REGISTRY
+from qdot.exercises.arm.conventions.base import FRAMES, FRAMES_OF_JOINTS, Convention
+from qdot.exercises.arm.conventions.screws import Screws
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.entry import check_role, doubt, value_of
 from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.standard_table import Row, axes_of_rows, by_axes, is_rounded, modified, standard
 from qdot.exercises.arm.urdf import Described, read_urdf
 from qdot.exercises.common.errors import QdotError, unknown
 from qdot.exercises.common.input_file import Place, TomlFile, read_table, read_toml, shown
 from qdot.exercises.common.stream import Stream
 
-ROW_KEYS = ("kind", "theta", "d", "a", "alpha")
-KEYS = {"dh": ROW_KEYS, "modified-dh": ROW_KEYS, "screws": ("kind", "axis", "point")}
-"""What a joint has to be told of, by convention; a point on the axis along which a joint slides is left out."""
+ROW_KEYS = Convention.joint_keys
 ANGLES = ("theta", "alpha")
 MOST_JOINTS = 10
 """The proof that both routes give the same Jacobian takes twice as long for each parallel joint more."""
@@ -72,7 +73,7 @@ class Given:
     position and the angles that are given for it, None where none are.
     """
 
-    convention: str
+    convention: type[Convention]
     rows: tuple[tuple[Any, ...], ...]
     base: tuple[Triple, Triple] | None = None
 
@@ -218,9 +219,10 @@ class _Reader:
         self.file, self.table = file, file.content
         self.title = self._text("name", "my arm")
         self.source = self._text("source", "its manual, p. 12") if "source" in self.table else ""
-        self.convention = self._one_of("convention", CONVENTIONS)
+        self.convention = REGISTRY[self._one_of("convention", CONVENTIONS)]
+        self.has_table, self.has_links_first = (what in self.convention.has for what in (FRAMES, FRAMES_OF_JOINTS))
         self.twist_order = self._one_of("twist_order", TWIST_ORDERS)
-        if "twist_order" in self.table and self.convention != "screws":
+        if "twist_order" in self.table and not self.convention.twist_orders:
             with file.at("twist_order"):
                 raise QdotError('it is of arms that are told by their axes, with convention = "screws"')
         self.in_degrees = self._one_of("angles", ANGLE_UNITS) == ANGLE_UNITS[1]
@@ -240,10 +242,9 @@ class _Reader:
 
     def chain(self) -> Chain:
         """Return the arm, with the task that is told, else the usual one."""
-        base, joints, point = self._by_axes() if self.convention == "screws" else self._by_table()
-        chain = Chain(
-            self.title, joints, ("vx",), base, point, self.title, self.convention, self.axis_points, self.twist_order
-        )
+        base, joints, point = self._by_table() if self.has_table else self._by_axes()
+        name, order = self.convention.name, self.twist_order
+        chain = Chain(self.title, joints, ("vx",), base, point, self.title, name, self.axis_points, order)
         if "task" not in self.table:
             return chain.with_task(*default_task(chain))
         with self.file.at("task"):
@@ -261,38 +262,38 @@ class _Reader:
         value = self.table.get(key, known[0])
         with self.file.at(key):
             if value not in known:
-                meant = CALLED.get(str(value).lower().replace("_", "-")) if key == "convention" else None
+                meant = ALIASES.get(str(value).lower().replace("_", "-")) if key == "convention" else None
                 hint = f"; for what you wrote, that is {shown(meant)}" if meant else ""
                 raise QdotError(f"it is {' or '.join(map(shown, known))}{hint}")
         return str(value)
 
     def _kind(self, index: int, row: dict[str, Any]) -> str:
-        keys, place = KEYS[self.convention], ("joint", index)
+        keys, place = self.convention.joint_keys, ("joint", index)
         self._check_convention(index, row)
         self.file.check_keys(place, (*keys, "limits"), ("kind",), TOP_KEYS)
         with self.file.at(*place, "kind"):  # what else is needed is up to it
             if row["kind"] not in ("R", "P"):
                 raise QdotError('it is "R" (revolute) or "P" (prismatic)')
-        slides = self.convention == "screws" and row["kind"] == "P"
+        slides = not self.has_table and row["kind"] == "P"
         self.file.check_keys(place, (*keys, "limits"), keys[:2] if slides else keys)
         return str(row["kind"])
 
     def _check_convention(self, index: int, row: dict[str, Any]) -> None:
         """Refuse a joint that is told in another way than the file's convention, which may have been forgotten."""
-        by_axes = self.convention == "screws"
-        key = next((key for key in row if key in (ROW_KEYS[1:] if by_axes else ("axis",))), None)
+        key = next((key for key in row if key in (("axis",) if self.has_table else ROW_KEYS[1:])), None)
         if key is None:
             return
-        said = f"says convention = {shown(self.convention)}" if "convention" in self.table else "says no convention"
-        if by_axes:
+        name, keys = shown(self.convention.name), ", ".join(self.convention.joint_keys)
+        said = f"says convention = {name}" if "convention" in self.table else "says no convention"
+        if not self.has_table:
             hint = (
-                f"is of a DH table, and the file {said}, where a joint has {', '.join(KEYS['screws'])}; for a table, "
+                f"is of a DH table, and the file {said}, where a joint has {keys}; for a table, "
                 'that is convention = "dh" or "modified-dh"'
             )
         else:
             hint = (
                 f'is of an arm told by its axes, and the file {said}; write convention = "screws" at its top, or tell '
-                f"a table, where a joint has {', '.join(ROW_KEYS)}"
+                f"a table, where a joint has {keys}"
             )
         raise QdotError(f"{self.file.place_of_key('joint', index, key)}: the key {key!r} {hint}")
 
@@ -300,13 +301,13 @@ class _Reader:
 
     def _by_table(self) -> tuple[Base, tuple[Joint, ...], Point | None]:
         rows = [self._row(index) for index in range(len(self.rows))]
-        if self.convention == "modified-dh" and rows[0].alpha.free_symbols:
+        if self.has_links_first and rows[0].alpha.free_symbols:
             raise QdotError(f"{self.file.place('joint', 0, 'alpha')}: the first one turns the base, and is a number")
         base = self._pose("base")
-        if base != HOME or self.convention == "modified-dh":
-            self.told = axes_of_rows(rows, base, self.convention == "modified-dh"), None
-        table = modified if self.convention == "modified-dh" else standard
-        if self.convention != "dh" or any(row.reversed for row in rows):
+        if base != HOME or self.has_links_first:
+            self.told = axes_of_rows(rows, base, self.convention), None
+        table = modified if self.has_links_first else standard
+        if self.has_links_first or any(row.reversed for row in rows):
             written = zip(rows, self.variables, strict=True)
             self.given = Given(self.convention, tuple(row.written(own) for row, own in written), self._told_base())
         return table(rows, base, self._point())
@@ -475,7 +476,7 @@ def _axes_given(axes: Sequence[Axis]) -> Given:
         (tuple(axis.direction.applyfunc(exactly)), tuple(axis.point.applyfunc(exactly)) if axis.kind == "R" else None)
         for axis in axes
     )
-    return Given("screws", tuple(rows))
+    return Given(Screws, tuple(rows))
 
 
 def _rest(value: sp.Expr, own: sp.Symbol, kind: str) -> tuple[sp.Expr, bool]:

@@ -5,10 +5,11 @@ from decimal import Decimal
 
 import sympy as sp
 
-from qdot.exercises.arm.chain import TWIST_ORDERS, Chain, Point
-from qdot.exercises.arm.convention_view import modified_point, modified_rows
-from qdot.exercises.arm.conventions import axes_of
+from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS, Chain, Point
+from qdot.exercises.arm.conventions import REGISTRY
+from qdot.exercises.arm.conventions.base import Convention
 from qdot.exercises.arm.robot_file import Robot
+from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.input_file import shown
 
@@ -21,11 +22,12 @@ def robot_text(robot: Robot, convention: str) -> str:
     Raises QdotError where a convention can't tell it.
     """
     chain = robot.chain
-    top, joints = {"dh": _standard, "modified-dh": _modified, "screws": _screws}[convention](chain)
+    presented = REGISTRY[convention](chain)
+    top, joints = _table(presented) if presented.has_frames else _screws(chain)
     head = [("name", shown(chain.title or chain.name))]
     head += [("source", shown(robot.source))] if robot.source else []
-    head += [("convention", shown(convention))] if convention != "dh" else []
-    if convention == "screws" and chain.twist_order != TWIST_ORDERS[0]:
+    head += [("convention", shown(convention))] if convention != CONVENTIONS[0] else []
+    if presented.twist_orders and chain.twist_order != TWIST_ORDERS[0]:
         head.append(("twist_order", shown(chain.twist_order)))
     head += [("task", shown(list(chain.task))), *top]
     limits = [*robot.limits, *[None] * (chain.n - len(robot.limits))]
@@ -39,23 +41,14 @@ def _lines(entries: Entries) -> str:
     return "".join(f"{key} = {value}\n" for key, value in entries)
 
 
-def _standard(chain: Chain) -> tuple[Entries, list[Entries]]:
-    base = [] if chain.base.is_world else [("base", _pose(chain.base.position, (chain.base.tilt, 0, chain.base.yaw)))]
-    point = chain.point
-    told = [] if chain.tool is None else [("point", _place(point, point.frame == chain.n))]
-    return [*told, *base], [
-        _row(joint.kind, joint.theta, joint.d, joint.a, joint.alpha) for joint in chain.joints
-    ]  # fmt: skip
-
-
-def _modified(chain: Chain) -> tuple[Entries, list[Entries]]:
-    (base, rows), last, point = modified_rows(chain), chain.joints[-1], modified_point(chain)
+def _table(convention: Convention) -> tuple[Entries, list[Entries]]:
+    chain, base, point = convention.chain, convention.base, convention.point
     top: list[tuple[str, str]] = []
-    if chain.tool is not None or (last.a, last.alpha) != (0, 0):
+    if chain.tool is not None or convention.from_standard(chain.n) != (0, 0):
         top.append(("point", _place(point, point.frame == chain.n)))
     if not base.is_world:
-        top.append(("base", _pose(base.position, (sp.S.Zero, sp.S.Zero, base.yaw))))
-    return top, [_row(row.kind, row.theta, row.d, row.a, row.alpha) for row in rows]
+        top.append(("base", _pose(base.position, (base.tilt, sp.S.Zero, base.yaw))))
+    return top, [_row(row.kind, row.theta, row.d, row.a, row.alpha) for row in convention.rows]
 
 
 def _screws(chain: Chain) -> tuple[Entries, list[Entries]]:

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from qdot.exercises.arm.kinematics import NumericChain, cross
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.vectors import cross
 
 YES, NO, UNSURE = 1, 0, -1
 

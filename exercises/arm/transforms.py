@@ -6,7 +6,7 @@ Angles add up in runs of parallel joints. The frames are those of the convention
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.convention_view import is_modified, told_point, up_to_frame
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.kinematics import Z, frame_behind, link_frames
 from qdot.exercises.arm.shipped import once_per_structure
 from qdot.exercises.arm.trigonometry import count_terms, textbook
@@ -28,10 +28,11 @@ def seen_from_tool(structure: Chain) -> tuple[tuple[sp.Matrix, sp.Matrix, sp.Mat
 
 
 def _seen(structure: Chain, i: int) -> tuple[sp.Matrix, sp.Matrix, sp.Matrix]:
-    joints = up_to_frame(structure, structure.n).joints
+    convention = convention_of(structure)
+    joints = convention.first_joints(structure.n).joints
     rest = frame_behind(joints[i:])  # frame n seen from the one at the end of link i
-    z, along = _tidied(rest.rotation.T * Z), joints[i].d if is_modified(structure) else 0
-    p_star = _tidied(rest.rotation.T * rest.origin - along * z + sp.Matrix(told_point(structure).offset))
+    z, along = _tidied(rest.rotation.T * Z), joints[i].d if convention.has_frames_of_joints else 0
+    p_star = _tidied(rest.rotation.T * rest.origin - along * z + sp.Matrix(convention.point.offset))
     return z, p_star, _tidied(z.cross(p_star))
 
 

@@ -12,6 +12,7 @@ from typing import Any, Literal
 import pydantic
 
 from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS
+from qdot.exercises.arm.conventions import REGISTRY
 from qdot.exercises.arm.difficulty import HARDEST
 from qdot.exercises.arm.library import robot_path
 from qdot.exercises.arm.robot_file import read_robot_file
@@ -39,7 +40,6 @@ from qdot.exercises.generation import (
 from qdot.exercises.mistakes.catalogue import NO_OFTENER, OFTENER, Oftener, read_oftener
 from qdot.exercises.problem.credit import CREDIT, Credit, read_credit
 from qdot.exercises.problem.problem import (
-    BY_AXES,
     ENGINE,
     OF_ORDER,
     Problem,
@@ -335,7 +335,9 @@ def load_assignment(folder: Path) -> Assignment:
         defaults = _Defaults(variation, convention, _read_twist_order(content.twist_order))
     slots = tuple(_slot(file, index, entry, defaults, notes) for index, entry in enumerate(content.problem))
     with file.at("twist_order"):
-        if content.twist_order is not None and not any(map(_is_by_axes, slots)):
+        if content.twist_order is not None and not any(
+            _has_twist_order(slot.convention, slot.family) for slot in slots
+        ):
             raise QdotError(f"no arm of this assignment is told by its axes; {OF_ORDER}")
     roster = folder / "roster.csv"
     students, export = read_roster(roster), read_export(roster)
@@ -462,7 +464,7 @@ def _twist_order_of(entry: ProblemEntry, defaults: _Defaults, family: Family, co
     A robot has the order of its file unless the assignment sets one. Raises QdotError.
     """
     chosen = _read_twist_order(entry.twist_order) or defaults.twist_order or ""
-    if (convention or _convention_of(family)) == BY_AXES:
+    if _has_twist_order(convention, family):
         has_file = family.robot != ""  # its file may have another order than the usual one
         return chosen if has_file or not chosen else find_twist_order(chosen)
     if entry.twist_order is not None:
@@ -470,8 +472,8 @@ def _twist_order_of(entry: ProblemEntry, defaults: _Defaults, family: Family, co
     return ""
 
 
-def _is_by_axes(slot: Slot) -> bool:
-    return (slot.convention or _convention_of(slot.family)) == BY_AXES
+def _has_twist_order(convention: str, family: Family) -> bool:
+    return bool(REGISTRY[convention or _convention_of(family)].twist_orders)
 
 
 def _convention_of(family: Family) -> str:

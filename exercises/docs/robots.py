@@ -9,8 +9,7 @@ from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 
-from qdot.exercises.arm.chain import CONVENTIONS
-from qdot.exercises.arm.convention_view import told_words
+from qdot.exercises.arm.conventions import REGISTRY, convention_of
 from qdot.exercises.arm.library import robots
 from qdot.exercises.arm.robot_file import read_robot_file
 from qdot.exercises.common.console import say
@@ -25,7 +24,6 @@ LONG = ("baxter", "gen3", "panda", "sawyer")
 """Arms of seven joints with offsets: the conditions under which they are singular fill lines."""
 MOST_TERMS = 10
 """The most terms of a condition that has words; longer ones have none but that J loses rank."""
-NAMES = dict(zip(CONVENTIONS, ("standard", "modified", "axes"), strict=True))
 
 
 def robots_page() -> str:
@@ -37,7 +35,7 @@ def robots_page() -> str:
     groups: dict[tuple[str, ...], list[str]] = {}
     for name, words in load_singular_words().items():
         groups.setdefault(words, []).append(name)
-    section = render("docs/robots.md.j2", robots=robots().values(), names=NAMES, groups=groups)
+    section = render("docs/robots.md.j2", robots=robots().values(), conventions=REGISTRY, groups=groups)
     return f"{before}{SECTION}{section.rstrip()}\n{end}{rest}"
 
 
@@ -55,7 +53,7 @@ def describe_singular_set(name: str) -> tuple[str, ...]:
     components = solve(chain).singular or ()
     if any(len(condition.args) > MOST_TERMS for component in components for condition in component.conditions):
         return ()
-    return tuple(told_words(chain, component.kind.meaning) for component in components)
+    return tuple(convention_of(chain).rename_origins(component.kind.meaning) for component in components)
 
 
 def singular_words_text() -> str:

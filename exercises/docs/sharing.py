@@ -179,7 +179,7 @@ def measure_asked(family: str, step: str, questions: Sequence[str], size: int = 
 
 def digest_of_asked(identity: ProblemId, arm: Chain, name: str) -> str:
     """Return the digest of a part for a given arm."""
-    answer, details = QUESTIONS[name].ask(arm, Stream(f"qdot/{identity.engine}/{identity.seeded}/{name}"))
+    answer, details = QUESTIONS[name].ask(arm, Stream(f"qdot/{identity.engine}/{identity.family_and_seed}/{name}"))
     problem = Problem(identity, arm, (Part(name, name, answer, details=details),))
     return str(digests(problem)["parts"][name])
 

@@ -7,7 +7,7 @@ all conventions; of random arms, all clean structures; and of all real robots.
 from collections.abc import Callable, Iterator
 
 from qdot.exercises.arm.chain import CONVENTIONS, TASK_ROWS, Chain
-from qdot.exercises.arm.convention_view import up_to_frame
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import results, structure
 from qdot.exercises.arm.library import robot_path, robots
 from qdot.exercises.arm.robot_file import read_robot
@@ -60,7 +60,7 @@ def lines(arm: Chain) -> dict[bytes, str]:
     """Return the lines of an arm's structure and of those of its first joints, by their keys."""
     by_key = {key(structure(arm).chain): written(results_of(arm))}
     for joints in range(1, arm.n):
-        part = structure(up_to_frame(arm, joints)).chain
+        part = structure(convention_of(arm).first_joints(joints)).chain
         by_key.setdefault(key(part), written(results(part)))
     return by_key
 

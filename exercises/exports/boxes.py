@@ -71,7 +71,7 @@ class Box:
         return bool(self.units)
 
     @property
-    def beside(self) -> int:
+    def cells_per_row(self) -> int:
         """How many cells stand side by side."""
         return (2 if self.rows == 4 else min(self.rows, 3)) if self.is_numbers else self.columns
 
@@ -83,7 +83,7 @@ class Box:
     @property
     def room(self) -> int:
         """Total height in mm, with frame and heading."""
-        rows = math.ceil(self.rows / self.beside) if self.is_numbers else self.rows
+        rows = math.ceil(self.rows / self.cells_per_row) if self.is_numbers else self.rows
         return self.working + rows * self.height + 5
 
 

@@ -72,7 +72,7 @@ def _question(whole: Item, key: str, files: dict[str, str | bytes]) -> dict[str,
     if isinstance(form, Choose):
         question["options"] = [
             {"ident": f"{key}-{item.key}-{letter}", "text": line_html(text), "option": option}
-            for letter, text, option in zip(LETTERS, form.shown, form.options, strict=False)
+            for letter, text, option in zip(LETTERS, form.lettered_texts, form.options, strict=False)
         ]
     elif isinstance(form, Match):
         question |= _match_fields(form, f"{key}-{item.key}")
@@ -98,7 +98,7 @@ def _match_fields(form: Match, key: str) -> dict[str, object]:
             "text": line_html(stem),
             "right": rights[index]["ident"],
         }
-        for number, (stem, index) in enumerate(zip(form.shown, form.correct, strict=True))
+        for number, (stem, index) in enumerate(zip(form.lettered_stems, form.correct, strict=True))
     ]
     return {"stems": stems, "rights": rights, "shares": _shares(stems)}
 

@@ -9,7 +9,7 @@ from collections.abc import Generator
 from qdot.exercises.exports.export_format import File, Order
 from qdot.exercises.exports.handouts import handouts
 from qdot.exercises.exports.repositories import assignment_files
-from qdot.exercises.exports.wheel import versions, wheel, zipped
+from qdot.exercises.exports.wheel import versions, wheel, zip_files
 from qdot.exercises.writing.render import render
 
 
@@ -27,7 +27,7 @@ def gradescope(order: Order) -> Generator[File, None, None]:
         (name, content, 0o644),
         ("versions.txt", versions().encode(), 0o644),
     ]
-    yield File("autograder.zip", zipped(files), private=True)
+    yield File("autograder.zip", zip_files(files), private=True)
     yield File("README.md", render("exports/gradescope-readme.md.j2", **about))
     for student, notebook in notebooks.all():
         yield File(f"students/{student.id}/{assignment.key}.ipynb", notebook)

@@ -66,7 +66,7 @@ class Choose:
         return tuple(option.text for option in self.options) == TRUE_FALSE
 
     @property
-    def shown(self) -> tuple[str, ...]:
+    def lettered_texts(self) -> tuple[str, ...]:
         """The texts with the letters that solutions refer to; options of a figure have theirs, true and false none."""
         texts = tuple(option.text for option in self.options)
         return texts if self.fixed else _add_letters(texts)
@@ -84,7 +84,7 @@ class Match:
     correct: tuple[int, ...]
 
     @property
-    def shown(self) -> tuple[str, ...]:
+    def lettered_stems(self) -> tuple[str, ...]:
         """The stems with the letters that solutions refer to."""
         return _add_letters(self.stems)
 

@@ -114,12 +114,14 @@ def _options(form: Choose) -> tuple[Answer, ...]:
             share if option.right else wrong,
             html.escape(option.feedback),
         )
-        for text, option in zip(form.shown, form.options, strict=True)
+        for text, option in zip(form.lettered_texts, form.options, strict=True)
     )
 
 
 def _pairs(form: Match) -> tuple[tuple[str, str], ...]:
-    pairs = [(line_html(stem), form.options[index]) for stem, index in zip(form.shown, form.correct, strict=True)]
+    pairs = [
+        (line_html(stem), form.options[index]) for stem, index in zip(form.lettered_stems, form.correct, strict=True)
+    ]
     left = [option for index, option in enumerate(form.options) if index not in form.correct]
     return (*pairs, *(("", option) for option in left))
 

@@ -100,7 +100,7 @@ def _item(item: Item) -> dict[str, object]:
                 "right": option.right,
                 "feedback": option.feedback,
             }
-            for letter, text, option in zip(LETTERS, form.shown, form.options, strict=False)
+            for letter, text, option in zip(LETTERS, form.lettered_texts, form.options, strict=False)
         ]
         right = sum(option.right for option in form.options)
         context |= {
@@ -112,7 +112,7 @@ def _item(item: Item) -> dict[str, object]:
     elif isinstance(form, Match):
         context |= {
             "type": "match",
-            "stems": [(f"S{k}", _line(stem)) for k, stem in enumerate(form.shown)],
+            "stems": [(f"S{k}", _line(stem)) for k, stem in enumerate(form.lettered_stems)],
             "targets": [(f"T{number}", option) for number, option in enumerate(form.options)],
             "pairs": [f"S{number} T{index}" for number, index in enumerate(form.correct)],
             "share": decimal(item.points / len(form.stems)),

@@ -3,7 +3,6 @@
 from qdot.exercises.exports.canvas import canvas_zip
 from qdot.exercises.exports.export_format import ExportFormat, robots
 from qdot.exercises.exports.gradescope import gradescope
-from qdot.exercises.exports.jupyterquiz import jupyterquiz_files
 from qdot.exercises.exports.moodle import moodle_files
 from qdot.exercises.exports.nbgrader import nbgrader
 from qdot.exercises.exports.otter import otter
@@ -36,8 +35,6 @@ EXPORT_FORMATS = {
         ExportFormat("scorm", "Packages that report scores, with the answers in them", "what reads SCORM 1.2 or 2004",
             "scorm-again, in Chromium; the rules of its XML Schemas", "variant", packages, check=check_size,
             missing=missing_scripts),
-        ExportFormat("jupyterquiz", "Quizzes for notebooks, with the answers in the page",
-            "jupyterquiz, in Jupyter Book, too", "jupyterquiz", "variant", jupyterquiz_files),
         ExportFormat("html", "Handouts, exams and keys as web pages", "any browser", "our checks of its structure",
             "student", html, check=check_sheet),
         ExportFormat("pdf", "Handouts, exams and keys as PDF/UA-1, also one for the whole class", "any reader of PDF",

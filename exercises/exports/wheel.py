@@ -24,7 +24,7 @@ DATE = (1980, 1, 1, 0, 0, 0)
 """The date of every file in an archive: the earliest possible one in a zip."""
 
 
-def zipped(files: Iterable[tuple[str, bytes, int]]) -> bytes:
+def zip_files(files: Iterable[tuple[str, bytes, int]]) -> bytes:
     """Return a zip archive of files (name, content, permissions), in this order; its bytes depend on nothing else."""
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
@@ -50,7 +50,7 @@ def wheel() -> tuple[str, bytes]:
     ]
     record = "".join(f"{name},sha256={_digest(data)},{len(data)}\n" for name, data in files)
     files.append((f"{about}/RECORD", f"{record}{about}/RECORD,,\n".encode()))
-    return f"{name}-py3-none-any.whl", zipped((name, data, 0o644) for name, data in files)
+    return f"{name}-py3-none-any.whl", zip_files((name, data, 0o644) for name, data in files)
 
 
 def _modules() -> list[tuple[str, bytes]]:

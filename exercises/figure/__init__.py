@@ -24,7 +24,7 @@ import numpy as np
 
 from qdot.exercises.answers import LETTERS
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.convention_view import is_by_axes
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.figure import frames
 from qdot.exercises.figure.arm import joint_angle, scene, slide
 from qdot.exercises.figure.aspect import best_views
@@ -106,7 +106,7 @@ def arm_figure(chain: Chain, pose: Mapping[str, float] | None = None) -> Figure:
 def figure_pose(chain: Chain) -> dict[str, float]:
     """Return the joint variables by name (rad, m) in the default pose of `figure_svg`."""
     zero = {q.name: 0.0 for q in chain.q}
-    if is_by_axes(chain):
+    if not convention_of(chain).has_frames:
         return zero
     entries, offsets = _draw_with_labels(chain, None)[1], entries_of_pose(chain, zero)
     return {name: round(float(entry - offset), 9) for name, entry, offset in zip(zero, entries, offsets, strict=True)}
@@ -172,7 +172,7 @@ def figure_svg(chain: Chain, name: str = "arm", pose: Mapping[str, float] | None
 
     An arm described by its axes is drawn in its home position, unless a pose is given.
     """
-    if pose is None and is_by_axes(chain):
+    if pose is None and not convention_of(chain).has_frames:
         pose = {q.name: 0.0 for q in chain.q}
     return _render_svg(chain, name, None if pose is None else tuple(pose.items()))
 
@@ -181,7 +181,7 @@ def figure_svg(chain: Chain, name: str = "arm", pose: Mapping[str, float] | None
 def _render_svg(chain: Chain, name: str, pose: tuple[tuple[str, float], ...] | None) -> str:
     """Return the drawing as SVG; cached, as the staff's notebook and the store need it right after each other."""
     return render(
-        "figure.svg.j2",
+        "figure/arm.svg.j2",
         figure=_draw_with_labels(chain, pose)[0],
         name=name,
         title=title_text(chain),
@@ -204,7 +204,7 @@ def thumbnail_svg(chain: Chain, name: str = "arm") -> str:
     figure = thumbnail(chain)
     size = tuple(SHRUNK * length // 100 for length in (figure.width, figure.height))
     return render(
-        "figure-thumbnail.svg.j2",
+        "figure/thumbnail.svg.j2",
         figure=figure,
         name=name,
         size=size,
@@ -297,7 +297,7 @@ def _arrange(drawings: Sequence[tuple[str, Figure]], below: str, name: str, titl
         for k, text in enumerate(textwrap.wrap(below, (WIDTH - 2 * GAP) // LETTER))
     ]
     return render(
-        "figure-panels.svg.j2",
+        "figure/panels.svg.j2",
         panels=panels,
         remark=remark,
         name=name,
@@ -344,7 +344,7 @@ def _compose(
 def _draw_parts(chain: Chain, bones: Skeleton, sparse: bool, view: View) -> Drawing:
     """Return all parts from back to front."""
     stage = scene(chain, bones, view, sparse)
-    on_top = is_by_axes(chain)  # at home, a link may run along an axis of the space frame
+    on_top = not convention_of(chain).has_frames  # at home, a link may run along an axis of the space frame
     before, behind = (Drawing(), frames.world(stage)) if on_top else (frames.world(stage), Drawing())
     if sparse:
         part = before + Drawing(body(stage).shapes) + behind

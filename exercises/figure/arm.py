@@ -11,8 +11,7 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.convention_view import is_by_axes, is_modified, told_base
-from qdot.exercises.arm.kinematics import modified_frames
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.figure.labels import Request
 from qdot.exercises.figure.plane import is_flat
 from qdot.exercises.figure.pose import Skeleton, entries_of_pose
@@ -84,10 +83,9 @@ def scene(chain: Chain, bones: Skeleton, view: View, sparse: bool = False) -> Sc
 
 def convention_frames(chain: Chain, bones: Skeleton) -> np.ndarray:
     """Return the link frames of an arm by its convention (n+1 x 4 x 4)."""
-    if not is_modified(chain):
-        return bones.frames
-    place = np.zeros(3) if told_base(chain).is_world else bones.origins[0]  # at the drawn distance from the world
-    return modified_frames(bones.frames, bones.corners, place)
+    convention = convention_of(chain)
+    place = np.zeros(3) if convention.base.is_world else bones.origins[0]  # at the drawn distance from the world
+    return convention.frames_in_numbers(bones.frames, bones.corners, place)
 
 
 def _is_movable(bones: Skeleton, i: int) -> bool:
@@ -97,7 +95,7 @@ def _is_movable(bones: Skeleton, i: int) -> bool:
 
 def _has_room(chain: Chain) -> bool:
     """Whether all x axes are drawn even if many start at one point, as for a wrist in modified DH."""
-    return is_modified(chain) and chain.n <= FEW
+    return convention_of(chain).has_frames_of_joints and chain.n <= FEW
 
 
 def _crowded_frames(origins: np.ndarray) -> frozenset[int]:
@@ -258,13 +256,17 @@ def _hatched_line(view: View, middle: np.ndarray, x: np.ndarray, down: np.ndarra
 def joint_angle(scene: Scene, i: int) -> Drawing:
     """Return the arc of theta_i from x_{i-1} to x_i about z_{i-1}, with dashed lines for axes that are not drawn."""
     table, bones, view = scene.chain.joints[i - 1], scene.bones, scene.view
-    if table.kind != "R" or is_by_axes(scene.chain):  # there are no x axes from which to measure it
+    if table.kind != "R" or not convention_of(scene.chain).has_frames:  # there are no x axes from which to measure it
         return Drawing()
     angle = float(np.arctan2(np.sin(bones.entries[i - 1]), np.cos(bones.entries[i - 1])))
     x, y, center = bones.frames[i - 1, :3, 0], bones.frames[i - 1, :3, 1], scene.places[i - 1]
     label = with_offset(scene.chain.q[i - 1], scene.offsets[i - 1], angle=True)
     dashed = []
-    if np.linalg.norm(center - bones.origins[i - 1]) > 1e-9 or i - 1 in scene.without_x or is_modified(scene.chain):
+    if (
+        np.linalg.norm(center - bones.origins[i - 1]) > 1e-9
+        or i - 1 in scene.without_x
+        or convention_of(scene.chain).has_frames_of_joints
+    ):
         dashed.append(x)
     if np.linalg.norm(bones.corners[i - 1] - center) > 1e-9 or table.a == 0:
         dashed.append(direction_at(x, y, angle))
@@ -292,7 +294,7 @@ def arc(
 
 def slide(scene: Scene, i: int) -> Drawing:
     """Return the dimension line of d_i of a prismatic joint, from O_{i-1} along z_{i-1}."""
-    if scene.chain.joints[i - 1].kind != "P" or is_by_axes(scene.chain):
+    if scene.chain.joints[i - 1].kind != "P" or not convention_of(scene.chain).has_frames:
         return Drawing()
     start, end = scene.bones.origins[i - 1], scene.bones.corners[i - 1]
     moved = np.linalg.norm(scene.places[i - 1] - start) > 1e-9  # then there is a joint with its arc at O_{i-1}

@@ -5,7 +5,7 @@ from itertools import combinations
 
 import numpy as np
 
-from qdot.exercises.arm.convention_view import is_by_axes, is_modified, told_base, told_rows
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.figure.arm import Scene, anchors_beside, arc, dimension, is_point
 from qdot.exercises.figure.labels import Request
 from qdot.exercises.figure.pose import entries_of_pose
@@ -37,15 +37,16 @@ maximum cost.
 
 def axes(scene: Scene) -> Drawing:
     """Return the axes of frames 0 ... n; axes that coincide are drawn once, with all their names."""
-    if is_by_axes(scene.chain):
+    if not convention_of(scene.chain).has_frames:
         return _joint_axes(scene)
     view, flat = scene.view, scene.is_planar
+    base = convention_of(scene.chain).base
     length = AXIS[flat] if not is_point(scene.bones) else LONG
     drawn: dict[tuple[int, ...], tuple[np.ndarray, np.ndarray, str, tuple[TextRun, ...]]] = {}
     for i, frame in enumerate(scene.frames):
         for k, name in enumerate(NAMES):
             axis, origin = frame[:3, k], frame[:3, 3]
-            shown = view.lies_flat(axis) if flat else name != "y" or (i == 0 and told_base(scene.chain).is_world)
+            shown = view.lies_flat(axis) if flat else name != "y" or (i == 0 and base.is_world)
             if not shown or (i in scene.without_x and (name == "x" or (name == "y" and scene.sparse))):
                 continue
             key = tuple(round(part) for part in (*(origin * view.scale / 2).tolist(), *(axis * 10).tolist()))
@@ -103,7 +104,7 @@ def body_frame(scene: Scene) -> Drawing:
 
 def has_body_frame(scene: Scene) -> bool:
     """Whether the body frame is drawn or named: at home, if P is on the last link."""
-    return is_by_axes(scene.chain) and scene.is_home and scene.chain.point.frame == scene.chain.n
+    return not convention_of(scene.chain).has_frames and scene.is_home and scene.chain.point.frame == scene.chain.n
 
 
 def _is_at_world(scene: Scene) -> bool:
@@ -114,7 +115,7 @@ def origins(scene: Scene) -> Drawing:
     """Return the names of the origins O_0 ... O_n and of P; coincident points share a label."""
     names: list[tuple[np.ndarray, tuple[TextRun, ...]]] = []
     point = scene.bones.path[-1]
-    shown = [] if is_by_axes(scene.chain) else list(enumerate(scene.frames[:, :3, 3]))
+    shown = [] if not convention_of(scene.chain).has_frames else list(enumerate(scene.frames[:, :3, 3]))
     body = roman(", {b}") if has_body_frame(scene) else ()
     marks = [(point, (*symbol("P"), *body))] + [(o, symbol("O", str(i))) for i, o in shown]
     for place, pieces in marks:
@@ -138,7 +139,7 @@ def crowding(scene: Scene) -> tuple[float, float]:
 
     An origin on an axis of the world frame costs, too. 0 means that all are apart.
     """
-    view, base = scene.view, told_base(scene.chain)
+    view, base = scene.view, convention_of(scene.chain).base
     spots = [view.px(place) for place in _distinct_origins(scene)]
     arm_cost = sum(_closeness_cost(math.dist(p, q), ROOMY) for p, q in combinations(spots, 2))
     if not any(base.position):
@@ -163,7 +164,7 @@ def _distance(point: Pair, start: Pair, end: Pair) -> float:
 
 def _distinct_origins(scene: Scene) -> list[np.ndarray]:
     """Return the distinct origins of the arm's frames (3, m), according to the table."""
-    rows, places = told_rows(scene.chain), scene.frames[:, :3, 3]
+    rows, places = convention_of(scene.chain).rows, scene.frames[:, :3, 3]
     apart = [True, *(row.kind == "P" or row.a != 0 or row.d != 0 for row in rows)]
     return [place for place, is_new in zip(places, apart, strict=True) if is_new]
 
@@ -172,10 +173,10 @@ def page_normals(scene: Scene) -> Drawing:
     """Return the names of z axes seen end-on, if not all z axes of a flat drawing point towards the reader."""
     view, n = scene.view, scene.chain.n
     signs = [view.toward(frame[:3, 2]) for frame in scene.frames]
-    if not scene.is_planar or min(signs) > 0.9 or is_by_axes(scene.chain):
+    if not scene.is_planar or min(signs) > 0.9 or not convention_of(scene.chain).has_frames:
         return Drawing()
     labels, labelled = [], range(n) if min(map(abs, signs)) > 0.9 else range(n + 1)
-    if is_modified(scene.chain):
+    if convention_of(scene.chain).has_frames_of_joints:
         labelled = range(1, n + 1)
     for i in labelled:
         if abs(signs[i]) > 0.9:
@@ -187,8 +188,8 @@ def page_normals(scene: Scene) -> Drawing:
 
 def world(scene: Scene) -> Drawing:
     """Return the world frame, the base's position as dashed lines, and the base's yaw; nothing if the frames agree."""
-    view, base = scene.view, told_base(scene.chain)
-    by_axes = is_by_axes(scene.chain)
+    view, base = scene.view, convention_of(scene.chain).base
+    by_axes = not convention_of(scene.chain).has_frames
     if base.is_world and not by_axes:
         return _first_length(scene)
     name = "s" if by_axes else "w"
@@ -218,8 +219,8 @@ def world(scene: Scene) -> Drawing:
 
 def _first_length(scene: Scene) -> Drawing:
     """Return a dashed line from O_0 to the axis of joint 1, if the first row of a modified table has a length a_0."""
-    length = told_rows(scene.chain)[0].a
-    if not is_modified(scene.chain) or length == 0:
+    _, length = convention_of(scene.chain).from_standard(0)
+    if length == 0:
         return Drawing()
     ends = scene.view.path([scene.frames[0, :3, 3], scene.bones.origins[0]])
     labels = () if scene.sparse else (Request(magnitude(length), anchors_beside(*ends), "text", gap=4.0, rank=1),)
@@ -228,12 +229,12 @@ def _first_length(scene: Scene) -> Drawing:
 
 def _is_along_first_link(scene: Scene, k: int) -> bool:
     """Whether the dashed line along axis k of the world frame ends at O_0 and the first link runs along it."""
-    rest, link = told_base(scene.chain).position[k + 1 :], scene.bones.corners[0] - scene.bones.origins[0]
+    rest, link = convention_of(scene.chain).base.position[k + 1 :], scene.bones.corners[0] - scene.bones.origins[0]
     return not any(rest) and abs(float(link[k])) > 0.99 * float(np.linalg.norm(link)) > 0
 
 
 def _yaw(scene: Scene, apart: bool) -> Drawing:
-    base, view, frame = told_base(scene.chain), scene.view, scene.frames[0]
+    base, view, frame = convention_of(scene.chain).base, scene.view, scene.frames[0]
     if base.yaw == 0 or scene.sparse:
         return Drawing()
     x, origin = frame[:3, 0], frame[:3, 3]

@@ -12,7 +12,7 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain, Point
-from qdot.exercises.arm.convention_view import is_by_axes
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.figure.pose import entries_of_pose
 from qdot.exercises.figure.shapes import Figure, Run, TextRun, extent, magnitude, runs, with_offset
 
@@ -57,7 +57,7 @@ class Model:
 
 def model_of(chain: Chain) -> Model:
     """Return the model of an arm. An arm described by its axes is its own model, as it is drawn at home."""
-    if is_by_axes(chain):
+    if not convention_of(chain).has_frames:
         return Model(chain, chain, {}, 1.0)
     letters: dict[tuple[TextRun, ...], tuple[TextRun, ...]] = {}
     length, longer = _model_lengths(chain, letters)

@@ -61,7 +61,7 @@ def tikz(svg: str) -> str:
     """Return a tikzpicture of one of our figures; needs tikz. Raises ValueError for SVG that our figures don't have."""
     root = ET.fromstring(svg)  # noqa: S314 - our own figure
     drawn = list(_draw_elements(root, _Frame(), {}))
-    return render("figure.tex.j2", drawn=drawn, unit=POINTS, end=(root.get("width"), root.get("height")))
+    return render("figure/arm.tex.j2", drawn=drawn, unit=POINTS, end=(root.get("width"), root.get("height")))
 
 
 def _draw_elements(parent: ET.Element, frame: _Frame, inherited: Mapping[str, str]) -> Iterator[Stroke | Lettering]:

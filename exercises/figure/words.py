@@ -3,8 +3,8 @@
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.convention_view import is_by_axes, is_modified, told_base, told_point, told_rows
-from qdot.exercises.arm.conventions import axes_of
+from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.figure.plane import SEEN, exact, is_flat, plane
 from qdot.exercises.figure.shapes import sign_and_lettering
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, catalogue
@@ -39,7 +39,7 @@ def alt_text(chain: Chain, posed: bool = False) -> str:
     across = plane(chain)
     where = f"drawn flat {SEEN[across]}" if across else "drawn in space"
     arm = f"A {'planar' if across else 'spatial'} arm with {joints} in series, {where}"
-    if is_by_axes(chain):
+    if not convention_of(chain).has_frames:
         arm = arm.replace("_w", "_s")
         home = ", not at home. At home, in the space frame s:" if posed else ", at home, in the space frame s."
         return " ".join([f"{arm}{home}", *_axes(chain), "Lengths are not to scale."])
@@ -91,7 +91,7 @@ def _triple(values: tuple[sp.Expr, sp.Expr, sp.Expr]) -> str:
 
 
 def _base(chain: Chain) -> str:
-    base = told_base(chain)
+    base = convention_of(chain).base
     if base.is_world:
         return "The base frame O0 is the world frame."
     turns = [f"turned by {_plain(base.yaw, angle=True)} about z_w"] if base.yaw != 0 else []
@@ -104,8 +104,8 @@ def _base(chain: Chain) -> str:
 
 
 def _joint(chain: Chain, i: int) -> str:
-    if is_modified(chain):
-        return _modified_joint(chain, i)
+    if convention_of(chain).has_frames_of_joints:
+        return _joint_of_frame(chain, i)
     row, angle = chain.joints[i - 1], chain.joints[i - 1].kind == "R"
     moves = _moves(chain, i)
     lengths = []
@@ -174,9 +174,9 @@ def _moves(chain: Chain, i: int) -> str:
     return f"turns by {entry} about" if angle else f"slides by {entry} along"
 
 
-def _modified_joint(chain: Chain, i: int) -> str:
+def _joint_of_frame(chain: Chain, i: int) -> str:
     """Return a description of a joint in modified DH, where frame i is on the axis of joint i."""
-    row = told_rows(chain)[i - 1]
+    row = convention_of(chain).rows[i - 1]
     angle, before = row.kind == "R", f"z{i - 1}"
     if row.alpha == 0:
         lies = "" if row.a == 0 else f"its axis z{i} is parallel to {before}"
@@ -202,7 +202,7 @@ def _twist(chain: Chain, i: int) -> str:
 
 
 def _point(chain: Chain) -> str:
-    point = told_point(chain)
+    point = convention_of(chain).point
     frame = point.frame
     last = ", the last frame" if frame == chain.n else ""
     if point.is_origin:

@@ -11,6 +11,7 @@ From the bottom up:
     algebra                             trees added, multiplied and differentiated, without SymPy
     notation, tables                    what people bring along as plain text; vectors and matrices without commas
     products                            matrices that stand as operands, worked out
+    metres                              the unit m told apart from a whole number
     expression                          text to a tree by a grammar, in whatever notation it was written
     noise                               what floating-point numbers leave of zero, taken away
     program                             trees evaluated at many points at once

@@ -12,6 +12,7 @@ from fractions import Fraction
 from functools import lru_cache
 from itertools import pairwise
 
+from qdot.exercises.formula.metres import METRE, without_metres
 from qdot.exercises.formula.names import (
     ARITY,
     FUNCTIONS,
@@ -139,7 +140,9 @@ class _Parser:
             raise ReadError("nothing is there")
         self.pass_parameters()
         found = self.listed()
-        return carried_out(_braces_as_lists(found) if self.braces_are_lists else found)
+        found = _braces_as_lists(found) if self.braces_are_lists else found
+        is_metre = METRE not in self.known and any(text == METRE for _, text, _ in self.tokens)
+        return carried_out(without_metres(found) if is_metre else found)
 
     def listed(self) -> Node:
         """Read what stands there to the end."""
@@ -426,15 +429,19 @@ class _Parser:
         return Node("list", (*rows, row))
 
     def is_unit(self, text: str) -> bool:
-        """Tell whether a name behind a number is a unit, as in d2 = 0.25 m: where the product ends with it."""
-        if text not in _UNITS or text in self.known or self.text_at(1) in _GO_ON:
+        """Tell whether a name behind a number is a unit: 0.25 rad at the end of a product, 25 cm before a factor, too.
+
+        Of m it is decided when the whole formula is known (`metres`).
+        """
+        if text not in _UNITS or text in self.known or text in VOCABULARY["whole_numbers"]:
             return False
         kind, before, _ = self.tokens[self.at - 1]
-        is_angle = text not in VOCABULARY["whole_numbers"] and before in VOCABULARY["before_whole_numbers"]
-        return (kind == "number" or is_angle) and self.tokens[min(self.at + 1, len(self.tokens) - 1)][0] in (
-            "op",
-            "end",
-        )
+        if kind != "number" and before not in VOCABULARY["before_whole_numbers"]:
+            return False
+        next_kind, after, _ = self.tokens[min(self.at + 1, len(self.tokens) - 1)]
+        if text in VOCABULARY["lengths"]:
+            return after not in _POWERS_OF_UNIT
+        return after not in _GO_ON and (next_kind in ("op", "end") or after in _WORDS)
 
     def signed_power(self) -> Node:
         return Node("neg", (self.power(),)) if self.sign() else self.power()
@@ -665,10 +672,11 @@ _ANGLE, _SHORT_OF_ANGLE = pattern("angle"), pattern("short_of_angle")
 _MODULO: list[str] = VOCABULARY["modulo"]
 _SYNONYMS: dict[str, str] = VOCABULARY["synonyms"]
 _PI = tuple(VOCABULARY["before_whole_numbers"])
-_BEFORE_BRACKETS = ("pi", "I")
-"""Constants that are multiplied with a bracket behind them: nobody writes functions of these names."""
+_BEFORE_BRACKETS = ("pi", "I", *VOCABULARY["whole_numbers"])
+"""Names that are multiplied with a bracket behind them: nobody writes functions of these names."""
 _UNITS: dict[str, str] = VOCABULARY["units"]
-_GO_ON = ("*", "/", "^", "**", "(")
+_POWERS_OF_UNIT = ("/", "^", "**")
+_GO_ON = ("*", "(", *_POWERS_OF_UNIT)
 """What follows a name that is a factor, and no unit at the end of a product."""
 
 

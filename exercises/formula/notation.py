@@ -113,6 +113,21 @@ def without_units(text: str, known: AbstractSet[str]) -> str:
     return _NUMBER_IN_UNIT.sub(number, text)
 
 
+_LENGTH_WITH_COMMA = re.compile(
+    f"{VOCABULARY['patterns']['decimal_in_unit']}({_pattern_of_units(VOCABULARY['lengths'])})"
+    f"{VOCABULARY['patterns']['behind_unit']}"
+)
+
+
+def with_points_of_lengths(text: str) -> str:
+    """Return a text with the commas of lengths as in 0,2 m, which stand between no two values, written as points.
+
+    >>> with_points_of_lengths("d3 = 0,2 m oder 20,5 cm, theta2 = 0,180°")
+    'd3 = 0.2 m oder 20.5 cm, theta2 = 0,180°'
+    """
+    return _LENGTH_WITH_COMMA.sub(r"\1.\2\3", text)
+
+
 _NAMED_IN_UNIT = re.compile(
     f"{VOCABULARY['patterns']['name_of_number']}{VOCABULARY['patterns']['number_in_unit']}"
     f"({_pattern_of_units([*_UNITS, *VOCABULARY['degrees']])}){VOCABULARY['patterns']['behind_unit']}"

@@ -55,13 +55,21 @@ def _factors(chain: Chain, _: Shape) -> Iterator[Slip]:
 
 
 def _trig_exchanged(chain: Chain, _: Shape) -> Iterator[Slip]:
-    if _square(chain, 1):
-        values = dict(structure(chain).values)
-        for factor, _power in derive(chain).generic_minors[0].factors:
-            own = factor.xreplace(values)
-            if isinstance(own, (sp.sin, sp.cos)):
-                other = (sp.cos if isinstance(own, sp.sin) else sp.sin)(*own.args)
-                yield Slip({"determinant": _divided(own / other)})
+    """Exchange sine and cosine in a factor that is one of them.
+
+    With a constant in the angle it can be written as either, so that both signs may come of it.
+    """
+    if not _square(chain, 1):
+        return
+    values, constants = dict(structure(chain).values), dict(zip(chain.q, chain.offsets, strict=True))
+    for factor, _power in derive(chain).generic_minors[0].factors:
+        own = factor.xreplace(values)
+        waves = own.atoms(sp.sin, sp.cos)
+        if len(waves) == 1 and (own / (wave := waves.pop())).is_number:
+            other = (sp.cos if isinstance(wave, sp.sin) else sp.sin)(*wave.args)
+            yield Slip({"determinant": _divided(wave / other)})
+            if any(constants.get(symbol, 0) != 0 for symbol in wave.free_symbols):
+                yield Slip({"determinant": _divided(-wave / other)})
 
 
 def _lost(stage: str, chain: Chain, factor: Any, divisor: Any) -> Slip:

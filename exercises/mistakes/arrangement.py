@@ -6,7 +6,7 @@ from itertools import combinations
 import numpy as np
 
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
-from qdot.exercises.arm.convention_view import twist_rows
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation_graph import RESULT, Change, Working
 from qdot.exercises.mistakes.base import Mistake, Shape, Slip
 
@@ -97,7 +97,7 @@ def _rows(chosen: list[int], of_answer: bool) -> Change:
 
 def _other_rows(chain: Chain, shape: Shape) -> Iterator[Slip]:
     """All six rows, or all three of one kind, where others count; or some where all six are asked for."""
-    six = twist_rows(chain)
+    six = convention_of(chain).velocities
     due = {(6, chain.n): six, (len(chain.task), chain.n): chain.task}.get(shape)
     if due is None:
         return

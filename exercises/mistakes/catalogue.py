@@ -157,12 +157,20 @@ def wrong_answers(w: Working, part: Part, precise: bool = False) -> Iterator[Wro
 def made(mistake: Mistake, w: Working, part: Part, right: np.ndarray | None = None) -> Iterator[Wrong]:
     """Yield what one mistake makes of the answer to a part, in every way in which it is made.
 
-    A mistake in adding up the links is followed by differentiation first, then by propagation.
+    A mistake in adding up the links is followed by differentiation first, then by propagation. One that is made at
+    several joints is made, and told of, at those only at which it changes the answer.
     """
     right = _result(w, part) if right is None else right
     if right is None:
         return
-    for slip in mistake.slips(w.chain, (right.shape[0], right.shape[1])):
+    idle = set[int]()
+    for variant in mistake.slips(w.chain, (right.shape[0], right.shape[1])):
+        slip: Slip | None = variant
+        if variant.at is not None:
+            slip, idle = variant.but_at(idle), set()
+        if slip is None:
+            continue
+        is_idle = True
         ways: list[Mapping[str, object]] = [slip.changes]
         if _POSITIONS & set(slip.changes) and "linear" not in slip.changes:
             ways.append({**slip.changes, "linear": propagated})
@@ -170,7 +178,18 @@ def made(mistake: Mistake, w: Working, part: Part, right: np.ndarray | None = No
             working = w.but(way)  # type: ignore[arg-type]
             answer = _result(working, part)
             if answer is not None:
+                is_idle = is_idle and _is_same(answer, right)
                 yield Wrong(mistake, slip, working, answer)
+        if is_idle:
+            idle.update(slip.places)
+
+
+def _is_same(answer: np.ndarray, right: np.ndarray) -> bool:
+    if answer.shape != right.shape:
+        return False
+    if answer.dtype == object:
+        return bool((answer == right).all())
+    return np.allclose(answer, right, rtol=1e-9, atol=1e-9, equal_nan=True)
 
 
 def _result(working: Working, part: Part) -> np.ndarray | None:

@@ -9,7 +9,7 @@ import sympy as sp
 
 from qdot.exercises.arm.arithmetic import applied, cross
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.convention_view import frame_on_axis, is_by_axes, is_modified
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation_graph import (
     RESULT,
     Change,
@@ -20,7 +20,7 @@ from qdot.exercises.arm.derivation_graph import (
     told_rotation,
     turned_rows,
 )
-from qdot.exercises.mistakes.base import Mistake, Shape, Slip, of_frames
+from qdot.exercises.mistakes.base import Mistake, Shape, Slip, at_each_and_all, of_frames
 from qdot.exercises.mistakes.position import run_start
 
 # --- differentiation ---
@@ -132,8 +132,8 @@ def _by_products(change: Callable[[Working, int], np.ndarray], words: dict[str, 
 
 def _on_axis(chain: Chain) -> dict[str, object]:
     """Return what the frame on the axis of joint i and this axis are called in the convention of an arm."""
-    frame = {"dh": "i-1", "modified-dh": "i"}.get(chain.convention, "")
-    return {"frame": frame, "axis": f"z_{frame}" if frame == "i" else f"z_({frame})" if frame else "omega_i"}
+    convention = convention_of(chain)
+    return {"frame": convention.frame_index, "axis": convention.plain_axis}
 
 
 def _next_axis(chain: Chain, _: Shape) -> Iterator[Slip]:
@@ -159,7 +159,7 @@ def _previous_both(chain: Chain, _: Shape) -> Iterator[Slip]:
     def arms(w: Working, right: np.ndarray) -> np.ndarray:
         return np.concatenate([w["point"][None] - w["origins"][:1], right[:-1]])
 
-    if is_modified(chain) and chain.n > 1:
+    if chain.n > 1:
         yield Slip({"axes": _before, "arms": arms, "linear": propagated})
 
 
@@ -195,7 +195,7 @@ def _from_other_origin(chain: Chain, _: Shape) -> Iterator[Slip]:
             out[i] = arms[j]
             return out
 
-        frame, other = (frame_on_axis(chain, joint + 1) for joint in (i, j))
+        frame, other = (convention_of(chain).frame_on_axis(joint + 1) for joint in (i, j))
         yield Slip({"arms": changed}, {"joint": i + 1, "frame": frame, "other": other})
 
 
@@ -220,17 +220,16 @@ def _as_prismatic(chain: Chain, _: Shape) -> Iterator[Slip]:
 
 
 def _taken_for(chain: Chain, kind: str, other: str) -> Iterator[Slip]:
-    joints = [i for i, joint in enumerate(chain.joints) if joint.kind == kind]
+    def taken(joints: Sequence[int]) -> Slip:
+        changed: Change = lambda w, kinds: [other if i in joints else kind for i, kind in enumerate(kinds)]  # noqa: E731
+        return Slip({"kinds": changed, "linear": propagated}, {"joint": _listed(joints)})
 
-    def changed(which: list[int]) -> Change:
-        return lambda w, kinds: [other if i in which else kind for i, kind in enumerate(kinds)]
+    return at_each_and_all([i for i, joint in enumerate(chain.joints) if joint.kind == kind], taken)
 
-    for i in joints:
-        yield Slip({"kinds": changed([i]), "linear": propagated}, {"joint": i + 1})
-    if len(joints) > 1:
-        yield Slip(
-            {"kinds": changed(joints), "linear": propagated}, {"joint": " and ".join(str(i + 1) for i in joints)}
-        )
+
+def _listed(joints: Sequence[int]) -> str:
+    """Return numbers of joints, from 1."""
+    return " and ".join(str(i + 1) for i in joints)
 
 
 def _turning_slides(chain: Chain, _: Shape) -> Iterator[Slip]:
@@ -246,7 +245,7 @@ def _all_slides_turn(chain: Chain, _: Shape) -> Iterator[Slip]:
         return np.stack([w["axes"][i] if i in slides else angular[:, i] for i in range(w.n)], axis=1)
 
     if len(slides) > 1:
-        yield Slip({"angular": changed}, {"joint": " and ".join(str(i + 1) for i in slides)})
+        yield Slip({"angular": changed}, {"joint": _listed(slides)})
 
 
 def _one_turns(chain: Chain, _: Shape) -> Iterator[Slip]:
@@ -277,17 +276,16 @@ def _column(joint: int, new: Callable[[Working, int], np.ndarray]) -> Change:
 
 
 def _not_turning(chain: Chain, _: Shape) -> Iterator[Slip]:
-    revolute = [i for i, joint in enumerate(chain.joints) if joint.kind == "R"]
-    for i in revolute:
-        yield Slip({"angular": _column(i, lambda w, i: 0 * w["axes"][i])}, {"joint": i + 1})
-    if len(revolute) > 1:
-        words = " and ".join(str(i + 1) for i in revolute)
-        yield Slip({"angular": lambda w, angular: 0 * angular}, {"joint": words})
+    def still(joints: Sequence[int]) -> Slip:
+        def changed(w: Working, angular: np.ndarray) -> np.ndarray:
+            return np.stack([0 * angular[:, i] if i in joints else angular[:, i] for i in range(w.n)], axis=1)
+
+        return Slip({"angular": changed}, {"joint": _listed(joints)})
+
+    return at_each_and_all([i for i, joint in enumerate(chain.joints) if joint.kind == "R"], still)
 
 
 def _blocks(chain: Chain, _: Shape) -> Iterator[Slip]:
-    if is_by_axes(chain):  # there the angular rows come first: `screws` says so
-        return
     yield Slip({"geometric": lambda w, both: np.concatenate([both[3:], both[:3]])})
 
 
@@ -296,8 +294,10 @@ def _in_tool_frame(chain: Chain, _: Shape) -> Iterator[Slip]:
         turned = w["last rotation"].swapaxes(0, 1)
         return np.stack([applied(turned, vectors[:, i]) for i in range(vectors.shape[1])], axis=1)
 
-    yield Slip({"linear": seen, "angular": seen})
-    yield Slip({"axes": lambda w, axes: seen(w, axes.swapaxes(0, 1)).swapaxes(0, 1)})
+    # Where that frame is asked for, they need not be turned again.
+    yield Slip({"linear": seen, "angular": seen, "tool jacobian": _left_in_base(slice(0, 6))})
+    axes: Change = lambda w, axes: seen(w, axes.swapaxes(0, 1)).swapaxes(0, 1)  # noqa: E731
+    yield Slip({"axes": axes, "tool jacobian": _left_in_base(slice(3, 6))})
 
 
 def _own_frame(chain: Chain, _: Shape) -> Iterator[Slip]:
@@ -313,7 +313,7 @@ def _own_frame(chain: Chain, _: Shape) -> Iterator[Slip]:
 
 def _rotations_on_axes(w: Working) -> list[np.ndarray]:
     """Return the rotations of the frames on the joint axes, and that of the last one again where there is none."""
-    numbers = [frame_on_axis(w.chain, joint) for joint in range(1, w.n + 2)]
+    numbers = [convention_of(w.chain).frame_on_axis(joint) for joint in range(1, w.n + 2)]
     return [told_rotation(w, min(number, w.n)) for number in numbers]
 
 
@@ -385,16 +385,22 @@ def _tool_stage(change: Change) -> Callable[[Chain, Shape], Iterator[Slip]]:
     return slips
 
 
-def _rows_not_turned(chain: Chain, _: Shape) -> Iterator[Slip]:
-    """Turn one kind of rows into the tool frame, and leave the other as the base sees it."""
-    for words, rows in (("the angular", slice(3, 6)), ("the linear", slice(0, 3))):
+def _not_turned(chain: Chain, _: Shape) -> Iterator[Slip]:
+    """Leave vectors as the base sees them where another frame is asked for: all of them, or one kind of rows."""
+    for words, rows in (("vectors", slice(0, 6)), ("angular vectors", slice(3, 6)), ("linear vectors", slice(0, 3))):
+        yield Slip({"tool jacobian": _left_in_base(rows)}, {"vectors": words})
+    yield Slip({"wrist block": lambda w, _: np.moveaxis(w["axes"][3:6], 0, 1)}, {"vectors": "vectors"})
 
-        def changed(w: Working, turned: np.ndarray, rows: slice = rows) -> np.ndarray:
-            out = np.array(turned)
-            out[rows] = w["geometric"][rows]
-            return out
 
-        yield Slip({"tool jacobian": changed}, {"rows": words})
+def _left_in_base(rows: slice) -> Change:
+    """Return the change of the Jacobian in the last frame by which some rows are not turned into it."""
+
+    def changed(w: Working, turned: np.ndarray) -> np.ndarray:
+        out = np.array(turned)
+        out[rows] = w["geometric"][rows]
+        return out
+
+    return changed
 
 
 def _turned_the_other_way(w: Working, _: np.ndarray) -> np.ndarray:
@@ -421,7 +427,8 @@ def _other_frames_velocity(chain: Chain, shape: Shape) -> Iterator[Slip]:
                 return velocity
             try:
                 inner = w if k == w.n else w.up_to(k)
-                return applied(inner["geometric"], w["joint rates"][:k])[:, None]
+                frame = "tool jacobian" if w.comes_from("tool jacobian") else "geometric"
+                return applied(inner[frame], w["joint rates"][:k])[:, None]
             except IndexError:  # of a joint behind the frame
                 return velocity
 
@@ -430,7 +437,8 @@ def _other_frames_velocity(chain: Chain, shape: Shape) -> Iterator[Slip]:
                 return velocity
             return applied(w["geometric"][:, :k], w["joint rates"][:k])[:, None]
 
-        yield Slip({RESULT: of_frame}, {"frame": "another frame" if frame < chain.n else "the last frame"})
+        last = "the last frame" if convention_of(chain).point.is_origin else "the point"
+        yield Slip({RESULT: of_frame}, {"frame": "another frame" if frame < chain.n else last})
         if frame < chain.n:
             yield Slip({RESULT: of_point}, {"frame": "the point"})
 
@@ -574,7 +582,7 @@ _ALL = (
     ),
     Mistake(
         "own-frames", "Axes as their own frames see them",
-        "Every axis seems to be taken for (0, 0, 1), as its own frame sees it: turn it into the base frame.",
+        "Every axis seems to be taken for (0, 0, 1), as its own frame sees it: all are expected in the same frame.",
         "below 6.10", _own_frame, rare=True,
     ),
     Mistake(
@@ -597,18 +605,18 @@ _ALL = (
         "The axis of joint {joint} seems to point the wrong way.", "below 6.10", _axis_sign, rare=True,
     ),
     Mistake(
-        "rows-not-turned", "One kind of rows not turned into the tool frame",
-        "Of the Jacobian, {rows} rows seem to be left in the base frame: both kinds are turned into the tool frame.",
-        "6.11", _rows_not_turned, rare=True,
+        "rows-not-turned", "Vectors left in the base frame",
+        "The {vectors} seem to be left in the base frame: all are expected in the coordinates of another frame.",
+        "6.11", _not_turned, rare=True,
     ),
     Mistake(
         "turned-the-wrong-way", "Turned by the rotation for its transpose",
-        "The Jacobian seems to be multiplied by the rotation matrix of the last frame: its transpose takes vectors "
-        "into that frame.", "6.11", _tool_stage(_turned_the_other_way), rare=True,
+        "The vectors seem to be multiplied by the rotation matrix of the frame that is asked for: its transpose takes "
+        "vectors into that frame.", "6.11", _tool_stage(_turned_the_other_way), rare=True,
     ),
     Mistake(
         "frame-before", "Another frame for the tool frame",
-        "The vectors seem to be those that frame {frame} sees: they are wanted in the last frame.", "6.11",
+        "You seem to have the vectors in the coordinates of frame {frame}: another frame is asked for.", "6.11",
         _frame_before, rare=True,
     ),
     Mistake(
@@ -626,7 +634,7 @@ OF_FRAMES = frozenset({
     "next-arm", "next-frame", "previous-frame", "arm-from-base", "arm-from-other-origin", "arm-to-origin",
     "arm-reversed", "arm-of-one-link", "no-cross-product", "tool-frame", "own-frames", "wrong-axis",
     "wrong-axis-of-joint", "row-of-rotation", "velocity-of-other-frame", "arms-exchanged", "rows-not-turned",
-    "turned-the-wrong-way", "frame-before",
+    "turned-the-wrong-way", "frame-before", "blocks-exchanged",
 })  # fmt: skip
-"""Those that speak of frames on the links, or of vectors from their origins."""
+"""Those that speak of frames on the links, or of vectors from their origins; of screws, `screws` says what is above."""
 MISTAKES = of_frames(_ALL, but={one.name for one in _ALL} - OF_FRAMES)

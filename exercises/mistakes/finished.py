@@ -20,6 +20,8 @@ MOST_TERMS = 40
 """Terms of an entry that is written as a sum of products."""
 
 WAVES = ("sin", "cos")
+OF_DERIVATIVES = frozenset({"wave-derived", "wave-not-derived"})
+"""Slips in what is differentiated."""
 
 
 @dataclass(frozen=True)
@@ -103,6 +105,7 @@ def _here(node: Node) -> Iterator[Edit]:
         yield Edit("wave-typed", _other_wave(node))
         yield Edit("wave-derived" if node.value == "sin" else "wave-not-derived", _other_wave(node))
         yield Edit("wave-not-derived" if node.value == "sin" else "wave-derived", negative(_other_wave(node)))
+        yield Edit("wave-and-sign", negative(_other_wave(node)))
         for angle in _angles(node.args[0]):
             yield Edit("angle-typed", Node("call", (angle,), node.value))
         yield from _split(node)
@@ -533,6 +536,11 @@ MISTAKES = (
         "wave-not-derived", "Sine or cosine not differentiated",
         "{Where} there is a sine where a cosine is expected, or the other way round, with a sign as if it had not been "
         "differentiated.", "6.3",
+    ),
+    Mistake(
+        "wave-and-sign", "Sine for cosine in one place, and its sign",
+        "{Where} there is a sine where a cosine is expected, or the other way round, and its sign is wrong.",
+        "Example 6.1",
     ),
     Mistake(
         "waves-in-factor", "Sines for cosines in a factor",

@@ -8,7 +8,7 @@ import sympy as sp
 
 from qdot.exercises.answers import Number
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.convention_view import told_base
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation_graph import RESULT, Table, Working
 from qdot.exercises.arm.path import Line
 from qdot.exercises.mistakes.base import Mistake, Shape, Slip, Taken, Takes, of_frames
@@ -29,7 +29,7 @@ def _degrees_as_radians(chain: Chain, _: Shape) -> Iterator[Slip]:
         yield Slip({"table": large})
     if any(joint.kind == "R" and offset != 0 for joint, offset in zip(chain.joints, chain.offsets, strict=True)):
         yield Slip({"table": _variables_in_degrees})
-    base = told_base(chain)
+    base = convention_of(chain).base
     if (base.yaw, base.tilt) != (0, 0):
         yield Slip({"table": _base_in_degrees})
 
@@ -38,7 +38,7 @@ def _base_in_degrees(w: Working, table: Table) -> Table:
     """Put the angles of the base in as degrees."""
     position, yaw, tilt = table.base
     large = w.arithmetic.stepped(180 / sp.pi)
-    return replace(table, base=(position, yaw * large, tilt * large if told_base(w.chain).tilt != 0 else tilt))
+    return replace(table, base=(position, yaw * large, tilt * large if convention_of(w.chain).base.tilt != 0 else tilt))
 
 
 def _variables_in_degrees(w: Working, table: Table) -> Table:

@@ -9,9 +9,10 @@ import sympy as sp
 from qdot.exercises.arm.arithmetic import applied, cross, product
 from qdot.exercises.arm.axes_to_dh import Axis
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.convention_view import is_by_axes
-from qdot.exercises.arm.conventions import axes_of
+from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.arm.conventions.base import SCREWS as HAS_SCREWS
 from qdot.exercises.arm.derivation_graph import Change, Table, Working, adjoint, constant, propagated
+from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.mistakes.base import Mistake, Shape, Slip
 
 SCREWS = ("home screws", "space jacobian", "body jacobian")
@@ -24,7 +25,7 @@ def _of_screws(slips: Callable[[Chain], Iterator[Slip]]) -> Slips:
     """Return the same for arms that are told by their axes, and nothing for others."""
 
     def only(chain: Chain, _: Shape) -> Iterator[Slip]:
-        if is_by_axes(chain):
+        if HAS_SCREWS in convention_of(chain).has:
             yield from slips(chain)
 
     return only

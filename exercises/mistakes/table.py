@@ -1,6 +1,6 @@
 """Mistakes in reading the DH table, and in what is put at its two ends."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import combinations
 from typing import Any
@@ -10,9 +10,9 @@ import sympy as sp
 
 from qdot.exercises.arm.arithmetic import applied, product
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.convention_view import is_modified, told_base, told_point, told_rows
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation_graph import Change, Table, TableRow, Working, propagated, turn_x, turn_z
-from qdot.exercises.mistakes.base import Mistake, Shape, Slip, of_frames
+from qdot.exercises.mistakes.base import Mistake, Shape, Slip, at_each_and_all, of_frames
 
 MOST_ROWS = 4
 """Rows of a table of which any may be taken for another; of a longer one, the next."""
@@ -29,58 +29,55 @@ def _row(index: int, change: Callable[[Working, TableRow], dict[str, Any]], **wo
 
 def _told(w: Working, table: Table, index: int) -> TableRow:
     """Return a row as the convention tells it: a modified one has a and alpha of the link before, or of the base."""
-    row = table.rows[index]
-    if not is_modified(w.chain):
-        return row
-    if index:
-        return replace(row, a=table.rows[index - 1].a, alpha=table.rows[index - 1].alpha)
+    row, link = table.rows[index], _link(w, index)
+    if link >= 0:
+        return replace(row, a=table.rows[link].a, alpha=table.rows[link].alpha)
     position, _, tilt = table.base
-    return replace(row, a=position[0] if told_base(w.chain).is_world else position[0] * 0, alpha=tilt)
+    return replace(row, a=position[0] if convention_of(w.chain).base.is_world else position[0] * 0, alpha=tilt)
 
 
 def _with_told(w: Working, table: Table, index: int, **changed: Any) -> Table:
     """Return the table with entries of one row changed, as the convention tells it."""
-    if not is_modified(w.chain):
-        return table.with_row(index, **changed)
-    told = _told(w, table, index)
+    told, link = _told(w, table, index), _link(w, index)
     a, alpha = changed.pop("a", told.a), changed.pop("alpha", told.alpha)
     table = table.with_row(index, **changed)
-    if index:
-        return table.with_row(index - 1, a=a, alpha=alpha)
+    if link >= 0:
+        return table.with_row(link, a=a, alpha=alpha)
     position, yaw, _ = table.base
     along = np.stack([w.arithmetic.cos(yaw), w.arithmetic.sin(yaw), yaw * 0])
     return replace(table, base=(position + (a - told.a) * along, yaw, alpha))
+
+
+def _link(w: Working, index: int) -> int:
+    """Return the standard row whose a and alpha stand in a row of the convention; -1 for the base."""
+    return index - convention_of(w.chain).frame_on_axis(1)
 
 
 def _rows(
     chain: Chain, due: Callable[[Any], bool], change: Callable[[Working, TableRow], dict[str, Any]]
 ) -> Iterator[Slip]:
     """Yield the slips that change entries of a row where that is due."""
-    for i, row in enumerate(told_rows(chain)):
+    for i, row in enumerate(convention_of(chain).rows):
         if due(row):
             yield _row(i, change)
 
 
 def _offsets(chain: Chain, _: Shape) -> Iterator[Slip]:
-    for i, (joint, offset, q) in enumerate(zip(chain.joints, chain.offsets, chain.q, strict=True)):
-        if offset != 0:
-            entry = "theta" if joint.kind == "R" else "d"
-            yield _row(i, lambda w, row, e=entry, q=q: {e: w.arithmetic.stepped(q)}, variable=q)  # type: ignore[misc]
-    added = [i for i, offset in enumerate(chain.offsets) if offset != 0]
-    if len(added) > 1:
-
-        def none_of_them(w: Working, table: Table) -> Table:
-            for i in added:
+    def without(joints: Sequence[int]) -> Slip:
+        def changed(w: Working, table: Table) -> Table:
+            for i in joints:
                 entry = "theta" if chain.joints[i].kind == "R" else "d"
                 table = table.with_row(i, **{entry: w.arithmetic.stepped(chain.q[i])})
             return table
 
-        yield Slip(
-            {"table": none_of_them}, {"joint": _numbers(added), "variable": ", ".join(str(chain.q[i]) for i in added)}
+        return Slip(
+            {"table": changed}, {"joint": _numbers(joints), "variable": ", ".join(str(chain.q[i]) for i in joints)}
         )
 
+    return at_each_and_all([i for i, offset in enumerate(chain.offsets) if offset != 0], without)
 
-def _numbers(indices: list[int]) -> str:
+
+def _numbers(indices: Sequence[int]) -> str:
     """Return numbers of joints, from 1."""
     return ", ".join(str(i + 1) for i in indices)
 
@@ -107,26 +104,24 @@ def _slide_sign(chain: Chain, _: Shape) -> Iterator[Slip]:
 
 def _scaled_offsets(chain: Chain, factor: sp.Expr, which: Callable[[sp.Expr], bool]) -> Iterator[Slip]:
     """Multiply the constant of each row by a factor, one by one and then all of them."""
-    rows = [(i, offset) for i, offset in _turning_offsets(chain) if which(offset)]
-    for i, offset in rows:
-        more = (factor - 1) * offset
-        change = lambda w, row, more=more: {"theta": row.theta + w.arithmetic.stepped(more)}  # noqa: E731
-        yield _row(i, change, degrees=_degrees_of(offset))
-    if len(rows) > 1:
+    offsets = {i: offset for i, offset in _turning_offsets(chain) if which(offset)}
 
-        def all_of_them(w: Working, table: Table) -> Table:
-            for i, offset in rows:
-                theta = table.rows[i].theta + w.arithmetic.stepped((factor - 1) * offset)
+    def scaled(joints: Sequence[int]) -> Slip:
+        def changed(w: Working, table: Table) -> Table:
+            for i in joints:
+                theta = table.rows[i].theta + w.arithmetic.stepped((factor - 1) * offsets[i])
                 table = table.with_row(i, theta=theta)
             return table
 
-        everywhere = ", ".join(dict.fromkeys(_degrees_of(offset) for _, offset in rows))
-        yield Slip({"table": all_of_them}, {"joint": _numbers([i for i, _ in rows]), "degrees": everywhere})
+        constants = ", ".join(dict.fromkeys(_degrees_of(offsets[i]) for i in joints))
+        return Slip({"table": changed}, {"joint": _numbers(joints), "degrees": constants})
+
+    return at_each_and_all(list(offsets), scaled)
 
 
 def _degrees_of(angle: sp.Expr) -> str:
-    """Return an angle in degrees as it stands in the table, without its sign."""
-    return f"{sp.nsimplify(abs(angle) * 180 / sp.pi)}°"
+    """Return an angle in degrees as it stands in the table."""
+    return f"{sp.nsimplify(angle * 180 / sp.pi)}°"
 
 
 def _offset_sign(chain: Chain, _: Shape) -> Iterator[Slip]:
@@ -145,7 +140,7 @@ def _other_radians(chain: Chain, _: Shape) -> Iterator[Slip]:
 
 def _from_another_row(chain: Chain, _: Shape) -> Iterator[Slip]:
     """Take the length, distance or twist of the row above or below; or exchange two lengths."""
-    rows = told_rows(chain)
+    rows = convention_of(chain).rows
     for i, row in enumerate(rows):
         for j, other in enumerate(rows):
             if i == j or (chain.n > MOST_ROWS and abs(i - j) > 1):
@@ -167,7 +162,7 @@ def _from_another_row(chain: Chain, _: Shape) -> Iterator[Slip]:
 
 
 def _lengths_exchanged(chain: Chain, _: Shape) -> Iterator[Slip]:
-    rows = told_rows(chain)
+    rows = convention_of(chain).rows
     for i, j in combinations(range(chain.n), 2):
         if 0 != rows[i].a != rows[j].a != 0:
 
@@ -238,12 +233,12 @@ def _degrees(chain: Chain, _: Shape) -> Iterator[Slip]:
 
 
 def _no_base(chain: Chain, _: Shape) -> Iterator[Slip]:
-    if not told_base(chain).is_world:
-        yield Slip({"table": _without_base(chain, any(told_base(chain).position))})
+    if not convention_of(chain).base.is_world:
+        yield Slip({"table": _without_base(chain, any(convention_of(chain).base.position))})
 
 
 def _base_not_rotated(chain: Chain, _: Shape) -> Iterator[Slip]:
-    told = told_base(chain)
+    told = convention_of(chain).base
     if any(told.position) and (told.yaw, told.tilt) != (0, 0):
         yield Slip({"table": _without_base(chain, at_origin=False)})
 
@@ -253,27 +248,27 @@ def _without_base(chain: Chain, at_origin: bool) -> Change:
 
     def changed(w: Working, table: Table) -> Table:
         position, yaw, tilt = table.base  # of which the first row of a modified table may take a part
-        unturned = tilt * 0 if told_base(chain).tilt != 0 else tilt
+        unturned = tilt * 0 if convention_of(chain).base.tilt != 0 else tilt
         return replace(table, base=(position * 0 if at_origin else position, yaw * 0, unturned))
 
     return changed
 
 
 def _no_offset(chain: Chain, _: Shape) -> Iterator[Slip]:
-    if not told_point(chain).is_origin:
+    if not convention_of(chain).point.is_origin:
         yield Slip({"table": _at_last_origin})
 
 
 def _at_last_origin(w: Working, table: Table) -> Table:
     """Return the table with P in the origin of its frame, which a modified table has before the length of the link."""
-    if is_modified(w.chain) and w.chain.point.frame:
+    if convention_of(w.chain).has_frames_of_joints and w.chain.point.frame:
         table = table.with_row(w.chain.point.frame - 1, a=table.rows[w.chain.point.frame - 1].a * 0)
     return replace(table, offset=table.offset * 0)
 
 
 def _other_frame(chain: Chain, _: Shape) -> Iterator[Slip]:
     """Take the last origin for the point, where that is another; and the one before for the last."""
-    if is_modified(chain):
+    if convention_of(chain).has_frames_of_joints:
         if chain.point.frame == chain.n > 1:
             yield Slip({"table": _at_origin_before}, {"frame": chain.n - 1})
         return
@@ -342,7 +337,7 @@ def _slide(w: Working, index: int) -> np.ndarray:
 
 def _decimal_point(chain: Chain, _: Shape) -> Iterator[Slip]:
     """Take a length that is a number for ten times, or a tenth of it."""
-    for i, joint in enumerate(told_rows(chain)):
+    for i, joint in enumerate(convention_of(chain).rows):
         own = joint.d - chain.q[i] if joint.kind == "P" else joint.d
         for entry, length in (("a", joint.a), ("d", own)):
             if length.is_number and length != 0:
@@ -356,7 +351,7 @@ def _decimal_point(chain: Chain, _: Shape) -> Iterator[Slip]:
 
 def _base_exchanged(chain: Chain, _: Shape) -> Iterator[Slip]:
     for i, j in combinations(range(3), 2):
-        if told_base(chain).position[i] != told_base(chain).position[j]:
+        if convention_of(chain).base.position[i] != convention_of(chain).base.position[j]:
 
             def changed(w: Working, table: Table, i: int = i, j: int = j) -> Table:
                 position, yaw, tilt = table.base
@@ -382,7 +377,7 @@ def _read_as_modified(chain: Chain, _: Shape) -> Iterator[Slip]:
             vectors.append(along)
         return [*vectors, applied(before[w.chain.point.frame], w["table"].offset)]
 
-    if not is_modified(chain) and any(joint.alpha != 0 for joint in chain.joints):
+    if any(joint.alpha != 0 for joint in chain.joints):
         yield Slip({"rotations": rotations, "links": links})
 
 
@@ -390,10 +385,10 @@ def _next_links(chain: Chain, _: Shape) -> Iterator[Slip]:
     """Rx(alpha_i) Tx(a_i) Rz(theta_i) Tz(d_i): what a standard row has of link i, in the order of a modified one."""
 
     def shifted(w: Working, table: Table) -> Table:
-        point, link = told_point(w.chain), w.chain.point.frame
+        point, link = convention_of(w.chain).point, w.chain.point.frame
         told = np.stack([w.arithmetic.stepped(value) for value in point.offset])
         for i in range(w.n):
-            behind = told_rows(chain)[i + 1] if i + 1 < chain.n else None
+            behind = convention_of(chain).rows[i + 1] if i + 1 < chain.n else None
             a, alpha = (w.arithmetic.stepped(value) for value in ((behind.a, behind.alpha) if behind else (zero, zero)))
             table = _with_told(w, table, i, a=a, alpha=alpha)
         if 0 < link < w.n:  # P stays where it is told, in the frame before its link
@@ -402,8 +397,8 @@ def _next_links(chain: Chain, _: Shape) -> Iterator[Slip]:
             table = replace(table, offset=applied(turn_x(w, -row.alpha), away))
         return table
 
-    zero, rows = sp.S.Zero, told_rows(chain)
-    if is_modified(chain) and len({(row.a, row.alpha) for row in (*rows, replace(rows[0], a=zero, alpha=zero))}) > 1:
+    zero, rows = sp.S.Zero, convention_of(chain).rows
+    if len({(row.a, row.alpha) for row in (*rows, replace(rows[0], a=zero, alpha=zero))}) > 1:
         yield Slip({"table": shifted, "linear": propagated})
 
 
@@ -411,8 +406,8 @@ def _read_as_standard(chain: Chain, _: Shape) -> Iterator[Slip]:
     """Rz(theta_i) Tz(d_i) Tx(a_{i-1}) Rx(alpha_{i-1}) by the rows of a modified table, as this book's standard one."""
 
     def shifted(w: Working, table: Table) -> Table:
-        first, *others = told_rows(w.chain)
-        base, point = told_base(w.chain), told_point(w.chain)
+        first, *others = convention_of(w.chain).rows
+        base, point = convention_of(w.chain).base, convention_of(w.chain).point
         before = [(w.arithmetic.stepped(first.a), w.arithmetic.stepped(first.alpha))]
         before += [(row.a, row.alpha) for row in table.rows[: len(others)]]
         rows = [replace(row, a=a, alpha=alpha) for row, (a, alpha) in zip(table.rows, before, strict=True)]
@@ -421,7 +416,7 @@ def _read_as_standard(chain: Chain, _: Shape) -> Iterator[Slip]:
         offset = np.stack([w.arithmetic.stepped(value) for value in point.offset])
         return Table(tuple(rows), (place, *turns), offset)
 
-    if is_modified(chain) and any((row.a, row.alpha) != (0, 0) for row in told_rows(chain)):
+    if any((row.a, row.alpha) != (0, 0) for row in convention_of(chain).rows):
         throughout: dict[str, Change] = {
             "table": shifted,
             "last rotation": lambda w, _: w.arithmetic.value(w["rotations"][-1]),
@@ -445,13 +440,14 @@ _ALL = (
     ),
     Mistake(
         "offset-sign", "Joint offset with the wrong sign",
-        "The constant {degrees} that the table adds to the angle of joint {joint} seems to have the wrong sign.",
+        "The constant {degrees} that the table adds to the angle of joint {joint} seems to be taken with the wrong "
+        "sign.",
         "6.1", _offset_sign, rare=True,
     ),
     Mistake(
         "slide-offset-sign", "Offset of a slide with the wrong sign",
-        "The constant that the table adds to the variable of joint {joint} seems to have the wrong sign.", "6.1",
-        _slide_sign, rare=True,
+        "The constant that the table adds to the variable of joint {joint} seems to be taken with the wrong sign.",
+        "6.1", _slide_sign, rare=True,
     ),
     Mistake(
         "offset-in-degrees", "Constant angle typed in degrees",

@@ -10,7 +10,7 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
-from qdot.exercises.arm.convention_view import is_by_axes
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.figure import alt_text, figure_svg, part_alt, part_svg, singular_svg
 from qdot.exercises.notebook.self_check import Problems, check_cell, function_cell
 from qdot.exercises.notebook.setup_cell import setup_cell
@@ -87,8 +87,8 @@ def _notebook(
 
     own_claims = claims(kind, key, student, problems)
     notebook = new_notebook(metadata={"kernelspec": KERNEL, "language_info": {"name": "python"}, "qdot": own_claims})
-    has_tables = not all(is_by_axes(problem.chain) for _, problem in problems)
-    opening = render("notebook-title.md.j2", title=title, key=key, student=student, kind=kind, has_tables=has_tables)
+    has_tables = any(convention_of(problem.chain).has_frames for _, problem in problems)
+    opening = render("notebook/title.md.j2", title=title, key=key, student=student, kind=kind, has_tables=has_tables)
     notebook.cells = [_markdown("title", opening), _code("setup", setup_cell(problems))]
     if checks := function_cell(problems):
         notebook.cells.append(_code("self-check", checks, HIDDEN))
@@ -148,7 +148,7 @@ def _problem_cells(
         if part.name in solved:  # as a person reads it, typeset; how it is typed comes after
             svg = solution_figure(problem, part, f"{slot}-{part.name}")
             figure = _image(svg, "The arm in a regular and in its singular configurations") if svg else ""
-            text = render("notebook-solution.md.j2", number=label, solution=solved[part.name], figure=figure)
+            text = render("notebook/solution.md.j2", number=label, solution=solved[part.name], figure=figure)
             yield _markdown(f"{slot}-{part.name}-solution", text)
         yield code
         if check := check_cell(slot, problem, part.name):
@@ -163,7 +163,7 @@ def _prompt(label: str, slot: str, problem: Problem, part: Part, hinted: bool) -
     figure = _image(svg, part_alt(problem.chain, part)) if svg else ""
     part_hints = hints(problem, part) if hinted else ()
     return render(
-        "notebook-prompt.md.j2", number=label, title=title, points=points, prompt=asked, figure=figure, hints=part_hints
+        "notebook/prompt.md.j2", number=label, title=title, points=points, prompt=asked, figure=figure, hints=part_hints
     )
 
 

@@ -95,7 +95,7 @@ def _footer(problem: Problem) -> str:
 
 def _as_text(problem: Problem, solution: bool, hinted: bool) -> str:
     return render(
-        "problem.txt.j2",
+        "notebook/problem.txt.j2",
         title=f"{problem.title} ({problem.id})",
         statement=to_text(statement(problem, "")),
         figure=textwrap.fill(f"Figure: {alt_text(problem.chain)}", 100),
@@ -106,7 +106,7 @@ def _as_text(problem: Problem, solution: bool, hinted: bool) -> str:
 
 def _as_latex(problem: Problem, solution: bool, hinted: bool) -> str:
     return render(
-        "problem.tex.j2",
+        "notebook/problem.tex.j2",
         title=latex_escaped(problem.title),
         statement=to_latex(statement(problem, "")),
         figure=latex_escaped(alt_text(problem.chain)),
@@ -116,7 +116,7 @@ def _as_latex(problem: Problem, solution: bool, hinted: bool) -> str:
 
 def _as_html(problem: Problem, solution: bool, hinted: bool) -> str:
     return render(
-        "problem.html.j2",
+        "notebook/problem.html.j2",
         title=problem.title,
         statement=to_html(statement(problem, "")),
         figure=figure_svg(problem.chain),

@@ -1,14 +1,14 @@
 """The checks that a notebook makes of its own answers: one question's put into another's, with no right answer at hand.
 
 A table says what two answers have to do with each other, in the Python of the cell that a student runs. The function
-behind it (`templates/notebook-self-check.py.j2`) stands in the notebook and needs SymPy and NumPy only.
+behind it (`templates/notebook/self-check.py.j2`) stands in the notebook and needs SymPy and NumPy only.
 """
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.convention_view import is_by_axes, is_omega_first, told_point
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.formula.printers.python import python_text
 from qdot.exercises.problem.problem import Part, Problem, variable
 from qdot.exercises.writing.render import render
@@ -57,7 +57,7 @@ def _is_all_revolute(chain: Chain, _: Asked) -> bool:
 
 
 def _last_origin(chain: Chain, _: Asked) -> bool:
-    point = told_point(chain)
+    point = convention_of(chain).point
     return point.frame == chain.n and point.is_origin
 
 
@@ -214,12 +214,12 @@ def check_cell(slot: str, problem: Problem, part: str) -> str:
     relations = [relation for name, relation in _find_relations(problem) if name == part]
     if not relations:
         return ""
-    asked, omega_first = _by_kind(problem), is_omega_first(problem.chain)
+    asked, omega_first = _by_kind(problem), convention_of(problem.chain).is_omega_first
     words: dict[str, object] = {kind.replace("-", "_"): variable(slot, each.name) for kind, each in asked.items()}
     words |= {
         "linear_half": "3:" if omega_first else ":3",
         "angular_half": ":3" if omega_first else "3:",
-        "in_order": "[np.r_[3:6, 0:3]]" if is_by_axes(problem.chain) and not omega_first else "",
+        "in_order": "" if omega_first else "[np.r_[3:6, 0:3]]",
         "n": problem.chain.n,
         "linear": len(problem.chain.linear_rows),
         "rows": _rows(asked) if "position" in asked else [],
@@ -228,7 +228,7 @@ def check_cell(slot: str, problem: Problem, part: str) -> str:
     checks = [
         Check(each.question, each.left.format(**words), each.right.format(**words), each.singular) for each in relations
     ]
-    return render("notebook-check.py.j2", slot=slot, checks=checks).strip()
+    return render("notebook/check.py.j2", slot=slot, checks=checks).strip()
 
 
 def function_cell(problems: Problems) -> str:
@@ -236,7 +236,7 @@ def function_cell(problems: Problems) -> str:
     known = [
         (slot, _roles(problem), _given_values(problem)) for slot, problem in problems if any(_find_relations(problem))
     ]
-    return render("notebook-self-check.py.j2", problems=known).strip() if known else ""
+    return render("notebook/self-check.py.j2", problems=known).strip() if known else ""
 
 
 def _roles(problem: Problem) -> list[tuple[str, list[str]]]:

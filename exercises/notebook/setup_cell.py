@@ -21,7 +21,7 @@ def setup_cell(problems: Problems) -> str:
 
 def setup_of(*names: Sequence[str]) -> str:
     """Return a first cell that makes symbols of these names, on a line for each of several lists."""
-    return render("notebook-setup.py.j2", symbol_lines=[_symbols_line(listed) for listed in names if listed])
+    return render("notebook/setup.py.j2", symbol_lines=[_symbols_line(listed) for listed in names if listed])
 
 
 def _symbols_line(names: Sequence[str]) -> str:

@@ -10,8 +10,9 @@ from typing import TypeVar
 import sympy as sp
 
 from qdot.exercises.answers import Answer
-from qdot.exercises.arm.chain import CALLED, CONVENTIONS, TWIST_ORDERS, Chain
-from qdot.exercises.arm.convention_view import is_by_axes
+from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS, Chain
+from qdot.exercises.arm.conventions import ALIASES, REGISTRY, convention_of
+from qdot.exercises.arm.conventions.screws import Screws
 from qdot.exercises.common.errors import QdotError, likeliest
 from qdot.exercises.common.variation import AXES, DEFAULT, STEPS, named
 from qdot.exercises.formula.identity import Domain, Rounding
@@ -46,10 +47,10 @@ class ProblemId:
 
     def __str__(self) -> str:
         marks = ("" if self.variation == DEFAULT else self.variation, self.convention, self.twist_order)
-        return "@".join((self.seeded, *filter(None, marks)))
+        return "@".join((self.family_and_seed, *filter(None, marks)))
 
     @property
-    def seeded(self) -> str:
+    def family_and_seed(self) -> str:
         """Family and seed, which determine all random choices: a seed has the same lengths in all variations."""
         return f"{self.family}/{self.seed}"
 
@@ -64,9 +65,11 @@ class ProblemId:
         """
         chosen = find_convention(convention) if convention else self.convention
         order = find_twist_order(twist_order) if twist_order else self.twist_order
-        by_axes = chosen == BY_AXES or (not convention and chosen == "")
-        if (twist_order or order) and not by_axes:
-            raise QdotError(f"{self.seeded} is told by a table (convention = {convention or chosen!r}); {OF_ORDER}")
+        is_ordered = bool(REGISTRY[chosen].twist_orders) if chosen else not convention
+        if (twist_order or order) and not is_ordered:
+            raise QdotError(
+                f"{self.family_and_seed} is told by a table (convention = {convention or chosen!r}); {OF_ORDER}"
+            )
         return replace(self, convention=BY_AXES if twist_order else chosen, twist_order=order)
 
     @staticmethod
@@ -106,7 +109,7 @@ def _sort_marks(text: str, marks: Sequence[str]) -> tuple[list[str], list[str], 
         if "+" not in mark and mark not in (*STEPS, *AXES):
             known = {name: kind for kind, names in _MARKS.items() for name in names}
             called = mark.replace("_", "-")
-            meant = CALLED.get(called) or _ORDERS_CALLED.get(called) or likeliest(mark, list(known))
+            meant = ALIASES.get(called) or _ORDERS_CALLED.get(called) or likeliest(mark, list(known))
             is_what = f" (did you mean the {known[meant]} {meant!r}?)" if meant else ""
             raise QdotError(
                 f"{text!r}: {mark!r} is neither a variation nor a convention nor an order of twists{is_what}; "
@@ -122,7 +125,7 @@ def _sort_marks(text: str, marks: Sequence[str]) -> tuple[list[str], list[str], 
     return conventions, orders, variations
 
 
-BY_AXES = "screws"
+BY_AXES = Screws.name
 OF_ORDER = f'the order of twists is for arms that are told by their axes (convention = "{BY_AXES}")'
 
 _MARKS = {"convention": CONVENTIONS, "order of twists": TWIST_ORDERS, "variation": (*STEPS, *AXES)}
@@ -150,7 +153,7 @@ _ORDERS_CALLED = {
 def find_convention(name: str) -> str:
     """Return the convention for an identity, "" for the default one. Raises QdotError if it is unknown."""
     if name not in CONVENTIONS:
-        meant = CALLED.get(name.lower().replace("_", "-")) or likeliest(name.lower(), CONVENTIONS)
+        meant = ALIASES.get(name.lower().replace("_", "-")) or likeliest(name.lower(), CONVENTIONS)
         hint = f" (did you mean {meant!r}?)" if meant else ""
         raise QdotError(f"unknown convention {name!r}{hint}; known: {', '.join(CONVENTIONS)}")
     return "" if name == CONVENTIONS[0] else name
@@ -304,7 +307,7 @@ class Problem:
         for symbol in self.chain.parameters:
             angle = symbol.name.startswith(("alpha", "beta"))
             known[symbol.name] = SymbolInfo("angle" if angle else "length", "rad" if angle else "m")
-        for number, joint in enumerate(() if is_by_axes(self.chain) else self.chain.joints, 1):
+        for number, joint in enumerate(() if not convention_of(self.chain).has_frames else self.chain.joints, 1):
             for letter, value in (("a", joint.a), ("d", joint.d if joint.kind == "R" else sp.S.Zero)):
                 if value.is_number and value != 0:
                     known.setdefault(f"{letter}{number}", SymbolInfo("length", "m", value))

@@ -13,7 +13,7 @@ from typing import Any
 import sympy as sp
 
 from qdot.exercises.arm.chain import CONVENTIONS, Chain
-from qdot.exercises.arm.convention_view import is_by_axes, is_omega_first
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.formula.text import text_of
 from qdot.exercises.problem.problem import Details, Part, Problem, SymbolInfo
 
@@ -28,7 +28,7 @@ def robot_json(chain: Chain) -> Json:
     """
     base, point = chain.base, chain.point
     description = {} if chain.convention == CONVENTIONS[0] else {"convention": chain.convention}
-    if is_by_axes(chain) and not is_omega_first(chain):
+    if chain.twist_order in convention_of(chain).twist_orders[1:]:
         description["twist_order"] = chain.twist_order
     return {
         "name": chain.name,

@@ -8,7 +8,9 @@ from typing import Literal
 import numpy as np
 
 from qdot.exercises.answers import Answer
-from qdot.exercises.arm.chain import CONVENTIONS, Chain
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.conventions import REGISTRY
+from qdot.exercises.arm.conventions.base import FRAMES, FRAMES_OF_JOINTS, SCREWS
 from qdot.exercises.arm.derivation import TooLong, derive, structure
 from qdot.exercises.arm.derivation_graph import Change, Working
 from qdot.exercises.arm.trigonometry import count_terms
@@ -18,13 +20,12 @@ from qdot.exercises.problem.problem import Details, Part
 BY_HAND = 3
 """Up to so many joints an inverse is written out."""
 
-BY_TABLE, BY_MODIFIED_TABLE, BY_AXES = ("dh", "modified-dh"), ("modified-dh",), ("screws",)
-"""Of whose arms a question is asked that not every convention has (`Question.conventions`)."""
 ASKED_OF = {
-    BY_TABLE: "it is asked in the frames of a table, and this arm is told by its axes",
-    BY_MODIFIED_TABLE: 'it is asked of arms with a modified table (convention = "modified-dh")',
-    BY_AXES: 'it is asked of arms that are told by their axes (convention = "screws")',
+    FRAMES: "it is asked in the frames of a table, and this arm is told by its axes",
+    FRAMES_OF_JOINTS: 'it is asked of arms with a modified table (convention = "modified-dh")',
+    SCREWS: 'it is asked of arms that are told by their axes (convention = "screws")',
 }
+"""Of which arms a question is asked that speaks of what not every convention has."""
 
 Asked = tuple[Answer, Details]
 """The answer, and what the wording needs beside it."""
@@ -185,7 +186,7 @@ class Question:
     the questions from whose answers this one is worked out, in the order in which that is tried. The conditions of a
     set are where the result that `vanishes` does.
 
-    It is asked of arms that are told in one of its `conventions`: what speaks of frames on the links, of BY_TABLE.
+    It is asked of arms whose convention has what it `speaks_of`, one of ASKED_OF; of all if that is nothing.
     `without` tells of DUTIES that are not done, why: of a question that does not say so, a test finds the gap. It is
     `titled` by an arm for which the title would not be true, as of a Jacobian for which nothing is differentiated.
     """
@@ -214,7 +215,7 @@ class Question:
     put: Put | None = None
     follows: tuple[tuple[str, ...], ...] = ()
     vanishes: Result | None = None
-    conventions: tuple[str, ...] = CONVENTIONS
+    speaks_of: str = ""
     without: Mapping[str, str] = field(default_factory=dict)
     titled: Callable[[Chain], str] | None = None
 
@@ -236,9 +237,14 @@ class Question:
         )
         return labels if len(labels) == (1 if part.shape is None else part.shape[0]) else ()
 
+    @property
+    def conventions(self) -> tuple[str, ...]:
+        """The names of the conventions in which it is asked."""
+        return tuple(name for name, convention in REGISTRY.items() if {self.speaks_of} - {""} <= convention.has)
+
     def not_of(self, convention: str) -> str | None:
         """Return why it is not asked of arms that are told in a convention."""
-        return None if convention in self.conventions else ASKED_OF[self.conventions]
+        return None if convention in self.conventions else ASKED_OF[self.speaks_of]
 
     def refusal(self, chain: Chain) -> str | None:
         """Return why it is not asked of an arm, for one reason or the other."""

@@ -10,13 +10,13 @@ import numpy as np
 from qdot.exercises.answers import Matrix
 from qdot.exercises.arm.arithmetic import applied
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
-from qdot.exercises.arm.convention_view import axis_symbol, frame_on_axis, in_twist_order, is_by_axes, twist_rows
+from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.arm.conventions.base import FRAMES
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.derivation_graph import Change, Working, propagated
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, OneOfSeveral, Part
 from qdot.exercises.questions.base import (
-    BY_TABLE,
     Asked,
     Question,
     by_hand,
@@ -46,11 +46,11 @@ def _point_on_last_link(chain: Chain) -> str | None:
 
 
 def _geometric(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(in_twist_order(chain, derive(chain).geometric)), Details()
+    return Matrix(convention_of(chain).velocity_rows(derive(chain).geometric)), Details()
 
 
 def _twist(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(in_twist_order(chain, derive(chain).twist())), Details()
+    return Matrix(convention_of(chain).velocity_rows(derive(chain).twist())), Details()
 
 
 def _link_velocity(chain: Chain, rng: Stream) -> Asked:
@@ -70,9 +70,7 @@ AXES = ("x", "y", "z")
 
 def _names_of_axes(chain: Chain) -> tuple[str, ...]:
     """Return the axes' names as they are typed: of the frames they are axes of, or what an axis gives P."""
-    if is_by_axes(chain):
-        return tuple(f"{'omega' if joint.kind == 'R' else 'v'}{i}" for i, joint in enumerate(chain.joints, 1))
-    return tuple(f"z{frame_on_axis(chain, i)}" for i in range(1, chain.n + 1))
+    return tuple(convention_of(chain).typed_axis(i) for i in range(1, chain.n + 1))
 
 
 # --- out of a derivation ---
@@ -84,7 +82,7 @@ def _derived_geometric(w: Working, part: Part) -> np.ndarray:
 
 def _in_order(w: Working, rows: np.ndarray) -> np.ndarray:
     """Return six rows, linear first, in the order in which they are asked for; or those in that order, linear first."""
-    return np.asarray(rows[[TASK_ROWS.index(row) for row in twist_rows(w.chain)]])
+    return np.asarray(rows[[TASK_ROWS.index(row) for row in convention_of(w.chain).velocities]])
 
 
 def _put_geometric(rows: np.ndarray) -> dict[str, Change]:
@@ -92,7 +90,12 @@ def _put_geometric(rows: np.ndarray) -> dict[str, Change]:
 
 
 def _linear_rows(chain: Chain) -> list[tuple[int, int]]:
-    return [(row, axis) for row, name in enumerate(twist_rows(chain)) for axis in range(3) if name == TASK_ROWS[axis]]
+    return [
+        (row, axis)
+        for row, name in enumerate(convention_of(chain).velocities)
+        for axis in range(3)
+        if name == TASK_ROWS[axis]
+    ]
 
 
 def _derived_link_velocity(w: Working, part: Part) -> np.ndarray:
@@ -107,20 +110,20 @@ QUESTIONS = (
         source="below 6.10",
         ask=_axes,
         columns=_names_of_axes,
-        grid=lambda chain: (AXES, [axis_symbol(chain, joint) for joint in range(1, chain.n + 1)]),
+        grid=lambda chain: (AXES, [convention_of(chain).axis(joint) for joint in range(1, chain.n + 1)]),
         too_long=by_hand("z"),
         result=lambda w, _: w["axes"][: w.n].swapaxes(0, 1),
         put=put_columns("axes", linear=propagated),
     ),
     Question(
         name="position-vectors",
-        conventions=BY_TABLE,
+        speaks_of=FRAMES,
         title="Position vectors p*",
         source="6.13",
         ask=_vectors,
         points=2.0,
         objection=_point_on_last_link,
-        grid=lambda chain: (AXES, [f"p^*_{{{frame_on_axis(chain, joint)}}}" for joint in range(1, chain.n + 1)]),
+        grid=lambda chain: (AXES, [convention_of(chain).vector(joint) for joint in range(1, chain.n + 1)]),
         too_long=by_hand("p_star"),
         result=lambda w, _: w["arms"][: w.n].swapaxes(0, 1),
         put=put_columns("arms", linear=propagated),
@@ -134,7 +137,7 @@ QUESTIONS = (
         points=2.0,
         too_long=by_hand("geometric"),
         result=_derived_geometric,
-        grid=rates_to(twist_rows),
+        grid=rates_to(lambda chain: convention_of(chain).velocities),
         put=_put_geometric,
         follows=(("joint-axes", "position-vectors"),),
         adds_up="columns of links",
@@ -148,12 +151,12 @@ QUESTIONS = (
         needs=("geometric-jacobian",),
         too_long=by_hand("geometric"),
         result=lambda w, part: applied(_derived_geometric(w, part), w["joint rates"]),
-        entry_names=lambda chain, _: velocities(twist_rows(chain)),
+        entry_names=lambda chain, _: velocities(convention_of(chain).velocities),
         follows=(("geometric-jacobian",),),
     ),
     Question(
         name="link-velocity",
-        conventions=BY_TABLE,
+        speaks_of=FRAMES,
         title="Velocity of a link frame",
         source="6.9 and 6.10",
         ask=_link_velocity,

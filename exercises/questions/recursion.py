@@ -15,14 +15,15 @@ import sympy as sp
 from qdot.exercises.answers import Matrix
 from qdot.exercises.arm.arithmetic import applied
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
-from qdot.exercises.arm.convention_view import told_rows
+from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.arm.conventions.base import FRAMES_OF_JOINTS
 from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.arm.derivation_graph import Working
-from qdot.exercises.arm.kinematics import Z, joint_rotation, link_vector
+from qdot.exercises.arm.kinematics import Z
 from qdot.exercises.arm.trigonometry import count_terms, textbook
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, Part
-from qdot.exercises.questions.base import BY_MODIFIED_TABLE, MOST_TERMS, Asked, Question, velocities
+from qdot.exercises.questions.base import MOST_TERMS, Asked, Question, velocities
 
 FURTHEST = 3
 """Frames behind it are too much work by hand."""
@@ -53,8 +54,9 @@ def _steps(generic: Chain) -> tuple[Step, ...]:
     """Return the recursion over all frames of a structure."""
     omega = v = sp.zeros(3, 1)
     steps = []
-    for number, (row, rate) in enumerate(zip(told_rows(generic), generic.rates, strict=True), 1):
-        into, origin = joint_rotation(row, modified=True).T, link_vector(row, modified=True)
+    convention = convention_of(generic)
+    for number, (row, rate) in enumerate(zip(convention.rows, generic.rates, strict=True), 1):
+        into, origin = convention.rotation(row).T, convention.link_vector(row)
         own = rate * Z
         v, omega = _gathered(into * (v + omega.cross(origin)), generic), _gathered(into * omega, generic)
         v, omega = (v, omega + own) if row.kind == "R" else (v + own, omega)
@@ -121,7 +123,7 @@ QUESTIONS = (
         source="6.9 and 6.10",
         ask=_ask,
         points=2.0,
-        conventions=BY_MODIFIED_TABLE,
+        speaks_of=FRAMES_OF_JOINTS,
         objection=_objection,
         too_long=_too_long,
         result=_result,

@@ -18,16 +18,17 @@ from qdot.exercises.answers import Matrix, Number
 from qdot.exercises.arm.arithmetic import applied
 from qdot.exercises.arm.axes_to_dh import Axis, exactly
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.convention_view import adjoint_told, rows_of_twist, twist_rows, twist_told
-from qdot.exercises.arm.conventions import axes_of
+from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.arm.conventions.base import SCREWS
 from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.arm.derivation_graph import Change, Working
 from qdot.exercises.arm.kinematics import Frame, frames_and_point
 from qdot.exercises.arm.mpmath_kinematics import numeric, ten_digits
+from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.arm.trigonometry import count_terms, textbook, without_brackets
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, Part
-from qdot.exercises.questions.base import BY_AXES, Asked, Put, Question, Result, rates_to, too_many, velocities
+from qdot.exercises.questions.base import Asked, Put, Question, Result, rates_to, too_many, velocities
 from qdot.exercises.questions.inversion import POSES, THREE_DIGITS, Configuration, draw_lengths, draw_pose
 
 SOURCE = "product of exponentials"
@@ -295,7 +296,7 @@ def body_adjoint(chain: Chain) -> sp.Matrix:
 
 def _home(chain: Chain, rng: Stream) -> Asked:
     screws = home_screws(chain)
-    return Matrix(twist_told(chain, sp.Matrix.hstack(*(one.screw for one in screws)))), OfScrews(screws=screws)
+    return Matrix(convention_of(chain).twist(sp.Matrix.hstack(*(one.screw for one in screws)))), OfScrews(screws=screws)
 
 
 def _pose(chain: Chain, rng: Stream) -> Asked:
@@ -307,18 +308,18 @@ def _in_space(chain: Chain) -> InSpace:
 
 
 def _space(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(twist_told(chain, space_jacobian(chain))), _in_space(chain)
+    return Matrix(convention_of(chain).twist(space_jacobian(chain))), _in_space(chain)
 
 
 def _body(chain: Chain, rng: Stream) -> Asked:
     rotation, jacobian = _of_body(chain)
     details = OfBody(rotation=rotation, place=derive(chain).position, space=space_jacobian(chain))
-    return Matrix(twist_told(chain, jacobian)), details
+    return Matrix(convention_of(chain).twist(jacobian)), details
 
 
 def _adjoint(chain: Chain, rng: Stream) -> Asked:
     details = OfBody(rotation=body_rotation(chain), place=derive(chain).position)
-    return Matrix(adjoint_told(chain, body_adjoint(chain))), details
+    return Matrix(convention_of(chain).adjoint(body_adjoint(chain))), details
 
 
 def _draw_motion(chain: Chain, rng: Stream) -> InNumbers:
@@ -335,21 +336,21 @@ def _draw_motion(chain: Chain, rng: Stream) -> InNumbers:
 
 def _changed(chain: Chain, rng: Stream) -> Asked:
     motion = _draw_motion(chain, rng)
-    exact = twist_told(chain, body_adjoint(chain).xreplace(motion.place.values) * motion.twist)
+    exact = convention_of(chain).twist(body_adjoint(chain).xreplace(motion.place.values) * motion.twist)
     numbers = exact.applyfunc(lambda value: ten_digits(numeric(value)))
     floor = 0.001 * max(abs(float(value)) for value in numbers)
-    units = tuple("m/s" if row[0] == "v" else "rad/s" for row in twist_rows(chain))
+    units = tuple("m/s" if row[0] == "v" else "rad/s" for row in convention_of(chain).velocities)
     return Number(sp.Matrix(numbers), units, THREE_DIGITS, floor), motion
 
 
 def _space_twist(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(derive(chain).twist(twist_told(chain, space_jacobian(chain)))), _in_space(chain)
+    return Matrix(derive(chain).twist(convention_of(chain).twist(space_jacobian(chain)))), _in_space(chain)
 
 
 def _body_twist(chain: Chain, rng: Stream) -> Asked:
     rotation, jacobian = _of_body(chain)
     details = OfBody(rotation=rotation, place=derive(chain).position, space=space_jacobian(chain))
-    return Matrix(derive(chain).twist(twist_told(chain, jacobian))), details
+    return Matrix(derive(chain).twist(convention_of(chain).twist(jacobian))), details
 
 
 def _with_body(chain: Chain) -> str | None:
@@ -378,7 +379,7 @@ def _long_body(chain: Chain) -> str | None:
 
 
 def _twist_names(chain: Chain, _: Part) -> Sequence[str]:
-    return velocities(twist_rows(chain))
+    return velocities(convention_of(chain).velocities)
 
 
 def _long_adjoint(chain: Chain) -> str | None:
@@ -394,12 +395,12 @@ def _changed_result(w: Working, part: Part) -> np.ndarray:
 
 def _told(w: Working, twists: np.ndarray) -> np.ndarray:
     """Return twists (omega, v), (6, …), in the order in which they are told, or the other way."""
-    return np.asarray(twists[rows_of_twist(w.chain)])
+    return np.asarray(twists[convention_of(w.chain).twist_rows])
 
 
 def _adjoint_told(w: Working, adjoint: np.ndarray) -> np.ndarray:
     """Return an adjoint, (6, 6, …), for twists in the order in which they are told, or the other way."""
-    return _told(w, adjoint)[:, rows_of_twist(w.chain)]
+    return _told(w, adjoint)[:, convention_of(w.chain).twist_rows]
 
 
 def _stage(name: str) -> Result:
@@ -431,17 +432,17 @@ QUESTIONS = (
         name="home-screws",
         title="Screw axes at home",
         source=SOURCE,
-        conventions=BY_AXES,
+        speaks_of=SCREWS,
         ask=_home,
         result=_stage("home screws"),
-        grid=lambda chain: (twist_rows(chain), [f"S_{{{joint}}}" for joint in range(1, chain.n + 1)]),
+        grid=lambda chain: (convention_of(chain).velocities, [f"S_{{{joint}}}" for joint in range(1, chain.n + 1)]),
         put=_put("home screws"),
     ),
     Question(
         name="body-pose",
         title="Pose of the body frame by exponentials",
         source=SOURCE,
-        conventions=BY_AXES,
+        speaks_of=SCREWS,
         ask=_pose,
         points=2.0,
         objection=_with_body,
@@ -454,14 +455,14 @@ QUESTIONS = (
         name="body-adjoint",
         title="Adjoint of the body frame",
         source=SOURCE,
-        conventions=BY_AXES,
+        speaks_of=SCREWS,
         ask=_adjoint,
         needs=("body-pose",),
         points=2.0,
         objection=_with_body,
         too_long=_long_adjoint,
         result=lambda w, _: _adjoint_told(w, w["body adjoint"]),
-        grid=lambda chain: (twist_rows(chain), twist_rows(chain)),
+        grid=lambda chain: (convention_of(chain).velocities, convention_of(chain).velocities),
         put=_put_adjoint,
         follows=(("body-pose",),),
     ),
@@ -469,7 +470,7 @@ QUESTIONS = (
         name="changed-twist",
         title="Twist changed from the body to the space frame",
         source=SOURCE,
-        conventions=BY_AXES,
+        speaks_of=SCREWS,
         ask=_changed,
         needs=("body-adjoint",),
         objection=_with_body,
@@ -482,26 +483,26 @@ QUESTIONS = (
         name="space-jacobian",
         title="Space Jacobian",
         source=SOURCE,
-        conventions=BY_AXES,
+        speaks_of=SCREWS,
         ask=_space,
         points=2.0,
         too_long=_long_space,
         result=_stage("space jacobian"),
-        grid=rates_to(twist_rows),
+        grid=rates_to(lambda chain: convention_of(chain).velocities),
         put=_put("space jacobian"),
     ),
     Question(
         name="body-jacobian",
         title="Body Jacobian",
         source=SOURCE,
-        conventions=BY_AXES,
+        speaks_of=SCREWS,
         ask=_body,
         needs=("body-pose", "space-jacobian"),
         points=2.0,
         objection=_with_body,
         too_long=_long_body,
         result=_stage("body jacobian"),
-        grid=rates_to(twist_rows),
+        grid=rates_to(lambda chain: convention_of(chain).velocities),
         put=_put("body jacobian"),
         follows=(("body-pose", "space-jacobian"),),
     ),
@@ -509,7 +510,7 @@ QUESTIONS = (
         name="space-twist",
         title="Twist in the space frame",
         source=SOURCE,
-        conventions=BY_AXES,
+        speaks_of=SCREWS,
         ask=_space_twist,
         needs=("space-jacobian",),
         too_long=_long_space,
@@ -521,7 +522,7 @@ QUESTIONS = (
         name="body-twist",
         title="Twist in the body frame",
         source=SOURCE,
-        conventions=BY_AXES,
+        speaks_of=SCREWS,
         ask=_body_twist,
         needs=("body-jacobian",),
         objection=_with_body,

@@ -12,7 +12,7 @@ from qdot.exercises.answers import Choice, ConditionSet
 from qdot.exercises.arm.axes import Sample
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.classification import classify
-from qdot.exercises.arm.convention_view import told_words
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinds import kind_is_sure, kinds_at
 from qdot.exercises.arm.kinematics import NumericChain
@@ -107,7 +107,7 @@ def _place(chain: Chain, components: tuple[Component, ...], kind: str, rng: Stre
         if component.solutions is None:
             kinds = classify(chain, component)
             words = kinds.meaning.split(",")[0]
-            if len(component.conditions) > 1 or "axis" not in told_words(chain, words):
+            if len(component.conditions) > 1 or "axis" not in convention_of(chain).rename_origins(words):
                 continue
             if kinds.uniform and kinds.kind == kind:
                 return Place({}, component.conditions[0], words)

@@ -7,14 +7,14 @@ import sympy as sp
 
 from qdot.exercises.answers import Matrix
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
-from qdot.exercises.arm.convention_view import is_modified, told_rows
+from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.arm.conventions.base import FRAMES
 from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.arm.derivation_graph import Change, Working
-from qdot.exercises.arm.kinematics import joint_rotation
 from qdot.exercises.arm.transforms import in_tool_frame, poses, seen_from_tool, terms_in_tool_frame, terms_of_last_pose
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, Part
-from qdot.exercises.questions.base import BY_TABLE, Asked, Question, rates_to, stage, too_many
+from qdot.exercises.questions.base import Asked, Question, rates_to, stage, too_many
 
 MOST_JOINTS = 5
 """Up to so many joints transforms are multiplied out by hand; of those, up to MOST_TERMS terms."""
@@ -61,8 +61,9 @@ def first_angle_sum(chain: Chain, poses: tuple[sp.Matrix, ...]) -> AngleSum | No
 
     It is looked for in the columns x_i: a row of T_{w,i-1} times the first column of T_{i-1,i}.
     """
-    for i, joint in enumerate(told_rows(chain)[1:], 2):
-        x = joint_rotation(joint, is_modified(chain))[:, 0]
+    convention = convention_of(chain)
+    for i, joint in enumerate(convention.rows[1:], 2):
+        x = convention.rotation(joint)[:, 0]
         for row in range(3):
             product = sp.Add(*(poses[i - 1][row, k] * x[k] for k in range(3)))
             result = poses[i][row, 0]
@@ -118,7 +119,7 @@ def _put_transform(rows: np.ndarray) -> dict[str, Change]:
 QUESTIONS = (
     Question(
         name="transform",
-        conventions=BY_TABLE,
+        speaks_of=FRAMES,
         title="Transform of the last frame",
         source="Example 6.1",
         ask=_transform,
@@ -130,7 +131,7 @@ QUESTIONS = (
     ),
     Question(
         name="tool-jacobian",
-        conventions=BY_TABLE,
+        speaks_of=FRAMES,
         title="Jacobian in the tool frame",
         source="6.12",
         ask=_tool_jacobian,

@@ -14,15 +14,16 @@ from qdot.exercises.answers import Matrix
 from qdot.exercises.arm.appearance import wrist_centre
 from qdot.exercises.arm.arithmetic import determinant
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
-from qdot.exercises.arm.convention_view import frame_on_axis, is_modified, told_rows
+from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.arm.conventions.base import FRAMES
 from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.arm.derivation_graph import Working
-from qdot.exercises.arm.kinematics import Z, frame_behind, frames_and_point, joint_rotation, rot_x, rot_z
+from qdot.exercises.arm.kinematics import Z, frame_behind, frames_and_point
 from qdot.exercises.arm.trigonometry import Factored, factored, same, substitute, textbook
+from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, Part
 from qdot.exercises.questions.base import (
-    BY_TABLE,
     MOST_TERMS,
     Asked,
     Question,
@@ -38,7 +39,7 @@ from qdot.exercises.questions.base import (
 def _wrist_axes(generic: Chain) -> sp.Matrix:
     """Return the axes of joints 4 to 6 of a structure in the coordinates of the frame on the first of them (3 x 3)."""
     axes = [frame_behind(generic.joints[3:i]).rotation * Z for i in (3, 4, 5)]
-    if is_modified(generic):  # that frame turns with joint 4
+    if convention_of(generic).has_frames_of_joints:  # that frame turns with joint 4
         axes = [rot_z(-generic.joints[3].theta) * axis for axis in axes]
     return sp.Matrix.hstack(*axes).applyfunc(lambda entry: textbook(sp.expand(entry)))
 
@@ -46,7 +47,7 @@ def _wrist_axes(generic: Chain) -> sp.Matrix:
 @lru_cache(maxsize=1024)
 def _arm_from_frame_1(generic: Chain) -> sp.Matrix:
     """Return R_1^T J11 of a structure (3 x 3): the arm block as link 1 sees it, with the same determinant."""
-    first, turn = generic.joints[0], rot_x(generic.joints[0].alpha) if is_modified(generic) else sp.eye(3)
+    first, turn = generic.joints[0], rot_x(convention_of(generic).from_standard(1)[0])
     point = frame_behind(generic.joints[1:4]).origin
     behind = sp.Matrix([first.a, first.d * sp.sin(first.alpha), first.d * sp.cos(first.alpha)])  # r_1 in frame 1
     axes_and_arms = [(sp.Matrix([0, sp.sin(first.alpha), sp.cos(first.alpha)]), behind + point)]
@@ -152,8 +153,9 @@ def _arm(chain: Chain, rng: Stream) -> Asked:
 
 
 def _wrist(chain: Chain, rng: Stream) -> Asked:
-    first = frame_on_axis(chain, 4)
-    turns = tuple(joint_rotation(row, is_modified(chain)) for row in told_rows(chain)[first:][:2])
+    convention = convention_of(chain)
+    first = convention.frame_on_axis(4)
+    turns = tuple(convention.rotation(row) for row in convention.rows[first:][:2])
     block = wrist_block(chain)
     return Matrix(block), WristAxes(rotations=turns, inner=turns[1][:, 2], z_4=block[:, 1], z_5=block[:, 2])
 
@@ -198,7 +200,7 @@ def _derived_determinants(w: Working, part: Part) -> np.ndarray:
 QUESTIONS = (
     Question(
         name="arm-block",
-        conventions=BY_TABLE,
+        speaks_of=FRAMES,
         title="Arm block of the Jacobian",
         source="6.12",
         ask=_arm,
@@ -213,7 +215,7 @@ QUESTIONS = (
     ),
     Question(
         name="wrist-block",
-        conventions=BY_TABLE,
+        speaks_of=FRAMES,
         title="Wrist block of the Jacobian",
         source="6.12",
         ask=_wrist,
@@ -224,7 +226,7 @@ QUESTIONS = (
     ),
     Question(
         name="block-determinants",
-        conventions=BY_TABLE,
+        speaks_of=FRAMES,
         title="Determinants of the blocks",
         source="6.8",
         ask=_both,

@@ -52,7 +52,7 @@ def short_question(
 
     return Question(
         name=name, title=title, source=source, ask=asked, points=points, objection=objection, form=form, shows=shows,
-        template=template, entry_names=entry_names, conventions=QUESTIONS[about].conventions,
+        template=template, entry_names=entry_names, speaks_of=QUESTIONS[about].speaks_of,
         without={
             **({"diagnosis": undiagnosed} if undiagnosed else {}),
             **({"STACK": "STACK has no input for several letters"} if form in ("selection", "matching") else {}),

@@ -16,6 +16,7 @@ from sympy.polys.polyerrors import BasePolynomialError
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.classification import domain_of
+from qdot.exercises.arm.conventions.base import SCREWS
 from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.arm.derivation_graph import Change, Working, as_formulas, formulas, numbers
 from qdot.exercises.arm.trigonometry import factored, textbook
@@ -27,7 +28,6 @@ from qdot.exercises.mistakes import screws
 from qdot.exercises.mistakes.catalogue import Wrong, wrong_answers
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.questions.base import BY_AXES
 from qdot.exercises.questions.results import result
 from qdot.exercises.quizzes.options import MOST_SPREAD, SHOWS_ITSELF, SPREAD, Blame, Offered, rank_of_key
 
@@ -56,7 +56,7 @@ class Subject:
     @property
     def is_of_screws(self) -> bool:
         """Whether it hangs on where the arm is at home, which its structure does not know."""
-        return QUESTIONS[self.base].conventions == BY_AXES
+        return QUESTIONS[self.base].speaks_of == SCREWS
 
     @property
     def is_quotient(self) -> bool:

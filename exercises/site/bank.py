@@ -26,7 +26,7 @@ from qdot.exercises.problem.problem import Problem
 from qdot.exercises.problem.record import Json
 from qdot.exercises.quizzes import ASKED
 from qdot.exercises.site.record import site_record, solutions_record, translated_record, translated_solutions
-from qdot.exercises.site.supply import Wanted
+from qdot.exercises.site.supply import BankProblem
 from qdot.exercises.writing.languages import LANGUAGES, LOCALE, catalogue
 from qdot.exercises.writing.render import template_folder
 
@@ -38,7 +38,7 @@ SOLUTION_ENDINGS = tuple(f".solutions{ending}" for ending in PROBLEM_ENDINGS)
 
 
 def write_bank(
-    folder: Path, wanted: Sequence[Wanted], failures: Failures, jobs: int, each: Callable[[], None],
+    folder: Path, wanted: Sequence[BankProblem], failures: Failures, jobs: int, each: Callable[[], None],
     left_out: Callable[[FailedSlot], None], solved: bool = True,
 ) -> list[Json]:  # fmt: skip
     """Write the problems and return their entries in index.json: family, key, difficulty, title, questions, flat.
@@ -64,7 +64,7 @@ def _state(folder: Path, failures: Failures, solved: bool) -> _State:
     return folder, failures, solved
 
 
-def _write(state: _State, wanted: Wanted) -> Json | FailedSlot:
+def _write(state: _State, wanted: BankProblem) -> Json | FailedSlot:
     folder, failures, solved = state
     path = folder / FOLDER / wanted.family / f"{wanted.key}.json"
     problem_id = wanted.problem and wanted.problem.id

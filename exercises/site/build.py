@@ -27,7 +27,7 @@ from qdot.exercises.site.pages import (
 )
 from qdot.exercises.site.robots import robots_text
 from qdot.exercises.site.stale_files import remove_stale_files
-from qdot.exercises.site.supply import Wanted
+from qdot.exercises.site.supply import BankProblem
 from qdot.exercises.writing.languages import LANGUAGES
 
 NOT_BUILT = (
@@ -46,7 +46,7 @@ class Order:
     """
 
     folder: Path
-    wanted: Sequence[Wanted]
+    wanted: Sequence[BankProblem]
     titles: Sequence[tuple[str, str, str]]
     failures: Failures
     jobs: int

@@ -37,7 +37,7 @@ FrameConvention = tuple[str, str]
 
 
 @dataclass(frozen=True)
-class Wanted:
+class BankProblem:
     """A problem to be in the bank: its family, its key, and how to generate it.
 
     `asked` are its questions: none means all of the chapter's that apply, QUIZ a short one of each form. `variation` is
@@ -81,14 +81,14 @@ class Wanted:
         return FailedSlot("", self.key, self.family, why)
 
 
-def wanted_of_variants(variants: Sequence[Variant]) -> list[Wanted]:
+def wanted_of_variants(variants: Sequence[Variant]) -> list[BankProblem]:
     """Return the variants of an assignment's bank, with each slot as a family."""
-    return [Wanted(variant.slot.name, variant.key, problem=variant.problem) for variant in variants]
+    return [BankProblem(variant.slot.name, variant.key, problem=variant.problem) for variant in variants]
 
 
 def wanted_of_families(
     names: Sequence[str], variants: int, variation: str = "", convention: str = "", twist_order: str = ""
-) -> list[Wanted]:
+) -> list[BankProblem]:
     """Return `variants` arms of each family; every second one of the first also has short questions.
 
     Without a `variation`, the arms of a family go through its steps again and again. `convention` and `twist_order`
@@ -97,7 +97,7 @@ def wanted_of_families(
     identity = ProblemId(names[0], 0).with_convention(convention, twist_order)
     frame_convention = identity.convention, identity.twist_order
     steps = [named(variation)] if variation else list(STEPS)
-    problems: list[Wanted] = []
+    problems: list[BankProblem] = []
     for name in names:
         climbing = (range(at, variants + 1, len(steps)) for at in range(1, len(steps) + 1))
         each = zip(steps, climbing, strict=True)
@@ -110,14 +110,14 @@ def wanted_of_families(
             problems.append(arm)
             if arm.seed % 2 and arm.seed <= QUIZ_SEEDS and not FAMILIES[name].varied:
                 problems.append(
-                    Wanted(
+                    BankProblem(
                         name, f"{arm.key}-{QUIZ}", arm.seed, (QUIZ,), arm.variation, frame_convention=frame_convention
                     )
                 )
     return problems
 
 
-def _problems_of_step(family: str, step: str, seeds: range, frame_convention: FrameConvention) -> Iterator[Wanted]:
+def _problems_of_step(family: str, step: str, seeds: range, frame_convention: FrameConvention) -> Iterator[BankProblem]:
     """Yield as many arms of a step as there are seeds: distinct ones first, then repeated ones."""
     if not seeds:
         return
@@ -132,8 +132,8 @@ def _problems_of_step(family: str, step: str, seeds: range, frame_convention: Fr
         yield replace(wanted(seed), share=(place, len(again)))
 
 
-def _wanted_at_seed(family: str, step: str, seed: int) -> Wanted:
-    return Wanted(family, f"{seed:03d}", seed, variation=step)
+def _wanted_at_seed(family: str, step: str, seed: int) -> BankProblem:
+    return BankProblem(family, f"{seed:03d}", seed, variation=step)
 
 
 def _distinct_seeds(family: str, step: str, seeds: range) -> tuple[list[int], list[int]]:

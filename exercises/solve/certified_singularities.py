@@ -10,7 +10,7 @@ from dataclasses import replace
 from qdot.exercises.arm.axes import Sample
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.classification import Kind, part_at
-from qdot.exercises.arm.convention_view import true_of_all
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.normalized_arm import bare
 from qdot.exercises.arm.singularity import Component
 from qdot.exercises.verify.appearance import holds, is_of_kind, places_on
@@ -47,5 +47,5 @@ def _sound(chain: Chain, one: SingularComponent) -> SingularComponent:
 
 def _sound_kind(chain: Chain, component: Component, kind: Kind) -> Kind:
     plain, samples = bare(chain), places_on(chain, component)
-    meaning = sound_words(plain, kind.meaning, samples) or true_of_all(chain)
+    meaning = sound_words(plain, kind.meaning, samples) or convention_of(chain).true_of_all
     return replace(kind, meaning=meaning, uniform=kind.uniform and is_of_kind(plain, kind, samples))

@@ -10,7 +10,8 @@ from typing import Any
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.convention_view import is_by_axes, told_words, twist_rows, twist_told
+from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.arm.conventions.base import FRAMES, SCREWS, Convention
 from qdot.exercises.arm.derivation import TooLong, derive
 from qdot.exercises.arm.kinds import kind_is_sure
 from qdot.exercises.arm.numeric_rank_check import tried
@@ -307,7 +308,7 @@ def _said_of_test(chain: Chain, stage: Redundant) -> str:
 
 def _known_so_far(chain: Chain, minors_only: bool) -> str:
     steps, components = worked_steps(chain), [] if minors_only else worked_steps(chain).components
-    return render("solve-part.md.j2", chain=chain, steps=steps, components=components, minors_only=minors_only)
+    return render("solve/part.md.j2", chain=chain, steps=steps, components=components, minors_only=minors_only)
 
 
 def _only_for_special_lengths(chain: Chain) -> str:
@@ -367,17 +368,25 @@ TWISTS = "space_jacobian", "body_jacobian"
 """What an arm that is told by its axes has beside the others, 6 x n each, in the order of `twist_rows`."""
 
 
+def twists_of(chain: Chain) -> tuple[str, ...]:
+    """Return which of TWISTS an arm has: those of screws."""
+    return TWISTS if SCREWS in convention_of(chain).has else ()
+
+
 def _screw_parts(chain: Chain) -> tuple[Callable[[], dict[str, Any]], ...]:
     """Return what works out the Jacobians of TWISTS as plain data, nothing where an arm is told by a table.
 
     There is no body frame where P is no point of the last link.
     """
-    if not is_by_axes(chain):
+    if not twists_of(chain):
         return ()
     has_body = QUESTIONS["body-jacobian"].objection(chain) is None
     return (
-        lambda: {"twist_rows": list(twist_rows(chain)), TWISTS[0]: _rows(twist_told(chain, space_jacobian(chain)))},
-        lambda: {TWISTS[1]: _rows(twist_told(chain, body_jacobian(chain))) if has_body else None},
+        lambda: {
+            "twist_rows": list(convention_of(chain).velocities),
+            TWISTS[0]: _rows(convention_of(chain).twist(space_jacobian(chain))),
+        },
+        lambda: {TWISTS[1]: _rows(convention_of(chain).twist(body_jacobian(chain))) if has_body else None},
     )
 
 
@@ -387,7 +396,7 @@ def _rows(matrix: sp.Matrix) -> list[list[str]]:
 
 def _found_json(chain: Chain, found: SingularComponent, sure: bool) -> dict[str, Any]:
     kind = {"type": found.kind.kind, "uniform": found.kind.uniform} if sure and found.kind.kind else {}
-    return _component_json(found) | kind | {"meaning": told_words(chain, found.kind.meaning) or None}
+    return _component_json(found) | kind | {"meaning": convention_of(chain).rename_origins(found.kind.meaning) or None}
 
 
 def _component_json(found: SingularComponent | Component) -> dict[str, Any]:
@@ -425,7 +434,7 @@ def solution_latex(solution: Solution) -> str:
 
 def article(chain: Chain, blocks: Iterable[str]) -> str:
     """Return blocks of a derivation (Markdown) as a LaTeX article."""
-    return render("solve.tex.j2", title=latex_escaped(chain.title), body="\n".join(map(to_latex, blocks)))
+    return render("solve/arm.tex.j2", title=latex_escaped(chain.title), body="\n".join(map(to_latex, blocks)))
 
 
 def _blocks(chain: Chain, robot: Robot | None) -> list[str]:
@@ -456,10 +465,10 @@ def text_stages(chain: Chain, robot: Robot | None = None) -> Stages:
     yield "its transformations"
     w, steps = Wording(chain), worked_steps(chain)
     given = _given(robot)
-    if given is not None and (w.is_by_axes or (not given.base and given.rows == w.rows)):
+    if given is not None and (not w.convention.has_frames or (not given.base and given.rows == w.rows)):
         given = None  # it is told so below
     rounded = ROUNDED if robot is not None and robot.rounded else ""
-    yield Ready("arm", render("solve-arm.md.j2", chain=chain, w=w, steps=steps, tex=tex, given=given, rounded=rounded))
+    yield Ready("arm", render("solve/arm.md.j2", chain=chain, w=w, steps=steps, tex=tex, given=given, rounded=rounded))
     parts: list[Part] = []
     explained: set[str] = set()
     for name in SECTIONS[:-1]:
@@ -511,7 +520,7 @@ def _singular_section(
 
 def _special_block(chain: Chain, found: Singularities, number: int) -> str:
     return render(
-        "solve-lengths.md.j2",
+        "solve/lengths.md.j2",
         number=number,
         note=found.lengths,
         special=[(one, Wording(one.chain)) for one in found.special],
@@ -534,7 +543,7 @@ def _section(chain: Chain, name: str, parts: list[Part], explained: set[str]) ->
 def _redundant_block(chain: Chain, redundant: Redundant, number: int | None = None) -> str:
     """Return the section on the singular set of such an arm, without a number where it is not whole."""
     w, steps = Wording(chain), worked_steps(chain)
-    return render("solve-redundant.md.j2", chain=chain, w=w, steps=steps, found=redundant, number=number)
+    return render("solve/redundant.md.j2", chain=chain, w=w, steps=steps, found=redundant, number=number)
 
 
 def data_stages(chain: Chain) -> Stages:
@@ -562,7 +571,7 @@ def data_stages(chain: Chain) -> Stages:
 class _Told:
     """How an arm was told, for the template: a convention, the cells of its rows, and what is said of its base."""
 
-    convention: str
+    convention: type[Convention]
     rows: list[list[str]]
     base: str
 
@@ -580,12 +589,11 @@ def _given(robot: Robot | None) -> _Told | None:
     return _Told(given.convention, [_cells(given.convention, row) for row in given.rows], base)
 
 
-def _cells(convention: str, row: tuple[Any, ...]) -> list[str]:
-    if convention == "screws":
+def _cells(convention: type[Convention], row: tuple[Any, ...]) -> list[str]:
+    if FRAMES not in convention.has:
         direction, point = row
         return [f"({', '.join(map(tex, direction))})", "-" if point is None else triple(point)]
-    theta, d, a, alpha = tex_angle(row[0]), tex_length(row[1]), tex_length(row[2]), tex_angle(row[3])
-    return [theta, d, a, alpha] if convention == "dh" else [alpha, a, d, theta]
+    return convention.cells(tex_angle(row[0]), tex_length(row[1]), tex_length(row[2]), tex_angle(row[3]))
 
 
 def _beyond(chain: Chain, robot: Robot | None, singular: Iterable[SingularComponent]) -> list[str]:

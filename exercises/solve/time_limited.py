@@ -6,8 +6,8 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from typing import Any
 
-from qdot.exercises.arm.chain import CONVENTIONS, Chain
-from qdot.exercises.arm.convention_view import is_by_axes, twist_rows
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.kinds import kind_is_sure
 from qdot.exercises.arm.robot_file import Robot
 from qdot.exercises.common.time_limit import OutOfTime, time_limit
@@ -18,7 +18,6 @@ from qdot.exercises.solve.solver import (
     SECTIONS,
     SPECIAL,
     TESTED,
-    TWISTS,
     WHERE,
     Kept,
     Ready,
@@ -28,6 +27,7 @@ from qdot.exercises.solve.solver import (
     data_stages,
     text_heading,
     text_stages,
+    twists_of,
 )
 from qdot.exercises.writing.markup import to_text
 from qdot.exercises.writing.worked import SingularComponent
@@ -108,8 +108,8 @@ def _data(robot: Robot, told: _Told) -> dict[str, Any]:
     chain = robot.chain
     content: dict[str, Any] = {"name": chain.title} | ({"rounded": True} if robot.rounded else {})
     content |= {"position": None, "jacobian": None, "geometric_jacobian": None}
-    twists = TWISTS if is_by_axes(chain) else ()
-    content |= {"twist_rows": list(twist_rows(chain)), **dict.fromkeys(twists)} if twists else {}
+    twists = twists_of(chain)
+    content |= {"twist_rows": list(convention_of(chain).velocities), **dict.fromkeys(twists)} if twists else {}
     content |= {"task": list(chain.task), "determinant": None, "singular": None}
     for part in told.ready.values():
         content |= part
@@ -126,7 +126,7 @@ def _missing_keys(chain: Chain, told: _Told) -> list[str]:
     if not told.ended or told.left == ():
         return []
     keys = [("position", "position"), ("jacobian", "jacobian"), ("jacobian", "geometric_jacobian")]
-    keys += [(name, name) for name in TWISTS] if is_by_axes(chain) else []
+    keys += [(name, name) for name in twists_of(chain)]
     keys += [("determinant", "determinant")] if _is_square(chain) else []
     left = told.left or (WHERE,)
     of_each = [("type", "uniform", MEANING) if key == MEANING and kind_is_sure(chain) else (key,) for key in left]
@@ -170,7 +170,7 @@ def _due(chain: Chain) -> list[str]:
     if chain.n > BY_HAND:
         left_out = (*left_out, *inverse)
     told_otherwise = [  # looked at for these only: of others, whether they can be asked may take minutes to find out
-        name for name in SECTIONS if QUESTIONS[name].conventions != CONVENTIONS
+        name for name in SECTIONS if QUESTIONS[name].speaks_of
     ]
     left_out = (*left_out, *(name for name in told_otherwise if QUESTIONS[name].objects(chain) is not None))
     return [name for name in SECTIONS if name not in left_out]

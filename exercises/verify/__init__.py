@@ -21,8 +21,8 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
-from qdot.exercises.arm.convention_view import is_by_axes, is_modified, told_point
-from qdot.exercises.arm.conventions import axes_of
+from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.formula.trees import Node, ReadError, names
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.problem.record import digests
@@ -102,7 +102,7 @@ def _one_meaning(chain: Chain) -> Check:
     """Look for a symbol that stands for two things, as a length named after another entry of the table does."""
     taken = {symbol.name for symbol in (*chain.q, *chain.rates)} | set(TASK_ROWS)
     twice = sorted(symbol.name for symbol in chain.parameters if symbol.name in taken)
-    for symbol in () if is_by_axes(chain) else chain.parameters:  # who is told axes sees no table
+    for symbol in () if not convention_of(chain).has_frames else chain.parameters:  # who is told axes sees no table
         match = re.fullmatch(r"([ad])([1-9]\d*)", symbol.name)
         if match and int(match.group(2)) <= chain.n:
             joint = chain.joints[int(match.group(2)) - 1]
@@ -128,19 +128,25 @@ def _full_rank(numeric: NumericReference) -> Check:
     )
 
 
+def _nothing(_: NumericReference) -> Iterator[Check]:
+    """Check nothing of the standard table, from which all is derived."""
+    yield from ()
+
+
 def _told(numeric: NumericReference) -> Iterator[Check]:
     """Look whether what the statement tells leads where the standard table does, from which all is derived."""
-    if is_modified(numeric.chain):
-        yield from _told_by_table(numeric)
-    elif is_by_axes(numeric.chain):
-        yield from _told_by_axes(numeric)
+    known = PRESENTED.get(numeric.chain.convention)
+    if known is None:
+        yield Check("known", False, "nothing in qdot.exercises.verify.PRESENTED tests this convention")
+    else:
+        yield from known(numeric)
 
 
 def _told_by_table(numeric: NumericReference) -> Iterator[Check]:
     """Multiply the rows of a modified table, and look for axes and point elsewhere."""
     chain = numeric.chain
     ours, told = numeric.frames[:, : chain.n, :3, 2], numeric.told[:, 1:, :3, 2]
-    point = told_point(chain)
+    point = convention_of(chain).point
     pose, offset = numeric.told[:, point.frame], numeric.numbers(sp.Matrix(point.offset))
     there = pose[:, :3, 3] + np.einsum("kij,kj->ki", pose[:, :3, :3], offset)
     yield formulas.agree("modified table: axes", told, ours, formulas.EXACT)
@@ -161,6 +167,12 @@ def _told_by_axes(numeric: NumericReference) -> Iterator[Check]:
     yield formulas.agree(
         "axes at home: P", numeric.numbers(point)[:, None], numeric.point_at_home[:, None], formulas.EXACT
     )
+
+
+PRESENTED: dict[str, Callable[[NumericReference], Iterator[Check]]] = {
+    "dh": _nothing, "modified-dh": _told_by_table, "screws": _told_by_axes,
+}  # fmt: skip
+"""What holds the arm as a convention presents it against the standard table; without it, nothing is certified."""
 
 
 def _trees(numeric: NumericReference, part: Part) -> list[Node]:

@@ -8,7 +8,8 @@ exponentials before it. World frame; linear part first, as in (6.6).
 
 import numpy as np
 
-from qdot.exercises.arm.kinematics import NumericChain, cross
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.vectors import cross
 
 
 def exponential_jacobian(arm: NumericChain, q: np.ndarray) -> np.ndarray:

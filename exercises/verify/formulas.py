@@ -7,7 +7,7 @@ import sympy as sp
 
 from qdot.exercises.answers import Number
 from qdot.exercises.arm.chain import TASK_ROWS
-from qdot.exercises.arm.convention_view import frame_on_axis, twist_rows
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.differentiation import AlongAxis, moving_rows
@@ -87,18 +87,18 @@ def _axes(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, flo
 
 
 def _vectors(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, float]]:
-    first, n = frame_on_axis(numeric.chain, 1), numeric.chain.n
+    first, n = convention_of(numeric.chain).frame_on_axis(1), numeric.chain.n
     origins = numeric.told[:, first : first + n, :3, 3]
     return {"frames": ((numeric.point[:, None] - origins).transpose(0, 2, 1), EXACT)}
 
 
 def _geometric(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, float]]:
-    order = [TASK_ROWS.index(row) for row in twist_rows(numeric.chain)]
+    order = [TASK_ROWS.index(row) for row in convention_of(numeric.chain).velocities]
     return each_way(numeric, lambda jacobian: jacobian[:, order])
 
 
 def _twist(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, float]]:
-    order = [TASK_ROWS.index(row) for row in twist_rows(numeric.chain)]
+    order = [TASK_ROWS.index(row) for row in convention_of(numeric.chain).velocities]
     return each_way(numeric, lambda jacobian: jacobian[:, order] @ numeric.rates)
 
 

@@ -10,7 +10,7 @@ import sympy as sp
 from qdot.exercises.arm.axes import Sample
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.classification import domain_of, samples_on
-from qdot.exercises.arm.convention_view import is_modified, told_base, told_rows
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.expression import read
@@ -68,7 +68,7 @@ class NumericReference:
 
     def _told(self, poses: list[np.ndarray]) -> np.ndarray:
         """Return the frames that the table leads to as it is told, (…, n + 1, 4, 4), by its own elementary steps."""
-        if not is_modified(self.chain):
+        if not convention_of(self.chain).has_frames_of_joints:
             return self.frames
         pairs = zip(self.lengths, poses, strict=True)
         return np.concatenate([modified_frames(self.chain, lengths, q) for lengths, q in pairs])
@@ -97,7 +97,7 @@ class NumericReference:
     @property
     def told_carried(self) -> np.ndarray:
         """`carried` of the frames that are told to students."""
-        if not is_modified(self.chain):
+        if not convention_of(self.chain).has_frames_of_joints:
             return self.carried
         found = []
         for lengths, q in zip(self.lengths, self._poses, strict=True):
@@ -185,11 +185,11 @@ def modified_frames(chain: Chain, lengths: Mapping[str, float], q: np.ndarray) -
     def number(expression: sp.Expr) -> float:
         return float(expression.xreplace(known))
 
-    base = told_base(chain)
+    base = convention_of(chain).base
     x, y, z = map(number, base.position)
     frame = _moved(0, x) @ _moved(1, y) @ _moved(2, z) @ _turned(2, np.full(len(q), number(base.yaw)))
     frames = [frame]
-    for i, (row, own) in enumerate(zip(told_rows(chain), chain.q, strict=True)):
+    for i, (row, own) in enumerate(zip(convention_of(chain).rows, chain.q, strict=True)):
         theta, d = (np.full(len(q), number(entry.xreplace({own: sp.S.Zero}))) for entry in (row.theta, row.d))
         theta, d = (theta + q[:, i], d) if row.kind == "R" else (theta, d + q[:, i])
         before = _turned(0, np.full(len(q), number(row.alpha))) @ _moved(0, number(row.a))

@@ -12,8 +12,8 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from qdot.exercises.arm.axes_to_dh import Axis
-from qdot.exercises.arm.conventions import axes_of
 from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.screws import DECIMALS, InNumbers
 from qdot.exercises.verify.formulas import DIFFERENCED, EXACT, agree, formula, three_digits

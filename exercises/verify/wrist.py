@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from qdot.exercises.arm.convention_view import frame_on_axis
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.verify.formulas import EXACT, agree, each_way, formula
 from qdot.exercises.verify.numeric_reference import Check, NumericReference
@@ -15,7 +15,7 @@ def _arm(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, floa
 
 
 def _wrist(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, float]]:
-    turn = numeric.told[:, frame_on_axis(numeric.chain, 4), :3, :3].swapaxes(1, 2)
+    turn = numeric.told[:, convention_of(numeric.chain).frame_on_axis(4), :3, :3].swapaxes(1, 2)
     return each_way(numeric, lambda jacobian: turn @ jacobian[:, 3:, 3:])
 
 

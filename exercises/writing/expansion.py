@@ -13,10 +13,11 @@ from itertools import combinations, pairwise, permutations
 import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain
-from qdot.exercises.arm.convention_view import is_by_axes, is_modified, told_base
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import derive, short_jacobian
-from qdot.exercises.arm.kinematics import Z, frame_behind, link_frames, rot_x, task_matrix
+from qdot.exercises.arm.kinematics import Z, frame_behind, link_frames, task_matrix
 from qdot.exercises.arm.trigonometry import same, textbook
+from qdot.exercises.arm.vectors import rot_x
 
 Fill = Callable[[sp.Expr], sp.Expr]
 Values = Mapping[sp.Symbol, sp.Expr]
@@ -120,18 +121,14 @@ def _seen_from(chain: Chain, k: int) -> sp.Matrix:
 
 def _into_told(chain: Chain, k: int) -> sp.Matrix:
     """Return the rotation from standard frame k into the frame k that the arm's convention has on the same link."""
-    if not is_modified(chain):
-        return sp.eye(3)
-    if k == 0:
-        return rot_x(chain.base.tilt - told_base(chain).tilt)
-    return rot_x(chain.joints[k - 1].alpha)
+    return rot_x(convention_of(chain).from_standard(k)[0])
 
 
 @lru_cache(maxsize=1024)
 def _short(chain: Chain) -> sp.Matrix:
     """Return `short_jacobian` in frame k and about its origin as the arm's convention has them."""
     short, k = short_jacobian(chain), chain.n // 2
-    if not is_modified(chain) or short == derive(chain).jacobian:
+    if not convention_of(chain).has_frames_of_joints or short == derive(chain).jacobian:
         return short
     linear, angular = short[:3, :], short[3:, :]
     back = sp.Matrix([chain.joints[k - 1].a, 0, 0])  # from the origin of the told frame to that of the standard one
@@ -154,8 +151,13 @@ def seen_for_minors(chain: Chain) -> tuple[sp.Matrix, Step | None, bool]:
         whole = chain.task in (TASK_ROWS, TASK_ROWS[:3], TASK_ROWS[3:]) and chain.joints[0].kind == "R"
         if not whole:
             return jacobian, None, False
-        base = Base(tilt=chain.base.tilt) if is_modified(chain) else Base()  # its first row turns about x, not its base
-        seen = jacobian if is_by_axes(chain) else task_matrix(_seen_from(replace(chain, base=base), 0), chain.task)
+        convention = convention_of(chain)
+        base = Base(tilt=chain.base.tilt - convention.base.tilt)  # by which the first row turns
+        seen = (
+            jacobian
+            if not convention_of(chain).has_frames
+            else task_matrix(_seen_from(replace(chain, base=base), 0), chain.task)
+        )
         return seen.xreplace({chain.q[0]: sp.S.Zero}), None, True
     best = jacobian
     for k, seen in frames_to_see_from(chain):

@@ -12,7 +12,7 @@ from itertools import combinations
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.convention_view import is_by_axes
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import Derivation, derive, structure
 from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.arm.trigonometry import textbook
@@ -200,7 +200,7 @@ class HintContext:
 
         None, too, of an arm that is told by its axes, for which there is no frame 1.
         """
-        if not_partitioned(self.chain) is not None or is_by_axes(self.chain):
+        if not_partitioned(self.chain) is not None or not convention_of(self.chain).has_frames:
             return None
         partition = blocks(self.chain)
         return None if partition.arm_seen == partition.arm else partition.arm_seen

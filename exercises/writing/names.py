@@ -5,17 +5,8 @@ from collections.abc import Sequence
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.convention_view import (
-    axis_symbol,
-    frame_on_axis,
-    is_by_axes,
-    is_omega_first,
-    rows_of_twist,
-    slide_symbol,
-    twist_rows,
-    twist_told,
-    vector_symbol,
-)
+from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.arm.conventions.base import Convention
 from qdot.exercises.questions.base import velocities
 
 
@@ -25,19 +16,19 @@ class AxisNames:
     chain: Chain
 
     @property
-    def is_by_axes(self) -> bool:
-        """Whether the arm is told by its axes at home, so that no frames stand on its links."""
-        return is_by_axes(self.chain)
+    def convention(self) -> Convention:
+        """The convention of the arm."""
+        return convention_of(self.chain)
 
     @property
     def is_omega_first(self) -> bool:
         """Whether the angular velocity comes first in what is asked."""
-        return is_omega_first(self.chain)
+        return self.convention.is_omega_first
 
     @property
     def six_rows(self) -> str:
         """The components of a velocity in the order in which they are asked for."""
-        return ", ".join(name.replace("{", "").replace("}", "") for name in velocities(twist_rows(self.chain)))
+        return ", ".join(name.replace("{", "").replace("}", "") for name in velocities(self.convention.velocities))
 
     def twist(self, omega: str, v: str) -> str:
         """Return a twist with these halves, in the order in which it is told."""
@@ -75,48 +66,47 @@ class AxisNames:
 
     def twist_told(self, twist: sp.Matrix) -> sp.Matrix:
         """Return a twist (omega, v) in the order in which it is told."""
-        return twist_told(self.chain, twist)
+        return self.convention.twist(twist)
 
     def halves(self, six: Sequence[str]) -> tuple[Sequence[str], Sequence[str]]:
         """Return omega and v of what is told in that order."""
-        both = [six[row] for row in rows_of_twist(self.chain)]
+        both = [six[row] for row in self.convention.twist_rows]
         return both[:3], both[3:]
 
     @property
     def z_i(self) -> str:
         """What the axis of joint i is called."""
-        return axis_symbol(self.chain)
+        return self.convention.axis()
 
     @property
     def slide_i(self) -> str:
         """The same if it is prismatic."""
-        return slide_symbol(self.chain)
+        return self.convention.prismatic_axis
 
     @property
     def axes_i(self) -> list[str]:
         """The same of all kinds of joints that the arm has."""
-        if not self.is_by_axes:
-            return [self.z_i]
         kinds = {joint.kind for joint in self.chain.joints}
-        return [name for kind, name in (("R", self.z_i), ("P", self.slide_i)) if kind in kinds]
+        names = [name for kind, name in (("R", self.z_i), ("P", self.slide_i)) if kind in kinds]
+        return list(dict.fromkeys(names))
 
     @property
     def p_i(self) -> str:
         """What the vector from the axis of joint i to P is called."""
-        return vector_symbol(self.chain)
+        return self.convention.vector()
 
     def z(self, joint: int) -> str:
         """Return what the axis of a joint is called."""
-        return axis_symbol(self.chain, joint)
+        return self.convention.axis(joint)
 
     def z_at_home(self, joint: int) -> str:
         """Return what the axis of a joint is called where all joint variables are zero."""
-        return axis_symbol(self.chain, joint, at_home=True)
+        return self.convention.axis(joint, at_home=True)
 
     def p(self, joint: int) -> str:
         """Return what the vector from the axis of a joint to P is called."""
-        return vector_symbol(self.chain, joint)
+        return self.convention.vector(joint)
 
     def on(self, joint: int) -> int:
         """Return the number of the frame on the axis of a joint, from 1."""
-        return frame_on_axis(self.chain, joint)
+        return self.convention.frame_on_axis(joint)

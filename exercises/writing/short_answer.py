@@ -30,7 +30,7 @@ def short_answer(problem: Problem, part: Part) -> str:
     shown: dict[str, Any] = part.answer.told_to(_Given(problem, part))
     given |= shown
     steps = worked_steps(problem.chain)
-    return with_meanings(steps, render("short-answer.md.j2", chain=problem.chain, angles=steps.angles, **given))
+    return with_meanings(steps, render("writing/short-answer.md.j2", chain=problem.chain, angles=steps.angles, **given))
 
 
 @dataclass(frozen=True)

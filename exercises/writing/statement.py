@@ -29,7 +29,7 @@ def statement(problem: Problem, title: str, figure: str = "", typed: bool = True
     chain, words = problem.chain, catalogue(language)
     text = (
         environment(language)
-        .get_template("statement.md.j2")
+        .get_template("writing/statement.md.j2")
         .render(
             chain=chain,
             title=title,
@@ -170,7 +170,7 @@ def _after(
     names: list[tuple[str, str]], text: str, language: str, *, first_of_all: bool = False, and_so_on: bool = False
 ) -> str:
     """Return text after what names in it stand for, or in all that follows, of which it is then the `first_of_all`."""
-    template = environment(language).get_template("solution.md.j2")
+    template = environment(language).get_template("writing/solution.md.j2")
     told = {"names": names, "and_so_on": and_so_on, "first_of_all": first_of_all}
     return _tidy(template.render(solution=text, **told))
 

@@ -12,7 +12,7 @@ from itertools import product
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.convention_view import told_rows
+from qdot.exercises.arm.conventions import convention_of
 
 _FIFTEEN = sp.pi / 12
 
@@ -34,7 +34,7 @@ def turns_of(chain: Chain) -> tuple[sp.Expr, ...]:
 
 
 def _constants(chain: Chain) -> Iterator[sp.Expr]:
-    for row in told_rows(chain):
+    for row in convention_of(chain).rows:
         yield row.alpha
         yield row.theta.as_independent(*row.theta.free_symbols, as_Add=True)[0] if row.theta.free_symbols else row.theta
 

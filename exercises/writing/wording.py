@@ -8,18 +8,10 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain, Point
 from qdot.exercises.arm.classification import Kind, Values
-from qdot.exercises.arm.convention_view import (
-    is_modified,
-    place_name,
-    told_base,
-    told_point,
-    told_rows,
-    told_words,
-)
-from qdot.exercises.arm.conventions import axes_of
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinds import kind_is_sure
 from qdot.exercises.arm.normalized_arm import turns_all
+from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, catalogue
 from qdot.exercises.writing.latex import symbol_latex, tex, tex_angle, tex_length, tex_value
 from qdot.exercises.writing.names import AxisNames
@@ -43,10 +35,7 @@ class Wording(AxisNames):
     @property
     def frame(self) -> str:
         """The frame in which everything is expressed."""
-        say = self.words
-        if self.is_by_axes:
-            return say.gettext("the space frame {s}")
-        return say.gettext("the base frame $O_0$") if self.base.is_world else say.gettext("the world frame")
+        return self.convention.frame_of_all(self.words)
 
     @property
     def joints(self) -> list[str]:
@@ -306,11 +295,10 @@ class Wording(AxisNames):
 
         Angles are in degrees.
         """
-        rows = [
-            [tex_angle(row.theta), tex_length(row.d), tex_length(row.a), tex_angle(row.alpha)]
-            for row in told_rows(self.chain)
+        return [
+            self.convention.cells(tex_angle(row.theta), tex_length(row.d), tex_length(row.a), tex_angle(row.alpha))
+            for row in self.convention.rows
         ]
-        return [[alpha, a, d, theta] for theta, d, a, alpha in rows] if self.is_modified else rows
 
     @property
     def axes_at_home(self) -> list[tuple[str, str, str, str]]:
@@ -336,24 +324,19 @@ class Wording(AxisNames):
     # --- the convention ---
 
     @property
-    def is_modified(self) -> bool:
-        """Whether the arm is told by a modified table."""
-        return is_modified(self.chain)
-
-    @property
     def base(self) -> Base:
         """Where frame O_0 stands, as it is told."""
-        return told_base(self.chain)
+        return self.convention.base
 
     @property
     def point(self) -> Point:
         """The point of interest in the frame of its link, as it is told."""
-        return told_point(self.chain)
+        return self.convention.point
 
     @property
     def at(self) -> str:
         """The index of the frame on the axis of joint i: "i-1", or "i" in a modified table."""
-        return "i" if self.is_modified else "i-1"
+        return self.convention.frame_index
 
     @property
     def exponentials(self) -> str:
@@ -363,33 +346,13 @@ class Wording(AxisNames):
 
     def start(self, joint: int) -> str:
         """Return where the vector from the axis of a joint to P begins."""
-        say = self.words
-        return say.gettext("a point on the axis") if self.is_by_axes else f"$O_{{{self.on(joint)}}}$"
-
-    @property
-    def row_transform(self) -> str:
-        """The transform T_{i-1,i} of a row of the table."""
-        if self.is_modified:
-            return r"R_x(\alpha_{i-1})\, T_x(a_{i-1})\, R_z(\theta_i)\, T_z(d_i)"
-        return r"R_z(\theta_i)\, T_z(d_i)\, T_x(a_i)\, R_x(\alpha_i)"
-
-    @property
-    def link_vector(self) -> str:
-        """The vector r_i from O_{i-1} to O_i in frame i-1, by the entries of a row."""
-        if self.is_modified:
-            return r"[a_{i-1}, -d_i \sin\alpha_{i-1}, d_i \cos\alpha_{i-1}]^T"
-        return r"[a_i \cos\theta_i, a_i \sin\theta_i, d_i]^T"
-
-    @property
-    def twisted_about(self) -> str:
-        """The axis about which a twist leads from z_{i-1} to z_i."""
-        return "x_{i-1}" if self.is_modified else "x_i"
+        return self.convention.start(joint, self.words)
 
     @property
     def first_twist(self) -> str:
         """The twist alpha_0 before joint 1 of a modified table, or nothing."""
-        twist = told_rows(self.chain)[0].alpha
-        return tex_angle(twist) if self.is_modified and twist != 0 else ""
+        twist, _ = self.convention.from_standard(0)
+        return tex_angle(twist) if twist != 0 else ""
 
     @property
     def recursion(self) -> list[int]:
@@ -398,7 +361,7 @@ class Wording(AxisNames):
 
     def place(self, frame: int) -> str:
         """Return the name of the place where the origin of a standard frame is."""
-        return place_name(self.chain, frame) or ""
+        return self.convention.place(frame) or ""
 
     @property
     def base_place(self) -> str:
@@ -591,7 +554,7 @@ class Wording(AxisNames):
 
     def said(self, english: str) -> str:
         """Return words on configurations with the arm's own names for points, P by name, behind other words."""
-        told = re.sub(r"\b([Oq])(\d+)('?)", r"$\1_{\2}\3$", told_words(self.chain, english))
+        told = re.sub(r"\b([Oq])(\d+)('?)", r"$\1_{\2}\3$", self.convention.rename_origins(english))
         whole = re.sub(r"^arm (?=stretched|folded|drawn)", "the arm is ", told)
         return self.words.phrase(whole.replace("the point", "$P$"))
 

@@ -16,20 +16,13 @@ from qdot.exercises.arm.appearance import dependence
 from qdot.exercises.arm.axes import Sample, along, slope
 from qdot.exercises.arm.chain import TASK_ROWS, Chain, Point
 from qdot.exercises.arm.classification import Kind, Values, by_value, classify, is_one_sided
-from qdot.exercises.arm.convention_view import (
-    in_twist_order,
-    is_modified,
-    told_point,
-    told_rows,
-    twist_told,
-    up_to_frame,
-)
-from qdot.exercises.arm.conventions import axes_of
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import Derivation, TooLong, derive, structure, task_velocity
 from qdot.exercises.arm.existence_conditions import Need, need_of
-from qdot.exercises.arm.kinematics import NumericChain, frame_behind, joint_rotation, link_frames, link_vector
+from qdot.exercises.arm.kinematics import NumericChain, frame_behind, link_frames
 from qdot.exercises.arm.mpmath_kinematics import determinant, four_digits, inverse, numeric, shown, solved
 from qdot.exercises.arm.singularity import Component, never_vanishes, singular_set
+from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.arm.trigonometry import substitute, textbook, without_brackets
 from qdot.exercises.formula.order import index_of, joint_sum
 from qdot.exercises.problem.problem import Part
@@ -235,9 +228,8 @@ class Worked(AxisNames):
     def transforms(self) -> list[sp.Matrix]:
         """T_{0,1} ... T_{n-1,n}, 4 x 4, row by row of the table."""
         matrices = []
-        modified = is_modified(self.chain)
-        for row in told_rows(self.chain):
-            pose = joint_rotation(row, modified).row_join(link_vector(row, modified))
+        for row in self.convention.rows:
+            pose = self.convention.rotation(row).row_join(self.convention.link_vector(row))
             matrices.append(pose.col_join(sp.Matrix([[0, 0, 0, 1]])))
         return matrices
 
@@ -270,7 +262,7 @@ class Worked(AxisNames):
     @property
     def is_standard(self) -> bool:
         """Whether the arm is told by a standard table, in whose frames all is worked out."""
-        return self.chain.convention == "dh"
+        return self.convention.has_frames and not self.convention.has_frames_of_joints
 
     @property
     def _home(self) -> dict[sp.Symbol, sp.Expr]:
@@ -313,7 +305,7 @@ class Worked(AxisNames):
 
     def jacobian_of(self, frame: str) -> sp.Matrix:
         """Return the Jacobian of screws in the "space" frame or in that of the "body", its rows as they are told."""
-        return twist_told(self.chain, (space_jacobian if frame == "space" else body_jacobian)(self.chain))
+        return self.convention.twist((space_jacobian if frame == "space" else body_jacobian)(self.chain))
 
     def axis_at_home(self, joint: int) -> sp.Matrix:
         """Return the axis of a joint where all joint variables are zero (3 x 1)."""
@@ -360,12 +352,12 @@ class Worked(AxisNames):
     def last_vector(self) -> sp.Matrix:
         """p*_k of the point's own frame: R_k times its coordinates there (zero for an origin)."""
         k = self.chain.point.frame
-        return self._fill(derive(self._structure).rotations[k] * sp.Matrix(told_point(self._structure).offset))
+        return self._fill(derive(self._structure).rotations[k] * sp.Matrix(convention_of(self._structure).point.offset))
 
     @property
     def geometric(self) -> sp.Matrix:
         """The geometric Jacobian, 6 x n, its rows in the order in which the arm is asked about."""
-        return in_twist_order(self.chain, self.d.geometric)
+        return self.convention.velocity_rows(self.d.geometric)
 
     @cached_property
     def columns(self) -> list[Column]:
@@ -378,7 +370,7 @@ class Worked(AxisNames):
 
     def link_columns(self, k: int) -> list[Column]:
         """Return the columns for frame k: p* goes from O_{i-1} to O_k, and only joints 1 ... k count."""
-        inner = derive(up_to_frame(self.chain, k))
+        inner = derive(self.convention.first_joints(k))
         return [self._column(inner.z, inner.p_star, inner.geometric, i) for i in range(k)]
 
     @property

@@ -30,10 +30,10 @@ from qdot.grader.grading.certificates import Kind
 from qdot.grader.grading.certify import CERTIFIER, Task, former_students, record_of, tasks_of, unknown_files
 from qdot.grader.grading.class_check import check_class, check_secret, load_class, read_some
 from qdot.grader.grading.cluster import connected
-from qdot.grader.grading.final_result import Result
 from qdot.grader.grading.marking import number
 from qdot.grader.grading.one_student import found_of_one, grade_one, limits_of, read_time, student_named
 from qdot.grader.grading.overrides import OVERRIDES, read_overrides, without_answers
+from qdot.grader.grading.result import Result
 from qdot.grader.judging.compare import TYPES, as_json, compare_lines, likely_type
 from qdot.grader.judging.compare import compare as compare_texts
 from qdot.grader.reports.tables import NO_MARK, count_set, staff_notes, status
@@ -320,7 +320,7 @@ def grade(
             results = _grade(assignment, root, named, jobs, limits, diff, tell, executor, None if gone else named)
     write_asked(assignment, results, asked)
     _check_graded(results)
-    under = [result["student"] for result in results if 100 * result["score"] / result["max_score"] < fail_under]
+    under = [result.student for result in results if result.percent < fail_under]
     if under:
         note(f"{len(under)} of {len(results)} students have less than {fail_under:g} %, or no mark: {', '.join(under)}")
         raise typer.Exit(1)
@@ -330,7 +330,7 @@ def _grade(
     assignment: Assignment, submissions: Path, named: Path, jobs: int, limits: Limits, diff: bool,
     tell: Callable[[str], None], executor: str, whole: Path | None,
 ) -> list[Result]:  # fmt: skip
-    from qdot.grader.grading.history import earlier_results, told
+    from qdot.grader.grading.history import describe_moves, earlier_results
     from qdot.grader.reports.write import write_page, write_reports
 
     looked = find_submissions(assignment, submissions)
@@ -357,9 +357,9 @@ def _grade(
     for said in without_answers(assignment, read_overrides(assignment), _groups_of(results)):
         note(said)
     if diff:
-        tell(told(earlier, results))
+        tell(describe_moves(earlier, results))
     tell(_summary(results, assignment.folder, len(looked.unsure) + len(looked.strangers)))
-    if all(result["submission"] is None for result in results) and not (looked.unsure or looked.strangers):
+    if all(result.submission is None for result in results) and not (looked.unsure or looked.strangers):
         note(
             f"nobody has handed in anything: put what comes back into {submissions}, as STUDENT/{assignment.key}.ipynb"
         )
@@ -374,7 +374,8 @@ def _check_all_there(
     So it is with a second zip that has latecomers only, or where a platform's zip was graded and is not named again.
     """
     names = [student.id for student in assignment.roster]
-    lost = [name for name in names if name not in found and earlier.get(name, {}).get("submission") is not None]
+    handed_in = {name for name, result in earlier.items() if result.submission is not None}
+    lost = [name for name in names if name not in found and name in handed_in]
     if lost:
         some = ", ".join(lost[:5]) + (f" and {len(lost) - 5} more" if len(lost) > 5 else "")
         raise QdotError(
@@ -386,7 +387,7 @@ def _check_all_there(
 
 def _groups_of(results: list[Result]) -> list[str]:
     """Return the keys of the groups of equal wrong answers, those of most students first."""
-    every = (part["group"] for result in results for problem in result["problems"] for part in problem["parts"])
+    every = (part.group for result in results for part in result.parts.values())
     return [group for group, _ in Counter(group for group in every if group is not None).most_common()]
 
 
@@ -406,7 +407,7 @@ def _grade_one(
     check_sandbox(assignment.sandbox == "strict")
     result = grade_one(assignment, student, handed_in, limits_of(seconds))
     _tell_notes([result])
-    points = f"{number(result['score'])} of {number(result['max_score'])} points"
+    points = f"{number(result.score)} of {number(result.max_score)} points"
     tell(f"{student.id}: {status(result)}, {points}")
     return result
 
@@ -447,7 +448,7 @@ def _results(
 
 def _check_graded(results: list[Result]) -> None:
     """Say who has no mark because a limit was exceeded. Raises QdotError where qdot failed."""
-    over = [result["student"] for result in results if status(result) == "over limit"]
+    over = [result.student for result in results if status(result) == "over limit"]
     if over:
         note(
             f"without a mark, for what they handed in takes more to grade than a limit allows: {', '.join(over[:5])}"
@@ -504,9 +505,9 @@ def _tell_notes(results: list[Result]) -> None:
     for result in results:
         for said in staff_notes(result):
             if said != OTHER_EDITION:
-                note(f"{result['student']}: {said}")
-    handed_in = sum(result["submission"] is not None for result in results)
-    others = sum(OTHER_EDITION in result["staff_notes"] for result in results)
+                note(f"{result.student}: {said}")
+    handed_in = sum(result.submission is not None for result in results)
+    others = sum(OTHER_EDITION in result.staff_notes for result in results)
     if others:
         note(
             f"WARNING: {others} of {handed_in} notebooks were made from another assignment.toml, redrawn.csv or "
@@ -518,8 +519,8 @@ def _summary(results: list[Result], folder: Path, nobodys: int) -> str:
     kinds: dict[str, int] = {}
     for result in results:
         kinds[status(result)] = kinds.get(status(result), 0) + 1
-    marked = [r for r in results if r["submission"] is not None and status(r) not in NO_MARK]
-    handed_in = [100 * r["score"] / r["max_score"] for r in marked]
+    marked = [result for result in results if result.submission is not None and status(result) not in NO_MARK]
+    handed_in = [result.percent for result in marked]
     mean = f"mean {sum(handed_in) / len(handed_in):.1f} % of those handed in; " if handed_in else ""
     said = ", ".join(f"{count} {kind}" for kind, count in kinds.items())
     left = f"{nobodys} of nobody on the roster, or not surely of one; " if nobodys else ""

@@ -16,7 +16,7 @@ from qdot.exercises.common.files import write_atomically
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.grading.batch import alone, grade_class
 from qdot.grader.grading.certify import CERTIFIER, record_of
-from qdot.grader.grading.final_result import Result
+from qdot.grader.grading.result import Result
 from qdot.grader.reports.formats import write_asked
 from qdot.grader.reports.tables import status
 from qdot.grader.reports.write import write_page, write_reports
@@ -196,7 +196,7 @@ def _report(assignment: Assignment, results: Sequence[Result]) -> None:
 
 
 def _score(result: Result) -> str:
-    return f"{result['score']:5.1f} of {result['max_score']:g}"
+    return f"{result.score:5.1f} of {result.max_score:g}"
 
 
 def _same_demo(folder: Path) -> None:

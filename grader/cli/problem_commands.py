@@ -11,11 +11,11 @@ from qdot import ASKED, FAMILIES, ProblemId, QdotError
 from qdot import generate as make_problem
 from qdot import show as show_problem
 from qdot.exercises.arm.chain import CONVENTIONS
-from qdot.exercises.arm.conventions import TABLES
 from qdot.exercises.arm.library import ENDINGS, is_in_library, robot_path
 from qdot.exercises.arm.library import robots as library
 from qdot.exercises.arm.robot_file import ANGLE_UNITS, read_robot_file
 from qdot.exercises.arm.robot_text import robot_text
+from qdot.exercises.arm.standard_table import TABLES
 from qdot.exercises.assignment.sets import DEFAULT_SET, SETS, find_set
 from qdot.exercises.common.completion import among
 from qdot.exercises.common.console import VariationOption, note, one_of, progress, say, working

@@ -25,8 +25,8 @@ from qdot.exercises.site.reference import reference
 from qdot.exercises.site.supply import (
     MOST_SEEDS,
     OF_EACH_STEP,
+    BankProblem,
     FrameConvention,
-    Wanted,
     wanted_of_families,
     wanted_of_variants,
 )
@@ -101,7 +101,7 @@ def build_site(
 
 def _wanted(
     loaded: Assignment | None, families: str, variants: int | None, variation: str, told: FrameConvention, jobs: int
-) -> tuple[list[Wanted], list[tuple[str, str, str]], str]:
+) -> tuple[list[BankProblem], list[tuple[str, str, str]], str]:
     if loaded is None:
         names = [family_named(name.strip()).name for name in families.split(",") if name.strip()] or list(FAMILIES)
         titles = [(name, FAMILIES[name].title, FAMILIES[name].source) for name in names]

@@ -4,12 +4,11 @@ Each remark is true of the answer, as it was compared with the right one in numb
 factor that is the same everywhere, units, a joint on which it should or should not depend, a pose that is easily drawn.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import product
 
 import numpy as np
 
-from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation_graph import numbers
 from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.common.stream import Stream
@@ -21,10 +20,17 @@ from qdot.exercises.formula.trees import ReadError, names
 from qdot.exercises.mistakes.given import Values, configurations
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import is_derived, result
+from qdot.grader.diagnosis.formula_mistakes import in_words
+from qdot.grader.diagnosis.numbers import unit
 from qdot.grader.judging.answer import Given, with_joint
 from qdot.grader.judging.verdict import Diagnosis
 
 POINTS = 5
+BASE_UNITS = ("N", "m", "s")
+UNITS = {
+    "rad": (0, 0, 0), "m": (0, 1, 0), "rad/s": (0, 0, -1), "m/s": (0, 1, -1), "N": (1, 0, 0), "N m": (1, 1, 0),
+}  # fmt: skip
+"""Powers of the BASE_UNITS in the units that symbols have."""
 PRECISE = 1e-3
 """How near a single number has to be to a known factor."""
 SAME = 1e-7
@@ -70,7 +76,7 @@ def _of_formulas(problem: Problem, part: Part, given: Given, seed: str) -> str |
     values = configurations(problem.chain, part, problem.domain(), POINTS, Stream(f"{seed}/advice"))
     if given.symbols - set(values):
         return None
-    look = _Look(problem.chain, part, given)
+    look = _Look(problem, part, given)
     try:
         if look.mine(values).shape != look.right(values).shape:
             return None  # the reason tells it
@@ -83,19 +89,30 @@ def _of_formulas(problem: Problem, part: Part, given: Given, seed: str) -> str |
 class _Look:
     """An answer and the right one, evaluated side by side."""
 
-    def __init__(self, chain: Chain, part: Part, given: Given) -> None:
-        self.chain, self.part, self.given = chain, part, given
+    def __init__(self, problem: Problem, part: Part, given: Given) -> None:
+        self.chain, self.part, self.symbols = problem.chain, part, problem.symbols()
         self.program = compile_program(list(given.entries))
 
     def mine(self, values: Values) -> np.ndarray:
-        """Return the answer, (entries, N)."""
+        """Return the answer, (entries, N); a direction up to its factor."""
         with np.errstate(all="ignore"):
-            return np.asarray(evaluate(self.program, values, len(next(iter(values.values()))))[0])
+            return self._counted(np.asarray(evaluate(self.program, values, len(next(iter(values.values()))))[0]))
 
     def right(self, values: Values) -> np.ndarray:
-        """Return what is due, (entries, N)."""
-        due = result(numbers(self.chain, values), self.part)
-        return np.asarray(due.reshape(-1, due.shape[-1]))
+        """Return what is expected, (entries, N); a direction up to its factor."""
+        expected = result(numbers(self.chain, values), self.part)
+        return self._counted(np.asarray(expected.reshape(-1, expected.shape[-1])))
+
+    def _counted(self, entries: np.ndarray) -> np.ndarray:
+        """Return what counts: of a direction, the products of the entries of its unit vector, which have no sign."""
+        if not self.part.answer.counts_up_to_a_factor:
+            return entries
+        direction = unit(entries)
+        return (direction[:, None] * direction[None]).reshape(-1, entries.shape[-1])
+
+    def unit_of(self, name: str) -> tuple[int, ...]:
+        """Return the powers of the BASE_UNITS in the unit of a symbol."""
+        return UNITS[self.symbols[name].unit] if name in self.symbols else UNITS["rad"]
 
 
 def _factor(look: _Look, values: Values) -> Iterator[str]:
@@ -127,49 +144,69 @@ def _ratio(mine: np.ndarray, right: np.ndarray, room: float) -> Iterator[str]:
 
 
 def _units(look: _Look, values: Values) -> Iterator[str]:
-    """Look at how an answer in formulas grows with all lengths, where none of these is a number."""
-    if look.part.answer.is_in_numbers:
+    """Look at the units of an answer in formulas, if none of the lengths is a number; zero has every unit."""
+    chain, details = look.chain, look.part.details
+    if look.part.answer.is_in_numbers or look.part.answer.counts_up_to_a_factor or details.given_joints:
         return
-    chain = look.chain
-    lengths = {str(symbol) for symbol in chain.parameters} | {
-        str(q) for q, joint in zip(chain.q, chain.joints, strict=True) if joint.kind == "P"
-    }
-    given = [entry for joint in chain.joints for entry in (joint.a, joint.d)] + [
+    numeric = [entry for joint in chain.joints for entry in (joint.a, joint.d)] + [
         *chain.point.offset,
         *chain.base.position,
     ]
-    if (
-        not lengths
-        or any(entry.is_number and entry != 0 for entry in given)
-        or any(offset != 0 and joint.kind == "P" for offset, joint in zip(chain.offsets, chain.joints, strict=True))
+    if any(entry.is_number and entry != 0 for entry in numeric) or any(
+        offset != 0 and joint.kind == "P" for offset, joint in zip(chain.offsets, chain.joints, strict=True)
     ):
         return
-    larger = {name: value * 2 if name in lengths else value for name, value in values.items()}
-    mine, due = _degrees(look.mine(values), look.mine(larger)), _degrees(look.right(values), look.right(larger))
-    if len(mine) != len(due):
+    mine, right = look.mine(values), look.right(values)
+    if mine.shape != right.shape:
         return
-    for own, wanted in zip(mine, due, strict=True):
-        if wanted is not None and own is None:
-            yield "The terms of your answer have different units: each has to be a length as often as the others."
-            return
-        if wanted is not None and own is not None and own != wanted:
-            yield f"Count the lengths in each term: yours has the unit {_unit(own)}, and {_unit(wanted)} is due."
-            return
+    units, expected = [], []
+    for base in range(len(BASE_UNITS)):
+        larger = {name: value * 2.0 ** look.unit_of(name)[base] for name, value in values.items()}
+        units.append(_powers(mine, look.mine(larger)))
+        expected.append(_powers(right, look.right(larger)))
+    rows, columns = look.part.shape or (1, 1)
+    for index, (powers, due) in enumerate(zip(zip(*units, strict=True), zip(*expected, strict=True), strict=True)):
+        if None in powers or None in due or MIXED in due or powers == due:  # None of what is zero, or no number
+            continue
+        where = in_words([divmod(index, columns)], (rows, columns))
+        if MIXED in powers:
+            yield f"{where} terms with different units seem to be added, or a length stands in an angle or an exponent."
+        else:
+            yield f"{where} every term has {_unit(powers)}, and {_unit(due)} is expected."
+        return
 
 
-def _degrees(before: np.ndarray, after: np.ndarray) -> list[int | None]:
-    """Return the power of length of each entry; None where it has none, or is zero."""
-    found: list[int | None] = []
-    for one, other in zip(before, after, strict=True):
+MIXED = "mixed"
+"""The power of a unit in a sum of terms with different ones."""
+
+
+def _powers(before: np.ndarray, after: np.ndarray) -> list[int | str | None]:
+    """Return the power with which each entry grows when a unit is halved; None if it is zero, or no number."""
+    powers = list[int | str | None]()
+    for smaller, larger in zip(before, after, strict=True):
         with np.errstate(all="ignore"):
-            power = np.log2(np.abs(other / one))
-        whole = np.isfinite(power).all() and np.abs(power - np.round(power[0])).max() < 1e-6
-        found.append(int(np.round(power[0])) if whole else None)
-    return found
+            power = np.log2(np.abs(larger / smaller))
+        if not np.isfinite(power).all():
+            powers.append(None)
+        else:
+            is_same = np.abs(power - np.round(power[0])).max() < 1e-6
+            powers.append(int(np.round(power[0])) if is_same else MIXED)
+    return powers
 
 
-def _unit(power: int) -> str:
-    return "1 (none)" if power == 0 else "m" if power == 1 else f"m^{power}"
+def _unit(powers: Sequence[int | str | None]) -> str:
+    """Return a unit in words.
+
+    >>> _unit((0, 2, 0)), _unit((0, 1, -1)), _unit((0, 0, -1)), _unit((0, 0, 0))
+    ('the unit m^2', 'the unit m/s', 'the unit 1/s', 'no unit')
+    """
+    known = [(name, power) for name, power in zip(BASE_UNITS, powers, strict=True) if isinstance(power, int)]
+    above, below = (
+        [name if abs(power) == 1 else f"{name}^{abs(power)}" for name, power in known if power * sign > 0]
+        for sign in (1, -1)
+    )
+    text = "/".join([" ".join(above) or "1", *below])
+    return "no unit" if text == "1" else f"the unit {text}"
 
 
 def _joints(look: _Look, values: Values) -> Iterator[str]:
@@ -216,7 +253,7 @@ def _easy_pose(look: _Look, values: Values) -> Iterator[str]:
 
 
 def _entry(part: Part, index: int) -> str:
-    if part.shape is None or part.shape == (1, 1):
+    if part.shape is None or part.shape == (1, 1) or part.answer.counts_up_to_a_factor:
         return "what is asked"
     rows, columns = part.shape
     return f"entry {index + 1}" if 1 in (rows, columns) else f"row {index // columns + 1}, column {index % columns + 1}"

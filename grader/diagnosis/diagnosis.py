@@ -30,7 +30,7 @@ from qdot.exercises.mistakes.catalogue import (
 from qdot.exercises.mistakes.given import Values, configurations
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.concepts import option_numbers
-from qdot.exercises.questions.results import is_derived, is_product, result
+from qdot.exercises.questions.results import is_derived, is_made_of_jacobian, is_product, result
 from qdot.exercises.quizzes.options import blames_of
 from qdot.exercises.writing.statement import answer_code
 from qdot.grader.diagnosis.formula_mistakes import TOO_MANY, Compared, finished
@@ -53,6 +53,8 @@ MOST_IN_ONE_PLACE = 2
 """Wrong entries that one slip may make in finished formulas."""
 EXTRA = set(TOO_MANY.values())
 SIGNS = {"term-sign-typed", "entry-sign"}
+EXCHANGED = {"wave-throughout"}
+"""What is likelier than the same slip at several joints."""
 OF_ONE_PLACE = {"joint", "link", "one"}
 """Words of mistakes that were made in one place: others change everything, and hardly the sign of one entry only."""
 OF_ANOTHER = ("other-lengths",)
@@ -226,6 +228,14 @@ class Wronged:
         """The right answer, (rows, columns, N)."""
         return result(self.w, self.part)
 
+    @cached_property
+    def derivatives(self) -> np.ndarray:
+        """Which entries are differentiated, (rows, columns): no angular ones, and not what is made of a Jacobian."""
+        if is_made_of_jacobian(self.part):
+            return np.zeros(self.right.shape[:2], bool)
+        doubled = result(self.w.but({"linear": lambda _, rows: 2 * rows}), self.part)
+        return np.asarray((np.abs(doubled - self.right) > SAME * np.abs(self.right)).any(axis=-1))
+
     @property
     def upright(self) -> "Wronged":
         """The same, a vector that was typed as a row or column in the shape that is right."""
@@ -277,10 +287,13 @@ def _likeliest(answer: Wronged, fitting: Sequence[Wrong], oftener: Oftener) -> D
     count = int((~found.like(answer.right)).sum()) if found.values.shape == answer.right.shape else 0
     is_rare = highest < LEAST_LIKELY and count <= MOST_IN_ONE_PLACE
     is_throughout = count == 1 < found.values[..., 0].size and not OF_ONE_PLACE & set(first.slip.words)
-    is_less_likely = is_rare or (is_throughout and highest < VERY_LIKELY)
+    is_at_several = first.mistake.rare and len(first.slip.places) > 1
+    is_less_likely = is_rare or is_at_several or (is_throughout and highest < VERY_LIKELY)
     slip = _finished(answer) if count and not found.is_direction and is_less_likely else None
-    if slip is not None and (set(slip.mistakes) <= SIGNS or (is_rare and not EXTRA & set(slip.mistakes))):
-        return slip
+    if slip is not None:
+        is_likelier = is_rare and not EXTRA & set(slip.mistakes)
+        if is_likelier or set(slip.mistakes) <= (EXCHANGED if is_at_several else SIGNS):
+            return slip
     return _said([wrong for wrong, own in zip(rivals, priors, strict=True) if own == highest][:2])
 
 
@@ -313,15 +326,18 @@ def _moves(lost: np.ndarray, found: np.ndarray) -> bool:
 
 
 def _finished(answer: Wronged, any_number: bool = False) -> Diagnosis | None:
-    """Return what went wrong in the finished formulas, as worked solutions show them or as they are compared."""
+    """Return what went wrong in the finished formulas, as worked solutions show them or as they are compared.
+
+    What is the same everywhere in either of these forms comes before what is wrong in some places.
+    """
+    said = []
     for form in _forms(answer.problem, answer.part):
         rows = form if (len(form), len(form[0])) == answer.right.shape[:2] else _turned(form)
         if (len(rows), len(rows[0])) == answer.right.shape[:2]:
-            both = Compared(rows, answer.rows)
+            both = Compared(rows, answer.derivatives, answer.rows)
             diagnosis = finished(both, answer.values, answer.found, answer.right, any_number)
-            if diagnosis is not None:
-                return diagnosis
-    return None
+            said += [] if diagnosis is None else [diagnosis]
+    return min(said, key=lambda one: (len(one.known_by) > 0, not one.is_one), default=None)
 
 
 def _turned(rows: Rows) -> Rows:
@@ -331,8 +347,8 @@ def _turned(rows: Rows) -> Rows:
 def _forms(problem: Problem, part: Part) -> Iterator[Rows]:
     """Yield the entries of the reference, as worked solutions show them and as they are compared."""
     if not part.answer.is_in_numbers and part.answer.entries() and part.type != "number":
-        shown = _as_shown(problem, part)
-        yield from (form for form in (shown, part.answer.trees(problem.domain().roles)) if form is not None)
+        shown, compared = _as_shown(problem, part), part.answer.trees(problem.domain().roles)
+        yield from (form for form in (shown, compared if compared != shown else None) if form is not None)
 
 
 def _as_shown(problem: Problem, part: Part) -> Rows | None:

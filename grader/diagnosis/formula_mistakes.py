@@ -18,6 +18,7 @@ from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.mistakes.finished import (
     LONGEST,
     MOST_TERMS,
+    OF_DERIVATIVES,
     Edit,
     edits,
     is_length,
@@ -51,9 +52,13 @@ Place = tuple[int, int]
 
 @dataclass(frozen=True)
 class Compared:
-    """The formulas of the reference, (rows, columns), and the student's beside them, where there are any."""
+    """The formulas of the reference, (rows, columns), and the student's beside them, where there are any.
+
+    `derivatives` tells which entries are differentiated.
+    """
 
     due: Rows
+    derivatives: np.ndarray
     mine: Rows | None = None
 
 
@@ -171,9 +176,9 @@ def _in_places(
     several, is_all = found.values[..., 0].size > 3, len(places) == found.values[..., 0].size
     possible: dict[Place, list[Slip]] = {}
     for i, j in places:
-        entry = _Entry(
-            formulas.due[i][j], formulas.mine[i][j] if formulas.mine else None, values, found.entry(i, j), right[i, j]
-        )
+        mine = formulas.mine[i][j] if formulas.mine else None
+        is_derivative = bool(formulas.derivatives[i, j])
+        entry = _Entry(formulas.due[i][j], mine, is_derivative, values, found.entry(i, j), right[i, j])
         possible[i, j] = entry.slips(beside_others=several and not is_all, any_number=any_number)
         if not possible[i, j]:
             return None
@@ -199,6 +204,7 @@ class _Entry:
 
     due: Node
     mine: Node | None
+    is_derivative: bool
     values: Values
     found: InNumbers
     right: np.ndarray
@@ -220,7 +226,10 @@ class _Entry:
 
     def _edited(self) -> Iterator[Slip]:
         """Yield what gives the entry if it is done to what is due."""
-        changed = list(islice(edits(self.due, self.values), MOST_EDITS))
+        some = (
+            edit for edit in edits(self.due, self.values) if self.is_derivative or edit.mistake not in OF_DERIVATIVES
+        )
+        changed = list(islice(some, MOST_EDITS))
         answers = _evaluated([edit.entry for edit in changed], self.values)
         for k in np.flatnonzero(self.found.like(answers[:, None, None])) if changed else ():
             yield changed[k].mistake, changed[k].which

@@ -2,6 +2,7 @@
 
 It imports submissions, judging and diagnosis; reports are above it.
 
+    result                      what a student gets: the fields of a line of results.jsonl
     partial_credit, marking     what an answer earns in part; a student's answers to a problem
     notebook, attempt           a notebook by itself; one notebook of a class graded
     copied_answers, overrides   whether an answer is right for somebody else; points that a person set

@@ -18,6 +18,7 @@ from qdot.exercises.problem.problem import ENGINE, Problem
 from qdot.grader.diagnosis.groups import group_key
 from qdot.grader.grading.copied_answers import Copies
 from qdot.grader.grading.marking import mark
+from qdot.grader.grading.result import Cost, MadeFrom, Marked, PartResult, ProblemResult
 from qdot.grader.judging.function_values import asked_of
 from qdot.grader.judging.verdict import Outcome, Verdict
 from qdot.grader.sandbox.clock import Allowance
@@ -37,9 +38,6 @@ from qdot.grader.submissions.submission import (
 
 GRADER = 14
 """Version of the grader: any change of what a submission earns, or of what is kept of it, raises it."""
-
-Marked = dict[str, Any]
-"""What the grader gives for a notebook, or for none, as JSON has it; `final_result` makes a student's result of it."""
 
 
 @dataclass(frozen=True)
@@ -86,16 +84,18 @@ def read_attempts(found: StudentFiles, key: str) -> list[Attempt]:
     likely, note = likely_notebooks(found.files)
     found = replace(found, notes=(*found.notes, note)) if note else found
     attempts = [_read(found, path, key) for path in likely]
-    if not any(one.submission for one in attempts):
-        others = (_read(found, path, key) for path in found.files[:MOST_TRIED] if path not in likely)
-        attempts += [one for one in others if one.submission][:1]
-    readable = [one for one in attempts if one.submission]
-    failed = [one.unreadable for one in attempts if not one.submission]
+    if not any(attempt.submission for attempt in attempts):
+        unlikely = (_read(found, path, key) for path in found.files[:MOST_TRIED] if path not in likely)
+        attempts += [attempt for attempt in unlikely if attempt.submission][:1]
+    readable = [attempt for attempt in attempts if attempt.submission]
+    failed = [attempt.unreadable for attempt in attempts if not attempt.submission]
     if not readable:
         return attempts[:1]
     return [
-        replace(one, notes=tuple(f"{why}; {printable_name(one.file.name)} was graded instead" for why in failed))
-        for one in readable
+        replace(
+            attempt, notes=tuple(f"{why}; {printable_name(attempt.file.name)} was graded instead" for why in failed)
+        )
+        for attempt in readable
     ]
 
 
@@ -122,10 +122,10 @@ def _unreadable(path: Path, why: str) -> Attempt:
     return Attempt(path, received, None, why)
 
 
-def made_from(assignment: Assignment, student: str) -> dict[str, Any]:
+def made_from(assignment: Assignment, student: str) -> MadeFrom:
     """Return what else than the submission decides the points: the versions of qdot's parts, and the assignment."""
     content = f"{assignment.edition_of(student)}/{assignment.marking}"
-    return {"engine": ENGINE, "grader": GRADER, "assignment": hashlib.sha256(content.encode()).hexdigest()[:16]}
+    return MadeFrom(ENGINE, GRADER, hashlib.sha256(content.encode()).hexdigest()[:16])
 
 
 def grade_safely(
@@ -137,11 +137,11 @@ def grade_safely(
     What it cost is added: seconds of processor time, and the most bytes that its process had. Raises QdotError where
     the machine runs no notebook at all: that is nobody's submission, and is told once.
     """
-    begun = time.process_time()
+    started = time.process_time()
     sandbox.cost()
     marked = _graded_safely(assignment, student, attempt, sandbox, copies, kept_text)
     seconds, memory = sandbox.cost()
-    return {**marked, "cost": {"seconds": round(time.process_time() - begun + seconds, 3), "bytes": int(memory)}}
+    return replace(marked, cost=Cost(round(time.process_time() - started + seconds, 3), int(memory)))
 
 
 def _graded_safely(
@@ -151,19 +151,19 @@ def _graded_safely(
     try:
         return grade_attempt(assignment, student, attempt, sandbox, copies, kept_text)
     except OverLimit as error:
-        return ungraded(assignment, student, attempt, str(error), over_limit=True)
+        return mark_ungraded(assignment, student, attempt, str(error), over_limit=True)
     except Exception as error:  # our own failure must neither become a mark nor stop the class
         if isinstance(error, QdotError):
             sandbox.run((), ())
         if (cause := of_machine(error)) is not None:
             raise cause from None
-        return ungraded(assignment, student, attempt, told(error))
+        return mark_ungraded(assignment, student, attempt, describe_error(error))
 
 
-def told(error: Exception) -> str:
+def describe_error(error: Exception) -> str:
     """Return an exception in words, on one line of no great length."""
-    said = str(error) if isinstance(error, (QdotError, NotFoundOut)) else f"{type(error).__name__}: {error}"
-    return " ".join(said.split())[:300]
+    message = str(error) if isinstance(error, (QdotError, NotFoundOut)) else f"{type(error).__name__}: {error}"
+    return " ".join(message.split())[:300]
 
 
 def grade_attempt(
@@ -176,17 +176,17 @@ def grade_attempt(
     """
     problems = load_stored_problems(assignment, student, kept_text).problems
     if attempt is None:
-        return _marked(assignment, copies, student, problems, None, Answers(Run()), "nothing was handed in", [])
-    submission, said = attempt.submission, [Note(note, note) for note in attempt.notes]
+        return _mark(assignment, copies, student, problems, None, Answers(Run()), "nothing was handed in", [])
+    submission, notes = attempt.submission, [Note(note, note) for note in attempt.notes]
     nothing = Answers(Run())
     if attempt.over_limit:
         raise OverLimit(attempt.unreadable)
     if submission is None:
-        return _marked(assignment, copies, student, problems, None, nothing, attempt.unreadable, said)
-    said += [Note(note, note) for note in submission.notes if note]
+        return _mark(assignment, copies, student, problems, None, nothing, attempt.unreadable, notes)
+    notes += [Note(note, note) for note in submission.notes if note]
     obstacle = wrong_assignment(submission, assignment)
     if obstacle is not None:
-        return _marked(assignment, copies, student, problems, submission, nothing, obstacle, said)
+        return _mark(assignment, copies, student, problems, submission, nothing, obstacle, notes)
     parts = [f"{slot}.{part.name}" for slot, problem in problems for part in problem.parts]
     seed = _points_seed(assignment, submission)
     asked = {slot: asked_of(problem, problem.domain(), seed) for slot, problem in problems}
@@ -194,10 +194,10 @@ def grade_attempt(
     setup = setup_cell(problems)
     modules = submission.modules
     answers = find_answers(cells, parts, lambda cells, names: _run(sandbox, cells, names, asked, setup, modules))
-    said += oddities(submission, assignment, student)
-    said += [Note(note, note) for note in answers.notes if note]
-    said += [Note(f"refused: {stop}") for stop in answers.refused if stop not in answers.notes]
-    return _marked(assignment, copies, student, problems, submission, answers, None, said)
+    notes += oddities(submission, assignment, student)
+    notes += [Note(note, note) for note in answers.notes if note]
+    notes += [Note(f"refused: {stop}") for stop in answers.refused if stop not in answers.notes]
+    return _mark(assignment, copies, student, problems, submission, answers, None, notes)
 
 
 def _run(
@@ -223,39 +223,55 @@ TRIES = 5
 """How often a notebook is begun on a machine that ends its process before it has."""
 
 
-def _marked(
+def _mark(
     assignment: Assignment, copies: Copies, student: str, problems: Sequence[tuple[str, Problem]],
-    submission: Submission | None, found: Answers, obstacle: str | None, notes: Sequence[Note],
+    submission: Submission | None, answers: Answers, obstacle: str | None, notes: Sequence[Note],
 ) -> Marked:  # fmt: skip
-    marked: list[dict[str, Any]] = []
+    results = list[ProblemResult]()
     of_another = submission is not None and submission.claims.get("student") not in (None, student)
     credit, allowance = Fraction(0) if of_another else assignment.follow_through, Allowance()
     for slot, problem in problems:
-        reasons = {part.name: obstacle or found.reason(slot, part.name) for part in problem.parts}
+        reasons = {part.name: obstacle or answers.reason(slot, part.name) for part in problem.parts}
         verdicts = mark(
-            problem, found.of(slot, problem), reasons, secret=assignment.secret,
+            problem, answers.of(slot, problem), reasons, secret=assignment.secret,
             points_seed=_points_seed(assignment, submission), credit=credit,
             is_copied=partial(copies.is_right_for_another, problem, slot), oftener=assignment.oftener,
             allowance=allowance,
         )  # fmt: skip
-        marked.append({"id": str(problem.id), "slot": slot, "parts": [_of_part(slot, verdict) for verdict in verdicts]})
-    return {
-        "sha256": None if submission is None else submission.sha256,
-        "obstacle": obstacle,
-        "notes": [note.student for note in notes if note.student],
-        "staff_notes": [note.staff for note in notes],
-        "made_from": made_from(assignment, student),
-        "problems": marked,
-    }
+        results.append(ProblemResult(str(problem.id), slot, tuple(part_result(slot, each) for each in verdicts)))
+    return Marked(
+        sha256=None if submission is None else submission.sha256,
+        obstacle=obstacle,
+        notes=tuple(note.student for note in notes if note.student),
+        staff_notes=tuple(note.staff for note in notes),
+        made_from=made_from(assignment, student),
+        problems=tuple(results),
+    )
 
 
-def _of_part(slot: str, verdict: Verdict) -> dict[str, Any]:
-    """Return what is said of a part, its group named by the part, too."""
-    group = None if verdict.group is None else group_key(f"{slot}.{verdict.part}", verdict.group)
-    return {**verdict.as_json(), "group": group}
+def part_result(slot: str, verdict: Verdict) -> PartResult:
+    """Return what a verdict gives a part in its place of the assignment, which the key of its group names, too."""
+    judgement, diagnosis = verdict.judgement, verdict.diagnosis
+    return PartResult(
+        name=verdict.part,
+        outcome=judgement.outcome,
+        over_limit=judgement.over_limit,
+        points=verdict.points,
+        max_points=verdict.max_points,
+        reason=judgement.reason,
+        mistake=None if diagnosis is None else diagnosis.names or None,
+        advice=None if diagnosis is None else diagnosis.says,
+        followed_from=verdict.followed_from,
+        follows=verdict.follows,
+        attempt=verdict.attempt,
+        group=None if verdict.group is None else group_key(f"{slot}.{verdict.part}", verdict.group),
+        certificate=judgement.certificate,
+        answer=verdict.answer,
+        entries=judgement.entries,
+    )
 
 
-def ungraded(
+def mark_ungraded(
     assignment: Assignment, student: str, attempt: Attempt | None, why: str, over_limit: bool = False
 ) -> Marked:  # fmt: skip
     """Return what stands for a notebook that exceeded a limit, or on which qdot itself failed: no mark.
@@ -263,46 +279,28 @@ def ungraded(
     It is made without doing anything.
     """
     for_staff = (why if over_limit else f"qdot could not grade this ({why})") + "; it has no mark yet"
-    said = f"{for_staff}, tell your instructor"
-    names = (
-        "override",
-        "mistake",
-        "advice",
-        "followed_from",
-        "follows",
-        "attempt",
-        "group",
-        "certificate",
-        "answer",
-        "entries",
-    )
-    nothing = dict.fromkeys(names)
-    told: dict[str, Any] = {
-        "outcome": Outcome.UNGRADED.value, "over_limit": over_limit, "points": None, "reason": said,
-    }  # fmt: skip
-    return {
-        "sha256": None if attempt is None or attempt.submission is None else attempt.submission.sha256,
-        "obstacle": said,
-        "notes": [],
-        "staff_notes": [for_staff],
-        "made_from": made_from(assignment, student),
-        "problems": [
-            {
-                "id": str(assignment.identity(slot, student)),
-                "slot": slot.name,
-                "parts": [
-                    {"name": name, **told, "max_points": points, **nothing}
-                    for name, points in zip(slot.questions, slot.max_points, strict=True)
-                ],
-            }
+    reason = f"{for_staff}, tell your instructor"
+
+    def part(name: str, max_points: float) -> PartResult:
+        outcome = Outcome.UNGRADED
+        return PartResult(
+            name=name, outcome=outcome, over_limit=over_limit, points=None, max_points=max_points, reason=reason
+        )
+
+    return Marked(
+        sha256=None if attempt is None or attempt.submission is None else attempt.submission.sha256,
+        obstacle=reason,
+        staff_notes=(for_staff,),
+        made_from=made_from(assignment, student),
+        problems=tuple(
+            ProblemResult(
+                str(assignment.identity(slot, student)),
+                slot.name,
+                tuple(map(part, slot.questions, slot.max_points)),
+            )
             for slot in assignment.slots
-        ],
-    }
-
-
-def is_graded(marked: Marked) -> bool:
-    """Tell whether every part has its points: where one has not, qdot failed."""
-    return all(part["points"] is not None for problem in marked["problems"] for part in problem["parts"])
+        ),
+    )
 
 
 def _points_seed(assignment: Assignment, submission: Submission | None) -> str:

@@ -13,28 +13,28 @@ import os
 import re
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.common.errors import QdotError, of_machine
 from qdot.exercises.common.files import cannot_write, lock, made_lasting, make_folder, tidied, write_atomically
+from qdot.exercises.common.json_form import as_json, from_json
 from qdot.exercises.common.parallel import ordered_map
 from qdot.grader.grading.attempt import (
     Attempt,
-    Marked,
+    describe_error,
     grade_safely,
-    is_graded,
     made_from,
+    mark_ungraded,
     read_attempts,
-    told,
-    ungraded,
 )
 from qdot.grader.grading.copied_answers import Copies
-from qdot.grader.grading.final_result import Graded, Result, settle
+from qdot.grader.grading.final_result import Graded, settle
 from qdot.grader.grading.overrides import Overrides, read_overrides
 from qdot.grader.grading.remote import Order, brief_of, graded_by, order_of
+from qdot.grader.grading.result import Marked, Result
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
 from qdot.grader.submissions.cells import printable_name
 from qdot.grader.submissions.submission import StudentFiles
@@ -109,8 +109,8 @@ def grade_class(
 
 def _cost(student: Student, handed_in: Sequence[Graded]) -> tuple[str, str, str]:
     """Return what it took to grade a student in this run: seconds of processor time, and megabytes."""
-    costs = [one.marked["cost"] for one in handed_in if one.marked and "cost" in one.marked]
-    seconds, most = sum(cost["seconds"] for cost in costs), max((cost["bytes"] for cost in costs), default=0)
+    costs = [graded.marked.cost for graded in handed_in if graded.marked and graded.marked.cost]
+    seconds, most = sum(cost.seconds for cost in costs), max((cost.bytes for cost in costs), default=0)
     return student.id, f"{seconds:.2f}", f"{most / 1e6:.0f}"
 
 
@@ -185,6 +185,14 @@ if hasattr(os, "register_at_fork"):  # elsewhere nothing is forked
 
 
 @dataclass(frozen=True)
+class _Kept:
+    """A file of graded/.cache: what a notebook was given, and the key of all that this depends on."""
+
+    key: str
+    marked: Marked
+
+
+@dataclass(frozen=True)
 class _Shelf:
     """What the grader gave for notebooks, kept in a folder."""
 
@@ -192,23 +200,19 @@ class _Shelf:
     limits: Limits
     folder: Path
 
-    def taken(self, student: str, attempt: Attempt | None) -> Marked | None:
+    def take(self, student: str, attempt: Attempt | None) -> Marked | None:
         """Return what is kept for a notebook, None where it is not there or may not be right any more."""
         try:
-            stored = json.loads(self._path(student, attempt).read_text(encoding="utf-8"))
-            if stored["key"] == self._key(student, attempt):
-                marked: Marked = stored["marked"]
-                return marked
-        except (OSError, ValueError, KeyError, TypeError):
-            pass  # nothing kept yet, or damaged
-        return None
+            kept = from_json(_Kept, self._path(student, attempt).read_bytes())
+        except (OSError, ValueError):
+            return None  # nothing kept yet, or damaged
+        return kept.marked if kept.key == self._key(student, attempt) else None
 
     def put(self, student: str, attempt: Attempt | None, marked: Marked) -> None:
         """Keep what the grader gives for a notebook. What qdot failed on is not kept: the next run tries again."""
-        if is_graded(marked):
-            lasting = {name: said for name, said in marked.items() if name != "cost"}  # the same in every run
-            content = {"key": self._key(student, attempt), "marked": lasting}
-            write_atomically(self._path(student, attempt), json.dumps(content), lasting=False)
+        if marked.is_graded:
+            kept = _Kept(self._key(student, attempt), replace(marked, cost=None))  # the same in every run
+            write_atomically(self._path(student, attempt), json.dumps(as_json(kept)), lasting=False)
 
     def _path(self, student: str, attempt: Attempt | None) -> Path:
         return kept_path(self.folder, student, None if attempt is None else attempt.file)
@@ -216,7 +220,7 @@ class _Shelf:
     def _key(self, student: str, attempt: Attempt | None) -> str:
         """Return a text that changes whenever what a notebook earns may change; also when it may take longer."""
         handed_in = "" if attempt is None else f"{attempt.file.name}/{attempt.fingerprint}/{self.limits}"
-        content = f"{json.dumps(made_from(self.assignment, student))}/{student}/{handed_in}"
+        content = f"{json.dumps(as_json(made_from(self.assignment, student)))}/{student}/{handed_in}"
         return hashlib.sha256(content.encode("utf-8", "replace")).hexdigest()
 
 
@@ -247,7 +251,7 @@ def _settled(assignment: Assignment, student: Student, handed_in: Sequence[Grade
     try:
         return settle(assignment, student, handed_in, of_student, overrides.of_groups)
     except Exception as error:  # the boundary around a student, again
-        marked = ungraded(assignment, student.id, None, told(error))
+        marked = mark_ungraded(assignment, student.id, None, describe_error(error))
         return settle(assignment, student, [Graded(handed_in[0].file, marked=marked)], {})
 
 
@@ -268,13 +272,13 @@ def _grade(context: _Context, task: Task) -> list[Graded]:
     except Exception as error:
         if (cause := of_machine(error)) is not None:
             raise cause from None
-        return _failed(context.assignment, task, told(error))
+        return _failed(context.assignment, task, describe_error(error))
 
 
 def _all_graded(context: _Context, task: Task) -> list[Graded]:
     handed_in, is_new = [], False
     for one, counts in _entries(context.assignment, task):
-        marked = context.shelf.taken(task.student, one) if counts else None
+        marked = context.shelf.take(task.student, one) if counts else None
         if counts and marked is None:
             marked, is_new = _marked(context, task.student, one), True
         handed_in.append(_graded(one, marked))
@@ -295,11 +299,11 @@ def _grade_elsewhere(
         for place, task in enumerate(tasks):
             try:
                 entries = _entries(shelf.assignment, task)
-                marks = {i: shelf.taken(task.student, one) for i, (one, counts) in enumerate(entries) if counts}
+                marks = {i: shelf.take(task.student, one) for i, (one, counts) in enumerate(entries) if counts}
                 lacking = [i for i, marked in marks.items() if marked is None]
                 orders = [order_of(shelf.assignment, brief, task.student, entries[i][0]) for i in lacking]
             except Exception as error:  # as in `_grade`
-                settled(place, _failed(shelf.assignment, task, told(error)))
+                settled(place, _failed(shelf.assignment, task, describe_error(error)))
                 continue
             begun[place] = entries, marks
             yield from (((place, i), order) for i, order in zip(lacking, orders, strict=True))
@@ -316,7 +320,7 @@ def _grade_elsewhere(
             attempt = entries[i][0]
             if marked is not None:
                 shelf.put(student, attempt, marked)
-            marks[i] = marked or ungraded(shelf.assignment, student, attempt, DIED)
+            marks[i] = marked or mark_ungraded(shelf.assignment, student, attempt, DIED)
             if all(marks.values()):
                 finish(place)
 
@@ -357,7 +361,7 @@ def _marked(context: _Context, student: str, attempt: Attempt | None) -> Marked:
 def _failed(assignment: Assignment, task: Task, why: str = DIED) -> list[Graded]:
     """Return what stands for a student on whom qdot failed, as where every process ended that was to grade them."""
     file = "" if task.found is None or not task.found.files else printable_name(task.found.files[0].name)
-    return [Graded(file, marked=ungraded(assignment, task.student, None, why))]
+    return [Graded(file, marked=mark_ungraded(assignment, task.student, None, why))]
 
 
 def kept_path(cache: Path, student: str, file: Path | None) -> Path:

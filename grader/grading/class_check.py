@@ -17,6 +17,8 @@ LOOKED_AT = 25
 """Students, spread over the roster, whose notebooks' metadata are looked at."""
 LARGEST = 1_000_000
 """Bytes of a notebook that is looked at: one that is made to hurt is left to the processes that grade."""
+ARCHIVES = (".zip", ".tar", ".tgz", ".tar.gz", ".7z", ".rar")
+"""What names of archives end with."""
 SHOWN = 5
 """Names that a message lists."""
 
@@ -57,18 +59,11 @@ def check_class(assignment: Assignment, looked: SubmissionFolder, root: Path, na
             f"{named}: {len(keys)} of {len(read)} notebooks belong to another assignment ({_some(sorted(set(keys)))}) "
             f"than {assignment.key!r}, so nothing was graded. Is this the right folder?"
         )
-    others = {who: str(said) for who, one in read if isinstance(said := one.claims.get("student"), str) and said != who}
-    if len(others) > 1 and 2 * len(others) > len(read):
-        alike = {who: said for who, said in others.items() if _bare(who) == _bare(said)}
-        cause = (
-            f"{SPREADSHEET} Write these into roster.csv as they were: {_mapping(alike)}."
-            if len(alike) == len(others)
-            else "Is this the class, and the folder, that the notebooks were handed out to?"
-        )
-        raise QdotError(
-            f"{named}: {len(others)} of {len(read)} notebooks were handed out to students of other identifiers than "
-            f"roster.csv has, so nothing was graded. {cause}"
-        )
+    claimed = {
+        who: str(said) for who, one in read if isinstance(said := one.claims.get("student"), str) and said != who
+    }
+    if len(claimed) > 1 and 2 * len(claimed) > len(read):
+        raise QdotError(f"{named}: {len(claimed)} of {len(read)} notebooks {_of_others(claimed, ids)}")
     check_secret(assignment, [one for _, one in read], named)
 
 
@@ -90,6 +85,27 @@ def check_secret(assignment: Assignment, read: Sequence[Submission], path: Path,
         )
 
 
+def _of_others(claimed: Mapping[str, str], ids: Sequence[str]) -> str:
+    """Return what is said of notebooks of other students than they are found with, and what to do."""
+    alike = {who: said for who, said in claimed.items() if _bare(who) == _bare(said)}
+    if len(alike) < len(claimed) and set(claimed.values()) <= set(ids):
+        listed = [f"{who} has that of {said}" for who, said in list(claimed.items())[:SHOWN]]
+        more = f", and {len(claimed) - SHOWN} more" if len(claimed) > SHOWN else ""
+        return (
+            f"are in the folders, or under the names, of other students in roster.csv ({', '.join(listed)}{more}), so "
+            "nothing was graded. Were folders or files renamed or mixed up? Put each notebook back with its own student"
+        )
+    cause = (
+        f"{SPREADSHEET} Write these into roster.csv as they were: {_mapping(alike)}."
+        if len(alike) == len(claimed)
+        else "Is this the class, and the folder, that the notebooks were handed out to?"
+    )
+    return (
+        "were handed out to students of other identifiers than those they are found with, so nothing was graded. "
+        f"{cause}"
+    )
+
+
 SPREADSHEET = "They differ by leading zeros, case or the way in which letters are encoded; a spreadsheet removes zeros."
 
 
@@ -99,10 +115,31 @@ def _of_nobody(strangers: Sequence[str], ids: Sequence[str], key: str) -> str:
         return _as_before(alike)
     if f"{key}.ipynb" in strangers:
         return f"Whose notebook is {key}.ipynb? Put it into a folder named after the student: STUDENT/{key}.ipynb"
+    packed = [name for name in strangers if name.lower().endswith(ARCHIVES)]
+    if packed and 2 * len(packed) >= len(strangers):
+        return (
+            f"It has {_some(packed)}, and an archive in it is opened only if it is named after a student. Unpack it, "
+            "and grade the folder that was in it"
+        )
+    within = {name: student for name in strangers if (student := _named_in(name, ids))}
+    if 2 * len(within) >= len(strangers) > 0 and len(set(within.values())) == len(within):
+        name, student = next(iter(within.items()))
+        ending = PurePath(name).suffix
+        return (
+            f"{len(within)} of {len(strangers)} have more in their names than the student's identifier. Rename them: "
+            f"{name!r} to {student + (ending if ending[1:].isalnum() else '')!r}, for example"
+        )
     return (
         f"It has {_some(strangers)}; the roster has {_some(ids)}. Is this the right class? If a platform names its "
         "files otherwise, add its identifiers to roster.csv as a column (docs/submissions.md)"
     )
+
+
+def _named_in(name: str, ids: Sequence[str]) -> str:
+    """Return the one student whose identifier is in a name, between separators or at its ends; nothing if several."""
+    around = re.compile(r"(?<![^\W_])({})(?![^\W_])".format("|".join(re.escape(student) for student in ids)))
+    inside = set(around.findall(PurePath(name).stem))
+    return inside.pop() if len(inside) == 1 else ""
 
 
 def _inside(root: Path) -> list[str]:

@@ -6,19 +6,15 @@ parts, as the grader gave them or a person set them; less what is taken off for 
 
 import datetime
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any
 
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.assignment.lateness import with_zone
-from qdot.grader.grading.attempt import Marked, ungraded
+from qdot.grader.grading.attempt import mark_ungraded
 from qdot.grader.grading.marking import total
 from qdot.grader.grading.overrides import TOTAL, Override
-
-Result = dict[str, Any]
-"""A line of results.jsonl."""
-
+from qdot.grader.grading.result import CountingSubmission, Lateness, Marked, PartResult, ReadNotebook, Result
 
 MOST_NAMED = 5
 """Files that are named in a sentence."""
@@ -50,93 +46,89 @@ def settle(
     for as much as it may be worth, so that it is told and not passed over.
     """
     results = {
-        i: _of_one(assignment, student, one, overrides, of_groups or {})
-        for i, one in enumerate(handed_in)
-        if one.marked
+        i: _result_of(assignment, student, graded, overrides, of_groups or {})
+        for i, graded in enumerate(handed_in)
+        if graded.marked
     }
     counts = max(results, key=lambda i: _may_be_worth(results[i]))
     result = results[counts]
     if len(handed_in) == 1:
         return result
-    others = [one.file for i, one in enumerate(handed_in) if i != counts]
-    more = f" and {len(others) - MOST_NAMED} more" if len(others) > MOST_NAMED else ""
+    not_counting = [graded.file for i, graded in enumerate(handed_in) if i != counts]
+    more = f" and {len(not_counting) - MOST_NAMED} more" if len(not_counting) > MOST_NAMED else ""
     rank = f", the {assignment.attempts}" if len(results) > 1 else ""
     if not assignment.attempts.best_of:
-        last = sum(one.received == handed_in[counts].received for one in handed_in)
+        last = sum(graded.received == handed_in[counts].received for graded in handed_in)
         rank = ", the last" if last == 1 else f", of the last {last}, received at the same time, the likeliest by name"
     note = (
         f"{len(handed_in)} notebooks were read; {handed_in[counts].file} counts{rank}, "
-        f"not {', '.join(others[:MOST_NAMED])}{more}"
+        f"not {', '.join(not_counting[:MOST_NAMED])}{more}"
     )
     if assignment.attempts.best_of is not None and len(results) < len(handed_in):
         note += f"; {assignment.attempts.rule}"
-    attempts = [
-        {"file": one.file, "received": _iso(one.received), "score": results[i]["score"] if i in results else None}
-        for i, one in enumerate(handed_in)
-    ]
-    told = {name: [note, *result[name]] for name in ("notes", "staff_notes")}
-    return {**result, "attempts": attempts, **told}
+    attempts = tuple(
+        ReadNotebook(graded.file, _iso(graded.received), results[i].score if i in results else None)
+        for i, graded in enumerate(handed_in)
+    )
+    notes, staff_notes = (note, *result.notes), (note, *result.staff_notes)
+    return replace(result, attempts=attempts, notes=notes, staff_notes=staff_notes)
 
 
-def failed(assignment: Assignment, result: Result, why: str) -> Result:
+def ungraded_result(assignment: Assignment, result: Result, why: str) -> Result:
     """Return what stands for a result on which qdot itself failed: no mark."""
-    student = next(student for student in assignment.roster if student.id == result["student"])
-    file = "" if result["submission"] is None else result["submission"]["file"]
-    return settle(assignment, student, [Graded(file, marked=ungraded(assignment, student.id, None, why))], {})
+    student = next(student for student in assignment.roster if student.id == result.student)
+    file = "" if result.submission is None else result.submission.file
+    return settle(assignment, student, [Graded(file, marked=mark_ungraded(assignment, student.id, None, why))], {})
 
 
-def _of_one(
+def _result_of(
     assignment: Assignment, student: Student, graded: Graded, overrides: Mapping[str, Override],
     of_groups: Mapping[str, Override],
 ) -> Result:  # fmt: skip
     """Return the result if this notebook counts."""
     marked = graded.marked
     assert marked is not None
-    problems = []
-    for problem in marked["problems"]:
-        names = [f"{problem['slot']}.{part['name']}" for part in problem["parts"]]
-        judged = zip(problem["parts"], names, strict=True)
-        settled = [
-            _overridden(part, overrides.get(name) or of_groups.get(part.get("group") or "")) for part, name in judged
-        ]
-        problems.append({**problem, "parts": settled})
-    parts = [part for problem in problems for part in problem["parts"]]
-    before = total(part["points"] for part in parts)
-    late = None if graded.late is False else _late(assignment, student, graded.received, before)
-    score = before if late is None else _less(before, Fraction(str(late["penalty"])))
-    in_all = overrides.get(TOTAL)
-    submission = {
-        "file": graded.file, "sha256": marked["sha256"], "received": _iso(graded.received),
-        "received_from": graded.received_from,
-    }  # fmt: skip
-    return {
-        "student": student.id,
-        "assignment": assignment.key,
-        "submission": submission if graded.file else None,
-        "score": score if in_all is None else in_all.points,
-        "max_score": total(part["max_points"] for part in parts),
-        "late": late,
-        "override": None if in_all is None else in_all.as_json(score),
-        "attempts": [],
-        "obstacle": marked["obstacle"],
-        "notes": marked["notes"],
-        "staff_notes": marked["staff_notes"],
-        "made_from": marked["made_from"],
-        "problems": problems,
-    }
+
+    def settled(slot: str, part: PartResult) -> PartResult:
+        return _override(part, overrides.get(f"{slot}.{part.name}") or of_groups.get(part.group or ""))
+
+    problems = tuple(
+        replace(problem, parts=tuple(settled(problem.slot, part) for part in problem.parts))
+        for problem in marked.problems
+    )
+    parts = [part for problem in problems for part in problem.parts]
+    before = total(part.points for part in parts)
+    late = None if graded.late is False else _lateness(assignment, student, graded.received, before)
+    score = before if late is None else _less(before, Fraction(str(late.penalty)))
+    of_total = overrides.get(TOTAL)
+    submission = CountingSubmission(graded.file, marked.sha256, _iso(graded.received), graded.received_from)
+    return Result(
+        student=student.id,
+        assignment=assignment.key,
+        submission=submission if graded.file else None,
+        score=score if of_total is None or of_total.points is None else of_total.points,
+        max_score=total(part.max_points for part in parts),
+        late=late,
+        override=None if of_total is None else of_total.applied_to(score),
+        obstacle=marked.obstacle,
+        notes=marked.notes,
+        staff_notes=marked.staff_notes,
+        made_from=marked.made_from,
+        problems=problems,
+    )
 
 
-def _overridden(part: dict[str, Any], override: Override | None) -> dict[str, Any]:
+def _override(part: PartResult, override: Override | None) -> PartResult:
     """Return a part with the points that a person set, and with the grader's own; its outcome and reason stay."""
     if override is None:
         return part
-    points = part["points"] if override.points is None else override.points
-    return {**part, "points": points, "override": override.as_json(part["points"])}
+    points = part.points if override.points is None else override.points
+    return replace(part, points=points, override=override.applied_to(part.points))
 
 
-def _late(
+def _lateness(
     assignment: Assignment, student: Student, received: datetime.datetime | None, points: float
-) -> dict[str, Any] | None:
+) -> Lateness | None:
     """Return by how much work is late and the share of its points that this costs; None where it is on time."""
     due = assignment.due_of(student)
     if due is None or received is None:
@@ -147,13 +139,7 @@ def _late(
         return None
     moved = datetime.timedelta(0) if assignment.due_date is None else due - with_zone(assignment.due_date)
     penalty = Fraction(0) if rule is None else rule.penalty(due, received, moved)
-    return {
-        "due": due.isoformat(),
-        "received": received.isoformat(),
-        "seconds": int(seconds),
-        "penalty": float(penalty),
-        "points_before": points,
-    }
+    return Lateness(due.isoformat(), received.isoformat(), int(seconds), float(penalty), points)
 
 
 def _less(points: float, share: Fraction) -> float:
@@ -168,8 +154,8 @@ def _less(points: float, share: Fraction) -> float:
 
 def _may_be_worth(result: Result) -> Fraction:
     """Return a result's points, with full marks for what qdot failed on."""
-    parts = [part for problem in result["problems"] for part in problem["parts"]]
-    return Fraction(str(result["score"])) + sum(Fraction(str(p["max_points"])) for p in parts if p["points"] is None)
+    without_points = [part.max_points for part in result.parts.values() if part.points is None]
+    return Fraction(str(result.score)) + sum(Fraction(str(points)) for points in without_points)
 
 
 def _iso(moment: datetime.datetime | None) -> str | None:

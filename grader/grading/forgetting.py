@@ -6,7 +6,6 @@ The roster's line goes last: what was stopped is there to be found again, and th
 
 import contextlib
 import hashlib
-import json
 import re
 import shutil
 import tempfile
@@ -22,6 +21,7 @@ from qdot.exercises.assignment.store import FOLDER as STORE
 from qdot.exercises.common.errors import QdotError, unknown
 from qdot.exercises.common.files import IS_POSIX, write_atomically
 from qdot.exercises.common.input_file import read_table, without_lines
+from qdot.exercises.common.json_form import from_json
 from qdot.grader.grading.batch import alone, cache_in, kept_path
 from qdot.grader.grading.overrides import OVERRIDES
 from qdot.grader.sandbox.contained import folders
@@ -64,6 +64,34 @@ class Plan:
     def is_empty(self) -> bool:
         """Whether the folder has nothing of the student."""
         return not (self.removed or self.shorter)
+
+
+@dataclass(frozen=True)
+class _ResultOfStudent:
+    """Whose a line of results.jsonl is, whatever else any version of qdot has written there."""
+
+    student: str
+
+
+@dataclass(frozen=True)
+class _Notebook:
+    """A notebook, by its digest."""
+
+    sha256: str
+
+
+@dataclass(frozen=True)
+class _ResultOfNotebook(_ResultOfStudent):
+    """The same of a line that names a notebook."""
+
+    submission: _Notebook
+
+
+@dataclass(frozen=True)
+class _KeptMark:
+    """A file of graded/.cache, as far as it names a notebook."""
+
+    marked: _Notebook
 
 
 def assignments_in(folder: Path) -> list[Path]:
@@ -162,18 +190,18 @@ def _cached(folder: Path, student: str, others: Sequence[str]) -> list[Path]:
 
 def _digests(folder: Path) -> Iterator[tuple[str, set[str]]]:
     """Yield the digest of every notebook that has a result, with the students who handed it in."""
-    found: dict[str, set[str]] = {}
+    students: dict[str, set[str]] = {}
     for _, line in _lines(folder / "graded" / "results.jsonl"):
-        with contextlib.suppress(ValueError, KeyError, TypeError):
-            result = json.loads(line)
-            found.setdefault(result["submission"]["sha256"], set()).add(result["student"])
-    yield from found.items()
+        with contextlib.suppress(ValueError):
+            result = from_json(_ResultOfNotebook, line)
+            students.setdefault(result.submission.sha256, set()).add(result.student)
+    yield from students.items()
 
 
 def _digest_in(path: Path) -> str:
     try:
-        return str(json.loads(path.read_bytes())["marked"]["sha256"])
-    except (OSError, ValueError, KeyError, TypeError):
+        return from_json(_KeptMark, path.read_bytes()).marked.sha256
+    except (OSError, ValueError):
         return ""
 
 
@@ -213,8 +241,8 @@ def _lines(path: Path) -> Iterator[tuple[bytes, str]]:
 
 def _owner(line: str) -> str:
     try:
-        return str(json.loads(line)["student"])
-    except (ValueError, KeyError, TypeError):
+        return from_json(_ResultOfStudent, line).student
+    except ValueError:
         return ""
 
 

@@ -7,7 +7,7 @@ from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.assignment.lateness import with_zone
 from qdot.exercises.common.errors import QdotError, unknown
 from qdot.grader.grading.batch import grade_class
-from qdot.grader.grading.final_result import Result
+from qdot.grader.grading.result import Result
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import StudentFiles, files_of_student
 

@@ -11,13 +11,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
 
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.errors import QdotError, unknown
 from qdot.exercises.common.input_file import read_table
 from qdot.grader.diagnosis.groups import LENGTH, LETTERS, group_key
 from qdot.grader.grading.marking import points_of, total
+from qdot.grader.grading.result import AppliedOverride
 
 OVERRIDES = "overrides.csv"
 COLUMNS = ("student", "part", "points", "comment")
@@ -40,10 +40,9 @@ class Override:
     comment: str = ""
     group: str | None = None
 
-    def as_json(self, was: float | None) -> dict[str, Any]:
-        """Return the form of results.jsonl; `was` is what the grader gave, None where it failed."""
-        by_group = {} if self.group is None else {"group": self.group}
-        return {"points": self.points, "comment": self.comment, "was": was, **by_group}
+    def applied_to(self, points: float | None) -> AppliedOverride:
+        """Return the override as results have it; `points` are what the grader gave, None where it failed."""
+        return AppliedOverride(self.points, self.comment, points, self.group)
 
 
 @dataclass(frozen=True)

@@ -23,8 +23,9 @@ from qdot.exercises.assignment.store import read_stored_text
 from qdot.exercises.common.console import note
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.extras import qdot_version
-from qdot.grader.grading.attempt import Attempt, Marked, grade_safely
+from qdot.grader.grading.attempt import Attempt, grade_safely
 from qdot.grader.grading.copied_answers import Copies
+from qdot.grader.grading.result import Marked
 from qdot.grader.sandbox import guarantees
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
 

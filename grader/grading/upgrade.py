@@ -22,9 +22,9 @@ from qdot.grader.grading.attempt import GRADER, made_from
 from qdot.grader.grading.batch import grade_class
 from qdot.grader.grading.certificates import Failure, Kind, alterations, cell_digests, read_certificate
 from qdot.grader.grading.certify import Task, changes_of, former_students, tasks_of_student
-from qdot.grader.grading.final_result import Result
 from qdot.grader.grading.history import Move, earlier_results, moves
 from qdot.grader.grading.overrides import OVERRIDES
+from qdot.grader.grading.result import Result
 from qdot.grader.sandbox.own_folder import own_folder
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import StudentFiles
@@ -96,12 +96,9 @@ def compared(assignment: Assignment, jobs: int, each: Callable[[], None]) -> Com
         for one in found:
             every.append(one)
             each()
-    results = [result for result in earlier_results(assignment).values() if result["student"] in roster]
-    made = [result.get("made_from") or {} for result in results]
-    again = sum(
-        before != made_from(assignment, result["student"]) for before, result in zip(made, results, strict=True)
-    )
-    graded_by = frozenset(int(one["grader"]) for one in made if isinstance(one.get("grader"), int))
+    results = [result for result in earlier_results(assignment).values() if result.student in roster]
+    again = sum(result.made_from != made_from(assignment, result.student) for result in results)
+    graded_by = frozenset(result.made_from.grader for result in results if result.made_from.grader)
     return Comparison(tuple(every), len(results), graded_by, again)
 
 

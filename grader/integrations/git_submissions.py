@@ -247,7 +247,7 @@ def hand_back(assignment: Assignment, host: Host) -> list[Collected]:
     It is a commit without a past that depends on nothing but the feedback: where that is what it was, nothing is sent.
     """
     graded, results = last_results(assignment)
-    by_student = {result["student"]: result for result in results}
+    by_student = {result.student: result for result in results}
 
     def handed(student: str, repository: str) -> Collected:
         with tempfile.TemporaryDirectory(prefix="qdot-feedback-") as work:

@@ -22,9 +22,9 @@ from qdot.exercises.common.console import note
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.nbgrader import SIGN
 from qdot.grader.cli.class_commands import check_sandbox
-from qdot.grader.grading.final_result import Result
 from qdot.grader.grading.marking import number
 from qdot.grader.grading.one_student import found_of_one, grade_one, limits_of, student_named
+from qdot.grader.grading.result import Result
 from qdot.grader.integrations.nbgrader_cells import GENERATE, fill_in, made_whole, without_self_checks
 from qdot.grader.reports.rows import rows_of
 from qdot.grader.sandbox.sandbox import Limits
@@ -90,8 +90,8 @@ class Mark(Execute):
         problems = assignment.problems(told["student"])
         nb.cells = [from_dict(cell) for cell in without_self_checks(nb.cells, problems)]
         resources["qdot"] = {"late": _taken_off(result)}
-        if result["override"] is not None:
-            total = number(result["override"]["points"])
+        if result.override is not None and result.override.points is not None:
+            total = number(result.override.points)
             note(f"{told['student']}: overrides.csv sets the total to {total}; nbgrader adds up the parts instead")
         return nb, resources
 
@@ -150,7 +150,7 @@ def _tried(strict: bool) -> None:
 
 def _taken_off(result: Result) -> float | None:
     """Return the points that lateness costs, rounded as in qdot's own results."""
-    late = result["late"]
+    late = result.late
     if late is None:
         return None
-    return float(round(Fraction(str(late["points_before"])) * Fraction(str(late["penalty"])), 4))
+    return float(round(Fraction(str(late.points_before)) * Fraction(str(late.penalty)), 4))

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from qdot.exercises.formula.algebra import Matrix
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import Domain
-from qdot.exercises.formula.notation import kind_of_unit, units_of_numbers
+from qdot.exercises.formula.notation import kind_of_unit, units_of_numbers, with_points_of_lengths
 from qdot.exercises.formula.pieces import WHOLE_NUMBERS
 from qdot.exercises.formula.set_parser import claimed_pieces
 from qdot.exercises.formula.tables import numbers_text, table_text
@@ -69,6 +69,10 @@ class Given:
     def refused(self, why: str) -> "Given":
         """Return it as no answer of the form that is due."""
         return replace(self, refusal=wrong(why))
+
+    def ambiguous(self, why: str) -> "Given":
+        """Return it as refused, and read in no way, for it may mean two things."""
+        return replace(self.refused(why), tree=None)
 
 
 def read_formula(text: str, domain: Domain, labels: Sequence[str] = ()) -> Given:
@@ -153,7 +157,8 @@ def read_conditions(text: str, domain: Domain, joints: Sequence[str] = ()) -> Gi
 
     Without joints, what is read is not looked at: it may as well be a set of angles.
     """
-    given = _read(text, domain)
+    measured = with_points_of_lengths(text)
+    given = replace(_read(measured, domain), text=text)
     if given.tree is not None:
         try:
             given = replace(given, tree=_without_blanks(_counted(given.tree)))
@@ -161,8 +166,8 @@ def read_conditions(text: str, domain: Domain, joints: Sequence[str] = ()) -> Gi
             return given.refused(f"this can't be read as conditions: {error}")
     if given.tree is None or not joints:
         return given
-    if with_points(text) != text:
-        return given.refused(
+    if with_points(measured) != measured:
+        return given.ambiguous(
             "a comma between two digits may belong to a number or stand between two; write 0.5, or 0, 5 with a space"
         )
     if bare := next((one for one in _alternatives(given.tree) if _is_bare(one, joints)), None):
@@ -177,7 +182,7 @@ def read_conditions(text: str, domain: Domain, joints: Sequence[str] = ()) -> Gi
             f"{', '.join(joints)}, as in {joints[-1]} = 0 or {joints[-1]} = pi/3; whole numbers are k, n and m"
         )
     if joint := _last_in_chain(given.tree, joints):
-        return given.refused(
+        return given.ambiguous(
             f"a product with {joint} between two signs = may mean two things; write a comma or 'and' between "
             "two conditions"
         )
@@ -453,7 +458,7 @@ def _in_order(given: Given) -> Given:
         return given
     if any(arg.kind in ("eq", "pair", "set", "list") for arg in given.tree.args):
         return given
-    return replace(given.refused("a set {a, b} has no order; write the entries as a list, [a, b]"), tree=None)
+    return given.ambiguous("a set {a, b} has no order; write the entries as a list, [a, b]")
 
 
 def _in_rows(given: Given, labels: Sequence[str], what: str, shape: tuple[int, int] = (0, 0)) -> Given:

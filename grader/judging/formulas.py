@@ -13,6 +13,7 @@ from qdot.exercises.formula.pieces import Atom, Piece, pieces
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.set_parser import claimed_pieces
 from qdot.exercises.formula.trees import Node, ReadError, names
+from qdot.exercises.formula.vocabulary import VOCABULARY
 from qdot.exercises.problem.credit import count_false_conditions, count_spoiled_zeros, share_of_entries, share_of_set
 from qdot.grader.judging.answer import OR, Given, at_once, with_joint
 from qdot.grader.judging.counterexample import at_words, entry_name, number_words, pose_words, values_words
@@ -57,7 +58,7 @@ def matrix_judgement(comparison: Comparison, blanks: Sequence[bool], reference: 
         judged = correct(comparison.certificate)
     else:
         said = unknown or _difference(comparison, columns) or "the others were left blank"
-        reason = f"{_count(equal, blanks, is_zero)}; {said}"
+        reason = said if unknown and not any(equal) else f"{_count(equal, blanks, is_zero)}; {said}"
         judged = graded(float(share_of_entries(equal, is_zero, blanks)), reason, comparison.certificate)
     marks = tuple(tuple(equal[i : i + columns]) for i in range(0, len(equal), columns))
     return replace(judged, entries=marks)
@@ -89,6 +90,8 @@ def unknown_symbols(given: Given, domain: Domain) -> str:
     used = given.symbols - set(domain.roles)
     if not used:
         return ""
+    if units := sorted(used & set(VOCABULARY["units"])):
+        return f"leave out the unit {units[0]}: lengths are in metres, angles in radians"
     listed = ", ".join(repr(name) for name in sorted(used)[:5])
     known = ", ".join(sorted(domain.roles))
     return f"{listed} {'is' if len(used) == 1 else 'are'} no symbol of this problem; known: {known}"

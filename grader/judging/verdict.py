@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any
 
 from qdot.exercises.formula.identity import Certificate
 
@@ -101,28 +100,6 @@ class Verdict:
     def __repr__(self) -> str:
         earned = "no mark yet" if self.points is None else f"{self.points:g} of {self.max_points:g}"
         return f"Verdict({self.part}: {self.judgement.outcome.value}, {earned})"
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the form of results.jsonl."""
-        certificate = self.judgement.certificate
-        return {
-            "name": self.part,
-            "outcome": self.judgement.outcome.value,
-            "over_limit": self.judgement.over_limit,
-            "points": self.points,
-            "max_points": self.max_points,
-            "override": None,
-            "reason": self.judgement.reason,
-            "mistake": None if self.diagnosis is None else self.diagnosis.names or None,
-            "advice": None if self.diagnosis is None else self.diagnosis.says,
-            "followed_from": self.followed_from,
-            "follows": None if self.follows is None else [list(row) for row in self.follows],
-            "attempt": self.attempt,
-            "group": self.group,
-            "certificate": None if certificate is None else certificate.as_json(),
-            "answer": self.answer,
-            "entries": None if self.judgement.entries is None else [list(row) for row in self.judgement.entries],
-        }
 
 
 def missing(reason: str = "nothing was handed in for this part") -> Judgement:

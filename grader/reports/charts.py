@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from qdot.exercises.common.extras import need
+from qdot.grader.judging.verdict import Outcome
 from qdot.grader.statistics.statistics import Interval
 
 if TYPE_CHECKING:
@@ -87,12 +88,12 @@ def _inline(text: str, name: str) -> str:
 
 # --- charts ---
 
-OUTCOMES: Mapping[str, tuple[str, str, str]] = {
-    "correct": ("right", "good", ""),
-    "partial": ("partly right", "half", "///"),
-    "wrong": ("wrong", "bad", "xxx"),
-    "missing": ("blank", "none", "..."),
-    "ungraded": ("ungraded", "line", "|||"),
+OUTCOMES: Mapping[Outcome, tuple[str, str, str]] = {
+    Outcome.CORRECT: ("right", "good", ""),
+    Outcome.PARTIAL: ("partly right", "half", "///"),
+    Outcome.WRONG: ("wrong", "bad", "xxx"),
+    Outcome.MISSING: ("blank", "none", "..."),
+    Outcome.UNGRADED: ("ungraded", "line", "|||"),
 }
 """What an outcome is called, its colour, and its hatching."""
 
@@ -116,7 +117,7 @@ def histogram(percents: Sequence[float], mean: float, median: float) -> str:
     return _chart("scores", 2.5, draw)
 
 
-def outcomes(parts: Sequence[str], counts: Sequence[Mapping[str, int]]) -> str:
+def outcomes(parts: Sequence[str], counts: Sequence[Mapping[Outcome, int]]) -> str:
     """Return what became of each part, from the left: right, partly right, wrong, blank, ungraded."""
 
     def draw(axes: "Axes") -> None:

@@ -7,27 +7,28 @@ from typing import Any
 
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.assignment.store import load_stored_problems
-from qdot.exercises.problem.problem import Problem
+from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.quizzes import ASKED
 from qdot.exercises.writing.render import render
 from qdot.grader.diagnosis.similar import Pair, Written, Wrong, alikeness, nearly_the_same, written
-from qdot.grader.grading.final_result import Result
+from qdot.grader.grading.marking import NOT_RIGHT
+from qdot.grader.grading.result import PartResult, Result
 from qdot.grader.judging.answer_parser import read_answer
 from qdot.grader.judging.function_values import SHOWN
+from qdot.grader.judging.verdict import Outcome
 from qdot.grader.reports import charts
 from qdot.grader.reports.answers import answer_of, visible
 from qdot.grader.reports.class_view import (
-    OUTCOMES,
     GroupOfClass,
     MistakeOfClass,
     PartOfClass,
+    Scores,
     graded_work,
     groups,
     mistakes,
     not_on_time,
     oftener,
     parts,
-    parts_of,
     scores,
     set_by_hand,
     whom,
@@ -63,14 +64,16 @@ class Work:
 
     student: str
     problem: Problem
-    result: Mapping[str, Any]
+    part: Part
+    result: PartResult
+    answer: str
 
 
 def class_page(assignment: Assignment, results: Sequence[Result]) -> str:
     """Return the page as self-contained HTML. Raises QdotError where what draws charts is not installed."""
     charts.check()
     names = {student.id: whom(student) for student in assignment.roster}
-    able = [result["student"] for result in graded_work(results)]
+    able = [result.student for result in graded_work(results)]
     problems = {student: dict(load_stored_problems(assignment, student).problems) for student in able}
     of_class, of_mistakes, of_parts, made = (
         scores(results), mistakes(results), parts(assignment, results), _variants(assignment, results, problems),
@@ -78,16 +81,18 @@ def class_page(assignment: Assignment, results: Sequence[Result]) -> str:
     work = {part.name: _work(part.name, results, problems) for part in of_parts}
     states = Counter(status(result) for result in results)
     return render(
-        "report.html.j2",
+        "reports/report.html.j2",
         title=assignment.title,
         students=len(results),
-        handed_in=sum(result["submission"] is not None for result in results),
+        handed_in=sum(result.submission is not None for result in results),
         states={name: states[name] for name in ("graded", "late", "missing", "unusable", *NO_MARK)},
         scores=_scores(of_class),
         alpha=None if of_class.reliability is None else f"{of_class.reliability:.2f}",
         parts=[_part(part) for part in of_parts],
         outcome_words={
-            name: charts.OUTCOMES[name][0] for name in OUTCOMES if name != "ungraded" or any(map(states.get, NO_MARK))
+            outcome: word
+            for outcome, (word, *_) in charts.OUTCOMES.items()
+            if outcome is not Outcome.UNGRADED or any(map(states.get, NO_MARK))
         },
         outcome_chart=_outcome_chart(of_parts),
         interval_chart=_interval_chart(of_parts),
@@ -113,9 +118,9 @@ def class_page(assignment: Assignment, results: Sequence[Result]) -> str:
     )
 
 
-def _scores(of_class: Any) -> dict[str, Any] | None:
+def _scores(of_class: Scores) -> dict[str, Any] | None:
     percents = of_class.percents
-    if not percents:
+    if of_class.mean is None or of_class.median is None:
         return None
     tenths = Counter(min(9, int(percent // 10)) for percent in percents)
     rows = [{"from": 10 * i, "to": 10 * i + 10, "count": tenths[i]} for i in range(10)]
@@ -142,7 +147,7 @@ def _part(part: PartOfClass) -> dict[str, Any]:
         "count": part.count,
         "graded": part.graded,
         "share": "–" if part.share is None else f"{100 * part.share:.0f} %",
-        "omitted": f"{100 * part.count['missing'] / max(1, part.graded):.0f} %",
+        "omitted": f"{100 * part.count[Outcome.MISSING] / max(1, part.graded):.0f} %",
         "discrimination": "–" if told is None else _signed(told.value),
         "interval": "" if told is None else f"{_signed(told.low)} to {_signed(told.high)}",
         "followed": part.followed,
@@ -225,7 +230,7 @@ def _group(group: GroupOfClass, typical: Work | None, names: Mapping[str, str]) 
     more = len(who) - MOST_NAMED
     least, most = (f"{points:g}" for points in group.earned)
     override = group.override
-    set_to = "" if override is None or override["points"] is None else f"{override['points']:g}"
+    set_to = "" if override is None or override.points is None else f"{override.points:g}"
     return {
         "key": group.key,
         "count": len(who),
@@ -236,7 +241,7 @@ def _group(group: GroupOfClass, typical: Work | None, names: Mapping[str, str]) 
         "followed": group.followed,
         "earned": f"{least if least == most else f'{least} to {most}'} of {group.max_points:g}",
         "set_to": set_to,
-        "comment": "" if override is None else visible(override["comment"]),
+        "comment": "" if override is None else visible(override.comment),
     }
 
 
@@ -250,11 +255,11 @@ def _variants(
     for slot in assignment.slots:
         chains, shares = [], []
         for result in graded_work(results):
-            own = next(each for each in result["problems"] if each["slot"] == slot.name)["parts"]
-            if all(part["points"] is not None for part in own):
-                chains.append(problems[result["student"]][slot.name].chain)
-                most = sum(part["max_points"] for part in own)
-                shares.append(100 * sum(part["points"] for part in own) / most)
+            parts = next(problem.parts for problem in result.problems if problem.slot == slot.name)
+            points = [part.points for part in parts if part.points is not None]
+            if len(points) == len(parts):
+                chains.append(problems[result.student][slot.name].chain)
+                shares.append(100 * sum(points) / sum(part.max_points for part in parts))
         if chains:
             comparisons += compare(slot.name, chains, shares, assignment.key, varied=slot.family.varied)
     return corrected(comparisons)
@@ -272,17 +277,13 @@ def _variant(each: Comparison) -> dict[str, Any]:
 
 
 def _work(name: str, results: Sequence[Result], problems: Mapping[str, Mapping[str, Problem]]) -> list[Work]:
-    slot, _ = name.split(".", 1)
-    every = ((result["student"], parts_of(result)[name]) for result in graded_work(results))
-    return [
-        Work(student, problems[student][slot], part)
-        for student, part in every
-        if part["answer"] is not None and part["answer"] != SHOWN
-    ]
-
-
-def _own(work: Work) -> Any:
-    return next(part for part in work.problem.parts if part.name == work.result["name"])
+    slot, question = name.split(".", 1)
+    works = []
+    for result in graded_work(results):
+        part, problem = result.parts[name], problems[result.student][slot]
+        if part.answer is not None and part.answer != SHOWN:
+            works.append(Work(result.student, problem, problem[question], part, part.answer))
+    return works
 
 
 def _unusual(of_parts: Mapping[str, Sequence[Work]], names: Mapping[str, str]) -> list[dict[str, Any]]:
@@ -291,31 +292,28 @@ def _unusual(of_parts: Mapping[str, Sequence[Work]], names: Mapping[str, str]) -
     for name, every in of_parts.items():
         by_form: dict[str, tuple[float, Work, int]] = {}
         for work in every:
-            part = _own(work)
-            if work.result["outcome"] != "correct" or part.type not in COMPARED:
+            if work.result.outcome is not Outcome.CORRECT or work.part.type not in COMPARED:
                 continue
-            own, due = _written(work, work.result["answer"]), _written(work, part.answer.code())
-            if own is None or due is None:
+            answer, reference = _written(work, work.answer), _written(work, work.part.answer.code())
+            if answer is None or reference is None:
                 continue
-            alike = alikeness(own, due)
+            alike = alikeness(answer, reference)
             if alike <= UNUSUAL:
-                before = by_form.get(own.text, (alike, work, 0))
-                by_form[own.text] = (*before[:2], before[2] + 1)
+                before = by_form.get(answer.text, (alike, work, 0))
+                by_form[answer.text] = (*before[:2], before[2] + 1)
         oddest = sorted(by_form.values(), key=lambda each: (each[0], each[1].student))[:MOST_UNUSUAL]
         forms = [{**_answer(work), "student": names[work.student], "count": count} for _, work, count in oddest]
         if forms:
-            shown.append({"name": name, "title": ASKED[_own(oddest[0][1]).kind].title, "forms": forms})
+            shown.append({"name": name, "title": ASKED[oddest[0][1].part.kind].title, "forms": forms})
     return shown
 
 
 def _written(work: Work, text: str) -> Written | None:
-    return written(read_answer(work.problem, _own(work), text))
+    return written(read_answer(work.problem, work.part, text))
 
 
-def _answer(work: Work) -> dict[str, Any]:
-    text = work.result["answer"]
-    answer = answer_of(work.problem, _own(work), text)
-    return {"shown": answer.shown, "text": _cut(text)}
+def _answer(work: Work) -> dict[str, str]:
+    return {"shown": answer_of(work.problem, work.part, work.answer).shown, "text": _cut(work.answer)}
 
 
 def _similar(of_parts: Mapping[str, Sequence[Work]], names: Mapping[str, str]) -> dict[str, Any]:
@@ -324,13 +322,12 @@ def _similar(of_parts: Mapping[str, Sequence[Work]], names: Mapping[str, str]) -
     for name, every in of_parts.items():
         wrong = []
         for work in every:
-            part = _own(work)
-            unexplained = work.result["mistake"] is None and work.result["followed_from"] is None
-            if work.result["outcome"] not in ("wrong", "partial") or part.type not in COMPARED or not unexplained:
+            unexplained = work.result.mistake is None and work.result.followed_from is None
+            if work.result.outcome not in NOT_RIGHT or work.part.type not in COMPARED or not unexplained:
                 continue
-            own = _written(work, work.result["answer"])
-            if own is not None:
-                wrong.append(Wrong(work.student, work.result["answer"], own, part.answer.code()))
+            answer = _written(work, work.answer)
+            if answer is not None:
+                wrong.append(Wrong(work.student, work.answer, answer, work.part.answer.code()))
         alike += [(name, pair) for pair in nearly_the_same(wrong, usual=max(3, len(every) // 20))]
     pairs = [
         {

@@ -3,22 +3,20 @@
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.assignment.lateness import describe_duration
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.quizzes import ASKED
-from qdot.grader.grading.final_result import Result
+from qdot.grader.grading.result import AppliedOverride, PartResult, Result
+from qdot.grader.judging.verdict import Outcome
 from qdot.grader.reports.answers import visible
-from qdot.grader.reports.tables import NO_MARK, is_marked, status
+from qdot.grader.reports.tables import NO_MARK, is_marked, overrides_by_name, status
 from qdot.grader.statistics import statistics
 from qdot.grader.statistics.statistics import LEAST, Interval
 
 STANDS_OUT = 1.5
 """How many times as often as the mean a mistake is made that is told as one that a class makes more."""
-
-OUTCOMES = ("correct", "partial", "wrong", "missing", "ungraded")
 
 
 @dataclass(frozen=True)
@@ -32,7 +30,7 @@ class PartOfClass:
     name: str
     title: str
     max_points: float
-    count: Mapping[str, int]
+    count: Mapping[Outcome, int]
     share: float | None
     discrimination: Interval | None
     followed: int
@@ -70,7 +68,7 @@ class GroupOfClass:
     earned: tuple[float, float]
     max_points: float
     followed: int
-    override: Mapping[str, Any] | None
+    override: AppliedOverride | None
 
 
 @dataclass(frozen=True)
@@ -96,17 +94,12 @@ def whom(student: Student) -> str:
 
 def graded_work(results: Sequence[Result]) -> list[Result]:
     """Return the results of those whose notebook could be graded."""
-    return [result for result in results if result["submission"] is not None and result["obstacle"] is None]
-
-
-def parts_of(result: Result) -> dict[str, dict[str, Any]]:
-    """Return the parts of a result by name, as in grades.csv."""
-    return {f"{problem['slot']}.{part['name']}": part for problem in result["problems"] for part in problem["parts"]}
+    return [result for result in results if result.submission is not None and result.obstacle is None]
 
 
 def scores(results: Sequence[Result]) -> Scores:
     """Return the scores of those who have a mark; Cronbach's alpha is of those with points for all parts."""
-    percents = tuple(100 * r["score"] / r["max_score"] for r in results if is_marked(r))
+    percents = tuple(result.percent for result in results if is_marked(result))
     return Scores(
         percents,
         statistics.mean(percents),
@@ -119,32 +112,32 @@ def scores(results: Sequence[Result]) -> Scores:
 
 def _rows(results: Sequence[Result]) -> list[list[float]]:
     """Return the points of every part of those who have points for all."""
-    rows = [[part["points"] for part in parts_of(result).values()] for result in graded_work(results)]
-    return [row for row in rows if None not in row]
+    rows = [[part.points for part in result.parts.values()] for result in graded_work(results)]
+    return [[points for points in row if points is not None] for row in rows if None not in row]
 
 
 def parts(assignment: Assignment, results: Sequence[Result]) -> list[PartOfClass]:
     """Return every part of the assignment, in its order."""
-    work = [parts_of(result) for result in graded_work(results)]
+    work = [result.parts for result in graded_work(results)]
     rows = _rows(results)
     of_class = []
     names = [(slot, question) for slot in assignment.slots for question in slot.questions]
     points = [most for slot in assignment.slots for most in slot.max_points]
     for index, ((slot, question), most) in enumerate(zip(names, points, strict=True)):
         name = f"{slot.name}.{question}"
-        own = [each[name] for each in work]
-        shares = [part["points"] / most for part in own if part["points"] is not None]
-        count = Counter(part["outcome"] for part in own)
+        answers = [parts[name] for parts in work]
+        shares = [part.points / most for part in answers if part.points is not None]
+        count = Counter(part.outcome for part in answers)
         of_class.append(
             PartOfClass(
                 name,
                 ASKED[question].title,
                 most,
-                {outcome: count[outcome] for outcome in OUTCOMES},
+                {outcome: count[outcome] for outcome in Outcome},
                 statistics.mean(shares),
                 statistics.discrimination(rows, index) if rows else None,
-                sum(part["followed_from"] is not None for part in own),
-                sum(part["override"] is not None and part["override"]["points"] is not None for part in own),
+                sum(part.followed_from is not None for part in answers),
+                sum(part.override is not None and part.override.points is not None for part in answers),
             )
         )
     return of_class
@@ -155,9 +148,9 @@ def mistakes(results: Sequence[Result]) -> list[MistakeOfClass]:
     who: dict[str, dict[str, None]] = {}
     where: dict[str, dict[str, None]] = {}
     for result in graded_work(results):
-        for name, part in parts_of(result).items():
-            for mistake in (part["mistake"] or "").replace(" or ", " and ").split(" and ") if part["mistake"] else ():
-                who.setdefault(mistake, {})[result["student"]] = None
+        for name, part in result.parts.items():
+            for mistake in part.mistake.replace(" or ", " and ").split(" and ") if part.mistake else ():
+                who.setdefault(mistake, {})[result.student] = None
                 where.setdefault(mistake, {})[name] = None
     titles = {name: CATALOGUE[name].title if name in CATALOGUE else name for name in who}
     made = [MistakeOfClass(name, titles[name], tuple(own), tuple(where[name])) for name, own in who.items()]
@@ -178,33 +171,38 @@ def oftener(found: Sequence[MistakeOfClass], graded: int) -> dict[str, float]:
 
 def groups(results: Sequence[Result]) -> list[GroupOfClass]:
     """Return the groups of equal wrong answers: those of a part together, of most students first."""
-    given: dict[tuple[int, str], list[tuple[str, str, dict[str, Any]]]] = {}
+    answers: dict[tuple[int, str], list[tuple[str, str, PartResult]]] = {}
     for result in graded_work(results):
-        for index, (name, part) in enumerate(parts_of(result).items()):
-            if part["group"] is not None:
-                given.setdefault((index, part["group"]), []).append((result["student"], name, part))
-    of_class = [(index, _group(key, own)) for (index, key), own in given.items()]
+        for index, (name, part) in enumerate(result.parts.items()):
+            if part.group is not None:
+                answers.setdefault((index, part.group), []).append((result.student, name, part))
+    of_class = [(index, _group(key, of_group)) for (index, key), of_group in answers.items()]
     return [group for _, group in sorted(of_class, key=lambda each: (each[0], -len(each[1].students), each[1].key))]
 
 
-def _group(key: str, given: Sequence[tuple[str, str, dict[str, Any]]]) -> GroupOfClass:
-    often = Counter("".join((part["answer"] or "").split()) for _, _, part in given)
+def _group(key: str, answers: Sequence[tuple[str, str, PartResult]]) -> GroupOfClass:
+    parts = [part for _, _, part in answers]
+    often = Counter(_without_blanks(part) for part in parts)
     most = max(often.values())
-    mistake = next((part["mistake"] for _, _, part in given if part["mistake"]), "")
-    overrides = [part["override"] for _, _, part in given if part["override"]]
-    before = [part["override"]["was"] if part["override"] else part["points"] for _, _, part in given]
+    mistake = next((part.mistake for part in parts if part.mistake), "")
+    overrides = [part.override for part in parts if part.override is not None]
+    before = [part.points if part.override is None else part.override.was for part in parts]
     earned = [points for points in before if points is not None] or [0.0]
     return GroupOfClass(
         key,
-        given[0][1],
-        tuple(student for student, _, _ in given),
-        next(student for student, _, part in given if often["".join((part["answer"] or "").split())] == most),
+        answers[0][1],
+        tuple(student for student, _, _ in answers),
+        next(student for student, _, part in answers if often[_without_blanks(part)] == most),
         " and ".join(CATALOGUE[name].title if name in CATALOGUE else name for name in mistake.split(" and ") if name),
         (min(earned), max(earned)),
-        given[0][2]["max_points"],
-        sum(part["followed_from"] is not None for _, _, part in given),
-        next((override for override in overrides if override.get("group") == key), None),
+        parts[0].max_points,
+        sum(part.followed_from is not None for part in parts),
+        next((override for override in overrides if override.group == key), None),
     )
+
+
+def _without_blanks(part: PartResult) -> str:
+    return "".join((part.answer or "").split())
 
 
 def not_on_time(assignment: Assignment, results: Sequence[Result]) -> list[dict[str, str]]:
@@ -212,19 +210,19 @@ def not_on_time(assignment: Assignment, results: Sequence[Result]) -> list[dict[
     by_id = {student.id: student for student in assignment.roster}
     rows = []
     for result in results:
-        state, late = status(result), result["late"]
+        state, late = status(result), result.late
         if state == "graded":
             continue
-        said = ""
+        reason = ""
         if late is not None:
-            said = f"{describe_duration(late['seconds'])} late"
-            said += f", {100 * late['penalty']:.4g} % taken off" if late["penalty"] else ", nothing taken off"
+            reason = f"{describe_duration(late.seconds)} late"
+            reason += f", {100 * late.penalty:.4g} % taken off" if late.penalty else ", nothing taken off"
         elif state in ("unusable", *NO_MARK):
-            said = result["obstacle"] or (
+            reason = result.obstacle or (
                 "qdot failed on a part" if state == "ungraded" else "judging a part took too long"
             )
-        score = f"{result['score']:g} of {result['max_score']:g}" if is_marked(result) else "no mark"
-        rows.append({"who": whom(by_id[result["student"]]), "status": state, "said": visible(said), "score": score})
+        score = f"{result.score:g} of {result.max_score:g}" if is_marked(result) else "no mark"
+        rows.append({"who": whom(by_id[result.student]), "status": state, "said": visible(reason), "score": score})
     order = [*NO_MARK, "unusable", "missing", "late"]
     return sorted(rows, key=lambda row: order.index(row["status"]))
 
@@ -234,10 +232,9 @@ def without_attempt(assignment: Assignment, results: Sequence[Result]) -> list[d
     by_id = {student.id: student for student in assignment.roster}
     rows = []
     for result in graded_work(results):
-        parts = parts_of(result)
-        none = [name for name, part in parts.items() if part["attempt"] is False]
-        if len(none) >= FEWEST_WITHOUT and not any(part["attempt"] for part in parts.values()):
-            rows.append({"who": whom(by_id[result["student"]]), "parts": ", ".join(none)})
+        none = [name for name, part in result.parts.items() if part.attempt is False]
+        if len(none) >= FEWEST_WITHOUT and not any(part.attempt for part in result.parts.values()):
+            rows.append({"who": whom(by_id[result.student]), "parts": ", ".join(none)})
     return rows
 
 
@@ -249,11 +246,10 @@ def set_by_hand(assignment: Assignment, results: Sequence[Result]) -> list[dict[
     by_id = {student.id: student for student in assignment.roster}
     rows = []
     for result in results:
-        for name, about in (*parts_of(result).items(), ("total", result)):
-            if (override := about["override"]) is not None:
-                was = "ungraded" if override["was"] is None else f"{override['was']:g}"
-                now = was if override["points"] is None else f"{override['points']:g}"
-                told = {"was": was, "now": now, "comment": visible(override["comment"])}
-                group = override.get("group") or ""
-                rows.append({"who": whom(by_id[result["student"]]), "part": name, **told, "group": group})
+        for name, override in overrides_by_name(result).items():
+            was = "ungraded" if override.was is None else f"{override.was:g}"
+            now = was if override.points is None else f"{override.points:g}"
+            points = {"was": was, "now": now, "comment": visible(override.comment)}
+            who = whom(by_id[result.student])
+            rows.append({"who": who, "part": name, **points, "group": override.group or ""})
     return rows

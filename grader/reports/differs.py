@@ -38,15 +38,12 @@ class Table:
     results: tuple[ExampleRow, ...] = ()
 
 
-def table_of(problem: Problem, part: Part, certificate: Mapping[str, Any] | None) -> Table | None:
-    """Return the counterexample of a certificate; None where there is none that can be followed.
+def table_of(problem: Problem, part: Part, example: Mapping[str, Any]) -> Table | None:
+    """Return a counterexample as a table; None where it can't be followed.
 
     There is none to follow where the answer has symbols that the problem does not have. What is right is left out where
     that is kept back.
     """
-    example = None if certificate is None else certificate["counterexample"]
-    if example is None:
-        return None
     places = [example["missing"], example["surplus"]] if "missing" in example else [example["at"]]
     places = [at for at in places if at is not None]
     known = problem.symbols()

@@ -35,16 +35,16 @@ CAPTIONS = {"missing": "singular, not in your answer", "surplus": "in your answe
 CROSS = "Dot: P. Cross: where your answer puts it."
 
 
-def example_svg(problem: Problem, part: Part, judged: Mapping[str, Any]) -> str:
+def example_svg(problem: Problem, part: Part, example: Mapping[str, Any], answer: str | None) -> str:
     """Return the counterexample of a wrong answer as an SVG element, empty where there is nothing to be drawn."""
-    example, name = judged["certificate"]["counterexample"], f"{part.name}-example"
+    name = f"{part.name}-example"
     if "missing" in example:
         places = [(caption, example[which]) for which, caption in CAPTIONS.items() if example[which] is not None]
         drawn = [_at(problem.chain, caption, at) for caption, at in places]
         return "" if not drawn or None in drawn else examples_svg([one for one in drawn if one is not None], name)
-    if part.kind != "position" or judged["answer"] in (None, SHOWN) or len(judged["answer"]) > LONGEST:
+    if part.kind != "position" or answer in (None, SHOWN) or len(answer) > LONGEST:
         return ""
-    beside = _beside(problem, part, example["at"], judged["answer"])
+    beside = _beside(problem, part, example["at"], answer)
     return "" if beside is None else examples_svg([beside], name, CROSS)
 
 

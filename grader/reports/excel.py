@@ -12,14 +12,15 @@ from typing import Any
 
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.console import printable
-from qdot.grader.grading.final_result import Result
+from qdot.grader.grading.result import Result
+from qdot.grader.reports.charts import OUTCOMES
+from qdot.grader.reports.class_view import graded_work
 from qdot.grader.reports.tables import Cell, grades_table, is_marked
 
 MADE = datetime.datetime(2000, 1, 1)  # noqa: DTZ001 - a workbook's times have no zone
 """The time that every workbook says it was made at, so that the same results are the same bytes."""
 LONGEST = 32_000
 """Excel takes 32,767 characters in a cell."""
-OUTCOMES = {"correct": "right", "partial": "partly right", "wrong": "wrong", "missing": "blank", "ungraded": "ungraded"}
 
 
 def workbook(assignment: Assignment, results: Sequence[Result]) -> bytes:
@@ -44,26 +45,15 @@ def workbook(assignment: Assignment, results: Sequence[Result]) -> bytes:
 
 def _parts(results: Sequence[Result]) -> tuple[list[str], list[list[Cell]]]:
     """Return a row a part: its points, their mean among those who handed in, and how many had which outcome."""
-    header = ["part", "points", "mean", *OUTCOMES.values()]
-    handed_in = [result for result in results if result["submission"] is not None and result["obstacle"] is None]
-    by_part: dict[str, list[dict[str, Any]]] = {
-        f"{problem['slot']}.{part['name']}": [] for problem in results[0]["problems"] for part in problem["parts"]
-    }
-    highest = {
-        f"{problem['slot']}.{part['name']}": part["max_points"]
-        for problem in results[0]["problems"]
-        for part in problem["parts"]
-    }
-    for result in handed_in:
-        for problem in result["problems"]:
-            for part in problem["parts"]:
-                by_part[f"{problem['slot']}.{part['name']}"].append(part)
+    header = ["part", "points", "mean", *(word for word, *_ in OUTCOMES.values())]
+    parts_of_students = [result.parts for result in graded_work(results)]
     rows: list[list[Cell]] = []
-    for name, parts in by_part.items():
-        points = [part["points"] for part in parts if part["points"] is not None]
-        count = Counter(part["outcome"] for part in parts)
+    for name, part in results[0].parts.items():
+        every = [parts[name] for parts in parts_of_students]
+        points = [each.points for each in every if each.points is not None]
+        count = Counter(each.outcome for each in every)
         mean = round(sum(points) / len(points), 4) if points else None
-        rows.append([name, highest[name], mean, *(float(count[outcome]) for outcome in OUTCOMES)])
+        rows.append([name, part.max_points, mean, *(float(count[outcome]) for outcome in OUTCOMES)])
     return header, rows
 
 

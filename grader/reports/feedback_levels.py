@@ -6,10 +6,12 @@ the worked solution.
 """
 
 import re
-from collections.abc import Mapping
-from typing import Any
+from dataclasses import replace
 
 from qdot.exercises.assignment.assignment import FEEDBACK
+from qdot.exercises.formula.identity import Certificate
+from qdot.grader.grading.marking import NOT_RIGHT
+from qdot.grader.grading.result import PartResult
 
 _NAMED = r"\w+ = [-+\d.e]+"
 _POSE = rf": (?:\(any\)|{_NAMED}(?:, {_NAMED})*)"
@@ -45,26 +47,26 @@ def at_least(level: str, wanted: str) -> bool:
     return FEEDBACK.index(level) >= FEEDBACK.index(wanted)
 
 
-def told(part: Mapping[str, Any], level: str) -> dict[str, Any]:
+def hold_back(part: PartResult, level: str) -> PartResult:
     """Return a part of a result as a student may see it: without what the level of feedback keeps back.
 
-    >>> said = {"outcome": "wrong", "reason": "number 1 is 2, and 0.624 m/s is right", "certificate": None}
-    >>> told({**said, "mistake": None, "advice": None, "entries": None, "follows": None}, "counterexample")["reason"]
+    >>> reason = "number 1 is 2, and 0.624 m/s is right"
+    >>> part = PartResult(name="joint-rates", outcome=Outcome.WRONG, points=0.0, max_points=1.0, reason=reason)
+    >>> hold_back(part, "counterexample").reason
     'number 1 is 2, which is not right'
     """
-    shown = dict(part)
-    if part["outcome"] not in ("wrong", "partial") or at_least(level, "values"):
-        return shown
-    shown["reason"] = _cut(str(part["reason"]), _RIGHT_VALUES)
-    shown["certificate"] = _without_right(part["certificate"])
-    if not at_least(level, "counterexample"):
-        shown["reason"] = _cut(without_numbers(shown["reason"]), _ALONE) or "it is not what is due"
-        shown["certificate"] = _without_example(part["certificate"])
-    if not at_least(level, "mistake"):
-        read = part["certificate"] is not None
-        shown |= {"mistake": None, "advice": None, "entries": None, "follows": None}
-        shown["reason"] = "" if read else _cut(shown["reason"], _NAMES)
-    return shown
+    if part.outcome not in NOT_RIGHT or at_least(level, "values"):
+        return part
+    reason, certificate = _cut(part.reason, _RIGHT_VALUES), _without_right(part.certificate)
+    if at_least(level, "counterexample"):
+        return replace(part, reason=reason, certificate=certificate)
+    reason = _cut(without_numbers(reason), _ALONE) or "it is not what is due"
+    certificate = None if part.certificate is None else replace(part.certificate, counterexample=None)
+    if at_least(level, "mistake"):
+        return replace(part, reason=reason, certificate=certificate)
+    reason = _cut(reason, _NAMES) if certificate is None else ""
+    nothing = replace(part, mistake=None, advice=None, entries=None, follows=None)
+    return replace(nothing, reason=reason, certificate=certificate)
 
 
 def without_numbers(reason: str) -> str:
@@ -82,14 +84,10 @@ def _cut(reason: str, patterns: tuple[tuple[str, str], ...]) -> str:
     return reason
 
 
-def _without_right(certificate: Mapping[str, Any] | None) -> dict[str, Any] | None:
+def _without_right(certificate: Certificate | None) -> Certificate | None:
     """Return a certificate whose counterexample tells no value that is right."""
-    example = None if certificate is None else certificate["counterexample"]
-    if certificate is None or example is None:
-        return None if certificate is None else dict(certificate)
+    if certificate is None or certificate.counterexample is None:
+        return certificate
+    example = certificate.counterexample
     kept_back = {"missing": None} if "missing" in example else {"expected": None}
-    return {**certificate, "counterexample": {**example, **kept_back}}
-
-
-def _without_example(certificate: Mapping[str, Any] | None) -> dict[str, Any] | None:
-    return None if certificate is None else {**certificate, "counterexample": None}
+    return replace(certificate, counterexample={**example, **kept_back})

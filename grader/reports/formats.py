@@ -11,8 +11,9 @@ from qdot.exercises.common.console import note, one_of, say
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.extras import need
 from qdot.exercises.common.files import write_atomically
-from qdot.grader.grading.final_result import Result
-from qdot.grader.reports import charts, classroom50, github, gradescope, junit
+from qdot.exercises.common.json_form import as_json
+from qdot.grader.grading.result import Result
+from qdot.grader.reports import charts, github, gradescope, junit
 from qdot.grader.reports.class_page import class_page
 from qdot.grader.reports.excel import workbook
 from qdot.grader.reports.gradebooks import canvas, moodle, unmarked
@@ -46,7 +47,7 @@ def _csv(assignment: Assignment, results: Sequence[Result]) -> str:
 
 
 def _json(_: Assignment, results: Sequence[Result]) -> str:
-    return json.dumps(list(results), ensure_ascii=False, indent=1) + "\n"
+    return json.dumps([as_json(result) for result in results], ensure_ascii=False, indent=1) + "\n"
 
 
 IMPORTER = "its importer's rules, written anew"
@@ -62,8 +63,6 @@ FORMATS = {
                "markdown-it, by the rules for workflow commands", github.summary, told=github.annotations),
         Format("gradescope", "results.json of one student (`--student`)", "Gradescope",
                "a harness with Gradescope's folders", gradescope.results_json, one=True),
-        Format("classroom50", "result.json of one student (`--student`)", "Classroom 50",
-               "the rules of its collector", classroom50.result_json, one=True),
         Format("canvas", "Canvas's gradebook, to be imported", "Canvas", IMPORTER, canvas, notes=unmarked),
         Format("moodle", "Moodle's gradebook, to be imported", "Moodle", IMPORTER, moodle, notes=unmarked),
         Format("xlsx", "A workbook: grades, and what became of each part", "Excel, LibreOffice", "openpyxl", workbook,

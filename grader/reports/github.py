@@ -11,8 +11,8 @@ from pathlib import Path
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.writing.render import render
 from qdot.grader.grading.check import Checked
-from qdot.grader.grading.final_result import Result
 from qdot.grader.grading.marking import number
+from qdot.grader.grading.result import Result
 from qdot.grader.reports.answer_positions import line_of_answer
 from qdot.grader.reports.answers import visible
 from qdot.grader.reports.rows import Row, lateness, rows_of
@@ -51,8 +51,8 @@ def summary(assignment: Assignment, results: Sequence[Result]) -> str:
 def _page(assignment: Assignment, results: Sequence[Result], sections: list[dict[str, object]], left_out: int) -> str:
     students = [
         {
-            "id": _markdown(result["student"]), "score": number(result["score"]),
-            "max_score": number(result["max_score"]), "status": status(result),
+            "id": _markdown(result.student), "score": number(result.score),
+            "max_score": number(result.max_score), "status": status(result),
             "note": _markdown("; ".join(staff_notes(result))),
         }
         for result in results
@@ -72,13 +72,12 @@ def _section(result: Result, feedback: str, opened: bool) -> dict[str, object]:
         }
         for row in rows_of(result, feedback)
     ]  # fmt: skip
-    notes = [_markdown(said) for said in (*result["notes"], lateness(result)) if said]
-    override = result["override"]
-    if override is not None:
-        notes.append(_markdown(f"the total was set by your instructor: {override['comment']}".rstrip(": ")))
+    notes = [_markdown(said) for said in (*result.notes, lateness(result)) if said]
+    if result.override is not None:
+        notes.append(_markdown(f"the total was set by your instructor: {result.override.comment}".rstrip(": ")))
     return {
-        "student": _markdown(result["student"]), "opened": opened, "rows": rows, "notes": notes,
-        "score": number(result["score"]), "max_score": number(result["max_score"]),
+        "student": _markdown(result.student), "opened": opened, "rows": rows, "notes": notes,
+        "score": number(result.score), "max_score": number(result.max_score),
     }  # fmt: skip
 
 
@@ -118,7 +117,7 @@ def _of_class(results: Sequence[Result]) -> Iterator[tuple[str, str, str]]:
     for result in results:
         state = status(result)
         if state in ("unusable", *NO_MARK):
-            yield "error" if state == "ungraded" else "warning", result["student"], "; ".join(staff_notes(result))
+            yield "error" if state == "ungraded" else "warning", result.student, "; ".join(staff_notes(result))
 
 
 # --- what a student can know before handing in: `qdot check` ---

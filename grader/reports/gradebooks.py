@@ -14,8 +14,8 @@ from collections.abc import Iterator, Sequence
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.assignment.gradebook import CANVAS, MOODLE, MOODLE_COLUMNS, MOODLE_KEYS, POINTS, Gradebook
 from qdot.exercises.common.errors import QdotError
-from qdot.grader.grading.final_result import Result
 from qdot.grader.grading.marking import number
+from qdot.grader.grading.result import Result
 from qdot.grader.reports.tables import is_marked, no_formula, status
 
 RESERVED = tuple(
@@ -39,7 +39,7 @@ _SIMPLE = re.compile(r"[+-]?[\d .]*")
 
 def unmarked(_: Assignment, results: Sequence[Result]) -> list[str]:
     """Return a note on those whose cell holds no mark, and why."""
-    without = [f"{result['student']} ({status(result)})" for result in results if not is_marked(result)]
+    without = [f"{result.student} ({status(result)})" for result in results if not is_marked(result)]
     return [f"no mark for {', '.join(without)}"] if without else []
 
 
@@ -69,7 +69,7 @@ def canvas(assignment: Assignment, results: Sequence[Result]) -> str:
     if book is None or book.platform != CANVAS:
         return _canvas_of_roster(assignment, results, title)
     at = _column_of(book, title)
-    points = number(results[0]["max_score"])
+    points = number(results[0].max_score)
     if at is not None and book.points and _number(book.points[at]) not in (None, _number(points)):
         raise QdotError(
             f"canvas: {book.header[at]!r} has {book.points[at]} points in Canvas and {points} here; set one like the "
@@ -78,7 +78,7 @@ def canvas(assignment: Assignment, results: Sequence[Result]) -> str:
     whose = book.header[: book.identity]
     rows = [[*whose, title if at is None else book.header[at]], _points_row(len(whose), points)]
     for result in results:
-        line = book.lines[result["student"]]
+        line = book.lines[result.student]
         before = "" if at is None else line[at].strip()
         cell = EXCUSED if before.upper() == EXCUSED else _mark(result)
         rows.append([*_safe(line[: len(whose)]), cell])
@@ -93,9 +93,9 @@ def _canvas_of_roster(assignment: Assignment, results: Sequence[Result], title: 
     }
     known = any(columns[head] for head in ("ID", "SIS User ID", "SIS Login ID"))
     by_id = {student.id: student for student in assignment.roster}
-    rows = [["Student", *CANVAS_COLUMNS, title], _points_row(5, number(results[0]["max_score"]))]
+    rows = [["Student", *CANVAS_COLUMNS, title], _points_row(5, number(results[0].max_score))]
     for result in results:
-        student = by_id[result["student"]]
+        student = by_id[result.student]
         cells = {head: others[student.id].get(name, "") for head, name in columns.items()}
         if not known:
             cells["SIS Login ID"] = student.id
@@ -137,14 +137,14 @@ def moodle(assignment: Assignment, results: Sequence[Result]) -> str:
     Moodle gives the mark to the student of the line above.
     """
     title = _title(assignment)
-    highest = results[0]["max_score"]
+    highest = results[0].max_score
     columns = _moodle_columns(assignment)
     marks = ([title] if highest <= MOST else []) + [f"{title} (percent)"]
     rows = [[*(name for name, _ in columns), *marks]]
     for index, result in enumerate(results):
         cells = [NO_GRADE, NO_GRADE]
         if is_marked(result):
-            cells = [number(result["score"]), number(100 * result["score"] / highest)]
+            cells = [number(result.score), number(result.percent)]
         rows.append([*_safe([values[index] for _, values in columns]), *cells[-len(marks) :]])
     return _text(rows)
 
@@ -189,7 +189,7 @@ def _title(assignment: Assignment) -> str:
 
 
 def _mark(result: Result) -> str:
-    return number(result["score"]) if is_marked(result) else ""
+    return number(result.score) if is_marked(result) else ""
 
 
 def _safe(cells: Sequence[str]) -> list[str]:

@@ -9,7 +9,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from qdot.exercises.assignment.assignment import Assignment
-from qdot.grader.grading.final_result import Result
+from qdot.exercises.common.json_form import as_json
+from qdot.grader.grading.result import Result
 from qdot.grader.reports.answers import visible
 from qdot.grader.reports.rows import Row, lateness, rows_of, the_only
 from qdot.grader.reports.tables import staff_notes
@@ -33,19 +34,19 @@ def content_of(result: Result, feedback: str, visibility: str = "visible") -> di
 
     The score is after lateness and whatever a person set.
     """
-    said = [text for text in (*result["notes"], lateness(result)) if text]
-    if result["override"] is not None:
-        said.append(f"the total was set by your instructor: {result['override']['comment']}".rstrip(": "))
+    notes = [text for text in (*result.notes, lateness(result)) if text]
+    if result.override is not None:
+        notes.append(f"the total was set by your instructor: {result.override.comment}".rstrip(": "))
     return {
-        "score": result["score"],
-        "output": visible("\n".join(said)),
+        "score": result.score,
+        "output": visible("\n".join(notes)),
         "output_format": "text",
         "visibility": visibility,
         "stdout_visibility": "hidden",
         "tests": [_test(row, visibility) for row in rows_of(result, feedback)],
         "extra_data": {
-            "student": result["student"], "assignment": result["assignment"], "made_from": result["made_from"],
-            "late": result["late"], "staff_notes": staff_notes(result),
+            "student": result.student, "assignment": result.assignment, "made_from": as_json(result.made_from),
+            "late": as_json(result.late), "staff_notes": staff_notes(result),
         },
     }  # fmt: skip
 

@@ -8,8 +8,8 @@ import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 
 from qdot.exercises.assignment.assignment import Assignment
-from qdot.grader.grading.final_result import Result
 from qdot.grader.grading.marking import number
+from qdot.grader.grading.result import Result
 from qdot.grader.reports.answers import visible
 from qdot.grader.reports.rows import Row, rows_of
 
@@ -21,13 +21,13 @@ def junit_xml(assignment: Assignment, results: Sequence[Result]) -> str:
         "testsuites", {"name": assignment.key, **_counts([row for _, rows in everything for row in rows])}
     )
     for result, rows in everything:
-        name = f"{assignment.key}.{result['student']}"
-        suite = ET.SubElement(root, "testsuite", {"name": name, **_counts(rows)})
+        classname = f"{assignment.key}.{result.student}"
+        suite = ET.SubElement(root, "testsuite", {"name": classname, **_counts(rows)})
         properties = ET.SubElement(suite, "properties")
-        for key in ("score", "max_score"):
-            ET.SubElement(properties, "property", {"name": key, "value": number(result[key])})
+        for name, points in (("score", result.score), ("max_score", result.max_score)):
+            ET.SubElement(properties, "property", {"name": name, "value": number(points)})
         for row in rows:
-            _test(suite, name, row)
+            _test(suite, classname, row)
     ET.indent(root, " ")
     return ET.tostring(root, encoding="unicode", xml_declaration=False) + "\n"
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from qdot.exercises.assignment.assignment import FEEDBACK
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.quizzes import ASKED
-from qdot.grader.grading.final_result import Result
 from qdot.grader.grading.marking import number
-from qdot.grader.reports.feedback_levels import told
+from qdot.grader.grading.result import PartResult, Result
+from qdot.grader.reports.feedback_levels import hold_back
 from qdot.grader.reports.tables import NO_MARK, status
 
 LONGEST = 4000
@@ -44,22 +44,21 @@ def rows_of(result: Result, feedback: str = FEEDBACK[-1]) -> list[Row]:
     """Return a row for every part, in the order of the assignment; for students, with what `feedback` tells them."""
     return [
         Row(
-            f"{problem['slot']}.{part['name']}", ASKED[part["name"]].title, part["outcome"], part["points"],
-            part["max_points"], _said(told(part, feedback)),
+            name, ASKED[part.name].title, part.outcome, part.points, part.max_points,
+            _message(hold_back(part, feedback)),
         )
-        for problem in result["problems"]
-        for part in problem["parts"]
+        for name, part in result.parts.items()
     ]  # fmt: skip
 
 
-def _said(part: dict[str, object]) -> str:
-    override = part["override"]
+def _message(part: PartResult) -> str:
+    override = part.override
     by_hand = ""
-    if isinstance(override, dict):
-        what = "your instructor says" if override["points"] is None else "points set by your instructor"
-        by_hand = f"{what}{': ' if override['comment'] else ''}{override['comment']}"
-    said = [str(text).rstrip(".") for text in (part["reason"], part["advice"], by_hand) if text]
-    whole = " ".join(". ".join(said).split())
+    if override is not None:
+        what = "your instructor says" if override.points is None else "points set by your instructor"
+        by_hand = f"{what}{': ' if override.comment else ''}{override.comment}"
+    sentences = [text.rstrip(".") for text in (part.reason, part.advice, by_hand) if text]
+    whole = " ".join(". ".join(sentences).split())
     return whole if len(whole) <= LONGEST else f"{whole[:LONGEST]} …"
 
 
@@ -71,15 +70,15 @@ def the_only(results: Sequence[Result], form: str) -> Result:
         what = (
             "qdot failed on an answer" if state == "ungraded" else "a limit was exceeded by an answer or the notebook"
         )
-        raise QdotError(f"{what} of {results[0]['student']}, so there is no mark for {form}")
+        raise QdotError(f"{what} of {results[0].student}, so there is no mark for {form}")
     return results[0]
 
 
 def lateness(result: Result) -> str:
     """Return what is taken off for lateness, in words; empty where nothing is late."""
-    late = result["late"]
+    late = result.late
     if late is None:
         return ""
-    if not late["penalty"]:
-        return f"late (due {late['due']}), which costs nothing"
-    return f"late (due {late['due']}): {100 * late['penalty']:g} % of {number(late['points_before'])} points taken off"
+    if not late.penalty:
+        return f"late (due {late.due}), which costs nothing"
+    return f"late (due {late.due}): {100 * late.penalty:g} % of {number(late.points_before)} points taken off"

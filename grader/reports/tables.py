@@ -4,11 +4,12 @@ import csv
 import io
 import json
 from collections.abc import Sequence
-from typing import Any
 
 from qdot.exercises.assignment.assignment import Student
 from qdot.exercises.common.console import printable
+from qdot.exercises.common.json_form import as_json
 from qdot.grader.grading.marking import number, total
+from qdot.grader.grading.result import AppliedOverride, Result
 
 SUMS = ("score", "max_score", "percent", "status", "late_penalty", "override", "note")
 """The last columns of grades.csv."""
@@ -16,11 +17,11 @@ FORMULA_BEGINS = tuple("=+-@\uff1d\uff0b\uff0d\uff20")
 """With what a cell begins that a spreadsheet may take for a formula, the wide signs of East Asia among them."""
 
 
-def results_jsonl(results: Sequence[dict[str, Any]]) -> bytes:
+def results_jsonl(results: Sequence[Result]) -> bytes:
     """Return a JSON object a line, one for each student, in UTF-8: of a large class, that is most of what it takes."""
     out = io.BytesIO()
     for result in results:
-        line = printable(json.dumps(result, ensure_ascii=False, allow_nan=False))
+        line = printable(json.dumps(as_json(result), ensure_ascii=False, allow_nan=False))
         out.write(f"{line}\n".encode("utf-8", "replace"))
     return out.getvalue()
 
@@ -29,7 +30,7 @@ Cell = str | float | None
 """A text, a number, or nothing."""
 
 
-def grades_csv(results: Sequence[dict[str, Any]], roster: Sequence[Student]) -> str:
+def grades_csv(results: Sequence[Result], roster: Sequence[Student]) -> str:
     """Return the table: who, a column a part, score, points to be had, percent, status, late_penalty, override, note.
 
     The parts less late_penalty are the score, unless the column override says that a person set the total. Without a
@@ -43,22 +44,20 @@ def grades_csv(results: Sequence[dict[str, Any]], roster: Sequence[Student]) -> 
     return out.getvalue()
 
 
-def grades_table(results: Sequence[dict[str, Any]], roster: Sequence[Student]) -> tuple[list[str], list[list[Cell]]]:
+def grades_table(results: Sequence[Result], roster: Sequence[Student]) -> tuple[list[str], list[list[Cell]]]:
     """Return the names of the columns, and the cells of every student."""
     by_id = {student.id: student for student in roster}
-    parts = [f"{problem['slot']}.{part['name']}" for problem in results[0]["problems"] for part in problem["parts"]]
-    others = [name for name, _ in roster[0].others]
+    columns = [name for name, _ in roster[0].others]
     rows: list[list[Cell]] = []
     for result in results:
-        student = by_id[result["student"]]
-        points = [part["points"] for problem in result["problems"] for part in problem["parts"]]
+        student = by_id[result.student]
         cells = [student.id, student.name, student.email, *(value for _, value in student.others)]
-        score = None if status(result) in NO_MARK else float(result["score"])
-        percent = None if score is None else 100 * score / result["max_score"]
-        sums = [score, float(result["max_score"]), percent, status(result), _penalty(result)]
-        told = ["; ".join(overrides(result)), "; ".join((*staff_notes(result), *group_notes(result)))]
-        rows.append([*cells, *(None if value is None else float(value) for value in points), *sums, *told])
-    return ["student", "name", "email", *others, *parts, *SUMS], rows
+        points = [part.points for part in result.parts.values()]
+        score, percent = (None, None) if status(result) in NO_MARK else (result.score, result.percent)
+        sums = [score, result.max_score, percent, status(result), _penalty(result)]
+        notes = ["; ".join(overrides(result)), "; ".join((*staff_notes(result), *group_notes(result)))]
+        rows.append([*cells, *points, *sums, *notes])
+    return ["student", "name", "email", *columns, *results[0].parts, *SUMS], rows
 
 
 def _written(column: str, cell: Cell) -> str:
@@ -69,7 +68,7 @@ def _written(column: str, cell: Cell) -> str:
     return f"{cell:.1f}" if column == "percent" else number(cell)
 
 
-def is_marked(result: dict[str, Any], *, zero: bool = False) -> bool:
+def is_marked(result: Result, *, zero: bool = False) -> bool:
     """Tell whether a student has a mark for a gradebook: of qdot for work that it could grade, or of a person.
 
     With `zero`, the 0 of what is missing or unusable is a mark, too; what qdot could not grade never has one.
@@ -82,65 +81,69 @@ NO_MARK = ("ungraded", "over limit")
 """States of work that has no mark before a person has set one."""
 
 
-def status(result: dict[str, Any]) -> str:
+def status(result: Result) -> str:
     """Return the state of a student's work in a word.
 
     "missing": nothing handed in; "unusable": no notebook of this assignment; "over limit": it takes more to be graded
     than a limit allows; "ungraded": qdot failed; "late"; "graded".
     """
-    without = [part for problem in result["problems"] for part in problem["parts"] if part["points"] is None]
-    if without and result["override"] is None:
-        return "over limit" if all(part["over_limit"] for part in without) else "ungraded"
-    if result["submission"] is None:
+    without = [part for part in result.parts.values() if part.points is None]
+    if without and result.override is None:
+        return "over limit" if all(part.over_limit for part in without) else "ungraded"
+    if result.submission is None:
         return "missing"
-    if result["obstacle"] is not None:
+    if result.obstacle is not None:
         return "unusable"
-    return "late" if result["late"] else "graded"
+    return "late" if result.late else "graded"
 
 
-def overrides(result: dict[str, Any]) -> list[str]:
+def overrides(result: Result) -> list[str]:
     """Return what a person set, in words for the staff."""
-    parts = [(f"{problem['slot']}.{part['name']}", part) for problem in result["problems"] for part in problem["parts"]]
-    return [_set(name, about["override"]) for name, about in (*parts, ("total", result)) if about["override"]]
+    return [_describe(name, override) for name, override in overrides_by_name(result).items()]
 
 
-def count_set(result: dict[str, Any]) -> int:
+def overrides_by_name(result: Result) -> dict[str, AppliedOverride]:
+    """Return what a person set or said by the names of the parts, and of the "total"."""
+    every = {**{name: part.override for name, part in result.parts.items()}, "total": result.override}
+    return {name: override for name, override in every.items() if override is not None}
+
+
+def count_set(result: Result) -> int:
     """Return how many points a person set: of parts, and in all."""
-    every = [result, *(part for problem in result["problems"] for part in problem["parts"])]
-    return sum(about["override"] is not None and about["override"]["points"] is not None for about in every)
+    return sum(override.points is not None for override in overrides_by_name(result).values())
 
 
-def _set(name: str, override: dict[str, Any]) -> str:
-    if override["points"] is None:
-        return f"{name}: {override['comment']}"
-    was = "ungraded" if override["was"] is None else number(override["was"])
-    comment = f", {override['comment']}" if override["comment"] else ""
-    return f"{name}: {number(override['points'])} (was {was}){comment}"
+def _describe(name: str, override: AppliedOverride) -> str:
+    if override.points is None:
+        return f"{name}: {override.comment}"
+    was = "ungraded" if override.was is None else number(override.was)
+    comment = f", {override.comment}" if override.comment else ""
+    return f"{name}: {number(override.points)} (was {was}){comment}"
 
 
-def group_notes(result: dict[str, Any]) -> list[str]:
+def group_notes(result: Result) -> list[str]:
     """Return by which groups of answers a person set or explained parts, in words for the staff."""
-    every = [part["override"] for problem in result["problems"] for part in problem["parts"] if part["override"]]
     return [
-        f"overrides.csv {'explains' if override['points'] is None else 'sets'} the group {override['group']}"
-        for override in every
-        if override.get("group")
+        f"overrides.csv {'explains' if override.points is None else 'sets'} the group {override.group}"
+        for override in overrides_by_name(result).values()
+        if override.group is not None
     ]
 
 
-def _penalty(result: dict[str, Any]) -> float | None:
+def _penalty(result: Result) -> float | None:
     """Return the points taken off for lateness; nothing where none are."""
-    late = result["late"]
-    if late is None or not late["penalty"]:
+    late = result.late
+    if late is None or not late.penalty:
         return None
-    score = result["score"] if result["override"] is None else result["override"]["was"]
-    return total((late["points_before"], -score))
+    score = result.score if result.override is None else result.override.was
+    assert score is not None
+    return total((late.points_before, -score))
 
 
-def staff_notes(result: dict[str, Any]) -> list[str]:
+def staff_notes(result: Result) -> list[str]:
     """Return what the staff should know of a submission: why it is unusable, whose notebook it is, …"""
-    unusable = [result["obstacle"]] if status(result) == "unusable" else []
-    return [*unusable, *result["staff_notes"]]
+    unusable = [result.obstacle] if result.obstacle is not None and status(result) == "unusable" else []
+    return [*unusable, *result.staff_notes]
 
 
 def no_formula(text: str) -> str:

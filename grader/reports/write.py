@@ -9,9 +9,10 @@ from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import made_lasting, tidied, write_atomically
 from qdot.exercises.common.parallel import ordered_map
-from qdot.grader.grading.attempt import told
-from qdot.grader.grading.final_result import Result, failed
+from qdot.grader.grading.attempt import describe_error
+from qdot.grader.grading.final_result import ungraded_result
 from qdot.grader.grading.history import keep_earlier, results_path
+from qdot.grader.grading.result import Result
 from qdot.grader.reports.feedback import feedback_page, made_from
 from qdot.grader.reports.tables import grades_csv, results_jsonl
 
@@ -32,7 +33,7 @@ def write_reports(
     """
     folder = assignment.folder / "graded"
     by_id = {student.id: student for student in assignment.roster}
-    pages = [(by_id[result["student"]], _presentable(assignment, result)) for result in results]
+    pages = [(by_id[result.student], _presentable(assignment, result)) for result in results]
     final = {student.id: result for student, result in pages}
     # Its figures take longer than all the rest of a page: they are drawn on several processes, and only once.
     old = [(student, result) for student, result in pages if not _is_up_to_date(assignment, student, result)]
@@ -73,7 +74,7 @@ def _presentable(assignment: Assignment, result: Result) -> Result:
         grades_csv([result], assignment.roster)
         return result
     except Exception as error:  # one student's result must not keep the others' from being written
-        return failed(assignment, result, told(error))
+        return ungraded_result(assignment, result, describe_error(error))
 
 
 def write_page(assignment: Assignment, student: Student, result: Result) -> None:
@@ -90,7 +91,7 @@ def _write(assignment: Assignment, about: tuple[Student, Result]) -> Result:
     except QdotError:
         raise
     except Exception as error:  # the others have their pages
-        result = failed(assignment, result, told(error))
+        result = ungraded_result(assignment, result, describe_error(error))
         with contextlib.suppress(Exception):
             write_page(assignment, student, result)
     return result

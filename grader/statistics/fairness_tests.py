@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.convention_view import is_by_axes, told_base, told_point, told_rows
-from qdot.exercises.arm.conventions import axes_of
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.difficulty import step
+from qdot.exercises.arm.standard_table import axes_of
 from qdot.grader.statistics.statistics import chance_of_groups, holm
 
 LEAST_IN_GROUP = 3
@@ -48,20 +48,22 @@ def _offsets(chain: Chain) -> str:
 
 
 def _senses(chain: Chain) -> str:
-    twists = [row.alpha for row in told_rows(chain) if row.alpha.is_number]
+    twists = [row.alpha for row in convention_of(chain).rows if row.alpha.is_number]
     turned = sum(bool(twist < 0) or twist == sp.pi for twist in twists)
     return f"{turned} {'twist' if turned == 1 else 'twists'} of 180° or negative"
 
 
 def _base(chain: Chain) -> str:
-    base = told_base(chain)
+    base = convention_of(chain).base
     if base.is_world:
         return "base at the world frame"
     return "base tilted" if base.tilt != 0 else "base turned" if base.yaw != 0 else "base moved"
 
 
 def _point(chain: Chain) -> str:
-    return "P at the last frame's origin" if told_point(chain).is_origin else "P beside the last frame's origin"
+    return (
+        "P at the last frame's origin" if convention_of(chain).point.is_origin else "P beside the last frame's origin"
+    )
 
 
 def _lengths(chain: Chain) -> str:
@@ -124,7 +126,7 @@ def compare(
 
 def _of_convention(chains: Sequence[Chain]) -> Mapping[str, Callable[[Chain], str]]:
     """Return what arms may differ in that are all told in one way; of several ways there is nothing to compare."""
-    by_axes = {is_by_axes(chain) for chain in chains}
+    by_axes = {not convention_of(chain).has_frames for chain in chains}
     return {} if len(by_axes) != 1 else OF_AXES if by_axes == {True} else OF_TABLES
 
 

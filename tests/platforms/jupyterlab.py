@@ -7,7 +7,7 @@ it; Chromium is on the path. Pictures of all notebooks are left in `software`/pi
 import json
 import shutil
 import subprocess
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -32,8 +32,8 @@ def run(software: Path, work: Path) -> Record:
         text = (assignment.folder / "released" / student / f"{KEY}.ipynb").read_text(encoding="utf-8")
         (lab / student).mkdir(parents=True)
         (lab / student / f"{KEY}.ipynb").write_text(answered(assignment, student, text), encoding="utf-8")
-    notebooks = {f"{student}/{KEY}.ipynb": () for student in students}
-    for student, (shown, _) in zip(students, opened(software, lab, work, notebooks), strict=True):
+    notebooks = [f"{student}/{KEY}.ipynb" for student in students]
+    for student, shown in zip(students, opened(software, lab, work, notebooks), strict=True):
         ours = Ours(assignment, student, lab / student / f"{KEY}.ipynb")
         hold(ours, shown, counts)
     return Record("generate", f"{version(software)}, in Chromium", today(), counts.told())
@@ -45,8 +45,8 @@ def version(software: Path) -> str:
     return f"JupyterLab {done.stdout.strip()}"
 
 
-def opened(software: Path, lab: Path, home: Path, notebooks: Mapping[str, Sequence[Any]]) -> Any:
-    """Return what is shown of each notebook below `lab`, and what is said of the answers to its quizzes."""
+def opened(software: Path, lab: Path, home: Path, notebooks: Sequence[str]) -> Any:
+    """Return what is shown of each notebook below `lab`."""
     (home / SETTINGS).parent.mkdir(parents=True)
     (home / SETTINGS).write_text('{"windowingMode": "none"}')
     pictures = software / "pictures"
@@ -55,16 +55,13 @@ def opened(software: Path, lab: Path, home: Path, notebooks: Mapping[str, Sequen
         return watched(software, home, f"{address}/lab/tree/{{name}}?reset&token={TOKEN}", "", notebooks)
 
 
-def watched(software: Path, home: Path, address: str, saved: str, notebooks: Mapping[str, Sequence[Any]]) -> Any:
+def watched(software: Path, home: Path, address: str, saved: str, notebooks: Sequence[str]) -> Any:
     """Return what the script of the page prints of notebooks at an address."""
     chromium = shutil.which("chromium") or "chromium"
     command: list[str | Path] = [
         software / "bin" / "python", SCRIPT, address, saved, chromium, software / "pictures", *notebooks
     ]  # fmt: skip
-    done = subprocess.run(
-        command, env=variables(software, home), input=json.dumps(list(notebooks.values())), capture_output=True,
-        text=True,
-    )  # fmt: skip
+    done = subprocess.run(command, env=variables(software, home), capture_output=True, text=True)
     if done.returncode:
         raise RuntimeError(done.stderr[-3000:])
     return json.loads(done.stdout)

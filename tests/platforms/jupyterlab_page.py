@@ -3,9 +3,7 @@
 `python jupyterlab_page.py ADDRESS SAVED CHROMIUM PICTURES NOTEBOOK …` opens each, has all cells run from the menu,
 saves it, takes a picture of all of it, and prints what the browser shows of every cell. `{name}` in ADDRESS stands for
 the notebook. A browser that keeps notebooks to itself is made to download each into the folder SAVED; a server has
-them, and SAVED is empty. Standard input has a list of
-what is answered to each quiz of jupyterquiz in a notebook: a number as it is typed, or the HTML of an option; what is
-said of it is printed, too.
+them, and SAVED is empty.
 """
 
 import json
@@ -74,44 +72,19 @@ def download(page: Page, path: str) -> None:
 
 
 TO_THE_TOP = """() => document.querySelectorAll('.jp-WindowedPanel-outer').forEach(one => { one.scrollTop = 0; })"""
-OPTION = """(quiz, html) => {
-    const wanted = document.createElement('div');
-    wanted.innerHTML = html;
-    return [...quiz.querySelectorAll('label.MCButton')].findIndex(
-        label => label.querySelector('span').innerHTML === wanted.innerHTML);
-}"""
-
-
-def answer_quizzes(page: Page, quizzes: Any) -> Any:
-    """Return of each quiz what is said of each answer: "correct" or "incorrect", and the feedback."""
-    told = []
-    for number, answers in enumerate(quizzes):
-        quiz, said = page.locator(".jp-Notebook .Quiz").nth(number), []
-        for answer in answers:
-            if "typed" in answer:
-                quiz.locator("input.Input-text").fill(answer["typed"])
-                quiz.locator("input.Input-text").press("Enter")
-            else:
-                quiz.locator("label.MCButton").nth(quiz.evaluate(OPTION, answer["chosen"])).click()
-            feedback = quiz.locator(".Feedback").first
-            said.append([(feedback.get_attribute("class") or "").split()[-1], feedback.inner_text()])
-        told.append(said)
-    return told
 
 
 def main(address: str, saved: str, chromium: str, pictures: str, *names: str) -> None:
-    """Print what is shown of each notebook, and what is said of answers to its quizzes."""
-    given = json.load(sys.stdin)
+    """Print what is shown of each notebook."""
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
-        told = []
-        for name, quizzes in zip(names, given, strict=True):
+        shown = []
+        for name in names:
             page = browser.new_page()  # which knows of no notebook that was opened before
-            shown = open_and_run(page, address, saved, name, f"{pictures}/{name.replace('/', '-')}.png")
-            told.append([shown, answer_quizzes(page, quizzes)])
+            shown.append(open_and_run(page, address, saved, name, f"{pictures}/{name.replace('/', '-')}.png"))
             page.context.close()
         browser.close()
-    print(json.dumps(told))
+    print(json.dumps(shown))
 
 
 if __name__ == "__main__":

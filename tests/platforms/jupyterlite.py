@@ -46,8 +46,8 @@ def run(software: Path, work: Path) -> Record:
     (software / "pictures").mkdir(exist_ok=True)
     with served(_site(software, contents, work)) as address:
         page = f"{address}/lab/index.html?path={{name}}"
-        told = watched(software, work, page, str(saved), {f"{student}/{KEY}.ipynb": () for student in students})
-    for student, (shown, _) in zip(students, told, strict=True):
+        told = watched(software, work, page, str(saved), [f"{student}/{KEY}.ipynb" for student in students])
+    for student, shown in zip(students, told, strict=True):
         hold(Ours(assignment, student, saved / student / f"{KEY}.ipynb"), shown, counts)
     return Record("generate", f"{_versions(software)}, in Chromium", today(), counts.told())
 

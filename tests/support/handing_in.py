@@ -14,6 +14,7 @@ from qdot.exercises.assignment.release import Certifier, init_assignment
 from qdot.exercises.notebook.notebook import claims
 from qdot.exercises.problem.problem import Problem, variable
 from qdot.grader.grading.batch import grade_class
+from qdot.grader.grading.result import Result
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
 from qdot.grader.submissions.submission import SubmissionFolder, find_submissions, open_submissions
 
@@ -26,7 +27,6 @@ points = [1, 2, 1]
 """
 PARTS = ("p1.position", "p1.jacobian", "p1.determinant")
 Cells = list[dict[str, Any]]
-Result = dict[str, Any]
 
 
 def a_class(folder: Path, students: Sequence[Student]) -> Assignment:
@@ -122,7 +122,7 @@ def grade(
     with open_submissions(submissions or assignment.folder / "submitted") as root, one_process():
         looked = find_submissions(assignment, root)
         results = grade_class(assignment, looked.by_student, 0, Limits(seconds=seconds, cell_seconds=4), lambda _: None)
-    return {result["student"]: result for result in results}, looked
+    return {result.student: result for result in results}, looked
 
 
 def contents(folder: Path) -> dict[str, bytes]:
@@ -132,11 +132,11 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 
 def outcomes(result: Result) -> list[str]:
-    return [part["outcome"] for problem in result["problems"] for part in problem["parts"]]
+    return [part.outcome for part in result.parts.values()]
 
 
 def reasons(result: Result) -> list[str]:
-    return [part["reason"] for problem in result["problems"] for part in problem["parts"]]
+    return [part.reason for part in result.parts.values()]
 
 
 RIGHT = ["correct"] * 3

@@ -1,25 +1,26 @@
-"""Results made by hand, as results.jsonl holds them: nothing is run."""
+"""Results made by hand, or read from where they were written: nothing is run."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from qdot.exercises.assignment.assignment import Assignment
+from qdot.exercises.common.json_form import from_json
 from qdot.grader.grading.marking import total
+from qdot.grader.grading.result import CountingSubmission, PartResult, ProblemResult, Result
+from qdot.grader.judging.verdict import Outcome
 
 SHARES = {"correct": 1.0, "partial": 0.5, "wrong": 0.0, "missing": 0.0, "ungraded": None}
 
 
 def part(
     name: str, outcome: str, max_points: float, answer: str | None = None, mistake: str | None = None, **others: Any
-) -> dict[str, Any]:
+) -> PartResult:
     share = SHARES[outcome]
-    made = {
-        "name": name, "outcome": outcome, "over_limit": False, "points": None if share is None else share * max_points,
-        "max_points": max_points, "override": None, "reason": "because", "mistake": mistake,
-        "advice": None if mistake is None else f"advice on {mistake}", "followed_from": None, "attempt": None,
-        "group": None, "certificate": None, "answer": answer, "entries": None,
-    }  # fmt: skip
-    return made | others
+    fields = {"points": None if share is None else share * max_points, "reason": "because", "mistake": mistake}
+    fields["advice"] = None if mistake is None else f"advice on {mistake}"
+    return PartResult(name=name, outcome=Outcome(outcome), max_points=max_points, answer=answer, **fields | others)
 
 
 def result(
@@ -28,27 +29,61 @@ def result(
     outcomes: Sequence[str] = (),
     answers: Sequence[str | None] = (),
     **others: Any,
-) -> dict[str, Any]:
+) -> Result:
     """Return a student's result: an outcome a part, in order; without outcomes, nothing was handed in."""
-    given = iter(outcomes or ["missing"] * 99)
-    said = iter([*answers, *[None] * 99])
-    problems: list[dict[str, Any]] = [
-        {
-            "id": str(assignment.identity(slot, student)),
-            "slot": slot.name,
-            "parts": [
-                part(name, next(given), points, next(said))
+    outcome, answer = iter(outcomes or ["missing"] * 99), iter([*answers, *[None] * 99])
+    problems = tuple(
+        ProblemResult(
+            str(assignment.identity(slot, student)),
+            slot.name,
+            tuple(
+                part(name, next(outcome), points, next(answer))
                 for name, points in zip(slot.questions, slot.max_points, strict=True)
-            ],
-        }
+            ),
+        )
         for slot in assignment.slots
-    ]
-    parts: list[dict[str, Any]] = [each for problem in problems for each in problem["parts"]]
-    submission = {"file": f"{student}.ipynb", "sha256": "0", "received": None, "received_from": "file"}
-    made = {
-        "student": student, "assignment": assignment.key, "submission": submission if outcomes else None,
-        "score": total(each["points"] for each in parts), "max_score": total(each["max_points"] for each in parts),
-        "late": None, "override": None, "attempts": [], "notes": [], "staff_notes": [], "made_from": {},
-        "obstacle": None if outcomes else "nothing was handed in", "problems": problems,
-    }  # fmt: skip
-    return made | others
+    )
+    parts = [each for problem in problems for each in problem.parts]
+    made = Result(
+        student=student,
+        assignment=assignment.key,
+        submission=CountingSubmission(f"{student}.ipynb", "0", None) if outcomes else None,
+        score=total(each.points for each in parts),
+        max_score=total(each.max_points for each in parts),
+        late=None,
+        obstacle=None if outcomes else "nothing was handed in",
+        problems=problems,
+    )
+    return replace(made, **others)
+
+
+def change(of: Result, part_name: str, **changes: Any) -> Result:
+    """Return a result in which a part, as in "p1.jacobian", is changed; its sums stay as they are."""
+    problems = (
+        replace(problem, parts=tuple(_changed(problem.slot, each, part_name, changes) for each in problem.parts))
+        for problem in of.problems
+    )
+    return replace(of, problems=tuple(problems))
+
+
+def _changed(slot: str, part: PartResult, name: str, changes: dict[str, Any]) -> PartResult:
+    return replace(part, **changes) if f"{slot}.{part.name}" == name else part
+
+
+def by_student(results: Iterable[Result]) -> dict[str, Result]:
+    return {each.student: each for each in results}
+
+
+def file_of(result: Result) -> str:
+    """Return which notebook counts, nothing where none was handed in."""
+    return "" if result.submission is None else result.submission.file
+
+
+def received(result: Result) -> str | None:
+    return None if result.submission is None else result.submission.received
+
+
+def read_results(folder: Path) -> dict[str, Result]:
+    """Return what an assignment's last run gave."""
+    lines = (folder / "graded" / "results.jsonl").read_bytes().splitlines()
+    return by_student(from_json(Result, line) for line in lines)

@@ -21,8 +21,9 @@ from typing import Any
 
 import qdot
 from qdot.exercises.arm.chain import CONVENTIONS
+from qdot.exercises.arm.conventions import REGISTRY
 from qdot.exercises.arm.library import robots
-from qdot.exercises.arm.robot_file import KEYS, TOP_KEYS
+from qdot.exercises.arm.robot_file import TOP_KEYS
 from qdot.exercises.assignment.assignment import AssignmentFile, ProblemEntry, Student, load_assignment
 from qdot.exercises.assignment.release import init_assignment, notebook_path, release
 from qdot.exercises.assignment.sets import SETS
@@ -119,11 +120,12 @@ def interface() -> dict[str, Any]:
     from qdot.grader.cli.main import program
 
     whole = typer.main.get_command(program())
+    of_joints = {f"[[joint]] of {name}": sorted(convention.joint_keys) for name, convention in REGISTRY.items()}
     return {
         "commands": dict(_options(whole, "qdot")),
         "assignment.toml": sorted(AssignmentFile.model_fields),
         "[[problem]]": sorted(ProblemEntry.model_fields),
-        "ROBOT.toml": {"": sorted(TOP_KEYS), **{f"[[joint]] of {name}": sorted(keys) for name, keys in KEYS.items()}},
+        "ROBOT.toml": {"": sorted(TOP_KEYS), **of_joints},
         "library": sorted(qdot.__all__),
         "conventions": sorted(CONVENTIONS), "variation": sorted((*STEPS, *AXES)), "sets": sorted(SETS),
         "families": sorted(FAMILIES), "questions": sorted(ASKED), "robots": sorted(robots()),

@@ -219,6 +219,7 @@ SETS = (
     "(theta2, 0), (theta2, pi)", "all theta1, theta2 = 0 or pi", "theta1 = 0 or theta2 = 0, pi", "[det J = 0]",
     "theta2 = [0, 180]", "theta2 = 0 and theta1 = 0", "a1 + a2*cos(theta2) = 0", "sqrt(sin(theta2)^2) = 0",
     "tan(theta2) = 0", "theta2 = k", "hello world", "theta2 = 355/113",
+    "d2 = 0,2 m oder theta2 = 0", "theta2 = 0,180°", "d2 = -0.2 m or theta1 = 0", "theta2 = 0°\ntheta2 = 180°",
 )  # fmt: skip
 """Answers to the question where an arm is singular, right ones and wrong ones; for most arms wrong."""
 
@@ -255,6 +256,10 @@ MORE = (
     "(" * 61 + "a1" + ")" * 61, "x" * 60, "x" * 61, "\U0001d465" * 60, "\U0001d465" * 61, "2" + "^2" * 60,
     "2" + "^2" * 61, "{" * 40 + "a_{1}" + "}" * 40, "a1" + " + a1" * 400, "[" + "a1 + " * 450 + "a1, 0]",
     "+a2-a1" * 420,
+    "theta2 = -45°\ntheta2 = 135°", "d3 = -0.2 m.\n\nsin(theta2) = 0", "theta2 = 0\nor pi", "a1 = a2\n  = 0",
+    "d3 = -0.2 m or theta2 = m*pi", "theta2 = k 180°", "theta2 = (2 m + 1) pi/2", "d3 = -20 cm or theta2 = 0",
+    "theta2 = 2*m*acos(0)", "[(d3 - 0.2 m)*c1, 1/5 m s1 + a1 m]", "P = (a1, a2) m", "0.3 m^2 s1 + 20 cm*a1 + a1 m a2",
+    "m*" * 300 + "m", "(" * 50 + "m m" + ")*m" * 50,
 )  # fmt: skip
 """Texts at the limits, and of kinds in which both readers once differed."""
 

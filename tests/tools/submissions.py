@@ -10,7 +10,6 @@ prints the finds, keeps their folders, and leaves with code 1 if there are any; 
 import argparse
 import contextlib
 import csv
-import json
 import os
 import shutil
 import stat
@@ -29,13 +28,15 @@ from typing import Any
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.common.stream import Stream
 from qdot.grader.grading.batch import grade_class
+from qdot.grader.grading.result import Result
 from qdot.grader.reports.tables import status
 from qdot.grader.reports.write import write_page, write_reports
 from qdot.grader.sandbox.contained import folders
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import find_submissions, open_submissions
 from tests.support import ROOT
-from tests.support.handing_in import Result, a_class, one_process, right
+from tests.support.handing_in import a_class, one_process, right
+from tests.support.results import file_of, read_results
 from tests.tools.hostile import NEIGHBOUR, OWN, hand_in_drawn
 
 LIMITS = Limits(seconds=6, cell_seconds=2)
@@ -45,7 +46,7 @@ COMMAND, ZIPPED, FLAT = 40, 9, 4
 """Of so many rounds one is graded by the command, one comes as a platform's zip; in one the neighbour has no folder."""
 
 FULL = 4
-STATES = ("graded", "unusable", "missing", "ungraded", "late")
+STATES = ("graded", "unusable", "missing", "ungraded", "over limit", "late")
 Hand = Callable[[Path, str], str]
 """Puts something into the folder of submissions, with a right notebook at hand; returns in words what."""
 
@@ -125,7 +126,7 @@ class Class:
         results = _results(self.graded)
         with (self.graded / "grades.csv").open(encoding="utf-8", newline="") as table:
             rows = {row["student"]: row for row in csv.DictReader(table)}
-        by_id = {result["student"]: result for result in results}
+        by_id = {result.student: result for result in results}
         if set(by_id) != set(rows) or set(by_id) != {student.id for student in self.assignment.roster}:
             raise Find(f"not everybody is there: {sorted(by_id)}, {sorted(rows)}")
         for student, result in by_id.items():
@@ -136,8 +137,8 @@ class Class:
                 raise Find(f"{student} is {status(result)}, and in the table {rows[student]['status']}")
             said += _words(result)
         neighbour = by_id[NEIGHBOUR]
-        if (neighbour["score"], status(neighbour)) != (FULL, "graded"):
-            raise Find(f"the neighbour is {status(neighbour)} with {neighbour['score']}: {_words(neighbour)}")
+        if (neighbour.score, status(neighbour)) != (FULL, "graded"):
+            raise Find(f"the neighbour is {status(neighbour)} with {neighbour.score}: {_words(neighbour)}")
         for text in said:
             if not all(ch.isprintable() or ch == "\n" for ch in text):
                 raise Find(f"this can't be shown: {text[:300]!a}")
@@ -149,15 +150,13 @@ def _is_there(graded: Path) -> bool:
 
 
 def _results(graded: Path) -> list[Result]:
-    return [json.loads(line) for line in (graded / "results.jsonl").read_text(encoding="utf-8").splitlines()]
+    return list(read_results(graded.parent).values())
 
 
 def _words(result: Result) -> list[str]:
     """Return all that is said of a result, to whomever."""
-    parts = [part for problem in result["problems"] for part in problem["parts"]]
-    submission = result["submission"] or {}
-    words = [result["obstacle"], submission.get("file"), *result["notes"], *result["staff_notes"]]
-    return [text for text in (*words, *(part["reason"] for part in parts)) if text]
+    words = [result.obstacle, file_of(result), *result.notes, *result.staff_notes]
+    return [text for text in (*words, *(part.reason for part in result.parts.values())) if text]
 
 
 def _state(folder: Path) -> Iterator[tuple[bytes, Any]]:
@@ -216,7 +215,7 @@ def main() -> int:
             if options.only is not None:
                 sys.stdout.write(f"{case}: {status(result)}: {_words(result)}\n")
             if status(result) == "ungraded":
-                failures[f"{result['problems'][0]['parts'][0]['reason'][:160]}, as in --only {number}"] += 1
+                failures[f"{result.problems[0].parts[0].reason[:160]}, as in --only {number}"] += 1
         except Exception as error:  # told, and kept
             finds += 1
             kept = Path(tempfile.mkdtemp(prefix=f"qdot-find-{options.seed}-{number}-"))

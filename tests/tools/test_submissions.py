@@ -93,7 +93,7 @@ def test_a_right_notebook_is_no_find(made: Class, zipped: bool) -> None:
         return "a right one"
 
     case, result = made.round(hand, zipped=zipped, flat=True)
-    assert (case, result["score"]) == ("a right one", 4)
+    assert (case, result.score) == ("a right one", 4)
 
 
 @pytest.mark.whole

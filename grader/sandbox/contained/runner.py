@@ -89,7 +89,7 @@ AGAIN = 0.2
 """Seconds between two rings."""
 
 
-class Reported(NamedTuple):
+class AnswerReport(NamedTuple):
     """The last report of an answer, and the parts of the answer."""
 
     parts: list[Any] | None
@@ -99,7 +99,7 @@ class Reported(NamedTuple):
 def run_cells(request: dict[str, Any], report: Report) -> None:
     """Run the cells in order, each within its time limit; report every answer as soon as it is available."""
     session = Session(request["cells"], request.get("setup", ""))
-    last: dict[str, Reported] = {}
+    last: dict[str, AnswerReport] = {}
     symbols, alarm = _Symbols(), Alarm(request["cell_seconds"])
     for index, source in enumerate(request["cells"]):
         report({"begun": index})
@@ -231,14 +231,14 @@ def value_of(answer: Any, name: str, request: dict[str, Any]) -> Any:
 
 
 def report_answers(
-    namespace: dict[str, Any], last: dict[str, Reported], request: dict[str, Any], alarm: Alarm, report: Report
+    namespace: dict[str, Any], last: dict[str, AnswerReport], request: dict[str, Any], alarm: Alarm, report: Report
 ) -> list[str]:
     """Report each new or changed answer, as text or with the reason why it is unreadable; return the texts."""
     texts = []
     for name in request["names"]:
         if name not in namespace:
             continue
-        before, parts = last.get(name, Reported(None, {})), None
+        before, parts = last.get(name, AnswerReport(None, {})), None
         try:
             with alarm:
                 parts = parts_of(namespace[name])
@@ -251,7 +251,7 @@ def report_answers(
             reported = {"error": f"working it out {overtime}"}
         except BaseException as raised:
             reported = {"error": describe(raised)}
-        last[name] = Reported(parts, reported)
+        last[name] = AnswerReport(parts, reported)
         if reported != before.message:
             report({"name": name, **reported})
             texts += [reported["text"]] if "text" in reported else []

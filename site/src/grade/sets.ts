@@ -5,6 +5,7 @@
 
 import type { ConfigurationsKey } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
+import { withPointsOfLengths } from "../read/notation.js";
 import { withPoints } from "../read/points.js";
 import { read } from "../read/reader.js";
 import { sizeOf } from "../read/products.js";
@@ -61,13 +62,14 @@ interface Table extends Space {
 
 /** Judge conditions; `angles` are the joints of which a whole turn is no difference, `offsets` what the table adds to them. */
 export function judgeSet(
-  answer: string,
+  typed: string,
   key: ConfigurationsKey,
   angles: ReadonlySet<string>,
   isSingular: IsSingular,
   offsets: ReadonlyMap<string, number> = new Map(),
 ): Verdict {
-  if (!answer.trim()) return missing();
+  if (!typed.trim()) return missing();
+  const answer = withPointsOfLengths(typed);
   const space = { joints: key.joints, angles, offsets, symbols: key.symbols };
   try {
     const tree = read(answer, new Set(key.symbols));

@@ -33,6 +33,7 @@ const PRINTED = 3;
 const TELLING = 100;
 /** So many times an entry its terms may be: rounding is still far below it then. */
 const HIDING = 1e4;
+const UNITS = table(VOCABULARY.units);
 const GOLDEN = 0.6180339887498949;
 /** Functions of which two formulas may be the same in one region and differ in another. */
 const BRANCHING = new Set(["sqrt", "abs", "sign", "asin", "acos", "atan", "acot", "atan2", "log"]);
@@ -262,7 +263,8 @@ function compared(rows: readonly (readonly Node[])[], key: ValuesKey): Verdict {
   const marks = rows.map((row, r) => row.map((_, c) => right[r * row.length + c] as boolean));
   const first = differing.findIndex((k) => k >= 0);
   const k = differing[first] as number;
-  const reason = unknownSymbols(names, key) ?? difference(entries, first, mine(k)[first] ?? null, key, k);
+  const unknown = unknownSymbols(names, key);
+  const reason = unknown ?? difference(entries, first, mine(k)[first] ?? null, key, k);
   const mistake = mistakeBehind(mine, key.mistakes, key);
   const isRight = (i: number, entry: Node) =>
     key.points.every((_, j) =>
@@ -277,7 +279,8 @@ function compared(rows: readonly (readonly Node[])[], key: ValuesKey): Verdict {
   const everywhere = explained && !explained.isAll ? mistakeBehind(mine, key.throughout ?? [], key) : mistake;
   const slips = everywhere === undefined ? (explained?.slips ?? []) : [];
   const but = amiss === 0 ? [] : [message(amiss.says)];
-  return graded(share, [...but, ...counted(right, zeros), reason], {
+  const count = unknown && !right.some(Boolean) ? [] : counted(right, zeros);
+  return graded(share, [...but, ...count, reason], {
     entries: marks,
     at: configuration(key, k, NOTHING),
     ...(everywhere === undefined ? {} : { mistake: everywhere }),
@@ -520,6 +523,8 @@ export function unknownSymbols(names: ReadonlySet<string>, key: ValuesKey): Mess
   const { symbols, constants, spoken = [] } = key;
   const unknown = [...names].filter((each) => !symbols.includes(each)).sort();
   if (unknown.length === 0) return null;
+  const unit = unknown.find((each) => UNITS.has(each));
+  if (unit !== undefined) return message("read.unit-left", { unit });
   // of rates, velocities and forces those of which the question speaks
   const isUsed = (each: string): boolean =>
     !constants || isJoint(each) || constants.includes(each) || spoken.includes(each);

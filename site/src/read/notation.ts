@@ -116,6 +116,14 @@ export function withoutUnits(text: string, known: ReadonlySet<string>): string {
   });
 }
 
+const LENGTH_WITH_COMMA = compiled(
+  `${VOCABULARY.patterns.decimal_in_unit}(${unitsPattern(VOCABULARY.lengths)})${VOCABULARY.patterns.behind_unit}`,
+  "g",
+);
+
+/** A text with the commas of lengths as in 0,2 m, which stand between no two values, written as points. */
+export const withPointsOfLengths = (text: string): string => text.replace(LENGTH_WITH_COMMA, "$1.$2$3");
+
 const OF_NUMBERS = unitsPattern([...UNITS.keys(), ...VOCABULARY.degrees]);
 const NAMED_IN_UNIT = compiled(
   `${VOCABULARY.patterns.name_of_number}${VOCABULARY.patterns.number_in_unit}` +

@@ -3,6 +3,7 @@
 
 import type { TextKey } from "../text/en.js";
 import { type Message, message, type Values } from "../text/text.js";
+import { METRE, withoutMetres } from "./metres.js";
 import { ARITY, factorsOf, FUNCTIONS, LONGEST, type Piece, piecesOf, plainName, SHORTHAND } from "./names.js";
 import { plain } from "./notation.js";
 import { carriedOut } from "./products.js";
@@ -34,12 +35,13 @@ const JOINT = whole("joint");
 const ANGLE = whole("angle");
 const SHORT_OF_ANGLE = pattern("short_of_angle");
 const SYNONYMS = table<string>(VOCABULARY.synonyms);
-/** Constants that are multiplied with a bracket behind them: nobody writes functions of these names. */
-const BEFORE_BRACKETS = new Set(["pi", "I"]);
+/** Names that are multiplied with a bracket behind them: nobody writes functions of these names. */
+const BEFORE_BRACKETS = new Set(["pi", "I", ...VOCABULARY.whole_numbers]);
 const MODULO = new Set(VOCABULARY.modulo);
 const UNITS = table(VOCABULARY.units);
+const POWERS_OF_UNIT = new Set(["/", "^", "**"]);
 /** What follows a name that is a factor, and no unit at the end of a product. */
-const GO_ON = new Set(["*", "/", "^", "**", "("]);
+const GO_ON = new Set(["*", "(", ...POWERS_OF_UNIT]);
 
 /** What a factor in bars can't hold, and what can't begin an alternative behind its second bar. */
 const NO_FACTOR = new Set(["=", "==", ",", ";", ":", "&"]);
@@ -112,7 +114,9 @@ class Parser {
     if (this.here().kind === "end") throw new ReadError("read.nothing");
     this.passParameters();
     const found = this.listed();
-    return carriedOut(this.bracesAreLists ? bracesAsLists(found) : found);
+    const tree = this.bracesAreLists ? bracesAsLists(found) : found;
+    const isMetre = !this.known.has(METRE) && this.tokens.some(({ text }) => text === METRE);
+    return carriedOut(isMetre ? withoutMetres(tree) : tree);
   }
 
   /** What stands there to the end. */
@@ -474,17 +478,20 @@ class Parser {
     return node("list", ...rows, row);
   }
 
-  /** Whether a name behind a number is a unit, as in d2 = 0.25 m: where the product ends with it. */
+  /**
+   * Whether a name behind a number is a unit: 0.25 rad at the end of a product, 25 cm before a factor, too. Of m it is
+   * decided when the whole formula is known (metres.ts).
+   */
   private isUnit(): boolean {
     const { kind, text } = this.here();
-    if (kind !== "name" || !UNITS.has(text) || this.known.has(text) || GO_ON.has(this.textAt(1)))
-      return false;
+    const isName = kind === "name" && UNITS.has(text) && !this.known.has(text);
+    if (!isName || VOCABULARY.whole_numbers.includes(text)) return false;
     const before = this.tokens[this.at - 1];
-    const isAngle =
-      !VOCABULARY.whole_numbers.includes(text) &&
-      VOCABULARY.before_whole_numbers.includes(before?.text ?? "");
-    const next = this.tokens[Math.min(this.at + 1, this.tokens.length - 1)];
-    return (before?.kind === "number" || isAngle) && (next?.kind === "op" || next?.kind === "end");
+    if (before?.kind !== "number" && !VOCABULARY.before_whole_numbers.includes(before?.text ?? ""))
+      return false;
+    const next = this.tokens[Math.min(this.at + 1, this.tokens.length - 1)] as Token;
+    if (VOCABULARY.lengths.includes(text)) return !POWERS_OF_UNIT.has(next.text);
+    return !GO_ON.has(next.text) && (next.kind !== "name" || WORDS.has(next.text)) && next.kind !== "number";
   }
 
   private startsFactor(): boolean {

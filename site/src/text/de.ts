@@ -16,6 +16,7 @@ export const de: Catalogue = {
   "read.bare-condition": "Eine Formel allein ist keine Bedingung: Schreibe, wo sie null ist, wie in {joint} = 0 or {joint} = pi/3, oder setze = 0 dahinter.",
   "read.unit": "{unit} kann hier nicht stimmen, denn verlangt ist {due}: Schreibe es in {due}, oder die Zahl allein.",
   "read.unit-of-entry": "{unit} kann hier nicht stimmen, denn Eintrag {entry} ist in {due}: Schreibe es in {due}, oder die Zahl allein.",
+  "read.unit-left": "Lass die Einheit {unit} weg: Längen sind in Metern, Winkel in Radiant.",
   "read.names": "vor den Einträgen steht {names}; schreibe nur, was gefragt ist",
   "read.twice": "{name} steht dort zweimal; schreibe jeden Eintrag einmal",
   "read.no-order": "eine Menge in geschweiften Klammern hat keine Reihenfolge; schreibe die Einträge als Liste, [a, b]",

@@ -20,6 +20,7 @@ export const en = {
   "read.unit": "{unit} can't be right here, for {due} is due; write it in {due}, or the number alone.",
   "read.unit-of-entry":
     "{unit} can't be right here, for entry {entry} is in {due}; write it in {due}, or the number alone.",
+  "read.unit-left": "Leave out the unit {unit}: lengths are in metres, angles in radians.",
   "read.names": "{names} stand before the entries; write what is asked alone",
   "read.twice": "{name} stands there twice; write each entry once",
   "read.no-order": "a set in braces has no order; write the entries as a list, [a, b]",

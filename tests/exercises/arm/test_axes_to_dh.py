@@ -7,9 +7,9 @@ import sympy as sp
 
 from qdot.exercises.arm.axes_to_dh import Axis, exactly, reached
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.conventions import axes_of, by_axes
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.mpmath_kinematics import PRECISE, determinant, inverse, solved
+from qdot.exercises.arm.standard_table import axes_of, by_axes
 from qdot.exercises.common.stream import Stream
 from tests.support.suites import several
 

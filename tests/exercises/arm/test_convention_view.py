@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.arm import convention_view
 from qdot.exercises.arm.chain import Base, Chain, Joint
-from qdot.exercises.arm.convention_view import modified_rows, place_name, told_base, told_point, told_rows
+from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.arm.conventions.modified_dh import ModifiedDh
 from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.arm.kinematics import NumericChain, link_frames
 from qdot.exercises.common.errors import QdotError
@@ -61,7 +61,7 @@ def test_the_frames_are_those_of_the_table_as_it_is_told(family: str) -> None:
         for i, frame in enumerate(frames):
             assert np.allclose(values(arm, frame.rotation, lengths, q), expected[k, i, :3, :3], atol=1e-9)
             assert np.allclose(values(arm, frame.origin, lengths, q)[:, 0], expected[k, i, :3, 3], atol=1e-9)
-        point = told_point(arm)
+        point = convention_of(arm).point
         offset = [float(entry.subs(lengths)) for entry in point.offset]
         there = expected[k, point.frame, :3, :3] @ offset + expected[k, point.frame, :3, 3]
         assert np.allclose(there, standard.point(q), atol=1e-9)
@@ -81,11 +81,13 @@ def test_what_hangs_on_the_frames_is_certified(family: str) -> None:
 def test_a_certificate_sees_a_table_that_leads_elsewhere(monkeypatch: pytest.MonkeyPatch) -> None:
     problem = generate("elbow-3r/1@modified-dh", ["transform"])
 
-    def other(chain: Chain) -> tuple[Base, list[Joint]]:
-        base, (first, second, third) = modified_rows(chain)
+    table = ModifiedDh._table
+
+    def wrong(convention: ModifiedDh) -> tuple[Base, list[Joint]]:
+        base, (first, second, third) = table(convention)
         return base, [first, replace(second, alpha=-second.alpha), third]
 
-    monkeypatch.setattr(convention_view, "modified_rows", other)
+    monkeypatch.setattr(ModifiedDh, "_table", wrong)
     failed = {check.name for check in certify(problem).failures}
     assert {"modified table: axes", "modified table: point"} <= failed
 
@@ -142,8 +144,8 @@ def test_the_first_row_may_have_a_length_and_a_twist(alpha: object, a: object) -
     """Then O_0 is the world frame, where the standard table has its own farther on."""
     base = Base((sp.S(a), sp.S.Zero, sp.S.Zero), sp.S.Zero, sp.S(alpha))
     arm = replace(modified("elbow-3r", variation="chapter"), base=base)
-    first = told_rows(arm)[0]
-    assert (first.a, first.alpha, told_base(arm)) == (base.position[0], base.tilt, Base())
+    first = convention_of(arm).rows[0]
+    assert (first.a, first.alpha, convention_of(arm).base) == (base.position[0], base.tilt, Base())
     lengths, poses = at_random(arm)
     expected, numeric = modified_frames(arm, lengths, poses), NumericChain(arm, lengths)
     assert np.allclose(expected[:, 0], np.eye(4))
@@ -155,9 +157,9 @@ def test_the_first_row_may_have_a_length_and_a_twist(alpha: object, a: object) -
             convention_frames(arm, skeleton(drawn, q)), modified_frames(drawn, {}, q[None])[0], atol=1e-9
         )
     on_axis = "O_0" if first.a == 0 else None  # d_1 leads from the axis to O_1
-    assert place_name(arm, 0) == on_axis
+    assert convention_of(arm).place(0) == on_axis
     flat = replace(modified("planar-3r", variation="chapter"), base=base)
-    assert [place_name(flat, k) for k in range(4)] == ["O_1", "O_2", "O_3", "P"]
+    assert [convention_of(flat).place(k) for k in range(4)] == ["O_1", "O_2", "O_3", "P"]
 
 
 def test_ids_tell_the_convention() -> None:
@@ -169,6 +171,13 @@ def test_ids_tell_the_convention() -> None:
 
 
 def test_places_have_the_names_of_the_convention() -> None:
-    assert [place_name(modified("planar-3r", variation="chapter"), k) for k in range(4)] == ["O_1", "O_2", "O_3", "P"]
-    assert place_name(modified("puma-560", variation="chapter"), 1) == "O_2"
-    assert place_name(modified("puma-560", variation="chapter"), 2) is None  # d3 leads away from O_2 of the standard
+    assert [convention_of(modified("planar-3r", variation="chapter")).place(k) for k in range(4)] == [
+        "O_1",
+        "O_2",
+        "O_3",
+        "P",
+    ]
+    assert convention_of(modified("puma-560", variation="chapter")).place(1) == "O_2"
+    assert (
+        convention_of(modified("puma-560", variation="chapter")).place(2) is None
+    )  # d3 leads away from O_2 of the standard

@@ -8,18 +8,24 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sympy as sp
+from jinja2.runtime import Macro
 
 from qdot.exercises.arm.chain import CONVENTIONS, Base, Chain, Joint, Point
-from qdot.exercises.arm.conventions import TABLES, axes_of
+from qdot.exercises.arm.conventions import REGISTRY
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.library import robot_path, robots
 from qdot.exercises.arm.robot_file import Robot, read_robot_file
 from qdot.exercises.arm.robot_text import robot_text
+from qdot.exercises.arm.standard_table import TABLES, axes_of
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families.own import own_family
 from qdot.exercises.generation import sample_chain
+from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.problem.problem import ProblemId
+from qdot.exercises.verify import PRESENTED
+from qdot.exercises.writing.languages import ENGLISH
+from qdot.exercises.writing.render import environment
 from tests.exercises.arm.poses import Matrix, about, exponential, placed, shift
 from tests.support import ROOT
 from tests.support.suites import several
@@ -432,3 +438,27 @@ def test_an_axis_that_is_turned_by_an_open_angle_can_not_be_written() -> None:
     assert "alpha1" in robot_text(Robot(chain), "modified-dh")
     with pytest.raises(QdotError, match="axis 2 of m is turned by an angle that is open"):
         robot_text(Robot(chain), "screws")
+
+
+def macros(name: str) -> dict[str, list[str]]:
+    """Return the macros of a template with the names of their arguments."""
+    module = vars(environment(ENGLISH).get_template(f"conventions/{name}.md.j2").module)
+    return {key: value.arguments for key, value in module.items() if isinstance(value, Macro)}
+
+
+@pytest.mark.parametrize("convention", CONVENTIONS)
+def test_a_convention_has_all_that_others_ask_of_it(convention: str) -> None:
+    assert macros(convention) == macros(CONVENTIONS[0])
+    assert convention in PRESENTED
+    assert REGISTRY[convention].misreadings <= set(CATALOGUE)
+    assert not {convention, *REGISTRY[convention].aliases} & {
+        name for other in REGISTRY.values() if other.name != convention for name in (other.name, *other.aliases)
+    }
+
+
+def test_nobody_else_tests_which_convention_an_arm_has() -> None:
+    quoted = "|".join(CONVENTIONS)
+    tested = re.compile(rf"""(?:[=!]=|\bin) *\(?["'](?:{quoted})["']|["'](?:{quoted})["'] *[=!]=""")
+    files = [path for folder, end in (("exercises", "py"), ("grader", "py"), ("templates", "j2"))
+             for path in (ROOT / folder).rglob(f"*.{end}")]  # fmt: skip
+    assert [str(path) for path in files if tested.search(path.read_text(encoding="utf-8"))] == []

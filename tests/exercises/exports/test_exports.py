@@ -105,7 +105,7 @@ def test_a_bank_is_of_the_variation_that_is_asked_for(order: Order, tmp_path: Pa
     assert [path.read_bytes() for path in plain] != [path.read_bytes() for path in own]
     for outlet in ("prairielearn", "html"):
         refused = fails("export", folder, "--to", outlet, "--variation", "chapter")
-        assert "(moodle, canvas, qti, scorm, jupyterquiz, stack)" in refused and f"for {outlet}," in refused
+        assert "(moodle, canvas, qti, scorm, stack)" in refused and f"for {outlet}," in refused
     assert "'plain'" in fails(*command, tmp_path / "plain", "--variation", "plain")
 
     # A place that can't be asked of other arms is named.

@@ -51,7 +51,7 @@ for line in sys.stdin:
 """
 
 
-SCORES = {"late": 2.25, "wrong": 2.5, "meddles": 3, "blank": 0}
+SCORES = {"late": 2.34, "wrong": 2.6, "meddles": 3, "blank": 0}
 
 
 @pytest.fixture(scope="module")
@@ -193,8 +193,8 @@ def test_nbgrader_gives_what_qdot_gives(assignment: Assignment, marked: list[Any
     results, _ = grade(assignment)
     assert {line[0] for line in marked} == set(results)
     for student, score, worth, found in marked:
-        parts = {f"p1-{part['name']}": part["points"] for part in results[student]["problems"][0]["parts"]}
-        assert (score, worth) == (pytest.approx(results[student]["score"]), 4), student
+        parts = {f"p1-{part.name}": part.points for part in results[student].problems[0].parts}
+        assert (score, worth) == (pytest.approx(results[student].score), 4), student
         assert {name: found[name] for name in NAMES} == parts, student
         answers = {found[f"{name}-answer"] for name in NAMES if f"{name}-answer" in found}
         unanswered = {"blank": {"No response."}, "late": {"No response.", None}}
@@ -207,7 +207,7 @@ def test_nbgraders_page_says_why(assignment: Assignment, generated: Path, marked
     assert [line[0] for line in running.step("generate_feedback", "late")] == [line[0] for line in marked]
     results, _ = grade(assignment)
     page = (generated / "feedback" / "late" / "hw" / "hw.html").read_text()
-    reason = next(part["reason"] for part in results["late"]["problems"][0]["parts"] if part["name"] == "jacobian")
+    reason = next(part.reason for part in results["late"].problems[0].parts if part.name == "jacobian")
     assert reason.split(";")[0].split("(")[0].strip() in " ".join(page.split())
     assert assignment.secret not in page
     assert page.count("self_check") == 1  # in the words of the first cell; what checks is not read by the staff

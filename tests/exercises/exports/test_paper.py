@@ -382,7 +382,7 @@ def test_what_can_not_be_written_keeps_no_other_outlet_from_it(
 def test_what_is_asked_of_outlets_is_checked_before_the_first_is_written(order: Order, tmp_path: Path) -> None:
     command: list[str | Path] = ["export", order.assignment.folder, "--jobs", "1", "--out", tmp_path, "--to", "html"]
     for asked, said in (
-        (["--to", "pfd"], "'pfd'"), (["--to", "jupyterquiz", "--sheet", "key", "--solutions"], "a key has no worked"),
+        (["--to", "pfd"], "'pfd'"), (["--to", "canvas", "--sheet", "key", "--solutions"], "a key has no worked"),
         (["--sheet", "exams"], "'exams' (did you mean 'exam'?)"), (["--page", "a5"], "'a5'"),
     ):  # fmt: skip
         assert said in fails(*command, *asked)

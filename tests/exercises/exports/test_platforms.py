@@ -26,7 +26,7 @@ import pytest
 from qdot.exercises.answers import LETTERS
 from qdot.exercises.assignment.assignment import FEEDBACK
 from qdot.exercises.assignment.attempt_policy import AttemptPolicy
-from qdot.exercises.exports import canvas, jupyterquiz, moodle, qti
+from qdot.exercises.exports import canvas, moodle, qti
 from qdot.exercises.exports import items as made
 from qdot.exercises.exports.export_format import Order
 from qdot.exercises.exports.items import Choose, Item, Match, Numeric, Option, WrongValue, items
@@ -66,10 +66,10 @@ def asked(order: Order) -> list[Item]:
 def files_of(outlet: Callable[[Order], Iterator[Any]], order: Order, asked: list[Item]) -> dict[str, Any]:
     """Return what an outlet writes for these items: the contents of its files by their names."""
     with pytest.MonkeyPatch.context() as patch:
-        for module in (made, moodle, jupyterquiz):
+        for module in (made, moodle):
             patch.setattr(module, "items", lambda _: iter(asked))
         files = list(outlet(order))
-    assert all(file.private or file.path == "quizzes.ipynb" for file in files)  # what is right is in them
+    assert all(file.private for file in files)  # what is right is in them
     return {file.path: file.content for file in files}
 
 
@@ -412,12 +412,9 @@ def test_canvas_finds_all_that_is_named(canvass: Package) -> None:
     assert r"\(\theta_{1}\)" in written and "$" not in written
 
 
-@pytest.mark.parametrize("outlet", [canvas.canvas_zip, jupyterquiz.jupyterquiz_files])
-def test_that_vectors_are_asked_for_by_one_entry_is_told_once(
-    order: Order, asked: list[Item], outlet: Callable[[Order], Iterator[Any]]
-) -> None:
+def test_that_vectors_are_asked_for_by_one_entry_is_told_once(order: Order, asked: list[Item]) -> None:
     notes: list[str] = []
-    files_of(outlet, replace(order, note=notes.append), asked)
+    files_of(canvas.canvas_zip, replace(order, note=notes.append), asked)
     assert len(notes) == 1
 
 
@@ -510,70 +507,3 @@ def right_numbers(item: Element) -> list[tuple[float, bool]]:
         low, _ = map(float, str(equal.get("tolerance")).split())
         found.append((value, abs(float(f"{value:.2e}") - value) <= low))
     return found
-
-
-# --- jupyterquiz ---
-
-FOUND = """
-import json, sys
-from jupyterquiz.dynamic.loader import load_questions_script
-script, static, _ = load_questions_script(sys.argv[1], "abc")
-assert static
-print(len(json.loads(script.partition("var questionsabc=")[2].partition(";\\n\\nif (typeof")[0])))
-"""
-FIELDS = {
-    "multiple_choice": {"answer", "correct", "feedback"}, "many_choice": {"answer", "correct", "feedback"},
-    "value": {"type", "value", "correct", "feedback"}, "range": {"type", "range", "correct", "feedback"},
-    "default": {"type", "feedback"},
-}  # fmt: skip
-"""What jupyterquiz's schemas let an answer hold."""
-
-
-def answered(question: dict[str, Any], number: float) -> tuple[bool, str]:
-    """Return what jupyterquiz says to a number: the first answer that fits, as in its numeric.js."""
-    default = ""
-    for answer in question["answers"]:
-        if answer["type"] == "default":
-            default = answer["feedback"]
-        elif answer["type"] == "range" and answer["range"][0] <= number < answer["range"][1]:
-            return answer["correct"], answer["feedback"]
-    return False, default
-
-
-@pytest.fixture(scope="module")
-def quizzes(order: Order, asked: list[Item]) -> dict[str, str]:
-    return files_of(jupyterquiz.jupyterquiz_files, order, asked)
-
-
-def test_jupyterquiz_is_given_what_its_schemas_say(quizzes: dict[str, str]) -> None:
-    made = {name: json.loads(content) for name, content in quizzes.items()}
-    notebook = made.pop("quizzes.ipynb")
-    assert len(made) == 7
-    for name, questions in made.items():
-        assert any(name in cell["source"] for cell in notebook["cells"])
-        for question in questions:
-            assert set(question) == {"question", "type", "answers"}
-            assert "](" not in question["question"]  # it would be taken for a link
-            assert "<table>" not in question["question"]  # JupyterLab would show it smaller than the text
-            right = [answer for answer in question["answers"] if answer.get("correct")]
-            assert len(right) == 1 or question["type"] == "many_choice"
-            for answer in question["answers"]:
-                assert set(answer) == FIELDS[answer.get("type", question["type"])]
-
-
-def test_jupyterquiz_takes_three_digits_and_names_mistakes(quizzes: dict[str, str], asked: list[Item]) -> None:
-    determinants = [one for one in asked if "-determinant" in one.key]
-    for one, question in zip(determinants, json.loads(quizzes["p1-determinant.json"]), strict=True):
-        assert isinstance(one.form, Numeric)
-        (field,) = one.form.fields
-        assert answered(question, float(f"{field.value:.2e}"))[0]
-        told = [answered(question, wrong.value) for wrong in field.wrong]
-        assert not any(is_right for is_right, _ in told) and told[0][1] == field.wrong[0].advice
-        assert answered(question, 1e6) == (False, "Not this number.")
-
-
-def test_jupyterquiz_reads_the_files(quizzes: dict[str, str], tmp_path: Path) -> None:
-    (tmp_path / "quiz.json").write_text(quizzes["p1-jacobian.json"])
-    command = [reader("python", "jupyterquiz"), "-W", "ignore", "-c", FOUND, "quiz.json"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
-    assert done.stdout.strip() == "2", done.stderr

@@ -15,12 +15,13 @@ from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import applicable, questions_of, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from tests.support.problems import LONG_ARMS
-from tests.support.suites import every_family, few_families, few_of, of_families, several
+from tests.support.suites import FEW, every_family, few_of, of_families, several
 
 ARMS = 80
 DERIVED = several(2, ARMS)
 """Arms of each family that are derived; what their tables say is looked at in all."""
 FIXED = [name for name, family in FAMILIES.items() if not family.varied]
+few_fixed = pytest.mark.families(several(FEW, tuple(FIXED)), every=True)
 """Families whose arms are all of one kind; what random-N may differ in is tested with them."""
 MOST_TERMS, MOST_TERMS_OF_A_FACTOR = 15, 4
 ALLOWED = {
@@ -86,7 +87,7 @@ def test_a_seed_draws_the_same_along_an_axis_whatever_else_varies(family: str) -
         assert [joint.a for joint in zeros.joints] == [joint.a for joint in frames.joints]
 
 
-@few_families
+@few_fixed
 def test_difficulty_follows_the_steps(family: str) -> None:
     least = [min(difficulty(arm) for arm in arms(family, step)[:3]) for step in STEPS]
     assert least == sorted(least)
@@ -114,7 +115,7 @@ def test_numbers_are_those_of_a_careful_author(family: str, variation: str) -> N
 
 
 @pytest.mark.parametrize("variation", several([*STEPS][-1:], [*STEPS]))
-@few_families
+@few_fixed
 def test_arms_of_a_family_are_asked_the_same_and_differ_in_difficulty_by_a_step_at_most(
     family: str, variation: str
 ) -> None:

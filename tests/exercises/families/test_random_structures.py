@@ -10,8 +10,8 @@ import sympy as sp
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.derivation import structure
 from qdot.exercises.arm.difficulty import step
-from qdot.exercises.arm.kinematics import rot_x, rot_z
 from qdot.exercises.arm.singularity import singular_set
+from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.common.variation import AXES

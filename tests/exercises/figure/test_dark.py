@@ -14,7 +14,7 @@ from qdot.exercises.problem.problem import ProblemId
 
 ROOT = Path(__file__).parents[3]
 SVG = "{http://www.w3.org/2000/svg}"
-PAGES = ("site/src/site.css", "templates/feedback.css.j2", "templates/exports/paper.css.j2")
+PAGES = ("site/src/site.css", "templates/reports/feedback.css.j2", "templates/exports/paper.css.j2")
 """Style sheets of pages that are dark by themselves and show figures."""
 FILTER = re.compile(r"invert\(([\d.]+)\) hue-rotate\(180deg\)")
 HALF_TURN = np.array([[-0.574, 1.43, 0.144], [0.426, 0.43, 0.144], [0.426, 1.43, -0.856]])
@@ -53,7 +53,7 @@ def contrast(first: np.ndarray, second: np.ndarray) -> float:
 
 def inks() -> dict[str, tuple[str, float]]:
     """The colours of lines and lettering by class, and the contrast that each needs."""
-    shapes = (ROOT / "templates/figure-shapes.svg.j2").read_text()
+    shapes = (ROOT / "templates/figure/shapes.svg.j2").read_text()
     lines = re.findall(r'"([\w-]+)": .*?(?:fill|stroke)="(#\w{6})"', shapes)
     letters = re.findall(r'"(\w+)": "(#\w{6})"', shapes)
     wanted = {name: (code, LINES) for name, code in lines if name not in FILLING}

@@ -214,6 +214,15 @@ def test_without_a_problem_nothing_is_split_but_at_dots() -> None:
         ("d3 = 25 cm", "d3 = 25/100"), ("[theta1 = 30 deg, theta2 = pi rad]", "[theta1 = 30*pi/180, theta2 = pi]"),
         ("ConditionSet(theta2, Eq(sin(theta2), 0), Reals)", "sin(theta2) = 0"),
         ("Contains(theta2, {0, pi})", "theta2 in {0, pi}"),
+        ("theta2 = -45°\ntheta2 = 135°", "theta2 = -45°; theta2 = 135°"),
+        ("d3 = -0.2 m.\nsin(theta2) = 0", "d3 = -0.2, sin(theta2) = 0"), ("theta2 = 0\nor pi", "theta2 = 0 or pi"),
+        ("0 = sin(theta2)*a1\n = 0", "0 = sin(theta2)*a1 = 0"), ("theta2 = 0°\nθ3 ∈ {0}", "theta2 = 0°; theta3 in {0}"),
+        ("d3 = -0.2 m or theta2 = m*pi", "d3 = -0.2 or theta2 = m*pi"), ("theta2 = k 180°", "theta2 = k*(180°)"),
+        ("theta2 = (2 m + 1) pi/2", "theta2 = (2*m + 1)*pi/2"),
+        ("d3 = -20 cm or theta2 = 0", "d3 = -20/100 or theta2 = 0"),
+        ("d3 = 0.2 metres or theta2 = 0", "d3 = 0.2 or theta2 = 0"),
+        ("[(d3 - 0.2 m)*c1, 1/5 m s1 + a1 m]", "[(d3 - 0.2)*c1, 1/5*s1 + a1]"), ("P = (a1, a2) m", "P = (a1, a2)"),
+        ("0.3 m^2 sin(theta1) + 20 cm*a1", "0.3*sin(theta1) + 20/100*a1"), ("theta2 = pi/2 m", "theta2 = pi/2*m"),
     ],
 )  # fmt: skip
 def test_two_ways_of_writing_are_one(text: str, same: str) -> None:
@@ -222,7 +231,7 @@ def test_two_ways_of_writing_are_one(text: str, same: str) -> None:
 
 def test_a_name_behind_a_number_is_a_factor_where_it_goes_on() -> None:
     """What is a unit at the end of a product may be a symbol of the problem, or any whole number."""
-    assert read("2 m*a1", DOMAIN.roles) == read("2*m*a1", DOMAIN.roles)
+    assert read("a1 m*a2", DOMAIN.roles) == read("a1*m*a2", DOMAIN.roles)
     assert read("pi m", DOMAIN.roles) == read("pi*m", DOMAIN.roles)
     assert read("[2 m]", {"m"}) == read("[2*m]", {"m"})
 

@@ -63,7 +63,7 @@ def test_every_mistake_is_wrong_and_named(arm: str) -> None:
     verdicts = {name: verdict_on(one) for name, one in its.items()}
     assert its
     assert not {name: (verdict, its[name]) for name, verdict in verdicts.items() if verdict not in NAMED}
-    assert sum(verdict == "named" for verdict in verdicts.values()) >= 0.75 * len(verdicts)
+    assert sum(verdict == "named" for verdict in verdicts.values()) >= 0.7 * len(verdicts)
 
 
 def test_every_mistake_is_made_by_some_arm() -> None:

@@ -9,9 +9,9 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.arm.chain import Base, Chain, Joint
-from qdot.exercises.arm.convention_view import told_base, told_point, told_rows
-from qdot.exercises.arm.conventions import axes_of
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation_graph import numbers
+from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate, sample_chain
@@ -79,7 +79,7 @@ def test_rows_with_the_link_behind_give_the_product_of_these_rows(arm: str) -> N
     """Rx(alpha_i) Tx(a_i) Rz(theta_i) Tz(d_i), with nothing behind the last row, and P where it is told."""
     problem, part, values = _asked(arm, "transform")
     wrong = next(made(CATALOGUE["link-behind"], numbers(problem.chain, values), part))
-    rows, base = told_rows(problem.chain), told_base(problem.chain)
+    rows, base = convention_of(problem.chain).rows, convention_of(problem.chain).base
     for k in range(4):
         number = _given(values, k)
         pose = shift(*(number(entry) for entry in base.position)) @ about("z", number(base.yaw))
@@ -158,9 +158,9 @@ def checked(arm: Chain) -> list[str]:
         for slip in CATALOGUE[name].slips(arm, (3, 1)):
             if slip.words.get("entry") == "constant of the joint variable":
                 continue
-            point = told_point(arm)
-            rows = read_wrongly(name, slip, told_rows(arm))
-            expected = led_to(told_base(arm), rows, point.offset, known)
+            point = convention_of(arm).point
+            rows = read_wrongly(name, slip, convention_of(arm).rows)
+            expected = led_to(convention_of(arm).base, rows, point.offset, known)
             made = np.asarray(working.but(slip.changes)["point"])[:, 0]
             assert np.allclose(made, expected, atol=1e-9), (name, slip.words)
             found.append(name)
@@ -186,6 +186,6 @@ def test_what_the_first_row_takes_from_the_base_is_in_that_row(base: Base) -> No
     arm = replace(IN_ROW_1, base=base)
     assert set(checked(arm)) >= {"length-forgotten", "twist-sign", "row-misread"}
     rows = [slip.words["link"] for slip in CATALOGUE["twist-forgotten"].slips(arm, (3, 1))]
-    assert 1 in rows or told_base(arm).tilt != 0
+    assert 1 in rows or convention_of(arm).base.tilt != 0
     forgotten = list(CATALOGUE["base-forgotten"].slips(arm, (3, 1)))
-    assert len(forgotten) == (0 if told_base(arm).is_world else 1)
+    assert len(forgotten) == (0 if convention_of(arm).base.is_world else 1)

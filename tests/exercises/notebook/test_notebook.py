@@ -19,7 +19,7 @@ from markdown_it import MarkdownIt
 
 from qdot.exercises.answers import Choice, ConditionSet, Direction, Expression, Matrix, Number
 from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS, Chain, Joint, Point
-from qdot.exercises.arm.convention_view import is_by_axes
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate
 from qdot.exercises.notebook.notebook import notebook_text, solution_notebook, student_notebook
@@ -290,11 +290,11 @@ def _sabotaged(problem: Problem) -> Iterator[tuple[str, str, Any]]:
         assert isinstance(answer, (Expression, Matrix))
         wrong = sp.Matrix([answer.reference])
         compared = [at for at in np.ndindex(*wrong.shape) if at[1] == 0 or "first column of" not in relation.question]
-        if "linear rows" in relation.question and is_by_axes(problem.chain):
+        if "linear rows" in relation.question and not convention_of(problem.chain).has_frames:
             compared = [at for at in compared if at[0] > 2]
         row, column = next(at for at in compared if wrong[at] != 0)
         if "angular" in relation.question:
-            wrong[0 if is_by_axes(problem.chain) else 3, 0] += sp.Rational(1, 10)
+            wrong[0 if not convention_of(problem.chain).has_frames else 3, 0] += sp.Rational(1, 10)
         else:
             wrong[row, column] *= sp.Rational(-9, 10)
         yield relation.question, name, wrong

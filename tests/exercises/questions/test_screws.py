@@ -13,8 +13,8 @@ from qdot.exercises import verify
 from qdot.exercises.answers import Choice
 from qdot.exercises.arm.axes_to_dh import Axis, reached
 from qdot.exercises.arm.chain import Chain, Joint, Point
-from qdot.exercises.arm.conventions import axes_of
 from qdot.exercises.arm.robot_file import read_robot
+from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.base import Family

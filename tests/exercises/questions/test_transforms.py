@@ -5,8 +5,8 @@ import sympy as sp
 
 from qdot.exercises.answers import Matrix
 from qdot.exercises.arm.chain import Chain, Joint
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import derive, structure
-from qdot.exercises.arm.kinematics import joint_rotation, link_vector
 from qdot.exercises.arm.transforms import terms_of_last_pose
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
@@ -28,8 +28,9 @@ def numbers(matrix: sp.Matrix) -> sp.Matrix:
     return matrix.xreplace(values).evalf()
 
 
-def row_of_table(joint: Joint) -> sp.Matrix:
-    return joint_rotation(joint).row_join(link_vector(joint)).col_join(sp.Matrix([[0, 0, 0, 1]]))
+def row_of_table(chain: Chain, joint: Joint) -> sp.Matrix:
+    convention = convention_of(chain)
+    return convention.rotation(joint).row_join(convention.link_vector(joint)).col_join(sp.Matrix([[0, 0, 0, 1]]))
 
 
 @of_families(ARMS)
@@ -40,7 +41,7 @@ def test_each_partial_product_is_the_one_before_times_a_row_of_the_table(family:
     assert len(poses) == problem.chain.n + 1
     assert poses[-1] == part.of(Matrix).reference
     for before, joint, after in zip(poses, problem.chain.joints, poses[1:], strict=False):
-        difference = numbers(sp.Matrix(before * row_of_table(joint) - after))
+        difference = numbers(sp.Matrix(before * row_of_table(problem.chain, joint) - after))
         assert max(abs(entry) for entry in difference) < 1e-12
 
 

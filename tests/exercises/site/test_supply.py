@@ -14,7 +14,7 @@ from qdot.exercises.site.supply import (
     ARMS_EACH,
     OF_EACH_STEP,
     QUIZ,
-    Wanted,
+    BankProblem,
     deal_questions,
     questions_with_sampled_numbers,
     wanted_of_families,
@@ -24,7 +24,7 @@ from tests.support.suites import few_families, few_of, several
 ALL = OF_EACH_STEP * len(STEPS)
 
 
-def arms(family: str, variants: int) -> list[Wanted]:
+def arms(family: str, variants: int) -> list[BankProblem]:
     return [wanted for wanted in wanted_of_families([family], variants) if wanted.asked != (QUIZ,)]
 
 

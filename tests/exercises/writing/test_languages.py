@@ -129,7 +129,8 @@ def test_messages_come_from_every_kind_of_source(due: Catalog) -> None:
 
 def test_templates_that_tell_a_problem_have_no_words_outside_of_messages() -> None:
     names = ("hint", "solution", "statement")
-    paths = [*template_folder().glob("questions/*.j2"), *(template_folder() / f"{name}.md.j2" for name in names)]
+    folder = template_folder()
+    paths = [*folder.glob("questions/*.j2"), *(folder / "writing" / f"{name}.md.j2" for name in names)]
     for path in paths:
         text = re.sub(r"\{% trans .*?\{% endtrans [+-]?%\}", "", path.read_text(encoding="utf-8"), flags=re.DOTALL)
         plain = re.sub(r"\{#.*?#\}|\{%.*?%\}|\{\{.*?\}\}", "", text, flags=re.DOTALL)

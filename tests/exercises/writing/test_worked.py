@@ -10,7 +10,7 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.arm.chain import CONVENTIONS, Chain
-from qdot.exercises.arm.convention_view import told_words
+from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.arm.directions import task_rows
 from qdot.exercises.arm.kinematics import NumericChain
@@ -121,7 +121,8 @@ def test_where_an_arm_has_no_name_for_an_origin_what_is_true_of_all_is_said() ->
     chain = sample_chain(
         ProblemId.parse("cylindrical/1@chapter").with_convention("screws")
     )  # joints 2 and 3 are slides
-    assert told_words(chain, "the origin O2 lies on the axis of joint 1") == "the columns of J are linearly dependent"
+    words = convention_of(chain).rename_origins("the origin O2 lies on the axis of joint 1")
+    assert words == "the columns of J are linearly dependent"
 
 
 def test_values_that_are_of_different_kinds_are_told_apart_and_equal_ones_together() -> None:

@@ -131,15 +131,49 @@ THIRD = [f"-a3*{wave}" for wave in ("cos(theta1)*sin(theta2 + theta3)", "sin(the
                                     "cos(theta2 + theta3)")]  # fmt: skip
 RPR_SINE, RPR_COSINE = "sin(theta1 + theta3 + pi/4)", "cos(theta1 + theta3 + pi/4)"
 P_X, P_Y = f"a3*{RPR_SINE} - (d2 - 1/4)*c1", f"-a3*{RPR_COSINE} - (d2 - 1/4)*s1"
+ELBOW_TURNED = elbow_jacobian(SECOND, THIRD).removesuffix("])") + ", [0, c1, -s1], [0, c1, c1], [1, 0, 0]])"
 C1_60, S1_60, T12 = "cos(theta1 + pi/3)", "sin(theta1 + pi/3)", "theta1 + theta2 + pi/12"
 OFFSET, WRONG = "(0.25 - 0.7*c2 + a3*c23)", "(0.3 - 0.6*c2 + a3*c23)"
+D3, D3_20, C2_45 = "(d3 - 0.7)", "(d3 + 0.2)", "cos(theta2 + pi/4)"
+D3_ROWS = f"[{D3}*c1*c2, -{D3}*s1*s2, s1*c2], [{D3}*s1*c2, {D3}*s2*c1, -c1*c2], [0, {D3}*c2, s2]"
+WRIST = (
+    "[[s23*c1, s1*c4 - s4*c1*c23, (s1*s4 + c1*c4*c23)*s5 + s23*c1*c5],"
+    " [s1*s23, -s1*s4*c23 - c1*c4, (s1*c4*c23 - s4*c1)*s5 + s1*s23*c5], [-c23, -s4*s23, s5*s23*c4 - c5*c23]]"
+)
+OF_P = "a2*qd2*s3, a2*qd2*c3 + 3*(qd2 + qd3)/4, qd1*(3/20 - a2*c2 - 3*c23/4)"
 P3 = "[-a1*s1 - a2*s12 - a3*s123, -a2*s12 - a3*s123, -a3*s123], [a1*c1 + a2*c12 + a3*c123, a2*c12 + a3*c123, a3*c123]"
 
 
 @pytest.mark.parametrize(
     ("problem", "question", "answer", "mistake"),
     [
-        ("wrist-zyz/1@chapter", "determinant", "cos(theta2)", "wave-not-derived"),
+        ("scara/4@modified-dh", "own-frame-velocity",  # left in the base frame, each of these
+         "[-a1*qd1*c1 + (qd1 + qd2)*s12/2, -a1*qd1*s1 - (qd1 + qd2)*c12/2, -qd3, 0, 0, qd1 + qd2]",
+         "rows-not-turned: The vectors"),
+        ("planar-2r/12@modified-dh", "own-frame-velocity",
+         "[-a1*qd1*sin(theta1 + pi/4), a1*qd1*cos(theta1 + pi/4), 0, 0, 0, qd1 + qd2]", "rows-not-turned: The vectors"),
+        ("spherical/3", "tool-jacobian", f"[{D3_ROWS}, [0, -c1, 0], [0, -s1, 0], [1, 0, 0]]",
+         "rows-not-turned: The vectors"),
+        ("spherical/3", "tool-jacobian", f"[{D3_ROWS}, [c2, 0, 0], [0, 1, 0], [s2, 0, 0]]",
+         "rows-not-turned: The linear vectors"),
+        ("wrist-zyz/47", "jacobian", "[[0, -s1, c1*s2], [0, c1, s1*s2], [1, 0, c2]]",
+         "offset-forgotten: joint 1, 2,|not theta1, theta2 alone"),  # the constant of joint 3 changes nothing
+        ("spherical/29", "position", f"[{D3_20}*s1*{C2_45}, -{D3_20}*c1*{C2_45}, {D3_20}*sin(theta2 + pi/4) + 0.65]",
+         "wave-throughout"),  # and no two signs of constants
+        ("scara/83@full", "determinant", "7/20*a1*sin(theta2 + pi/3)", "offset-sign: The constant -60° |joint 2"),
+        ("anthropomorphic-6r/1@chapter", "wrist-block", WRIST, "rows-not-turned: The vectors"),
+        ("elbow-3r/21@modified-dh", "own-frame-velocity", f"[{OF_P}, qd1*s23, qd1*c23, qd2 + qd3]",
+         "velocity-of-other-frame: that of the point"),
+        ("wrist-zyz/1@chapter", "jacobian", "[[-s2*c3, s3, 0], [s2*s3, c3, 0], [c2, 0, 1]]",
+         "tool-frame: the base frame"),
+        ("wrist-zyz/1@chapter", "determinant", "cos(theta2)", "wave-and-sign"),
+        ("planar-3r-pose/90", "determinant", "-9*sin(theta2 + pi/6)/20", "wave-exchanged"),
+        ("scara/83@full", "determinant", "-7/20*a1*sin(theta2 + pi/6)", "wave-exchanged"),
+        ("scara/83@full", "determinant", "7/20*a1*cos(theta2 - pi/3)", "wave-exchanged"),
+        ("planar-pr/33@frames", "position", f"[a2*{C2_45} + 1/20, -a2*sin(theta2 + pi/4) + d1 + 9/20]",
+         "wave-throughout"),
+        ("elbow-3r/1@chapter", "geometric-jacobian", ELBOW_TURNED,
+         "wave-and-sign: row 4, column 2"),  # the angular rows are not differentiated
         ("wrist-zyz/1@chapter", "jacobian", "[[0, -s1, -c1*s2], [0, c1, s1*s2], [1, 0, c2]]",
          "term-sign-typed: row 1, column 3"),
         ("elbow-3r/1@chapter", "jacobian",  # both factors of the product differentiated

@@ -1,13 +1,10 @@
 """Equal wrong answers of students with different arms have one key, and a line of overrides.csv is for all of them."""
 
-import copy
 import csv
-import json
 import re
 from dataclasses import replace
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Any
 
 import pytest
 import sympy as sp
@@ -19,11 +16,14 @@ from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.grader.cli.main import app
 from qdot.grader.diagnosis.groups import LENGTH, LETTERS, group_of
+from qdot.grader.grading.attempt import part_result
 from qdot.grader.grading.final_result import Graded, settle
-from qdot.grader.grading.history import told
+from qdot.grader.grading.history import describe_moves
 from qdot.grader.grading.marking import mark
 from qdot.grader.grading.overrides import Override, Overrides, read_overrides, without_answers
+from qdot.grader.grading.result import AppliedOverride, CountingSubmission, MadeFrom, Marked, PartResult, Result
 from qdot.grader.judging.answer_parser import read_answer
+from qdot.grader.judging.verdict import Outcome
 from qdot.grader.reports.class_page import class_page
 from qdot.grader.reports.class_view import groups
 from qdot.grader.reports.feedback import feedback_page
@@ -31,7 +31,7 @@ from qdot.grader.reports.rows import rows_of
 from qdot.grader.reports.tables import count_set, grades_csv, is_marked
 from tests.support.command import runner
 from tests.support.handing_in import a_class, grade, hand_in, one_process, right
-from tests.support.results import result
+from tests.support.results import change, read_results, result
 from tests.support.suites import several
 
 SECRET = "secret"
@@ -77,7 +77,7 @@ def test_a_key_is_letters_that_are_the_same_for_good() -> None:
     given = read_answer(made, part, "a1 + 1")
     assert group_of(made, part, given, None, "another secret") != letters, "nobody can work out who shares a key"
     (verdict,) = mark(made, {"determinant": "a1 + 1"}, secret=SECRET)
-    assert verdict.as_json()["group"] == letters
+    assert part_result("p1", verdict).group == f"p1.{verdict.part}/{letters}"
     assert mark(made, {"determinant": "a1 + 1"})[0].group is None
     assert mark(made, {"determinant": part.answer.code()}, secret=SECRET)[0].group is None
     assert mark(made, {}, secret=SECRET)[0].group is None
@@ -209,9 +209,8 @@ def assignment(tmp_path: Path) -> Assignment:
     return made
 
 
-def determinant(result: dict[str, Any]) -> dict[str, Any]:
-    part: dict[str, Any] = result["problems"][0]["parts"][2]
-    return part
+def determinant(result: Result) -> PartResult:
+    return result.parts["p1.determinant"]
 
 
 def test_a_line_marks_and_explains_a_group_also_for_who_comes_later(assignment: Assignment) -> None:
@@ -219,59 +218,58 @@ def test_a_line_marks_and_explains_a_group_also_for_who_comes_later(assignment: 
     late = folder / "submitted" / "cy"
     late.rename(folder / "away")
     first, _ = grade(assignment)
-    group = determinant(first["ada"])["group"]
-    assert group.startswith("p1.determinant/") and group == determinant(first["bo"])["group"]
-    assert determinant(first["di"])["group"] not in (None, group)
-    assert (determinant(first["cy"])["group"], first["ada"]["problems"][0]["parts"][0]["group"]) == (None, None)
+    group = determinant(first["ada"]).group
+    assert group is not None and group.startswith("p1.determinant/") and group == determinant(first["bo"]).group
+    assert determinant(first["di"]).group not in (None, group)
+    assert (determinant(first["cy"]).group, first["ada"].parts["p1.position"].group) == (None, None)
     (folder / "overrides.csv").write_text(f'student,part,points,comment,group\n,,50 %,"theta1, again?",{group}\n')
     (folder / "away").rename(late)
     results, _ = grade(assignment)
     for name in ("ada", "bo", "cy"):
         part = determinant(results[name])
-        assert part["override"] == {"points": 0.5, "comment": "theta1, again?", "was": 0.0, "group": group}
-        assert (part["points"], part["outcome"], results[name]["score"]) == (0.5, "wrong", 3.5)
-    assert determinant(results["di"])["override"] is None
+        assert part.override == AppliedOverride(0.5, "theta1, again?", 0.0, group)
+        assert (part.points, part.outcome, results[name].score) == (0.5, "wrong", 3.5)
+    assert determinant(results["di"]).override is None
 
     assert "theta1, again?" in feedback_page(assignment, assignment.roster[0], results["ada"])
     ordered = [results[name] for name in NAMES]
     row = next(csv.DictReader(grades_csv(ordered, assignment.roster).splitlines()))
     assert row["override"] == "p1.determinant: 0.5 (was 0), theta1, again?" and group in row["note"]
-    first_line = told(first, ordered).splitlines()[0].split()
+    first_line = describe_moves(first, ordered).splitlines()[0].split()
     assert (first_line[:5], first_line[-1]) == (["ada", "p1.determinant", "0", "→", "0.5"], group)
-    mended = copy.deepcopy(results["ada"])
-    determinant(mended).update(override=None, group=None, points=1.0, outcome="correct")
-    mended["submission"]["sha256"] = "another notebook"
-    first_line = told(results, [mended, *ordered[1:]]).splitlines()[0].split()
+    changes = {"override": None, "group": None, "points": 1.0, "outcome": Outcome.CORRECT}
+    mended = change(results["ada"], "p1.determinant", **changes)
+    mended = replace(mended, submission=CountingSubmission("hw.ipynb", "another notebook", None))
+    first_line = describe_moves(results, [mended, *ordered[1:]]).splitlines()[0].split()
     assert (first_line[2:5], first_line[-1]) == (["0.5", "→", "1"], group)
 
 
 def test_a_comment_alone_leaves_the_points(assignment: Assignment) -> None:
     first, _ = grade(assignment)
-    group = determinant(first["ada"])["group"]
+    group = determinant(first["ada"]).group
+    assert group is not None
     letters = group.split("/")[1].upper()
     text = f"student;part;points;comment;group\r\n;p1.determinant;;look at θ1;{letters}\r\nbo;p1.determinant;1;;\r\n"
     (assignment.folder / "overrides.csv").write_bytes(text.encode("utf-16"))
     results, _ = grade(assignment)
     part = determinant(results["ada"])
-    assert (part["points"], part["override"]["points"], part["override"]["comment"]) == (0.0, None, "look at θ1")
-    assert determinant(results["bo"])["override"] == {"points": 1.0, "comment": "", "was": 0.0}, "a student's own line"
+    assert (part.points, part.override) == (0.0, AppliedOverride(None, "look at θ1", 0.0, group))
+    assert determinant(results["bo"]).override == AppliedOverride(1.0, "", 0.0), "a student's own line"
     page = feedback_page(assignment, assignment.roster[0], results["ada"])
     assert "look at θ1</strong>" in page and "set by your instructor" not in page
     assert rows_of(results["ada"])[2].said.endswith("look at θ1")
     assert (count_set(results["ada"]), count_set(results["bo"])) == (0, 1)
-    assert not is_marked({**results["ada"], "submission": None})
+    assert not is_marked(replace(results["ada"], submission=None))
     ordered = [results[name] for name in NAMES]
-    comment, nothing = told({**first, "bo": results["bo"]}, ordered).splitlines()
-    assert comment.startswith(f"{group}: 2 students") and told(results, ordered) == nothing
+    comment, nothing = describe_moves({**first, "bo": results["bo"]}, ordered).splitlines()
+    assert comment.startswith(f"{group}: 2 students") and describe_moves(results, ordered) == nothing
 
 
 def test_what_qdot_failed_on_has_no_group_and_old_results_have_none(assignment: Assignment) -> None:
     made = result(assignment, "ada", ["correct", "correct", "wrong"])
-    marked = {name: made[name] for name in ("obstacle", "notes", "staff_notes", "made_from", "problems")}
-    marked["sha256"] = "0"
-    del marked["problems"][0]["parts"][0]["group"]
+    marked = Marked(sha256="0", made_from=MadeFrom(), problems=made.problems)
     one = settle(assignment, assignment.roster[0], [Graded(marked=marked)], {}, {"p1.position/bcdfgh": Override(0)})
-    assert one["score"] == 3
+    assert one.score == 3
 
 
 KEY = "p1.position/bcdfgh"
@@ -310,19 +308,19 @@ def test_a_group_that_nobody_is_in_is_told_with_those_that_there_are(assignment:
 
 @pytest.mark.whole
 def test_the_page_shows_groups_with_their_key_and_the_command_tells_an_unknown_one(assignment: Assignment) -> None:
-    def settled(points: str, comment: str, group: str) -> tuple[str, list[dict[str, Any]]]:
+    def settled(points: str, comment: str, group: str) -> tuple[str, list[Result]]:
         line = f"student,part,points,comment,group\n,,{points},{comment},{group}\n"
         (assignment.folder / "overrides.csv").write_text(line)
         with one_process():
             errors = runner.invoke(app, ["grade", str(assignment.folder), "--jobs", "1"]).stderr
-        lines = (assignment.folder / "graded" / "results.jsonl").read_text().splitlines()
-        return errors, [json.loads(line) for line in lines]
+        return errors, list(read_results(assignment.folder).values())
 
     errors, results = settled("1", "x", "p1.determinant/bcdfgh")
     assert "line 2: " in errors and "'p1.determinant/bcdfgh'" in errors
     first, other = groups(results)
     assert (first.students, other.students) == (("ada", "bo", "cy"), ("di",))
-    assert (first.part, first.earned, first.max_points, first.mistake) == ("p1.determinant", (0.0, 0.0), 1.0, "")
+    assert (first.part, first.earned, first.max_points) == ("p1.determinant", (0.0, 0.0), 1.0)
+    assert first.mistake == "Extra term"
     page = class_page(assignment, results)
     assert f'<code class="key">{first.key}</code> <strong>3 students</strong>, earned 0 of 1' in page
     assert page.index(first.key) < page.index("1 of one student alone") < page.index(other.key)

@@ -6,7 +6,6 @@ import os
 from collections.abc import Callable
 from contextlib import nullcontext
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -17,7 +16,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.problem.problem import Part
 from qdot.grader.cli.demo import answered
 from qdot.grader.grading.batch import WritePage, alone, grade_class
-from qdot.grader.grading.final_result import Result
+from qdot.grader.grading.result import Result
 from qdot.grader.judging import judge as judging
 from qdot.grader.reports.feedback import feedback_page
 from qdot.grader.reports.tables import grades_csv, results_jsonl, status
@@ -25,6 +24,7 @@ from qdot.grader.reports.write import write_page, write_reports
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import OTHER_EDITION, find_submissions
 from tests.support.handing_in import UNCERTIFIED, one_process
+from tests.support.results import by_student
 
 TOML = """title = "T"
 key = "hw"
@@ -72,17 +72,13 @@ def hand_in(assignment: Assignment, name: str, text: str | bytes) -> Path:
     return path
 
 
-def grade(assignment: Assignment, jobs: int = 0) -> dict[str, dict[str, Any]]:
+def grade(assignment: Assignment, jobs: int = 0) -> dict[str, Result]:
     (assignment.folder / "submitted").mkdir(exist_ok=True)
     found = find_submissions(assignment, assignment.folder / "submitted").by_student
     with nullcontext() if jobs else one_process():  # processes can't share one
         results = grade_class(assignment, found, jobs, Limits(seconds=20, cell_seconds=2), lambda _: None)
-    assert [result["student"] for result in results] == STUDENTS
-    return {result["student"]: result for result in results}
-
-
-def parts(result: dict[str, Any]) -> dict[str, dict[str, Any]]:
-    return {f"{problem['slot']}.{part['name']}": part for problem in result["problems"] for part in problem["parts"]}
+    assert [result.student for result in results] == STUDENTS
+    return by_student(results)
 
 
 def test_every_kind_of_submission_in_one_class(assignment: Assignment) -> None:
@@ -103,18 +99,18 @@ def test_every_kind_of_submission_in_one_class(assignment: Assignment) -> None:
     assert strangers == ["stranger"]
     graded = grade(assignment, jobs=2)
     for student in ("s01", "s02", "s03"):
-        assert graded[student]["score"] == graded[student]["max_score"]
-    assert graded["s04"]["score"] < 2
-    assert all(part["followed_from"] is None for part in parts(graded["s04"]).values())
-    assert "handed out to 's01'" in graded["s04"]["staff_notes"][0]
-    assert "somebody else" in graded["s04"]["notes"][0]
+        assert graded[student].score == graded[student].max_score
+    assert graded["s04"].score < 2
+    assert all(part.followed_from is None for part in graded["s04"].parts.values())
+    assert "handed out to 's01'" in graded["s04"].staff_notes[0]
+    assert "somebody else" in graded["s04"].notes[0]
     assert "s01" not in feedback_page(assignment, assignment.roster[3], graded["s04"])
     for student, words in {"s05": "(line", "s06": "empty", "s07": "'other'", "s10": "text", "s11": "notes.txt"}.items():
-        assert words in graded[student]["obstacle"] and status(graded[student]) == "unusable"
-    assert {part["outcome"] for part in parts(graded["s08"]).values()} == {"missing"}
-    assert "ZeroDivisionError: division by zero" in parts(graded["s09"])["p1.position"]["reason"]
-    assert graded["s09"]["score"] == graded["s09"]["max_score"] - 1
-    assert (status(graded["s12"]), graded["s12"]["score"]) == ("missing", 0)
+        assert words in (graded[student].obstacle or "") and status(graded[student]) == "unusable"
+    assert {part.outcome for part in graded["s08"].parts.values()} == {"missing"}
+    assert "ZeroDivisionError: division by zero" in graded["s09"].parts["p1.position"].reason
+    assert graded["s09"].score == graded["s09"].max_score - 1
+    assert (status(graded["s12"]), graded["s12"].score) == ("missing", 0)
 
 
 def test_a_grade_does_not_depend_on_who_else_is_graded_or_how(assignment: Assignment) -> None:
@@ -142,7 +138,7 @@ def test_a_rerun_takes_what_has_not_changed_and_grades_what_has(
     assert marked == []
     monkeypatch.undo()
     hand_in(assignment, "s01/hw.ipynb", right(assignment, "s02"))
-    assert grade(assignment)["s01"]["score"] < first["s01"]["score"]
+    assert grade(assignment)["s01"].score < first["s01"].score
     damaged = next((assignment.folder / "graded" / ".cache").glob("*.json"))
     damaged.write_text('{"key": ')
     assert grade(assignment)["s02"] == first["s02"]
@@ -217,20 +213,20 @@ def test_nothing_follows_from_answers_that_are_right_for_somebody_else(assignmen
         right(assignment, "s03", lambda code, part: forgotten.get(part.name, "{}").format(code)),
     )
     graded = grade(assignment)
-    assert [part["followed_from"] for part in parts(graded["s02"]).values()] == [None] * 5
-    assert graded["s02"]["score"] < 1
-    followed = parts(graded["s03"])
-    assert followed["p1.jacobian"]["followed_from"] == "position" and followed["p1.determinant"]["points"] == 0.8
+    assert [part.followed_from for part in graded["s02"].parts.values()] == [None] * 5
+    assert graded["s02"].score < 1
+    followed = graded["s03"].parts
+    assert followed["p1.jacobian"].followed_from == "position" and followed["p1.determinant"].points == 0.8
 
 
 def test_our_own_failure_is_ungraded_and_no_mark(assignment: Assignment, monkeypatch: pytest.MonkeyPatch) -> None:
     hand_in(assignment, "s01/hw.ipynb", right(assignment, "s01"))
     monkeypatch.setattr(judging, "judge_matrix", lambda *_: 1 / 0)
     graded = grade(assignment)["s01"]
-    part = parts(graded)["p1.jacobian"]
-    assert (part["outcome"], part["points"]) == ("ungraded", None)
-    assert "tell your instructor" in part["reason"]
-    assert parts(graded)["p1.determinant"]["outcome"] == "correct" and status(graded) == "ungraded"
+    part = graded.parts["p1.jacobian"]
+    assert (part.outcome, part.points) == ("ungraded", None)
+    assert "tell your instructor" in part.reason
+    assert graded.parts["p1.determinant"].outcome == "correct" and status(graded) == "ungraded"
 
 
 def test_reports_hold_what_the_contract_says(assignment: Assignment) -> None:
@@ -258,7 +254,7 @@ def test_odd_notebooks_are_told_to_the_staff(assignment: Assignment) -> None:
     for row, words in zip(table, ("'s02'", "2 notebooks", "solutions", OTHER_EDITION), strict=False):
         assert words in row["note"]
     assert table[4]["note"] == ""
-    assert "another version" in results[3]["notes"][0]
+    assert "another version" in results[3].notes[0]
 
 
 def test_a_changed_secret_is_told_and_a_changed_title_is_not(assignment: Assignment) -> None:
@@ -266,10 +262,10 @@ def test_a_changed_secret_is_told_and_a_changed_title_is_not(assignment: Assignm
     path = assignment.folder / "assignment.toml"
     path.write_text(path.read_text().replace('"T"', '"U"'))
     retitled = grade(load_assignment(assignment.folder))
-    assert not any(result["staff_notes"] for result in retitled.values())
+    assert not any(result.staff_notes for result in retitled.values())
     (assignment.folder / "secret.txt").write_text("another secret of a good length")
     changed = grade(load_assignment(assignment.folder))
-    assert OTHER_EDITION in changed["s01"]["staff_notes"]
+    assert OTHER_EDITION in changed["s01"].staff_notes
 
 
 def test_a_folder_that_cannot_be_written_is_told(assignment: Assignment) -> None:
@@ -286,9 +282,9 @@ def test_text_that_no_file_can_hold_costs_only_its_own_part(assignment: Assignme
     hand_in(assignment, "s02/hw.ipynb", right(assignment, "s02"))
     graded = grade(assignment)
     write_reports(assignment, list(graded.values()))
-    assert graded["s01"]["score"] == graded["s01"]["max_score"] - 1
-    assert parts(graded["s01"])["p1.determinant"]["outcome"] == "wrong"
-    assert graded["s02"]["score"] == graded["s02"]["max_score"]
+    assert graded["s01"].score == graded["s01"].max_score - 1
+    assert graded["s01"].parts["p1.determinant"].outcome == "wrong"
+    assert graded["s02"].score == graded["s02"].max_score
     assert len((assignment.folder / "graded" / "results.jsonl").read_text().splitlines()) == len(STUDENTS)
 
 

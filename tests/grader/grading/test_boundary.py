@@ -5,7 +5,6 @@ The class is graded as `qdot grade` does it, in this process: found, read, run, 
 
 import csv
 import errno
-import json
 import os
 import sys
 from collections.abc import Callable
@@ -18,6 +17,7 @@ from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.common.errors import QdotError
 from qdot.grader.grading import attempt, batch, marking
 from qdot.grader.grading.batch import grade_class
+from qdot.grader.grading.result import Result
 from qdot.grader.reports import write
 from qdot.grader.reports.tables import status
 from qdot.grader.reports.write import write_page, write_reports
@@ -25,7 +25,8 @@ from qdot.grader.sandbox.contained import folders
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
 from qdot.grader.submissions import submission
 from qdot.grader.submissions.submission import find_submissions, time_of
-from tests.support.handing_in import Result, a_class, hand_in, one_process, right
+from tests.support.handing_in import a_class, hand_in, one_process, right
+from tests.support.results import by_student, file_of, read_results
 from tests.support.suites import few_of
 
 VICTIM = "s02"
@@ -46,11 +47,10 @@ def graded(assignment: Assignment) -> dict[str, Result]:
         found = find_submissions(assignment, assignment.folder / "submitted").by_student
         results = grade_class(assignment, found, 0, Limits(seconds=20), lambda _: None, write_page=write_page)
         results = write_reports(assignment, results)
-    written = (assignment.folder / "graded" / "results.jsonl").read_text().splitlines()
-    assert [json.loads(line) for line in written] == results
+    assert list(read_results(assignment.folder).values()) == results
     with (assignment.folder / "graded" / "grades.csv").open() as table:
         assert [row["status"] for row in csv.DictReader(table)] == [status(result) for result in results]
-    return {result["student"]: result for result in results}
+    return by_student(results)
 
 
 def is_victims(about: object) -> bool:
@@ -124,10 +124,10 @@ def test_a_fault_in_any_step_is_its_students_alone(
     results = graded(assignment)
     assert failed
     victim = results.pop(VICTIM)
-    assert status(victim) == "ungraded" and victim["score"] == 0
-    assert PLANTED in victim["problems"][0]["parts"][0]["reason"]
+    assert status(victim) == "ungraded" and victim.score == 0
+    assert PLANTED in victim.parts["p1.position"].reason
     for result in results.values():
-        assert result["score"] == result["max_score"], result
+        assert result.score == result.max_score, result
     for student in assignment.roster:
         assert (assignment.folder / "graded" / "feedback" / f"{student.id}.html").read_text().endswith("</html>\n")
     assert PLANTED in (assignment.folder / "graded" / "feedback" / f"{VICTIM}.html").read_text()
@@ -220,8 +220,8 @@ def test_what_lies_about_stops_nobody(assignment: Assignment, case: str) -> None
     place(assignment.folder / "submitted")
     results = graded(assignment)
     folders.remove(str(assignment.folder / "submitted"))  # pytest can't
-    assert [(result["score"], status(result)) for result in results.values()] == [(4, "graded")] * 3
-    assert note in "".join(results["s03"]["notes"])
+    assert [(result.score, status(result)) for result in results.values()] == [(4, "graded")] * 3
+    assert note in "".join(results["s03"].notes)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux has names of files that are no text")
@@ -229,7 +229,7 @@ def test_a_notebook_whose_name_is_not_utf8_is_graded(assignment: Assignment) -> 
     own = assignment.folder / "submitted" / "s01"
     (own / "hw.ipynb").rename(own / "L\udcf6sung.ipynb")
     result = graded(assignment)["s01"]
-    assert (result["score"], result["submission"]["file"]) == (4, "L\N{REPLACEMENT CHARACTER}sung.ipynb")
+    assert (result.score, file_of(result)) == (4, "L\N{REPLACEMENT CHARACTER}sung.ipynb")
     assert graded(assignment)["s01"] == result  # from what was kept
     assert not (assignment.folder / "graded" / "history").exists()
 
@@ -238,14 +238,14 @@ def test_a_notebook_whose_name_is_not_utf8_is_graded(assignment: Assignment) -> 
 def test_a_folder_that_cannot_be_looked_into_is_told(assignment: Assignment) -> None:
     (assignment.folder / "submitted" / "s03" / "closed").mkdir(mode=0)
     result = graded(assignment)["s03"]
-    assert result["score"] == 4 and "closed: " in result["notes"][0]
+    assert result.score == 4 and "closed: " in result.notes[0]
 
 
 def test_fifty_notebooks_are_not_all_named_in_one_note(assignment: Assignment) -> None:
     text = right(assignment, "s01")
     for number in range(30):
         hand_in(assignment, f"s01/hw-{number:02d}.ipynb", text.replace("# T", f"# {number}"))
-    note = graded(assignment)["s01"]["staff_notes"][0]
+    note = graded(assignment)["s01"].staff_notes[0]
     assert "31 " in note and " 25 more" in note and len(note) < 250
 
 
@@ -257,11 +257,11 @@ def test_of_thousands_of_notebooks_the_newest_counts(assignment: Assignment, mon
     os.utime(hand_in(assignment, "s01/v9999.ipynb", right(assignment, "s01")), (1_700_009_999,) * 2)
     (assignment.folder / "submitted" / "s01" / "hw.ipynb").unlink()
     result = graded(assignment)["s01"]
-    assert (result["score"], result["submission"]["file"]) == (4, "v9999.ipynb")
-    assert any("2101 notebooks were handed in, and at most 50 are read: " in said for said in result["notes"])
+    assert (result.score, file_of(result)) == (4, "v9999.ipynb")
+    assert any("2101 notebooks were handed in, and at most 50 are read: " in said for said in result.notes)
     monkeypatch.setattr(submission, "MOST_FILES", 2000)
     result = graded(assignment)["s01"]
-    assert status(result) == "over limit" and "2,000 files" in result["obstacle"]
+    assert status(result) == "over limit" and "2,000 files" in (result.obstacle or "")
 
 
 @pytest.mark.parametrize(("seconds", "year"), [(10**12, 9999), (-(10**12), 1970), (1_700_000_000, 2023)])

@@ -119,6 +119,34 @@ def test_notebooks_that_were_handed_out_are_not_replaced_by_other_problems(folde
     assert "3 of 3 notebooks were made with another secret" in said and "or delete this folder" in said
 
 
+def test_notebooks_in_the_folders_of_other_students_are_told_as_that(folder: Path) -> None:
+    submitted = folder / "submitted"
+    submitted.rename(folder / "before")
+    for student, other in zip(IDS, (*IDS[1:], IDS[0]), strict=True):
+        shutil.copytree(folder / "before" / student, submitted / other)
+    shutil.rmtree(folder / "before")
+    said = stops(folder)
+    assert "3 of 3 notebooks are in the folders, or under the names, of other students in roster.csv" in said
+    assert "0012 has that of 0014, 0013 has that of 0012" in said and "other identifiers" not in said
+
+
+def test_an_archive_in_a_zip_stays_closed_unless_it_is_a_student_s(folder: Path, tmp_path: Path) -> None:
+    shutil.make_archive(str(tmp_path / "week" / "inner"), "zip", folder / "submitted")
+    shutil.make_archive(str(tmp_path / "outer"), "zip", tmp_path / "week")
+    said = stops(folder, tmp_path / "outer.zip")
+    assert "It has 'inner.zip', and an archive in it is opened only if it is named after a student" in said
+
+
+def test_files_with_more_than_the_identifier_in_their_names_are_to_be_renamed(folder: Path) -> None:
+    submitted = folder / "submitted"
+    for student in IDS:
+        (submitted / student / "hw.ipynb").rename(submitted / f"{student}_hw-2.ipynb")
+        shutil.rmtree(submitted / student)
+    said = stops(folder)
+    assert "3 of 3 have more in their names than the student's identifier" in said
+    assert "'0012_hw-2.ipynb' to '0012.ipynb'" in said
+
+
 def test_one_notebook_of_somebody_else_stops_nobody(folder: Path) -> None:
     shutil.copy2(folder / "submitted" / IDS[0] / "hw.ipynb", folder / "submitted" / IDS[1] / "hw.ipynb")
     assert "3 graded" in run("grade", folder)

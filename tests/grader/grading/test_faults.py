@@ -18,23 +18,25 @@ import time
 from collections.abc import Iterator
 from dataclasses import fields
 from pathlib import Path
-from typing import Any
 
 import pytest
 from typer.testing import CliRunner
 
 from qdot.exercises.assignment.assignment import Assignment, load_assignment
 from qdot.exercises.assignment.release import init_assignment, release
+from qdot.exercises.common.json_form import from_json
 from qdot.grader.cli.demo import answered
 from qdot.grader.cli.main import app
-from qdot.grader.grading.attempt import grade_attempt, is_graded, read_attempts
+from qdot.grader.grading.attempt import grade_attempt, read_attempts
 from qdot.grader.grading.batch import grade_class
 from qdot.grader.grading.copied_answers import Copies
+from qdot.grader.grading.result import Result
 from qdot.grader.reports.tables import status
 from qdot.grader.sandbox.sandbox import Limits, Run, Sandbox
 from qdot.grader.submissions.submission import StudentFiles, find_submissions
 from tests.support.handing_in import UNCERTIFIED
 from tests.support.problems import DeadlyAssignment
+from tests.support.results import by_student
 from tests.support.suites import several
 
 TOML = """title = "T"
@@ -219,7 +221,7 @@ AROUND = several(slice(4, 7), slice(None))
 """The students who are graded with s05."""
 
 
-def graded(folder: Path, times: int) -> dict[str, dict[str, Any]]:
+def graded(folder: Path, times: int) -> dict[str, Result]:
     """Grade with a student, s05, who ends so many processes that come to the student's problems."""
     made = load_assignment(folder)
     own = {field.name: getattr(made, field.name) for field in fields(made)}
@@ -229,12 +231,12 @@ def graded(folder: Path, times: int) -> dict[str, dict[str, Any]]:
     results = grade_class(assignment, found, 2, Limits(), lambda _: None, assignment.roster[AROUND])
     died = len(list(folder.glob("died.*")))
     assert min(times, 3) <= died <= times  # a pool may die more than once where the student before is slow
-    return {result["student"]: result for result in results}
+    return by_student(results)
 
 
-def around(undisturbed: dict[str, bytes]) -> dict[str, dict[str, Any]]:
-    results = [json.loads(line) for line in undisturbed["results.jsonl"].decode().splitlines()]
-    return {result["student"]: result for result in results[AROUND]}
+def around(undisturbed: dict[str, bytes]) -> dict[str, Result]:
+    results = [from_json(Result, line) for line in undisturbed["results.jsonl"].splitlines()]
+    return by_student(results[AROUND])
 
 
 @pytest.mark.whole
@@ -243,8 +245,8 @@ def test_who_ends_every_process_is_ungraded_and_the_others_are_not(folder: Path,
     results = graded(folder, 9)
     lost = results.pop("s05")
     assert status(lost) == "ungraded"
-    assert (lost["score"], lost["max_score"]) == (0, 1)
-    assert "ended twice by the system" in lost["obstacle"]
+    assert (lost.score, lost.max_score) == (0, 1)
+    assert "ended twice by the system" in (lost.obstacle or "")
     assert results == {student: result for student, result in expected.items() if student != "s05"}
     assert finish(folder) == CUT_OFF  # it is no mark, and not kept: the next run tries again
     check_done(folder, undisturbed)
@@ -277,8 +279,8 @@ def test_a_notebook_answers_for_its_process_only_if_it_is_lost_twice(handed_in: 
     assignment = load_assignment(handed_in)
     attempt = read_attempts(StudentFiles((handed_in / "submitted" / "s00" / "hw.ipynb",)), "hw")[0]
     marked = grade_attempt(assignment, "s00", attempt, LosingSandbox(*ends.split()), Copies(assignment))
-    assert is_graded(marked)
-    assert ("killed" in "".join(marked["notes"]), bool(marked["notes"])) == (is_told, is_told)
+    assert marked.is_graded
+    assert ("killed" in "".join(marked.notes), bool(marked.notes)) == (is_told, is_told)
     for always in ("lost", "unbegun"):
         with pytest.raises(RuntimeError, match="ends by itself"):
             grade_attempt(assignment, "s00", attempt, LosingSandbox(*[always] * 9), Copies(assignment))

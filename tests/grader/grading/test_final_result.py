@@ -3,12 +3,10 @@
 import csv
 import datetime
 import itertools
-import json
 import os
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -20,10 +18,12 @@ from qdot.exercises.common.errors import QdotError
 from qdot.grader.cli.demo import answered
 from qdot.grader.grading.final_result import Graded, settle
 from qdot.grader.grading.overrides import Override, Overrides, read_overrides
+from qdot.grader.grading.result import AppliedOverride, Lateness, MadeFrom, Marked, ProblemResult, Result
 from qdot.grader.reports.feedback import feedback_page
 from qdot.grader.reports.tables import SUMS, grades_csv, status
 from tests.support import command
 from tests.support.handing_in import UNCERTIFIED, one_process
+from tests.support.results import file_of, part, read_results
 
 DUE = datetime.datetime(2027, 1, 15, 12, tzinfo=datetime.UTC)
 HOUR = datetime.timedelta(hours=1)
@@ -47,21 +47,17 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path / "hw"
 
 
-def marked(*points: float | None) -> dict[str, Any]:
+def marked(*points: float | None) -> Marked:
     """What the grader gives, with these points for the two parts."""
-    parts = [
-        {"name": name, "outcome": "partial" if p else "ungraded" if p is None else "wrong", "points": p,
-         "over_limit": False, "max_points": most, "reason": "the reason", "override": None, "mistake": None,
-         "advice": None, "followed_from": None, "certificate": None, "answer": None, "entries": None}
-        for name, p, most in zip(("position", "determinant"), points, (2.0, 0.7), strict=True)
-    ]  # fmt: skip
-    return {
-        "sha256": "0", "obstacle": None, "notes": [], "staff_notes": [], "made_from": {},
-        "problems": [{"id": "planar-2r/1", "slot": "p1", "parts": parts}],
-    }  # fmt: skip
+    outcomes = ["partial" if each else "ungraded" if each is None else "wrong" for each in points]
+    parts = tuple(
+        part(name, outcome, most, points=each, reason="the reason")
+        for name, outcome, most, each in zip(("position", "determinant"), outcomes, (2.0, 0.7), points, strict=True)
+    )
+    return Marked(sha256="0", made_from=MadeFrom(), problems=(ProblemResult("planar-2r/1", "p1", parts),))
 
 
-def one(assignment: Assignment, hours: float, *points: float | None, **overrides: Override) -> dict[str, Any]:
+def one(assignment: Assignment, hours: float, *points: float | None, **overrides: Override) -> Result:
     handed_in = [Graded("hw.ipynb", DUE + hours * HOUR, marked(*points))]
     named = {{"total": ""}.get(name, f"p1.{name}"): override for name, override in overrides.items()}
     return settle(assignment, assignment.roster[0], handed_in, named)
@@ -103,10 +99,10 @@ def test_an_override_keeps_what_the_grader_said(folder: Path) -> None:
     for settled in ({"position": Override(1)}, {"total": Override(1)}):
         assert status(one(assignment, -1, None, 0.7, **settled)) == "graded", "a person settles what qdot failed on"
     result = one(assignment, -1, 0.5, 0.7, position=Override(1.25, "the sketch is right"))
-    part = result["problems"][0]["parts"][0]
-    assert (part["outcome"], part["reason"], part["points"]) == ("partial", "the reason", 1.25)
-    assert part["override"] == {"points": 1.25, "comment": "the sketch is right", "was": 0.5}
-    assert (result["score"], result["override"]) == (1.95, None)
+    part = result.parts["p1.position"]
+    assert (part.outcome, part.reason, part.points) == ("partial", "the reason", 1.25)
+    assert part.override == AppliedOverride(1.25, "the sketch is right", 0.5)
+    assert (result.score, result.override) == (1.95, None)
 
 
 @pytest.mark.parametrize(
@@ -145,15 +141,13 @@ def test_days_begun_take_a_share_of_what_was_earned(
 ) -> None:
     (folder / "assignment.toml").write_text(TOML.format(RULE))
     result = one(load_assignment(folder), hours, 2.0, 0.7)
-    late = {
-        "due": "2027-01-15T12:00:00+00:00", "received": (DUE + hours * HOUR).isoformat(),
-        "seconds": int(hours * 3600), "penalty": penalty, "points_before": 2.7,
-    }  # fmt: skip
-    assert (result["score"], result["late"]) == (score, None if penalty is None else late)
+    received = (DUE + hours * HOUR).isoformat()
+    late = penalty and Lateness("2027-01-15T12:00:00+00:00", received, int(hours * 3600), penalty, 2.7)
+    assert (result.score, result.late) == (score, late)
     assert status(result) == ("graded" if penalty is None else "late")
     (folder / "assignment.toml").write_text(TOML.format(""))
     result = one(load_assignment(folder), hours, 2.0, 0.7)  # without a rule, lateness is told and costs nothing
-    assert (result["score"], bool(result["late"])) == (2.7, hours > 0)
+    assert (result.score, bool(result.late)) == (2.7, hours > 0)
 
 
 def test_sums_are_exact_whatever_the_points(folder: Path) -> None:
@@ -162,8 +156,9 @@ def test_sums_are_exact_whatever_the_points(folder: Path) -> None:
     for a, b, hours in itertools.product((0.1, 0.3333, 1.0, 1.9999), (0.0667, 0.2, 0.7), (1, 30, 60)):
         result = one(assignment, hours, a, b)
         before = Fraction(str(a)) + Fraction(str(b))
-        off = round(before * Fraction(str(result["late"]["penalty"])), 4)
-        assert Fraction(str(result["score"])) == before - off
+        assert result.late is not None
+        off = round(before * Fraction(str(result.late.penalty)), 4)
+        assert Fraction(str(result.score)) == before - off
         (row,) = csv.DictReader(grades_csv([result], assignment.roster).splitlines())
         cells = {name: Fraction(row[name]) for name in ("p1.position", "p1.determinant", "late_penalty", "score")}
         assert cells["p1.position"] + cells["p1.determinant"] - cells["late_penalty"] == cells["score"]
@@ -176,7 +171,7 @@ def test_an_extension_is_a_time_of_the_students_own(folder: Path) -> None:
     scores = []
     for student, hours in itertools.product(assignment.roster, (24, 24.5, 250)):
         handed_in = [Graded("hw.ipynb", DUE + hours * HOUR, marked(2.0, 0.7))]
-        scores.append(settle(assignment, student, handed_in, {})["score"])
+        scores.append(settle(assignment, student, handed_in, {}).score)
     assert scores == [2.7, 2.43, 1.35, 2.7, 2.7, 1.35, 2.43, 2.16, 0.0]
     for wrong in ("2027-01-16", "16.1.2027", "Friday"):
         (folder / "roster.csv").write_text(f"student,due\ns1,{wrong}\n")
@@ -196,9 +191,9 @@ def test_times_without_a_zone_are_the_machines_or_the_assignments(folder: Path) 
 def test_parts_that_were_set_lose_for_lateness_and_a_total_that_was_set_does_not(folder: Path) -> None:
     (folder / "assignment.toml").write_text(TOML.format(RULE))
     assignment = load_assignment(folder)
-    assert one(assignment, 1, 0.0, 0.7, position=Override(1))["score"] == 1.53
+    assert one(assignment, 1, 0.0, 0.7, position=Override(1)).score == 1.53
     result = one(assignment, 1, 0.0, 0.7, position=Override(1), total=Override(2.5, "ill"))
-    assert (result["score"], result["override"]) == (2.5, {"points": 2.5, "comment": "ill", "was": 1.53})
+    assert (result.score, result.override) == (2.5, AppliedOverride(2.5, "ill", 1.53))
     (row,) = csv.DictReader(grades_csv([result], assignment.roster).splitlines())
     assert [row[name] for name in SUMS[:-1]] == [
         "2.5", "2.7", "92.6", "late", "0.17", "p1.position: 1 (was 0); total: 2.5 (was 1.53), ill",
@@ -213,15 +208,15 @@ def test_many_notebooks_in_a_folder_are_one_attempt_and_attempts_have_a_limit(fo
         hand_in(folder, released, f"s1/later-{k}.ipynb", -5 + k / 2, **answers)
     (folder / "assignment.toml").write_text(TOML.format('attempts = "best"'))
     found, _ = run(folder)
-    scores = {one["file"]: one["score"] for one in found["s1"]["attempts"]}
+    scores = {one.file: one.score for one in found["s1"].attempts}
     counted = ["hw-3.ipynb", *(f"later-{k}.ipynb" for k in range(1, 5))]
     assert [name for name, score in scores.items() if score is not None] == counted
-    assert found["s1"]["notes"][0].endswith(" within 10 min the last is taken, 5 attempts count at most")
+    assert found["s1"].notes[0].endswith(" within 10 min the last is taken, 5 attempts count at most")
     (folder / "assignment.toml").write_text(TOML.format('attempts = {best_of = 1, apart = "1 day"}'))
-    assert run(folder)[0]["s1"]["submission"]["file"] == "later-5.ipynb"
+    assert file_of(run(folder)[0]["s1"]) == "later-5.ipynb"
 
 
-def best(assignment: Assignment, *handed_in: Graded, **overrides: Override) -> dict[str, Any]:
+def best(assignment: Assignment, *handed_in: Graded, **overrides: Override) -> Result:
     named = {f"p1.{name}": override for name, override in overrides.items()}
     return settle(replace(assignment, attempts=AttemptPolicy(5)), assignment.roster[0], handed_in, named)
 
@@ -232,16 +227,16 @@ def test_the_best_counts_after_what_lateness_takes_off(folder: Path) -> None:
     early = Graded("a.ipynb", DUE - HOUR, marked(1.9, 0.7))
     late = Graded("b.ipynb", DUE + HOUR, marked(2.0, 0.7))
     result = best(assignment, early, late)
-    assert (result["score"], result["submission"]["file"], result["late"]) == (2.6, "a.ipynb", None)
-    assert [(one["file"], one["score"]) for one in result["attempts"]] == [("a.ipynb", 2.6), ("b.ipynb", 2.43)]
-    assert result["attempts"][1]["received"] == "2027-01-15T13:00:00+00:00"
+    assert (result.score, file_of(result), result.late) == (2.6, "a.ipynb", None)
+    assert [(one.file, one.score) for one in result.attempts] == [("a.ipynb", 2.6), ("b.ipynb", 2.43)]
+    assert result.attempts[1].received == "2027-01-15T13:00:00+00:00"
     said = "2 notebooks were read; a.ipynb counts, the best, not b.ipynb"
-    assert result["notes"] == result["staff_notes"] == [said]
+    assert result.notes == result.staff_notes == (said,)
     soon = replace(early, file="c.ipynb", received=DUE - HOUR - HOUR / 60, marked=None)
-    note = best(assignment, soon, early)["notes"][0]
+    note = best(assignment, soon, early).notes[0]
     assert "a.ipynb counts, not c.ipynb" in note and "within 10 min" in note
-    assert best(assignment, early, late, position=Override(2))["submission"]["file"] == "a.ipynb"
-    assert best(assignment, early, replace(early, file="c.ipynb"))["submission"]["file"] == "a.ipynb"
+    assert file_of(best(assignment, early, late, position=Override(2))) == "a.ipynb"
+    assert file_of(best(assignment, early, replace(early, file="c.ipynb"))) == "a.ipynb"
 
 
 def test_what_qdot_failed_on_is_not_passed_over_where_it_may_be_the_best(folder: Path) -> None:
@@ -272,11 +267,10 @@ def hand_in(folder: Path, released: Path, name: str, hours: float, **answers: st
     os.utime(path, (when, when))
 
 
-def run(folder: Path, *options: str) -> tuple[dict[str, dict[str, Any]], str]:
+def run(folder: Path, *options: str) -> tuple[dict[str, Result], str]:
     with one_process():
         printed = command.run("grade", folder, "--jobs", "1", *options)
-    lines = (folder / "graded" / "results.jsonl").read_text().splitlines()
-    return {result["student"]: result for result in map(json.loads, lines)}, printed
+    return read_results(folder), printed
 
 
 def test_the_last_counts_unless_the_assignment_says_the_best(folder: Path, released: Path) -> None:
@@ -288,18 +282,18 @@ def test_the_last_counts_unless_the_assignment_says_the_best(folder: Path, relea
     scratch.write_text('{"cells": [], "metadata": {}, "nbformat": 4}')
     os.utime(scratch, (DUE.timestamp(), DUE.timestamp()))
     last, _ = run(folder)
-    assert (last["s1"]["submission"]["file"], last["s1"]["score"]) == ("hw-1.ipynb", 0.7)
-    assert [one["score"] for one in last["s1"]["attempts"]] == [None, 0.7]
-    assert last["s1"]["notes"][0].endswith("hw-1.ipynb counts, the last, not hw.ipynb")
-    assert last["s2"]["submission"]["file"] == "hw.ipynb"  # at the same time as a.ipynb, and named as handed out
-    assert "hw.ipynb counts, of the last 2, received at the same time, the likeliest" in last["s2"]["notes"][0]
-    assert last["s2"]["attempts"][-1]["file"] == "scratch.ipynb"  # the last file, but no attempt
-    assert (last["s3"]["submission"], last["s3"]["attempts"]) == (None, [])
+    assert (file_of(last["s1"]), last["s1"].score) == ("hw-1.ipynb", 0.7)
+    assert [one.score for one in last["s1"].attempts] == [None, 0.7]
+    assert last["s1"].notes[0].endswith("hw-1.ipynb counts, the last, not hw.ipynb")
+    assert file_of(last["s2"]) == "hw.ipynb"  # at the same time as a.ipynb, and named as handed out
+    assert "hw.ipynb counts, of the last 2, received at the same time, the likeliest" in last["s2"].notes[0]
+    assert last["s2"].attempts[-1].file == "scratch.ipynb"  # the last file, but no attempt
+    assert (last["s3"].submission, last["s3"].attempts) == (None, ())
     (folder / "assignment.toml").write_text(TOML.format('attempts = "best"'))
     kept = {path: path.stat().st_mtime_ns for path in (folder / "graded" / ".cache").glob("*.json")}
     found, _ = run(folder)
-    assert (found["s1"]["submission"]["file"], found["s1"]["score"]) == ("hw.ipynb", 2.7)
-    assert {one["file"]: one["score"] for one in found["s1"]["attempts"]} == {"hw.ipynb": 2.7, "hw-1.ipynb": 0.7}
+    assert (file_of(found["s1"]), found["s1"].score) == ("hw.ipynb", 2.7)
+    assert {one.file: one.score for one in found["s1"].attempts} == {"hw.ipynb": 2.7, "hw-1.ipynb": 0.7}
     assert kept.items() <= {p: p.stat().st_mtime_ns for p in kept}.items()
 
 
@@ -311,7 +305,7 @@ def test_an_override_survives_every_regrade_and_is_in_every_report(folder: Path,
     )
     first, said = run(folder)
     assert "3 set by overrides.csv; see" in said
-    assert {student: result["score"] for student, result in first.items()} == {"s1": 1.76, "s2": 2.0, "s3": 1.0}
+    assert {student: result.score for student, result in first.items()} == {"s1": 1.76, "s2": 2.0, "s3": 1.0}
     assert status(first["s3"]) == "missing"
     rows = {row["student"]: row for row in csv.DictReader((folder / "graded" / "grades.csv").read_text().splitlines())}
     assert rows["s1"]["override"] == "p1.position: 1.5 (was 0), <on paper>"
@@ -323,14 +317,14 @@ def test_an_override_survives_every_regrade_and_is_in_every_report(folder: Path,
     (folder / "assignment.toml").write_text(TOML.format(RULE).replace('"T"', '"another title"'))
     hand_in(folder, released, "s1/hw.ipynb", 25, position="blank", determinant="blank")
     again, _ = run(folder)
-    assert {student: result["score"] for student, result in again.items()} == {"s1": 1.2, "s2": 2.0, "s3": 1.0}
+    assert {student: result.score for student, result in again.items()} == {"s1": 1.2, "s2": 2.0, "s3": 1.0}
 
 
 def test_a_comment_is_no_formula_and_no_markup(folder: Path) -> None:
     assignment = load_assignment(folder)
     result = one(assignment, -1, 0.0, 0.7, total=Override(1, "=1+1 <b>\x07"))
-    page = feedback_page(assignment, assignment.roster[0], {**result, "obstacle": "it can't be read"})
+    page = feedback_page(assignment, assignment.roster[0], replace(result, obstacle="it can't be read"))
     assert "=1+1 &lt;b&gt;␇" in page
-    result["override"]["comment"] = ""
+    result = replace(result, override=AppliedOverride(1, "", 0.7))
     (row,) = csv.DictReader(grades_csv([result], assignment.roster).splitlines())
     assert row["override"] == "total: 1 (was 0.7)"

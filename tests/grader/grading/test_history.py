@@ -12,13 +12,16 @@ import pytest
 from qdot.exercises.assignment.assignment import Student, load_assignment
 from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.common.files import write_atomically
+from qdot.exercises.common.json_form import as_json
 from qdot.grader.grading import history
 from qdot.grader.grading.attempt import GRADER
-from qdot.grader.grading.history import earlier_results, keep_earlier, moves, results_path, told
+from qdot.grader.grading.history import describe_moves, earlier_results, keep_earlier, moves, results_path
+from qdot.grader.grading.result import CountingSubmission, Lateness, ProblemResult, ReadNotebook, Result
 from qdot.grader.reports.tables import results_jsonl
 from qdot.grader.reports.write import write_reports
 from tests.grader.grading.test_final_result import DUE, HOUR, RULE, STUDENTS, TOML, hand_in, released, run
 from tests.support.command import fails
+from tests.support.results import change, part
 
 __all__ = ["released"]
 
@@ -45,8 +48,8 @@ def test_a_large_class_is_written_in_little_more_memory_than_its_results_take(fo
     """One result after another: of 100,000, those of the run before would take gigabytes."""
     hand_in(folder, released, "s1/hw.ipynb", -1)
     results, _ = run(folder)
-    many = [results["s1"] | {"student": f"s{number}"} for number in range(1000)]
-    students = tuple(Student(result["student"]) for result in many)
+    many = [replace(results["s1"], student=f"s{number}") for number in range(1000)]
+    students = tuple(Student(result.student) for result in many)
     assignment = replace(load_assignment(folder), roster=students)
     write_atomically(results_path(assignment), results_jsonl(many))
     size = results_path(assignment).stat().st_size
@@ -80,7 +83,7 @@ def test_nobody_loses_a_mark_by_a_run_that_was_given_less(folder: Path, released
     kept_for_staff = [path for path in (folder / "graded").glob("[gr]*.*") if path.is_file()]
     kept_for_staff += (folder / "graded" / "history").glob("*")
     assert len(kept_for_staff) > 2 and {path.stat().st_mode & 0o777 for path in kept_for_staff} == {0o600}
-    assert gone["s2"]["submission"] is None and gone["s1"]["submission"] is not None
+    assert gone["s2"].submission is None and gone["s1"].submission is not None
     run(folder)  # once is enough
 
 
@@ -107,7 +110,7 @@ def test_whose_mark_moved_and_why(folder: Path, released: Path) -> None:
         "2 students' marks moved since the last run; all points together 3.4 → 7.4 (+4)",
     ]  # fmt: skip
     (line,) = kept(folder)["s1"]
-    assert (line["why"], line["result"]) == ("new submission", first["s1"])
+    assert (line["why"], line["result"]) == ("new submission", as_json(first["s1"]))
     assert set(kept(folder)) == {"s1", "s3"}
 
     (folder / "assignment.toml").write_text(TOML.format(RULE))
@@ -132,24 +135,29 @@ def test_whose_mark_moved_and_why(folder: Path, released: Path) -> None:
     assert kept(folder)["s3"][-1]["why"] == "no longer on the roster"
 
 
-def result(score: float, **others: Any) -> dict[str, Any]:
-    part = {"name": "position", "points": score, "override": None}
-    return {
-        "student": "s1", "score": score, "max_score": 2, "late": None, "override": None, "made_from": {},
-        "submission": {"file": "hw.ipynb", "sha256": "0", "received": DUE.isoformat()},
-        "problems": [{"slot": "p1", "parts": [part]}], **others,
-    }  # fmt: skip
+def result(score: float, **others: Any) -> Result:
+    position = part("position", "wrong", 2.0, points=score)
+    made = Result(
+        student="s1", assignment="hw", submission=CountingSubmission("hw.ipynb", "0", DUE.isoformat()), score=score,
+        max_score=2.0, late=None, problems=(ProblemResult("planar-2r/1", "p1", (position,)),),
+    )  # fmt: skip
+    return replace(made, **others)
 
 
-def why(was: dict[str, Any], now: dict[str, Any]) -> list[str]:
+def line(score: float) -> str:
+    return results_jsonl([result(score)]).decode()
+
+
+def why(was: Result, now: Result) -> list[str]:
     return [f"{move.part}: {move.why}" for move in moves({"s1": was}, [now])]
 
 
 def test_reasons_that_are_rare() -> None:
-    two = [{"file": "b.ipynb", "received": DUE.isoformat(), "score": None}]
-    another = {"file": "b.ipynb", "sha256": "1", "received": DUE.isoformat()}
-    touched = {**result(1)["submission"], "received": (DUE + HOUR).isoformat()}
-    late = {**result(1), "submission": touched, "late": {"penalty": 0.1}, "score": 0.9}
+    two = (ReadNotebook("b.ipynb", DUE.isoformat(), None),)
+    another = CountingSubmission("b.ipynb", "1", DUE.isoformat())
+    later = (DUE + HOUR).isoformat()
+    lateness = Lateness(DUE.isoformat(), later, 3600, 0.1, 1.0)
+    late = replace(result(1), submission=CountingSubmission("hw.ipynb", "0", later), late=lateness, score=0.9)
     for was, now, expected in (
         (result(1, attempts=two), result(2, submission=another), "another attempt counts"),
         (result(1), result(0, submission=None), "submission gone"),
@@ -157,10 +165,9 @@ def test_reasons_that_are_rare() -> None:
     ):
         assert why(was, now) == [f"p1.position: {expected}", f": {expected}"]
     assert why(result(1), late) == [": received at another time"]
-    failed = result(0)
-    failed["problems"][0]["parts"][0]["points"] = None
+    failed = change(result(0), "p1.position", points=None)
     assert moves({"s1": failed}, [result(1)])[0].was == "ungraded"
-    assert told({"s1": result(1)}, [result(2)]).endswith("1 → 2 (+1)")
+    assert describe_moves({"s1": result(1)}, [result(2)]).endswith("1 → 2 (+1)")
 
 
 def test_a_run_that_was_stopped_adds_nothing_twice(folder: Path) -> None:
@@ -168,15 +175,15 @@ def test_a_run_that_was_stopped_adds_nothing_twice(folder: Path) -> None:
     assignment = load_assignment(folder)
     path = history.results_path(assignment)
     path.parent.mkdir()
-    path.write_text(json.dumps(result(1)) + "\n")
+    path.write_text(line(1))
     for score in (2, 2, 1.5):
         keep_earlier(assignment, [result(score)])
-        assert [line["result"]["score"] for line in kept(folder)["s1"]] == [1]
-    path.write_text(json.dumps(result(1.5)) + "\n")
+        assert [each["result"]["score"] for each in kept(folder)["s1"]] == [1]
+    path.write_text(line(1.5))
     keep_earlier(assignment, [result(1)])
-    path.write_text(json.dumps(result(1)) + "\n")
+    path.write_text(line(1))
     keep_earlier(assignment, [result(2)])
-    assert [line["result"]["score"] for line in kept(folder)["s1"]] == [1, 1.5, 1]
+    assert [each["result"]["score"] for each in kept(folder)["s1"]] == [1, 1.5, 1]
 
 
 def test_a_file_that_was_touched_is_no_change_unless_it_is_late(folder: Path, released: Path) -> None:
@@ -187,14 +194,12 @@ def test_a_file_that_was_touched_is_no_change_unless_it_is_late(folder: Path, re
     assert kept(folder) == {}
     hand_in(folder, released, "s1/hw.ipynb", 1)
     results, _ = run(folder)
-    assert results["s1"]["late"]["seconds"] == 3600
+    assert results["s1"].late is not None and results["s1"].late.seconds == 3600
     assert [line["why"] for line in kept(folder)["s1"]] == ["received at another time"]
 
 
 def test_names_that_no_file_can_hold_are_no_change(folder: Path) -> None:
-    odd = result(1, student="s1", submission={"file": "\udcff.ipynb", "sha256": "0", "received": None})
-    odd |= {"obstacle": "none", "notes": ["\u2028"], "staff_notes": []}
-    odd["problems"][0]["parts"][0] |= {"outcome": "wrong", "max_points": 2}
+    odd = result(1, submission=CountingSubmission("\udcff.ipynb", "0", None), obstacle="none", notes=("\u2028",))
     assignment = load_assignment(folder)
     for _ in range(2):
         write_reports(assignment, [odd])
@@ -209,10 +214,10 @@ def test_what_is_damaged_is_left_out(folder: Path) -> None:
     path.write_bytes(b"\xff")
     assert earlier_results(assignment) == {}
     damaged = '{"student": "s0"\n[]\n{"student": "s2"}\n{"student": "s3", "score": 1, "problems": []}\n'
-    path.write_text(f"{damaged}{json.dumps(result(1))}\n")
+    path.write_text(f"{damaged}{line(1)}")
     assert set(earlier_results(assignment)) == {"s1"}
     log = folder / "graded" / "history" / "s1.jsonl"
     log.parent.mkdir()
     log.write_text("half a li")
     keep_earlier(assignment, [result(2)])
-    assert [line.startswith("{") for line in log.read_text().splitlines()] == [False, True]
+    assert [each.startswith("{") for each in log.read_text().splitlines()] == [False, True]

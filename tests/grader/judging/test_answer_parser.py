@@ -24,7 +24,7 @@ from qdot.grader.grading import check
 from qdot.grader.grading.check import check_notebook, due_claimed
 from qdot.grader.grading.marking import mark
 from qdot.grader.judging.answer import OR
-from qdot.grader.judging.answer_parser import Due, due_of, read_answer
+from qdot.grader.judging.answer_parser import Due, due_of, read_answer, read_as
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.sandbox.sandbox import Sandbox
@@ -126,6 +126,23 @@ def test_check_says_how_a_comma_between_conditions_on_other_joints_is_read(text:
     due = Due(ConditionSet(()), Domain({"theta1": "angle", "theta3": "angle"}), ("theta1", "theta3"))
     row = check._row("p1.singular-angles", text, due)
     assert row.readable and row.said == text + (f" ({OR})" if is_said else "")
+
+
+LENGTHS_WITH_COMMAS = (
+    ("d3 = -0,2 m oder θ1 = 0", "d3 = -0.2 or theta1 = 0"),
+    ("d3 = 0, 2,5 cm; theta1 = 0", "d3 = 0, 2.5 cm; theta1 = 0"),
+    ("d3 = 0,2", ""), ("d3 = 0,2 m, theta1 = 0,180°", ""), ("d3 = 0,1,2 m", ""), ("theta1 = 0,2 m pi", ""),
+    ("theta1 = d3 theta1 = pi", ""),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "same"), LENGTHS_WITH_COMMAS)
+def test_what_may_mean_two_things_has_no_reading_and_a_comma_before_a_unit_means_one(text: str, same: str) -> None:
+    due = Due(ConditionSet(()), Domain({"theta1": "angle", "d3": "signed"}), ("theta1", "d3"))
+    given = read_as(due, text)
+    assert given.text == text
+    assert given.tree == (read_as(due, same).tree if same else None)
+    assert (given.refusal is None) == bool(same)
 
 
 def test_check_knows_the_symbols_of_the_students_own_problem(tmp_path: Path) -> None:
@@ -280,7 +297,7 @@ def test_one_number_may_be_written_as_a_formula_may(text: str) -> None:
     assert judge_numbers(text, [0.5], ["m"], 0.005, 1e-6).outcome is Outcome.CORRECT
 
 
-@pytest.mark.parametrize("text", ["a1*blank", "x = blank", "lambda theta1: ... m "])
+@pytest.mark.parametrize("text", ["a1*blank", "x = blank", "lambda theta1: 2*... "])
 def test_a_formula_with_a_blank_in_it_is_wrong(text: str) -> None:
     assert judge_expression(text, "a1", Domain({"a1": "length"}), "s").outcome is Outcome.WRONG
     judged = judge_expression("cos(9e399*theta1)", "cos(theta1)", Domain({"theta1": "angle"}), "s")

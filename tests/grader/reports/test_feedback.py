@@ -1,12 +1,11 @@
 """The feedback page: every outcome on it, readable by people and by screen readers, safe whatever was typed."""
 
-import json
 import re
 import time
 import xml.etree.ElementTree as ET
 from collections import Counter
-from collections.abc import Callable, Mapping
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import fields, replace
 from html.parser import HTMLParser
 from itertools import pairwise
 from pathlib import Path
@@ -22,7 +21,9 @@ from qdot.exercises.problem.problem import Problem
 from qdot.exercises.writing.markup import to_html
 from qdot.exercises.writing.render import template_folder
 from qdot.exercises.writing.statement import prompt
-from qdot.grader.grading.marking import mark, total
+from qdot.grader.grading.attempt import part_result
+from qdot.grader.grading.marking import NOT_RIGHT, mark, total
+from qdot.grader.grading.result import CountingSubmission, ProblemResult, Result
 from qdot.grader.judging.function_values import SHOWN
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.reports.answers import answer_of
@@ -31,6 +32,7 @@ from qdot.grader.reports.feedback import feedback_page, made_from
 from qdot.grader.reports.tables import status
 from qdot.grader.reports.write import write_reports
 from qdot.grader.sandbox.contained.callables import TABLE
+from tests.support.results import change
 from tests.support.suites import few_of
 
 TOML = """title = "Arms & <angles>"
@@ -105,20 +107,21 @@ def right(problem: Problem, name: str) -> str:
     return str(found).replace("'", "") if part.type != "singular" else f"[{', '.join(found)}]"
 
 
-def result_of(assignment: Assignment, answers: Answers = lambda slot, part, code: code) -> dict[str, Any]:
+def result_of(assignment: Assignment, answers: Answers = lambda slot, part, code: code) -> Result:
     """Return what grading a student makes of answers, without a notebook."""
-    marked: list[dict[str, Any]] = []
+    marked = list[ProblemResult]()
     for slot, problem in assignment.problems("s1"):
         own = {part.name: answers(slot, part.name, right(problem, part.name)) for part in problem.parts}
         handed_in = {name: text for name, text in own.items() if text is not None}
         verdicts = mark(problem, handed_in, secret=assignment.secret, points_seed="points")
-        marked.append({"id": str(problem.id), "slot": slot, "parts": [verdict.as_json() for verdict in verdicts]})
-    parts = [part for problem in marked for part in problem["parts"]]
-    return {
-        "student": "s1", "assignment": "hw", "submission": {}, "late": None, "obstacle": None,
-        "score": total(part["points"] for part in parts), "max_score": total(part["max_points"] for part in parts),
-        "notes": ["<i>told</i>"], "staff_notes": [], "problems": marked, "override": None, "attempts": [],
-    }  # fmt: skip
+        parts = tuple(part_result(slot, verdict) for verdict in verdicts)
+        marked.append(ProblemResult(str(problem.id), slot, parts))
+    every = [part for problem in marked for part in problem.parts]
+    return Result(
+        student="s1", assignment="hw", submission=CountingSubmission("hw.ipynb", "0", None), late=None,
+        score=total(part.points for part in every), max_score=total(part.max_points for part in every),
+        notes=("<i>told</i>",), problems=tuple(marked),
+    )  # fmt: skip
 
 
 def mixed(slot: str, part: str, code: str) -> str | None:
@@ -132,27 +135,25 @@ def mixed(slot: str, part: str, code: str) -> str | None:
 
 
 @pytest.fixture(scope="module")
-def mix(assignment: Assignment) -> dict[str, Any]:
+def mix(assignment: Assignment) -> Result:
     """A result with every outcome in it, and a part that follows from a wrong one."""
     result = result_of(assignment, mixed)
-    parts = result["problems"][1]["parts"]
-    parts[3] |= {"outcome": "ungraded", "points": None, "reason": "qdot failed on this answer (E: <x>)"}
-    found = {part["outcome"] for problem in result["problems"] for part in problem["parts"]}
-    assert found == {outcome.value for outcome in Outcome} - {"correct"}
-    result["problems"][0]["parts"][0] = result_of(assignment)["problems"][0]["parts"][0]
-    return result
+    reason = "qdot failed on this answer (E: <x>)"
+    result = change(result, "p2.rank", outcome=Outcome.UNGRADED, points=None, reason=reason)
+    assert {part.outcome for part in result.parts.values()} == set(Outcome) - {Outcome.CORRECT}
+    right = result_of(assignment).parts["p1.position"]
+    return change(result, "p1.position", **{field.name: getattr(right, field.name) for field in fields(right)})
 
 
-def page_of(assignment: Assignment, result: dict[str, Any]) -> tuple[str, Page]:
+def page_of(assignment: Assignment, result: Result) -> tuple[str, Page]:
     text = feedback_page(assignment, assignment.roster[0], result)
     return text, Page(text)
 
 
-def test_every_outcome_is_said_in_words_and_by_a_sign(assignment: Assignment, mix: dict[str, Any]) -> None:
+def test_every_outcome_is_said_in_words_and_by_a_sign(assignment: Assignment, mix: Result) -> None:
     text, page = page_of(assignment, mix)
-    for problem in mix["problems"]:
-        for part in problem["parts"]:
-            assert f'class="part {part["outcome"]}"' in text
+    for part in mix.parts.values():
+        assert f'class="part {part.outcome}"' in text
     words = [said for about, said in page.all("span") if about.get("class") == "word"]
     assert len(set(words)) == 5
     assert Counter(words) == Counter({word: 2 * words[9:].count(word) for word in words})  # contents and parts
@@ -176,8 +177,8 @@ def test_entries_that_follow_are_marked_as_such_and_parts_called_by_their_number
     }
     result = result_of(made, lambda slot, part, code: wrong.get(part, code))
     text, page = page_of(made, result)
-    jacobian = result["problems"][0]["parts"][1]
-    assert (jacobian["followed_from"], jacobian["follows"]) == ("position", [[True, True], [True, True]])
+    jacobian = result.parts["p1.jacobian"]
+    assert (jacobian.followed_from, jacobian.follows) == ("position", ((True, True), (True, True)))
     assert [said for about, said in page.all("td") if about.get("class") == "follows"] == ["↪follows"] * 4
     assert "or follow from 1.1" in text and "'position'" not in text
 
@@ -196,16 +197,16 @@ def test_a_table_is_called_what_it_is(tmp_path: Path) -> None:
 
 
 def test_the_table_holds_what_the_certificate_does_and_the_reason_does_not_repeat_it(
-    assignment: Assignment, mix: dict[str, Any]
+    assignment: Assignment, mix: Result
 ) -> None:
     text, page = page_of(assignment, mix)
     assert "in your answer, not singular" in text and "singular, not in your answer" in text  # the two drawn arms
     tables = [said for about, said in page.all("table") if about.get("class") == "differs"]
     examples = [
-        part["certificate"]["counterexample"]
-        for problem in mix["problems"] for part in problem["parts"]
-        if part["outcome"] in ("wrong", "partial") and (part["certificate"] or {}).get("counterexample")
-    ]  # fmt: skip
+        part.certificate.counterexample
+        for part in mix.parts.values()
+        if part.outcome in NOT_RIGHT and part.certificate and part.certificate.counterexample
+    ]
     assert len(tables) == len(examples) >= 4
     for table, example in zip(tables, examples, strict=True):
         for at in (example.get("at"), example.get("missing"), example.get("surplus")):
@@ -227,7 +228,7 @@ def test_two_values_are_shown_with_the_digits_that_tell_them_apart(assignment: A
 
     def shown(yours: Any, expected: Any) -> tuple[str, ...]:
         example = {"entry": 0, "at": {"theta1": 0.5}, "yours": yours, "expected": expected}
-        table = table_of(problem, part, {"counterexample": example})
+        table = table_of(problem, part, example)
         assert table is not None
         assert table.symbols[0].cells == ("0.5 rad (28.65°)",)
         return tuple(row.cells[0] for row in table.results)
@@ -239,8 +240,7 @@ def test_two_values_are_shown_with_the_digits_that_tell_them_apart(assignment: A
     assert shown("not a finite number", 1.0) == ("not a finite number", "1")
     assert shown("3.14159265358979", "3.14159265358980") == ("3.14159265358979", "3.14159265358980")
     assert shown("blank", 0.0) == ("left blank", "0")
-    assert table_of(problem, part, {"counterexample": {"entry": 0, "at": {"k": 1.0}, "yours": 1.0}}) is None
-    assert table_of(problem, part, None) is None
+    assert table_of(problem, part, {"entry": 0, "at": {"k": 1.0}, "yours": 1.0}) is None
 
 
 def test_sets_have_a_column_for_each_way_in_which_they_differ(assignment: Assignment) -> None:
@@ -253,7 +253,7 @@ def test_sets_have_a_column_for_each_way_in_which_they_differ(assignment: Assign
         ({}, None, 0),
         ({"x": 1}, {}, 0),
     ):
-        example = {"counterexample": {"missing": missing, "surplus": surplus}}
+        example = {"missing": missing, "surplus": surplus}
         table = table_of(problem, problem["singular-angles"], example)
         assert (len(table.columns) - 1 if table else 0) == columns
         assert table is None or [len(row.cells) for row in table.symbols] == [columns] * 2
@@ -264,7 +264,7 @@ def test_sets_have_a_column_for_each_way_in_which_they_differ(assignment: Assign
     ("level", "has"),
     [("outcome", (0, 0, 0)), ("mistake", (0, 1, 0)), ("counterexample", (1, 1, 0)), ("values", (1, 1, 1))],
 )
-def test_levels_of_feedback(assignment: Assignment, mix: dict[str, Any], level: str, has: tuple[int, int, int]) -> None:
+def test_levels_of_feedback(assignment: Assignment, mix: Result, level: str, has: tuple[int, int, int]) -> None:
     text, page = page_of(replace(assignment, feedback=level), mix)
     tables = [said for about, said in page.all("table") if about.get("class") == "differs"]
     shown = bool(tables), "What seems to have happened" in text, any("Right" in table for table in tables)
@@ -272,11 +272,11 @@ def test_levels_of_feedback(assignment: Assignment, mix: dict[str, Any], level: 
     assert ("Singular, and not in your answer" in text) == (level == "values")
 
 
-def test_nothing_on_it_tells_the_answer_or_regenerates_the_problem(assignment: Assignment, mix: dict[str, Any]) -> None:
+def test_nothing_on_it_tells_the_answer_or_regenerates_the_problem(assignment: Assignment, mix: Result) -> None:
     text, _ = page_of(assignment, result_of(assignment, lambda slot, part, code: "blank"))
-    for (slot, problem), entry in zip(assignment.problems("s1"), mix["problems"], strict=True):
+    for (slot, problem), entry in zip(assignment.problems("s1"), mix.problems, strict=True):
         assert str(problem.id) not in text and str(problem.id.seed) not in text
-        assert entry["id"] not in text and assignment.secret not in text
+        assert entry.id not in text and assignment.secret not in text
         for part in problem.parts:
             if not isinstance(part.answer, Choice) and len(right(problem, part.name)) > 8:
                 assert right(problem, part.name) not in text, (slot, part.name)
@@ -284,14 +284,14 @@ def test_nothing_on_it_tells_the_answer_or_regenerates_the_problem(assignment: A
 
 @pytest.mark.parametrize("obstacle", ["nothing was handed in", "hw.ipynb is not a Jupyter notebook & <more>"])
 def test_a_page_of_one_who_handed_in_nothing(assignment: Assignment, obstacle: str) -> None:
-    result = {**result_of(assignment, lambda *_: None), "obstacle": obstacle, "submission": None, "notes": []}
+    result = replace(result_of(assignment, lambda *_: None), obstacle=obstacle, submission=None, notes=())
     assert status(result) == "missing"
     text, page = page_of(assignment, result)
     assert 'class="part' not in text and "<nav" not in text
     assert any(obstacle in paragraph for _, paragraph in page.all("p"))
 
 
-def test_it_is_well_built(assignment: Assignment, mix: dict[str, Any]) -> None:
+def test_it_is_well_built(assignment: Assignment, mix: Result) -> None:
     for result in (mix, result_of(assignment), result_of(assignment, lambda *_: None)):
         text, page = page_of(assignment, result)
         tags = [tag for tag, _, _ in page.found]
@@ -325,7 +325,7 @@ def _luminance(colour: str) -> float:
 
 
 def test_every_colour_can_be_read_on_every_ground() -> None:
-    css = (template_folder() / "feedback.css.j2").read_text(encoding="utf-8")
+    css = (template_folder() / "reports/feedback.css.j2").read_text(encoding="utf-8")
     schemes = [dict(re.findall(r"--(\w+): (#\w+)", found)) for found in re.findall(r":root \{(.*?)\}", css)]
     assert len(schemes) == 3  # light, dark, print
     for scheme in schemes:
@@ -360,13 +360,12 @@ def test_whatever_was_typed_is_shown_safely_and_soon(assignment: Assignment, tex
     assert time.process_time() - start < 5
 
 
-def test_a_page_of_hostile_answers_and_reasons(assignment: Assignment, mix: dict[str, Any]) -> None:
+def test_a_page_of_hostile_answers_and_reasons(assignment: Assignment, mix: Result) -> None:
     for text in few_of(HOSTILE, 8):
-        result = json.loads(json.dumps(mix))
-        for problem in result["problems"]:
-            for part in problem["parts"]:
-                part |= {"answer": text, "reason": f"{part['reason']} near '{text[:40]}'"}
-        page, _ = page_of(assignment, {**result, "notes": [text[:100]]})
+        result = replace(mix, notes=(text[:100],))
+        for name, part in mix.parts.items():
+            result = change(result, name, answer=text, reason=f"{part.reason} near '{text[:40]}'")
+        page, _ = page_of(assignment, result)
         assert "<script" not in page and "onerror=alert(1)>" not in page.replace("&gt;", "")
         page.encode("utf-8")
 
@@ -397,13 +396,13 @@ def test_what_is_set_and_what_stands_there_as_text(assignment: Assignment) -> No
     assert "0.5" in answer_of(problem, part, "0,5").shown
 
 
-def test_a_page_is_written_again_only_if_it_says_something_else(assignment: Assignment, mix: dict[str, Any]) -> None:
-    other = {**mix, "student": "s2", "obstacle": "nothing was handed in"}
+def test_a_page_is_written_again_only_if_it_says_something_else(assignment: Assignment, mix: Result) -> None:
+    other = replace(mix, student="s2", obstacle="nothing was handed in")
     counted: list[None] = []
 
-    def write(results: list[Mapping[str, Any]]) -> dict[str, int]:
+    def write(results: list[Result]) -> dict[str, int]:
         counted.clear()
-        write_reports(assignment, results, 1, lambda: counted.append(None))  # type: ignore[arg-type]
+        write_reports(assignment, results, 1, lambda: counted.append(None))
         assert len(counted) == 2
         pages = sorted((assignment.folder / "graded" / "feedback").glob("*.html"))
         return {page.stem: page.stat().st_mtime_ns for page in pages}
@@ -411,6 +410,6 @@ def test_a_page_is_written_again_only_if_it_says_something_else(assignment: Assi
     first = write([mix, other])
     assert set(first) == {"s1", "s2"}
     assert write([mix, other]) == first
-    changed = write([{**mix, "notes": ["another"]}, other])
+    changed = write([replace(mix, notes=("another",)), other])
     assert changed["s1"] > first["s1"] and changed["s2"] == first["s2"]
     assert made_from(assignment, assignment.roster[0], mix) != made_from(assignment, assignment.roster[0], other)

@@ -1,16 +1,21 @@
 """What a level of feedback keeps back: no right value below "values", no counterexample below "counterexample"."""
 
 import re
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
 import pytest
 
 from qdot.exercises.assignment.assignment import FEEDBACK
+from qdot.exercises.formula.identity import Certificate
 from qdot.exercises.problem.problem import Part
-from qdot.grader.grading.marking import mark
+from qdot.grader.grading.attempt import part_result
+from qdot.grader.grading.marking import NOT_RIGHT, mark
+from qdot.grader.grading.result import PartResult
 from qdot.grader.judging.counterexample import shown
-from qdot.grader.reports.feedback_levels import told
+from qdot.grader.reports.feedback_levels import hold_back
+from tests.support import results
 from tests.support.problems import drawn, parts_in_turn
 from tests.support.suites import WHOLE, few_families
 
@@ -29,12 +34,18 @@ def wrong_answer(part: Part, joint: str) -> str:
     return f"[{', '.join(listed if columns == 1 else [f'[{row}]' for row in listed])}]"
 
 
-def wrong_parts(family: str) -> list[dict[str, Any]]:
+def wrong_parts(family: str) -> list[PartResult]:
     problem = drawn(family, 0)
     problem = replace(problem, parts=tuple(parts_in_turn(problem)))
     answers = {part.name: wrong_answer(part, problem.chain.q[-1].name) for part in problem.parts}
-    made = [verdict.as_json() for verdict in mark(problem, {k: v for k, v in answers.items() if v}, secret="s")]
-    return [part for part in made if part["outcome"] in ("wrong", "partial") and part["certificate"] is not None]
+    verdicts = mark(problem, {name: text for name, text in answers.items() if text}, secret="s")
+    made = [part_result("p1", verdict) for verdict in verdicts]
+    return [part for part in made if part.outcome in NOT_RIGHT and part.certificate is not None]
+
+
+def example_of(part: PartResult) -> Mapping[str, Any]:
+    assert part.certificate is not None and part.certificate.counterexample is not None
+    return part.certificate.counterexample
 
 
 @few_families
@@ -45,31 +56,31 @@ def test_every_level_keeps_back_what_is_above_it(family: str, monkeypatch: pytes
     parts = wrong_parts(family)
     assert parts
     for part in parts:
-        assert told(part, "values") == told(part, "solutions") == part
+        assert hold_back(part, "values") == hold_back(part, "solutions") == part
         nothing_right_is_told_below_values(part)
         no_numbers_are_told_below_counterexamples(part)
 
 
-def nothing_right_is_told_below_values(part: dict[str, Any]) -> None:
-    example, seen = part["certificate"]["counterexample"], told(part, "counterexample")
+def nothing_right_is_told_below_values(part: PartResult) -> None:
+    example, seen = example_of(part), hold_back(part, "counterexample")
     if "missing" in example:
-        assert seen["certificate"]["counterexample"]["missing"] is None
-        assert not re.search(r"is missing: ", seen["reason"]), seen["reason"]
+        assert example_of(seen)["missing"] is None
+        assert not re.search(r"is missing: ", seen.reason), seen.reason
         return
-    assert seen["certificate"]["counterexample"]["expected"] is None
-    assert not re.search(r"expected [-(\d]|, and .* is right", seen["reason"]), seen["reason"]
+    assert example_of(seen)["expected"] is None
+    assert not re.search(r"expected [-(\d]|, and .* is right", seen.reason), seen.reason
     right = shown(example["expected"])
     if len(right) > 4 and right not in shown(example["yours"]) and right not in str(example["at"]):
-        assert right not in seen["reason"], seen["reason"]
+        assert right not in seen.reason, seen.reason
 
 
-def no_numbers_are_told_below_counterexamples(part: dict[str, Any]) -> None:
-    seen = told(part, "mistake")
-    assert seen["certificate"]["counterexample"] is None
-    assert not re.search(r"[a-z]\w* = -?\d|yours|expected", seen["reason"].split("; it follows")[0]), seen["reason"]
-    assert (seen["mistake"], seen["entries"]) == (part["mistake"], part["entries"])
-    least = told(part, "outcome")
-    assert (least["reason"], least["mistake"], least["advice"], least["entries"]) == ("", None, None, None)
+def no_numbers_are_told_below_counterexamples(part: PartResult) -> None:
+    seen = hold_back(part, "mistake")
+    assert seen.certificate is not None and seen.certificate.counterexample is None
+    assert not re.search(r"[a-z]\w* = -?\d|yours|expected", seen.reason.split("; it follows")[0]), seen.reason
+    assert (seen.mistake, seen.entries) == (part.mistake, part.entries)
+    least = hold_back(part, "outcome")
+    assert (least.reason, least.mistake, least.advice, least.entries) == ("", None, None, None)
 
 
 @pytest.mark.parametrize("level", FEEDBACK)
@@ -78,8 +89,8 @@ def test_what_could_not_be_read_and_what_is_right_is_told_at_every_level(level: 
     problem = replace(problem, parts=(problem["position"], problem["jacobian"]))
     verdicts = mark(problem, {"position": "a1 +", "jacobian": problem["jacobian"].answer.code()}, secret="s")
     for verdict in verdicts:
-        assert told(verdict.as_json(), level) == verdict.as_json()
-    assert "can't be read" in told(verdicts[0].as_json(), level)["reason"]
+        assert hold_back(part_result("p1", verdict), level) == part_result("p1", verdict)
+    assert "can't be read" in hold_back(part_result("p1", verdicts[0]), level).reason
 
 
 @pytest.mark.parametrize(
@@ -95,11 +106,11 @@ def test_what_could_not_be_read_and_what_is_right_is_told_at_every_level(level: 
     ],
 )  # fmt: skip
 def test_what_is_left_of_a_reason_is_a_sentence(reason: str, level: str, left: str) -> None:
-    part = {"outcome": "wrong", "reason": reason, "certificate": {"counterexample": None}, "mistake": None}
-    assert told(part, level)["reason"] == left
+    wrong = results.part("position", "wrong", 1.0, reason=reason, certificate=Certificate("exact", 1))
+    assert hold_back(wrong, level).reason == left
 
 
 def test_a_shape_that_is_not_read_names_no_mistake_at_the_lowest_level() -> None:
-    part = {"outcome": "wrong", "reason": "2 x 6, and 6 x 2 is due (transposed?)", "certificate": None}
-    assert told(part, "outcome")["reason"] == "2 x 6, and 6 x 2 is due"
-    assert "transposed" in told(part, "mistake")["reason"]
+    wrong = results.part("jacobian", "wrong", 1.0, reason="2 x 6, and 6 x 2 is due (transposed?)")
+    assert hold_back(wrong, "outcome").reason == "2 x 6, and 6 x 2 is due"
+    assert "transposed" in hold_back(wrong, "mistake").reason

@@ -6,14 +6,13 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import openpyxl
 import pytest
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.common.errors import QdotError
-from qdot.grader.grading.overrides import Override
+from qdot.grader.grading.result import AppliedOverride, Result
 from qdot.grader.reports.excel import workbook
 from qdot.grader.reports.formats import write_asked
 from qdot.grader.reports.gradebooks import RESERVED, canvas, moodle
@@ -61,11 +60,10 @@ def make(tmp_path: Path) -> Make:
     return made
 
 
-def three(assignment: Assignment) -> list[dict[str, Any]]:
+def three(assignment: Assignment) -> list[Result]:
     """Return results: everything right but a third; qdot failed; nothing handed in."""
     ada, paul, emmy = (student.id for student in assignment.roster)
-    first = result(assignment, ada, ["correct", "partial", "correct"])
-    first["score"] = 2.6667
+    first = result(assignment, ada, ["correct", "partial", "correct"], score=2.6667)
     return [first, result(assignment, paul, ["correct", "ungraded", "wrong"]), result(assignment, emmy)]
 
 
@@ -207,7 +205,7 @@ def test_a_column_that_would_give_a_mark_to_the_line_above_is_left_out(make: Mak
 
 def test_more_than_a_hundred_points_go_to_moodle_as_per_cent_alone(make: Make) -> None:
     assignment = make(MOODLE_EXPORT)
-    results = [each | {"max_score": 120.0, "score": 115.0} for each in three(assignment)]
+    results = [replace(each, max_score=120.0, score=115.0) for each in three(assignment)]
     text = moodle(assignment, results)
     assert text.splitlines()[0].endswith("Email address,T (percent)")
     assert column(text, "ID number", "T (percent)")["0042"] == "95.8333"
@@ -215,11 +213,13 @@ def test_more_than_a_hundred_points_go_to_moodle_as_per_cent_alone(make: Make) -
 
 def test_what_a_person_set_is_a_mark_and_what_could_not_be_read_is_none(make: Make) -> None:
     assignment = make(MOODLE_EXPORT)
-    given = Override(0.0, "not handed in, no excuse").as_json(0.0)
-    results = three(assignment)
-    results[1] |= {"override": given, "score": 0.0}
-    results[2] |= {"override": given}
-    results[0] |= {"obstacle": "this is no notebook", "score": 0.0}
+    override = AppliedOverride(0.0, "not handed in, no excuse", 0.0)
+    first, second, third = three(assignment)
+    results = [
+        replace(first, obstacle="this is no notebook", score=0.0),
+        replace(second, override=override, score=0.0),
+        replace(third, override=override),
+    ]
     assert column(moodle(assignment, results), "ID number", "T") == {"0042": "-", "0043": "0", "0044": "0"}
 
 

@@ -8,7 +8,6 @@ import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -17,20 +16,24 @@ from qdot.exercises.arm.chain import CONVENTIONS
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.store import store_problems
 from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.json_form import from_json
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.grader.diagnosis.similar import Written, Wrong, alikeness, nearly_the_same, written
+from qdot.grader.grading.result import AppliedOverride, Result
 from qdot.grader.judging.answer_parser import read_answer
+from qdot.grader.judging.verdict import Outcome
 from qdot.grader.reports import charts
 from qdot.grader.reports.class_page import class_page
 from qdot.grader.reports.class_view import mistakes, parts, scores
 from qdot.grader.reports.formats import write_asked
+from qdot.grader.reports.tables import results_jsonl
 from qdot.grader.statistics import statistics
 from qdot.grader.statistics.fairness_tests import FEATURES, OF_AXES, OTHERS, compare, corrected, in_words
 from tests.grader.reports.test_feedback import Page
 from tests.support.command import fails, run
 from tests.support.handing_in import a_class
-from tests.support.results import result
+from tests.support.results import change, result
 
 ROWS = [[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 0, 0], [1, 1, 0], [1, 1, 1], [0, 1, 0], [1, 0, 0], [1, 1, 1], [0, 0, 0]]
 
@@ -149,7 +152,7 @@ def test_pairs_are_long_rare_and_of_different_problems(assignment: Assignment) -
     assert len(nearly_the_same([wrong("a", long, "1"), wrong("b", near, "2")], 3)) == (alikeness(long, near) >= 0.9)
 
 
-def a_graded_class(assignment: Assignment) -> list[dict[str, Any]]:
+def a_graded_class(assignment: Assignment) -> list[Result]:
     """Return results: right in another form, two alike, a mistake set right by hand; qdot failed on one."""
     answers = {}
     for student in ("s0", "s1", "s2", "s3"):
@@ -160,8 +163,8 @@ def a_graded_class(assignment: Assignment) -> list[dict[str, Any]]:
     hostile = "<img src=x onerror=alert(1)>"
     one = result(assignment, "s1", ["correct", "partial", "wrong"], [answers["s1"][0], LONG, hostile])
     two = result(assignment, "s2", ["wrong", "partial", "wrong"], [None, LONG, "a1"])
-    two["problems"][0]["parts"][2]["mistake"] = "determinant-sign and sine-for-cosine"
-    two["problems"][0]["parts"][0]["override"] = {"points": 0.5, "comment": "<b>half</b>", "was": 0.0}
+    two = change(two, "p1.determinant", mistake="determinant-sign and sine-for-cosine")
+    two = change(two, "p1.position", override=AppliedOverride(0.5, "<b>half</b>", 0.0))
     last = result(assignment, "s3", ["ungraded", "ungraded", "ungraded"], obstacle="qdot itself <failed>")
     return [first, one, two, last]
 
@@ -172,7 +175,7 @@ def test_numbers_of_the_class(assignment: Assignment) -> None:
     assert of_class.percents == (100.0, 50.0, 25.0)  # the fourth has no mark
     assert of_class.full == 1
     position, jacobian, determinant = parts(assignment, results)
-    assert (position.count["correct"], position.count["wrong"], position.graded) == (2, 1, 3)
+    assert (position.count[Outcome.CORRECT], position.count[Outcome.WRONG], position.graded) == (2, 1, 3)
     assert jacobian.share == pytest.approx(2 / 3)
     assert determinant.discrimination is None
     assert position.by_hand == 1
@@ -189,8 +192,7 @@ def test_mistakes_that_a_class_makes_more_are_a_line_for_its_next_assignment(tmp
         store_problems(made, student.id, made.problems(student.id))
     results = [result(made, student.id, ["correct", "partial", "wrong"], [None, "1", "1"]) for student in students]
     named = ["offset-sign"] * 9 + ["chain-rule", "sine-for-cosine", "determinant-sign"]
-    for each, mistake in zip(results, named, strict=True):
-        each["problems"][0]["parts"][1]["mistake"] = mistake
+    results = [change(each, "p1.jacobian", mistake=mistake) for each, mistake in zip(results, named, strict=True)]
     said = re.findall(r"<pre><code>(mistakes = .*)</code></pre>", class_page(made, results))
     assert said == ["mistakes = {offset-sign = 2.5}"]  # (9 + 1) / (3 + 1)
     file = made.folder / "assignment.toml"
@@ -203,7 +205,7 @@ def test_mistakes_that_a_class_makes_more_are_a_line_for_its_next_assignment(tmp
 def test_the_page(assignment: Assignment) -> None:
     results = a_graded_class(assignment)
     text = class_page(assignment, results)
-    assert text == class_page(assignment, json.loads(json.dumps(results)))
+    assert text == class_page(assignment, [from_json(Result, line) for line in results_jsonl(results).splitlines()])
     page = Page(text)
     # What students wrote is text and nothing else, and nothing comes from elsewhere.
     assert not {tag for tag, _, _ in page.found} & {"script", "img", "iframe", "object", "link", "b", "failed"}
@@ -225,17 +227,17 @@ def test_the_page(assignment: Assignment) -> None:
     forms = page.text.split("Right answers in unusual forms")[1].split("Late and missing")[0]
     assert "p1.determinant" in forms and "theta1 - theta1 + 1" in forms
     assert "p1.position" not in forms  # written as the reference is
-    results[1]["problems"][0]["parts"][1]["mistake"] = "sine-for-cosine"
+    results[1] = change(results[1], "p1.jacobian", mistake="sine-for-cosine")
     assert "(s1) and Emmy (s2)" not in Page(class_page(assignment, results)).text
 
 
 def test_who_does_not_look_at_the_arm_is_told_to_the_staff(assignment: Assignment) -> None:
     results = a_graded_class(assignment)
-    for part in results[0]["problems"][0]["parts"][:2]:
-        part.update(outcome="wrong", points=0.0, attempt=False)
+    for name in ("p1.position", "p1.jacobian"):
+        results[0] = change(results[0], name, outcome=Outcome.WRONG, points=0.0, attempt=False)
     told = Page(class_page(assignment, results)).text.split("do not look at their arm")[1]
     assert "(s0): p1.position, p1.jacobian" in told
-    results[0]["problems"][0]["parts"][2]["attempt"] = True
+    results[0] = change(results[0], "p1.determinant", attempt=True)
     assert "do not look at their arm" not in class_page(assignment, results)
 
 
@@ -268,7 +270,7 @@ def test_without_what_draws_charts_one_message_and_no_file(
 def test_report_as_an_instructor_uses_it(assignment: Assignment, tmp_path: Path) -> None:
     folder = assignment.folder
     assert "nothing has been graded, run: qdot grade" in fails("report", folder)
-    lines = [json.dumps(each) + "\n" for each in a_graded_class(assignment)]
+    lines = results_jsonl(a_graded_class(assignment)).decode().splitlines(keepends=True)
     (folder / "graded").mkdir()
     (folder / "graded" / "results.jsonl").write_text("".join(lines))
     assert "4 students" in run("report", folder)

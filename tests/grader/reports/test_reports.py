@@ -1,12 +1,10 @@
 """Reports of results, read as the programs read them that they are for; one student graded alone; pytest --qdot."""
 
-import copy
 import json
 import os
 import re
-from fractions import Fraction
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 from junitparser import Error, Failure, JUnitXml
@@ -14,15 +12,16 @@ from markdown_it import MarkdownIt
 
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.common.errors import QdotError
-from qdot.grader.grading.attempt import ungraded as nothing_graded
-from qdot.grader.grading.final_result import Graded, Result, settle
-from qdot.grader.reports.classroom50 import of_environment, shared_out
-from qdot.grader.reports.formats import FORMATS
+from qdot.grader.grading.attempt import mark_ungraded
+from qdot.grader.grading.final_result import Graded, settle
+from qdot.grader.grading.result import Result
+from qdot.grader.judging.verdict import Outcome
 from qdot.grader.reports.github import LARGEST_SUMMARY, annotations, summary
 from qdot.grader.reports.gradescope import results_json
 from qdot.grader.reports.junit import junit_xml
 from tests.support.command import fails, run
 from tests.support.handing_in import Cells, a_class, code, grade, hand_in, one_process, right
+from tests.support.results import change
 
 pytest_plugins = ["pytester"]
 
@@ -47,16 +46,13 @@ def results(assignment: Assignment) -> list[Result]:
 
 
 def ungraded(result: Result) -> Result:
-    changed: Result = copy.deepcopy(result)
-    changed["problems"][0]["parts"][0] |= {"points": None, "outcome": "ungraded", "reason": "qdot failed"}
-    return changed
+    return change(result, "p1.position", points=None, outcome=Outcome.UNGRADED, reason="qdot failed")
 
 
 def said(result: Result, reason: str) -> Result:
-    changed: Result = copy.deepcopy(result)
-    for part in changed["problems"][0]["parts"]:
-        part |= {"reason": reason, "points": 0.0, "outcome": "wrong"}
-    return changed
+    for name in result.parts:
+        result = change(result, name, reason=reason, points=0.0, outcome=Outcome.WRONG)
+    return result
 
 
 def test_junit_as_junitparser_reads_it(assignment: Assignment, results: list[Result]) -> None:
@@ -88,13 +84,13 @@ def test_a_summary_is_a_table_in_which_nothing_of_a_student_is_markup(
 
 
 def test_a_summary_and_its_annotations_keep_to_githubs_limits(assignment: Assignment, results: list[Result]) -> None:
-    many = [{**said(results[1], "x" * 3000), "student": f"s{number}"} for number in range(1200)]
+    many = [replace(said(results[1], "x" * 3000), student=f"s{number}") for number in range(1200)]
     page = summary(assignment, many)
     assert 900_000 < len(page.encode()) <= LARGEST_SUMMARY
     assert f"The parts of {1200 - page.count('<details>')} more students" in page
     assert len(summary(assignment, many * 30).encode()) <= LARGEST_SUMMARY
     one = said(results[1], "100%\r\n::error::forged")
-    one["problems"][0]["parts"] *= 4
+    one = replace(one, problems=tuple(replace(one.problems[0], slot=slot) for slot in ("p1", "p2", "p3", "p4")))
     lines = annotations(assignment, [one]).splitlines()
     assert len(lines) == 10 and lines[-1].startswith("::error title=hw::and 3 more")
     assert lines[0] == "::error title=p1.position%3A 0 of 1::100%25 ::error::forged"
@@ -102,67 +98,11 @@ def test_a_summary_and_its_annotations_keep_to_githubs_limits(assignment: Assign
     assert "::error title=bo::" in annotations(assignment, [results[0], ungraded(results[1])])
 
 
-def collected(payload: dict[str, Any]) -> None:
-    """Hold result.json to what Classroom 50's collector refuses."""
-    assert payload["schema"] == "classroom50/result/v1"
-    for name in ("classroom", "assignment", "owner", "submission", "commit", "release", "review", "datetime"):
-        assert isinstance(payload[name], str) and payload[name]
-    assert payload["submission"].startswith("submit/")
-    assert re.fullmatch(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ", payload["datetime"])
-    for scores in (payload, *payload["tests"]):
-        assert type(scores["score"]) is type(scores["max-score"]) is int
-        assert 0 <= scores["score"] <= scores["max-score"]
-    assert sum(test["score"] for test in payload["tests"]) == payload["score"]
-    assert sum(test["max-score"] for test in payload["tests"]) == payload["max-score"]
-    assert all(test["test-name"] and type(test["passed"]) is bool for test in payload["tests"])
-
-
-RUNNER = {
-    "CLASSROOM": "robotics", "ASSIGNMENT": "velocity", "OWNER": "bo", "SUBMISSION_TAG": "submit/1", "COMMIT_URL": "c",
-    "RELEASE_URL": "r",
-}  # fmt: skip
-
-
-def test_classroom50_takes_whole_numbers_that_add_up(assignment: Assignment, results: list[Result]) -> None:
-    late = {"due": "d", "penalty": 0.15, "points_before": 4.0}
-    for result in (*results, {**results[0], "score": 3.4, "late": late}, {**results[1], "score": 4.0}):
-        payload = json.loads(of_environment(assignment, result, RUNNER))
-        collected(payload)
-        assert payload["score"] / payload["max-score"] == pytest.approx(result["score"] / 4, abs=0.13)
-    exact = json.loads(of_environment(assignment, results[1], RUNNER))
-    assert exact["max-score"] == 400  # partial credit is counted in hundredths
-    assert exact["score"] == round(100 * results[1]["score"])
-    assert sum(shared_out(7, [Fraction(0)] * 3, [1, 2, 4])) == 7
-
-
-def test_classroom50_without_its_variables_is_one_message_and_no_file(
-    assignment: Assignment, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    asked = ("grade", assignment.folder, "--student", "ada", "--report", f"classroom50={tmp_path / 'result.json'}")
-    for name in RUNNER:
-        monkeypatch.delenv(name, raising=False)
-    monkeypatch.setenv("CLASSROOM", "robotics")
-    assert "OWNER, SUBMISSION_TAG, COMMIT_URL, RELEASE_URL are not set" in fails(*asked)
-    for name, value in {**RUNNER, "OWNER": "", "USERNAME": "ada", "SUBMISSION_TAG": "v1"}.items():
-        monkeypatch.setenv(name, value)
-    assert "SUBMISSION_TAG is 'v1'" in fails(*asked)
-    assert not list(tmp_path.iterdir())
-    monkeypatch.setenv("SUBMISSION_TAG", "submit/1")
-    with one_process():
-        run(*asked)
-    assert json.loads((tmp_path / "result.json").read_text())["owner"] == "ada"
-
-
-def test_what_has_no_mark_is_handed_to_nobody(
-    assignment: Assignment, results: list[Result], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    for name, value in RUNNER.items():
-        monkeypatch.setenv(name, value)
-    for form in (results_json, FORMATS["classroom50"].make):
-        with pytest.raises(QdotError, match="there is no mark"):
-            form(assignment, [ungraded(results[0])])
-        with pytest.raises(QdotError, match="is of one student"):
-            form(assignment, results)
+def test_what_has_no_mark_is_handed_to_nobody(assignment: Assignment, results: list[Result]) -> None:
+    with pytest.raises(QdotError, match="there is no mark"):
+        results_json(assignment, [ungraded(results[0])])
+    with pytest.raises(QdotError, match="is of one student"):
+        results_json(assignment, results)
 
 
 def test_one_student_is_graded_alone_and_the_class_stays_as_it_was(assignment: Assignment, tmp_path: Path) -> None:
@@ -222,7 +162,7 @@ def test_what_qdot_fails_on_is_an_error_and_a_wrong_folder_a_line(
 ) -> None:
     def fails(assignment: Assignment, student: Student, *_: object) -> Result:
         return settle(
-            assignment, student, [Graded(marked=nothing_graded(assignment, student.id, None, "no memory"))], {}
+            assignment, student, [Graded(marked=mark_ungraded(assignment, student.id, None, "no memory"))], {}
         )
 
     monkeypatch.setattr("qdot.grader.grading.one_student.grade_one", fails)

@@ -136,7 +136,7 @@ def test_an_answer_that_takes_too_long_to_judge_is_no_mark(polar: Problem, monke
     assert position.judgement.outcome is Outcome.WRONG and position.points == 0
     assert determinant.judgement.outcome is Outcome.UNGRADED and determinant.points is None
     assert "takes longer than 0.5 s of processor time" in determinant.judgement.reason
-    assert determinant.as_json()["over_limit"] and not position.as_json()["over_limit"]
+    assert determinant.judgement.over_limit and not position.judgement.over_limit
 
 
 def test_what_follows_from_an_answer_may_not_be_lost_for_want_of_time(
@@ -213,7 +213,7 @@ def test_a_cell_that_is_stopped_behind_its_answer_is_told(tmp_path: Path, monkey
     read = "p1_position, which it had set by then, was read"
     expected = [f"cell 3 was stopped: {why}; {read}", f"cell 6 was stopped: {why}"]
     assert outcomes(results["s01"]) == RIGHT
-    assert results["s01"]["notes"] == results["s01"]["staff_notes"] == expected
-    assert results["s02"]["notes"] == []
+    assert list(results["s01"].notes) == list(results["s01"].staff_notes) == expected
+    assert results["s02"].notes == ()
     monkeypatch.setattr("qdot.grader.grading.check.Sandbox", lambda **_: Sandbox(Limits(seconds=40, cell_seconds=1)))
     assert [note.replace("1 s", "4 s") for note in check_notebook(path).notes] == expected

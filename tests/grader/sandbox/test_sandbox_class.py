@@ -8,7 +8,6 @@ import io
 import json
 import re
 from pathlib import Path
-from typing import Any
 
 import pytest
 from typer.testing import CliRunner
@@ -19,6 +18,7 @@ from qdot.exercises.common.console import printable
 from qdot.grader.cli.demo import answered
 from qdot.grader.cli.main import app
 from qdot.grader.grading.batch import grade_class
+from qdot.grader.grading.result import Result
 from qdot.grader.reports.feedback import feedback_page
 from qdot.grader.reports.tables import grades_csv, results_jsonl
 from qdot.grader.reports.write import write_reports
@@ -85,20 +85,20 @@ def test_thirty_of_whom_twenty_five_attack_and_seven_of_whom_five_do(assignment:
     before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
     found = find_submissions(assignment, folder / "submitted").by_student
     results = grade_class(assignment, found, 2, Limits(seconds=4, cell_seconds=0.8, memory=1 << 30), lambda _: None)
-    assert [result["student"] for result in results] == STUDENTS
+    assert [result.student for result in results] == STUDENTS
     for result in results:
-        position, determinant = result["problems"][0]["parts"]
-        assert position["outcome"] == "correct", result
-        if result["student"] in HONEST:
-            assert determinant["outcome"] == "correct" and not result["staff_notes"]
-        assert "ungraded" not in (position["outcome"], determinant["outcome"])
+        position, determinant = result.problems[0].parts
+        assert position.outcome == "correct", result
+        if result.student in HONEST:
+            assert determinant.outcome == "correct" and not result.staff_notes
+        assert "ungraded" not in (position.outcome, determinant.outcome)
     assert {path: path.read_bytes() for path in before} == before
     assert not (folder / "planted").exists()
     write_reports(assignment, results)
     _nothing_written_is_harmful(assignment, results)
 
 
-def _nothing_written_is_harmful(assignment: Assignment, results: list[dict[str, Any]]) -> None:
+def _nothing_written_is_harmful(assignment: Assignment, results: list[Result]) -> None:
     table, lines = grades_csv(results, assignment.roster), results_jsonl(results).decode()
     assert printable(table) == table and printable(lines) == lines
     for row in csv.reader(io.StringIO(table)):

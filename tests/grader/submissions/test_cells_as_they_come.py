@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.problem.problem import variable
 from qdot.grader.grading.check import check_notebook
-from qdot.grader.grading.final_result import Result
+from qdot.grader.grading.result import Result
 from qdot.grader.sandbox.sandbox import Limits, Run, Sandbox
 from qdot.grader.submissions.answer_locator import find_answers, guess_parts
 from qdot.grader.submissions.cells import Cell, read_cells
@@ -241,11 +241,11 @@ def graded(assignment: Assignment) -> dict[str, Result]:
 def test_every_answer_that_is_there_is_read(graded: dict[str, Result], case: str) -> None:
     _, due, note, reason = CASES[case]
     result, honest = graded[case], graded["honest"]
-    assert outcomes(honest) == RIGHT and not honest["staff_notes"]  # a fellow student is graded as ever
+    assert outcomes(honest) == RIGHT and not honest.staff_notes  # a fellow student is graded as ever
     assert outcomes(result) == due, reasons(result)
-    assert (result["score"], result["max_score"]) == (sum((1, 2, 1)[k] for k in range(3) if due[k] == "correct"), 4)
-    staff = result["staff_notes"] if "metadata" in note or "marked" in note else ()
-    assert has_words((*result["notes"], *staff), note) if note else not result["staff_notes"], result["staff_notes"]
+    assert (result.score, result.max_score) == (sum((1, 2, 1)[k] for k in range(3) if due[k] == "correct"), 4)
+    staff = result.staff_notes if "metadata" in note or "marked" in note else ()
+    assert has_words((*result.notes, *staff), note) if note else not result.staff_notes, result.staff_notes
     assert has_words(reasons(result), reason), reasons(result)
 
 

@@ -17,7 +17,7 @@ import pytest
 
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.grader.grading.check import check_notebook
-from qdot.grader.grading.final_result import Result
+from qdot.grader.grading.result import Result
 from qdot.grader.reports.feedback import feedback_page
 from qdot.grader.reports.tables import grades_csv, status
 from qdot.grader.sandbox.sandbox import Sandbox
@@ -391,14 +391,14 @@ CLASSES = [list(CASES)[first::8] for first in range(8)]
 def test_every_file_gets_its_verdict(cases: list[str], tmp_path: Path) -> None:
     results = graded(cases, tmp_path)
     honest = results["honest"]
-    assert outcomes(honest) == RIGHT and not honest["staff_notes"]  # everybody else is graded as ever
+    assert outcomes(honest) == RIGHT and not honest.staff_notes  # everybody else is graded as ever
     for case in cases:
         _, due, words = CASES[case]
-        told = [results[case]["obstacle"] or "", *results[case]["notes"]]
+        told = [results[case].obstacle or "", *results[case].notes]
         assert outcomes(results[case]) == due, (case, told)
-        assert results[case]["score"] == (4 if due == ALL else 0), case
+        assert results[case].score == (4 if due == ALL else 0), case
         has_words = any(all(word in each for word in words.split()) for each in told)
-        assert has_words if words else not results[case]["staff_notes"], (case, told)
+        assert has_words if words else not results[case].staff_notes, (case, told)
         assert not any(ch in each for each in told for ch in "\n\x1b"), (case, told)
         state = "over limit" if due == NO_MARK else "unusable" if words else "graded"
         assert due == ALL or status(results[case]) == state, case
@@ -461,7 +461,8 @@ def test_what_exceeds_a_limit_has_no_mark_and_nothing_failed(tmp_path: Path, mon
     hand_in(assignment, "s2.ipynb", right(assignment, "s2"))
     results, _ = grade(assignment)
     assert [status(results[name]) for name in ("s0", "s1", "s2")] == ["over limit", "over limit", "graded"]
-    assert "cells" in results["s0"]["obstacle"] and "answers to be looked for" in results["s1"]["obstacle"]
+    assert "cells" in (results["s0"].obstacle or "")
+    assert "answers to be looked for" in (results["s1"].obstacle or "")
     row = grades_csv([results["s0"]], assignment.roster).splitlines()[1]
     assert ",,4,,over limit," in row and "tell your instructor" not in row
     page = feedback_page(assignment, assignment.roster[0], results["s0"])
@@ -486,11 +487,11 @@ def test_a_module_that_is_handed_in_beside_a_notebook_is_imported_from_there_onl
     hand_in(assignment, "s3.ipynb", importing("s3"))
     hand_in(assignment, "helper.py", HELPER)
     results, _ = grade(assignment)
-    lacks = ["No module named 'helper'" in " ".join(results[f"s{k}"]["notes"]) for k in range(4)]
+    lacks = ["No module named 'helper'" in " ".join(results[f"s{k}"].notes) for k in range(4)]
     assert lacks == [False, False, True, True]
     assert outcomes(results["s0"]) == outcomes(results["s1"]) == RIGHT
     hand_in(assignment, "s0/helper.py", "raise ValueError('another one')")
-    assert "another one" in " ".join(grade(assignment)[0]["s0"]["notes"]), "it is part of what was handed in"
+    assert "another one" in " ".join(grade(assignment)[0]["s0"].notes), "it is part of what was handed in"
     own = assignment.folder / "submitted" / "s0"
     assert "another one" in " ".join(check_notebook(own / HW).notes)
     (own / "helper.py").rename(tmp_path / "elsewhere.py")

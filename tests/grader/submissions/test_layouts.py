@@ -16,6 +16,7 @@ from qdot.grader.submissions.layouts import SubmittedPath, find_submitted_paths
 from qdot.grader.submissions.roster import Roster
 from qdot.grader.submissions.submission import MAY_BE, find_submissions, open_submissions
 from tests.support.handing_in import RIGHT, a_class, grade, hand_in, outcomes, right
+from tests.support.results import received
 
 pytestmark = pytest.mark.xdist_group("layouts")
 ROSTER = """student,name,email,moodle id,canvas_id,sid,section
@@ -185,7 +186,7 @@ def test_what_may_be_of_two_is_never_guessed(assignment: Assignment) -> None:
     assert several.startswith("Ada Lovelace_44_assignsubmission_file_ may be of ada1 or ada2: ")
     assert contradicts.startswith("José Díaz_1003_assignsubmission_file_ may be of hen or jose: ")
     for student in ("ada1", "ada2", "jose"):
-        assert results[student]["obstacle"] == MAY_BE and status(results[student]) == "unusable"
+        assert results[student].obstacle == MAY_BE and status(results[student]) == "unusable"
     assert outcomes(results["hen"]) == RIGHT
     assert status(results["eve"]) == "missing"
 
@@ -228,11 +229,11 @@ def test_times_are_of_the_best_source(assignment: Assignment) -> None:
     for file in (path, *(assignment.folder / "submitted").glob("*_hw.ipynb")):
         os.utime(file, (after, after))
     results, _ = grade(assignment)
-    handed = {who: (r["submission"]["received_from"], bool(r["late"])) for who, r in results.items() if r["submission"]}
+    handed = {who: (r.submission.received_from, bool(r.late)) for who, r in results.items() if r.submission}
     from_file = {"ada2": ("file", False), "hen": ("file", True), "jose": ("file", True)}
     assert handed == {"ada1": ("Gradescope", False), **from_file}
-    assert results["ada1"]["submission"]["received"] == "2026-11-20T10:11:12+00:00"
-    assert "the platform has marked it as late" in results["hen"]["staff_notes"]
+    assert received(results["ada1"]) == "2026-11-20T10:11:12+00:00"
+    assert "the platform has marked it as late" in results["hen"].staff_notes
 
 
 def zip_of(path: Path, assignment: Assignment, *, evil: bool = False) -> Path:
@@ -258,7 +259,7 @@ def test_the_zip_itself_is_graded(assignment: Assignment, tmp_path: Path) -> Non
     results, _ = grade(assignment, zip_of(tmp_path / "moodle.zip", assignment))
     assert outcomes(results["hen"]) == outcomes(results["jose"]) == RIGHT
     local = datetime.datetime(2026, 11, 20, 10).astimezone().astimezone(datetime.UTC)
-    assert results["hen"]["submission"]["received"] == local.isoformat()
+    assert received(results["hen"]) == local.isoformat()
 
 
 def test_a_hostile_zip_writes_nothing_elsewhere(

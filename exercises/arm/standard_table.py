@@ -1,11 +1,6 @@
-"""The ways in which an arm is written down, and the standard (distal) table of the same arm, which all else works on.
+"""The standard (distal) table of an arm that is written in any convention; the axes of an arm at home.
 
-    dh            a row is Rz(theta_i) Tz(d_i) Tx(a_i) Rx(alpha_i); frame i stands at the end of link i
-    modified-dh   a row is Rx(alpha_{i-1}) Tx(a_{i-1}) Rz(theta_i) Tz(d_i); frame i stands on joint axis i (Craig)
-    screws        each joint by its axis at home, where all joint variables are zero, in the base frame
-
-Rx and Tx of a modified row commute and join the row before it, so that both tables hold the same numbers: `alpha` and
-`a` of row i are those of row i + 1 of the other, and what the first modified row has of them is the base's.
+What the first row of a modified table has of `alpha` and `a` is the base's in the standard table.
 """
 
 from collections.abc import Sequence
@@ -16,11 +11,14 @@ import sympy as sp
 
 from qdot.exercises.arm.axes_to_dh import EXACT, HOME, NEAR, Axis, Pose, exactly, neat, reached, stood_on, table_of_axes
 from qdot.exercises.arm.chain import Base, Chain, Joint, Point
-from qdot.exercises.arm.kinematics import NumericChain, frames_and_point, rot_x, rot_z
+from qdot.exercises.arm.conventions import REGISTRY
+from qdot.exercises.arm.conventions.base import FRAMES, Convention
+from qdot.exercises.arm.kinematics import NumericChain, frames_and_point
 from qdot.exercises.arm.trigonometry import without_arctangents
+from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.stream import Stream
 
-TABLES = ("dh", "modified-dh")
+TABLES = tuple(name for name, convention in REGISTRY.items() if FRAMES in convention.has)
 """The conventions that are tables."""
 
 
@@ -180,14 +178,16 @@ def _constant(entry: sp.Expr) -> list[sp.Expr]:
 # --- what is rounded ---
 
 
-def axes_of_rows(rows: Sequence[Row], base: Pose, is_modified: bool) -> list[Axis]:
+def axes_of_rows(rows: Sequence[Row], base: Pose, convention: type[Convention]) -> list[Axis]:
     """Return the axes of an arm at home as the rows of a table lead to them, world frame."""
     axes, pose = [], base
     for row in rows:
-        link, own = Pose(rot_x(row.alpha), sp.Matrix([row.a, 0, 0])), Pose(rot_z(row.theta), sp.Matrix([0, 0, row.d]))
-        pose = pose @ link if is_modified else pose
-        axes.append(Axis(row.kind, pose.rotation[:, 2], pose.origin))
-        pose = pose @ own if is_modified else pose @ own @ link
+        for axis, angle, length in convention.steps(row):
+            if axis == "x":
+                pose = pose @ Pose(rot_x(angle), sp.Matrix([length, 0, 0]))
+            else:
+                axes.append(Axis(row.kind, pose.rotation[:, 2], pose.origin))
+                pose = pose @ Pose(rot_z(angle), sp.Matrix([0, 0, length]))
     return axes
 
 

@@ -1,0 +1,227 @@
+"""What every convention answers: a class of which each convention is a subclass.
+
+An arm is worked out in its standard (distal) Denavit-Hartenberg table. A convention says how the arm is presented, and
+changes nothing of how it moves. The answers here are those of the standard table; a convention gives those that differ.
+"""
+
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING, ClassVar, TypeVar
+
+import numpy as np
+import sympy as sp
+
+from qdot.exercises.arm.vectors import rot_x, rot_z
+
+if TYPE_CHECKING:
+    from qdot.exercises.arm.chain import Base, Chain, Joint, Point
+    from qdot.exercises.arm.standard_table import Row
+    from qdot.exercises.writing.languages import Catalogue
+
+FRAMES, FRAMES_OF_JOINTS, SCREWS = "frames", "frames of joints", "screws"
+"""What a convention may have, and a question or a mistake may need: frames on the links; frames each of which has the
+axis of the joint that moves it; the axes at home, and the screws along them."""
+
+VELOCITIES = ("vx", "vy", "vz", "wx", "wy", "wz")
+"""The components of a velocity, linear first (6.6)."""
+
+_T = TypeVar("_T")
+_ORIGIN = re.compile(r"the origin O(\d+)")
+
+
+class Convention:
+    """How one arm is presented. Names of axes and vectors are LaTeX without dollar signs."""
+
+    name: ClassVar[str]
+    """What the convention is called in files and in the ids of problems."""
+    title: ClassVar[str]
+    """What it is called in lists."""
+    aliases: ClassVar[tuple[str, ...]] = ()
+    """What it is called elsewhere."""
+    has: ClassVar[frozenset[str]] = frozenset({FRAMES})
+    """What questions and mistakes may need of it."""
+    twist_orders: ClassVar[tuple[str, ...]] = ()
+    """The orders in which the halves of its twists can stand, the usual one first; none where there is no choice."""
+    joint_keys: ClassVar[tuple[str, ...]] = ("kind", "theta", "d", "a", "alpha")
+    """What a joint in a file needs."""
+    misreadings: ClassVar[frozenset[str]] = frozenset()
+    """Mistakes that only those make who read an arm in this convention."""
+    caption: ClassVar[str] = "Denavit–Hartenberg parameters"
+    """What the table shows."""
+    columns: ClassVar[tuple[str, ...]] = (r"\theta_i", "d_i", "a_i", r"\alpha_i")
+    """The headings of the table."""
+    row_transform: ClassVar[str] = r"R_z(\theta_i)\, T_z(d_i)\, T_x(a_i)\, R_x(\alpha_i)"
+    """The transform T_{i-1,i} of a row of the table."""
+    row_vector: ClassVar[str] = r"[a_i \cos\theta_i, a_i \sin\theta_i, d_i]^T"
+    """The vector r_i from O_{i-1} to O_i in frame i-1, by the entries of a row."""
+    frame_index: ClassVar[str] = "i-1"
+    """The index of the frame on the axis of joint i."""
+    twisted_about: ClassVar[str] = "x_i"
+    """The axis about which a twist leads from z_{i-1} to z_i."""
+
+    def __init__(self, chain: "Chain") -> None:
+        self.chain = chain
+
+    @property
+    def has_frames(self) -> bool:
+        """Whether frames stand on the links."""
+        return FRAMES in self.has
+
+    @property
+    def is_omega_first(self) -> bool:
+        """Whether the angular velocity stands first in what the arm is asked about."""
+        return False
+
+    @property
+    def has_frames_of_joints(self) -> bool:
+        """Whether each of them has the axis of the joint that moves it, as none of the standard table has."""
+        return FRAMES_OF_JOINTS in self.has
+
+    # --- table and frames ---
+
+    @property
+    def base(self) -> "Base":
+        """Where frame O_0 stands in the world."""
+        return self.chain.base
+
+    @property
+    def rows(self) -> "list[Joint]":
+        """The rows of the table."""
+        return list(self.chain.joints)
+
+    @property
+    def point(self) -> "Point":
+        """The point of interest in the frame on its link."""
+        return self.chain.point
+
+    @staticmethod
+    def cells(theta: _T, d: _T, a: _T, alpha: _T) -> list[_T]:
+        """Return the entries of a row in the order of the table's columns."""
+        return [theta, d, a, alpha]
+
+    @staticmethod
+    def steps(row: "Joint | Row") -> "Iterator[tuple[str, sp.Expr, sp.Expr]]":
+        """Yield the axis, the angle (rad) and the length (m) of each step of which a row consists."""
+        yield "z", row.theta, row.d
+        yield "x", row.alpha, row.a
+
+    def rotation(self, row: "Joint") -> sp.Matrix:
+        """Return the rotation from frame i to frame i-1 (3 x 3)."""
+        turns = [rot_z(angle) if axis == "z" else rot_x(angle) for axis, angle, _ in self.steps(row)]
+        return turns[0] * turns[1]
+
+    def link_vector(self, row: "Joint") -> sp.Matrix:
+        """Return r_i, from O_{i-1} to O_i in frame i-1 (below 6.13; 3 x 1, m)."""
+        return sp.Matrix([row.a * sp.cos(row.theta), row.a * sp.sin(row.theta), row.d])
+
+    def frame_on_axis(self, joint: int) -> int:
+        """Return the number of the frame whose z axis is that of a joint, from 1."""
+        return joint - 1
+
+    def from_standard(self, frame: int) -> tuple[sp.Expr, sp.Expr]:
+        """Return alpha (rad) and a (m) of Rx(alpha) Tx(a), which leads from its frame to the standard one of a link."""
+        return sp.S.Zero, sp.S.Zero
+
+    def frames_in_numbers(self, frames: np.ndarray, corners: np.ndarray, place: np.ndarray) -> np.ndarray:
+        """Return the poses of its frames, (…, n + 1, 4, 4), for those of the standard table.
+
+        `corners` (…, n, 3) are where link i turns from the axis of joint i into x_i, `place` (3) is where O_0 is drawn.
+        """
+        return frames
+
+    def first_joints(self, count: int) -> "Chain":
+        """Return the first joints of the arm, with the origin of the frame behind them as the point of interest."""
+        return replace(self.chain, joints=self.chain.joints[:count], tool=None)
+
+    # --- names ---
+
+    def axis(self, joint: int | None = None, at_home: bool = False) -> str:
+        """Return what the axis of a joint is called; of joint i, a revolute one, if none is named."""
+        return f"z_{{{self._index(joint)}}}"
+
+    @property
+    def prismatic_axis(self) -> str:
+        """What the axis of joint i is called if it is prismatic."""
+        return self.axis()
+
+    def vector(self, joint: int | None = None) -> str:
+        """Return what the vector from the axis of a joint to the point of interest is called."""
+        return f"p^*_{{{self._index(joint)}}}"
+
+    def typed_axis(self, joint: int) -> str:
+        """Return the axis of a joint as students type it."""
+        return f"z{self.frame_on_axis(joint)}"
+
+    @property
+    def plain_axis(self) -> str:
+        """The axis of joint i in a sentence without formulas."""
+        return f"z_({self.frame_index})" if len(self.frame_index) > 1 else f"z_{self.frame_index}"
+
+    def _index(self, joint: int | None) -> str:
+        return self.frame_index if joint is None else str(self.frame_on_axis(joint))
+
+    def start(self, joint: int, say: "Catalogue") -> str:
+        """Return where the vector from the axis of a joint to the point of interest begins."""
+        return f"$O_{{{self.frame_on_axis(joint)}}}$"
+
+    def frame_of_all(self, say: "Catalogue") -> str:
+        """Return the frame in which everything is expressed."""
+        return say.gettext("the base frame $O_0$") if self.base.is_world else say.gettext("the world frame")
+
+    def place(self, frame: int) -> str | None:
+        """Return the name of the place where the origin of a standard frame is, as "O_2" or "P"; None without one."""
+        return f"O_{frame}"
+
+    def origin(self, frame: int) -> str | None:
+        """Return the origin of a standard frame in words; None if it has no name."""
+        name = self.place(frame)
+        return "the point" if name == "P" else name and f"the origin {name.replace('_', '')}"
+
+    def rename_origins(self, words: str) -> str:
+        """Return words on the arm with its names for the origins of standard frames.
+
+        >>> from qdot.exercises.arm.chain import Chain, Joint
+        >>> from qdot.exercises.arm.conventions import REGISTRY
+        >>> turns = (Joint("R", f"theta{i}", 0, f"a{i}", 0) for i in (1, 2))
+        >>> arm, words = Chain("arm", tuple(turns), ("vx",)), "the origin O1 lies on the axis of joint 2"
+        >>> [each(arm).rename_origins(words)[:15] for each in REGISTRY.values()]
+        ['the origin O1 l', 'the origin O2 l', "q2' lies on the"]
+        """
+        names = {match[0]: self.origin(int(match[1])) for match in _ORIGIN.finditer(words)}
+        if None in names.values():
+            return self.true_of_all
+        return _ORIGIN.sub(lambda match: str(names[match[0]]), words)
+
+    @property
+    def true_of_all(self) -> str:
+        """What is true of every singular configuration of the arm."""
+        dependent = "rows" if self.chain.n > len(self.chain.task) else "columns"
+        return f"the {dependent} of J are linearly dependent"
+
+    # --- twists ---
+
+    @property
+    def velocities(self) -> tuple[str, ...]:
+        """The components of a velocity in the order in which the arm is asked about them."""
+        return (*VELOCITIES[3:], *VELOCITIES[:3]) if self.is_omega_first else VELOCITIES
+
+    def velocity_rows(self, rows: sp.Matrix) -> sp.Matrix:
+        """Return six rows, linear first, in that order; and, as it is its own inverse, the other way."""
+        return rows[3:, :].col_join(rows[:3, :]) if self.is_omega_first else rows
+
+    @property
+    def twist_rows(self) -> list[int]:
+        """Where the components that are asked stand in a twist (omega, v), in which screws are worked out.
+
+        As it is its own inverse, it leads back, too.
+        """
+        return [0, 1, 2, 3, 4, 5] if self.is_omega_first else [3, 4, 5, 0, 1, 2]
+
+    def twist(self, twists: sp.Matrix) -> sp.Matrix:
+        """Return twists (omega, v), 6 x n, in the order in which they are asked."""
+        return twists.extract(self.twist_rows, list(range(twists.cols)))
+
+    def adjoint(self, adjoint: sp.Matrix) -> sp.Matrix:
+        """Return a 6 x 6 matrix for twists (omega, v) as one for twists in the order in which they are asked."""
+        return adjoint.extract(self.twist_rows, self.twist_rows)

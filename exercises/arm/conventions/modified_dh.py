@@ -1,0 +1,116 @@
+"""Modified (proximal) Denavit-Hartenberg tables of Craig: frame i stands on the axis of joint i, which moves it.
+
+A row is Rx(alpha_{i-1}) Tx(a_{i-1}) Rz(theta_i) Tz(d_i). Rx and Tx commute and join the row before, so that both tables
+hold the same numbers: `alpha` and `a` of row i are those of row i + 1 of the other. What the last standard row has of
+them places P in the last frame.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING, TypeVar
+
+import numpy as np
+import sympy as sp
+
+from qdot.exercises.arm.conventions.base import FRAMES, FRAMES_OF_JOINTS, Convention
+from qdot.exercises.arm.vectors import cross
+
+if TYPE_CHECKING:
+    from qdot.exercises.arm.chain import Base, Chain, Joint, Point
+    from qdot.exercises.arm.standard_table import Row
+
+_T = TypeVar("_T")
+
+
+class ModifiedDh(Convention):
+    """`a` and `alpha` of a row stand before its joint."""
+
+    name, title = "modified-dh", "modified"
+    aliases = ("craig", "mdh", "proximal")
+    has = frozenset({FRAMES, FRAMES_OF_JOINTS})
+    misreadings = frozenset({"standard-dh", "link-behind", "previous-frame"})
+    columns = (r"\alpha_{i-1}", "a_{i-1}", "d_i", r"\theta_i")
+    row_transform = r"R_x(\alpha_{i-1})\, T_x(a_{i-1})\, R_z(\theta_i)\, T_z(d_i)"
+    row_vector = r"[a_{i-1}, -d_i \sin\alpha_{i-1}, d_i \cos\alpha_{i-1}]^T"
+    frame_index = "i"
+    twisted_about = "x_{i-1}"
+
+    def _table(self) -> "tuple[Base, list[Joint]]":
+        """Return base and rows: the first row takes what turns the base about x and moves it along x."""
+        base, joints = self.chain.base, self.chain.joints
+        if base.yaw != 0 or any(base.position[1:]):
+            left, before = replace(base, tilt=sp.S.Zero), (sp.S.Zero, base.tilt)
+        else:
+            left, before = type(base)(), (base.position[0], base.tilt)
+        links = [before, *((joint.a, joint.alpha) for joint in joints[:-1])]
+        return left, [replace(joint, a=a, alpha=alpha) for joint, (a, alpha) in zip(joints, links, strict=True)]
+
+    @property
+    def base(self) -> "Base":
+        """Where frame O_0 stands in the world: never tilted."""
+        return self._table()[0]
+
+    @property
+    def rows(self) -> "list[Joint]":
+        """The rows of the table, whose `a` and `alpha` stand before their joint."""
+        return self._table()[1]
+
+    @property
+    def point(self) -> "Point":
+        """The point of interest in the frame on its link."""
+        point, (alpha, a) = self.chain.point, self.from_standard(self.chain.point.frame)
+        c, s, (x, y, z) = sp.cos(alpha), sp.sin(alpha), point.offset
+        return replace(point, offset=(a + x, c * y - s * z, s * y + c * z))
+
+    @staticmethod
+    def cells(theta: _T, d: _T, a: _T, alpha: _T) -> list[_T]:
+        """Return the entries of a row in the order of the table's columns."""
+        return [alpha, a, d, theta]
+
+    @staticmethod
+    def steps(row: "Joint | Row") -> "Iterator[tuple[str, sp.Expr, sp.Expr]]":
+        """Yield the steps of a row: along x before the joint, then along its z axis."""
+        yield "x", row.alpha, row.a
+        yield "z", row.theta, row.d
+
+    def link_vector(self, row: "Joint") -> sp.Matrix:
+        """Return r_i, from O_{i-1} to O_i in frame i-1 (3 x 1, m)."""
+        return sp.Matrix([row.a, -row.d * sp.sin(row.alpha), row.d * sp.cos(row.alpha)])
+
+    def frame_on_axis(self, joint: int) -> int:
+        """Return the number of the frame that a joint moves, from 1."""
+        return joint
+
+    def from_standard(self, frame: int) -> tuple[sp.Expr, sp.Expr]:
+        """Return alpha (rad) and a (m) of the link, which stand behind its modified frame."""
+        link = self.chain.joints[frame - 1] if frame else self.rows[0]
+        return link.alpha, link.a
+
+    def frames_in_numbers(self, frames: np.ndarray, corners: np.ndarray, place: np.ndarray) -> np.ndarray:
+        """Return the poses of its frames, (…, n + 1, 4, 4), for those of the standard table.
+
+        Frame i has x_i of the standard one, and z along the axis of joint i; it stands in corner i-1. Frame 0 is
+        upright, and stands at a `place` of its own: what turns about x_0 before joint 1, and slides along it, belongs
+        to the first row.
+        """
+        poses = np.array(frames)
+        poses[..., 1:, :3, 2] = frames[..., :-1, :3, 2]
+        poses[..., 0, :3, 2] = (0.0, 0.0, 1.0)
+        poses[..., 1:, :3, 3], poses[..., 0, :3, 3] = corners, place
+        poses[..., :3, 1] = cross(poses[..., :3, 2], poses[..., :3, 0])
+        return poses
+
+    def first_joints(self, count: int) -> "Chain":
+        """Return the first joints; the last frame stands before the length and the twist of its link."""
+        first = super().first_joints(count)
+        last = [replace(joint, a=sp.S.Zero, alpha=sp.S.Zero) for joint in first.joints[-1:]]
+        return replace(first, joints=(*first.joints[:-1], *last))
+
+    def place(self, frame: int) -> str | None:
+        """Return the name of the place of a standard origin; None if no frame of the modified table is there."""
+        chain = self.chain
+        if frame < chain.n and (chain.joints[frame].kind, chain.joints[frame].d) == ("R", 0):
+            return f"O_{frame + 1}"
+        if frame == chain.point.frame and chain.point.is_origin:
+            return "P"
+        return f"O_{frame}" if self.from_standard(frame)[1] == 0 else None

@@ -1,0 +1,71 @@
+"""Screws: the joint axes where they are at home, in the space frame; no frames stand on the links.
+
+What is presented has no prime, as omega_i, and what the joints before it have moved has one. Twists are (omega, v), or
+(v, omega) by the arm's `twist_order`. The arm is worked out in its standard table, which nobody sees.
+"""
+
+from typing import TYPE_CHECKING, ClassVar
+
+from qdot.exercises.arm.conventions.base import SCREWS, Convention
+
+if TYPE_CHECKING:
+    from qdot.exercises.writing.languages import Catalogue
+
+
+class Screws(Convention):
+    """Axes have the directions omega_i or v_i, and go through the points q_i."""
+
+    name, title = "screws", "axes"
+    aliases = ("axes", "twists", "poe", "lynch-park", "product-of-exponentials")
+    has = frozenset({SCREWS})
+    twist_orders: ClassVar[tuple[str, ...]] = ("omega-v", "v-omega")  # of Lynch and Park, and of Murray, Li and Sastry
+    joint_keys = ("kind", "axis", "point")  # no point on an axis along which a joint slides
+    caption = "Joint axes at home"
+    frame_index = ""
+
+    @property
+    def is_omega_first(self) -> bool:
+        """Whether the angular velocity stands first, as usual."""
+        return self.chain.twist_order == self.twist_orders[0]
+
+    def _is_prismatic(self, joint: int) -> bool:
+        return self.chain.joints[joint - 1].kind == "P"
+
+    def axis(self, joint: int | None = None, at_home: bool = False) -> str:
+        """Return the direction of an axis, with a prime unless it is at home."""
+        letter = "v" if joint is not None and self._is_prismatic(joint) else r"\omega"
+        return f"{letter}_{{{joint or 'i'}}}{'' if at_home else chr(39)}"
+
+    @property
+    def prismatic_axis(self) -> str:
+        """What the axis of joint i is called if it is prismatic."""
+        return "v_{i}'"
+
+    @property
+    def plain_axis(self) -> str:
+        """The axis of joint i in a sentence without formulas."""
+        return "omega_i"
+
+    def vector(self, joint: int | None = None) -> str:
+        """Return what the vector from the axis of a joint to the point of interest is called."""
+        return f"p_{{{joint or 'i'}}}"
+
+    def typed_axis(self, joint: int) -> str:
+        """Return the direction of an axis as students type it."""
+        return f"{'v' if self._is_prismatic(joint) else 'omega'}{joint}"
+
+    def start(self, joint: int, say: "Catalogue") -> str:
+        """Return where the vector from the axis of a joint to the point of interest begins."""
+        return say.gettext("a point on the axis")
+
+    def frame_of_all(self, say: "Catalogue") -> str:
+        """Return the frame in which everything is expressed."""
+        return say.gettext("the space frame {s}")
+
+    def place(self, frame: int) -> str | None:
+        """Return None: no frame stands on a link."""
+        return None
+
+    def origin(self, frame: int) -> str | None:
+        """Return the point on the axis of the next joint, if this is revolute."""
+        return f"q{frame + 1}'" if frame < self.chain.n and not self._is_prismatic(frame + 1) else None

@@ -1,0 +1,73 @@
+// The unit m in a formula, told apart from a whole number, as in theta2 = (2m + 1) pi/2.
+// The rules of ../../../exercises/formula/metres.py; ../../tests/readers.test.ts holds both together.
+
+import type { Kind, Node } from "./tree.js";
+import { VOCABULARY, whole } from "./vocabulary.js";
+
+export const METRE = "m";
+const ANGLE = whole("angle");
+const SQUARE = 2;
+const NUMBERS: ReadonlySet<Kind> = new Set<Kind>(["number", "decimal"]);
+const INVERSES: ReadonlySet<string> = new Set([...Object.values(VOCABULARY.inverses), "atan2"]);
+const PRODUCTS: ReadonlySet<Kind> = new Set<Kind>(["*", "/", "^"]);
+
+interface Step {
+  readonly top: Node;
+  readonly isReady: boolean;
+  /** Whether m is a whole number here, for pi or an angle is multiplied by it. */
+  readonly counts: boolean;
+  /** Whether no factor follows. */
+  readonly isLast: boolean;
+}
+
+/**
+ * A tree without the unit m behind a number or a list, and at the end of a product. Where it multiplies pi or an angle,
+ * m is a whole number, and stays.
+ */
+export function withoutMetres(tree: Node): Node {
+  const done: Node[] = [];
+  const todo: Step[] = [{ top: tree, isReady: false, counts: false, isLast: true }];
+  for (let next = todo.pop(); next; next = todo.pop()) {
+    // no recursion: a long sum is a deep tree
+    const { top, isReady, isLast } = next;
+    if (top.args.length === 0) done.push(top);
+    else if (isReady) {
+      const args = done.splice(done.length - top.args.length);
+      const [first, second] = args as [Node, Node];
+      const isUnit = top.kind === "*" && !next.counts && isMetre(second) && (isLast || hasUnit(first));
+      done.push(isUnit ? first : { ...top, args });
+    } else {
+      const isProduct = PRODUCTS.has(top.kind);
+      const counts = top.kind !== "call" && (next.counts || (isProduct && isLast && turns(top)));
+      todo.push({ top, isReady: true, counts, isLast });
+      for (let i = top.args.length - 1; i >= 0; i -= 1)
+        todo.push({ top: top.args[i] as Node, isReady: false, counts, isLast: !isProduct });
+    }
+  }
+  return done[0] as Node;
+}
+
+function isMetre({ kind, args: [base, exponent], text }: Node): boolean {
+  if (kind === "^" && exponent?.kind === "number" && exponent.value === SQUARE)
+    return base?.kind === "name" && base.text === METRE;
+  return kind === "name" && text === METRE;
+}
+
+/** Whether what stands before m can only have it as its unit: a number, a fraction of numbers, or a list. */
+function hasUnit(factors: Node): boolean {
+  const { kind, args } = factors.kind === "*" ? (factors.args[1] as Node) : factors;
+  const isFraction = kind === "/" && args.every((arg) => NUMBERS.has(arg.kind));
+  return isFraction || NUMBERS.has(kind) || kind === "list";
+}
+
+/** Whether pi or an angle is in a product, other than in a function that is no angle itself. */
+function turns(product: Node): boolean {
+  const stack = [product];
+  for (let top = stack.pop(); top; top = stack.pop()) {
+    const { kind, text, args } = top;
+    if (kind === "name" && (text === "pi" || ANGLE.test(text))) return true;
+    if (kind === "call" && INVERSES.has(text)) return true;
+    if (kind !== "call") stack.push(...args);
+  }
+  return false;
+}
