@@ -237,7 +237,9 @@ class _Parser:
             elif pairs and _is_value(item):  # theta2: 0, pi
                 pairs[-1].append(item)
             else:
-                raise self.fail("a dictionary needs 'joint: values' throughout")
+                raise self.fail(
+                    "a dictionary needs 'joint: values' throughout; write conditions without words before them,"
+                )
         named = ((name, values[0] if len(values) == 1 else Node("set", tuple(values))) for name, *values in pairs)
         return Node("dict", tuple(Node("pair", pair) for pair in named))
 

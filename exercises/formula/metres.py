@@ -7,6 +7,7 @@ METRE = "m"
 _ANGLE = pattern("angle")
 _SQUARE = 2
 _NUMBERS = ("number", "decimal")
+_WHOLE: list[str] = VOCABULARY["whole_numbers"]
 _INVERSES = (*VOCABULARY["inverses"].values(), "atan2")
 
 
@@ -28,7 +29,7 @@ def without_metres(tree: Node) -> Node:
             done.append(top)
         elif is_ready:
             args = tuple(done[len(done) - len(top.args) :])
-            is_unit = top.kind == "*" and not counts and _is_metre(args[1]) and (is_last or _has_unit(args[0]))
+            is_unit = top.kind == "*" and not counts and _is_metre(args[1]) and _has_unit(args[0], is_last)
             done[len(done) - len(args) :] = [args[0] if is_unit else Node(top.kind, args, top.value)]
         else:
             is_product = top.kind in ("*", "/", "^")
@@ -43,9 +44,11 @@ def _is_metre(node: Node) -> bool:
     return (node.args[0] if is_power else node).value == METRE
 
 
-def _has_unit(node: Node) -> bool:
-    """Tell whether what stands before m can only have it as its unit: a number, a fraction of numbers, or a list."""
+def _has_unit(node: Node, is_last: bool) -> bool:
+    """Tell whether what stands before m has it as its unit: a number, fraction or list; before the last m, most do."""
     last = node.args[1] if node.kind == "*" else node
+    if is_last:
+        return last.value not in _WHOLE
     is_fraction = last.kind == "/" and all(arg.kind in _NUMBERS for arg in last.args)
     return is_fraction or last.kind in (*_NUMBERS, "list")
 

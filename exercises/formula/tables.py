@@ -11,6 +11,7 @@ from qdot.exercises.formula.notation import without_units
 from qdot.exercises.formula.vocabulary import SPACES, VOCABULARY, pattern
 
 _FRAME, _GAP, _BLANK = pattern("frame_of_table"), pattern("gap_of_table"), pattern("gap_of_matlab")
+_RULE, _BAR, _SIGN = pattern("rule_of_markdown"), pattern("bar_of_markdown"), pattern("sign_of_spreadsheet")
 _GOES_ON, _MATLAB, _BETWEEN = pattern("line_goes_on"), pattern("rows_of_matlab"), pattern("between_numbers")
 _NAMED = pattern("named_number")
 _NUMBER, _NAME = pattern("decimal_with_comma"), pattern("name_of_table")
@@ -28,6 +29,8 @@ def table_text(text: str, shape: tuple[int, int]) -> str | None:
 
     >>> table_text("a1\ta2\n0\t1", (2, 2)), table_text("[a1 -a2; 0 1]", (2, 2)), table_text("a1, 0,5\n0, 1", (2, 2))
     ('[[a1, a2], [0, 1]]', '[[a1, -a2], [0, 1]]', '[[a1, 0.5], [0, 1]]')
+    >>> table_text("| a1 | a2 |\\n|---|---|\\n| 0 | 1 |", (2, 2)), table_text("=a1\\n=a2", (2, 1))
+    ('[[a1, a2], [0, 1]]', '[a1, a2]')
     >>> table_text("a1\n+ a2", (2, 1))
     """
     if len(text) > MOST:
@@ -39,9 +42,16 @@ def table_text(text: str, shape: tuple[int, int]) -> str | None:
 
 def _tables(text: str, rows: int, columns: int) -> Iterator[_Cells]:
     """Yield what a text is by its lines, and by Matlab's semicolons, with each of what separates entries of a row."""
-    lines = [line for line in (_FRAME.sub("", line) for line in text.split("\n")) if line.strip(SPACES)]
+    lines = text.split("\n")
+    is_markdown = any(map(_RULE.fullmatch, lines))
+    lines = [_FRAME.sub("", line) for line in lines if not _RULE.fullmatch(line)]
+    lines = [line for line in lines if line.strip(f"{SPACES}|")]
+    if all(map(_SIGN.match, lines)):
+        lines = [_SIGN.sub(r"\1", line) for line in lines]
     if rows > 1 and not any(_GOES_ON.match(line) for line in lines[1:]):
-        by_line: tuple[_Split, ...] = (_GAP.split, *_SPLITS) if columns > 1 else (_alone,)
+        by_line: tuple[_Split, ...] = (_alone,)
+        if columns > 1:
+            by_line = (_BAR.split,) if is_markdown else (_GAP.split, *_SPLITS)
         for split in by_line:
             yield [_entries(line, split) for line in lines]
     if (matlab := _MATLAB.fullmatch(text.strip(SPACES))) is None:

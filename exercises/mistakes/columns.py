@@ -122,6 +122,23 @@ def _not_differentiated(chain: Chain, _: Shape) -> Iterator[Slip]:
     yield Slip({"effects": changed})
 
 
+def _both_factors(chain: Chain, shape: Shape) -> Iterator[Slip]:
+    """Differentiate the length of a slide and its direction at once, where a velocity is asked for."""
+    for j in [i for i, joint in enumerate(chain.joints) if joint.kind == "P"] if shape[1] == 1 else ():
+
+        def changed(w: Working, effects: np.ndarray, j: int = j) -> np.ndarray:
+            def longer(w: Working, table: Table) -> Table:
+                return table.with_row(j, d=table.rows[j].d + w.arithmetic.stepped(sp.S.One))
+
+            right, out = w.without("effects"), np.array(effects)
+            direction = right.but({"table": longer})["effects"][:, j] - right["effects"][:, j]
+            out[:, j] = effects[:, j] + direction * (w["joint rates"][j] - w.arithmetic.value(w["table"].rows[j].d))
+            out[j, j] = 0 * effects[j, j]
+            return out
+
+        yield Slip({"effects": changed}, {"joint": j + 1})
+
+
 # --- propagation ---
 
 
@@ -481,6 +498,11 @@ _ALL = (
         "not-differentiated", "Not differentiated",
         "The sines and cosines of the position seem to stand in the Jacobian as they are: they are to be "
         "differentiated.", "6.3", _not_differentiated,
+    ),
+    Mistake(
+        "product-rule", "Both factors differentiated at once",
+        "The length of joint {joint} and its direction seem to be differentiated at once: of a product, one factor is "
+        "differentiated at a time, and the results are added.", "6.3", _both_factors, rare=True,
     ),
     Mistake(
         "next-axis", "Axis of the next joint",

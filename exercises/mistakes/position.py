@@ -152,6 +152,19 @@ def _none_rotated(chain: Chain, _: Shape) -> Iterator[Slip]:
         yield Slip({"links": lambda w, links: w["own links"]}, {"link": "each"})
 
 
+def _along_axes_in_order(chain: Chain, _: Shape) -> Iterator[Slip]:
+    """Let the joints of an arm that only slides move along x, y and z of the world frame by their numbers."""
+
+    def changed(w: Working, links: Links) -> Links:
+        rows = enumerate(w["table"].rows)
+        along = [np.stack([row.d if axis == k else 0 * row.d for axis in range(3)]) for k, row in rows]
+        return [*along, links[-1]]
+
+    if 1 < chain.n <= 3 and all(joint.kind == "P" for joint in chain.joints):
+        joints = ", ".join(str(k + 1) for k in range(chain.n))
+        yield Slip({"links": changed}, {"joint": joints, "axis": ", ".join("xyz"[: chain.n])})
+
+
 _ALL = (
     Mistake(
         "relative-angle", "Relative angle for absolute",
@@ -191,8 +204,13 @@ _ALL = (
         "The link vectors seem to be taken as their own frames see them: each must be turned into the base frame "
         "before it is added.", "6.13", _none_rotated,
     ),
+    Mistake(
+        "slides-in-order", "Slides along x, y, z in order",
+        "Joints {joint} seem to slide along {axis} in this order: each slides along its own z axis, which the twists "
+        "before it turn.", "Example 6.1", _along_axes_in_order, rare=True,
+    ),
 )  # fmt: skip
 
-OF_FRAMES = frozenset({"link-not-rotated", "links-not-rotated"})
+OF_FRAMES = frozenset({"link-not-rotated", "links-not-rotated", "slides-in-order"})
 """Those that speak of frames on the links, or of vectors from their origins."""
 MISTAKES = of_frames(_ALL, but={one.name for one in _ALL} - OF_FRAMES)

@@ -203,21 +203,29 @@ def _offsets(factor: int) -> Callable[[Chain, Part], Iterator[Taken]]:
     def takes(chain: Chain, part: Part) -> Iterator[Taken]:
         if not _components(part):
             return
-        joints = zip(chain.q, chain.joints, chain.offsets, strict=True)
-        offsets = [  # half a turn more is mostly the same set
-            (q, offset)
-            for q, joint, offset in joints
-            if offset != 0 and (joint.kind == "P" or sp.sin(factor * offset) != 0)
-        ]
-        for q, offset in offsets:
-            moved = [_with_offset(component, {q: factor * offset}) for component in _components(part)]
-            if moved != list(_components(part)):
-                yield _set(moved, joint=str(q))
-        if len(offsets) > 1:
-            every = {q: factor * offset for q, offset in offsets}
-            yield _set([_with_offset(component, every) for component in _components(part)], joint="the joints")
+        kinds = {q: joint.kind for q, joint in zip(chain.q, chain.joints, strict=True)}
+        for constants in (dict(zip(chain.q, chain.offsets, strict=True)), _constants_in(chain, _components(part))):
+            offsets = {  # half a turn more is mostly the same set
+                q: factor * constant
+                for q, constant in constants.items()
+                if constant != 0 and (kinds[q] == "P" or sp.sin(factor * constant) != 0)
+            }
+            for q, offset in offsets.items():
+                moved = [_with_offset(component, {q: offset}) for component in _components(part)]
+                if moved != list(_components(part)):
+                    yield _set(moved, joint=str(q))
+            if len(offsets) > 1:
+                yield _set([_with_offset(component, offsets) for component in _components(part)], joint="the joints")
 
     return takes
+
+
+def _constants_in(chain: Chain, components: Components) -> dict[sp.Symbol, sp.Expr]:
+    """Return the constants that are added to single joints in sines and cosines: the table may have others."""
+    conditions = (condition for component in components for condition in component.conditions)
+    angles = [wave.args[0] for condition in conditions for wave in condition.atoms(sp.sin, sp.cos)]
+    constants = {q: angle - q for angle in angles for q in chain.q if q in angle.free_symbols}
+    return {q: constant for q, constant in constants.items() if constant.is_number}
 
 
 def _with_offset(component: Component, more: Mapping[sp.Symbol, sp.Expr]) -> Component:
@@ -439,13 +447,13 @@ _ALL = (
     ),
     Mistake(
         "offset-forgotten-in-set", "Joint offset left out of the conditions",
-        "The constant that the table adds to {joint} seems to be left out of the conditions: they are wanted for the "
-        "joint variable itself.", "6.8", takes=_offsets(1), rare=True,
+        "The constant that is added to {joint} seems to be left out of the conditions: they are expected for the joint "
+        "variable itself.", "6.8", takes=_offsets(1), rare=True,
     ),
     Mistake(
         "offset-sign-in-set", "Joint offset on the wrong side",
-        "The constant that the table adds to {joint} seems to have the wrong sign: solve for the joint variable, which "
-        "takes it to the other side.", "6.8", takes=_offsets(2), rare=True,
+        "The constant that is added to {joint} seems to have the wrong sign: solve for the joint variable, which takes "
+        "it to the other side.", "6.8", takes=_offsets(2), rare=True,
     ),
     Mistake(
         "or-for-and", "Or for and in the conditions",

@@ -334,11 +334,6 @@ class Wording(AxisNames):
         return self.convention.point
 
     @property
-    def at(self) -> str:
-        """The index of the frame on the axis of joint i: "i-1", or "i" in a modified table."""
-        return self.convention.frame_index
-
-    @property
     def exponentials(self) -> str:
         """The product of the joints' exponentials; of more than three, the first and the last."""
         each = [f"e^{{[S_{{{i}}}]{tex(q)}}}" for i, q in enumerate(self.chain.q, 1)]
@@ -357,7 +352,7 @@ class Wording(AxisNames):
     @property
     def recursion(self) -> list[int]:
         """The numbers of the links that the recursion for p* adds, the last one first."""
-        return list(range(self.chain.n, self.on(1), -1))
+        return list(range(self.chain.n, self.convention.frame_on_axis(1), -1))
 
     def place(self, frame: int) -> str:
         """Return the name of the place where the origin of a standard frame is."""
@@ -431,7 +426,7 @@ class Wording(AxisNames):
     @property
     def axis_names(self) -> str:
         """The joint axes, z_0 ... z_{n-1}, or z_1 ... z_n of a modified table."""
-        return self.join([f"${self.z(i)}$" for i in range(1, self.chain.n + 1)])
+        return self.join([f"${self.convention.axis(i)}$" for i in range(1, self.chain.n + 1)])
 
     @property
     def column_of_axis(self) -> str:
@@ -456,7 +451,7 @@ class Wording(AxisNames):
     @property
     def vector_names(self) -> str:
         """The vectors to the point, p*_0 ... p*_{n-1}, or p*_1 ... p*_n of a modified table."""
-        return self.join([f"${self.p(i)}$" for i in range(1, self.chain.n + 1)])
+        return self.join([f"${self.convention.vector(i)}$" for i in range(1, self.chain.n + 1)])
 
     @property
     def parallel(self) -> bool:

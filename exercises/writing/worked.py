@@ -249,7 +249,7 @@ class Worked(AxisNames):
     def last_way(self) -> tuple[int, sp.Matrix] | None:
         """The last origin from which the way to P changes, and this way; None where it is most of the position."""
         for joint in range(self.chain.point.frame, 0, -1):
-            i = self.on(joint)
+            i = self.convention.frame_on_axis(joint)
             way, origin = self.d.p_star[:, joint - 1], self.origins[i]
             if self._moves(way):
                 whole = [row for row in range(3) if self._moves(way[row]) and not self._moves(origin[row])]
@@ -334,13 +334,13 @@ class Worked(AxisNames):
 
     def rotation(self, joint: int) -> sp.Matrix:
         """Return the rotation of the frame on the axis of a joint, its last column as this axis is written."""
-        shown = self.angles.shortened(self.d.rotations[self.on(joint)])
+        shown = self.angles.shortened(self.d.rotations[self.convention.frame_on_axis(joint)])
         return sp.Matrix.hstack(shown[:, :2], self.d.z[:, joint - 1])
 
     @cached_property
     def recursion(self) -> list[Recursion]:
         """The steps of (6.13), the last joint first; for a point in the last frame."""
-        generic, first = derive(self._structure), self.on(1)
+        generic, first = derive(self._structure), self.convention.frame_on_axis(1)
         rotations, links = generic.rotations, generic.link_vectors
         steps = []
         for i in range(self.chain.point.frame, first, -1):

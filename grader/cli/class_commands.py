@@ -25,7 +25,7 @@ from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import family_named
 from qdot.exercises.problem.problem import ProblemId
 from qdot.grader.cli.options import ConventionOption, TwistOrderOption
-from qdot.grader.grading.batch import WritePage, alone, cache_of, grade_class, share_of
+from qdot.grader.grading.batch import WritePage, alone, grade_class
 from qdot.grader.grading.certificates import Kind
 from qdot.grader.grading.certify import CERTIFIER, Task, former_students, record_of, tasks_of, unknown_files
 from qdot.grader.grading.class_check import check_class, check_secret, load_class, read_some
@@ -112,7 +112,7 @@ def verify(
     ] = "",
     count: Annotated[int, typer.Option(min=1, help="… that many together, seeds 0, 1, 2, …")] = 100,
     first: Annotated[
-        int, typer.Option("--from", metavar="SEED", min=0, max=1 << 62, help="… or seeds from this one on.")
+        int, typer.Option("--first-seed", metavar="SEED", min=0, max=1 << 62, help="… or seeds from this one on.")
     ] = 0,
     variation: VariationOption = "",
     convention: ConventionOption = "",
@@ -265,8 +265,8 @@ def grade(
     ] = 0.0,
     seconds: Annotated[float, typer.Option(min=1, help="Processor time that a notebook may take.")] = Limits().seconds,
     diff: Annotated[bool, typer.Option("--diff", help="Say whose mark moved since the last run, and why.")] = False,
-    gone: Annotated[
-        bool, typer.Option("--gone", help="Take marks away where nothing of a student is left in SUBMISSIONS.")
+    allow_missing: Annotated[
+        bool, typer.Option("--allow-missing", help="Take marks away where nothing of a student is left in SUBMISSIONS.")
     ] = False,
     report: Annotated[
         list[str], typer.Option(metavar="FORMAT=PATH", help="Also write the results so; repeatable. - is stdout.")
@@ -279,9 +279,6 @@ def grade(
     ] = "",
     executor: Annotated[
         str, typer.Option(metavar="tcp://HOST:PORT", help="Run the notebooks on this Dask scheduler's cluster.")
-    ] = "",
-    share: Annotated[
-        str, typer.Option(metavar="K/N", help="Grade the K-th of N shares of the roster; write no reports.")
     ] = "",
 ) -> None:
     """Grade what a class has handed in, and write feedback.
@@ -303,21 +300,17 @@ def grade(
     assignment = load_assignment(folder)
     limits = limits_of(seconds)
     tell = note if any(path == STDOUT for _, path in asked) else say
-    if share and (student or asked or diff or fail_under):
-        raise QdotError("--share writes no reports; --student, --report, --diff and --fail-under go without it")
     if student and executor:
         raise QdotError("--student is graded here; --executor is for a class")
-    if gone and (student or share):
-        raise QdotError("--gone is about a whole class; --student and --share take no marks away")
+    if allow_missing and student:
+        raise QdotError("--allow-missing is about a whole class; --student takes no marks away")
     if student:
         results = [_grade_one(assignment, submissions, student, received, seconds, tell)]
     else:
         named = submissions or folder / "submitted"
         with open_submissions(named) as root:
-            if share:
-                _grade_share(assignment, root, named, jobs, limits, executor, share)
-                return
-            results = _grade(assignment, root, named, jobs, limits, diff, tell, executor, None if gone else named)
+            whole = None if allow_missing else named
+            results = _grade(assignment, root, named, jobs, limits, diff, tell, executor, whole)
     write_asked(assignment, results, asked)
     _check_graded(results)
     under = [result.student for result in results if result.percent < fail_under]
@@ -380,8 +373,8 @@ def _check_all_there(
         some = ", ".join(lost[:5]) + (f" and {len(lost) - 5} more" if len(lost) > 5 else "")
         raise QdotError(
             f"{submissions}: nothing is here of {len(lost)} of {len(names)} students, who had handed in at the last "
-            f"run: {some}; put theirs with the rest, everybody's into one folder or zip, or say --gone for them to "
-            "lose their marks"
+            f"run: {some}; put theirs with the rest, everybody's into one folder or zip, or say --allow-missing "
+            "to take their marks away"
         )
 
 
@@ -410,22 +403,6 @@ def _grade_one(
     points = f"{number(result.score)} of {number(result.max_score)} points"
     tell(f"{student.id}: {status(result)}, {points}")
     return result
-
-
-def _grade_share(
-    assignment: Assignment, submissions: Path, named: Path, jobs: int, limits: Limits, executor: str, share: str
-) -> None:
-    """Grade some students of the roster; what they earn is kept, to be put together with the other shares."""
-    students = share_of(assignment.roster, share)
-    looked = find_submissions(assignment, submissions)
-    check_class(assignment, looked, submissions, named)
-    if not executor:
-        check_sandbox(assignment.sandbox == "strict")
-    with alone(assignment.folder, but_for_shares=True):
-        results = _results(assignment, looked.by_student, students, jobs, limits, executor)
-    kept = cache_of(assignment)
-    say(f"share {share}: {len(results)} students graded, kept in {kept}; without --share, reports are written from it")
-    _check_graded(results)
 
 
 def _results(

@@ -31,7 +31,7 @@ each command, with examples."""
 STOPPED = {
     **dict.fromkeys(("generate", "grade", "demo"), "stopped; run the same command again to go on"),
     "forget": "stopped; run the same command again to remove the rest",
-    "verify": "stopped; the same command begins at the first problem again, and --from SEED begins a sweep later",
+    "verify": "stopped; the same command begins at the first problem again, and --first-seed SEED begins a sweep later",
 }
 """What is said of a command that Ctrl-C or SIGTERM ended, where there is more to say than that it stopped."""
 

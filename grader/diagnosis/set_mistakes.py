@@ -21,7 +21,7 @@ from qdot.exercises.formula.pieces import Piece
 from qdot.exercises.formula.pieces import pieces as read_pieces
 from qdot.exercises.formula.program import Program, compile_program, evaluate
 from qdot.exercises.formula.set_parser import claimed_pieces
-from qdot.exercises.formula.trees import ReadError, digits_of_decimals, names, node_text
+from qdot.exercises.formula.trees import Node, ReadError, digits_of_decimals, names, node_text
 from qdot.exercises.mistakes.base import Mistake, Taken
 from qdot.exercises.mistakes.catalogue import ALIKE, CATALOGUE, NO_OFTENER, Oftener, taken, usual
 from qdot.exercises.mistakes.given import Values
@@ -110,7 +110,7 @@ class _Claims:
         due = {q.name for component in self.components for q, _ in component.solutions or ()}
         for joint in dict.fromkeys(str(piece[0].joint) for piece in wrong):
             own = [piece for piece in wrong if piece[0].joint == joint]
-            values = ", ".join(node_text(piece[0].zero).removeprefix("(").removesuffix(")") for piece in own)
+            values = ", ".join(_as_written(piece[0].zero) for piece in own)
             if any(self._within(own, group) for group in self.due):
                 yield "condition-of-several-forgotten", {"joint": joint}
             else:
@@ -132,6 +132,19 @@ class _Claims:
         """Return the pieces of a condition that lie in what is claimed."""
         held = self._compare(due, claimed).sound if claimed else ()
         return [piece for piece, is_held in zip(due, held, strict=False) if is_held]
+
+
+def _as_written(value: Node) -> str:
+    """Return a value as people write it, with no brackets around it.
+
+    >>> from qdot.exercises.formula.expression import read
+    >>> [_as_written(read(text, {})) for text in ("-pi/2", "1/3", "-acos(1/3)", "pi - 1")]
+    ['-pi/2', '1/3', '-acos((1/3))', 'pi-1']
+    """
+    if value.kind == "neg" and value.args[0].kind not in ("+", "-"):
+        return f"-{_as_written(value.args[0])}"
+    text = node_text(value)
+    return text[1:-1] if text.startswith("(") else text
 
 
 def _likeliest(

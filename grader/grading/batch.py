@@ -10,7 +10,6 @@ import hashlib
 import io
 import json
 import os
-import re
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
@@ -114,18 +113,6 @@ def _cost(student: Student, handed_in: Sequence[Graded]) -> tuple[str, str, str]
     return student.id, f"{seconds:.2f}", f"{most / 1e6:.0f}"
 
 
-def share_of(roster: Sequence[Student], share: str) -> Sequence[Student]:
-    """Return one of several shares of a class, as in "3/20". Raises QdotError.
-
-    >>> share_of("abcdefg", "2/3")
-    'be'
-    """
-    match = re.fullmatch(r"([1-9][0-9]{0,5})/([1-9][0-9]{0,5})", share)
-    if match is None or int(match[1]) > int(match[2]):
-        raise QdotError(f"--share {share!r} is no share; the third of four is 3/4")
-    return roster[int(match[1]) - 1 :: int(match[2])]
-
-
 def cache_of(assignment: Assignment) -> Path:
     """Return the folder in which is kept what has been graded."""
     return cache_in(assignment.folder)
@@ -137,12 +124,10 @@ def cache_in(folder: Path) -> Path:
 
 
 @contextlib.contextmanager
-def alone(folder: Path, but_for_shares: bool = False) -> Iterator[None]:
+def alone(folder: Path) -> Iterator[None]:
     """Be the only one who grades in an assignment's folder. Raises QdotError where another grader is at work there.
 
-    Those who grade shares may be there together, as on a disk that machines have in common: each keeps what its own
-    students earn, and writes nothing else. The lock is one that the system lets go of when this process ends, however
-    it ends.
+    The lock is one that the system lets go of when this process ends, however it ends.
     """
     path = cache_in(folder) / "lock"
     make_folder(path.parent)
@@ -152,7 +137,7 @@ def alone(folder: Path, but_for_shares: bool = False) -> Iterator[None]:
         raise cannot_write(path, error) from None
     with file, _of_this_process(file.fileno()):
         try:
-            lock(file.fileno(), wait=False, shared=but_for_shares)
+            lock(file.fileno(), wait=False)
         except BlockingIOError:
             raise QdotError(
                 f"{path.parent.parent} is being graded by another 'qdot grade'; wait until it is done"

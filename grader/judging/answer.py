@@ -70,7 +70,7 @@ class Given:
         """Return it as no answer of the form that is due."""
         return replace(self, refusal=wrong(why))
 
-    def ambiguous(self, why: str) -> "Given":
+    def refuse_as_ambiguous(self, why: str) -> "Given":
         """Return it as refused, and read in no way, for it may mean two things."""
         return replace(self.refused(why), tree=None)
 
@@ -167,7 +167,7 @@ def read_conditions(text: str, domain: Domain, joints: Sequence[str] = ()) -> Gi
     if given.tree is None or not joints:
         return given
     if with_points(measured) != measured:
-        return given.ambiguous(
+        return given.refuse_as_ambiguous(
             "a comma between two digits may belong to a number or stand between two; write 0.5, or 0, 5 with a space"
         )
     if bare := next((one for one in _alternatives(given.tree) if _is_bare(one, joints)), None):
@@ -182,7 +182,7 @@ def read_conditions(text: str, domain: Domain, joints: Sequence[str] = ()) -> Gi
             f"{', '.join(joints)}, as in {joints[-1]} = 0 or {joints[-1]} = pi/3; whole numbers are k, n and m"
         )
     if joint := _last_in_chain(given.tree, joints):
-        return given.ambiguous(
+        return given.refuse_as_ambiguous(
             f"a product with {joint} between two signs = may mean two things; write a comma or 'and' between "
             "two conditions"
         )
@@ -458,7 +458,7 @@ def _in_order(given: Given) -> Given:
         return given
     if any(arg.kind in ("eq", "pair", "set", "list") for arg in given.tree.args):
         return given
-    return given.ambiguous("a set {a, b} has no order; write the entries as a list, [a, b]")
+    return given.refuse_as_ambiguous("a set {a, b} has no order; write the entries as a list, [a, b]")
 
 
 def _in_rows(given: Given, labels: Sequence[str], what: str, shape: tuple[int, int] = (0, 0)) -> Given:

@@ -70,7 +70,7 @@ def test_a_pod_is_held_as_the_container_is() -> None:
     assert pod["securityContext"]["runAsNonRoot"] and pod["securityContext"]["runAsUser"] == SOMEBODY
     assert pod["securityContext"]["seccompProfile"] == {"type": "RuntimeDefault"}
     assert {each["mountPath"] for each in one["volumeMounts"]} == {"/class", "/tmp"}
-    assert f'/{spec["completions"]}"' in one["command"][2] and one["command"][:2] == ["sh", "-c"]
+    assert one["args"][:2] == ["grade", "."]
 
 
 # --- with one ---

@@ -259,6 +259,8 @@ MORE = (
     "theta2 = -45°\ntheta2 = 135°", "d3 = -0.2 m.\n\nsin(theta2) = 0", "theta2 = 0\nor pi", "a1 = a2\n  = 0",
     "d3 = -0.2 m or theta2 = m*pi", "theta2 = k 180°", "theta2 = (2 m + 1) pi/2", "d3 = -20 cm or theta2 = 0",
     "theta2 = 2*m*acos(0)", "[(d3 - 0.2 m)*c1, 1/5 m s1 + a1 m]", "P = (a1, a2) m", "0.3 m^2 s1 + 20 cm*a1 + a1 m a2",
+    "a1*PI()/4", "PI(a1)", "POWER(a1; 2)", "mpf('0.5')*a1'", "q1'*2'",
+    "\\[Theta]1[t]", "Subscript[a, 1] Sin[30 Degree]", "=a1\n=a2", "| a1 | a2 |\n|--|--|\n| 0 | |a1| |", "a1 (approx.)",
     "m*" * 300 + "m", "(" * 50 + "m m" + ")*m" * 50,
 )  # fmt: skip
 """Texts at the limits, and of kinds in which both readers once differed."""

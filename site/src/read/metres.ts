@@ -34,7 +34,7 @@ export function withoutMetres(tree: Node): Node {
     else if (isReady) {
       const args = done.splice(done.length - top.args.length);
       const [first, second] = args as [Node, Node];
-      const isUnit = top.kind === "*" && !next.counts && isMetre(second) && (isLast || hasUnit(first));
+      const isUnit = top.kind === "*" && !next.counts && isMetre(second) && hasUnit(first, isLast);
       done.push(isUnit ? first : { ...top, args });
     } else {
       const isProduct = PRODUCTS.has(top.kind);
@@ -53,9 +53,10 @@ function isMetre({ kind, args: [base, exponent], text }: Node): boolean {
   return kind === "name" && text === METRE;
 }
 
-/** Whether what stands before m can only have it as its unit: a number, a fraction of numbers, or a list. */
-function hasUnit(factors: Node): boolean {
-  const { kind, args } = factors.kind === "*" ? (factors.args[1] as Node) : factors;
+/** Whether what stands before m has it as its unit: a number, a fraction or a list; before the last m, most do. */
+function hasUnit(factors: Node, isLast: boolean): boolean {
+  const { kind, args, text } = factors.kind === "*" ? (factors.args[1] as Node) : factors;
+  if (isLast) return kind !== "name" || !VOCABULARY.whole_numbers.includes(text);
   const isFraction = kind === "/" && args.every((arg) => NUMBERS.has(arg.kind));
   return isFraction || NUMBERS.has(kind) || kind === "list";
 }

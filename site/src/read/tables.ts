@@ -5,6 +5,10 @@ import { withoutUnits } from "./notation.js";
 import { compiled, pattern, stripped, VOCABULARY, whole } from "./vocabulary.js";
 
 const FRAME = pattern("frame_of_table", "g");
+const RULE = pattern("rule_of_markdown");
+const BAR = pattern("bar_of_markdown");
+/** What stands before a formula in a cell of a spreadsheet. */
+const SIGN = pattern("sign_of_spreadsheet", "g");
 const GAP = pattern("gap_of_table");
 const BLANK = pattern("gap_of_matlab");
 const GOES_ON = compiled(VOCABULARY.patterns.line_goes_on);
@@ -36,12 +40,16 @@ export function tableText(text: string, rows: number, columns: number): string |
 /** What a text is by its lines, and by Matlab's semicolons, with each of what separates entries of a row. */
 function tablesIn(text: string, rows: number, columns: number): Cells[] {
   const found: Cells[] = [];
-  const lines = text
-    .split("\n")
+  const typed = text.split("\n");
+  const isMarkdown = typed.some((line) => RULE.test(line));
+  const framed = typed
+    .filter((line) => !RULE.test(line))
     .map((line) => line.replace(FRAME, ""))
-    .filter((line) => stripped(line) !== "");
+    .filter((line) => stripped(line.replaceAll("|", "")) !== "");
+  const isSheet = framed.every((line) => line.search(SIGN) === 0);
+  const lines = isSheet ? framed.map((line) => line.replace(SIGN, "$1")) : framed;
   if (rows > 1 && !lines.slice(1).some((line) => GOES_ON.test(line)))
-    for (const split of columns > 1 ? [byGap, ...SPLITS] : [alone])
+    for (const split of columns === 1 ? [alone] : isMarkdown ? [byBar] : [byGap, ...SPLITS])
       found.push(lines.map((line) => entriesOf(line, split)));
   const matlab = MATLAB.exec(stripped(text));
   if (!matlab) return found;
@@ -59,6 +67,7 @@ function tablesIn(text: string, rows: number, columns: number): Cells[] {
 }
 
 const alone: Split = (line) => [line];
+const byBar: Split = (line) => line.split(BAR);
 const byGap: Split = (line) => line.split(GAP);
 const byComma: Split = (line) => line.split(",");
 const SPLITS: readonly Split[] = [(line) => line.split(BLANK), byComma, (line) => line.split(COMMA)];

@@ -54,7 +54,7 @@ export const de: Catalogue = {
   "read.no-entry": "unerwartet: „[“; ein Eintrag eines Vektors hat einen Namen, wie a1 oder theta2",
   "read.two-numbers": "zwei Zahlen stehen nebeneinander",
   "read.operand": "erwartet wird eine Zahl, ein Zeichen oder eine Klammer, gefunden wurde {found}",
-  "read.dictionary": "ein Verzeichnis braucht durchweg „Gelenk: Werte“",
+  "read.dictionary": "ein Verzeichnis braucht durchweg „Gelenk: Werte“; schreibe Bedingungen ohne Worte davor,",
   "read.long-name": "ein Name mit {length} Zeichen ist hier kein Zeichen",
   "read.no-answer": "{name} ist keine Antwort",
   "read.bound": "dieses {name} ist nicht verständlich",

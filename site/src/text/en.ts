@@ -62,7 +62,8 @@ export const en = {
   "read.no-entry": "did not expect '['; an entry of a vector has a name, as a1 or theta2,",
   "read.two-numbers": "two numbers stand side by side,",
   "read.operand": "expected a number, a symbol or a bracket, found {found}",
-  "read.dictionary": "a dictionary needs 'joint: values' throughout",
+  "read.dictionary":
+    "a dictionary needs 'joint: values' throughout; write conditions without words before them,",
   "read.long-name": "a name of {length} characters is no symbol of this field,",
   "read.no-answer": "{name} is not an answer;",
   "read.bound": "this {name} is not understood",

@@ -17,7 +17,7 @@ ASKED = {
         "velocity", "singularity-type", "condition-number", "singularity-meaning", "rank", "lost-motion",
         "unreachable-velocity", "joint-torques", "manipulability", "path-rates",
     ),
-    "cartesian": ("transform", "geometric-jacobian"), "planar-rpr": ("geometric-jacobian",),
+    "cartesian": ("transform", "geometric-jacobian"), "planar-rpr": ("geometric-jacobian", "velocity"),
     "planar-3r": ("gram-determinant", "least-norm-rates", "singular-angles"),
     "elbow-3r": ("position-vectors", "geometric-jacobian", "rank", "singular-angles", "jacobian-size", "path-rates"),
     "pan-tilt": ("invertibility", "link-velocity", "tool-jacobian"), "orthogonal-3r": ("singular-angles",),

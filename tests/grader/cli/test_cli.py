@@ -207,7 +207,7 @@ def test_verify_problems_and_families(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_verify_says_what_failed_and_a_sweep_begins_at_any_seed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Matrix, "as_typed", lambda answer: "theta1")
-    said = run("verify", "--family", "planar-2r", "--count", "2", "--from", "40", "--jobs", "1", code=1)
+    said = run("verify", "--family", "planar-2r", "--count", "2", "--first-seed", "40", "--jobs", "1", code=1)
     assert {line.split()[0].rstrip(":") for line in said.splitlines()[:-1]} == {"planar-2r/40", "planar-2r/41"}
     assert "the reference itself is judged wrong" in said
 
@@ -215,7 +215,7 @@ def test_verify_says_what_failed_and_a_sweep_begins_at_any_seed(monkeypatch: pyt
 @pytest.mark.parametrize(
     ("command", "said"),
     [
-        (["verify", "--family", "planar-2r"], "--from"),
+        (["verify", "--family", "planar-2r"], "--first-seed"),
         (["grade", "."], "again to go on"),
         (["families"], ""),
     ],
@@ -373,7 +373,7 @@ def is_alive(process: psutil.Process, group: int) -> bool:
 
 
 GO_ON = b"run the same command again to go on"
-BEGIN_AGAIN = b"--from SEED"
+BEGIN_AGAIN = b"--first-seed SEED"
 STOPS: list[tuple[str, str, signal.Signals, float | str]] = [
     ("generate", "group", signal.SIGINT, AT_WORK),
     ("generate", "group", signal.SIGHUP, AT_WORK),

@@ -79,7 +79,7 @@ def test_nobody_loses_a_mark_by_a_run_that_was_given_less(folder: Path, released
         message = fails("grade", folder, given)
         assert message.startswith(f"qdot: {given}: nothing is here of 1 of 3 students") and f" {missing}; " in message
         assert results_path(load_assignment(folder)).read_bytes() == before
-    gone, _ = run(folder, "--gone")
+    gone, _ = run(folder, "--allow-missing")
     kept_for_staff = [path for path in (folder / "graded").glob("[gr]*.*") if path.is_file()]
     kept_for_staff += (folder / "graded" / "history").glob("*")
     assert len(kept_for_staff) > 2 and {path.stat().st_mode & 0o777 for path in kept_for_staff} == {0o600}
@@ -88,8 +88,7 @@ def test_nobody_loses_a_mark_by_a_run_that_was_given_less(folder: Path, released
 
 
 def test_marks_are_taken_away_of_a_whole_class_only(folder: Path) -> None:
-    for option in ("--student=ada", "--share=1/2"):
-        assert "--gone is about a whole class;" in fails("grade", str(folder), "--gone", option)
+    assert "--allow-missing is about a whole class;" in fails("grade", str(folder), "--allow-missing", "--student=ada")
 
 
 @pytest.mark.whole
