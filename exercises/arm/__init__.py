@@ -2,9 +2,9 @@
 
 From the bottom up:
 
-    chain                       a DH table with base, point of interest and task: the only description of an arm
     vectors                     rotations about axes; cross products
-    conventions                 how arms are presented: a class for each convention, which answers what depends on it
+    conventions/                how arms are presented: a class for each convention, which answers what depends on it
+    chain                       a DH table with base, point of interest and task: the only description of an arm
     kinematics, trigonometry    frames and Jacobians; exact equality of trigonometric polynomials, and textbook factors
     existence_conditions        for which lengths a condition holds anywhere
     shipped                     what structures of the registered families give, worked out before (shipped.txt)

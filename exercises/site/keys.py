@@ -410,9 +410,10 @@ def _configurations(problem: Problem, part: Part, answer: ConditionSet) -> Json:
 
 
 def _variables(problem: Problem) -> tuple[list[str], list[str]]:
-    """Return the names of the joint variables, and of all symbols that a pose has values for."""
+    """Return the names of the joint variables, and of all symbols that a pose has values for: lengths among them."""
     joints = [q.name for q in problem.chain.q]
-    return joints, sorted(set(problem.domain().roles) & {*joints, *(str(s) for s in problem.chain.parameters)})
+    lengths = {name for name, role in problem.domain().roles.items() if role == "length" or not isinstance(role, str)}
+    return joints, sorted({*joints, *lengths})
 
 
 def _conditions(problem: Problem, answer: ConditionSet) -> list[int]:

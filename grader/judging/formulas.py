@@ -90,8 +90,8 @@ def unknown_symbols(given: Given, domain: Domain) -> str:
     used = given.symbols - set(domain.roles)
     if not used:
         return ""
-    if units := sorted(used & set(VOCABULARY["units"])):
-        return f"leave out the unit {units[0]}: lengths are in metres, angles in radians"
+    if used <= set(VOCABULARY["units"]):
+        return f"leave out the unit {min(used)}: lengths are in metres, angles in radians"
     listed = ", ".join(repr(name) for name in sorted(used)[:5])
     known = ", ".join(sorted(domain.roles))
     return f"{listed} {'is' if len(used) == 1 else 'are'} no symbol of this problem; known: {known}"

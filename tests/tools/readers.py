@@ -273,7 +273,7 @@ WORDS = (
 )  # fmt: skip
 """What is put for what in an answer."""
 
-ENDS = (" ", ";", ".", " m", " rad/s", " [m]", "; ", " + 0", " + x - x", " m ", "*1", "/1", " + 1e-12", "\n", " N m")
+ENDS = (" ", ";", ".", " m", " rad/s", " [m]", "; ", " + 0", " + x - x", " m ", "*1", "/1", " + 1e-9", "\n", " N m")
 
 
 STARTS = ("", "", "", "x = ", "det(J) = ", "J = ", "\n", "qd1 = ", "a1 = ", "lambda theta1: ", "Matrix(", "√", "$")

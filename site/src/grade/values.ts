@@ -523,8 +523,8 @@ export function unknownSymbols(names: ReadonlySet<string>, key: ValuesKey): Mess
   const { symbols, constants, spoken = [] } = key;
   const unknown = [...names].filter((each) => !symbols.includes(each)).sort();
   if (unknown.length === 0) return null;
-  const unit = unknown.find((each) => UNITS.has(each));
-  if (unit !== undefined) return message("read.unit-left", { unit });
+  if (unknown.every((each) => UNITS.has(each)))
+    return message("read.unit-left", { unit: unknown[0] as string });
   // of rates, velocities and forces those of which the question speaks
   const isUsed = (each: string): boolean =>
     !constants || isJoint(each) || constants.includes(each) || spoken.includes(each);
