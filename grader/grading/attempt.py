@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 
 from qdot.exercises.assignment.assignment import Assignment
-from qdot.exercises.assignment.store import kept
+from qdot.exercises.assignment.store import load_stored_problems
 from qdot.exercises.common.errors import QdotError, of_machine
 from qdot.exercises.notebook.setup_cell import setup_cell
 from qdot.exercises.problem.problem import ENGINE, Problem
@@ -23,18 +23,17 @@ from qdot.grader.judging.verdict import Outcome, Verdict
 from qdot.grader.sandbox.clock import Allowance
 from qdot.grader.sandbox.sandbox import Calls, Run, Sandbox
 from qdot.grader.submissions.answer_locator import Answers, find_answers
-from qdot.grader.submissions.cells import OverLimit, Unreadable, plain
+from qdot.grader.submissions.cells import OverLimit, Unreadable, printable_name, without_self_checks
 from qdot.grader.submissions.submission import (
-    Found,
     Note,
+    StudentFiles,
     Submission,
+    likely_notebooks,
     oddities,
     read_submission,
-    rivals,
     time_of,
     wrong_assignment,
 )
-from qdot.grader.submissions.uncounted import without_self_checks
 
 GRADER = 14
 """Version of the grader: any change of what a submission earns, or of what is kept of it, raises it."""
@@ -72,7 +71,7 @@ class NotFoundOut(Exception):
     """Why it is not known what a student handed in, in words for them; nobody else is concerned."""
 
 
-def read_attempts(found: Found, key: str) -> list[Attempt]:
+def read_attempts(found: StudentFiles, key: str) -> list[Attempt]:
     """Read what a student handed in, best first. What can't be read is no attempt where something else can.
 
     Raises NotFoundOut where looking for it has failed.
@@ -81,7 +80,7 @@ def read_attempts(found: Found, key: str) -> list[Attempt]:
         raise NotFoundOut(found.failure)
     if found.obstacle:
         return [replace(_unreadable(found.files[0], found.obstacle), over_limit=found.over_limit)]
-    likely, note = rivals(found.files)
+    likely, note = likely_notebooks(found.files)
     found = replace(found, notes=(*found.notes, note)) if note else found
     attempts = [_read(found, path, key) for path in likely]
     if not any(attempt.submission for attempt in attempts):
@@ -92,7 +91,9 @@ def read_attempts(found: Found, key: str) -> list[Attempt]:
     if not readable:
         return attempts[:1]
     return [
-        replace(attempt, notes=tuple(f"{why}; {plain(attempt.file.name)} was graded instead" for why in failed))
+        replace(
+            attempt, notes=tuple(f"{why}; {printable_name(attempt.file.name)} was graded instead" for why in failed)
+        )
         for attempt in readable
     ]
 
@@ -101,7 +102,7 @@ MOST_TRIED = 10
 """Files that are tried where none that looks like a notebook can be read."""
 
 
-def _read(found: Found, path: Path, key: str) -> Attempt:
+def _read(found: StudentFiles, path: Path, key: str) -> Attempt:
     try:
         read = read_submission(path, key, found.files)
     except Unreadable as error:
@@ -172,7 +173,7 @@ def grade_attempt(
 
     With `kept_text`, which `store` has made, nothing is read from the assignment's folder. Raises OverLimit.
     """
-    problems = kept(assignment, student, kept_text).problems
+    problems = load_stored_problems(assignment, student, kept_text).problems
     if attempt is None:
         return _mark(assignment, copies, student, problems, None, Answers(Run()), "nothing was handed in", [])
     submission, notes = attempt.submission, [Note(note, note) for note in attempt.notes]

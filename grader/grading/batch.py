@@ -35,8 +35,8 @@ from qdot.grader.grading.overrides import Overrides, read_overrides
 from qdot.grader.grading.remote import Order, brief_of, graded_by, order_of
 from qdot.grader.grading.result import Marked, Result
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
-from qdot.grader.submissions.cells import plain
-from qdot.grader.submissions.submission import Found
+from qdot.grader.submissions.cells import printable_name
+from qdot.grader.submissions.submission import StudentFiles
 
 DIED = "its process was ended twice by the system, probably for want of memory"
 
@@ -51,12 +51,12 @@ class Task:
     """One student to grade."""
 
     student: str
-    found: Found | None
+    found: StudentFiles | None
 
 
 def grade_class(
     assignment: Assignment,
-    submissions: dict[str, Found],
+    submissions: dict[str, StudentFiles],
     jobs: int,
     limits: Limits,
     each: Callable[[Result], None],
@@ -325,7 +325,7 @@ def _as_graded(attempt: Attempt | None, marked: Marked | None) -> Graded:
         return Graded(marked=marked)
     submission = attempt.submission
     told_by = ("file", None) if submission is None else (submission.received_from, submission.late)
-    return Graded(plain(attempt.file.name), attempt.received, marked, *told_by)
+    return Graded(printable_name(attempt.file.name), attempt.received, marked, *told_by)
 
 
 def _counting(assignment: Assignment, attempts: list[Attempt]) -> list[Attempt]:
@@ -334,7 +334,8 @@ def _counting(assignment: Assignment, attempts: list[Attempt]) -> list[Attempt]:
     Where any has the assignment's name, or names it in its metadata, the others are no attempts.
     """
     of_assignment = [attempt for attempt in attempts if attempt.is_of(assignment)] or attempts
-    return [of_assignment[i] for i in assignment.attempts.counting([attempt.received for attempt in of_assignment])]
+    counting = assignment.attempts.select_counting([attempt.received for attempt in of_assignment])
+    return [of_assignment[i] for i in counting]
 
 
 def _mark(context: _Context, student: str, attempt: Attempt | None) -> Marked:
@@ -346,7 +347,7 @@ def _mark(context: _Context, student: str, attempt: Attempt | None) -> Marked:
 
 def _mark_failed(assignment: Assignment, task: Task, why: str = DIED) -> list[Graded]:
     """Return what stands for a student on whom qdot failed, as where every process ended that was to grade them."""
-    file = "" if task.found is None or not task.found.files else plain(task.found.files[0].name)
+    file = "" if task.found is None or not task.found.files else printable_name(task.found.files[0].name)
     return [Graded(file, marked=mark_ungraded(assignment, task.student, None, why))]
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from qdot.exercises.assignment.assignment import Assignment, Student
-from qdot.exercises.assignment.lateness import aware
+from qdot.exercises.assignment.lateness import with_zone
 from qdot.grader.grading.attempt import mark_ungraded
 from qdot.grader.grading.marking import total
 from qdot.grader.grading.overrides import TOTAL, Override
@@ -137,7 +137,7 @@ def _lateness(
     seconds = (received - deadline).total_seconds()
     if seconds <= (0 if rule is None else rule.grace):
         return None
-    extension = datetime.timedelta(0) if assignment.due is None else deadline - aware(assignment.due)
+    extension = datetime.timedelta(0) if assignment.due_date is None else deadline - with_zone(assignment.due_date)
     penalty = Fraction(0) if rule is None else rule.penalty(deadline, received, extension)
     return Lateness(deadline.isoformat(), received.isoformat(), int(seconds), float(penalty), points)
 

@@ -12,9 +12,8 @@ from qdot.grader.judging.function_values import calls_of
 from qdot.grader.judging.verdict import Verdict
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
 from qdot.grader.submissions.answer_locator import find_answers
-from qdot.grader.submissions.cells import OverLimit, Unreadable
-from qdot.grader.submissions.submission import beside, read_submission
-from qdot.grader.submissions.uncounted import without_self_checks
+from qdot.grader.submissions.cells import OverLimit, Unreadable, without_self_checks
+from qdot.grader.submissions.submission import python_files_beside, read_submission
 
 
 def grade_notebook(
@@ -41,7 +40,7 @@ def grade_notebook(
     {'p1': [Verdict(determinant: correct, 1 of 1)]}
     """
     try:
-        submission = read_submission(Path(path), beside=beside(Path(path)))
+        submission = read_submission(Path(path), siblings=python_files_beside(Path(path)))
     except Unreadable as error:
         raise QdotError(str(error)) from None
     secret = secrets.token_hex(16) if secret is None else secret

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
-from qdot.exercises.assignment.attempt_policy import Several
+from qdot.exercises.assignment.attempt_policy import AttemptPolicy
 from qdot.exercises.common.console import note, say
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import write_atomically
@@ -25,7 +25,7 @@ from qdot.grader.grading.one_student import found_of_one, grade_one, limits_of, 
 from qdot.grader.reports.gradescope import VISIBILITY, GradescopeResults, gradescope_results
 from qdot.grader.reports.rows import the_only
 from qdot.grader.sandbox.sandbox import Limits
-from qdot.grader.submissions.layouts import Handed
+from qdot.grader.submissions.layouts import SubmittedPath
 from qdot.grader.submissions.roster import Roster
 from qdot.grader.submissions.submission import read_submission
 
@@ -47,7 +47,7 @@ def grade_submission(
     """Return the results of one submission, due and received when Gradescope says. Raises QdotError."""
     due = due_of(metadata)
     if due is not None:
-        student = replace(student, due=due)
+        student = replace(student, due_date=due)
     found = found_of_one(assignment, submission, time_of(metadata.get("created_at")), "Gradescope")
     result = the_only([grade_one(assignment, student, found, limits_of(seconds))], "gradescope")
     return gradescope_results(result, assignment.feedback, visibility)
@@ -73,7 +73,7 @@ def submitter(assignment: Assignment, metadata: dict[str, Any], submission: Path
     owners: dict[str, None] = {}
     for user in metadata["users"]:
         ids = tuple(str(user[key]) for key in ("sid", "email", "id") if user.get(key))
-        match = roster.owner(Handed(submission, ids, str(user.get("name") or ""), "Gradescope"))
+        match = roster.find_owner(SubmittedPath(submission, ids, str(user.get("name") or ""), "Gradescope"))
         if len(match.students) == 1 and not match.why:
             owners[match.students[0]] = None
     if len(owners) > 1:
@@ -107,7 +107,7 @@ def due_of(metadata: Mapping[str, Any]) -> datetime.datetime | None:
 DAY = datetime.timedelta(days=1)
 
 
-def best_of(results: GradescopeResults, metadata: dict[str, Any], rule: Several) -> GradescopeResults:
+def best_of(results: GradescopeResults, metadata: dict[str, Any], rule: AttemptPolicy) -> GradescopeResults:
     """Return the results with the score of an earlier submission, where that is higher or this one counts no more."""
     earlier = [
         submission
@@ -118,7 +118,7 @@ def best_of(results: GradescopeResults, metadata: dict[str, Any], rule: Several)
     # What has no time stands by itself, before all that has one.
     first = datetime.datetime(1970, 1, 1, tzinfo=datetime.UTC)
     times = [time_of(each.get("submission_time")) or first + i * DAY for i, each in enumerate(earlier)]
-    counting = rule.counting([*times, now])
+    counting = rule.select_counting([*times, now])
     this_counts = len(earlier) in counting
     best = max((float(earlier[i]["score"]) for i in counting if i < len(earlier)), default=0.0)
     if this_counts and best <= results.score:

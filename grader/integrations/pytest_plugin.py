@@ -87,7 +87,7 @@ class AssignmentFile(pytest.File):
             self.warn(pytest.PytestWarning(said))
         for student in assignment.roster:
             yield StudentNode.from_parent(
-                self, name=student.id, assignment=assignment, student=student, found=looked.found.get(student.id)
+                self, name=student.id, assignment=assignment, student=student, found=looked.by_student.get(student.id)
             )
 
 

@@ -120,7 +120,7 @@ def safely(request: Mapping[str, Any], number: int) -> Judgement:
         raise QdotError(f'line {number}: joints is a list of names, as in ["theta1", "theta2"]')
     budget = Budget(30.0)
     try:
-        with budget.spent(), np.errstate(all="ignore"):
+        with budget.spend(), np.errstate(all="ignore"):
             reference = request["reference"]
             kind = str(request.get("type") or likely_type(as_text(reference)))
             return compare(kind, as_text(request["student"]), reference, joints)

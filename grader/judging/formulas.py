@@ -24,7 +24,7 @@ from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.set_parser import claimed_pieces
 from qdot.exercises.formula.trees import Node, ReadError, names
 from qdot.exercises.formula.vocabulary import VOCABULARY
-from qdot.exercises.problem.credit import false_conditions, share_of_entries, share_of_set, spoiled
+from qdot.exercises.problem.credit import count_false_conditions, count_spoiled_zeros, share_of_entries, share_of_set
 from qdot.grader.judging.answer import OR, Given, at_once, with_joint
 from qdot.grader.judging.counterexample import at_words, entry_name, number_words, pose_words, values_words
 from qdot.grader.judging.verdict import Judgement, Outcome, correct, graded, missing, wrong
@@ -80,7 +80,7 @@ def _count(equal: Sequence[bool], blanks: Sequence[bool], is_zero: Sequence[bool
     right = sum(same and not zero for same, zero in zip(equal, zeros, strict=True))
     total = len(zeros) - sum(zeros)
     which = f"{total} {what} that are not zero" if any(zeros) else f"{total} {what}"
-    lost = spoiled(equal, zeros, blanks)
+    lost = count_spoiled_zeros(equal, zeros, blanks)
     also = f", and {lost} that should be zero {'is' if lost == 1 else 'are'} not" if lost else ""
     return f"{right} of {which} are right{also}" if total > 1 or lost else "it is not right"
 
@@ -199,7 +199,7 @@ def _judge_set(
     found = _found(compare_sets(sound, truth, near, seed).covered, conditions)
     claims = [(_joints_of(piece, space), held) for piece, held in zip(claimed, counted.sound, strict=True)]
     true = {joints for joints, held in claims if held}
-    unsound = false_conditions([joints for joints, held in claims if held is False], true)
+    unsound = count_false_conditions([joints for joints, held in claims if held is False], true)
     share = share_of_set(found, unsound, is_rounded=comparison.rounded)
     reason = _set_reason(counted, space.joints, what)
     if comparison.rounded:

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from qdot.exercises.assignment.assignment import Assignment
-from qdot.exercises.assignment.store import kept
+from qdot.exercises.assignment.store import load_stored_problems
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.quizzes import ASKED
 from qdot.exercises.writing.render import render
@@ -197,7 +197,7 @@ def class_page(assignment: Assignment, results: Sequence[Result]) -> str:
     charts.check()
     names = {student.id: whom(student) for student in assignment.roster}
     able = [result.student for result in graded_work(results)]
-    problems = {student: dict(kept(assignment, student).problems) for student in able}
+    problems = {student: dict(load_stored_problems(assignment, student).problems) for student in able}
     of_class, of_mistakes, of_parts, made = (
         scores(results), mistakes(results), parts(assignment, results), _variants(assignment, results, problems),
     )  # fmt: skip

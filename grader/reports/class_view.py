@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from qdot.exercises.assignment.assignment import Assignment, Student
-from qdot.exercises.assignment.lateness import in_words
+from qdot.exercises.assignment.lateness import describe_duration
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.quizzes import ASKED
 from qdot.grader.grading.result import AppliedOverride, PartResult, Result
@@ -229,7 +229,7 @@ def not_on_time(assignment: Assignment, results: Sequence[Result]) -> list[NotOn
             continue
         reason = ""
         if late is not None:
-            reason = f"{in_words(late.seconds)} late"
+            reason = f"{describe_duration(late.seconds)} late"
             reason += f", {100 * late.penalty:.4g} % taken off" if late.penalty else ", nothing taken off"
         elif state in ("unusable", *NO_MARK):
             reason = result.obstacle or (

@@ -61,7 +61,7 @@ def test_an_archived_class_has_the_same_marks(archive: Path, tmp_path: Path) -> 
     folder = Path(shutil.copytree(archive, tmp_path / "class"))
     assignment = load_assignment(folder)
     looked = find_submissions(assignment, folder / "submitted")
-    moved = list(marks_moved(assignment, looked.found, 0, Limits(), lambda _: None))
+    moved = list(marks_moved(assignment, looked.by_student, 0, Limits(), lambda _: None))
     if archive.name == UNRELEASED or about(archive)["grader"] == GRADER:
         assert moved == [], ANEW
     assert not (folder / "graded" / ".cache").exists(), "nothing is written into the folder"

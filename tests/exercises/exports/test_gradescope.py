@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
-from qdot.exercises.assignment.attempt_policy import Several
+from qdot.exercises.assignment.attempt_policy import AttemptPolicy
 from qdot.grader.grading.result import MadeFrom
 from qdot.grader.integrations.gradescope import best_of, due_of, main, results_of
 from qdot.grader.reports.gradescope import ForStaff, GradescopeResults
@@ -120,7 +120,7 @@ def test_whose_it_is_and_no_mark_where_that_is_not_known(
 
 def test_the_best_attempt_is_read_from_the_metadata_and_attempts_have_a_limit() -> None:
     def best(results: GradescopeResults, most: int, earlier: list[Any], **metadata: str) -> GradescopeResults:
-        return best_of(results, {"previous_submissions": earlier, **metadata}, Several(most))
+        return best_of(results, {"previous_submissions": earlier, **metadata}, AttemptPolicy(most))
 
     for_staff = ForStaff("ada", "hw", MadeFrom(), None, ())
     two, hour = GradescopeResults(2.0, "", "text", "visible", "hidden", (), for_staff), "2027-01-09T{:02}:00:00Z"

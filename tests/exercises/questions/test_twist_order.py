@@ -54,7 +54,7 @@ def both(family: str, seed: int = 1, variation: str = "full") -> tuple[Problem, 
 
 @cache
 def _asked(family: str, seed: int, variation: str, order: str) -> Problem:
-    identity = ProblemId(family, seed, variation=variation, convention="screws").told("", order)
+    identity = ProblemId(family, seed, variation=variation, convention="screws").with_convention("", order)
     arm = sample_chain(identity)
     return generate(identity, [name for name in (*IN_ORDER, "position") if QUESTIONS[name].refusal(arm) is None])
 

@@ -38,7 +38,7 @@ SECRET = "secret"
 
 
 def problem(family: str, seed: int, question: str, variation: str = "zeros") -> tuple[Problem, Part]:
-    made = generate(ProblemId(family, seed, (question,)).varied(variation), [question])
+    made = generate(ProblemId(family, seed, (question,)).with_variation(variation), [question])
     return made, made.parts[0]
 
 

@@ -44,7 +44,7 @@ def assignment(tmp_path: Path) -> Assignment:
 def graded(assignment: Assignment) -> dict[str, Result]:
     """Grade the class and write its reports; return the results as they stand in results.jsonl."""
     with one_process():
-        found = find_submissions(assignment, assignment.folder / "submitted").found
+        found = find_submissions(assignment, assignment.folder / "submitted").by_student
         results = grade_class(assignment, found, 0, Limits(seconds=20), lambda _: None, write_page=write_page)
         results = write_reports(assignment, results)
     assert list(read_results(assignment.folder).values()) == results

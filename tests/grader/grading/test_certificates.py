@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from qdot.exercises.answers import Matrix
 from qdot.exercises.assignment.assignment import load_assignment
-from qdot.exercises.assignment.release import Released, certificate_path, init_assignment, notebook_path, release
+from qdot.exercises.assignment.release import ReleaseResult, certificate_path, init_assignment, notebook_path, release
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import ENGINE, Problem, ProblemId
@@ -300,7 +300,7 @@ def test_files_that_are_not_qdot_s_are_told_and_fail_nothing(folder: Path) -> No
 def test_a_problem_that_fails_is_not_handed_out(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     shutil.rmtree(folder / "released")
     monkeypatch.setattr(certifying, "failures_of", lambda *_: ["jacobian: frames: entry (1, 1): 1, expected 2"])
-    told: list[Released] = []
+    told: list[ReleaseResult] = []
     release(load_assignment(folder), CERTIFIER, 1, told.append)
     assert [(one.student, one.outcome) for one in told] == [("s001", "left out"), ("s002", "left out")]
     assert "s001: p1 (lab-arm): none of 10 draws can be asked. The first: jacobian: frames:" in str(told[0].given_up[0])
