@@ -7,7 +7,7 @@ from functools import cache, partial
 from itertools import count, islice
 
 from qdot.exercises.arm.chain import CONVENTIONS, Chain
-from qdot.exercises.arm.difficulty import difficulty, in_words, step
+from qdot.exercises.arm.difficulty import describe_band, difficulty, step
 from qdot.exercises.arm.library import robots
 from qdot.exercises.common.errors import QdotError, unknown
 from qdot.exercises.common.stream import Stream, derived_seed
@@ -76,8 +76,10 @@ def sample_chain(identity: ProblemId, family: Family | None = None, attempt: int
         seen[chain] = step(chain)
         if low <= seen[chain] <= high and (len(seen) > QUIZ_DRAWS or _objection(chain, quizzes) is None):
             return chain
-    steps = in_words(min(seen.values()), max(seen.values()))
-    raise QdotError(f"{family.name} has no arm of difficulty {in_words(low, high)}; its arms are of difficulty {steps}")
+    steps = describe_band(min(seen.values()), max(seen.values()))
+    raise QdotError(
+        f"{family.name} has no arm of difficulty {describe_band(low, high)}; its arms are of difficulty {steps}"
+    )
 
 
 def _told(chain: Chain, convention: str, twist_order: str = "") -> Chain:

@@ -1,7 +1,7 @@
-"""What a derivation is worked out in: numbers at several configurations at once, SymPy's formulas, or trees.
+"""What a derivation is computed in: numbers at several configurations at once, SymPy expressions, or trees.
 
-Each gives arrays whose last axes are the arithmetic's own; a derivation uses the axes before them only, so that it is
-written once. A stepped value knows its derivatives with respect to the joint variables.
+Each gives arrays whose last axes belong to the arithmetic; a derivation uses only the axes before them, so that it is
+written once. A stepped value carries its derivatives with respect to the joint variables.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -22,13 +22,13 @@ STEP = 1e-30
 
 
 class Arithmetic(Protocol):
-    """What formulas of the table are turned into; `stepped` ones can be differentiated."""
+    """What formulas of the table are turned into; `table_entry` gives stepped ones, which can be differentiated."""
 
-    def stepped(self, expression: sp.Expr) -> np.ndarray:
+    def table_entry(self, expression: sp.Expr) -> np.ndarray:
         """Return an expression of the table."""
 
-    def known(self, name: str) -> np.ndarray:
-        """Return the value of a symbol that no joint is."""
+    def symbol_value(self, name: str) -> np.ndarray:
+        """Return the value of a symbol that is not a joint variable."""
 
     def sin(self, angle: np.ndarray) -> np.ndarray:
         """Return the sines."""
@@ -58,15 +58,15 @@ class Numbers:
         self._joints = list(joints)
         self._stepped: dict[sp.Expr, np.ndarray] = {}
 
-    def stepped(self, expression: sp.Expr) -> np.ndarray:
-        """Return an expression of the table and, behind it, where each joint is a step further, (N, n + 1)."""
+    def table_entry(self, expression: sp.Expr) -> np.ndarray:
+        """Return an expression of the table, then its value with each joint one step further, (N, n + 1)."""
         known = self._stepped.get(expression)
         if known is None:
-            known = self._stepped[expression] = self._worked_out(expression)
+            known = self._stepped[expression] = self._evaluate(expression)
             known.flags.writeable = False
         return known
 
-    def _worked_out(self, expression: sp.Expr) -> np.ndarray:
+    def _evaluate(self, expression: sp.Expr) -> np.ndarray:
         shape = (self.count, len(self._joints) + 1)
         values = {symbol.name: self._steps(symbol.name).ravel() for symbol in expression.free_symbols}
         return evaluate(program_of(expression), values, shape[0] * shape[1])[0][0].reshape(shape)
@@ -77,7 +77,7 @@ class Numbers:
             out[:, 1 + self._joints.index(name)] += STEP * 1j
         return out
 
-    def known(self, name: str) -> np.ndarray:
+    def symbol_value(self, name: str) -> np.ndarray:
         """Return the value of a symbol, (N,)."""
         return self._values[name]
 
@@ -94,7 +94,7 @@ class Numbers:
         return np.asarray(np.cos(angle))
 
     def sqrt(self, square: np.ndarray) -> np.ndarray:
-        """Return the square roots, nan of what is negative."""
+        """Return the square roots, nan for negative values."""
         with np.errstate(invalid="ignore"):
             return np.asarray(np.sqrt(square))
 
@@ -118,13 +118,13 @@ class Formulas:
 
     def __init__(self, joints: Sequence[str]) -> None:
         self._joints = [sp.Symbol(name) for name in joints]
-        self.sin, self.cos, self.sqrt = (_each(function) for function in (sp.sin, sp.cos, sp.sqrt))
+        self.sin, self.cos, self.sqrt = (_elementwise(function) for function in (sp.sin, sp.cos, sp.sqrt))
 
-    def stepped(self, expression: sp.Expr) -> np.ndarray:
+    def table_entry(self, expression: sp.Expr) -> np.ndarray:
         """Return an expression of the table."""
         return self.number(expression)
 
-    def known(self, name: str) -> np.ndarray:
+    def symbol_value(self, name: str) -> np.ndarray:
         """Return a symbol."""
         return self.number(sp.Symbol(name))
 
@@ -133,19 +133,19 @@ class Formulas:
         return np.array([sp.sympify(value)], dtype=object)
 
     def value(self, stepped: np.ndarray) -> np.ndarray:
-        """Return what it is given."""
+        """Return the array unchanged."""
         return stepped
 
     def slopes(self, stepped: np.ndarray) -> np.ndarray:
         """Return the derivatives."""
-        return np.stack([_each(partial(_derivative, q))(stepped) for q in self._joints])
+        return np.stack([_elementwise(partial(_derivative, q))(stepped) for q in self._joints])
 
 
 def _derivative(q: sp.Symbol, entry: sp.Expr) -> sp.Expr:
     return sp.diff(entry, q)
 
 
-def _each(function: Callable[[Any], Any]) -> Callable[[np.ndarray], np.ndarray]:
+def _elementwise(function: Callable[[Any], Any]) -> Callable[[np.ndarray], np.ndarray]:
     return np.frompyfunc(function, 1, 1)
 
 
@@ -162,38 +162,38 @@ class Term:
         """Return the tree of a term or of a whole number."""
         return value.node if isinstance(value, Term) else algebra.number(value)
 
-    def __add__(self, other: "Term | int") -> "Term":
-        return Term(algebra.plus(self.node, self.of(other)))
+    def __add__(self, addend: "Term | int") -> "Term":
+        return Term(algebra.plus(self.node, self.of(addend)))
 
     __radd__ = __add__
 
-    def __sub__(self, other: "Term | int") -> "Term":
-        return Term(algebra.minus(self.node, self.of(other)))
+    def __sub__(self, subtrahend: "Term | int") -> "Term":
+        return Term(algebra.minus(self.node, self.of(subtrahend)))
 
     def __neg__(self) -> "Term":
         return Term(algebra.negative(self.node))
 
-    def __mul__(self, other: "Term | int") -> "Term":
-        return -self if other == -1 else Term(algebra.times(self.node, self.of(other)))
+    def __mul__(self, factor: "Term | int") -> "Term":
+        return -self if factor == -1 else Term(algebra.times(self.node, self.of(factor)))
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: "Term | int") -> "Term":
-        return Term(algebra.over(self.node, self.of(other)))
+    def __truediv__(self, divisor: "Term | int") -> "Term":
+        return Term(algebra.over(self.node, self.of(divisor)))
 
 
 class Trees:
-    """Trees of formulas, as students' answers are read; arrays of terms that end in (1,)."""
+    """Trees of formulas, as students' answers are parsed; arrays of terms that end in (1,)."""
 
     def __init__(self, joints: Sequence[str]) -> None:
         self._joints = list(joints)
-        self.sin, self.cos, self.sqrt = (_each(partial(_called, name)) for name in ("sin", "cos", "sqrt"))
+        self.sin, self.cos, self.sqrt = (_elementwise(partial(_call_function, name)) for name in ("sin", "cos", "sqrt"))
 
-    def stepped(self, expression: sp.Expr) -> np.ndarray:
+    def table_entry(self, expression: sp.Expr) -> np.ndarray:
         """Return an expression of the table."""
         return self.number(expression)
 
-    def known(self, name: str) -> np.ndarray:
+    def symbol_value(self, name: str) -> np.ndarray:
         """Return a symbol."""
         return self.entries([Node("name", value=name)])
 
@@ -218,15 +218,15 @@ class Trees:
         return [[term.node for term in row] for row in entries.reshape(len(entries) if entries.ndim else 1, -1)]
 
     def value(self, stepped: np.ndarray) -> np.ndarray:
-        """Return what it is given."""
+        """Return the array unchanged."""
         return stepped
 
     def slopes(self, stepped: np.ndarray) -> np.ndarray:
-        """Return the derivatives. Raises ReadError where something has none."""
-        return np.stack([_each(partial(_slope, name))(stepped) for name in self._joints])
+        """Return the derivatives. Raises ReadError if an entry has none."""
+        return np.stack([_elementwise(partial(_slope, name))(stepped) for name in self._joints])
 
 
-def _called(function: str, term: Term) -> Term:
+def _call_function(function: str, term: Term) -> Term:
     return Term(algebra.call(function, term.node))
 
 
@@ -240,7 +240,7 @@ def _slope(name: str, term: Term) -> Term:
 # --- vectors and matrices, along the first axes ---
 
 MANY = 5
-"""Rows of a matrix in numbers whose determinants are worked out by factors, not by minors."""
+"""Rows from which on numeric determinants are computed by factorization, not by minors."""
 
 
 def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -248,7 +248,7 @@ def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.asarray((a[:, :, None] * b[None]).sum(axis=1))
 
 
-def applied(a: np.ndarray, v: np.ndarray) -> np.ndarray:
+def apply_matrix(a: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Return a matrix (m, n, …) times a vector (n, …)."""
     return np.asarray((a * v[None]).sum(axis=1))
 
@@ -259,7 +259,7 @@ def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def determinant(a: np.ndarray, sign: int = -1) -> np.ndarray:
-    """Return the determinant of a matrix (n, n, …) by minors; with sign 1, what comes out if all signs are plus."""
+    """Return the determinant of a matrix (n, n, …) by minors; with sign 1, the result with all signs plus."""
     if len(a) >= MANY and a.dtype != object and sign == -1:
         return np.asarray(np.linalg.det(np.moveaxis(a, -1, 0)))
     known: dict[tuple[int, ...], np.ndarray] = {}
@@ -278,7 +278,7 @@ def determinant(a: np.ndarray, sign: int = -1) -> np.ndarray:
 
 
 def minors(a: np.ndarray) -> np.ndarray:
-    """Return what is left of det A without row i and column j, for each i and j; 1 of a 1 x 1 matrix."""
+    """Return the minor of A without row i and column j, for each i and j; 1 for a 1 x 1 matrix."""
     n = len(a)
     if n == 1:
         return np.asarray(a * 0 + 1)

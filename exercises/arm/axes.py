@@ -1,8 +1,8 @@
-"""How joint axes, slides and the point of interest lie at a configuration: distances, angles, lines, planes.
+"""How joint axes and the point of interest lie at a configuration: distances, angles, lines, planes.
 
-Each measure is zero where something is exactly so: a point on an axis, two axes on one line. It takes one pose (n) or
-many (k x n). What is zero everywhere tells nothing of a singular configuration, so that the pose `beside` it is looked
-at as well.
+Each measure is zero if a relation holds exactly: a point on an axis, two collinear axes. It takes one pose (n) or many
+(k x n). A measure that is zero everywhere says nothing about a singular configuration, so it is also evaluated at a
+`nearby_pose`.
 """
 
 from collections.abc import Callable, Sequence
@@ -15,9 +15,9 @@ from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.vectors import cross
 
 Off = Callable[["NumericChain", np.ndarray], np.ndarray]
-"""A measure of an arm in many poses (… x n): how far each is from where something is so, zero or more (…).
+"""A measure of an arm in many poses (… x n): how far each is from a relation, zero or more (…).
 
-Of several arms at once (`NumericChain.several`), the poses are k x m x n.
+Of several arms at once (`NumericChain.stack`), the poses are k x m x n.
 """
 
 
@@ -42,28 +42,28 @@ class Sample:
         """Return a measure at this configuration."""
         return float(measure(self.arm, self.q[None])[0])
 
-    def off_beside(self, measure: Off) -> float:
+    def off_nearby(self, measure: Off) -> float:
         """Return a measure in a pose near this one."""
-        return float(measure(self.arm, beside(self)[None])[0])
+        return float(measure(self.arm, nearby_pose(self)[None])[0])
 
 
-def offs(samples: Sequence[Sample], measure: Off) -> np.ndarray:
+def measure_samples(samples: Sequence[Sample], measure: Off) -> np.ndarray:
     """Return a measure at many configurations (k) of arms of one structure."""
-    arms = NumericChain.several([sample.arm for sample in samples])
+    arms = NumericChain.stack([sample.arm for sample in samples])
     return np.asarray(measure(arms, np.stack([sample.q for sample in samples])[:, None])[:, 0])
 
 
-def beside(sample: Sample, but: int | None = None) -> np.ndarray:
-    """Return a pose (n) near a sample, out of line in every joint; `but` moves one joint more."""
+def nearby_pose(sample: Sample, but: int | None = None) -> np.ndarray:
+    """Return a pose (n) near a sample, in which nothing is aligned by chance; `but` moves one joint more."""
     moved = sample.q + 0.3 * np.arange(1, len(sample.q) + 1)
     if but is not None:
         moved[but] += 0.2
     return np.asarray(moved)
 
 
-def around(samples: Sequence[Sample]) -> list[Sample]:
-    """Return samples near by, at which what is special of the first no longer holds."""
-    return [Sample(sample.arm, beside(sample)) for sample in samples]
+def nearby_samples(samples: Sequence[Sample]) -> list[Sample]:
+    """Return samples nearby, at which special relations no longer hold."""
+    return [Sample(sample.arm, nearby_pose(sample)) for sample in samples]
 
 
 def distance(arm: NumericChain, q: np.ndarray, joint: int) -> np.ndarray:
@@ -74,7 +74,7 @@ def distance(arm: NumericChain, q: np.ndarray, joint: int) -> np.ndarray:
 
 
 def slope(arm: NumericChain, q: np.ndarray, joint: int, movers: Sequence[int]) -> np.ndarray:
-    """Return how fast the square of that distance changes with later joints; zero where none brings it farther."""
+    """Return how fast the square of that distance changes with later joints; zero at an extreme."""
     frames = arm.frames(q)
     axis = frames[..., joint, :3, 2]
     away = arm.point_of(frames) - frames[..., joint, :3, 3]
@@ -92,14 +92,14 @@ def spread(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarra
 
 
 def off_line(arm: NumericChain, q: np.ndarray, i: int, j: int) -> np.ndarray:
-    """Return how far two axes are from lying on one line: sine of their angle plus distance of O_j from axis i."""
+    """Return how far two axes are from collinear: sine of their angle plus distance of O_j from axis i."""
     frames = arm.frames(q)
     axis, between = frames[..., i, :3, 2], frames[..., j, :3, 3] - frames[..., i, :3, 3]
     return _size(cross(axis, frames[..., j, :3, 2])) + _size(cross(axis, between))
 
 
-def along(arm: NumericChain, q: np.ndarray, i: int) -> np.ndarray:
-    """Return the most that a joint at unit rate moves a point of the last link, on the axis of another, along that."""
+def velocity_along_axis(arm: NumericChain, q: np.ndarray, i: int) -> np.ndarray:
+    """Return the largest velocity along axis i that a joint at unit rate gives to the point of the last link there."""
     frames = arm.frames(q)
     line, start = frames[..., i, :3, 2], frames[..., i, :3, 3]
     moved = [
@@ -110,14 +110,14 @@ def along(arm: NumericChain, q: np.ndarray, i: int) -> np.ndarray:
 
 
 def off_plane(arm: NumericChain, q: np.ndarray, row: Sequence[int]) -> np.ndarray:
-    """Return how far three or more parallel axes are from lying in one plane: areas between where they start."""
+    """Return how far three or more parallel axes are from coplanar: the areas between their origins."""
     frames = arm.frames(q)
     axis, start = frames[..., row[0], :3, 2], frames[..., row[0], :3, 3]
     return _off_one_plane(axis, [frames[..., i, :3, 3] - start for i in row[1:]])
 
 
 def off_level(arm: NumericChain, q: np.ndarray) -> np.ndarray:
-    """Return how far parallel axes of all joints and the point are from lying in one plane."""
+    """Return how far the parallel axes of all joints and the point are from coplanar."""
     frames = arm.frames(q)
     count = q.shape[-1]
     axis, start = frames[..., 0, :3, 2], frames[..., 0, :3, 3]
@@ -126,12 +126,12 @@ def off_level(arm: NumericChain, q: np.ndarray) -> np.ndarray:
 
 
 def _off_one_plane(axis: np.ndarray, places: Sequence[np.ndarray]) -> np.ndarray:
-    """Return the root of the sum of squares of the areas that pairs of places span, looked at along an axis."""
+    """Return the root sum of squares of the areas that pairs of places span, projected along an axis."""
     areas = [np.sum(axis * cross(a, b), axis=-1) for k, a in enumerate(places) for b in places[k + 1 :]]
     return np.asarray(np.sqrt(np.sum(np.square(areas), axis=0)))
 
 
-def off_one_way(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
+def off_common_direction(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
     """Return the sine of the angle between the directions in which two joints move the point."""
     first, second = (arm.jacobian(q)[..., :3, joint] for joint in joints)
     sizes = _size(first) * _size(second)
@@ -144,9 +144,9 @@ def parallel(samples: Sequence[Sample], i: int, j: int) -> bool:
 
 
 def slant(arm: NumericChain, q: np.ndarray, slide: int, i: int, j: int, across: bool) -> np.ndarray:
-    """Return the sine of the angle by which a slide does not run along, or `across`, the line from axis i to axis j.
+    """Return the sine of the angle by which a prismatic joint misses the direction from axis i to axis j, or `across`.
 
-    The axes are parallel; the line is the shortest between them. Where they are one line, nothing runs along it: 1.
+    The axes are parallel; the line is the shortest between them. If they coincide, return 1.
     """
     frames = arm.frames(q)
     line, along = frames[..., j, :3, 3] - frames[..., i, :3, 3], frames[..., slide, :3, 2]

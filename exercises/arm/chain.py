@@ -1,8 +1,8 @@
 """Serial chains as standard (distal) Denavit-Hartenberg tables.
 
 Frame i is carried by link i: T_{i-1,i} = Rz(theta_i) Tz(d_i) Tx(a_i) Rx(alpha_i). The joint variable is
-`theta_i` of a revolute joint (rad) and `d_i` of a prismatic one (m), each with an offset if wanted.
-Everything is expressed in the world frame, in which the base frame O_0 stands at `base`.
+`theta_i` of a revolute joint (rad) and `d_i` of a prismatic one (m), each with an optional offset.
+Everything is expressed in the world frame, in which `base` is the pose of the base frame O_0.
 """
 
 from dataclasses import dataclass, field, replace
@@ -19,10 +19,10 @@ TASK_ROWS = VELOCITIES
 """Names of the rows of the 6 x n Jacobian, linear first (6.6)."""
 
 CONVENTIONS = tuple(REGISTRY)
-"""The ways in which an arm is presented."""
+"""The ways to describe an arm."""
 
 TWIST_ORDERS = Screws.twist_orders
-"""The orders of a twist of an arm that is presented by its axes."""
+"""The orders of a twist, for arms described by their axes."""
 
 
 @dataclass(frozen=True)
@@ -77,14 +77,14 @@ class Point:
 
 @dataclass(frozen=True)
 class Chain:
-    """A robot arm with what is asked of it: DH table, base, point of interest and task (rows that count).
+    """A robot arm with its task: DH table, base, point of interest and the rows of J that count.
 
     `joints` are the rows of the standard (distal) table, `task` some of TASK_ROWS; without a `tool`, the point of
-    interest is the last frame's origin. `convention` is how the arm is told to people, one of CONVENTIONS: it says
-    which frames stand on the links (`link_frames`), and changes nothing of how the arm moves. `axis_points` are points
-    on the joint axes at home that a file names (world frame, m; None for a slide), empty where none are named.
-    `twist_order`, one of TWIST_ORDERS, is that of its twists where it is told by its axes. Raises QdotError for a table
-    or a task that is none.
+    interest is the last frame's origin. `convention`, one of CONVENTIONS, is how the arm is presented to people: it
+    determines the frames of the links (`link_frames`), and does not change how the arm moves. `axis_points` are points
+    on the joint axes at home that a file names (world frame, m; None for a prismatic joint), empty if it names none.
+    `twist_order`, one of TWIST_ORDERS, is the order of twists if the arm is described by its axes. Raises QdotError for
+    an invalid table or task.
 
     >>> Chain("mine", (Joint("R", "theta1", 0, "a1", 0), Joint("P", 0, "d2", 0, 0)), ("vx", "vy"))
     Chain(mine: RP, vx vy of frame 2)
@@ -121,14 +121,19 @@ class Chain:
 
     def _check_row(self, number: int, joint: Joint) -> None:
         variable = self.q[number - 1]
-        own = joint.theta if joint.kind == "R" else joint.d
-        other = joint.d if joint.kind == "R" else joint.theta
+        moving_value = joint.theta if joint.kind == "R" else joint.d
+        fixed_value = joint.d if joint.kind == "R" else joint.theta
         entry = "theta" if joint.kind == "R" else "d"
-        if (own - variable).free_symbols & set(self.q):
+        if (moving_value - variable).free_symbols & set(self.q):
             raise QdotError(
-                f"{self.name}: joint {number} ({joint.kind}): {entry} is {own}, but must be {variable} plus a constant"
+                f"{self.name}: joint {number} ({joint.kind}): {entry} is {moving_value}, but must be {variable} plus a "
+                "constant"
             )
-        for name, value in (("d" if joint.kind == "R" else "theta", other), ("a", joint.a), ("alpha", joint.alpha)):
+        for name, value in (
+            ("d" if joint.kind == "R" else "theta", fixed_value),
+            ("a", joint.a),
+            ("alpha", joint.alpha),
+        ):
             clash = value.free_symbols & set(self.q)
             if clash:
                 raise QdotError(
@@ -143,7 +148,7 @@ class Chain:
 
     @property
     def point(self) -> Point:
-        """The point of interest; the last frame's origin unless told otherwise."""
+        """The point of interest; the last frame's origin unless there is a tool."""
         return self.tool if self.tool is not None else Point(len(self.joints))
 
     @cached_property
@@ -160,8 +165,8 @@ class Chain:
     @cached_property
     def offsets(self) -> tuple[sp.Expr, ...]:
         """The constants that are added to the joint variables in the table."""
-        own = (joint.theta if joint.kind == "R" else joint.d for joint in self.joints)
-        return tuple(sp.expand(value - variable) for value, variable in zip(own, self.q, strict=True))
+        moving_values = (joint.theta if joint.kind == "R" else joint.d for joint in self.joints)
+        return tuple(sp.expand(value - variable) for value, variable in zip(moving_values, self.q, strict=True))
 
     @property
     def linear_rows(self) -> tuple[str, ...]:

@@ -1,8 +1,8 @@
-"""Everything the chapter derives for one arm, worked out once per structure and filled with numbers per arm.
+"""Everything the chapter derives for one arm, derived once per structure, with numbers substituted per arm.
 
-A structure is a chain in which every length that is not zero is a symbol and joint offsets are taken into the joint
-variable. Its results are proved there (both routes to the Jacobian are the same function, exactly) and then hold for
-every arm of that structure.
+A structure is a chain in which every length that is not zero is a symbol and joint offsets are absorbed into the joint
+variables. Its results are proved (both routes give exactly the same Jacobian) and then hold for every arm of that
+structure.
 """
 
 from collections.abc import Callable
@@ -29,8 +29,8 @@ from qdot.exercises.arm.kinematics import (
 from qdot.exercises.arm.shipped import once_per_structure
 from qdot.exercises.arm.trigonometry import (
     Factored,
-    factored,
-    same,
+    are_identical,
+    factor_trig,
     substitute,
     textbook,
     without_arctangents,
@@ -41,12 +41,14 @@ from qdot.exercises.common.errors import QdotError
 Values = dict[sp.Symbol, sp.Expr]
 
 MOST_TERMS, LONG = 3000, 100
-"""Terms that the maximal minors of a Jacobian may have together, and beyond which another way is shorter where there is
-one. The seven of a Panda have 400."""
+"""Terms that all maximal minors of a Jacobian may have together, and terms beyond which another way is preferred.
+
+The seven of a Panda have 400.
+"""
 
 
 class TooLong(QdotError):
-    """A result that is too long to be worked out, and to be read."""
+    """A result that is too long to be derived, and to be read."""
 
 
 @dataclass(frozen=True)
@@ -62,16 +64,16 @@ def structure(chain: Chain) -> Structure:
     values: Values = {}
 
     def length(name: str, value: sp.Expr) -> sp.Expr:
-        if value.as_coeff_Mul()[0].is_negative:  # an arm is stretched out one way with it, and folded back the other
-            return -_named(name, -value, values)
-        return sp.S.Zero if value == 0 else _named(name, value, values)
+        if value.as_coeff_Mul()[0].is_negative:  # its sign decides between stretched out and folded back
+            return -_symbol_for(name, -value, values)
+        return sp.S.Zero if value == 0 else _symbol_for(name, value, values)
 
     def coordinate(name: str, value: sp.Expr) -> sp.Expr:
-        return sp.S.Zero if value == 0 else _named(name, value, values)
+        return sp.S.Zero if value == 0 else _symbol_for(name, value, values)
 
     def angle(name: str, value: sp.Expr) -> sp.Expr:
         right = (sp.S(2) * value / sp.pi).is_Integer
-        return sp.Mod(value, 2 * sp.pi) if right else _named(name, value, values)
+        return sp.Mod(value, 2 * sp.pi) if right else _symbol_for(name, value, values)
 
     joints = []
     for i, (joint, variable, offset) in enumerate(zip(chain.joints, chain.q, chain.offsets, strict=True), 1):
@@ -93,7 +95,7 @@ def structure(chain: Chain) -> Structure:
     return Structure(generic, tuple(values.items()))
 
 
-def _named(name: str, value: sp.Expr, values: Values) -> sp.Symbol:
+def _symbol_for(name: str, value: sp.Expr, values: Values) -> sp.Symbol:
     symbol = sp.Symbol(name)
     if value != symbol:
         values[symbol] = value
@@ -102,13 +104,13 @@ def _named(name: str, value: sp.Expr, values: Values) -> sp.Symbol:
 
 @once_per_structure
 def _position(chain: Chain) -> sp.Matrix:
-    """Return the point of interest of a structure: of skew axes it is there long before the rest."""
+    """Return the point of interest of a structure; with skew axes, the rest takes much longer."""
     return frames_and_point(chain)[1].applyfunc(textbook)
 
 
 @once_per_structure
 def _proved(chain: Chain) -> tuple[sp.Matrix, sp.Matrix, sp.Matrix]:
-    """Return axes, p* and the geometric Jacobian of a structure, which both routes give."""
+    """Return axes, p* and the geometric Jacobian of a structure, on which both routes agree."""
     frames, point = frames_and_point(chain)
     position = _position(chain)
     z = sp.Matrix.hstack(*(frame.rotation[:, 2].applyfunc(textbook) for frame in frames[: chain.n]))
@@ -135,12 +137,12 @@ def _prove(chain: Chain, z: sp.Matrix, p_star: sp.Matrix, geometric: sp.Matrix) 
     if last:
         pairs.append((p_star[:, :last], sp.Matrix.hstack(*recursion[first:][:last]), "p*"))
     for ours, theirs, what in pairs:
-        if not all(same(a, b) for a, b in zip(ours, theirs, strict=True)):
+        if not all(are_identical(a, b) for a, b in zip(ours, theirs, strict=True)):
             raise RuntimeError(f"the two routes disagree on {what} of {chain}; please report this")
 
 
 def determinant_of(matrix: sp.Matrix) -> sp.Expr:
-    """Return the determinant by expansion along rows, each minor worked out once."""
+    """Return the determinant by expansion along rows, each minor computed once."""
     names, back = _entry_symbols(matrix)
     ring_matrix = matrix.applyfunc(lambda e: sp.expand(e.xreplace(names)))
     memo: dict[tuple[int, ...], sp.Expr] = {(): sp.S.One}
@@ -166,12 +168,12 @@ def _entry_symbols(matrix: sp.Matrix) -> tuple[dict[sp.Expr, sp.Symbol], dict[sp
 
 
 def short_jacobian(chain: Chain) -> sp.Matrix:
-    """Return a matrix with the maximal minors of the task Jacobian and shorter entries, where all six rows count.
+    """Return a matrix with the maximal minors of the task Jacobian but shorter entries, if all six rows count.
 
     It is the Jacobian of the last link seen from frame k in the middle of the chain, with O_k as the reference point:
-    another frame and point of the same body multiply J from the left by a matrix of determinant 1, so that minors of
-    all six rows stay what they are. For other tasks, with fewer joints, and where P is no point of the last link, it
-    is the task Jacobian.
+    another frame and point of the same body multiply J from the left by a matrix of determinant 1, which leaves minors
+    of all six rows unchanged. For other tasks, with fewer joints, or if P is not a point of the last link, it is the
+    task Jacobian itself.
     """
     if set(chain.task) != set(TASK_ROWS) or chain.n < len(TASK_ROWS) or not moves_with_last_link(chain):
         return task_matrix(_geometric(chain), chain.task)
@@ -190,21 +192,21 @@ def short_jacobian(chain: Chain) -> sp.Matrix:
 
 
 def moves_with_last_link(chain: Chain) -> bool:
-    """Whether the joints past the point's frame would not move P if it were fixed in the last link (a wrist centre)."""
+    """Tell whether P could as well be fixed in the last link, as a wrist centre: later joints would not move it."""
     if chain.point.frame == chain.n:
         return True
     frames, point = frames_and_point(chain)
     for joint, frame in zip(chain.joints[chain.point.frame :], frames[chain.point.frame :], strict=False):
         if joint.kind == "P":
             return False
-        if not all(same(entry, sp.S.Zero) for entry in frame.rotation[:, 2].cross(point - frame.origin)):
+        if not all(are_identical(entry, sp.S.Zero) for entry in frame.rotation[:, 2].cross(point - frame.origin)):
             return False
     return True
 
 
 @lru_cache(maxsize=4096)
 def _expanded_minors(chain: Chain) -> tuple[sp.Expr, ...] | None:
-    """Return every maximal minor of the task Jacobian as a sum, or None where they have too many terms."""
+    """Return every maximal minor of the task Jacobian as a sum, or None if they have too many terms."""
     jacobian = short_jacobian(chain)
     rows, cols = jacobian.shape
     size = min(rows, cols)
@@ -218,14 +220,14 @@ def _expanded_minors(chain: Chain) -> tuple[sp.Expr, ...] | None:
 
 
 def minors_are_long(chain: Chain) -> bool:
-    """Tell whether the maximal minors of the task Jacobian have so many terms that nobody would read them."""
+    """Tell whether the maximal minors of the task Jacobian have too many terms to be read."""
     minors = _expanded_minors(structure(chain).chain)
     return minors is None or sum(len(sp.Add.make_args(minor)) for minor in minors) > LONG
 
 
 @once_per_structure
 def _generic_minors(chain: Chain) -> tuple[Factored, ...]:
-    """Return every maximal minor of the task Jacobian, factored; just the determinant where it is square.
+    """Return every maximal minor of the task Jacobian, factored; just the determinant if it is square.
 
     Raises TooLong.
     """
@@ -233,23 +235,23 @@ def _generic_minors(chain: Chain) -> tuple[Factored, ...]:
     if minors is None:
         what = "the determinant has" if len(chain.task) == chain.n else "the minors of J have"
         raise TooLong(f"{what} more than {MOST_TERMS} terms, too many for conditions that a person could read")
-    return _factored_all(minors)
+    return _factor_all(minors)
 
 
-_kept_minors: dict[Chain, Callable[[], tuple[Factored, ...]]] = {}
-_MOST_KEPT = 64
+_stored_minors: dict[Chain, Callable[[], tuple[Factored, ...]]] = {}
+_MOST_STORED = 64
 
 
-def know_minors(chain: Chain, minors: Callable[[], tuple[Factored, ...]]) -> None:
-    """Take the minors of an arm's structure that were kept; whoever grades wants them of few arms, and derives none."""
-    if len(_kept_minors) >= _MOST_KEPT:
-        _kept_minors.clear()
-    _kept_minors[chain] = minors
+def store_minors(chain: Chain, minors: Callable[[], tuple[Factored, ...]]) -> None:
+    """Store the minors of an arm's structure, so that the grader, which needs them for few arms, derives none."""
+    if len(_stored_minors) >= _MOST_STORED:
+        _stored_minors.clear()
+    _stored_minors[chain] = minors
 
 
 @lru_cache(maxsize=4096)
-def _factored_all(minors: tuple[sp.Expr, ...]) -> tuple[Factored, ...]:
-    return tuple(factored(minor) for minor in minors)
+def _factor_all(minors: tuple[sp.Expr, ...]) -> tuple[Factored, ...]:
+    return tuple(factor_trig(minor) for minor in minors)
 
 
 @once_per_structure
@@ -261,7 +263,7 @@ def _generic_inverse(chain: Chain) -> tuple[tuple[Factored, ...], ...]:
 
     def entry(i: int, j: int) -> Factored:
         rest = jacobian.extract([r for r in range(n) if r != j], [c for c in range(n) if c != i])
-        cofactor = factored((-1) ** (i + j) * (determinant_of(rest) if n > 1 else sp.S.One))
+        cofactor = factor_trig((-1) ** (i + j) * (determinant_of(rest) if n > 1 else sp.S.One))
         return cofactor.over(determinant)
 
     return tuple(tuple(entry(i, j) for j in range(n)) for i in range(n))
@@ -277,11 +279,13 @@ def _generic_rates(chain: Chain) -> tuple[Factored, ...]:
     numerators = (
         determinant_of(sp.Matrix.hstack(jacobian[:, :i], velocity, jacobian[:, i + 1 :])) for i in range(chain.n)
     )
-    return tuple(_by_velocity(factored(numerator).over(determinant), tuple(velocity)) for numerator in numerators)
+    return tuple(
+        _collect_by_velocity(factor_trig(numerator).over(determinant), tuple(velocity)) for numerator in numerators
+    )
 
 
-def _by_velocity(rate: Factored, velocity: tuple[sp.Symbol, ...]) -> Factored:
-    """Return the same product with its numerator gathered by the task's velocities, as the book has it."""
+def _collect_by_velocity(rate: Factored, velocity: tuple[sp.Symbol, ...]) -> Factored:
+    """Return the same product with its numerator collected by the task's velocities, as in the book."""
     gathered = tuple(
         (sp.collect(sp.expand(f), velocity, textbook) if f.free_symbols & set(velocity) else f, power)
         for f, power in rate.factors
@@ -290,17 +294,19 @@ def _by_velocity(rate: Factored, velocity: tuple[sp.Symbol, ...]) -> Factored:
 
 
 def results(structure: Chain, is_whole: bool = False, is_inverted: bool = False) -> dict[str, object]:
-    """Return what is found out of a structure, by the names of the functions, to be shipped: where the point is and
-    how it moves; of a whole arm the minors, too, and of one whose Jacobian is inverted by hand the inverse and rates.
+    """Return the results of a structure that are shipped, by the names of their functions.
+
+    These are the point and how it moves; for a whole arm the minors, too, and if its Jacobian is inverted by hand, the
+    inverse and the rates.
     """
     wanted: list[Callable[[Chain], object]] = [_position, _proved]
     wanted += [_generic_minors] if is_whole else []
     wanted += [_generic_inverse, _generic_rates] if is_inverted else []
-    found: dict[str, object] = {}
+    outcomes: dict[str, object] = {}
     for work in wanted:
         with suppress(TooLong):
-            found[work.__name__] = work(structure)
-    return found
+            outcomes[work.__name__] = work(structure)
+    return outcomes
 
 
 class Derivation:
@@ -311,7 +317,7 @@ class Derivation:
         generic = structure(chain)
         self._structure, self._values = generic.chain, dict(generic.values)
 
-    # Worked out where they are asked for: the determinant of a 6-DOF arm needs none of them.
+    # Computed on demand: the determinant of a 6-DOF arm needs none of them.
     @cached_property
     def position(self) -> sp.Matrix:
         """The point of interest, 3 x 1 (m)."""
@@ -347,7 +353,7 @@ class Derivation:
     def fill_matrix(self, matrix: sp.Matrix) -> sp.Matrix:
         """Return a matrix of the structure in this arm's numbers and symbols.
 
-        Of an arm that is told by its axes, the table has lengths with roots and angles that nobody has given.
+        If the arm is described by its axes, its table has lengths with roots and angles that its file doesn't mention.
         """
         filled = matrix.applyfunc(self.fill)
         if convention_of(self.chain).has_frames:
@@ -362,7 +368,7 @@ class Derivation:
     @cached_property
     def generic_minors(self) -> tuple[Factored, ...]:
         """The maximal minors of the structure's task Jacobian (one, the determinant, if square), factored."""
-        kept = _kept_minors.get(self.chain)
+        kept = _stored_minors.get(self.chain)
         return _generic_minors(self._structure) if kept is None else kept()
 
     @property
@@ -372,7 +378,7 @@ class Derivation:
 
     @property
     def rotations(self) -> list[sp.Matrix]:
-        """R_0 ... R_n, absolute angles inside a run of parallel joints."""
+        """R_0 ... R_n, with absolute angles within a run of parallel joints."""
         return [self.fill_matrix(frame.rotation) for frame in link_frames(self._structure)]
 
     @property
@@ -388,17 +394,17 @@ class Derivation:
 
     @property
     def determinant(self) -> sp.Expr:
-        """det J in factored form; ValueError where J is not square."""
+        """det J in factored form; ValueError if J is not square."""
         self._need_square("determinant")
-        return self.generic_minors[0].substituted(self._values)
+        return self.generic_minors[0].substitute(self._values)
 
     @property
     def inverse(self) -> sp.Matrix:
-        """J^-1, n x n, by the adjugate; ValueError where J is not square or never invertible."""
+        """J^-1, n x n, by the adjugate; ValueError if J is not square or never invertible."""
         self._need_square("inverse")
         if self.generic_minors[0].is_zero:
             raise ValueError(f"{self.chain.name}: det J = 0 everywhere, so J has no inverse")
-        rows = [[entry.substituted(self._values) for entry in row] for row in _generic_inverse(self._structure)]
+        rows = [[entry.substitute(self._values) for entry in row] for row in _generic_inverse(self._structure)]
         return sp.Matrix(rows)
 
     def _need_square(self, what: str) -> None:
@@ -420,7 +426,7 @@ class Derivation:
         self._need_square("inverse velocity")
         if self.generic_minors[0].is_zero:
             raise ValueError(f"{self.chain.name}: det J = 0 everywhere, so no rates can be solved for")
-        return sp.Matrix([rate.substituted(self._values) for rate in _generic_rates(self._structure)])
+        return sp.Matrix([rate.substitute(self._values) for rate in _generic_rates(self._structure)])
 
 
 def task_velocity(chain: Chain) -> tuple[sp.Symbol, ...]:
@@ -430,5 +436,5 @@ def task_velocity(chain: Chain) -> tuple[sp.Symbol, ...]:
 
 @lru_cache(maxsize=512)
 def derive(chain: Chain) -> Derivation:
-    """Return the derivation of `chain` (kept, as several questions ask for the same arm's)."""
+    """Return the derivation of `chain` (cached, as several questions need that of the same arm)."""
     return Derivation(chain)

@@ -1,7 +1,7 @@
-"""A derivation as a student works it out: stages that build on one another, any of which can go wrong.
+"""A derivation as a student does it: stages that build on one another, in any of which a mistake can happen.
 
-A mistake replaces the result of a stage, and all stages behind it follow. Vectors and matrices have their rows and
-columns on the first axes; the arithmetic's own axes come last.
+A mistake replaces the result of a stage, and all later stages follow. Vectors and matrices have their rows and columns
+on the first axes; the arithmetic's own axes come last.
 """
 
 from collections.abc import Callable, Mapping
@@ -17,7 +17,7 @@ from qdot.exercises.arm.arithmetic import (
     Formulas,
     Numbers,
     Trees,
-    applied,
+    apply_matrix,
     cross,
     determinant,
     minors,
@@ -30,7 +30,7 @@ from qdot.exercises.arm.kinematics import frames_and_point
 from qdot.exercises.arm.standard_table import axes_of
 
 RESULT = "result"
-"""The stage behind all others: the answer as it is written down, (rows, columns, …)."""
+"""The stage after all others: the answer as it is written down, (rows, columns, …)."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class TableRow:
 
 @dataclass(frozen=True)
 class Table:
-    """The DH table with base and point: what is read before anything is worked out."""
+    """The DH table with base and point: the start of every derivation."""
 
     rows: tuple[TableRow, ...]
     base: tuple[np.ndarray, np.ndarray, np.ndarray]
@@ -62,15 +62,15 @@ class Table:
 
 
 Change = Callable[["Working", Any], Any]
-"""What becomes of the result of a stage, given what it would have been."""
+"""The result of a stage with a mistake, from the working and the right result."""
 
 
 @dataclass
 class Working:
     """The stages of a derivation for one arm, in an arithmetic; `changes` are the mistakes made in it.
 
-    Stages (STAGES) are worked out when they are asked for. Those that `fresh` changes can't have touched are shared
-    with the working `before` them.
+    Stages (STAGES) are computed on demand. Those that the `fresh` changes can't affect are shared with the working
+    `before` them.
     """
 
     chain: Chain
@@ -85,11 +85,11 @@ class Working:
     def __getitem__(self, stage: str) -> Any:
         """Return the result of a stage."""
         if stage not in self._known:
-            self._known[stage] = self._worked_out(stage)
+            self._known[stage] = self._compute(stage)
         return self._known[stage]
 
-    def _worked_out(self, stage: str) -> Any:
-        touched = any(name in built_on(stage) for name, _ in self.fresh)
+    def _compute(self, stage: str) -> Any:
+        touched = any(name in prerequisites(stage) for name, _ in self.fresh)
         if self.before is None or touched:
             outcome, changes = STAGES[stage][0](self), self.changes
         else:
@@ -99,8 +99,8 @@ class Working:
                 outcome = change(self, outcome)
         return outcome
 
-    def but(self, changes: Mapping[str, Change]) -> "Working":
-        """Return the same working with mistakes in it, beside those that it has."""
+    def with_mistakes(self, changes: Mapping[str, Change]) -> "Working":
+        """Return the same working with more mistakes in it."""
         fresh = tuple(changes.items())
         return Working(self.chain, self.arithmetic, (*self.changes, *fresh), fresh, self, _turns=self._turns)
 
@@ -110,7 +110,7 @@ class Working:
         return Working(self.chain, self.arithmetic, kept, _turns=self._turns)
 
     def turn(self, row: TableRow) -> np.ndarray:
-        """Return the rotation by a row of the table, Rz Rx, worked out once for the same angles (the same objects)."""
+        """Return the rotation by a row of the table, Rz Rx, computed once for the same angles (the same objects)."""
         key = (id(row.theta), id(row.alpha))
         if key not in self._turns:
             self._turns[key] = (row, product(turn_z(self, row.theta), turn_x(self, row.alpha)))
@@ -124,13 +124,13 @@ class Working:
             self._first[frame] = Working(shorter, self.arithmetic, self.changes, self.fresh, before, _turns=self._turns)
         return self._first[frame]
 
-    def comes_from(self, stage: str) -> bool:
-        """Tell whether what has been worked out so far comes from a stage, also for a frame inside the arm."""
+    def depends_on(self, stage: str) -> bool:
+        """Tell whether anything that has been computed so far depends on a stage, also for a frame inside the arm."""
         known = {name for w in (self, *self._first.values()) for name in w._known}
-        return any(stage == name or stage in built_on(name) for name in known)
+        return any(stage == name or stage in prerequisites(name) for name in known)
 
     def jacobians(self) -> list[np.ndarray]:
-        """Return the Jacobians that have been worked out so far, those of frames inside the arm included."""
+        """Return the Jacobians that have been computed so far, those of frames inside the arm included."""
         workings = (self, *self._first.values())
         return [w._known[stage] for w in workings for stage in ("geometric", "jacobian") if stage in w._known]
 
@@ -140,8 +140,8 @@ class Working:
         return self.chain.n
 
     def symbols(self, names: Any) -> np.ndarray:
-        """Return symbols that no joint is, as a vector."""
-        return np.stack([self.arithmetic.known(str(name)) for name in names])
+        """Return symbols that are not joint variables, as a vector."""
+        return np.stack([self.arithmetic.symbol_value(str(name)) for name in names])
 
 
 def numbers(chain: Chain, values: Mapping[str, np.ndarray]) -> Working:
@@ -150,7 +150,7 @@ def numbers(chain: Chain, values: Mapping[str, np.ndarray]) -> Working:
 
 
 def trees(chain: Chain) -> Working:
-    """Return the right working in trees of formulas, as students' answers are read."""
+    """Return the right working in trees of formulas, as students' answers are parsed."""
     return Working(chain, Trees([q.name for q in chain.q]))
 
 
@@ -163,7 +163,7 @@ def formulas(chain: Chain) -> Working:
 
 
 def _table(w: Working) -> Table:
-    chain, to = w.chain, w.arithmetic.stepped
+    chain, to = w.chain, w.arithmetic.table_entry
     rows = tuple(
         TableRow(joint.kind, to(joint.theta), to(joint.d), to(joint.a), to(joint.alpha)) for joint in chain.joints
     )
@@ -174,15 +174,15 @@ def _table(w: Working) -> Table:
 def turn_z(w: Working, angle: np.ndarray) -> np.ndarray:
     """Return the rotation about z by an angle, (3, 3, …)."""
     c, s = w.arithmetic.cos(angle), w.arithmetic.sin(angle)
-    o, one = angle * 0, angle * 0 + 1
-    return _matrix(c, -s, o, s, c, o, o, o, one)
+    zero, unit = angle * 0, angle * 0 + 1
+    return _matrix(c, -s, zero, s, c, zero, zero, zero, unit)
 
 
 def turn_x(w: Working, angle: np.ndarray) -> np.ndarray:
     """Return the rotation about x by an angle, (3, 3, …)."""
     c, s = w.arithmetic.cos(angle), w.arithmetic.sin(angle)
-    o, one = angle * 0, angle * 0 + 1
-    return _matrix(one, o, o, o, c, -s, o, s, c)
+    zero, unit = angle * 0, angle * 0 + 1
+    return _matrix(unit, zero, zero, zero, c, -s, zero, s, c)
 
 
 def _matrix(*entries: np.ndarray) -> np.ndarray:
@@ -202,7 +202,7 @@ def _rotations(w: Working) -> list[np.ndarray]:
     return rotations
 
 
-def _own_links(w: Working) -> list[np.ndarray]:
+def _local_links(w: Working) -> list[np.ndarray]:
     """Return the vectors r_i in frame i-1 (below 6.13), and the point in its own frame."""
     vectors = []
     for row in w["table"].rows:
@@ -212,12 +212,12 @@ def _own_links(w: Working) -> list[np.ndarray]:
 
 
 def _links(w: Working) -> list[np.ndarray]:
-    rotations, own = w["rotations"], w["own links"]
-    vectors = [applied(rotations[k], own[k]) for k in range(w.n)]
-    return [*vectors, applied(rotations[w.chain.point.frame], own[w.n])]
+    rotations, local_vectors = w["rotations"], w["own links"]
+    vectors = [apply_matrix(rotations[k], local_vectors[k]) for k in range(w.n)]
+    return [*vectors, apply_matrix(rotations[w.chain.point.frame], local_vectors[w.n])]
 
 
-def carried(chain: Chain) -> list[int]:
+def links_to_point(chain: Chain) -> list[int]:
     """Return the links, from 0, that lead to the point; the last is the point in its own frame."""
     return [*range(chain.point.frame), chain.n]
 
@@ -233,14 +233,14 @@ def _origins(w: Working) -> np.ndarray:
 
 def _point(w: Working) -> np.ndarray:
     links = _values(w, w["links"])
-    return np.asarray(w.arithmetic.value(w["table"].base[0]) + links[carried(w.chain)].sum(axis=0))
+    return np.asarray(w.arithmetic.value(w["table"].base[0]) + links[links_to_point(w.chain)].sum(axis=0))
 
 
 def _effects(w: Working) -> np.ndarray:
-    """Return what each joint does to each link, (n, n + 1, 3, …): the derivative of that link's vector."""
+    """Return the effect of each joint on each link, (n, n + 1, 3, …): the derivative of that link's vector."""
     slopes = [w.arithmetic.slopes(link)[: w.n] for link in w["links"]]
     effects = np.stack(slopes, axis=1)
-    left_out = [k for k in range(w.n + 1) if k not in carried(w.chain)]
+    left_out = [k for k in range(w.n + 1) if k not in links_to_point(w.chain)]
     effects[:, left_out] = effects[:, left_out] * 0
     return effects
 
@@ -249,8 +249,8 @@ def _axes(w: Working) -> np.ndarray:
     return _values(w, [rotation[:, 2] for rotation in w["rotations"]])
 
 
-def _on_axes(w: Working) -> np.ndarray:
-    """Return the origins of the frames on the joint axes, and what the last of them is followed by, (n + 1, 3, …)."""
+def _origins_on_axes(w: Working) -> np.ndarray:
+    """Return the origins of the frames on the joint axes and the one after them, (n + 1, 3, …)."""
     if not convention_of(w.chain).has_frames_of_joints:
         return np.asarray(w["origins"])
     along = [row.d * rotation[:, 2] for row, rotation in zip(w["table"].rows, w["rotations"], strict=False)]
@@ -262,8 +262,8 @@ def _arms(w: Working) -> np.ndarray:
     return np.asarray(w["point"][None] - w["frames on axes"])
 
 
-def told_rotation(w: Working, frame: int) -> np.ndarray:
-    """Return the rotation of a frame, from 0, of the convention in which the arm is told, (3, 3, …)."""
+def convention_rotation(w: Working, frame: int) -> np.ndarray:
+    """Return the rotation of a frame (from 0) of the arm's convention, (3, 3, …)."""
     rotation = w["rotations"][frame]
     if convention_of(w.chain).has_frames_of_joints and frame:
         rotation = product(rotation, turn_x(w, -w["table"].rows[frame - 1].alpha))
@@ -275,7 +275,7 @@ def _linear(w: Working) -> np.ndarray:
 
 
 def _kinds(w: Working) -> list[str]:
-    """Return the kind of each joint, as it is taken where columns are put together."""
+    """Return the kind of each joint that the columns of J are built for."""
     return [row.kind for row in w["table"].rows]
 
 
@@ -283,7 +283,7 @@ def _products(w: Working) -> list[np.ndarray]:
     return [cross(w["axes"][i], w["arms"][i]) for i in range(w.n)]
 
 
-def propagated(w: Working, _: Any = None) -> np.ndarray:
+def propagate_linear_rows(w: Working, _: Any = None) -> np.ndarray:
     """Return the linear rows by propagation, (3, n, …): z x p* of a revolute joint, z of a prismatic one (6.12)."""
     columns = []
     for i, kind in enumerate(w["kinds"]):
@@ -315,7 +315,7 @@ def _inverse(w: Working) -> np.ndarray:
 
 
 def _rates(w: Working) -> np.ndarray:
-    return applied(w["inverse"], w["wanted velocity"])
+    return apply_matrix(w["inverse"], w["wanted velocity"])
 
 
 def _pseudo_inverse(w: Working) -> np.ndarray:
@@ -327,7 +327,7 @@ def _pseudo_inverse(w: Working) -> np.ndarray:
 
 
 def _self_motion(w: Working) -> np.ndarray:
-    """Of n = m + 1 joints: the minors that are left without each column, with alternating signs."""
+    """Return, for n = m + 1 joints, the minors without each column, with alternating signs."""
     jacobian = w["jacobian"]
     if jacobian.shape[1] != jacobian.shape[0] + 1:  # more than one self-motion, or none
         return np.asarray(jacobian[0] * np.nan)
@@ -349,17 +349,17 @@ def _condition_number(w: Working) -> np.ndarray:
 
 def _wrist_block(w: Working) -> np.ndarray:
     """Return the axes of joints 4 to 6 in the frame on the first of them, (3, 3, …)."""
-    turned = told_rotation(w, convention_of(w.chain).frame_on_axis(4)).swapaxes(0, 1)
-    return np.stack([applied(turned, w["axes"][i]) for i in (3, 4, 5)], axis=1)
+    rotation = convention_rotation(w, convention_of(w.chain).frame_on_axis(4)).swapaxes(0, 1)
+    return np.stack([apply_matrix(rotation, w["axes"][i]) for i in (3, 4, 5)], axis=1)
 
 
 def _tool_jacobian(w: Working) -> np.ndarray:
     """Return the geometric Jacobian in the coordinates of the last frame."""
-    return turned_rows(w["last rotation"].swapaxes(0, 1), w["geometric"])
+    return rotate_rows(w["last rotation"].swapaxes(0, 1), w["geometric"])
 
 
-def turned_rows(rotation: np.ndarray, geometric: np.ndarray) -> np.ndarray:
-    """Return the linear and the angular rows of a Jacobian, both turned."""
+def rotate_rows(rotation: np.ndarray, geometric: np.ndarray) -> np.ndarray:
+    """Return a Jacobian with its linear and its angular rows rotated."""
     return np.concatenate([product(rotation, geometric[:3]), product(rotation, geometric[3:])])
 
 
@@ -375,11 +375,11 @@ def _home_screws(w: Working) -> np.ndarray:
 
 def constant(w: Working, vector: sp.Matrix) -> np.ndarray:
     """Return a vector of formulas without joint variables, (3, …)."""
-    return np.stack([w.arithmetic.value(w.arithmetic.stepped(entry)) for entry in vector])
+    return np.stack([w.arithmetic.value(w.arithmetic.table_entry(entry)) for entry in vector])
 
 
 def _space_jacobian(w: Working) -> np.ndarray:
-    """Return the twists (omega, v) in the world frame that the joints give to the point at its origin, (6, n, …)."""
+    """Return the space twists (omega, v) of the joints: v at the world's origin, (6, n, …)."""
     columns = []
     for i, kind in enumerate(w["kinds"]):
         z, start = w["axes"][i], w["origins"][i]
@@ -395,18 +395,20 @@ def _body_rotation(w: Working) -> np.ndarray:
 
 
 def _body_jacobian(w: Working) -> np.ndarray:
-    """Return the same twists as that frame sees them, about the point of interest: [Ad T^-1] J_s, (6, n, …)."""
+    """Return the same twists in that frame, about the point of interest: [Ad T^-1] J_s, (6, n, …)."""
     jacobian, point = w["space jacobian"], w["point"]
     turn = w["body rotation"].swapaxes(0, 1)
     columns = []
     for i in range(jacobian.shape[1]):
         angular, linear = jacobian[:3, i], jacobian[3:, i]
-        columns.append(np.concatenate([applied(turn, angular), applied(turn, linear + cross(angular, point))]))
+        columns.append(
+            np.concatenate([apply_matrix(turn, angular), apply_matrix(turn, linear + cross(angular, point))])
+        )
     return np.stack(columns, axis=1)
 
 
 def _body_adjoint(w: Working) -> np.ndarray:
-    """Return what turns a twist (omega, v) in that frame into the same in the world frame, (6, 6, …)."""
+    """Return the adjoint that takes a twist (omega, v) from that frame to the world frame, (6, 6, …)."""
     return adjoint(w["body rotation"], w["point"])
 
 
@@ -420,15 +422,15 @@ STAGES: dict[str, tuple[Callable[[Working], Any], tuple[str, ...]]] = {
     "table": (_table, ()),
     "base rotation": (_base_rotation, ("table",)),
     "rotations": (_rotations, ("table", "base rotation")),
-    "own links": (_own_links, ("table",)),
+    "own links": (_local_links, ("table",)),
     "links": (_links, ("rotations", "own links")),
     "origins": (_origins, ("links",)),
     "point": (_point, ("links",)),
     "effects": (_effects, ("links",)),
     "axes": (_axes, ("rotations",)),
-    "frames on axes": (_on_axes, ("table", "origins", "rotations")),
+    "frames on axes": (_origins_on_axes, ("table", "origins", "rotations")),
     "arms": (_arms, ("point", "frames on axes")),
-    "last rotation": (lambda w: told_rotation(w, w.n), ("rotations", "table")),
+    "last rotation": (lambda w: convention_rotation(w, w.n), ("rotations", "table")),
     "last origin": (lambda w: w["frames on axes"][-1], ("frames on axes",)),
     "kinds": (_kinds, ("table",)),
     "products": (_products, ("axes", "arms")),
@@ -461,19 +463,22 @@ STAGES: dict[str, tuple[Callable[[Working], Any], tuple[str, ...]]] = {
     "joint rates": (lambda w: w.symbols(w.chain.rates), ()),
     "rates": (_rates, ("inverse", "wanted velocity")),
 }
-"""What each stage is, and what it is worked out from ("linear" from the effects or, `propagated`, from the rest)."""
+"""How each stage is computed, and from which stages.
+
+"linear" comes from the effects or, with `propagate_linear_rows`, from the other stages.
+"""
 
 
 @cache
-def built_on(stage: str) -> frozenset[str]:
-    """Return the stages that a stage builds on, at any remove."""
+def prerequisites(stage: str) -> frozenset[str]:
+    """Return all stages on which a stage depends, directly or indirectly."""
     direct = STAGES[stage][1]
-    return frozenset(direct).union(*(built_on(name) for name in direct))
+    return frozenset(direct).union(*(prerequisites(name) for name in direct))
 
 
-def as_formulas(found: np.ndarray) -> sp.Matrix:
-    """Return a vector or matrix of formulas as a SymPy matrix; a number of its own as 1 x 1."""
-    entries = found[..., 0]
+def as_formulas(values: np.ndarray) -> sp.Matrix:
+    """Return a vector or matrix of formulas as a SymPy matrix; a single number as 1 x 1."""
+    entries = values[..., 0]
     if entries.ndim == 0:
         return sp.Matrix([[entries.item()]])
     return sp.Matrix(entries.reshape(len(entries), -1).tolist())

@@ -16,15 +16,15 @@ HARDEST = len(BANDS)
 
 @lru_cache(maxsize=256)
 def difficulty(chain: Chain) -> int:
-    """Return terms of J + 4 x conditions of the singular set + 8 x those that tie several joints + what leads off.
+    """Return terms of J + 4 x conditions of the singular set + 8 x those that tie several joints + deviations.
 
-    The conditions are the factors of det J that can vanish, where J is square. What leads off from an arm as books draw
-    it counts one each: a joint's zero that is moved, a base that is moved, one that is turned, and a point of interest
-    that is no origin. Example 6.3 has 15 + 8 + 8 = 31.
+    The conditions are the factors of det J that can vanish, if J is square. Deviations from an arm as books draw it
+    count one each: an offset of a joint, a displaced base, a rotated base, and a point of interest that is not an
+    origin. Example 6.3 has 15 + 8 + 8 = 31.
     """
     factors = {condition for component in singular_set(chain) or () for condition in component.conditions}
     tying = sum(len(factor.free_symbols & set(chain.q)) > 1 for factor in factors)
-    return _terms(chain) + 4 * len(factors) + 8 * tying + _leading_off(chain)
+    return _terms(chain) + 4 * len(factors) + 8 * tying + _count_deviations(chain)
 
 
 def _terms(chain: Chain) -> int:
@@ -35,7 +35,7 @@ def _terms(chain: Chain) -> int:
 def _is_multiplied_out(expression: sp.Expr) -> bool:
     """Tell whether an expression is a sum of products of numbers, symbols, sines and cosines of sums of symbols.
 
-    That is asked first, as `expand` takes a hundred times as long to change nothing.
+    This is checked first, because `expand` takes a hundred times as long to change nothing.
     """
     factors = (factor for term in sp.Add.make_args(expression) for factor in sp.Mul.make_args(term))
     return all(
@@ -51,24 +51,24 @@ def _is_plain(term: sp.Expr) -> bool:
     return bool(rest.is_Symbol or rest in (1, sp.pi))
 
 
-def _leading_off(chain: Chain) -> int:
+def _count_deviations(chain: Chain) -> int:
     base = chain.base
-    led = [
+    deviations = [
         *(offset != 0 for offset in chain.offsets),
         any(base.position),
         base.yaw != 0 or base.tilt != 0,
         not chain.point.is_origin,
     ]
-    return sum(led)
+    return sum(deviations)
 
 
 def step(chain: Chain) -> int:
     """Return the band of the difficulty: 0 below 10, 1 below 16, 2 below 24, 3 below 34, 4 above."""
-    if _terms(chain) + _leading_off(chain) >= BANDS[-1]:  # its singular set may take a minute, and adds to that
+    if _terms(chain) + _count_deviations(chain) >= BANDS[-1]:  # its singular set may take a minute, and adds to that
         return HARDEST
     return sum(difficulty(chain) >= least for least in BANDS)
 
 
-def in_words(low: int, high: int) -> str:
+def describe_band(low: int, high: int) -> str:
     """Return a band of difficulty as in "2" or "1 to 3"."""
     return str(low) if low == high else f"{low} to {high}"

@@ -1,4 +1,4 @@
-"""The direction of motion that is lost at a singular configuration, and the lines of an arm to tell it by.
+"""The direction of motion that is lost at a singular configuration, and the lines of an arm that describe it.
 
 Where J (m x n, m <= n) has rank m - 1, one direction u of the task is lost: u J = 0, the null space of J transposed;
 every velocity that the joints can produce is perpendicular to u. The cofactors of m - 1 independent columns of J are
@@ -18,7 +18,7 @@ from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.singularity import Component
-from qdot.exercises.arm.trigonometry import Factored, factored, substitute, textbook
+from qdot.exercises.arm.trigonometry import Factored, factor_trig, substitute, textbook
 
 ZERO, CLEAR = 1e-9, 0.05
 """Shares of the largest singular value: below the first one it counts as zero, above the second as not zero."""
@@ -33,7 +33,7 @@ def task_rows(chain: Chain) -> list[int]:
 
 
 def clear_rank(jacobian: np.ndarray, clear: float = CLEAR) -> int | None:
-    """Return the rank of a matrix, or None where a singular value is neither clearly zero nor clearly not."""
+    """Return the rank of a matrix, or None if a singular value is neither clearly zero nor clearly not."""
     sigma = np.linalg.svd(jacobian, compute_uv=False)
     share = sigma / max(float(sigma[0]), 1e-12)
     if np.any((share > ZERO) & (share < clear)):
@@ -56,7 +56,7 @@ def lost_direction(jacobian: np.ndarray, clear: float = CLEAR) -> np.ndarray | N
 class LostFormula:
     """u as a formula in the joints that stay free, the columns (from 1) whose cofactors it is made of, and J there.
 
-    `jacobian` is None where its entries do not come out short.
+    `jacobian` is None if its entries are not short.
     """
 
     direction: sp.Matrix
@@ -68,7 +68,7 @@ Values = tuple[tuple[sp.Symbol, sp.Expr], ...]
 
 
 def value_sets(component: Component) -> list[Values]:
-    """Return every combination of joint values at which a component's conditions hold; none where joints are tied."""
+    """Return every combination of joint values at which a component's conditions hold; none if they tie joints."""
     if component.solutions is None:
         return []
     joints = [joint for joint, _ in component.solutions]
@@ -79,7 +79,7 @@ def value_sets(component: Component) -> list[Values]:
 
 @lru_cache(maxsize=1024)
 def lost_formula(generic: Chain, component: Component) -> LostFormula | None:
-    """Return the shortest formula for the direction lost at joint values, for a structure; None where none is short.
+    """Return the shortest formula for the direction lost at joint values, for a structure; None if none is short.
 
     `component` is one of the structure's, at one combination of values.
     """
@@ -90,7 +90,7 @@ def lost_formula(generic: Chain, component: Component) -> LostFormula | None:
     if component.solutions is None:
         return None
     for condition, (joint, (value, *_)) in zip(component.conditions, component.solutions, strict=True):
-        placed = _placed(jacobian, condition, joint, value, scale)
+        placed = _jacobian_at_value(jacobian, condition, joint, value, scale)
         if placed is None:
             return None
         jacobian = placed
@@ -108,18 +108,18 @@ def _terms(vector: sp.Matrix) -> int:
     return sum(len(sp.Add.make_args(sp.expand(entry))) for entry in vector)
 
 
-def _placed(
+def _jacobian_at_value(
     jacobian: sp.Matrix, condition: sp.Expr, joint: sp.Symbol, value: sp.Expr, scale: sp.Symbol
 ) -> sp.Matrix | None:
-    """Return J at a joint's value; where A cos + B sin = 0 decides it, with cos = B t and sin = -A t."""
+    """Return J at a joint's value; if A cos + B sin = 0 determines it, with cos = B t and sin = -A t."""
     if not joint.name.startswith("theta") or (2 * value / sp.pi).is_Integer:
         return jacobian.applyfunc(lambda entry: sp.expand(substitute(entry, {joint: value})))
     cosine, sine = sp.Dummy("c"), sp.Dummy("s")
-    trig = sp.expand(_in_one_angle(condition, joint, cosine, sine))
+    trig = sp.expand(_split_off_angle(condition, joint, cosine, sine))
     a, b = trig.coeff(cosine), trig.coeff(sine)
     if sp.expand(trig - a * cosine - b * sine) != 0 or (a.free_symbols | b.free_symbols) & set(_angles(jacobian)):
         return None
-    return jacobian.applyfunc(lambda entry: sp.expand(_in_one_angle(entry, joint, b * scale, -a * scale)))
+    return jacobian.applyfunc(lambda entry: sp.expand(_split_off_angle(entry, joint, b * scale, -a * scale)))
 
 
 def _angles(matrix: sp.Matrix) -> list[sp.Symbol]:
@@ -127,36 +127,36 @@ def _angles(matrix: sp.Matrix) -> list[sp.Symbol]:
     return [symbol for trig in trigs for symbol in trig.free_symbols]
 
 
-def _in_one_angle(expression: sp.Expr, joint: sp.Symbol, cosine: sp.Expr, sine: sp.Expr) -> sp.Expr:
-    """Return an expression with cos and sin of one joint's angle taken out of the angle sums and replaced."""
+def _split_off_angle(expression: sp.Expr, joint: sp.Symbol, cosine: sp.Expr, sine: sp.Expr) -> sp.Expr:
+    """Return an expression with one joint's angle split off the angle sums, and its cos and sin replaced."""
     angles = {}
     for trig in expression.atoms(sp.sin, sp.cos):
         factor = sp.diff(trig.args[0], joint)
         if factor == 0:
             continue
         rest = trig.args[0] - factor * joint
-        own = factor * sine
+        scaled_sine = factor * sine
         if isinstance(trig, sp.sin):
-            angles[trig] = sp.sin(rest) * cosine + sp.cos(rest) * own
+            angles[trig] = sp.sin(rest) * cosine + sp.cos(rest) * scaled_sine
         else:
-            angles[trig] = sp.cos(rest) * cosine - sp.sin(rest) * own
+            angles[trig] = sp.cos(rest) * cosine - sp.sin(rest) * scaled_sine
     return expression.xreplace(angles)
 
 
 def _cofactors(columns: sp.Matrix) -> sp.Matrix | None:
-    """Return the cofactors of m - 1 columns of m entries without their common factors, None where all are zero."""
+    """Return the cofactors of m - 1 columns of m entries without their common factors, None if all are zero."""
     m = columns.rows
     entries = []
     for i in range(m):
         minor = columns.extract([k for k in range(m) if k != i], list(range(m - 1)))
         determinant = minor.det(method="berkowitz") if m > 1 else sp.S.One
-        entries.append(factored(sp.expand((-1) ** i * determinant)))
+        entries.append(factor_trig(sp.expand((-1) ** i * determinant)))
     if all(entry.is_zero for entry in entries):
         return None
-    return sp.Matrix([entry.expression() for entry in _without_common(entries)])
+    return sp.Matrix([entry.expression() for entry in _cancel_common_factors(entries)])
 
 
-def _without_common(entries: Sequence[Factored]) -> list[Factored]:
+def _cancel_common_factors(entries: Sequence[Factored]) -> list[Factored]:
     others = [dict(entry.factors) for entry in entries if not entry.is_zero]
     shared = {f: min(powers.get(f, 0) for powers in others) for f in others[0]}
     numbers = [entry.coefficient for entry in entries if not entry.is_zero]
@@ -173,8 +173,8 @@ def _without_common(entries: Sequence[Factored]) -> list[Factored]:
 class Line:
     """A line of the arm: "P" (from O_i to the point), "z", "x", "y" of frame i, or "world" (axis i of the world).
 
-    Where frame i stands on the axis of joint i, "axis" is its z. An arm told by its axes has "omega" or "v" (of joint
-    i) and "space" (axis i of the space frame).
+    If frame i is on the axis of joint i, "axis" is its z. An arm described by its axes has "omega" or "v" (of joint i)
+    and "space" (axis i of the space frame).
     """
 
     kind: str
@@ -201,7 +201,7 @@ class Line:
 
 
 def lines_of(chain: Chain) -> list[Line]:
-    """Return the lines by which a direction may be told, those that are seen best first."""
+    """Return the lines that may describe a direction, the most visible first."""
     n, first = chain.n, convention_of(chain).frame_on_axis(1)
     if not convention_of(chain).has_frames:
         return [
@@ -216,11 +216,11 @@ def lines_of(chain: Chain) -> list[Line]:
 
 
 def directions(lines: Sequence[Line], samples: Sequence[Sample]) -> np.ndarray:
-    """Return unit vectors along lines at configurations, (lines, samples, 3); NaN where a line has no length."""
+    """Return unit vectors along lines at configurations, (lines, samples, 3); NaN if a line has no length."""
     vectors = np.empty((len(lines), len(samples), 3))
     for k, sample in enumerate(samples):
         standard = sample.arm.frames(sample.q)
-        frames, point = sample.arm.told(standard), sample.arm.point_of(standard)
+        frames, point = sample.arm.convention_frames(standard), sample.arm.point_of(standard)
         for i, line in enumerate(lines):
             if line.kind in ("world", "space"):
                 vector = np.eye(3)[line.index]

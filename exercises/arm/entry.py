@@ -1,8 +1,8 @@
-"""One entry of a DH table: a number or a formula in quotes, made an exact SymPy expression, or refused with a way out.
+"""Read one entry of a DH table: a number, or a formula in quotes, as an exact SymPy expression.
 
-Formulas are read by the grammar of answers, and more strictly: a unit is no symbol, a product is written with `*`
-(only a number may stand before a factor without it: 2a1, 2pi/3), and a symbol is one letter (a length), or alpha or
-beta (an angle), with or without a number: a1, h, alpha2. So nothing that was meant otherwise is taken for symbols.
+Formulas follow the grammar of answers, with stricter rules: a unit is not a symbol, a product is written with `*` (only
+a number may precede a factor without it: 2a1, 2pi/3), and a symbol is one letter (a length), or alpha or beta (an
+angle), with an optional number: a1, h, alpha2. So nothing else is mistaken for symbols. Errors say what to write.
 """
 
 import itertools
@@ -51,10 +51,10 @@ _RIGHT = {True: 'angles are in radians, as in "pi/2"', False: 'lengths are in me
 def value_of(raw: object, is_angle: bool, in_degrees: bool = False) -> sp.Expr:
     """Return a table entry as an exact SymPy expression; decimals become fractions. Raises QdotError.
 
-    An angle may be given in degrees: what is a number in it is then turned into radians.
+    With `in_degrees`, the numeric part of an angle is converted to radians.
     """
     if in_degrees and is_angle:
-        return _of_degrees(raw)
+        return _value_from_degrees(raw)
     if isinstance(raw, bool) or not isinstance(raw, (int, Decimal, str)):
         raise QdotError(f"it is a number, or an expression in quotes; {_RIGHT[is_angle]}")
     if isinstance(raw, str):
@@ -72,7 +72,7 @@ def value_of(raw: object, is_angle: bool, in_degrees: bool = False) -> sp.Expr:
     return value
 
 
-def _of_degrees(raw: object) -> sp.Expr:
+def _value_from_degrees(raw: object) -> sp.Expr:
     try:
         value = value_of(raw, False)
     except QdotError:
@@ -101,7 +101,7 @@ def _formula(text: str, is_angle: bool) -> sp.Expr:
 
 
 def _check_commas(text: str) -> None:
-    """Refuse a comma before decimals; one between the arguments of a function is no such comma."""
+    """Refuse a decimal comma; a comma between the arguments of a function is fine."""
     between = {match.start() for match in re.finditer(",", text) if _is_argument(text, match.start())}
     decimals = [match.start(1) for match in re.finditer(r"(?<=\d)(,)\d", text) if match.start(1) not in between]
     if decimals:
@@ -112,7 +112,7 @@ def _check_commas(text: str) -> None:
 
 
 def _is_argument(text: str, place: int) -> bool:
-    """Whether a place in a formula is inside of the brackets of atan2, the one function of two arguments."""
+    """Tell whether a place in a formula is inside the brackets of atan2, the only function of two arguments."""
     opened = []
     for match in re.finditer(r"(\w*)\s*\(|\)", text[:place]):
         if match.group() != ")":
@@ -130,20 +130,20 @@ def _check_units(text: str, is_angle: bool) -> None:
     units = {unit for match in _TOKEN.finditer(text) if (unit := _unit(match.group())) is not None}
     if not units:
         return
-    own = _UNITS_OF_ANGLES if is_angle else _UNITS_OF_LENGTHS
-    if not units <= set(own):
-        unit = min(units - set(own))
-        other = "an angle" if unit in _UNITS_OF_ANGLES else "a length"
-        raise QdotError(f"{unit} is a unit of {other}; {_RIGHT[is_angle]}")
-    said = "angles are in radians" if is_angle else "lengths are in metres"
-    bare = _without_units(text, own)
+    allowed_units = _UNITS_OF_ANGLES if is_angle else _UNITS_OF_LENGTHS
+    if not units <= set(allowed_units):
+        unit = min(units - set(allowed_units))
+        quantity = "an angle" if unit in _UNITS_OF_ANGLES else "a length"
+        raise QdotError(f"{unit} is a unit of {quantity}; {_RIGHT[is_angle]}")
+    rule = "angles are in radians" if is_angle else "lengths are in metres"
+    bare = _convert_units(text, allowed_units)
     if not bare or any(_unit(match.group()) for match in _TOKEN.finditer(bare)):
         example = '"pi/2" for 90 degrees' if is_angle else "0.4 for 400 mm"
-        raise QdotError(f"{said} and have no unit; write {example}")
+        raise QdotError(f"{rule} and have no unit; write {example}")
     is_number = re.fullmatch(rf"[-+]?{_NUMBER}", bare)
     if is_angle and is_number:
         _check_angle(sp.Rational(bare))  # 1.5708 rad is pi/2
-    raise QdotError(f"{said}; write " + (bare if is_number else f'"{bare}"'))
+    raise QdotError(f"{rule}; write " + (bare if is_number else f'"{bare}"'))
 
 
 def _unit(token: str) -> str | None:
@@ -152,19 +152,19 @@ def _unit(token: str) -> str | None:
     return plain if plain in _UNITS_OF_ANGLES or plain in _UNITS_OF_LENGTHS else None
 
 
-def _without_units(text: str, units: dict[str, sp.Expr]) -> str:
-    """Return a formula with its quantities in radians or metres, as far as that is plain."""
+def _convert_units(text: str, units: dict[str, sp.Expr]) -> str:
+    """Return a formula with its quantities converted to radians or metres, as far as they are recognised."""
     written = {match.group() for match in _TOKEN.finditer(text) if _unit(match.group()) is not None}
     names = "|".join(sorted(map(re.escape, written), key=len, reverse=True))
     ones = "|".join(unit for unit, factor in units.items() if factor == 1)
     called = rf"(?:\w+\.)?(?:deg2rad|radians|rad)\(\s*({_NUMBER})\s*\)"
-    text = re.sub(called, lambda match: _times(match.group(1), _DEGREE), text)
+    text = re.sub(called, lambda match: _multiply_number(match.group(1), _DEGREE), text)
     quantity = rf"(?<![\w.])({_NUMBER})\s*\*?\s*({names})(?!\w)"
-    text = re.sub(quantity, lambda match: _times(match.group(1), units[str(_unit(match.group(2)))]), text)
+    text = re.sub(quantity, lambda match: _multiply_number(match.group(1), units[str(_unit(match.group(2)))]), text)
     return re.sub(rf"\s*\*?\s*(?<![\w.])(?:{ones})(?![\w(])", "", text).strip()
 
 
-def _times(number: str, factor: sp.Expr) -> str:
+def _multiply_number(number: str, factor: sp.Expr) -> str:
     value = sp.Rational(number) * factor
     return str(value) if value.has(sp.pi) else f"{float(value):.12g}"
 
@@ -190,7 +190,7 @@ def _check_angle(value: sp.Expr) -> None:
 
 
 def _constant(value: sp.Expr) -> sp.Expr:
-    """Return the number that an expression adds to what is open in it."""
+    """Return the sum of the numeric terms of an expression."""
     return sp.Add(*(term for term in sp.Add.make_args(sp.expand(value)) if term.is_number))
 
 
@@ -204,7 +204,7 @@ def doubt(value: sp.Expr) -> str | None:
 
 
 def check_role(value: sp.Expr, is_angle: bool) -> None:
-    """Refuse a length for an angle and an angle for a length, as where two columns of the table are swapped."""
+    """Refuse a length for an angle and an angle for a length, as when two columns of the table are swapped."""
     bare = value.xreplace(dict.fromkeys(value.atoms(sp.Function), sp.S.One))  # atan2(a1, d1) is an angle
     for symbol in sorted(bare.free_symbols, key=str):
         letters = symbol.name.rstrip("0123456789")
@@ -224,15 +224,15 @@ def check_role(value: sp.Expr, is_angle: bool) -> None:
 
 
 def _check_products(text: str) -> None:
-    """Refuse factors side by side, but for a number before a symbol or bracket: "a1 b2" may be meant otherwise."""
+    """Refuse factors side by side, except a number before a symbol or bracket: "a1 b2" may mean something else."""
     written, places = text, []
     tokens = list(_TOKEN.finditer(text))
-    for one, two in itertools.pairwise(tokens):
-        ends = one.lastgroup == "number" or one.group() == ")" or _is_symbol(one)
-        starts = two.lastgroup in ("number", "name") or two.group() == "("
-        called = one.lastgroup == "name" and two.group() == "("
-        if ends and starts and not called and (one.lastgroup != "number" or two.lastgroup == "number"):
-            places.append((one.end(), two.start()))
+    for first, second in itertools.pairwise(tokens):
+        ends = first.lastgroup == "number" or first.group() == ")" or _is_symbol(first)
+        starts = second.lastgroup in ("number", "name") or second.group() == "("
+        called = first.lastgroup == "name" and second.group() == "("
+        if ends and starts and not called and (first.lastgroup != "number" or second.lastgroup == "number"):
+            places.append((first.end(), second.start()))
     for end, start in reversed(places):
         written = f"{written[:end]}*{written[start:]}"
     if places:

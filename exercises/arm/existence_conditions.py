@@ -1,4 +1,4 @@
-"""What open lengths have to satisfy for a condition on joints to hold anywhere: a bracket may have no zero."""
+"""What open lengths have to satisfy for a condition on joints to hold anywhere: a factor may have no zero."""
 
 from dataclasses import dataclass
 
@@ -21,11 +21,11 @@ class Need:
 
 
 def need_of(condition: sp.Expr, chain: Chain) -> Need | None:
-    """Return what has to be true of open lengths for a condition to hold anywhere; None where nothing, or not known.
+    """Return what open lengths have to satisfy for a condition to hold anywhere; None if nothing, or if not known.
 
-    A condition is a constant K and a sum of A cos(phi) + B sin(phi). Where no phi is a sum of others, each takes every
-    value whatever the others are, and the sum everything from -S to S, S the sum of all sqrt(A^2 + B^2): it is -K
-    somewhere if, and only if, K is at most S. Where K has terms of both signs, that is not told.
+    A condition is a constant K and a sum of A cos(phi) + B sin(phi). If no phi is a sum of others, all take every value
+    independently, and the sum takes every value from -S to S, S being the sum of all sqrt(A^2 + B^2): it is -K
+    somewhere if and only if K is at most S. If K has terms of both signs, that is not known.
 
     >>> from qdot.exercises.arm.chain import Joint
     >>> rows = [Joint("R", f"theta{i}", 0, f"a{i}", 0) for i in (1, 2)]
@@ -34,14 +34,14 @@ def need_of(condition: sp.Expr, chain: Chain) -> Need | None:
     '`a1 + a2*cos(theta2) = 0` can hold only where `a1 <= a2`'
     """
     try:
-        (found,) = fourier(sp.expand(condition))
+        (waves,) = fourier(sp.expand(condition))
     except ValueError:
         return None
     slides = {q for q, joint in zip(chain.q, chain.joints, strict=True) if joint.kind == "P"}
-    still = (0,) * len(found.angles)
-    constant = found.terms.get(still, (found.ring.zero, 0))[0].as_expr()
-    turning = [pair for key, pair in found.terms.items() if key != still]
-    keys = sp.Matrix([key for key in found.terms if key != still])
+    still = (0,) * len(waves.angles)
+    constant = waves.terms.get(still, (waves.ring.zero, 0))[0].as_expr()
+    turning = [pair for key, pair in waves.terms.items() if key != still]
+    keys = sp.Matrix([key for key in waves.terms if key != still])
     if constant == 0 or not turning or keys.rank() < len(turning) or condition.free_symbols & slides:
         return None
     sizes = [_size(c.as_expr(), s.as_expr()) for c, s in turning]
@@ -57,7 +57,7 @@ def need_of(condition: sp.Expr, chain: Chain) -> Need | None:
 
 
 def _size(c: sp.Expr, s: sp.Expr) -> sp.Expr | None:
-    """Return sqrt(c^2 + s^2) of formulas in lengths; None where c or s alone has terms of both signs."""
+    """Return sqrt(c^2 + s^2) of formulas in lengths; None if c or s is alone and has terms of both signs."""
     if c == 0 or s == 0:
         return _positive(c + s)
     lengths = {symbol: sp.Symbol(symbol.name, positive=True) for symbol in (c + s).free_symbols}
@@ -66,6 +66,6 @@ def _size(c: sp.Expr, s: sp.Expr) -> sp.Expr | None:
 
 
 def _positive(formula: sp.Expr) -> sp.Expr | None:
-    """Return the absolute value of a formula in lengths whose terms have the same sign; None for others."""
+    """Return the absolute value of a formula in lengths if all its terms have the same sign, else None."""
     signs = {bool(term.as_coeff_Mul()[0].is_negative) for term in sp.Add.make_args(sp.expand(formula))}
     return None if len(signs) > 1 else sp.expand(-formula if signs == {True} else formula)

@@ -15,10 +15,10 @@ import numpy as np
 
 from qdot.exercises.arm.appearance import wrist_centre
 from qdot.exercises.arm.axes import Sample
-from qdot.exercises.arm.beyond import reached_beyond, reaches_of
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.reach import reach_lengths, reaches_beyond
 from qdot.exercises.common.stream import Stream
 
 REGULAR = 1e-7
@@ -29,12 +29,12 @@ _TURNS = 24
 
 
 def kind_is_sure(chain: Chain) -> bool:
-    """Whether boundary or internal can be established, and means something: else nothing is asked or told of it.
+    """Tell whether boundary or internal can be established, and is meaningful; otherwise it is never asked or reported.
 
-    It can for up to four rows, and for all six of an arm with a spherical wrist; for others the search for
-    configurations beyond a fold is no proof. It means something where the rows are rates of coordinates, which have a
+    It can be established for up to four rows, and for all six of an arm with a spherical wrist; for others the search
+    for configurations beyond a fold is no proof. It is meaningful if the rows are rates of coordinates, which have a
     reach: an angular velocity has none, but an orientation, or one angle about a fixed axis, has. With more rows than
-    joints the reach is a surface, to whose boundary no one would think of.
+    joints the reach is a surface, whose boundary nobody would think of.
     """
     if chain.n == 6 and set(chain.task) == set(TASK_ROWS):
         return wrist_centre(chain) is not None
@@ -42,7 +42,7 @@ def kind_is_sure(chain: Chain) -> bool:
 
 
 def _has_coordinates(chain: Chain) -> bool:
-    """Whether the angular rows of the task are all three, or the only one about which the arm turns at all."""
+    """Tell whether the task has all three angular rows, or only the one about which the arm rotates at all."""
     turns = [row for row in chain.task if row[0] == "w"]
     if len(turns) in (0, 3):
         return True
@@ -52,10 +52,10 @@ def _has_coordinates(chain: Chain) -> bool:
 
 
 def kind_at(chain: Chain, sample: Sample) -> str | None:
-    """Return "regular", "boundary" or "internal" for one configuration; None where more rank is lost than nearby.
+    """Return "regular", "boundary" or "internal" for one configuration; None if it loses more rank than those nearby.
 
-    A hand on a spherical wrist is at the boundary where the wrist's centre is at the boundary of what the arm reaches:
-    the wrist itself reaches every orientation.
+    A hand on a spherical wrist is at the boundary if the wrist's centre is at the boundary of its reach: the wrist
+    itself reaches every orientation.
     """
     return kinds_at(chain, [sample])[0]
 
@@ -65,41 +65,43 @@ def are_one_sided(chain: Chain, samples: Sequence[Sample]) -> bool:
 
     It is not so at a boundary if a joint can rotate without moving the point, and brings the arm to the edge with that.
     """
-    hands = [hand for sample in samples if (hand := _without_wrist(chain, sample)) is not None]
+    hands = [hand for sample in samples if (hand := _arm_before_wrist(chain, sample)) is not None]
     rows = [0, 1, 2] if hands else [TASK_ROWS.index(row) for row in chain.task]
     places = hands or samples
     if not places or len(places) < len(samples):
         return False
     sigma = np.linalg.svd(_jacobians(places, rows), compute_uv=False)
-    return set(_ranks(sigma, places)) == {len(rows) - 1} and set(_kinds_seen(places, rows)) == {"boundary"}
+    return set(_ranks(sigma, places)) == {len(rows) - 1} and set(_kinds_by_motion(places, rows)) == {"boundary"}
 
 
 def kinds_at(chain: Chain, samples: Sequence[Sample]) -> list[str | None]:
-    """Return the same of many configurations of arms of one structure, in less time than one by one."""
+    """Return the same for many configurations of arms of one structure, faster than one by one."""
     if not samples:
         return []
-    carrying = [_without_wrist(chain, sample) for sample in samples]
+    carrying = [_arm_before_wrist(chain, sample) for sample in samples]
     kinds: list[str | None] = ["regular"] * len(samples)
     plain = [k for k, hand in enumerate(carrying) if hand is None]
-    _put(kinds, plain, _kinds_of_places([samples[k] for k in plain], [TASK_ROWS.index(row) for row in chain.task]))
+    _store_kinds(
+        kinds, plain, _kinds_of_places([samples[k] for k in plain], [TASK_ROWS.index(row) for row in chain.task])
+    )
     on_wrist = [k for k, hand in enumerate(carrying) if hand is not None and _is_singular(samples[k])]
     places = _kinds_of_places([hand for k in on_wrist if (hand := carrying[k]) is not None], [0, 1, 2])
-    _put(kinds, on_wrist, ["internal" if kind == "regular" else kind for kind in places])
+    _store_kinds(kinds, on_wrist, ["internal" if kind == "regular" else kind for kind in places])
     return kinds
 
 
-def _put(kinds: list[str | None], at: Sequence[int], found: Sequence[str | None]) -> None:
-    for k, kind in zip(at, found, strict=True):
+def _store_kinds(kinds: list[str | None], at: Sequence[int], new_kinds: Sequence[str | None]) -> None:
+    for k, kind in zip(at, new_kinds, strict=True):
         kinds[k] = kind
 
 
-def _without_wrist(chain: Chain, sample: Sample) -> Sample | None:
-    """Return the first three joints of an arm of six with a spherical wrist, their point being the wrist's centre."""
+def _arm_before_wrist(chain: Chain, sample: Sample) -> Sample | None:
+    """Return the first three joints of a six-joint arm with a spherical wrist; their point is the wrist's centre."""
     if chain.n != 6 or set(chain.task) != set(TASK_ROWS) or wrist_centre(chain) is None:
         return None
     if any(abs(np.cos(sample.arm.fixed[joint][2])) > REGULAR for joint in (3, 4)):
         return None  # such a wrist does not reach every orientation
-    return Sample(sample.arm.first(3, (0.0, 0.0, sample.arm.fixed[3][0])), sample.q[:3])
+    return Sample(sample.arm.first_joints(3, (0.0, 0.0, sample.arm.fixed[3][0])), sample.q[:3])
 
 
 def _is_singular(sample: Sample) -> bool:
@@ -111,44 +113,44 @@ def _is_singular(sample: Sample) -> bool:
 def _ranks(sigma: np.ndarray, samples: Sequence[Sample]) -> np.ndarray:
     """Return the ranks of Jacobians with these singular values (k x m).
 
-    One whose entries are all next to nothing, against the arm's reach, has rank zero.
+    A Jacobian whose entries are all negligible compared with the arm's reach has rank zero.
     """
     scale = sigma[:, 0].copy()
     short = np.flatnonzero(scale < 1.0).tolist()
     if short:
-        scale[short] = np.maximum(scale[short], np.minimum(reaches_of([samples[k].arm for k in short]), 1.0))
+        scale[short] = np.maximum(scale[short], np.minimum(reach_lengths([samples[k].arm for k in short]), 1.0))
     return np.asarray(np.sum(sigma > REGULAR * scale[:, None], axis=1))
 
 
 def _kinds_of_places(samples: Sequence[Sample], task: list[int]) -> list[str | None]:
-    """Return the kinds of configurations; where a joint can turn without moving the point, of the worst it turns to.
+    """Return the kinds of configurations; if a joint can rotate without moving the point, of the worst it rotates to.
 
-    Boundary or not is a matter of where the point is. A corner of the reach is seen from some of its configurations, so
-    that those that are looked at are the same for all configurations with the point there.
+    Boundary or not depends only on where the point is. A corner of the reach shows only at some configurations, so the
+    same configurations are tested for every configuration with the point there.
     """
-    kinds = _kinds_seen(samples, task)
+    kinds = _kinds_by_motion(samples, task)
     if max(task) > 2:
         return kinds
-    asked = [k for k, kind in enumerate(kinds) if kind == "internal"]
-    for joint in range(1, min(len(samples[0].q), samples[0].arm.point_frame) if asked else 0):
+    open_places = [k for k, kind in enumerate(kinds) if kind == "internal"]
+    for joint in range(1, min(len(samples[0].q), samples[0].arm.point_frame) if open_places else 0):
         if samples[0].arm.kinds[joint] == "R":
-            turned = _turned([samples[k] for k in asked], joint)
-            still = [k for k, poses in zip(asked, turned, strict=True) if poses]
-            seen = iter(_kinds_seen([sample for poses in turned for sample in poses], task))
+            rotated_samples = _rotate_joint([samples[k] for k in open_places], joint)
+            still = [k for k, poses in zip(open_places, rotated_samples, strict=True) if poses]
+            seen = iter(_kinds_by_motion([sample for poses in rotated_samples for sample in poses], task))
             for k in still:
                 worst = [next(seen) for _ in range(_TURNS)]
                 kinds[k] = "boundary" if "boundary" in worst else "internal"
-            asked = [k for k in asked if k not in still]
-            if not asked:
+            open_places = [k for k in open_places if k not in still]
+            if not open_places:
                 break
     return kinds
 
 
-def _turned(samples: Sequence[Sample], joint: int) -> list[list[Sample]]:
-    """Return of each sample what a joint turns it to, if that does not move the point."""
+def _rotate_joint(samples: Sequence[Sample], joint: int) -> list[list[Sample]]:
+    """Return for each sample the samples that a joint rotates it to, if that does not move the point."""
     q = np.tile(np.stack([sample.q for sample in samples])[:, None], (1, _TURNS, 1))
     q[..., joint] = np.linspace(-np.pi, np.pi, _TURNS, endpoint=False)
-    places = NumericChain.several([sample.arm for sample in samples]).point(q)
+    places = NumericChain.stack([sample.arm for sample in samples]).point(q)
     still = np.ptp(places, axis=1).max(axis=1) < REGULAR
     return [
         [Sample(sample.arm, pose) for pose in poses] if stays else []
@@ -156,8 +158,8 @@ def _turned(samples: Sequence[Sample], joint: int) -> list[list[Sample]]:
     ]
 
 
-def _kinds_seen(samples: Sequence[Sample], task: list[int]) -> list[str | None]:
-    """Return the kinds that configurations show by their own small motions and by the search for others."""
+def _kinds_by_motion(samples: Sequence[Sample], task: list[int]) -> list[str | None]:
+    """Return the kinds of configurations by their small motions and by the search for other configurations."""
     if not samples:
         return []
     u, sigma, vt = np.linalg.svd(_jacobians(samples, task))
@@ -168,26 +170,26 @@ def _kinds_seen(samples: Sequence[Sample], task: list[int]) -> list[str | None]:
         places = [samples[k] for k in at.tolist()]
         bending = _bending(places, task, vt[at, rank:])
         is_edge = np.zeros(len(at), dtype=bool)
-        for lost in _directions(u[at, :, rank:], bending, is_square=len(task) <= vt.shape[1]):
+        for lost in _lost_directions(u[at, :, rank:], bending, is_square=len(task) <= vt.shape[1]):
             rest = np.flatnonzero(~is_edge)
             if len(rest):
-                own = _Bending(bending.still[rest], bending.change[rest])
-                is_edge[rest] = _are_edges([places[k] for k in rest.tolist()], task, lost[rest], own)
-        _put(kinds, at.tolist(), ["boundary" if edge else "internal" for edge in is_edge])
+                remaining_bending = _Bending(bending.still[rest], bending.change[rest])
+                is_edge[rest] = _are_edges([places[k] for k in rest.tolist()], task, lost[rest], remaining_bending)
+        _store_kinds(kinds, at.tolist(), ["boundary" if edge else "internal" for edge in is_edge])
     return kinds
 
 
 def _jacobians(samples: Sequence[Sample], task: list[int]) -> np.ndarray:
     """Return the rows of a task of the Jacobians of samples (k x rows x n)."""
-    arms = NumericChain.several([sample.arm for sample in samples])
+    arms = NumericChain.stack([sample.arm for sample in samples])
     return np.asarray(arms.jacobian(np.stack([sample.q for sample in samples])[:, None])[:, 0, task])
 
 
-def _directions(lost: np.ndarray, bending: "_Bending", is_square: bool) -> Iterator[np.ndarray]:
-    """Yield directions of each sample that are lost (k x m), or their opposites: the only one, else some all round.
+def _lost_directions(lost: np.ndarray, bending: "_Bending", is_square: bool) -> Iterator[np.ndarray]:
+    """Yield lost directions of each sample (k x m), up to sign: the only one, else a selection in all directions.
 
-    Where several are lost at once, it is a boundary only if one of them folds. At a corner of the reach those that do
-    are few, the blunter the corner the fewer: the one farthest from all that small motions reach comes first.
+    If several are lost at once, it is a boundary only if one of them folds. At a corner of the reach few do, the
+    blunter the corner the fewer: the one farthest from all that small motions reach comes first.
     """
     count = lost.shape[2]
     if count == 1:
@@ -195,44 +197,44 @@ def _directions(lost: np.ndarray, bending: "_Bending", is_square: bool) -> Itera
             yield lost[:, :, 0]
         return
     if count == 2:
-        yield _farthest(lost, bending)
-    for mixed in _all_round(count):
+        yield _least_reached_direction(lost, bending)
+    for mixed in _unit_vectors(count):
         yield lost @ mixed
 
 
 _APART = np.pi / 45
-"""How far apart are the directions that are tried where two are lost."""
+"""Angle between the directions that are tried if two are lost."""
 _TRIED = 150
-"""How many are tried where more are."""
+"""Directions that are tried if more are lost."""
 
 
 @lru_cache(maxsize=8)
-def _all_round(count: int) -> np.ndarray:
-    """Return directions of so many dimensions, of unit length, one of each with its opposite (directions x count)."""
+def _unit_vectors(count: int) -> np.ndarray:
+    """Return unit vectors in `count` dimensions, one of each pair of opposites (directions x count)."""
     if count == 2:
-        return _at_angle(np.arange(0, np.pi, _APART))
+        return _vectors_at_angles(np.arange(0, np.pi, _APART))
     stream = Stream("directions")
     every = np.array([[stream.uniform(-1, 1) for _ in range(count)] for _ in range(_TRIED)])
     return np.asarray(every / np.linalg.norm(every, axis=1, keepdims=True))
 
 
-def _at_angle(angles: np.ndarray) -> np.ndarray:
+def _vectors_at_angles(angles: np.ndarray) -> np.ndarray:
     return np.stack([np.cos(angles), np.sin(angles)], axis=-1)
 
 
 _ROUNDS, _CLOSER = 6, 4.0
-"""How often the farthest direction is looked for again near the last, how many times closer each time."""
+"""Rounds in which the search for the farthest direction is refined, and by which factor each."""
 
 
-def _farthest(lost: np.ndarray, bending: "_Bending") -> np.ndarray:
-    """Return of each sample that of two lost directions' mixtures along which small motions lead the least."""
-    forms = np.stack([_form(lost[..., column], bending) for column in range(2)])
+def _least_reached_direction(lost: np.ndarray, bending: "_Bending") -> np.ndarray:
+    """Return for each sample the combination of its two lost directions along which small motions reach the least."""
+    forms = np.stack([_quadratic_forms(lost[..., column], bending) for column in range(2)])
     angles = np.tile(np.arange(0, 2 * np.pi, _APART), (len(lost), 1))
-    for closer in range(_ROUNDS):
-        leading = np.linalg.eigvalsh(np.einsum("kal,lkst->kast", _at_angle(angles), forms))[..., -1]
+    for round_number in range(_ROUNDS):
+        leading = np.linalg.eigvalsh(np.einsum("kal,lkst->kast", _vectors_at_angles(angles), forms))[..., -1]
         best = np.take_along_axis(angles, np.argmin(leading, axis=1)[:, None], axis=1)
-        angles = best + np.linspace(-_APART, _APART, 9) / _CLOSER**closer
-    return np.einsum("kml,kl->km", lost, _at_angle(best[:, 0]))
+        angles = best + np.linspace(-_APART, _APART, 9) / _CLOSER**round_number
+    return np.einsum("kml,kl->km", lost, _vectors_at_angles(best[:, 0]))
 
 
 @dataclass(frozen=True)
@@ -247,8 +249,8 @@ _STEP = 1e-4
 
 
 def _bending(samples: Sequence[Sample], task: list[int], still: np.ndarray) -> _Bending:
-    """Return how J changes along still motions, by central differences, twice the step not yet divided out."""
-    arms, q = NumericChain.several([sample.arm for sample in samples]), np.stack([sample.q for sample in samples])
+    """Return how J changes along still motions, by central differences, not yet divided by twice the step."""
+    arms, q = NumericChain.stack([sample.arm for sample in samples]), np.stack([sample.q for sample in samples])
     ways = np.concatenate([still, -still], axis=1)
     ahead, behind = np.split(arms.jacobian(q[:, None] + _STEP * ways)[:, :, task], 2, axis=1)
     return _Bending(still, ahead - behind)
@@ -261,23 +263,23 @@ def _are_edges(samples: Sequence[Sample], task: list[int], lost: np.ndarray, ben
     the far one.
     """
     forward, backward = _folds(lost, bending)
-    # The search is sure for a point that can move in as many directions as are counted, and only for that.
+    # The search is reliable only for a point that can move in as many directions as the task counts.
     either = max(task) < 3 and len(task) <= len(samples[0].q)
     is_edge = np.zeros(len(samples), dtype=bool)
     for side, asked in ((1, ~forward & (backward | either)), (-1, ~backward & (forward | either))):
         at = np.flatnonzero(asked & ~is_edge)
         if len(at):
-            is_edge[at] = ~reached_beyond([samples[k] for k in at.tolist()], task, side * lost[at])
+            is_edge[at] = ~reaches_beyond([samples[k] for k in at.tolist()], task, side * lost[at])
     return is_edge
 
 
 def _folds(lost: np.ndarray, bending: _Bending) -> tuple[np.ndarray, np.ndarray]:
     """Tell whether still motions lead, to second order, forward along `lost`, and whether they lead backward."""
-    eigenvalues = np.linalg.eigvalsh(_form(lost, bending))
+    eigenvalues = np.linalg.eigvalsh(_quadratic_forms(lost, bending))
     return np.any(eigenvalues > 1e-5, axis=1), np.any(eigenvalues < -1e-5, axis=1)
 
 
-def _form(along: np.ndarray, bending: _Bending) -> np.ndarray:
-    """Return the quadratic forms (k x s x s) of how far still motions lead along directions, to second order."""
+def _quadratic_forms(along: np.ndarray, bending: _Bending) -> np.ndarray:
+    """Return the quadratic forms (k x s x s) of the second-order motion along directions by still motions."""
     halves = np.einsum("km,ksmn->ksn", along, bending.change) / (2 * _STEP) @ bending.still.swapaxes(1, 2)
     return np.asarray((halves + halves.swapaxes(1, 2)) / 2)

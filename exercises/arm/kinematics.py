@@ -2,11 +2,11 @@
 
 T_i: pose of frame i, R_i its rotation, O_i its origin; z_{i-1} = R_{i-1} (0, 0, 1): axis of joint i; p*_{i-1}:
 from O_{i-1} to the point of interest; p*_n is the point seen from O_n. World frame throughout; rows of a
-6 x n Jacobian are vx vy vz wx wy wz (6.6). Where the arm is told by a modified table, the axis of joint i is z_i.
+6 x n Jacobian are vx vy vz wx wy wz (6.6). If the arm is described by a modified table, the axis of joint i is z_i.
 
 Route 1 differentiates the position (6.1-6.4); route 2 propagates velocities (6.9-6.13). They share the DH table only:
 route 1 works in runs of parallel joints with absolute angles, in the frames of the standard table; route 2 multiplies
-rotation matrices joint by joint, in the frames of the convention in which the arm is told.
+rotation matrices joint by joint, in the frames of the arm's convention.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -44,7 +44,7 @@ class _Run:
     def turn_x(self, alpha: sp.Expr) -> None:
         if alpha == 0:
             return
-        if alpha in (sp.pi, -sp.pi):  # Rz(phi) Rx(pi) = Rx(pi) Rz(-phi): still parallel, counted the other way
+        if alpha in (sp.pi, -sp.pi):  # Rz(phi) Rx(pi) = Rx(pi) Rz(-phi): still parallel, opposite sense
             self.outer, self.angle = self.outer * rot_x(alpha), -self.angle
         else:
             self.outer, self.angle = self.rotation() * rot_x(alpha), sp.S.Zero
@@ -60,8 +60,8 @@ class _Run:
         return self.outer * sp.Matrix([x * c - y * s, x * s + y * c, z])
 
 
-def _along(joints: Iterable[Joint], base: Base) -> Iterator[tuple[_Run, sp.Matrix]]:
-    """Yield every frame's run and origin, from the base on; a run goes on changing after it was yielded."""
+def _walk_frames(joints: Iterable[Joint], base: Base) -> Iterator[tuple[_Run, sp.Matrix]]:
+    """Yield every frame's run and origin, starting with the base; a run keeps changing after it was yielded."""
     run = _Run(sp.eye(3), sp.S.Zero)
     run.turn_z(base.yaw)
     run.turn_x(base.tilt)
@@ -78,11 +78,11 @@ def _along(joints: Iterable[Joint], base: Base) -> Iterator[tuple[_Run, sp.Matri
 def frames_and_point(chain: Chain) -> tuple[tuple[Frame, ...], sp.Matrix]:
     """Return frames 0 ... n and the position of the point of interest (3 x 1, m), by runs of parallel joints.
 
-    Angles come out absolute, as in cos(theta1 + theta2), so that nothing needs to be simplified. Kept, as all that is
-    told of a structure begins here: whoever wants to change a matrix takes a copy.
+    Angles are absolute, as in cos(theta1 + theta2), so that nothing needs to be simplified. The result is cached, as
+    every derivation begins here: copy a matrix before you change it.
     """
     frames, point = [], sp.zeros(3, 1)
-    for index, (run, origin) in enumerate(_along(chain.joints, chain.base)):
+    for index, (run, origin) in enumerate(_walk_frames(chain.joints, chain.base)):
         if index == chain.point.frame:
             point = origin + run.vector(*chain.point.offset)
         frames.append(run.frame(origin))
@@ -91,7 +91,7 @@ def frames_and_point(chain: Chain) -> tuple[tuple[Frame, ...], sp.Matrix]:
 
 @lru_cache(maxsize=512)
 def link_frames(chain: Chain) -> tuple[Frame, ...]:
-    """Return frames 0 ... n of the convention in which an arm is presented, by runs of parallel joints."""
+    """Return frames 0 ... n of the arm's convention, by runs of parallel joints."""
     convention = convention_of(chain)
     run, origin = _Run(sp.eye(3), sp.S.Zero), sp.Matrix(convention.base.position)
     run.turn_z(convention.base.yaw)
@@ -110,8 +110,8 @@ def link_frames(chain: Chain) -> tuple[Frame, ...]:
 
 
 def frame_behind(joints: Iterable[Joint]) -> Frame:
-    """Return the frame behind some joints of a chain, seen from the one before them."""
-    *_, (run, origin) = _along(joints, Base())
+    """Return the frame after some joints of a chain, seen from the frame before them."""
+    *_, (run, origin) = _walk_frames(joints, Base())
     return run.frame(origin)
 
 
@@ -138,7 +138,7 @@ def propagated_p_star(chain: Chain) -> list[sp.Matrix]:
 def propagated_jacobian(chain: Chain) -> sp.Matrix:
     """Return the 6 x n geometric Jacobian by (6.11) and (6.12): velocity of the point, angular velocity of link n.
 
-    Joints past the point's frame turn the last link without moving the point (a wrist centre, say).
+    Joints past the point's frame rotate the last link without moving the point (a wrist centre, say).
     """
     rotations, p_star = propagated_rotations(chain), propagated_p_star(chain)
     columns = []
@@ -165,7 +165,7 @@ def task_matrix(geometric: sp.Matrix, task: tuple[str, ...]) -> sp.Matrix:
 
 @lru_cache(maxsize=4096)
 def _number(expression: sp.Expr) -> float:
-    """Return a number of the table; kept, as an arm is put into numbers dozens of times."""
+    """Return a number of the table; cached, as it is needed dozens of times for an arm."""
     return float(expression)
 
 
@@ -190,10 +190,10 @@ class NumericChain:
         self._revolute = np.array([kind == "R" for kind in self.kinds])
         self._offsets = np.array(self.offsets)
         self._slides = [i for i, kind in enumerate(self.kinds) if kind == "P"]
-        self._other, self._a, alpha = np.array(self.fixed).T
+        self._fixed_entries, self._a, alpha = np.array(self.fixed).T
         self._twist = np.cos(alpha), np.sin(alpha)
         self._convention = convention_of(chain)
-        self._place = np.array([number(value) for value in self._convention.base.position])
+        self._convention_place = np.array([number(value) for value in self._convention.base.position])
         self.point_frame = chain.point.frame
         self.offset = np.array([*map(number, chain.point.offset), 1.0])
         none, tilt = np.zeros(()), np.array(number(chain.base.tilt))
@@ -201,35 +201,39 @@ class NumericChain:
         self.base[:3, 3] = [number(value) for value in chain.base.position]
 
     @staticmethod
-    def several(arms: Sequence["NumericChain"]) -> "NumericChain":
-        """Return arms of one structure (k) as one, whose poses are k x m x n: each arm in m poses of its own."""
+    def stack(arms: Sequence["NumericChain"]) -> "NumericChain":
+        """Return k arms of one structure as one, whose poses are k x m x n: each arm in m poses of its own."""
         first = arms[0]
-        other = copy(first)
+        combined = copy(first)
         if all(arm is first for arm in arms):
-            return other
-        for name in ("_offsets", "_other", "_a", "offset"):
-            setattr(other, name, np.stack([getattr(arm, name) for arm in arms])[:, None])
+            return combined
+        for name in ("_offsets", "_fixed_entries", "_a", "offset"):
+            setattr(combined, name, np.stack([getattr(arm, name) for arm in arms])[:, None])
         cosines, sines = (np.stack([arm._twist[k] for arm in arms])[:, None] for k in (0, 1))
-        other._twist = cosines, sines
-        other.base = np.stack([arm.base for arm in arms])[:, None]
-        return other
+        combined._twist = cosines, sines
+        combined.base = np.stack([arm.base for arm in arms])[:, None]
+        return combined
 
     def with_point(self, frame: int) -> "NumericChain":
         """Return the same arm with the origin of another frame as its point of interest."""
-        other = copy(self)
-        other.point_frame, other.offset = frame, np.array([0.0, 0.0, 0.0, 1.0])
-        return other
+        moved = copy(self)
+        moved.point_frame, moved.offset = frame, np.array([0.0, 0.0, 0.0, 1.0])
+        return moved
 
-    def first(self, count: int, offset: tuple[float, float, float]) -> "NumericChain":
-        """Return the first joints of the arm alone, with a point of interest fixed in the last of their frames."""
-        other = copy(self)
-        other.kinds, other.offsets, other.fixed = self.kinds[:count], self.offsets[:count], self.fixed[:count]
-        other._revolute, other._offsets = self._revolute[:count], self._offsets[:count]
-        other._slides = [i for i in self._slides if i < count]
-        other._other, other._a = self._other[:count], self._a[:count]
-        other._twist = self._twist[0][:count], self._twist[1][:count]
-        other.point_frame, other.offset = count, np.array([*offset, 1.0])
-        return other
+    def first_joints(self, count: int, offset: tuple[float, float, float]) -> "NumericChain":
+        """Return the arm of the first joints only, with a point of interest fixed in the last of their frames."""
+        shortened = copy(self)
+        shortened.kinds, shortened.offsets, shortened.fixed = (
+            self.kinds[:count],
+            self.offsets[:count],
+            self.fixed[:count],
+        )
+        shortened._revolute, shortened._offsets = self._revolute[:count], self._offsets[:count]
+        shortened._slides = [i for i in self._slides if i < count]
+        shortened._fixed_entries, shortened._a = self._fixed_entries[:count], self._a[:count]
+        shortened._twist = self._twist[0][:count], self._twist[1][:count]
+        shortened.point_frame, shortened.offset = count, np.array([*offset, 1.0])
+        return shortened
 
     def frames(self, q: np.ndarray) -> np.ndarray:
         """Return the poses of frames 0 ... n, shape (…, n + 1, 4, 4), at joint values q of shape (…, n)."""
@@ -241,17 +245,19 @@ class NumericChain:
             np.matmul(poses[..., i, :, :], steps[..., i, :, :], out=poses[..., i + 1, :, :])
         return poses
 
-    def told(self, frames: np.ndarray) -> np.ndarray:
+    def convention_frames(self, frames: np.ndarray) -> np.ndarray:
         """Return the frames of the arm's convention, for poses as `frames` returns them."""
         corners = frames[..., 1:, :3, 3] - self._a[:, None] * frames[..., 1:, :3, 0]
-        return self._convention.frames_in_numbers(frames, corners, self._place)
+        return self._convention.frames_in_numbers(frames, corners, self._convention_place)
 
     def _entries(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return theta and d of every row of the table, of shape (…, n), or (n) for those that are the same in all."""
-        own = q + self._offsets
+        """Return theta and d of every row of the table, of shape (…, n), or (n) if they are the same in all poses."""
+        moving_values = q + self._offsets
         if not self._slides:
-            return own, self._other
-        return np.where(self._revolute, own, self._other), np.where(self._revolute, self._other, own)
+            return moving_values, self._fixed_entries
+        return np.where(self._revolute, moving_values, self._fixed_entries), np.where(
+            self._revolute, self._fixed_entries, moving_values
+        )
 
     def point(self, q: np.ndarray) -> np.ndarray:
         """Return the point of interest, shape (…, 3)."""

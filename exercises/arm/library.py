@@ -1,7 +1,7 @@
-"""The library of real robots: files of `exercises/robots`, one a robot, each in the convention of its source.
+"""The library of real robots: one file each in `exercises/robots`, in the convention of its source.
 
-A robot is named by its file without the ending, in small or capital letters, with or without hyphens: panda, UR5e.
-Published models of the same robots, against which they are held, are in the tests' data.
+A robot has the name of its file without the ending, in lower or upper case, with or without hyphens: panda, UR5e. The
+tests compare them with published models of the same robots (in the tests' data).
 """
 
 import difflib
@@ -17,12 +17,12 @@ from qdot.exercises.common.errors import QdotError
 
 FOLDER = Path(__file__).parents[1] / "robots"
 ENDINGS = (".toml", ".csv", ".urdf", ".xml")
-"""What the name of a file ends in; a name with any of them, or with a folder, is no robot's."""
+"""Endings of files; a name with any of them, or with a folder, is not a robot's name."""
 
 
 @dataclass(frozen=True)
-class Listed:
-    """A robot of the library as it is listed: its name, what it is called, kinds of joints as in RRPR, and source."""
+class ListedRobot:
+    """A robot of the library in a list: its name, title, kinds of joints as in RRPR, convention and source."""
 
     name: str
     title: str
@@ -37,58 +37,60 @@ class Listed:
 
 
 @cache
-def robots() -> Mapping[str, Listed]:
-    """Return all robots of the library by their names, in the order of their names; numbers in it count as numbers.
+def robots() -> Mapping[str, ListedRobot]:
+    """Return all robots of the library by name, in natural order of their names.
 
     >>> list(robots())[-6:]
     ['ur3', 'ur3e', 'ur5', 'ur5e', 'ur10', 'ur10e']
     """
-    paths = sorted(FOLDER.glob("*.toml"), key=lambda path: _in_order(path.stem))
-    return MappingProxyType({path.stem: _listed(path) for path in paths})
+    paths = sorted(FOLDER.glob("*.toml"), key=lambda path: _natural_sort_key(path.stem))
+    return MappingProxyType({path.stem: _read_listing(path) for path in paths})
 
 
-def _in_order(name: str) -> list[tuple[str, int]]:
+def _natural_sort_key(name: str) -> list[tuple[str, int]]:
     return [(letters, int(digits or 0)) for letters, digits in re.findall(r"(\D*)(\d*)", name)]
 
 
-def _listed(path: Path) -> Listed:
+def _read_listing(path: Path) -> ListedRobot:
     content = tomllib.loads(path.read_text(encoding="utf-8"))
     kinds = "".join(joint["kind"] for joint in content["joint"])
-    return Listed(path.stem, content["name"], kinds, content.get("convention", "dh"), content["source"])
+    return ListedRobot(path.stem, content["name"], kinds, content.get("convention", "dh"), content["source"])
 
 
-def robot_path(given: str, folder: Path = Path()) -> Path:
-    """Return the file that is meant: one in a folder, else the robot of the library of that name.
+def robot_path(name_or_path: str, folder: Path = Path()) -> Path:
+    """Return the file of that name in the folder, else the library's robot of that name.
 
-    Raises QdotError for what is neither, with the robot that is most like it.
+    Raises QdotError if there is neither, with the most similar robot.
 
     >>> robot_path("Panda").name
     'panda.toml'
     """
-    path = folder / given
+    path = folder / name_or_path
     try:
         if path.is_file():
             return path
     except OSError as error:  # as of a name that is too long for a disk
         raise QdotError(f"there is no file {path}: {error.strerror}") from None
-    known = {_plain(name): robot for name, robot in robots().items()}
-    if path.suffix.lower() in ENDINGS or {"/", "\\"} & {*given}:
-        robot = known.get(_plain(path.stem))
+    known = {_normalize_name(name): robot for name, robot in robots().items()}
+    if path.suffix.lower() in ENDINGS or {"/", "\\"} & {*name_or_path}:
+        robot = known.get(_normalize_name(path.stem))
         hint = f"; the library's robot is called {robot.name}, without folder and ending" if robot else ""
         raise QdotError(f"there is no file {path}{hint}")
-    if _plain(given) in known:
-        return known[_plain(given)].path
+    if _normalize_name(name_or_path) in known:
+        return known[_normalize_name(name_or_path)].path
     if path.is_dir():
         raise QdotError(f"{path} is a folder; an arm is told by a file, or by a name that 'qdot robots' lists")
-    close = [known[name].name for name in difflib.get_close_matches(_plain(given), known, n=1)]
+    close = [known[name].name for name in difflib.get_close_matches(_normalize_name(name_or_path), known, n=1)]
     hint = f" (did you mean {close[0]!r}?)" if close else ""
-    raise QdotError(f"there is no file {path}, and the library has no robot {given!r}{hint}; 'qdot robots' lists them")
+    raise QdotError(
+        f"there is no file {path}, and the library has no robot {name_or_path!r}{hint}; 'qdot robots' lists them"
+    )
 
 
 def is_in_library(name: str) -> bool:
     """Whether the library has a robot of that name."""
-    return _plain(name) in map(_plain, robots())
+    return _normalize_name(name) in map(_normalize_name, robots())
 
 
-def _plain(name: str) -> str:
+def _normalize_name(name: str) -> str:
     return re.sub(r"[-_\s]", "", name.casefold())

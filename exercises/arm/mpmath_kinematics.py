@@ -1,7 +1,7 @@
-"""The arm in numbers of any precision: point and Jacobian in floats, or in 30 digits where they end in a problem.
+"""The arm in numbers of any precision: point and Jacobian in floats, or in 30 digits if they end up in a problem.
 
-The table is read once, angles of links as exact sines and cosines; then frames are carried along from O_0 as three
-axes and an origin. World frame; rows of the Jacobian as in (6.6).
+The table is read once, angles of links as exact sines and cosines; then frames are propagated from O_0 as three axes
+and an origin. World frame; rows of the Jacobian as in (6.6).
 """
 
 from collections.abc import Mapping, Sequence
@@ -44,24 +44,26 @@ class PreciseArm:
 
     def place(self, q: Sequence[Any]) -> tuple[Vector, list[Vector]]:
         """Return the point (3, m) and the 6 x n Jacobian as rows, at joint values q."""
-        one, zero = self.context.one, self.context.zero
+        unit, zero = self.context.one, self.context.zero
         cos_yaw, sin_yaw, cos_tilt, sin_tilt = self._base
-        x, y = _turned([one, zero, zero], [zero, one, zero], cos_yaw, sin_yaw)
-        y, z = _turned(y, [zero, zero, one], cos_tilt, sin_tilt)
+        x, y = _rotate([unit, zero, zero], [zero, unit, zero], cos_yaw, sin_yaw)
+        y, z = _rotate(y, [zero, zero, unit], cos_tilt, sin_tilt)
         point = origin = self._origin
         axes: list[Vector] = []
         origins: list[Vector] = []
         for i in range(len(q) + 1):
             if i == self._frame:
-                point = _moved(_moved(_moved(origin, x, self._offset[0]), y, self._offset[1]), z, self._offset[2])
+                point = _translate(
+                    _translate(_translate(origin, x, self._offset[0]), y, self._offset[1]), z, self._offset[2]
+                )
             if i < len(q):
                 axes.append(z)
                 origins.append(origin)
                 cos, sin, d = self._joint(i, q[i] + self._offsets[i])
                 a, cos_twist, sin_twist = self._links[i]
-                x, y = _turned(x, y, cos, sin)
-                origin = _moved(_moved(origin, z, d), x, a)
-                y, z = _turned(y, z, cos_twist, sin_twist)
+                x, y = _rotate(x, y, cos, sin)
+                origin = _translate(_translate(origin, z, d), x, a)
+                y, z = _rotate(y, z, cos_twist, sin_twist)
         columns = [self._column(i, z, point, o) for i, (z, o) in enumerate(zip(axes, origins, strict=True))]
         return point, [list(row) for row in zip(*columns, strict=True)]
 
@@ -70,11 +72,11 @@ class PreciseArm:
         rows = self.place(q)[1]
         return [rows[row] for row in self.task]
 
-    def _joint(self, i: int, own: Any) -> tuple[Any, Any, Any]:
+    def _joint(self, i: int, variable: Any) -> tuple[Any, Any, Any]:
         """Return cosine and sine of theta_i, and d_i."""
         if self.revolute[i]:
-            return self.context.cos(own), self.context.sin(own), self._fixed[i]
-        return (*self._fixed[i], own)
+            return self.context.cos(variable), self.context.sin(variable), self._fixed[i]
+        return (*self._fixed[i], variable)
 
     def _column(self, i: int, z: Vector, point: Vector, origin: Vector) -> Vector:
         still = [self.context.zero] * 3
@@ -110,12 +112,12 @@ def four_digits(value: Any) -> sp.Float:
     return sp.Float(0, 10) if abs(value) < 1e-12 else sp.Float(PRECISE.nstr(value, 4), 10)
 
 
-def shown(rows: Sequence[Vector]) -> sp.Matrix:
+def round_matrix(rows: Sequence[Vector]) -> sp.Matrix:
     """Return a matrix as a worked solution shows it, four digits each."""
     return sp.Matrix([[four_digits(value) for value in row] for row in rows])
 
 
-def solved(matrix: Sequence[Vector], right: Sequence[Any]) -> Vector:
+def solve_linear(matrix: Sequence[Vector], right: Sequence[Any]) -> Vector:
     """Return x with matrix x = right (square), by elimination with row pivots; ZeroDivisionError if it is singular."""
     n = len(matrix)
     rows, _ = _triangular([[*row, value] for row, value in zip(matrix, right, strict=True)])
@@ -129,7 +131,7 @@ def solved(matrix: Sequence[Vector], right: Sequence[Any]) -> Vector:
 def inverse(matrix: Sequence[Vector]) -> list[Vector]:
     """Return the inverse of a square matrix as rows; ZeroDivisionError if it is singular."""
     n = len(matrix)
-    columns = [solved(matrix, [int(i == k) for i in range(n)]) for k in range(n)]
+    columns = [solve_linear(matrix, [int(i == k) for i in range(n)]) for k in range(n)]
     return [list(row) for row in zip(*columns, strict=True)]
 
 
@@ -159,13 +161,13 @@ def gram(matrix: Sequence[Vector]) -> list[Vector]:
     return [[sum(a * b for a, b in zip(first, second, strict=True)) for second in matrix] for first in matrix]
 
 
-def _turned(x: Vector, y: Vector, cos: Any, sin: Any) -> tuple[Vector, Vector]:
-    """Return two perpendicular unit vectors, turned towards each other's place."""
+def _rotate(x: Vector, y: Vector, cos: Any, sin: Any) -> tuple[Vector, Vector]:
+    """Return two perpendicular unit vectors, rotated in their plane."""
     return (
         [cos * a + sin * b for a, b in zip(x, y, strict=True)],
         [cos * b - sin * a for a, b in zip(x, y, strict=True)],
     )
 
 
-def _moved(start: Vector, along: Vector, by: Any) -> Vector:
+def _translate(start: Vector, along: Vector, by: Any) -> Vector:
     return [a + by * b for a, b in zip(start, along, strict=True)]

@@ -1,8 +1,8 @@
-"""A singular set put to the test in numbers: rank is lost on it, and searches for lost rank end on it.
+"""Check a singular set numerically: rank is lost on it, and searches for lost rank end on it.
 
-J loses rank at q where a unit wrench w does no work at any joint: J(q)^T w = 0, w . w = 1. For m rows these are n + 1
-equations in n + m unknowns; Gauss and Newton's steps of least length lead from random starts to configurations all over
-the set.
+J loses rank at q if a unit wrench w does no work at any joint: J(q)^T w = 0, w . w = 1. For m rows these are n + 1
+equations in n + m unknowns; Gauss-Newton steps of least length lead from random starts to configurations all over the
+set.
 """
 
 from collections.abc import Iterator, Sequence
@@ -19,14 +19,14 @@ from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.program import compile_program, evaluate
 
 STARTS, STEPS = 60, 80
-"""Searches for each question, and steps of each."""
+"""Searches for each purpose, and steps of each."""
 CHOICES, FURTHER = 3, 12
-"""How often open lengths are drawn, and how often once more for conditions that need lengths of their own."""
+"""How often open lengths are sampled, and how often again for conditions that hold only for special lengths."""
 ON_IT, LOST, BESIDE = 1e-11, 1e-7, 1e-3
-"""What counts as zero: equations that are solved for, and the smallest singular value of J by the largest. And how far
-from where conditions hold a search for lost rank may end: where rank is lost to second order, rounding shifts it."""
+"""Tolerances: for solved equations, for the smallest singular value of J over the largest, and for the distance between
+the end of a search and the conditions (if rank is lost to second order, rounding shifts the end)."""
 _TINY = 0.1
-"""The largest singular value of J, lengths in parts of the reach, below which all of them are next to nothing."""
+"""The largest singular value of J (lengths in parts of the reach) below which all of them are negligible."""
 _LONGEST = 0.7
 """Radians (parts of the reach) that a step may take."""
 _LEAST = 1e-10
@@ -34,12 +34,12 @@ _LEAST = 1e-10
 
 
 @dataclass(frozen=True)
-class Tried:
-    """What came out: `samples` has for each way in which rank is lost configurations at which its conditions hold.
+class RankCheck:
+    """The outcome: `samples` has, for each way in which rank is lost, configurations at which its conditions hold.
 
-    They are n joint values with the number of the arm, of `arms`. `wrong` are the numbers of ways, from 0, on which
-    some configuration keeps its rank. Of `searches` for lost rank with the first `choices` of arms, `ended` came to a
-    configuration, of which `unexplained` satisfy none of the ways.
+    Each is n joint values with the number of its arm in `arms`. `wrong` are the numbers (from 0) of ways on which some
+    configuration keeps its rank. Of `searches` for lost rank with the first `choices` of arms, `ended` found a
+    configuration, of which the `unexplained` ones satisfy none of the ways.
     """
 
     arms: tuple[NumericChain, ...]
@@ -51,23 +51,25 @@ class Tried:
     unexplained: tuple[np.ndarray, ...]
 
 
-def tried(chain: Chain, ways: Sequence[Sequence[sp.Expr]], starts: int = STARTS, stream: str = "searched") -> Tried:
-    """Return what becomes of ways in which J of the task is said to lose rank: conditions that hold together.
+def check_rank_loss(
+    chain: Chain, ways: Sequence[Sequence[sp.Expr]], starts: int = STARTS, stream: str = "searched"
+) -> RankCheck:
+    """Check ways in which J of the task is claimed to lose rank: conditions that hold together.
 
-    Lengths that are open are drawn three times, and more often for conditions that hold at none of these; what makes no
-    real arm is left out. Under another name, the `stream` draws other lengths and starts.
+    Open lengths are sampled three times, and more often for conditions that hold for none of these; lengths that make
+    no real arm are left out. Another name of the `stream` gives other lengths and starts.
     """
     arms: list[NumericChain] = []
     samples: list[list[tuple[int, np.ndarray]]] = [[] for _ in ways]
     wrong: set[int] = set()
     ended, unexplained = 0, []
     draws = Stream(stream)
-    for values, arm in _drawn(chain, draws, CHOICES):
+    for values, arm in _sample_lengths(chain, draws, CHOICES):
         arms.append(arm)
-        rank = _Rank(arm, chain.task)
+        rank = _RankTest(arm, chain.task)
         conditions = [_Way(way, chain, values) for way in ways]
         for k, way in enumerate(conditions):
-            on_it, q = way.solved(rank.starts(starts, draws))
+            on_it, q = way.solve(rank.starts(starts, draws))
             samples[k] += [(len(arms) - 1, each) for each in q[on_it]]
             if on_it.any() and not rank.is_lost(q[on_it]).all():
                 wrong.add(k)
@@ -75,32 +77,32 @@ def tried(chain: Chain, ways: Sequence[Sequence[sp.Expr]], starts: int = STARTS,
         ended += len(q)
         explained = np.zeros(len(q), dtype=bool)
         for way in conditions:
-            explained |= way.is_beside(q)
+            explained |= way.is_near(q)
         unexplained += list(q[~explained])
     choices = len(arms)
-    for k in [k for k, found in enumerate(samples) if not found]:
-        for values, arm in _drawn(chain, draws, FURTHER, least=300):
-            rank = _Rank(arm, chain.task)
-            on_it, q = _Way(ways[k], chain, values).solved(rank.starts(starts, draws))
+    for k in [k for k, way_samples in enumerate(samples) if not way_samples]:
+        for values, arm in _sample_lengths(chain, draws, FURTHER, least=300):
+            rank = _RankTest(arm, chain.task)
+            on_it, q = _Way(ways[k], chain, values).solve(rank.starts(starts, draws))
             if on_it.any():
                 arms.append(arm)
                 samples[k] += [(len(arms) - 1, each) for each in q[on_it]]
                 wrong |= set() if rank.is_lost(q[on_it]).all() else {k}
     searched = starts * choices, ended, tuple(unexplained)
-    return Tried(tuple(arms), tuple(map(tuple, samples)), tuple(sorted(wrong)), choices, *searched)
+    return RankCheck(tuple(arms), tuple(map(tuple, samples)), tuple(sorted(wrong)), choices, *searched)
 
 
-def lies_on(chain: Chain, way: Sequence[sp.Expr], others: Sequence[Sequence[sp.Expr]]) -> frozenset[int] | None:
-    """Return the numbers of other ways on which the configurations lie that are found on a way, of each the first.
+def ways_covering(chain: Chain, way: Sequence[sp.Expr], others: Sequence[Sequence[sp.Expr]]) -> frozenset[int] | None:
+    """Return the numbers of other ways that together contain the configurations found on a way, the first for each.
 
-    None where one lies on none of them, or none was found.
+    None if a configuration lies on none of them, or none was found.
     """
     draws, on = Stream("lies on"), set()
-    for values, arm in _drawn(chain, draws, CHOICES):
-        on_it, q = _Way(way, chain, values).solved(_Rank(arm, chain.task).starts(STARTS, draws))
+    for values, arm in _sample_lengths(chain, draws, CHOICES):
+        on_it, q = _Way(way, chain, values).solve(_RankTest(arm, chain.task).starts(STARTS, draws))
         q = q[on_it]
-        for number, other in enumerate(others):
-            beside = _Way(other, chain, values).is_beside(q)
+        for number, other_way in enumerate(others):
+            beside = _Way(other_way, chain, values).is_near(q)
             on |= {number} if beside.any() else set()
             q = q[~beside]
         if len(q):
@@ -108,12 +110,12 @@ def lies_on(chain: Chain, way: Sequence[sp.Expr], others: Sequence[Sequence[sp.E
     return frozenset(on) or None
 
 
-def _drawn(
+def _sample_lengths(
     chain: Chain, draws: Stream, times: int, least: int = 3000
 ) -> Iterator[tuple[dict[sp.Symbol, sp.Rational], NumericChain]]:
-    """Yield lengths for those that are open, so many times, and the arm; none where that is no real arm.
+    """Yield values for open lengths, so many times, with the arm; skip values that make no real arm.
 
-    The shortest is `least` of 10,007 metres, the longest 1.2 m.
+    The shortest is `least` / 10,007 metres, the longest 1.2 m.
     """
     for _ in range(times if chain.parameters else 1):
         values = {symbol: sp.Rational(least + draws.below(12000 - least), 10007) for symbol in chain.parameters}
@@ -125,7 +127,7 @@ def _drawn(
 
 
 class _Way:
-    """Conditions in numbers, each in parts of the size of its terms."""
+    """Conditions in numbers, each scaled by the size of its terms."""
 
     def __init__(self, conditions: Sequence[sp.Expr], chain: Chain, values: dict[sp.Symbol, sp.Rational]) -> None:
         filled = [sp.expand(_simple_zero(condition).xreplace(values)) for condition in conditions]
@@ -140,7 +142,7 @@ class _Way:
         out = evaluate(self._program, dict(zip(self._joints, q.T, strict=True)), k)[0].real
         return out[:m].T / self._sizes, out[m:].reshape(m, -1, k).transpose(2, 0, 1) / self._sizes[:, None]
 
-    def solved(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def solve(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return for k starts whether steps lead to where all conditions hold, and the configurations (k x n)."""
         q = q.copy()
         for _ in range(STEPS):
@@ -148,27 +150,27 @@ class _Way:
             left = ~(np.abs(values).max(axis=1) < ON_IT)
             if not left.any():
                 break
-            q[left] += _shortened(_step(slopes[left], values[left]))
+            q[left] += _limit_steps(_step(slopes[left], values[left]))
         return np.abs(self.at(q)[0]).max(axis=1) < ON_IT, q
 
-    def is_beside(self, q: np.ndarray) -> np.ndarray:
-        """Return of configurations whether conditions hold there, or so near that rounding made the difference."""
+    def is_near(self, q: np.ndarray) -> np.ndarray:
+        """Return for each configuration whether the conditions hold there, or so close that only rounding differs."""
         if not len(q):
             return np.zeros(0, dtype=bool)
-        on_it, there = self.solved(q)
+        on_it, there = self.solve(q)
         return np.asarray(on_it & (np.abs(there - q).max(axis=1) < BESIDE))
 
 
 def _size(condition: sp.Expr) -> float:
-    """Return the usual size of the numbers before the terms of a sum."""
+    """Return the mean absolute coefficient of the terms of a sum."""
     terms = sp.Add.make_args(condition)
     return max(sum(abs(float(term.as_coeff_Mul()[0])) for term in terms) / len(terms), 1e-12)
 
 
 def _simple_zero(condition: sp.Expr) -> sp.Expr:
-    """Return what has a simple zero where a (1 + cos x), a (1 - cos x) or the same of a sine have a double one.
+    """Return a function with a simple zero where a (1 + cos x), a (1 - cos x) or the same of a sine has a double one.
 
-    Steps solve that to full precision. It is the cosine or sine of half the angle.
+    It is the cosine or sine of half the angle, which steps solve to full precision.
     """
     constant, rest = condition.as_coeff_Add()
     factor, trig = rest.as_coeff_Mul()
@@ -183,13 +185,13 @@ def _step(slopes: np.ndarray, values: np.ndarray) -> np.ndarray:
     return np.asarray(-(np.linalg.pinv(slopes, rcond=_LEAST) @ values[:, :, None])[:, :, 0])
 
 
-def _shortened(steps: np.ndarray) -> np.ndarray:
+def _limit_steps(steps: np.ndarray) -> np.ndarray:
     longest = np.abs(steps).max(axis=1, keepdims=True)
     return np.asarray(steps * np.minimum(1.0, _LONGEST / np.maximum(longest, 1e-300)))
 
 
-class _Rank:
-    """J of a task in numbers, lengths in parts of the arm's reach, and its slopes; where it loses rank."""
+class _RankTest:
+    """J of a task in numbers, lengths in parts of the arm's reach, and its slopes: to find where it loses rank."""
 
     def __init__(self, arm: NumericChain, task: Sequence[str]) -> None:
         self._arm, self._rows = arm, [TASK_ROWS.index(row) for row in task]
@@ -201,7 +203,7 @@ class _Rank:
         self._units = np.where(self._turns, 1.0, self._reach)
 
     def starts(self, count: int, draws: Stream) -> np.ndarray:
-        """Return configurations drawn at random, count x n."""
+        """Return random configurations, count x n."""
         sizes = np.where(self._turns, np.pi, self._reach)
         return np.array([[draws.uniform(-1, 1) for _ in sizes] for _ in range(count)]) * sizes
 
@@ -215,7 +217,7 @@ class _Rank:
         return np.asarray(np.concatenate(self._parts(q), axis=2)[:, :, self._rows].swapaxes(1, 2))
 
     def is_lost(self, q: np.ndarray) -> np.ndarray:
-        """Return of k configurations whether J has less than full rank."""
+        """Return for each of k configurations whether J has less than full rank."""
         sigma = np.linalg.svd(self.jacobian(q), compute_uv=False)
         return np.asarray(sigma[:, -1] < LOST * np.maximum(sigma[:, 0], _TINY))
 
@@ -231,31 +233,31 @@ class _Rank:
             left = ~(np.abs(values).max(axis=1) < ON_IT)
             if not left.any():
                 break
-            moved = _shortened(_step(slopes[left], values[left]))
-            q[left] += moved[:, :n] * self._units
-            vector[left] += moved[:, n:]
+            steps = _limit_steps(_step(slopes[left], values[left]))
+            q[left] += steps[:, :n] * self._units
+            vector[left] += steps[:, n:]
         ended = np.abs(self._equations(q, vector)[0]).max(axis=1) < ON_IT
         ended[ended] = self.is_lost(q[ended])
         return np.asarray(q[ended])
 
     def _equations(self, q: np.ndarray, vector: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return what has to be zero, and its slopes with respect to joints (slides in parts of the reach) and vector.
+        """Return the residuals and their slopes with respect to joints (slides in parts of the reach) and vector.
 
-        With at least as many joints as rows that is w^T J for a wrench w, else J v for joint rates v; and the size of
-        the vector, less one.
+        With at least as many joints as rows they are w^T J for a wrench w, else J v for joint rates v; and half the
+        excess of the vector's square over one.
         """
-        jacobian, turned = self.jacobian(q), self._turned(q)
+        jacobian, slopes_of_jacobian = self.jacobian(q), self._jacobian_slopes(q)
         if jacobian.shape[1] <= jacobian.shape[2]:
-            jacobian, turned = jacobian.swapaxes(1, 2), turned.swapaxes(1, 2)
+            jacobian, slopes_of_jacobian = jacobian.swapaxes(1, 2), slopes_of_jacobian.swapaxes(1, 2)
         values = (jacobian @ vector[:, :, None])[:, :, 0]
-        by_joint = np.einsum("kabj,kb->kaj", turned, vector)
+        by_joint = np.einsum("kabj,kb->kaj", slopes_of_jacobian, vector)
         size = (np.sum(vector**2, axis=1)[:, None] - 1) / 2
         top = np.concatenate([by_joint, jacobian], axis=2)
         below = np.concatenate([np.zeros((len(q), 1, q.shape[1])), vector[:, None]], axis=2)
         return np.concatenate([values, size], axis=1), np.concatenate([top, below], axis=1)
 
-    def _turned(self, q: np.ndarray) -> np.ndarray:
-        """Return dJ/dq_j, k x m x n x n: columns turn with the joints before them, and the point with those behind."""
+    def _jacobian_slopes(self, q: np.ndarray) -> np.ndarray:
+        """Return dJ/dq_j, k x m x n x n: joints before a column rotate it, and later joints move the point."""
         linear, angular = self._parts(q)
         n = linear.shape[1]
         by_before = cross(angular[:, None], linear[:, :, None])  # k x (column i) x (joint j) x 3, for j <= i

@@ -1,8 +1,8 @@
-"""A straight line that the point follows from a given configuration: p(s) = A + s u, with the joints that belong to it.
+"""A straight line that the point follows from a configuration, p(s) = A + s u, with the joint values along it.
 
-s is the distance from A in m, u the unit vector from A to the target. The joints are found by Newton's method from
-those of a place before, so that the arm stays on the branch on which it began; the rates are qd = J^-1 u speed (6.7).
-For square tasks with linear rows only.
+s is the distance from A in m, u the unit vector from A to the target. Newton's method finds the joint values from those
+of the previous place, so that the arm stays on the branch on which it began; the rates are qd = J^-1 u speed (6.7). For
+square tasks with linear rows only.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -13,7 +13,7 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.mpmath_kinematics import DOUBLE, PreciseArm, Vector, solved
+from qdot.exercises.arm.mpmath_kinematics import DOUBLE, PreciseArm, Vector, solve_linear
 
 ITERATIONS = 12
 
@@ -59,20 +59,22 @@ class Line:
             if max(map(abs, error)) < 64 * self.context.eps:
                 return q
             try:
-                q = [a + b for a, b in zip(q, solved([jacobian[row] for row in self.arm.task], error), strict=True)]
+                q = [
+                    a + b for a, b in zip(q, solve_linear([jacobian[row] for row in self.arm.task], error), strict=True)
+                ]
             except ZeroDivisionError:
                 return None
         return None
 
     def slopes(self, q: Sequence[Any]) -> Vector:
         """Return dq/ds = J^-1 u, the joint rates at unit speed."""
-        return solved(self.arm.task_jacobian(q), self.unit)
+        return solve_linear(self.arm.task_jacobian(q), self.unit)
 
     def station(self, s: float, q: Sequence[float]) -> Station:
-        """Return a place on the line with what is of interest there (floats)."""
+        """Return a place on the line with its joint values, slopes and conditioning (floats)."""
         jacobian = self.arm.task_jacobian(q)
         sigma = np.linalg.svd(np.array(jacobian, dtype=float), compute_uv=False)
-        return Station(s, tuple(q), tuple(solved(jacobian, self.unit)), float(sigma[-1] / sigma[0]))
+        return Station(s, tuple(q), tuple(solve_linear(jacobian, self.unit)), float(sigma[-1] / sigma[0]))
 
     def follow(self, step: float, floor: float, end: float | None = None) -> Iterator[Station]:
         """Yield stations from s = 0 on (floats), until `end`, or until J is conditioned worse than `floor`."""

@@ -1,7 +1,7 @@
-"""Whether what is said of singular configurations is the reason: in no regular configuration is it so.
+"""Whether a statement about singular configurations is their reason: it holds at no regular configuration.
 
-Configurations at which it is so are looked for from many starts, on arms of several lengths; each of them has to be
-singular. What is so by the way, at singular configurations and at others, is no reason.
+Configurations at which it holds are searched for from many starts, on arms of several lengths; each of them has to be
+singular. A statement that also holds at regular configurations is incidental, not a reason.
 """
 
 from collections.abc import Callable, Sequence
@@ -19,31 +19,31 @@ Holds = Callable[[Sample], bool | None]
 _ARMS, _STARTS, _STEPS = 3, 16, 60
 _CLOSE, _STEP, _FARTHEST = 1e-9, 1e-6, 0.6
 _REGULAR = 1e-4
-"""Least singular value over the largest, above which a configuration is regular for sure."""
+"""Smallest singular value over the largest, above which a configuration is certainly regular."""
 
 
 def is_reason(chain: Chain, samples: Sequence[Sample], off: Off, holds: Holds) -> bool:
-    """Tell whether what is so where `off` is zero and `holds` is true costs rank wherever it is so.
+    """Tell whether rank is lost wherever `off` is zero and `holds` is true.
 
-    `samples` are configurations at which it is so, `chain` tells the task. Where no other configuration is found than
-    these, they are singular anyway, and no other is known to be regular.
+    `samples` are configurations at which it holds; `chain` has the task. If the search finds only these, which are
+    singular, the statement counts as the reason.
     """
     rows = [TASK_ROWS.index(row) for row in chain.task]
-    every = list({id(sample.arm): sample.arm for sample in samples}.values())
-    tried = every[:: max(1, len(every) // _ARMS)][:_ARMS]
-    arms = NumericChain.several(tried)
-    q = _descended(arms, off, len(tried))
+    all_arms = list({id(sample.arm): sample.arm for sample in samples}.values())
+    chosen_arms = all_arms[:: max(1, len(all_arms) // _ARMS)][:_ARMS]
+    arms = NumericChain.stack(chosen_arms)
+    q = _descend(arms, off, len(chosen_arms))
     is_there = off(arms, q) < _CLOSE
     sigma = np.linalg.svd(arms.jacobian(q)[..., rows, :], compute_uv=False)
     regular = sigma[..., -1] > _REGULAR * np.maximum(sigma[..., 0], _REGULAR)
-    found = np.argwhere(is_there & regular).tolist()
-    return not any(holds(Sample(tried[arm], q[arm, start])) for arm, start in found)
+    regular_places = np.argwhere(is_there & regular).tolist()
+    return not any(holds(Sample(chosen_arms[arm], q[arm, start])) for arm, start in regular_places)
 
 
-def _descended(arms: NumericChain, off: Off, count: int) -> np.ndarray:
-    """Return configurations (arms x starts x n) where Newton's steps along the steepest descent of a measure lead.
+def _descend(arms: NumericChain, off: Off, count: int) -> np.ndarray:
+    """Return configurations (arms x starts x n) that Newton steps along the steepest descent of a measure lead to.
 
-    A measure has an edge where it is zero, and its square has none: slopes are taken of that.
+    A measure has a kink at zero, and its square has none, so slopes are those of the square.
     """
     starts = _starts(arms.kinds)
     n = starts.shape[1]

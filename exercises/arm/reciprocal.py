@@ -1,12 +1,12 @@
-"""Where an arm with more joints than its task has rows is singular, by elimination rather than by minors.
+"""Find where an arm with more joints than its task has rows is singular, by elimination rather than by minors.
 
-J (6 x n) loses rank where a wrench does no work at any joint (is reciprocal to all n screws). Rank depends neither on
-the frame nor on the point of the last link in which J is written. Seen from the middle of the arm, about a point in
-which axes meet, most entries are zero; a row and a column with an entry that is never zero fall away, and with them a
+J (6 x n) loses rank if a wrench does no work at any joint (is reciprocal to all n screws). Rank depends neither on the
+frame nor on the point of the last link for which J is written. Seen from the middle of the arm, about a point in which
+axes meet, most entries are zero; the row and column of an entry that is never zero can be eliminated, which solves one
 condition on the wrench: three axes that meet in S leave a force through S, to be met by all other axes. What is left is
-a small matrix in few angles, whose rank is looked at case by case.
+a small matrix in few angles, whose rank is examined case by case.
 
-Of a position (vx, vy, vz), the wrench is a force at P, and only the frame is free.
+For a position (vx, vy, vz), the wrench is a force at P, and only the frame is free.
 """
 
 from collections.abc import Callable, Iterator
@@ -19,17 +19,17 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain, Joint, Point
 from qdot.exercises.arm.derivation import TooLong, determinant_of, minors_are_long, moves_with_last_link
-from qdot.exercises.arm.joint_solvability import may_hold_together, without_needless
+from qdot.exercises.arm.joint_solvability import drop_implied, may_hold_together
 from qdot.exercises.arm.kinematics import NumericChain, Z, frame_behind
-from qdot.exercises.arm.singularity import Conjunction, Search, as_stated, cases_of_zero, common_zeros, tidied
-from qdot.exercises.arm.trigonometry import Factored, factored
+from qdot.exercises.arm.singularity import Conjunction, Search, cases_of_zero, common_zeros, state_conditions, tidy_ways
+from qdot.exercises.arm.trigonometry import Factored, factor_trig
 from qdot.exercises.common.stream import Stream
 
 _POSITION = TASK_ROWS[:3]
 MOST_LEFT = 400
-"""Cases that are looked at."""
+"""Cases that are examined at most."""
 TRIED, SHORT = 2, 200
-"""Frames and points in which J is tried, and operations in all conditions below which no other is."""
+"""Frames and points for which J is tried, and operations in all conditions that are few enough to stop."""
 _ZERO = 1e-9
 _NOTHING = sp.Float("1e-20")
 
@@ -44,11 +44,10 @@ class Reduction:
 
 
 @dataclass(frozen=True)
-class Left:
-    """What the rank comes down to in one case: conditions of the case, rows x columns, and when it is too low.
+class ReducedCase:
+    """The matrix whose rank decides in one case: the conditions of the case, the matrix, and when it loses rank.
 
-    `joints` are those that the columns belong to (from 1). `ways` are the conditions in which it has less than full
-    rank.
+    `joints` are those of the columns (from 1). `ways` are the conditions under which it has less than full rank.
     """
 
     case: Conjunction
@@ -58,9 +57,9 @@ class Left:
 
 
 def applies(chain: Chain) -> bool:
-    """Tell whether all six rows count, of the last link, for more than six joints.
+    """Tell whether elimination applies: all six rows count, for the last link, with more than six joints.
 
-    So it is where the position alone counts, for more than three joints, and minors are long.
+    It also applies if the position alone counts, with more than three joints, and minors are long.
     """
     if chain.n <= len(chain.task):
         return False
@@ -70,9 +69,9 @@ def applies(chain: Chain) -> bool:
 
 
 def plain_chain(chain: Chain) -> tuple[Chain, dict[sp.Symbol, sp.Expr]]:
-    """Return the arm without offsets of joints, with symbols for what no polynomial has; and what they stand for.
+    """Return the arm without joint offsets and with symbols for what is not polynomial, and their values.
 
-    These are twists that are no right angles, and lengths with roots in them.
+    These are twists that are not right angles, and lengths with roots in them.
     """
     values: dict[sp.Symbol, sp.Expr] = {}
 
@@ -109,10 +108,10 @@ def _is_plain(value: sp.Expr) -> bool:
     return not roots and all(number.is_Rational for number in numbers)
 
 
-def _sparsest(chain: Chain) -> list[tuple[int, int | None]]:
-    """Return frames, and those whose origin is the point, by how many entries of J are zero; the middle ones first.
+def _sparsest_frames(chain: Chain) -> list[tuple[int, int | None]]:
+    """Return pairs of a frame and the frame whose origin is the point, most zeros in J and the middle of the arm first.
 
-    Where the position counts, the point is P.
+    If the position counts, the point is P.
     """
     middle = [frame for frame in range(chain.n) if abs(2 * frame - chain.n) < 2]
     if set(chain.task) == set(_POSITION):
@@ -124,23 +123,23 @@ def _sparsest(chain: Chain) -> list[tuple[int, int | None]]:
     frames = NumericChain(chain, values).frames(np.array([draws.uniform(-3, 3) for _ in chain.q]))
     z, origins = frames[:-1, :3, 2], frames[:-1, :3, 3]
     turns = np.array([joint.kind == "R" for joint in chain.joints])[:, None]
-    found = []
+    candidates = []
     for frame, about in product(middle, range(chain.n + 1)):
         rotation, point = frames[frame, :3, :3], frames[about, :3, 3]
         linear, angular = np.where(turns, np.cross(z, point - origins), z) @ rotation, (z * turns) @ rotation
         zeros = np.abs(np.hstack([linear, angular])) < _ZERO
         key = -int(zeros.sum()), abs(2 * frame - chain.n), abs(about - frame), frame, about
-        found.append((key, zeros.tobytes()))
+        candidates.append((key, zeros.tobytes()))
     patterns: dict[bytes, tuple[int, int | None]] = {}
-    for key, pattern in sorted(found):
+    for key, pattern in sorted(candidates):
         patterns.setdefault(pattern, (key[3], key[4]))
     return list(patterns.values())
 
 
-def _seen(chain: Chain, frame: int, about: int | None) -> sp.ImmutableMatrix:
-    """Return J of the last link seen from a frame, with the origin of another as the point, 6 x n.
+def _jacobian_seen_from(chain: Chain, frame: int, about: int | None) -> sp.ImmutableMatrix:
+    """Return J of the last link seen from a frame, with the origin of frame `about` as the point, 6 x n.
 
-    Without another, it is that of P, 3 x n; the frame is none behind that in which P is fixed.
+    Without `about`, it is that of P, 3 x n, and the frame is not after the one in which P is fixed.
     """
     end = chain.point.frame if about is None else about
     between = frame_behind(chain.joints[min(frame, end) : max(frame, end)])
@@ -163,56 +162,56 @@ def _seen(chain: Chain, frame: int, about: int | None) -> sp.ImmutableMatrix:
 
 
 def _tidy(entry: sp.Expr) -> sp.Expr:
-    return factored(sp.expand(entry)).expression()
+    return factor_trig(sp.expand(entry)).expression()
 
 
 # --- elimination ---
 
 
 @dataclass
-class _Eliminated:
-    """A search in one arm, and what the rank came down to."""
+class _Elimination:
+    """The elimination for one arm, and the matrices it is left with."""
 
     search: Search
-    left: list[Left] = field(default_factory=list)
+    left: list[ReducedCase] = field(default_factory=list)
     marks: dict[sp.Expr, sp.Symbol] = field(default_factory=dict)
-    """What stands for conditions 1 - cos(q - root) with an arc tangent in the root, which nothing can be put into."""
+    """Symbols for conditions 1 - cos(q - root) with an arc tangent in the root, in which nothing can be substituted."""
 
     def ways(self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction) -> Iterator[Conjunction]:
-        """Yield the conditions under which a matrix has less than full row rank, those of the case among them."""
+        """Yield the conditions under which a matrix has less than full row rank, including those of the case."""
         matrix, joints = self._without_zeros(matrix, joints)
         rows, columns = matrix.shape
         if rows == 0:
             return
         if columns < rows or any(matrix.row(r).is_zero_matrix for r in range(rows)):
-            self.left.append(Left(case, sp.ImmutableMatrix(matrix), joints, ((),)))
+            self.left.append(ReducedCase(case, sp.ImmutableMatrix(matrix), joints, ((),)))
             yield case
             return
         if len(self.left) > MOST_LEFT:
             raise TooLong(f"J may lose rank in more than {MOST_LEFT} ways")
-        yield from self._next(matrix, joints, case)
+        yield from self._eliminate_next(matrix, joints, case)
 
-    def _next(self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction) -> Iterator[Conjunction]:
+    def _eliminate_next(self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction) -> Iterator[Conjunction]:
         for r in range(matrix.rows):
-            shared = self._shared(matrix.row(r))
+            shared = self._common_factors(matrix.row(r))
             if shared:
                 for factor in shared:
-                    self.left.append(Left((*case, factor), sp.ImmutableMatrix(), (), ((),)))
+                    self.left.append(ReducedCase((*case, factor), sp.ImmutableMatrix(), (), ((),)))
                     yield (*case, factor)
-                yield from self.ways(_divided(matrix, shared, row=r), joints, case)
+                yield from self.ways(_divide_factors(matrix, shared, row=r), joints, case)
                 return
         for c in range(matrix.cols):
-            shared = self._shared(matrix.col(c))
+            shared = self._common_factors(matrix.col(c))
             if shared:
                 yield from self._without_column(matrix, joints, case, c, shared)
-                yield from self.ways(_divided(matrix, shared, column=c), joints, case)
+                yield from self.ways(_divide_factors(matrix, shared, column=c), joints, case)
                 return
         pivot = self._pivot(matrix)
         if pivot is not None:
             r, c = pivot
-            yield from self.ways(_schur(matrix, r, c), joints[:c] + joints[c + 1 :], case)
+            yield from self.ways(_schur_complement(matrix, r, c), joints[:c] + joints[c + 1 :], case)
             return
-        paired = self._paired(matrix)
+        paired = self._without_pair(matrix)
         if paired is not None:
             matrix, columns = paired
             yield from self.ways(matrix, tuple(joints[c] if c >= 0 else 0 for c in columns), case)
@@ -222,12 +221,12 @@ class _Eliminated:
     def _without_column(
         self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction, c: int, shared: list[sp.Expr]
     ) -> Iterator[Conjunction]:
-        """Yield the ways in which rank is lost where a column vanishes by one of the factors that all of it has."""
-        rest, names = _but_column(matrix, c), joints[:c] + joints[c + 1 :]
+        """Yield the ways in which rank is lost if a column vanishes because one of its common factors does."""
+        rest, names = _delete_column(matrix, c), joints[:c] + joints[c + 1 :]
         for factor in shared:
             for condition, trigs in self._roots(factor):
-                there = rest.applyfunc(lambda e, f=factor, t=trigs: self._at(e, f, t))
-                yield from self.ways(_cleared(there), names, (*case, condition))
+                there = rest.applyfunc(lambda e, f=factor, t=trigs: self._evaluate_at(e, f, t))
+                yield from self.ways(_clear_denominators(there), names, (*case, condition))
 
     def _roots(self, factor: sp.Expr) -> list[tuple[sp.Expr, dict[sp.Expr, sp.Expr]]]:
         """Return the ways in which a factor vanishes: a condition to state, and sines, cosines and slides there."""
@@ -244,11 +243,11 @@ class _Eliminated:
             marked.append((self.marks[condition], values))
         return marked
 
-    def _at(self, entry: sp.Expr, factor: sp.Expr, values: dict[sp.Expr, sp.Expr]) -> sp.Expr:
+    def _evaluate_at(self, entry: sp.Expr, factor: sp.Expr, values: dict[sp.Expr, sp.Expr]) -> sp.Expr:
         if entry == 0:
             return entry
         if not values:
-            return sp.S.Zero if factor in dict(factored(entry).factors) else entry
+            return sp.S.Zero if factor in dict(factor_trig(entry).factors) else entry
         plain = entry if all(key.is_Symbol for key in values) else sp.expand_trig(entry)
         return (
             sp.cancel(sp.expand(plain.xreplace(values)))
@@ -260,66 +259,70 @@ class _Eliminated:
         kept = [c for c in range(matrix.cols) if not matrix.col(c).is_zero_matrix]
         return matrix.extract(list(range(matrix.rows)), kept), tuple(joints[c] for c in kept)
 
-    def _shared(self, entries: sp.Matrix) -> list[sp.Expr]:
-        """Return the factors with joints in them that all entries have which are not zero."""
-        products = [factored(entry) for entry in entries if entry != 0]
+    def _common_factors(self, entries: sp.Matrix) -> list[sp.Expr]:
+        """Return the factors with joints in them that all nonzero entries share."""
+        products = [factor_trig(entry) for entry in entries if entry != 0]
         first, *others = products
         return [f for f, _ in first.factors if self.search.moves(f) and all(f in dict(o.factors) for o in others)]
 
     def _pivot(self, matrix: sp.Matrix) -> tuple[int, int] | None:
-        """Return the place of an entry that is a constant other than zero, in whose row and column most is zero."""
+        """Return the place of a nonzero constant entry with the most zeros in its row and column."""
         best = None
         for r, c in product(range(matrix.rows), range(matrix.cols)):
             entry = matrix[r, c]
             if entry == 0 or self.search.moves(entry) or self._may_be_zero(entry):
                 continue
-            fill = _others(matrix.row(r)) * _others(matrix.col(c))
+            fill = _count_others(matrix.row(r)) * _count_others(matrix.col(c))
             key = fill, sp.count_ops(matrix.row(r)) + sp.count_ops(matrix.col(c)), r, c
             if best is None or key < best[0]:
                 best = key, (r, c)
         return best[1] if best else None
 
     def _may_be_zero(self, constant: sp.Expr) -> bool:
-        """Tell whether a constant with a sum in it is zero for the arm's twists."""
-        return any(f.is_Add for f, _ in factored(constant).factors) and self.search.is_zero(constant)
+        """Tell whether a constant that contains a sum is zero for the arm's twists."""
+        return any(f.is_Add for f, _ in factor_trig(constant).factors) and self.search.is_zero(constant)
 
-    def _paired(self, matrix: sp.Matrix) -> tuple[sp.Matrix, list[int]] | None:
-        """Return the matrix without a column of two entries that are never both zero, and the columns that are left.
+    def _without_pair(self, matrix: sp.Matrix) -> tuple[sp.Matrix, list[int]] | None:
+        """Return the matrix without a column of two entries that are never both zero, and the remaining columns.
 
-        The column spans one direction of those two rows; what is left of them is the combination in which it is zero.
-        The same goes for a row; the column that stands for two is called -1.
+        The column spans one direction of those two rows; the combination in which it is zero replaces them. The same
+        goes for a row; a column that combines two is numbered -1.
         """
         best = None
         for transposed in (False, True):
             m = matrix.T if transposed else matrix
             for c in range(m.cols):
-                if best is not None and _others(m.col(c)) > best[0][0]:
+                if best is not None and _count_others(m.col(c)) > best[0][0]:
                     continue
-                reduced = self._two_left(m, c)
+                reduced = self._reduce_to_two(m, c)
                 if reduced is None:
                     continue
-                made, (a, b) = reduced
-                u, v = made[a, c], made[b, c]
+                reduced_matrix, (a, b) = reduced
+                u, v = reduced_matrix[a, c], reduced_matrix[b, c]
                 if may_hold_together([u, v], self.search.joints):
                     continue
-                new = (made.row(a) * v - made.row(b) * u).applyfunc(_tidy)
+                combined_row = (reduced_matrix.row(a) * v - reduced_matrix.row(b) * u).applyfunc(_tidy)
                 kept = [r for r in range(m.rows) if r not in (a, b)]
                 columns = [k for k in range(m.cols) if k != c]
-                out = made.extract(kept, list(range(m.cols))).col_join(new).extract(list(range(m.rows - 1)), columns)
+                out = (
+                    reduced_matrix.extract(kept, list(range(m.cols)))
+                    .col_join(combined_row)
+                    .extract(list(range(m.rows - 1)), columns)
+                )
                 names = [*kept, -1] if transposed else columns
-                key = _others(m.col(c)), sp.count_ops(out), transposed, c
+                key = _count_others(m.col(c)), sp.count_ops(out), transposed, c
                 if best is None or key < best[0]:
                     best = key, (out.T if transposed else out, names)
         return best[1] if best else None
 
-    def _two_left(self, matrix: sp.Matrix, c: int) -> tuple[sp.Matrix, tuple[int, int]] | None:
-        """Return a matrix in which two entries of a column are left, by adding multiples of rows, and their rows."""
+    def _reduce_to_two(self, matrix: sp.Matrix, c: int) -> tuple[sp.Matrix, tuple[int, int]] | None:
+        """Return a matrix with two entries left in a column, by adding multiples of rows, and their rows."""
         kinds: dict[tuple[tuple[sp.Expr, int], ...], int] = {}
         made = matrix
         for r in range(matrix.rows):
             if matrix[r, c] == 0:
                 continue
-            kind = tuple(f for f in factored(matrix[r, c]).factors if self.search.moves(f[0]))
+            kind = tuple(f for f in factor_trig(matrix[r, c]).factors if self.search.moves(f[0]))
             if kind not in kinds:
                 kinds[kind] = r
                 continue
@@ -333,34 +336,34 @@ class _Eliminated:
 
     def _by_minors(self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction) -> Iterator[Conjunction]:
         chosen = combinations(range(matrix.cols), matrix.rows)
-        minors = [factored(determinant_of(matrix.extract(list(range(matrix.rows)), list(c)))) for c in chosen]
+        minors = [factor_trig(determinant_of(matrix.extract(list(range(matrix.rows)), list(c)))) for c in chosen]
         ways = common_zeros(minors, self.search)
-        self.left.append(Left(case, sp.ImmutableMatrix(matrix), joints, ((),) if ways is None else tuple(ways)))
+        self.left.append(ReducedCase(case, sp.ImmutableMatrix(matrix), joints, ((),) if ways is None else tuple(ways)))
         for way in [()] if ways is None else ways:
             yield (*case, *way)
 
 
-def _others(line: sp.Matrix) -> int:
+def _count_others(line: sp.Matrix) -> int:
     return sum(entry != 0 for entry in line) - 1
 
 
-def _but_column(matrix: sp.Matrix, c: int) -> sp.Matrix:
+def _delete_column(matrix: sp.Matrix, c: int) -> sp.Matrix:
     return matrix.extract(list(range(matrix.rows)), [k for k in range(matrix.cols) if k != c])
 
 
-def _divided(matrix: sp.Matrix, shared: list[sp.Expr], row: int = -1, column: int = -1) -> sp.Matrix:
+def _divide_factors(matrix: sp.Matrix, shared: list[sp.Expr], row: int = -1, column: int = -1) -> sp.Matrix:
     """Return a matrix with factors taken out of a row or a column."""
     by = Factored(sp.S.One, tuple((factor, 1) for factor in shared))
 
     def entry(r: int, c: int) -> sp.Expr:
         value = matrix[r, c]
-        return factored(value).over(by).expression() if value != 0 and (r == row or c == column) else value
+        return factor_trig(value).over(by).expression() if value != 0 and (r == row or c == column) else value
 
     return sp.Matrix(matrix.rows, matrix.cols, entry)
 
 
-def _schur(matrix: sp.Matrix, r: int, c: int) -> sp.Matrix:
-    """Return what is left without a row and a column, their entry being no zero; other rows are cleared with it."""
+def _schur_complement(matrix: sp.Matrix, r: int, c: int) -> sp.Matrix:
+    """Return the Schur complement of a nonzero entry: eliminate its column from the other rows, drop row and column."""
     rows = []
     for i in range(matrix.rows):
         if i == r:
@@ -370,15 +373,15 @@ def _schur(matrix: sp.Matrix, r: int, c: int) -> sp.Matrix:
             above, below = sp.fraction(sp.cancel(row[c] / matrix[r, c]))
             row = (row * below - matrix.row(r) * above).applyfunc(_tidy)
         rows.append(row)
-    return _but_column(sp.Matrix.vstack(*rows), c) if rows else sp.zeros(0, matrix.cols - 1)
+    return _delete_column(sp.Matrix.vstack(*rows), c) if rows else sp.zeros(0, matrix.cols - 1)
 
 
 def _has_symbols(value: sp.Expr) -> bool:
     return bool(value.free_symbols)
 
 
-def _cleared(matrix: sp.Matrix) -> sp.Matrix:
-    """Return a matrix without fraction bars, rows being multiplied by what is below them."""
+def _clear_denominators(matrix: sp.Matrix) -> sp.Matrix:
+    """Return a matrix without denominators, each row multiplied by its common denominator."""
     rows = []
     for r in range(matrix.rows):
         below = [sp.fraction(sp.together(entry))[1] for entry in matrix.row(r)]
@@ -390,9 +393,9 @@ def _cleared(matrix: sp.Matrix) -> sp.Matrix:
 
 
 def half_angle_roots(factor: sp.Expr, search: Search) -> list[tuple[sp.Expr, dict[sp.Expr, sp.Expr]]]:
-    """Return the roots of A + B cos q + C sin q where the tangent of the half angle is found without a square root.
+    """Return the roots of A + B cos q + C sin q if the tangent of the half angle needs no square root.
 
-    Each with the condition to state, and with cosine and sine there. Nothing where there are others, or none.
+    Each comes with the condition to state, and with cosine and sine there. Return nothing if there are others, or none.
     """
     trigs = factor.atoms(sp.sin, sp.cos)
     angles = {trig.args[0] for trig in trigs if search.moves(trig)}
@@ -417,57 +420,57 @@ def half_angle_roots(factor: sp.Expr, search: Search) -> list[tuple[sp.Expr, dic
 
 
 @dataclass(frozen=True)
-class Found:
-    """The singular set of an arm: how J was seen, what its rank came down to, and the ways in which it is too low."""
+class ReciprocalSet:
+    """The singular set of an arm: the reduction of J, the matrices whose ranks decide, and how J loses rank."""
 
     reduction: Reduction
-    left: tuple[Left, ...]
+    left: tuple[ReducedCase, ...]
     ways: tuple[Conjunction, ...]
 
 
 @lru_cache(maxsize=64)
-def reciprocal_set(chain: Chain, twists: tuple[tuple[sp.Symbol, sp.Expr], ...] = ()) -> Found:
-    """Return where a plain chain is singular, by the frame and point that lead to the shortest conditions.
+def reciprocal_set(chain: Chain, twists: tuple[tuple[sp.Symbol, sp.Expr], ...] = ()) -> ReciprocalSet:
+    """Return where a plain chain is singular, for the frame and point that lead to the shortest conditions.
 
-    `twists` are what its symbols for twists stand for: constants that are zero by these are no pivots. Raises TooLong.
+    `twists` are the values of its symbols for twists: constants that are zero for these are not pivots. Raises TooLong.
     """
-    drawn = {symbol: sp.Rational(7 + 4 * i, 11 + 6 * i) for i, symbol in enumerate(chain.parameters)}
-    values = {**drawn, **{symbol: value.xreplace(drawn) for symbol, value in twists}}
+    sampled_lengths = {symbol: sp.Rational(7 + 4 * i, 11 + 6 * i) for i, symbol in enumerate(chain.parameters)}
+    values = {**sampled_lengths, **{symbol: value.xreplace(sampled_lengths) for symbol, value in twists}}
 
     def is_zero(constant: sp.Expr) -> bool:
         return bool(abs(sp.N(constant.xreplace(values), 30)) < _NOTHING)
 
-    found, failed = [], None
-    for frame, about in _sparsest(chain)[:TRIED]:
+    sets, failed = [], None
+    for frame, about in _sparsest_frames(chain)[:TRIED]:
         try:
-            found.append(_seen_from(chain, frame, about, is_zero))
+            sets.append(_search_from(chain, frame, about, is_zero))
         except TooLong as error:
             failed = error
-        if found and _size(found[-1]) < SHORT:
+        if sets and _size(sets[-1]) < SHORT:
             break
-    if not found:
+    if not sets:
         assert failed is not None
         raise failed
-    return min(found, key=_size)
+    return min(sets, key=_size)
 
 
-def _size(found: Found) -> int:
-    return sum(int(sp.count_ops(condition)) for way in found.ways for condition in way)
+def _size(singular_set: ReciprocalSet) -> int:
+    return sum(int(sp.count_ops(condition)) for way in singular_set.ways for condition in way)
 
 
-def _seen_from(chain: Chain, frame: int, about: int | None, is_zero: Callable[[sp.Expr], bool]) -> Found:
-    seen = Reduction(frame, about, _seen(chain, frame, about))
-    eliminated = _Eliminated(Search(chain.q, is_zero))
+def _search_from(chain: Chain, frame: int, about: int | None, is_zero: Callable[[sp.Expr], bool]) -> ReciprocalSet:
+    seen = Reduction(frame, about, _jacobian_seen_from(chain, frame, about))
+    eliminated = _Elimination(Search(chain.q, is_zero))
     ways = list(eliminated.ways(sp.Matrix(seen.matrix), tuple(range(1, chain.n + 1)), ()))
     if () in ways:
-        return Found(seen, tuple(eliminated.left), ((),))
+        return ReciprocalSet(seen, tuple(eliminated.left), ((),))
     search = Search((*chain.q, *eliminated.marks.values()), is_zero)
-    told = [without_needless(way, chain.q) for way in tidied(ways, search, "what the rank of J comes down to")]
+    short_ways = [drop_implied(way, chain.q) for way in tidy_ways(ways, search, "what the rank of J comes down to")]
     stated = {symbol: condition for condition, symbol in eliminated.marks.items()}
-    left = tuple(replace(one, case=_said(one.case, stated)) for one in eliminated.left)
-    return Found(seen, left, tuple(tuple(c.xreplace(stated) for c in way) for way in told))
+    left = tuple(replace(reduced_case, case=_state_case(reduced_case.case, stated)) for reduced_case in eliminated.left)
+    return ReciprocalSet(seen, left, tuple(tuple(c.xreplace(stated) for c in way) for way in short_ways))
 
 
-def _said(case: Conjunction, stated: dict[sp.Symbol, sp.Expr]) -> Conjunction:
+def _state_case(case: Conjunction, stated: dict[sp.Symbol, sp.Expr]) -> Conjunction:
     """Return the conditions of a case without marks."""
-    return tuple(stated.get(condition, condition) for condition in as_stated(case))
+    return tuple(stated.get(condition, condition) for condition in state_conditions(case))

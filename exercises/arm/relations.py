@@ -1,8 +1,8 @@
-"""What one condition says of a joint, put into others that hold with it: a person would do so before reading them.
+"""Solve one condition for a joint and substitute it into others that hold with it, as a person would.
 
-Conditions are polynomials in lengths, slides, and sines and cosines of angles. A + B d = 0 gives a slide where A or B
-is a constant other than zero, and B cos q + C sin q = 0 the sine by the cosine. A condition on one angle alone is a
-polynomial in the tangent of its half, which shows factors that cos^2 + sin^2 = 1 hides.
+Conditions are polynomials in lengths, slides, and sines and cosines of angles. A + B d = 0 gives a slide if A or B is a
+nonzero constant, and B cos q + C sin q = 0 the sine in terms of the cosine. A condition on one angle alone is a
+polynomial in the tangent of half the angle, which shows factors that cos^2 + sin^2 = 1 hides.
 """
 
 from collections.abc import Callable, Sequence
@@ -10,35 +10,35 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from qdot.exercises.arm.trigonometry import factored
+from qdot.exercises.arm.trigonometry import factor_trig
 
 
 @dataclass(frozen=True)
 class Relation:
-    """What takes the place of a slide or a sine, and factors that are not zero there, `beside`."""
+    """A value for a slide or a sine, and factors that are not zero there, `beside`."""
 
     atom: sp.Expr
     value: sp.Expr
     beside: tuple[sp.Expr, ...] = ()
 
-    def is_in(self, condition: sp.Expr) -> bool:
-        """Tell whether a condition has what is replaced, in an angle sum or a multiple, too."""
-        return bool(_apart(condition).has(self.atom))
+    def occurs_in(self, condition: sp.Expr) -> bool:
+        """Tell whether a condition contains the atom, also inside an angle sum or a multiple."""
+        return bool(_expand_angles(condition).has(self.atom))
 
-    def put_into(self, condition: sp.Expr) -> sp.Expr:
-        """Return what stands above the fraction bar of a condition then."""
-        above, _ = sp.fraction(sp.together(_apart(condition).xreplace({self.atom: self.value})))
+    def substitute_into(self, condition: sp.Expr) -> sp.Expr:
+        """Return the numerator of a condition after the substitution."""
+        above, _ = sp.fraction(sp.together(_expand_angles(condition).xreplace({self.atom: self.value})))
         return sp.expand(above)
 
 
 def relation_of(
     condition: sp.Expr, joints: Sequence[sp.Symbol], is_nonzero: Callable[[sp.Expr], bool]
 ) -> Relation | None:
-    """Return what a condition says of a slide or of the sine of an angle; None where that is nothing for sure.
+    """Solve a condition for a slide or for the sine of an angle; return None if that is not certain to work.
 
-    `is_nonzero` tells of what no joint changes whether it is another number than zero.
+    `is_nonzero` tells whether an expression without joint variables is nonzero.
     """
-    plain = _apart(condition)
+    plain = _expand_angles(condition)
     used = [q for q in joints if plain.has(q)]
     slides = [q for q in used if not any(trig.has(q) for trig in plain.atoms(sp.sin, sp.cos))]
     for slide in slides:
@@ -46,8 +46,8 @@ def relation_of(
         if line.degree() != 1:
             continue
         slope, rest = line.all_coeffs()
-        moving = [f for f, _ in factored(slope).factors if f.free_symbols & set(joints)]
-        fixed = rest if moving else slope  # where B moves, a constant A other than zero keeps it from vanishing
+        moving = [f for f, _ in factor_trig(slope).factors if f.free_symbols & set(joints)]
+        fixed = rest if moving else slope  # if B has joints in it, a nonzero constant A keeps it from vanishing
         if not fixed.free_symbols & set(joints) and is_nonzero(fixed):
             return Relation(slide, -rest / slope, tuple(moving))
     if len(used) == 1 and not slides:
@@ -60,14 +60,14 @@ def relation_of(
     return None
 
 
-def by_half_angle(factor: sp.Expr, joints: Sequence[sp.Symbol]) -> list[sp.Expr]:
-    """Return factors of a condition on one angle, each linear in its cosine and sine; itself where there are none.
+def factor_by_half_angle(factor: sp.Expr, joints: Sequence[sp.Symbol]) -> list[sp.Expr]:
+    """Return factors of a condition on one angle, each linear in its cosine and sine; itself if there are none.
 
     >>> q = sp.Symbol("theta3")
     >>> by_half_angle(2 * sp.cos(q) ** 2 + 3 * sp.cos(q) - 3 * sp.sin(q) - 1, [q])
     [sin(theta3) - cos(theta3), sin(theta3) + cos(theta3) + 3]
     """
-    plain = _apart(factor)
+    plain = _expand_angles(factor)
     used = [q for q in joints if plain.has(q)]
     if len(used) != 1 or not plain.has(sp.sin, sp.cos):
         return [factor]
@@ -82,7 +82,7 @@ def by_half_angle(factor: sp.Expr, joints: Sequence[sp.Symbol]) -> list[sp.Expr]
         coefficient * (1 - t**2) ** i * (2 * t) ** j * around ** (degree - i - j)
         for (i, j), coefficient in circle.terms()
     )
-    found, left = [], 2 * degree
+    factors, left = [], 2 * degree
     for piece, power in sp.factor_list(sp.expand(above))[1]:
         powers = sp.Poly(piece, t)
         if powers.degree() == 0:
@@ -92,12 +92,14 @@ def by_half_angle(factor: sp.Expr, joints: Sequence[sp.Symbol]) -> list[sp.Expr]
         if powers.degree() != 2:
             return [factor]
         if (high, middle) != (low, 0):  # 1 + t^2 is never zero
-            found.append(sp.expand((low + high) + (low - high) * sp.cos(q) + middle * sp.sin(q)))
-    found = [next((f for f, _ in factored(one).factors if f.has(q)), one) for one in found]
-    in_order = sorted(found, key=lambda one: (sp.count_ops(one), sp.default_sort_key(one)))
-    return in_order if left == 0 and found else [factor]
+            factors.append(sp.expand((low + high) + (low - high) * sp.cos(q) + middle * sp.sin(q)))
+    factors = [
+        next((f for f, _ in factor_trig(found_factor).factors if f.has(q)), found_factor) for found_factor in factors
+    ]
+    in_order = sorted(factors, key=lambda found_factor: (sp.count_ops(found_factor), sp.default_sort_key(found_factor)))
+    return in_order if left == 0 and factors else [factor]
 
 
-def _apart(condition: sp.Expr) -> sp.Expr:
+def _expand_angles(condition: sp.Expr) -> sp.Expr:
     """Return a condition in sines and cosines of single angles."""
     return sp.expand(sp.expand_trig(condition))

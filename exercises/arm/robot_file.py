@@ -1,28 +1,28 @@
-"""ROBOT.toml: a user's own arm, read with every mistake told by file, line, joint and key.
+"""Read a ROBOT.toml: a user's own arm. Every error names file, line, joint and key.
 
     name = "my arm"
-    source = "its manual, p. 12"   # optional: where its numbers are from
+    source = "its manual, p. 12"   # optional: the source of its numbers
     convention = "dh"              # optional: or "modified-dh", or "screws"
     angles = "radians"             # optional: or "degrees"
     task = ["vx", "vy"]            # optional: the rows that count
     point = "O2"                   # optional: origin of a frame, or [x, y, z] in the last frame
-    base = {position = [0, 0, 0.4], rpy = [0, 0, "pi/2"]}    # optional: where frame O_0 stands in the world
+    base = {position = [0, 0, 0.4], rpy = [0, 0, "pi/2"]}    # optional: the pose of frame O_0 in the world
     [[joint]]
     kind = "R"
-    theta = "theta1"               # or "-theta1 + pi/2", where the joint counts the other way
+    theta = "theta1"               # or "-theta1 + pi/2", if the joint counts the other way
     d = 0
     a = "a1"
     alpha = "pi/2"
     limits = ["-pi", "pi"]         # optional
 
-    [draw]                         # optional, for assignments: lengths drawn for each student, in metres
+    [draw]                         # optional, for assignments: ranges of each student's random lengths, in metres
     a1 = [0.3, 0.8]
 
 With convention = "screws", a [[joint]] has kind, axis = [0, 0, 1] and point = ["a1", 0, 0], a point on the axis, both
-in the base frame when all joint variables are zero, and the key `point` at the top is where the point of interest is
-then; twists are (omega, v), or (v, omega) with twist_order = "v-omega". Without `task`, the rows are: all six for six
-joints or more that can move in all of them; for four joints those of the four rows in which the arm moves, if they are
-four (SCARA); else the linear rows in which the point moves.
+in the base frame when all joint variables are zero, and the key `point` at the top is the point of interest then;
+twists are (omega, v), or (v, omega) with twist_order = "v-omega". Without `task`, the rows are: all six, for six joints
+or more that can move in all of them; for four joints the rows in which the arm moves, if they are four (SCARA); else
+the linear rows in which the point moves.
 """
 
 import difflib
@@ -46,7 +46,7 @@ from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.entry import check_role, doubt, value_of
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.standard_table import Row, axes_of_rows, by_axes, is_rounded, modified, standard
-from qdot.exercises.arm.urdf import Described, read_urdf
+from qdot.exercises.arm.urdf import UrdfChain, read_urdf
 from qdot.exercises.common.errors import QdotError, unknown
 from qdot.exercises.common.input_file import Place, TomlFile, read_table, read_toml, shown
 from qdot.exercises.common.stream import Stream
@@ -56,7 +56,7 @@ ANGLES = ("theta", "alpha")
 MOST_JOINTS = 10
 """The proof that both routes give the same Jacobian takes twice as long for each parallel joint more."""
 ANGLE_UNITS = ("radians", "degrees")
-"""In what a file may have its angles."""
+"""The units of a file's angles."""
 TOP_KEYS = ("name", "source", "convention", "twist_order", "angles", "task", "point", "base", "tool", "joint", "draw")
 _RANGE = "a length has a range in metres, as in a1 = [0.3, 0.8]"
 _POSE = "it is {position = [x, y, z]}, with rpy = [roll, pitch, yaw] if it is turned"
@@ -66,11 +66,11 @@ Draws = tuple[tuple[sp.Symbol, int, int], ...]
 
 
 @dataclass(frozen=True)
-class Given:
-    """How a file tells its arm, where that is not the standard table itself: a convention, and rows as written there.
+class WrittenArm:
+    """The arm as its file describes it, if not by the standard table: a convention, and rows as written there.
 
-    A row of a table is theta, d, a, alpha; of axes it is the direction and a point, None for a slide. `base` is the
-    position and the angles that are given for it, None where none are.
+    A row of a table is theta, d, a, alpha; a row of axes is the direction and a point, None for a prismatic joint.
+    `base` has its position and angles as written, None if the file has none.
     """
 
     convention: type[Convention]
@@ -80,19 +80,18 @@ class Given:
 
 @dataclass(frozen=True)
 class Robot:
-    """What a file describes: a chain, and the lengths to be drawn as (symbol, least, greatest) in whole centimetres.
+    """What a file describes: a chain, and the lengths to sample as (symbol, least, greatest) in whole centimetres.
 
-    `given` is how it is told, None where that is the standard table; `limits` are those of each joint (rad or m), None
-    where none are told. `notes` are messages about what may be right, but is probably a mistake. `source` is where the
-    numbers are from, empty where that is not told. Where the standard table has numbers that are no short formulas, it
-    is `rounded`, to ten decimals.
+    `written_arm` is the arm as written, None if that is the standard table; `limits` are those of each joint (rad or
+    m), None if the file has none. `notes` are warnings about probable mistakes. `source` is the source of the numbers,
+    or empty. If numbers of the standard table have no short formula, it is `rounded`, to ten decimals.
     """
 
     chain: Chain
     draws: Draws = ()
     notes: tuple[str, ...] = ()
     limits: tuple[Limits | None, ...] = ()
-    given: Given | None = None
+    written_arm: WrittenArm | None = None
     source: str = ""
     rounded: bool = False
 
@@ -112,24 +111,24 @@ def read_robot(path: Path) -> Chain:
 
 
 def read_robot_file(path: Path, tip: str = "", convention: str = "", angles: str = "") -> Robot:
-    """Return the robot that a file describes, of the kind that its name says: .toml, .csv or .urdf.
+    """Return the robot that a file describes; the file's ending tells its format: .toml, .csv or .urdf.
 
-    A URDF has the link `tip` at the end of the chain, a table in CSV the rows of a `convention`, its `angles` in
-    radians or degrees. Raises QdotError with the file, line, place and what is right.
+    For a URDF, `tip` is the link at the end of the chain; for a table in CSV, `convention` and `angles` (radians or
+    degrees) say how it is written. Raises QdotError with the file, line, place and what is right.
     """
     kind = path.suffix.lower()
     if kind in (".urdf", ".xml"):
-        _refuse_said(path, convention, angles)
-        return _of_urdf(path, read_urdf(path, tip))
+        _refuse_options(path, convention, angles)
+        return _robot_of_urdf(path, read_urdf(path, tip))
     if tip:
         raise QdotError(f"{path}: a tip is named for a URDF, whose name ends in .urdf")
     if kind == ".csv":
         return robot_of(read_csv_rows(path, convention or CONVENTIONS[0], angles or ANGLE_UNITS[0]))
-    _refuse_said(path, convention, angles)
+    _refuse_options(path, convention, angles)
     return robot_of(read_toml(path))
 
 
-def _refuse_said(path: Path, convention: str, angles: str) -> None:
+def _refuse_options(path: Path, convention: str, angles: str) -> None:
     for key, value in (("convention", convention), ("angles", angles)):
         if value:
             raise QdotError(f'{path}: --{key} is for a table in CSV; a ROBOT.toml says {key} = "{value}" itself')
@@ -139,7 +138,7 @@ def _too_many(count: int) -> str:
     return f"{count} joints are too many to be worked out; an arm has up to {MOST_JOINTS}"
 
 
-def _of_urdf(path: Path, described: Described) -> Robot:
+def _robot_of_urdf(path: Path, described: UrdfChain) -> Robot:
     count = len(described.axes)
     if count > MOST_JOINTS:
         raise QdotError(f"{path}: {_too_many(count)}")
@@ -149,14 +148,14 @@ def _of_urdf(path: Path, described: Described) -> Robot:
         chain.with_task(*default_task(chain)),
         notes=described.notes,
         limits=described.limits,
-        given=_axes_given(described.axes),
+        written_arm=_written_axes(described.axes),
         rounded=is_rounded(chain, described.axes, described.tip),
     )
 
 
 @dataclass(frozen=True)
 class _TableFile(TomlFile):
-    """A table in CSV, read as the file that has a [[joint]] for each of its lines."""
+    """A table in CSV, represented as the file that has a [[joint]] for each of its lines."""
 
     numbers: tuple[int, ...] = ()
 
@@ -167,7 +166,7 @@ class _TableFile(TomlFile):
 
 
 def read_csv_rows(path: Path, convention: str, angles: str) -> TomlFile:
-    """Return a table in CSV as the file that it stands for: a column for each entry of a row. Raises QdotError."""
+    """Return a table in CSV, a column for each entry of a row, as the equivalent ROBOT.toml. Raises QdotError."""
     rows = read_table(path, ROW_KEYS[0], ",".join(ROW_KEYS), too_long=_TOO_LONG)
     if not rows:
         raise QdotError(f"{path}: it has a header and no rows; below it stands a line for each joint")
@@ -182,7 +181,7 @@ _TOO_LONG = 'numbers have a decimal point, as in 0.4, or stand in double quotes,
 
 
 def _check_cells(place: str, row: dict[str, str]) -> None:
-    """Refuse cells of unknown columns, and a row in which one is missing or empty."""
+    """Refuse cells of unknown columns, and a row in which a cell is missing or empty."""
     for column, text in row.items():
         if text.strip() and column not in ROW_KEYS:
             raise QdotError(f"{place}: {unknown('column', column, ROW_KEYS)}")
@@ -195,7 +194,7 @@ def _check_cells(place: str, row: dict[str, str]) -> None:
 
 
 def _cell(key: str, text: str) -> object:
-    """Return a number where a cell has one, also as countries write it in which a comma stands before decimals."""
+    """Return a number if a cell has one, with a decimal point or a decimal comma, else its text."""
     number = text.strip()
     if re.fullmatch(r"[-+]?\d*,\d+", number):
         number = number.replace(",", ".")
@@ -208,7 +207,9 @@ def robot_of(file: TomlFile) -> Robot:
     chain = reader.chain()
     draws = _draws(file, chain)
     notes = _notes(file, chain, draws)
-    return Robot(chain, draws, notes, reader.limits(), reader.given, reader.source, is_rounded(chain, *reader.told))
+    return Robot(
+        chain, draws, notes, reader.limits(), reader.written_arm, reader.source, is_rounded(chain, *reader.home_axes)
+    )
 
 
 class _Reader:
@@ -235,14 +236,14 @@ class _Reader:
         self.rows: list[dict[str, Any]] = rows
         kinds = [self._kind(index, row) for index, row in enumerate(rows)]
         self.variables = [sp.Symbol(f"{'theta' if kind == 'R' else 'd'}{i}") for i, kind in enumerate(kinds, 1)]
-        self.given: Given | None = None
+        self.written_arm: WrittenArm | None = None
         self.axis_points: tuple[Triple | None, ...] = ()
-        self.told: tuple[list[Axis], sp.Matrix | None] = ([], None)
-        """The axes at home and the point of interest, as far as the table may have them rounded."""
+        self.home_axes: tuple[list[Axis], sp.Matrix | None] = ([], None)
+        """The axes at home and the point of interest, if the table may have rounded them."""
 
     def chain(self) -> Chain:
-        """Return the arm, with the task that is told, else the usual one."""
-        base, joints, point = self._by_table() if self.has_table else self._by_axes()
+        """Return the arm, with the file's task, else the usual one."""
+        base, joints, point = self._read_table() if self.has_table else self._read_axes()
         name, order = self.convention.name, self.twist_order
         chain = Chain(self.title, joints, ("vx",), base, point, self.title, name, self.axis_points, order)
         if "task" not in self.table:
@@ -251,7 +252,7 @@ class _Reader:
             return chain.with_task(*_task(self.table["task"]))
 
     def _text(self, key: str, example: str) -> str:
-        """Return a text in one line."""
+        """Return a text as one line."""
         value = self.table[key]
         with self.file.at(key):
             if not isinstance(value, str) or not value.strip():
@@ -271,7 +272,7 @@ class _Reader:
         keys, place = self.convention.joint_keys, ("joint", index)
         self._check_convention(index, row)
         self.file.check_keys(place, (*keys, "limits"), ("kind",), TOP_KEYS)
-        with self.file.at(*place, "kind"):  # what else is needed is up to it
+        with self.file.at(*place, "kind"):  # it decides which other keys are needed
             if row["kind"] not in ("R", "P"):
                 raise QdotError('it is "R" (revolute) or "P" (prismatic)')
         slides = not self.has_table and row["kind"] == "P"
@@ -279,62 +280,64 @@ class _Reader:
         return str(row["kind"])
 
     def _check_convention(self, index: int, row: dict[str, Any]) -> None:
-        """Refuse a joint that is told in another way than the file's convention, which may have been forgotten."""
+        """Refuse a joint that does not fit the file's convention, which may have been forgotten."""
         key = next((key for key in row if key in (("axis",) if self.has_table else ROW_KEYS[1:])), None)
         if key is None:
             return
         name, keys = shown(self.convention.name), ", ".join(self.convention.joint_keys)
-        said = f"says convention = {name}" if "convention" in self.table else "says no convention"
+        stated_convention = f"says convention = {name}" if "convention" in self.table else "says no convention"
         if not self.has_table:
             hint = (
-                f"is of a DH table, and the file {said}, where a joint has {keys}; for a table, "
-                'that is convention = "dh" or "modified-dh"'
+                f"is of a DH table, and the file {stated_convention}, where a joint has {keys}; "
+                'for a table, that is convention = "dh" or "modified-dh"'
             )
         else:
             hint = (
-                f'is of an arm told by its axes, and the file {said}; write convention = "screws" at its top, or tell '
-                f"a table, where a joint has {keys}"
+                f'is of an arm told by its axes, and the file {stated_convention}; write convention = "screws" at its '
+                f"top, or tell a table, where a joint has {keys}"
             )
         raise QdotError(f"{self.file.place_of_key('joint', index, key)}: the key {key!r} {hint}")
 
     # --- tables ---
 
-    def _by_table(self) -> tuple[Base, tuple[Joint, ...], Point | None]:
+    def _read_table(self) -> tuple[Base, tuple[Joint, ...], Point | None]:
         rows = [self._row(index) for index in range(len(self.rows))]
         if self.has_links_first and rows[0].alpha.free_symbols:
             raise QdotError(f"{self.file.place('joint', 0, 'alpha')}: the first one turns the base, and is a number")
         base = self._pose("base")
         if base != HOME or self.has_links_first:
-            self.told = axes_of_rows(rows, base, self.convention), None
+            self.home_axes = axes_of_rows(rows, base, self.convention), None
         table = modified if self.has_links_first else standard
         if self.has_links_first or any(row.reversed for row in rows):
             written = zip(rows, self.variables, strict=True)
-            self.given = Given(self.convention, tuple(row.written(own) for row, own in written), self._told_base())
+            self.written_arm = WrittenArm(
+                self.convention, tuple(row.written(variable) for row, variable in written), self._written_base()
+            )
         return table(rows, base, self._point())
 
-    def _told_base(self) -> tuple[Triple, Triple] | None:
-        """Return position and angles of the base as they are told."""
+    def _written_base(self) -> tuple[Triple, Triple] | None:
+        """Return position and angles of the base as written."""
         if "base" not in self.table:
             return None
-        told = self.table["base"]
-        position, rpy = told.get("position", [0, 0, 0]), told.get("rpy", [0, 0, 0])
+        table = self.table["base"]
+        position, rpy = table.get("position", [0, 0, 0]), table.get("rpy", [0, 0, 0])
         return self._triple(position, _POSE), self._triple(rpy, _POSE, are_angles=True)
 
     def _row(self, index: int) -> Row:
-        row, own = self.rows[index], self.variables[index]
+        row, variable = self.rows[index], self.variables[index]
         kind, moving = row["kind"], "theta" if row["kind"] == "R" else "d"
         values: dict[str, sp.Expr] = {}
         is_reversed = False
-        for key in (moving, *(key for key in ROW_KEYS[1:] if key != moving)):  # what moves is what is mostly wrong
+        for key in (moving, *(key for key in ROW_KEYS[1:] if key != moving)):  # most mistakes are in what moves
             with self.file.at("joint", index, key):
                 value = self._value(row[key], key in ANGLES)
                 if key == moving:
-                    value, is_reversed = _rest(value, own, kind)
-                values[key] = self._checked(value, key in ANGLES)
+                    value, is_reversed = _split_variable(value, variable, kind)
+                values[key] = self._check_entry(value, key in ANGLES)
         return Row(kind, values["theta"], values["d"], values["a"], values["alpha"], is_reversed)
 
     def _point(self) -> Point | None:
-        """Return the point of interest in a frame of the table as it is written, None where none is told."""
+        """Return the point of interest in a frame of the table as written, None if the file has none."""
         n = len(self.rows)
         if "tool" in self.table:
             if "point" in self.table:
@@ -353,9 +356,9 @@ class _Reader:
                 if match is None or int(match.group(1)) > n:
                     raise QdotError(right)
                 return Point(int(match.group(1)))
-            return self._told_point(raw, right)
+            return self._read_point(raw, right)
 
-    def _told_point(self, raw: object, right: str) -> Point:
+    def _read_point(self, raw: object, right: str) -> Point:
         """Return a point as [x, y, z] on the last link, or {frame = 2, offset = [x, y, z]}."""
         frame = len(self.rows)
         if isinstance(raw, dict):
@@ -367,7 +370,7 @@ class _Reader:
 
     # --- axes ---
 
-    def _by_axes(self) -> tuple[Base, tuple[Joint, ...], Point | None]:
+    def _read_axes(self) -> tuple[Base, tuple[Joint, ...], Point | None]:
         if "tool" in self.table:
             raise QdotError(
                 f"{self.file.place('tool')}: with screws, it is `point`: [x, y, z] at home, in the base frame"
@@ -376,11 +379,11 @@ class _Reader:
         base = self._pose("base")
         with self.file.at("point"):
             home = "it is [x, y, z] in the base frame, where the point of interest is when all joint variables are zero"
-            told = self._told_point(self.table["point"], home)
-        point = base @ Pose(sp.eye(3), sp.Matrix(told.offset))
+            home_point = self._read_point(self.table["point"], home)
+        point = base @ Pose(sp.eye(3), sp.Matrix(home_point.offset))
         axes = [self._axis(index) for index in range(len(self.rows))]
-        self.given = replace(_axes_given(axes), base=self._told_base())
-        stood = [
+        self.written_arm = replace(_written_axes(axes), base=self._written_base())
+        world_axes = [
             Axis(
                 axis.kind,
                 base.rotation * axis.direction / axis.direction.norm(),
@@ -388,12 +391,12 @@ class _Reader:
             )
             for axis in axes
         ]
-        self.told = stood, point.origin
-        self.axis_points = tuple(_coordinates(axis.point) if axis.kind == "R" else None for axis in stood)
-        return by_axes(stood, point.origin, told.frame)
+        self.home_axes = world_axes, point.origin
+        self.axis_points = tuple(_coordinates(axis.point) if axis.kind == "R" else None for axis in world_axes)
+        return by_axes(world_axes, point.origin, home_point.frame)
 
     def _axis(self, index: int) -> Axis:
-        """Return an axis as it is told, in the base frame."""
+        """Return an axis as written, in the base frame."""
         row = self.rows[index]
         with self.file.at("joint", index, "axis"):
             right = "it is the direction of the axis at home, three numbers that are not all zero, as in [0, 0, 1]"
@@ -427,7 +430,7 @@ class _Reader:
         values = []
         for axis, entry in zip("xyz", raw, strict=True):
             try:
-                values.append(self._checked(self._value(entry, are_angles), are_angles))
+                values.append(self._check_entry(self._value(entry, are_angles), are_angles))
             except QdotError as error:
                 raise QdotError(f"{axis} = {shown(entry)}: {error}") from None
         return values[0], values[1], values[2]
@@ -438,10 +441,10 @@ class _Reader:
                 "where angles are in degrees, a sine or an arctangent is written as its number, as in sqrt(3)/2"
             )
         value = value_of(raw, is_angle, self.in_degrees)
-        named = {sp.Symbol(f"q{number}"): own for number, own in enumerate(self.variables, 1)}
-        return value.xreplace(named)
+        variables_by_name = {sp.Symbol(f"q{number}"): variable for number, variable in enumerate(self.variables, 1)}
+        return value.xreplace(variables_by_name)
 
-    def _checked(self, value: sp.Expr, is_angle: bool) -> sp.Expr:
+    def _check_entry(self, value: sp.Expr, is_angle: bool) -> sp.Expr:
         _check_symbols(value, self.variables)
         check_role(value, is_angle)
         return value
@@ -471,29 +474,29 @@ def _coordinates(place: sp.Matrix) -> Triple:
     return x, y, z
 
 
-def _axes_given(axes: Sequence[Axis]) -> Given:
+def _written_axes(axes: Sequence[Axis]) -> WrittenArm:
     rows = (
         (tuple(axis.direction.applyfunc(exactly)), tuple(axis.point.applyfunc(exactly)) if axis.kind == "R" else None)
         for axis in axes
     )
-    return Given(Screws, tuple(rows))
+    return WrittenArm(Screws, tuple(rows))
 
 
-def _rest(value: sp.Expr, own: sp.Symbol, kind: str) -> tuple[sp.Expr, bool]:
-    """Return what is added to a joint's own variable, and whether that counts the other way. Raises QdotError."""
+def _split_variable(value: sp.Expr, variable: sp.Symbol, kind: str) -> tuple[sp.Expr, bool]:
+    """Return the offset that is added to a joint's variable, and whether that is negative. Raises QdotError."""
     for sign in (1, -1):
-        rest = sp.expand(value - sign * own)
-        if own not in rest.free_symbols:
+        rest = sp.expand(value - sign * variable)
+        if variable not in rest.free_symbols:
             return rest, sign < 0
     key, offset = ("theta", "pi/2") if kind == "R" else ("d", "0.2")
     raise QdotError(
-        f'a joint of kind "{kind}" moves by its own variable there: {key} = "{own}", with a constant added if '
-        f'wanted, as in "{own} + {offset}", or "-{own}" where it counts the other way'
+        f'a joint of kind "{kind}" moves by its own variable there: {key} = "{variable}", with a constant added if '
+        f'wanted, as in "{variable} + {offset}", or "-{variable}" where it counts the other way'
     )
 
 
 def _check_symbols(value: sp.Expr, variables: Sequence[sp.Symbol]) -> None:
-    """Refuse the variables of joints, and of joints that there aren't."""
+    """Refuse the variables of joints, also of joints that don't exist."""
     for symbol in sorted(value.free_symbols, key=str):
         if symbol in variables:
             number = list(variables).index(symbol) + 1
@@ -517,7 +520,7 @@ def _task(raw: object) -> tuple[str, ...]:
     return tuple(sorted(raw, key=TASK_ROWS.index))
 
 
-# --- lengths that are drawn ---
+# --- random lengths ---
 
 
 def _draws(file: TomlFile, chain: Chain) -> Draws:
@@ -562,7 +565,7 @@ def _range(name: str, ends: object) -> tuple[int, int]:
 
 
 def _notes(file: TomlFile, chain: Chain, draws: Sequence[tuple[sp.Symbol, int, int]]) -> tuple[str, ...]:
-    """Return a note for the first length that is probably not in metres."""
+    """Return a warning for the first length that is probably not in metres."""
     joints = enumerate(chain.joints)
     entries: list[tuple[Place, sp.Expr]]
     entries = [(("joint", i, key), getattr(joint, key)) for i, joint in joints for key in ("d", "a")]
@@ -581,14 +584,14 @@ def _is_number(value: object) -> bool:
 
 
 _CLEARLY = 1e-6
-"""What is no rounding error in an entry of J, which is of the size of an arm."""
+"""An entry of J, which is of the size of an arm, that is more than a rounding error."""
 
 
 @lru_cache(maxsize=64)
 def _moves_somewhere(chain: Chain) -> tuple[bool, ...]:
-    """Return of each row of J whether it clearly isn't zero in one of three configurations: then it is no zero row.
+    """Return for each row of J whether it is clearly nonzero at one of three configurations.
 
-    That spares long arms their formulas, which take minutes where axes are skew.
+    That avoids the formulas of long arms, which take minutes if axes are skew.
     """
     draws = Stream("rows of J")
     values = {symbol.name: draws.uniform(0.4, 1.4) for symbol in chain.parameters}
@@ -605,7 +608,7 @@ def _is_no_zero_row(chain: Chain, i: int) -> bool:
 
 
 def default_task(chain: Chain) -> tuple[str, ...]:
-    """Return the rows that count where the file names none; see above."""
+    """Return the rows that count if the file names none; see above."""
     moving = tuple(row for i, row in enumerate(TASK_ROWS) if _moves_somewhere(chain)[i] or _is_no_zero_row(chain, i))
     if chain.n >= 6 and len(moving) == len(TASK_ROWS):
         return TASK_ROWS

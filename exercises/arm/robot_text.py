@@ -1,4 +1,4 @@
-"""An arm written as ROBOT.toml, in any convention, such that reading it gives the same arm."""
+"""Write an arm as ROBOT.toml, in any convention, such that reading it gives the same arm."""
 
 from collections.abc import Iterable, Sequence
 from decimal import Decimal
@@ -17,13 +17,13 @@ Entries = Sequence[tuple[str, str]]
 
 
 def robot_text(robot: Robot, convention: str) -> str:
-    """Return the text of a file that describes an arm in a convention, with its limits and the lengths to be drawn.
+    """Return the text of a file that describes an arm in a convention, with its limits and ranges of lengths.
 
-    Raises QdotError where a convention can't tell it.
+    Raises QdotError if the convention can't describe it.
     """
     chain = robot.chain
     presented = REGISTRY[convention](chain)
-    top, joints = _table(presented) if presented.has_frames else _screws(chain)
+    top, joints = _table_entries(presented) if presented.has_frames else _screw_entries(chain)
     head = [("name", shown(chain.title or chain.name))]
     head += [("source", shown(robot.source))] if robot.source else []
     head += [("convention", shown(convention))] if convention != CONVENTIONS[0] else []
@@ -31,27 +31,30 @@ def robot_text(robot: Robot, convention: str) -> str:
         head.append(("twist_order", shown(chain.twist_order)))
     head += [("task", shown(list(chain.task))), *top]
     limits = [*robot.limits, *[None] * (chain.n - len(robot.limits))]
-    rows = [[*joint, *([("limits", _list(ends))] if ends else [])] for joint, ends in zip(joints, limits, strict=True)]
-    drawn = [(symbol.name, f"[{low / 100:g}, {high / 100:g}]") for symbol, low, high in robot.draws]
-    draw = [f"[draw]\n{_lines(drawn)}"] if drawn else []
-    return "\n".join([_lines(head), *(f"[[joint]]\n{_lines(row)}" for row in rows), *draw])
+    rows = [
+        [*joint, *([("limits", _format_list(ends))] if ends else [])]
+        for joint, ends in zip(joints, limits, strict=True)
+    ]
+    ranges = [(symbol.name, f"[{low / 100:g}, {high / 100:g}]") for symbol, low, high in robot.draws]
+    draw = [f"[draw]\n{_format_lines(ranges)}"] if ranges else []
+    return "\n".join([_format_lines(head), *(f"[[joint]]\n{_format_lines(row)}" for row in rows), *draw])
 
 
-def _lines(entries: Entries) -> str:
+def _format_lines(entries: Entries) -> str:
     return "".join(f"{key} = {value}\n" for key, value in entries)
 
 
-def _table(convention: Convention) -> tuple[Entries, list[Entries]]:
+def _table_entries(convention: Convention) -> tuple[Entries, list[Entries]]:
     chain, base, point = convention.chain, convention.base, convention.point
     top: list[tuple[str, str]] = []
     if chain.tool is not None or convention.from_standard(chain.n) != (0, 0):
-        top.append(("point", _place(point, point.frame == chain.n)))
+        top.append(("point", _format_point(point, point.frame == chain.n)))
     if not base.is_world:
-        top.append(("base", _pose(base.position, (base.tilt, sp.S.Zero, base.yaw))))
-    return top, [_row(row.kind, row.theta, row.d, row.a, row.alpha) for row in convention.rows]
+        top.append(("base", _format_pose(base.position, (base.tilt, sp.S.Zero, base.yaw))))
+    return top, [_row_entries(row.kind, row.theta, row.d, row.a, row.alpha) for row in convention.rows]
 
 
-def _screws(chain: Chain) -> tuple[Entries, list[Entries]]:
+def _screw_entries(chain: Chain) -> tuple[Entries, list[Entries]]:
     axes, (x, y, z) = axes_of(chain)
     place = Point(chain.point.frame, (x, y, z))
     joints: list[Entries] = []
@@ -60,34 +63,34 @@ def _screws(chain: Chain) -> tuple[Entries, list[Entries]]:
             raise QdotError(
                 f"axis {number} of {chain.name} is turned by an angle that is open; axes are given in numbers"
             )
-        through = [("point", _list(axis.point))] if axis.kind == "R" else []
-        joints.append([("kind", shown(axis.kind)), ("axis", _list(axis.direction)), *through])
-    return [("point", _place(place, chain.point.frame == chain.n, is_at_home=True))], joints
+        through = [("point", _format_list(axis.point))] if axis.kind == "R" else []
+        joints.append([("kind", shown(axis.kind)), ("axis", _format_list(axis.direction)), *through])
+    return [("point", _format_point(place, chain.point.frame == chain.n, is_at_home=True))], joints
 
 
-def _row(kind: str, theta: sp.Expr, d: sp.Expr, a: sp.Expr, alpha: sp.Expr) -> Entries:
+def _row_entries(kind: str, theta: sp.Expr, d: sp.Expr, a: sp.Expr, alpha: sp.Expr) -> Entries:
     values = {"theta": theta, "d": d, "a": a, "alpha": alpha}
-    return [("kind", shown(kind)), *((key, _entry(value)) for key, value in values.items())]
+    return [("kind", shown(kind)), *((key, _format_entry(value)) for key, value in values.items())]
 
 
-def _place(point: Point, is_last: bool, is_at_home: bool = False) -> str:
+def _format_point(point: Point, is_last: bool, is_at_home: bool = False) -> str:
     if point.is_origin and not is_at_home:
         return shown(f"O{point.frame}")
-    offset = _list(point.offset)
+    offset = _format_list(point.offset)
     return offset if is_last else f"{{frame = {point.frame}, offset = {offset}}}"
 
 
-def _pose(position: Sequence[sp.Expr], rpy: Sequence[sp.Expr]) -> str:
-    turned = f", rpy = {_list(rpy)}" if any(rpy) else ""
-    return f"{{position = {_list(position)}{turned}}}"
+def _format_pose(position: Sequence[sp.Expr], rpy: Sequence[sp.Expr]) -> str:
+    rotation = f", rpy = {_format_list(rpy)}" if any(rpy) else ""
+    return f"{{position = {_format_list(position)}{rotation}}}"
 
 
-def _list(values: Iterable[sp.Expr]) -> str:
-    return f"[{', '.join(_entry(sp.sympify(value)) for value in values)}]"
+def _format_list(values: Iterable[sp.Expr]) -> str:
+    return f"[{', '.join(_format_entry(sp.sympify(value)) for value in values)}]"
 
 
-def _entry(value: sp.Expr) -> str:
-    """Return an entry: a number where decimals say it exactly, else a formula in quotes."""
+def _format_entry(value: sp.Expr) -> str:
+    """Return an entry: a number if a decimal is exact, else a formula in quotes."""
     if value.is_Rational:
         rest = value.q
         for prime in (2, 5):

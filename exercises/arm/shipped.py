@@ -1,11 +1,11 @@
-"""What structures give, worked out before: for those of the registered families, in a file beside this one.
+"""Precomputed results for the structures of the registered families, in a file beside this one.
 
-A line of the file is a structure's key and, as JSON, its results by the names of the functions whose they are. Formulas
-are nodes, each a symbol, a whole number, or an operation on nodes before it; to read them evaluates nothing, so that
-they come out as they were worked out, in the order in which SymPy had put them.
+A line of the file is a structure's key and, as JSON, its results by the names of the functions that compute them.
+Formulas are nodes, each a symbol, a whole number, or an operation on earlier nodes; reading them evaluates nothing, so
+that terms keep the order in which SymPy had put them.
 
-The first line names the code that made the rest, by a digest, and the version of SymPy. With any other, nothing is
-taken from the file, and everything is worked out. `python -m qdot.exercises.docs.shipped` writes it.
+The first line has a digest of the code that computed the rest, and the version of SymPy. With any other code or
+version, the file is ignored and everything is computed. `python -m qdot.exercises.docs.shipped` writes it.
 """
 
 import hashlib
@@ -24,61 +24,68 @@ from qdot.exercises.formula.text import text_of
 Result = TypeVar("Result")
 
 FILE = Path(__file__).with_name("shipped.txt")
-MADE_BY = ("chain", "told", "kinematics", "trigonometry", "shipped", "transforms", "derivation")
+MADE_BY = ("chain", "convention_view", "kinematics", "trigonometry", "shipped", "transforms", "derivation")
 """The modules on which results depend."""
 
 KINDS: dict[type[sp.Expr], str] = {sp.Add: "+", sp.Mul: "*", sp.Pow: "^", sp.sin: "sin", sp.cos: "cos"}
 OPERATIONS = {name: kind for kind, name in KINDS.items()}
 PI = "pi"
-"""How the number is written, among operations; nothing else has no operands."""
+"""How the number is written: the only operation without operands."""
 
 
 def once_per_structure(work: Callable[[Chain], Result]) -> Callable[[Chain], Result]:
-    """Keep what a function finds out for a structure; where that is shipped, take it from there."""
+    """Cache the result of a function for each structure; take it from the shipped file if it is there."""
 
     @lru_cache(maxsize=4096)
     @wraps(work)
-    def found(structure: Chain) -> Result:
-        known = shipped(structure)
+    def look_up(structure: Chain) -> Result:
+        known = shipped_results(structure)
         return known[work.__name__] if work.__name__ in known else work(structure)
 
-    return found
+    return look_up
 
 
 @lru_cache(maxsize=64)
-def shipped(structure: Chain) -> Mapping[str, Any]:
-    """Return the results of a structure that are shipped, by the functions' names; none of any other."""
-    start = b"\n" + key(structure) + b" "
+def shipped_results(structure: Chain) -> Mapping[str, Any]:
+    """Return the shipped results of a structure, by the functions' names; none for an unknown structure."""
+    start = b"\n" + structure_key(structure) + b" "
     lines = _lines()
     at = lines.find(start)
-    return {} if at < 0 else read(lines[at + len(start) : lines.index(b"\n", at + 1)])
+    return {} if at < 0 else results_from_text(lines[at + len(start) : lines.index(b"\n", at + 1)])
 
 
-def key(structure: Chain) -> bytes:
-    """Return by what a structure is known: a digest of all that its results depend on."""
+def structure_key(structure: Chain) -> bytes:
+    """Return the key of a structure: a digest of everything on which its results depend."""
     base, point = structure.base, structure.point
     rows = [(joint.theta, joint.d, joint.a, joint.alpha) for joint in structure.joints]
     values = [value for row in rows for value in row] + [*base.position, base.yaw, base.tilt, *point.offset]
     kinds = "".join(joint.kind for joint in structure.joints)
-    told = (kinds, point.frame, structure.task, structure.convention, structure.twist_order, [*map(text_of, values)])
-    return hashlib.sha256(repr(told).encode()).hexdigest()[:32].encode()
+    identity = (
+        kinds,
+        point.frame,
+        structure.task,
+        structure.convention,
+        structure.twist_order,
+        [*map(text_of, values)],
+    )
+    return hashlib.sha256(repr(identity).encode()).hexdigest()[:32].encode()
 
 
 @cache
 def _lines() -> bytes:
-    """Return what is shipped, a line each behind a line break; nothing where another code made it, or no file is there.
+    """Return the shipped lines, each after a line break; nothing if other code made them or the file is missing.
 
-    A copy of the code without its sources, as some programs for packing make it, can't tell.
+    A copy of the code without its sources, as some packaging tools make it, can't tell, and gets nothing.
     """
     try:
         made_by, *rest = FILE.read_bytes().split(b"\n", 1)
-        return b"\n" + rest[0] if rest and made_by.strip().decode() == maker() else b""
+        return b"\n" + rest[0] if rest and made_by.strip().decode() == code_digest() else b""
     except (OSError, ValueError):
         return b""
 
 
-def maker() -> str:
-    """Return by what results are worked out: a digest of the code, and the version of SymPy."""
+def code_digest() -> str:
+    """Return what results depend on: a digest of the code, and the version of SymPy."""
     digest = hashlib.sha256()
     for name in MADE_BY:
         digest.update(FILE.with_name(f"{name}.py").read_text(encoding="utf-8").encode() + b"\0")
@@ -88,8 +95,8 @@ def maker() -> str:
 # --- results as text ---
 
 
-def written(results: Mapping[str, Any]) -> str:
-    """Return results as text. Raises TypeError where something in them has no form here."""
+def results_to_text(results: Mapping[str, Any]) -> str:
+    """Return results as text. Raises TypeError if something in them has no representation."""
     nodes: list[Any] = []
     places: dict[sp.Expr, int] = {}
 
@@ -124,7 +131,7 @@ def _form(result: object, place: Callable[[sp.Expr], int]) -> Any:
     if isinstance(result, sp.Expr):
         return place(result)
     if isinstance(result, tuple):
-        return [_form(one, place) for one in result]
+        return [_form(part, place) for part in result]
     if isinstance(result, sp.MatrixBase):
         return {"columns": result.cols, "entries": [place(entry) for entry in result]}
     if isinstance(result, Factored):
@@ -133,8 +140,8 @@ def _form(result: object, place: Callable[[sp.Expr], int]) -> Any:
     raise TypeError(f"{type(result).__name__} has no form in {FILE.name}")
 
 
-def read(text: str | bytes) -> dict[str, Any]:
-    """Return the results that were written as this text. Raises ValueError where it is none."""
+def results_from_text(text: str | bytes) -> dict[str, Any]:
+    """Return the results that this text represents. Raises ValueError for any other text."""
     nodes, content = json.loads(text)
     made: list[sp.Expr] = []
     for node in nodes:
@@ -149,7 +156,7 @@ def _expression(node: Any, made: list[sp.Expr]) -> sp.Expr:
         return sp.Integer(node)
     operation, *operands = node
     if operation in OPERATIONS:
-        return OPERATIONS[operation](*(_made(made, operand) for operand in operands), evaluate=False)
+        return OPERATIONS[operation](*(_node_at(made, operand) for operand in operands), evaluate=False)
     if operation == "/":
         return sp.Rational(*operands)
     if operation == PI:
@@ -157,7 +164,7 @@ def _expression(node: Any, made: list[sp.Expr]) -> sp.Expr:
     raise ValueError(f"{operation!r} is no operation")
 
 
-def _made(made: list[sp.Expr], number: int) -> sp.Expr:
+def _node_at(made: list[sp.Expr], number: int) -> sp.Expr:
     if not 0 <= number < len(made):
         raise ValueError(f"there is no node {number} among {len(made)}")
     return made[number]
@@ -165,13 +172,13 @@ def _made(made: list[sp.Expr], number: int) -> sp.Expr:
 
 def _result(form: Any, made: list[sp.Expr]) -> Any:
     if isinstance(form, int):
-        return _made(made, form)
+        return _node_at(made, form)
     if isinstance(form, list):
-        return tuple(_result(one, made) for one in form)
+        return tuple(_result(part, made) for part in form)
     if "count" in form:
         return int(form["count"])
     if "entries" in form:
-        entries = [_made(made, entry) for entry in form["entries"]]
+        entries = [_node_at(made, entry) for entry in form["entries"]]
         return sp.Matrix(len(entries) // form["columns"], form["columns"], entries)
-    factors = tuple((_made(made, factor), power) for factor, power in form["factors"])
-    return Factored(_made(made, form["coefficient"]), factors)
+    factors = tuple((_node_at(made, factor), power) for factor, power in form["factors"])
+    return Factored(_node_at(made, form["coefficient"]), factors)

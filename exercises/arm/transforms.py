@@ -1,6 +1,6 @@
-"""Where all frames of a structure are, and its Jacobian seen from the last one, in which the point is fixed.
+"""The poses of all frames of a structure, and its Jacobian in the last frame, in which the point is fixed.
 
-Angles add up in runs of parallel joints. The frames are those of the convention in which the arm is told.
+Angles add up in runs of parallel joints. The frames are those of the arm's convention.
 """
 
 import sympy as sp
@@ -23,20 +23,20 @@ def poses(structure: Chain) -> tuple[sp.Matrix, ...]:
 
 @once_per_structure
 def seen_from_tool(structure: Chain) -> tuple[tuple[sp.Matrix, sp.Matrix, sp.Matrix], ...]:
-    """Return of each joint the axis z, the vector p* (m) and z x p*, each 3 x 1, in the last frame."""
-    return tuple(_seen(structure, i) for i in range(structure.n))
+    """Return for each joint the axis z, the vector p* (m) and z x p*, each 3 x 1, in the last frame."""
+    return tuple(_joint_in_tool_frame(structure, i) for i in range(structure.n))
 
 
-def _seen(structure: Chain, i: int) -> tuple[sp.Matrix, sp.Matrix, sp.Matrix]:
+def _joint_in_tool_frame(structure: Chain, i: int) -> tuple[sp.Matrix, sp.Matrix, sp.Matrix]:
     convention = convention_of(structure)
     joints = convention.first_joints(structure.n).joints
     rest = frame_behind(joints[i:])  # frame n seen from the one at the end of link i
-    z, along = _tidied(rest.rotation.T * Z), joints[i].d if convention.has_frames_of_joints else 0
-    p_star = _tidied(rest.rotation.T * rest.origin - along * z + sp.Matrix(convention.point.offset))
-    return z, p_star, _tidied(z.cross(p_star))
+    z, along = _tidy(rest.rotation.T * Z), joints[i].d if convention.has_frames_of_joints else 0
+    p_star = _tidy(rest.rotation.T * rest.origin - along * z + sp.Matrix(convention.point.offset))
+    return z, p_star, _tidy(z.cross(p_star))
 
 
-def _tidied(matrix: sp.Matrix) -> sp.Matrix:
+def _tidy(matrix: sp.Matrix) -> sp.Matrix:
     return matrix.applyfunc(lambda entry: textbook(sp.expand(entry)))
 
 
@@ -52,11 +52,11 @@ def in_tool_frame(structure: Chain) -> sp.Matrix:
 
 @once_per_structure
 def terms_of_last_pose(structure: Chain) -> int:
-    """Return how many terms T_{w,n} has, multiplied out; ones and zeros are written down at once."""
+    """Return how many terms T_{w,n} has, multiplied out; ones and zeros don't count."""
     return count_terms(poses(structure)[-1], trivial=(0, 1))
 
 
 @once_per_structure
 def terms_in_tool_frame(structure: Chain) -> int:
-    """Return how many the Jacobian in the last frame has."""
+    """Return how many terms the Jacobian in the last frame has, multiplied out."""
     return count_terms(in_tool_frame(structure), trivial=(0, 1))

@@ -28,29 +28,29 @@ class Fourier:
         self.angles, self.ring = angles, ring
         self.terms = {key: pair for key, pair in terms.items() if pair[0] or pair[1]}
 
-    def __add__(self, other: "Fourier") -> "Fourier":
+    def __add__(self, addend: "Fourier") -> "Fourier":
         terms = dict(self.terms)
-        for key, (c, s) in other.terms.items():
+        for key, (c, s) in addend.terms.items():
             c0, s0 = terms.get(key, (self.ring.zero, self.ring.zero))
             terms[key] = (c0 + c, s0 + s)
         return Fourier(self.angles, self.ring, terms)
 
-    def __mul__(self, other: "Fourier") -> "Fourier":
+    def __mul__(self, factor: "Fourier") -> "Fourier":
         zero, half = self.ring.zero, sp.QQ(1, 2)
         terms: dict[Key, tuple[Any, Any]] = {}
 
-        def put(key: Key, c: Any, s: Any) -> None:
-            key, sign = _oriented(key)
+        def add_term(key: Key, c: Any, s: Any) -> None:
+            key, sign = _orient_key(key)
             c0, s0 = terms.get(key, (zero, zero))
             terms[key] = (c0 + c, s0 + s * sign)
 
         for ka, (ca, sa) in self.terms.items():
-            for kb, (cb, sb) in other.terms.items():
+            for kb, (cb, sb) in factor.terms.items():
                 total = tuple(x + y for x, y in zip(ka, kb, strict=True))
                 difference = tuple(x - y for x, y in zip(ka, kb, strict=True))
                 cc, ss, sc, cs = ca * cb * half, sa * sb * half, sa * cb * half, ca * sb * half
-                put(total, cc - ss, sc + cs)
-                put(difference, cc + ss, sc - cs)
+                add_term(total, cc - ss, sc + cs)
+                add_term(difference, cc + ss, sc - cs)
         zero_key = (0,) * len(self.angles)
         if zero_key in terms:
             terms[zero_key] = (terms[zero_key][0], zero)
@@ -75,14 +75,14 @@ class Fourier:
         return sp.Add(*out)
 
 
-def _oriented(key: Key) -> tuple[Key, int]:
+def _orient_key(key: Key) -> tuple[Key, int]:
     for k in key:
         if k:
             return (key, 1) if k > 0 else (tuple(-x for x in key), -1)
     return key, 1
 
 
-def _sorted(symbols: Iterable[sp.Symbol]) -> tuple[sp.Symbol, ...]:
+def _sort_symbols(symbols: Iterable[sp.Symbol]) -> tuple[sp.Symbol, ...]:
     return tuple(sorted(symbols, key=lambda symbol: symbol.name))
 
 
@@ -93,10 +93,10 @@ def _trig_atoms(expression: sp.Expr) -> list[sp.Expr]:
 def fourier(*expressions: sp.Expr) -> list[Fourier]:
     """Return the Fourier form of each expression, all over the same angles and ring.
 
-    Raises ValueError where an expression is not a trigonometric polynomial with whole-number angle sums.
+    Raises ValueError if an expression is not a trigonometric polynomial with whole-number angle sums.
     """
-    angles = _sorted(set().union(*(atom.free_symbols for e in expressions for atom in _trig_atoms(e))))
-    others = _sorted(set().union(*(e.free_symbols for e in expressions)) - set(angles))
+    angles = _sort_symbols(set().union(*(atom.free_symbols for e in expressions for atom in _trig_atoms(e))))
+    others = _sort_symbols(set().union(*(e.free_symbols for e in expressions)) - set(angles))
     ring = sp.polys.rings.PolyRing(others or (sp.Dummy("one"),), sp.QQ)
     convert = _Converter(angles, ring)
     return [convert(expression) for expression in expressions]
@@ -136,21 +136,21 @@ class _Converter:
         factors = e.args[0].expand().as_coefficients_dict()
         if any(k not in self.angles or not v.is_Integer for k, v in factors.items()):
             raise ValueError(f"{e}: the angle is not a whole-number sum of {self.angles}")
-        key, sign = _oriented(tuple(int(factors.get(symbol, 0)) for symbol in self.angles))
-        zero, one = self.ring.zero, self.ring.one
-        pair = (one, zero) if isinstance(e, sp.cos) else (zero, sign * one)
+        key, sign = _orient_key(tuple(int(factors.get(symbol, 0)) for symbol in self.angles))
+        zero, unit = self.ring.zero, self.ring.one
+        pair = (unit, zero) if isinstance(e, sp.cos) else (zero, sign * unit)
         return Fourier(self.angles, self.ring, {key: pair})
 
 
 class _Circles:
-    """Trigonometric polynomials as polynomials in c = cos and s = sin of each angle, with s^2 = 1 - c^2 put in.
+    """Trigonometric polynomials as polynomials in c = cos and s = sin of each angle, with s^2 = 1 - c^2 substituted.
 
-    That form is unique, too, and short where many angles are multiplied, which the Fourier form is not.
+    That form is unique, too, and short if many angles are multiplied, unlike the Fourier form.
     """
 
     def __init__(self, expressions: Sequence[sp.Expr]) -> None:
-        angles = _sorted(set().union(*(atom.free_symbols for e in expressions for atom in _trig_atoms(e))))
-        others = _sorted(set().union(*(e.free_symbols for e in expressions)) - set(angles))
+        angles = _sort_symbols(set().union(*(atom.free_symbols for e in expressions for atom in _trig_atoms(e))))
+        others = _sort_symbols(set().union(*(e.free_symbols for e in expressions)) - set(angles))
         names = [sp.Dummy(f"{trig}{i}") for i in range(len(angles)) for trig in "cs"]
         self.ring = sp.polys.rings.PolyRing((*others, *names, sp.Dummy("one")), sp.QQ)
         trigs = self.ring.gens[len(others) : len(others) + len(names)]
@@ -160,12 +160,12 @@ class _Circles:
         self._known: dict[sp.Expr, Any] = {}
 
     def __call__(self, e: sp.Expr) -> Any:
-        """Return the unique form. Raises ValueError where `e` is no trigonometric polynomial of whole-number sums."""
+        """Return the unique form. Raises ValueError if `e` is not a trigonometric polynomial of whole-number sums."""
         if e not in self._known:
-            self._known[e] = self._converted(e)
+            self._known[e] = self._convert(e)
         return self._known[e]
 
-    def _converted(self, e: sp.Expr) -> Any:
+    def _convert(self, e: sp.Expr) -> Any:
         if e.is_Rational:
             return self.ring(sp.QQ(int(e.p), int(e.q)))
         if e in self._others:
@@ -178,14 +178,14 @@ class _Circles:
         if e.is_Mul or (e.is_Pow and e.exp.is_Integer and e.exp > 0):
             product = self.ring.one
             for factor in e.args if e.is_Mul else (e.base,) * int(e.exp):
-                product = self._reduced(product * self(factor))
+                product = self._reduce_sines(product * self(factor))
             return product
         if isinstance(e, (sp.sin, sp.cos)):
             return self._trig(e.args[0])[isinstance(e, sp.sin)]
         raise ValueError(f"{e} is not a trigonometric polynomial")
 
     def _trig(self, angle: sp.Expr) -> tuple[Any, Any]:
-        """Return the cosine and the sine of a sum, one angle of it added after the other."""
+        """Return the cosine and the sine of a sum, adding one angle after the other."""
         c, s = self.ring.one, self.ring.zero
         for symbol, count in angle.expand().as_coefficients_dict().items():
             if symbol not in self._pairs or not count.is_Integer:
@@ -195,10 +195,10 @@ class _Circles:
                 other_s = -other_s
             for _ in range(abs(int(count))):
                 sum_c, sum_s = c * other_c - s * other_s, s * other_c + c * other_s
-                c, s = self._reduced(sum_c), self._reduced(sum_s)
+                c, s = self._reduce_sines(sum_c), self._reduce_sines(sum_s)
         return c, s
 
-    def _reduced(self, polynomial: Any) -> Any:
+    def _reduce_sines(self, polynomial: Any) -> Any:
         """Replace even powers of sines."""
         left, high = {}, self.ring.zero
         for powers, coefficient in polynomial.terms():
@@ -213,7 +213,7 @@ class _Circles:
         return self.ring.from_dict(left) + high
 
 
-def same(a: sp.Expr, b: sp.Expr) -> bool:
+def are_identical(a: sp.Expr, b: sp.Expr) -> bool:
     """Tell whether two trigonometric polynomials are the same function; this is a proof, not a test at points."""
     if a == b:
         return True
@@ -237,16 +237,16 @@ class Factored:
         """Return the product as a SymPy expression."""
         return sp.Mul(self.coefficient, *(factor**power for factor, power in self.factors))
 
-    def over(self, other: "Factored") -> "Factored":
+    def over(self, divisor: "Factored") -> "Factored":
         """Return the quotient, with common factors cancelled (powers may become negative)."""
         powers = dict(self.factors)
-        for factor, power in other.factors:
+        for factor, power in divisor.factors:
             powers[factor] = powers.get(factor, 0) - power
         left = tuple((factor, power) for factor, power in powers.items() if power)
-        return Factored(self.coefficient / other.coefficient, left)
+        return Factored(self.coefficient / divisor.coefficient, left)
 
-    def substituted(self, values: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
-        """Return the product with `values` put in, factor by factor; lengths that are equal come out of a sum."""
+    def substitute(self, values: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
+        """Return the product with `values` substituted, factor by factor; equal lengths are factored out of sums."""
         some_equal = len(set(values.values())) < len(values)
         put_in = [(substitute(factor, values), power) for factor, power in self.factors]
         pieces = [(numbers_inside(sp.factor_terms(base)) if some_equal else base) ** power for base, power in put_in]
@@ -254,7 +254,7 @@ class Factored:
 
 
 def numbers_inside(product: sp.Expr) -> sp.Expr:
-    """Return a product with its fraction inside of the sum whose terms have numbers of their own.
+    """Return a product with its fraction moved inside the sum whose terms have numeric factors.
 
     >>> x, y, z = sp.symbols("x y z")
     >>> numbers_inside(z * (15 * x + 7 * y) / 20), numbers_inside(z * (x + y) / 20)
@@ -270,7 +270,7 @@ def numbers_inside(product: sp.Expr) -> sp.Expr:
 
 
 def _has_numbers(terms: sp.Expr) -> bool:
-    """Tell whether a term of a sum, or of a sum within it, has another number before it than 1."""
+    """Tell whether a term of a sum, or of a sum within it, has a numeric factor other than 1."""
     return any(
         abs(term.as_coeff_Mul()[0]) != 1 or any(inner.is_Add and _has_numbers(inner) for inner in term.args)
         for term in terms.args
@@ -278,7 +278,7 @@ def _has_numbers(terms: sp.Expr) -> bool:
 
 
 def without_arctangents(expression: sp.Expr) -> sp.Expr:
-    """Return an expression whose angles hold no arctangents of lengths, if the roots go that come with them.
+    """Return an expression without arctangents of lengths in its angles, if the accompanying roots cancel.
 
     >>> a, b, t1 = sp.symbols("a1 a2 theta1")
     >>> without_arctangents(sp.sqrt(a**2 + b**2) * sp.sin(t1 + sp.atan2(b, a)))
@@ -288,13 +288,13 @@ def without_arctangents(expression: sp.Expr) -> sp.Expr:
     """
     if not expression.has(sp.atan2):
         return expression
-    turned = {trig: _turned(trig) for trig in expression.atoms(sp.sin, sp.cos) if trig.has(sp.atan2)}
+    turned = {trig: _expand_arctangents(trig) for trig in expression.atoms(sp.sin, sp.cos) if trig.has(sp.atan2)}
     plain = sp.expand(expression.xreplace(turned))
     return expression if any(power.exp < 0 for power in plain.atoms(sp.Pow)) else plain
 
 
-def _turned(trig: sp.Expr) -> sp.Expr:
-    """Return the sine or cosine of a sum by those of what it has beside arctangents, which have them over a root."""
+def _expand_arctangents(trig: sp.Expr) -> sp.Expr:
+    """Expand the sine or cosine of a sum, so that its arctangents become quotients with a root."""
     fixed = [term for term in sp.Add.make_args(trig.args[0]) if term.has(sp.atan2)]
     c, s = sp.cos(trig.args[0] - sp.Add(*fixed)), sp.sin(trig.args[0] - sp.Add(*fixed))
     for term in fixed:
@@ -304,11 +304,11 @@ def _turned(trig: sp.Expr) -> sp.Expr:
 
 
 _LONG = 400
-"""Operations of an expression that is left as it is."""
+"""Operations of an expression that is left unchanged."""
 
 
 def without_brackets(expression: sp.Expr) -> sp.Expr:
-    """Return a sum in which no number with a root stands before a bracket, gathered by its sines and cosines.
+    """Return a sum in which no root of a number multiplies a bracket, collected by its sines and cosines.
 
     >>> d2, t1 = sp.symbols("d2 theta1")
     >>> without_brackets(sp.sqrt(2) * (d2 + sp.sqrt(2) / 5) / 2 - sp.Rational(1, 10))
@@ -326,7 +326,7 @@ def without_brackets(expression: sp.Expr) -> sp.Expr:
 
 
 def _has_bracket(product: sp.Mul) -> bool:
-    """Whether a number with a root stands before a sum."""
+    """Tell whether a root of a number multiplies a sum."""
     numbers = [factor for factor in product.args if factor.is_number]
     return any(map(_is_root, numbers)) and any(factor.is_Add and factor.free_symbols for factor in product.args)
 
@@ -345,16 +345,16 @@ def substitute(expression: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> sp.E
 
 
 @lru_cache(maxsize=20_000)
-def factored(expression: sp.Expr, most: int = 200) -> Factored:
+def factor_trig(expression: sp.Expr, most: int = 200) -> Factored:
     """Return the textbook's factored form of a trigonometric polynomial.
 
-    A sum of more than `most` terms is not searched for factors beyond those that all terms have: it takes minutes, and
+    A sum of more than `most` terms is searched only for factors that all terms share: more would take minutes, and
     no one reads the result.
 
     Sines and cosines of each angle sum are factored as independent symbols; then each factor takes the shorter of
     that form and its Fourier form, so that c2*s23 - s2*c23 becomes s3 and c^2 + s^2 becomes 1.
 
-    Raises ValueError for roots of numbers: over the rationals, there is no factor that holds them.
+    Raises ValueError for roots of numbers, because factors are over the rationals.
     """
     if expression == 0:
         return Factored(sp.S.Zero, ())
@@ -364,7 +364,7 @@ def factored(expression: sp.Expr, most: int = 200) -> Factored:
     coefficient, raw = _polynomial_factors(expression.xreplace(names), most)
     powers: dict[sp.Expr, int] = {}
     for factor, power in raw:
-        content, short = _shortest(factor.xreplace(back))
+        content, short = _shortest_form(factor.xreplace(back))
         if short == 0:
             return Factored(sp.S.Zero, ())
         pieces = _split(short)
@@ -376,7 +376,7 @@ def factored(expression: sp.Expr, most: int = 200) -> Factored:
 
 
 def _polynomial_factors(expression: sp.Expr, most: int) -> tuple[sp.Expr, list[tuple[sp.Expr, int]]]:
-    """Return coefficient and factors of a polynomial; what all terms have in common only, if it has over `most`."""
+    """Return coefficient and factors of a polynomial; only the common factors of its terms if it has over `most`."""
     if not expression.free_symbols:
         return expression, []
     polynomial = sp.Poly(expression)
@@ -394,19 +394,19 @@ def _polynomial_factors(expression: sp.Expr, most: int) -> tuple[sp.Expr, list[t
 
 
 def _has_no_factors(primitive: sp.Poly) -> bool:
-    """Tell whether a symbol occurs in one term only, to the first power, beside terms that share nothing with it.
+    """Tell whether a symbol occurs in one term only, to the first power, so that the polynomial is irreducible.
 
-    A polynomial x A + B is irreducible if A and B have no common factor, which they can't have if A is a single term.
+    A primitive polynomial x A + B is irreducible if A and B have no common factor, as when A is a single term.
     """
     terms = primitive.monoms()
     return len(terms) == 1 or any(sum(powers) == max(powers) == 1 for powers in zip(*terms, strict=True))
 
 
 def _linear_factor(primitive: sp.Poly) -> tuple[sp.Poly, sp.Expr | None]:
-    """Take the factor out that a symbol occurs in which has the first power only; return what is left, and the factor.
+    """Split off the factor with a symbol that occurs to the first power only; return what is left, and the factor.
 
     A polynomial x A + B is g (x A' + B') with the greatest common divisor g of A and B, and x A' + B' is irreducible.
-    That is much quicker than looking for factors, and lengths occur like that.
+    That is much faster than a general factorization, and applies to most lengths.
     """
     terms = primitive.terms()
     linear = [k for k, powers in enumerate(zip(*primitive.monoms(), strict=True)) if max(powers) == 1]
@@ -422,7 +422,7 @@ def _linear_factor(primitive: sp.Poly) -> tuple[sp.Poly, sp.Expr | None]:
 
 
 def _as_symbols(expression: sp.Expr) -> tuple[dict[sp.Expr, sp.Symbol], dict[sp.Symbol, sp.Expr]]:
-    """Return a symbol for every sine and cosine, cosine and sine of one angle beside each other, and the way back."""
+    """Return a symbol for every cosine and sine, those of one angle next to each other, and the inverse mapping."""
     names: dict[sp.Expr, sp.Symbol] = {}
     arguments = sorted({atom.args[0] for atom in _trig_atoms(expression)}, key=sp.default_sort_key)
     for index, argument in enumerate(arguments):
@@ -432,7 +432,7 @@ def _as_symbols(expression: sp.Expr) -> tuple[dict[sp.Expr, sp.Symbol], dict[sp.
 
 
 def _split(factor: sp.Expr) -> list[tuple[sp.Expr, int]]:
-    """Return the factors of an already shortened factor (a shortened one may have come out as a product)."""
+    """Return the factors of an already shortened factor, which may be a product."""
     if factor == 1:
         return []
     if factor.is_Mul:
@@ -441,33 +441,33 @@ def _split(factor: sp.Expr) -> list[tuple[sp.Expr, int]]:
 
 
 _LONGEST = 3
-"""A Fourier form of more than that many times the terms is not tried as a shorter way to write a factor."""
+"""A Fourier form with more than this many times the terms is not tried as a shorter form of a factor."""
 
 
-def _shortest(factor: sp.Expr) -> tuple[sp.Rational, sp.Expr]:
-    """Return (content, primitive form with a positive leading term), the shortest of given, Fourier and other forms.
+def _shortest_form(factor: sp.Expr) -> tuple[sp.Rational, sp.Expr]:
+    """Return (content, primitive form with a positive leading term), the shortest of original, Fourier and other forms.
 
-    All forms but the given one are gathered: a sum of lengths before a product of sines and cosines counts as one term.
+    All but the original form are collected: a sum of lengths times a product of sines and cosines counts as one term.
     """
     forms = [factor]
     if factor.is_Add:
         short = fourier(factor)[0]
         if short.is_zero:
             return sp.S.One, sp.S.Zero
-        forms += _reduced(factor)
-        if short.size <= _LONGEST * len(factor.args):  # else multiplying the angles out would only lengthen it
+        forms += _reduce_squares(factor)
+        if short.size <= _LONGEST * len(factor.args):  # else expanding the angles would only lengthen it
             expanded = sp.expand(sp.expand_trig(short.expression()))
-            forms += [short.expression(), *map(_gathered, (expanded, *_reduced(expanded)))]
+            forms += [short.expression(), *map(_collect_trigs, (expanded, *_reduce_squares(expanded)))]
     best = min(forms, key=lambda form: (len(sp.Add.make_args(form)), sp.count_ops(form)))
     content, primitive = best.as_content_primitive()
-    if _leading(primitive).could_extract_minus_sign():
+    if _leading_term(primitive).could_extract_minus_sign():
         content, primitive = -content, sp.Add(*(-term for term in sp.Add.make_args(primitive)))
     names, back = _as_symbols(primitive)
     return content, sp.factor_terms(primitive.xreplace(names)).xreplace(back) if primitive.is_Add else primitive
 
 
-def _gathered(expression: sp.Expr) -> sp.Expr:
-    """Return a sum gathered by its products of sines and cosines, as the Fourier form is by its angles."""
+def _collect_trigs(expression: sp.Expr) -> sp.Expr:
+    """Return a sum collected by its products of sines and cosines, as the Fourier form is by its angles."""
     names, back = _as_symbols(expression)
     if not names:
         return expression
@@ -476,7 +476,7 @@ def _gathered(expression: sp.Expr) -> sp.Expr:
     return sp.Add(*terms).xreplace(back)
 
 
-def _reduced(expression: sp.Expr) -> list[sp.Expr]:
+def _reduce_squares(expression: sp.Expr) -> list[sp.Expr]:
     """Return the expression with s^2 = 1 - c^2, and with c^2 = 1 - s^2, for every angle sum in it."""
     names, back = _as_symbols(expression)
     trigs = list(names.values())
@@ -499,20 +499,20 @@ def _reduced(expression: sp.Expr) -> list[sp.Expr]:
     return forms
 
 
-def _leading(expression: sp.Expr) -> sp.Expr:
+def _leading_term(expression: sp.Expr) -> sp.Expr:
     return min(sp.Add.make_args(expression), key=sp.default_sort_key)
 
 
 def textbook(expression: sp.Expr) -> sp.Expr:
-    """Return a trigonometric polynomial as a textbook prints it: like terms gathered, common factors outside.
+    """Return a trigonometric polynomial as a textbook prints it: like terms collected, common factors outside.
 
     >>> t1, t2, a1, a2 = sp.symbols("theta1 theta2 a1 a2")
     >>> textbook(a1 * sp.cos(t1) + a2 * sp.cos(t1) * sp.cos(t2))
     (a1 + a2*cos(theta2))*cos(theta1)
     """
-    return factored(expression, most=60).expression()
+    return factor_trig(expression, most=60).expression()
 
 
 def count_terms(entries: sp.Matrix, trivial: tuple[int, ...] = (0,)) -> int:
-    """Return the number of terms of all entries, multiplied out; those that are `trivial` are written down at once."""
+    """Return the number of terms of all entries, multiplied out; `trivial` entries don't count."""
     return sum(len(sp.Add.make_args(sp.expand(entry))) for entry in entries if entry not in trivial)

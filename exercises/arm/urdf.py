@@ -1,8 +1,8 @@
-"""A robot as ROS describes it (URDF): the chain from its root to a tip, as the axes of its joints at home.
+"""Read a robot in the format of ROS (URDF): the chain from its root to a tip, as the axes of its joints at home.
 
-Of the format, what a serial chain needs is read: joints with their type, parent, child, origin, axis and limits. A
-joint that repeats another (mimic) is refused where it is on the way. Sources: the elements `joint` and `link` of the
-specification, http://wiki.ros.org/urdf/XML.
+Only what a serial chain needs is read: joints with their type, parent, child, origin, axis and limits. A joint that
+repeats another (mimic) is refused if it is on the chain. Sources: the elements `joint` and `link` of the specification,
+http://wiki.ros.org/urdf/XML.
 """
 
 import re
@@ -19,14 +19,14 @@ from qdot.exercises.common.input_file import read_text
 
 MOVING = {"revolute": "R", "continuous": "R", "prismatic": "P"}
 ROUNDED = sp.Rational(1, 1000)
-"""Radians by which an angle may miss a multiple of pi/12 for which it stands: 1.57, 1.5708 and 3.1416 are common."""
+"""Radians by which an angle may differ from the multiple of pi/12 that it means: 1.57, 1.5708 and 3.1416 are common."""
 
 
 @dataclass(frozen=True)
-class Described:
-    """The chain of a file: the robot's name, its axes at home, where the tip is then, and the limits of its joints.
+class UrdfChain:
+    """The chain of a file: the robot's name, its axes and tip at home, and the limits of its joints.
 
-    `notes` say which angles were taken for others.
+    `notes` say which angles were rounded to others.
     """
 
     name: str
@@ -36,8 +36,8 @@ class Described:
     notes: tuple[str, ...]
 
 
-def read_urdf(path: Path, tip: str = "") -> Described:
-    """Return the chain that ends at a link, the only one at an end unless it is named. Raises QdotError."""
+def read_urdf(path: Path, tip: str = "") -> UrdfChain:
+    """Return the chain that ends at a link, by default the only end link. Raises QdotError."""
     reader = _Reader(path)
     way = reader.way_to(tip)
     pose, axes, limits = HOME, list[Axis](), list[tuple[sp.Expr, sp.Expr] | None]()
@@ -49,7 +49,7 @@ def read_urdf(path: Path, tip: str = "") -> Described:
             limits.append(reader.limits(joint))
     if not axes:
         raise QdotError(f"{path}: no joint moves link {tip or reader.child(way[-1])!r}")
-    return Described(reader.title, tuple(axes), pose.origin, tuple(limits), tuple(reader.notes))
+    return UrdfChain(reader.title, tuple(axes), pose.origin, tuple(limits), tuple(reader.notes))
 
 
 class _Reader:
@@ -79,8 +79,8 @@ class _Reader:
                 raise self.fault(joint, f"link {child!r} is the child of joint {self.name(self.above[child])!r}, too")
             self.above[child] = joint
 
-    def fault(self, joint: ElementTree.Element, said: str) -> QdotError:
-        return QdotError(f"{self.path}: joint {self.name(joint)!r}: {said}")
+    def fault(self, joint: ElementTree.Element, message: str) -> QdotError:
+        return QdotError(f"{self.path}: joint {self.name(joint)!r}: {message}")
 
     def name(self, element: ElementTree.Element) -> str:
         name = element.get("name")
@@ -167,7 +167,7 @@ class _Reader:
         return [sp.Rational(word) for word in words]
 
     def _angle(self, joint: ElementTree.Element, angle: sp.Expr) -> sp.Expr:
-        """Return an angle as the multiple of pi/12 for which it stands, if it does."""
+        """Return the multiple of pi/12 that an angle means, else the angle itself."""
         twelfths = sp.Integer(round(float(angle) * 12 / float(sp.pi)))
         exact = sp.pi * twelfths / 12
         off = abs(sp.N(angle - exact, 30))

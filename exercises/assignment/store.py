@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.derivation import derive, know_minors
+from qdot.exercises.arm.derivation import derive, store_minors
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import write_atomically
@@ -140,7 +140,7 @@ def load_stored_problems(assignment: Assignment, student: str, text: str | None 
             know_texts(texts)
             for (_, problem), kept_minors in zip(problems, minors, strict=True):
                 if kept_minors:
-                    know_minors(problem.chain, partial(pickle.loads, kept_minors))
+                    store_minors(problem.chain, partial(pickle.loads, kept_minors))
             return StoredProblems(problems, figures, wording)
     except ValueError:
         pass  # nothing is stored, or it is damaged

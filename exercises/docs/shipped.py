@@ -11,7 +11,7 @@ from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import results, structure
 from qdot.exercises.arm.library import robot_path, robots
 from qdot.exercises.arm.robot_file import read_robot
-from qdot.exercises.arm.shipped import FILE, key, maker, written
+from qdot.exercises.arm.shipped import FILE, code_digest, results_to_text, structure_key
 from qdot.exercises.arm.transforms import in_tool_frame, poses, seen_from_tool, terms_in_tool_frame, terms_of_last_pose
 from qdot.exercises.common.console import say
 from qdot.exercises.common.files import write_atomically
@@ -58,10 +58,10 @@ def _all_arms() -> Iterator[Chain]:
 
 def lines(arm: Chain) -> dict[bytes, str]:
     """Return the lines of an arm's structure and of those of its first joints, by their keys."""
-    by_key = {key(structure(arm).chain): written(results_of(arm))}
+    by_key = {structure_key(structure(arm).chain): results_to_text(results_of(arm))}
     for joints in range(1, arm.n):
         part = structure(convention_of(arm).first_joints(joints)).chain
-        by_key.setdefault(key(part), written(results(part)))
+        by_key.setdefault(structure_key(part), results_to_text(results(part)))
     return by_key
 
 
@@ -86,7 +86,7 @@ def text() -> str:
     for arm in arms():
         for its_key, line in lines(arm).items():  # of an arm that is the first joints of another, all is kept
             by_key[its_key] = max(by_key.get(its_key, ""), line, key=len)
-    return "\n".join([maker(), *(f"{its_key.decode()} {line}" for its_key, line in sorted(by_key.items())), ""])
+    return "\n".join([code_digest(), *(f"{its_key.decode()} {line}" for its_key, line in sorted(by_key.items())), ""])
 
 
 if __name__ == "__main__":

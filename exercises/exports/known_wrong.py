@@ -25,8 +25,8 @@ from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import READABLE, Domain, compare_entries
 from qdot.exercises.formula.text import text_of
 from qdot.exercises.mistakes.base import Mistake
-from qdot.exercises.mistakes.catalogue import Wrong, taken, wrong_answers
-from qdot.exercises.mistakes.given import configurations
+from qdot.exercises.mistakes.catalogue import Wrong, mistaken_answers, wrong_answers
+from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import OneOfSeveral, Part, Problem
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.results import is_derived, result
@@ -139,7 +139,7 @@ def _apply_mistake(subject: _Subject, index: int) -> _GenericMistake | None:
         return _GenericMistake(wrong.mistake, wrong.sentence, None, tuple(change for _, change in changes))
     if generic.n > MOST_JOINTS and QUESTIONS[part.kind].is_made_of_minors:
         return None  # it would take minutes
-    formulas = as_formulas(result(in_formulas(generic).but(dict(changes)), part))
+    formulas = as_formulas(result(in_formulas(generic).with_mistakes(dict(changes)), part))
     if formulas.has(*NO_NUMBER) or len(str(formulas.tolist())) > LONGEST_RAW:
         return None
     try:
@@ -180,7 +180,9 @@ def _reference(part: Part) -> sp.Matrix:
 
 
 def _wrong_numbers(problem: Problem, part: Part, most: int) -> Iterator[KnownWrongAnswer]:
-    values = configurations(problem.chain, part, domain_of(problem), POINTS, Stream(f"known/{problem.id}/{part.name}"))
+    values = sample_configurations(
+        problem.chain, part, domain_of(problem), POINTS, Stream(f"known/{problem.id}/{part.name}")
+    )
     w = numbers(problem.chain, values)
     wrongs = _distinct_wrong_answers(result(w, part), wrong_answers(w, part))
     expected = [float(value) for value in part.answer.as_matrix()]
@@ -208,7 +210,7 @@ def _wrong_sets(problem: Problem, part: Part) -> Iterator[KnownWrongAnswer]:
     """Yield wrong sets with different conditions."""
     answer = part.of(ConditionSet)
     seen, mistakes = [_conditions(answer)], set[str]()
-    for mistake, slip in taken(problem.chain, part):
+    for mistake, slip in mistaken_answers(problem.chain, part):
         if isinstance(slip.answer, ConditionSet) and mistake.name not in mistakes:
             conditions = _conditions(slip.answer)
             if conditions and conditions not in seen:

@@ -20,8 +20,15 @@ from qdot.exercises.arm.mpmath_kinematics import numeric, ten_digits
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.identity import Domain
-from qdot.exercises.mistakes.catalogue import ONE_NUMBER, Wrong, likely, made, taken, wrong_answers
-from qdot.exercises.mistakes.given import Values, configurations
+from qdot.exercises.mistakes.catalogue import (
+    ONE_NUMBER,
+    Wrong,
+    likely_mistakes,
+    make_mistake,
+    mistaken_answers,
+    wrong_answers,
+)
+from qdot.exercises.mistakes.configurations import Values, sample_configurations
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.geometry import distinct_lengths
 from qdot.exercises.questions.inversion import THREE_DIGITS, conditioning, draw_pose, well_conditioned
@@ -97,12 +104,12 @@ def _from_numbers(problem: Problem, part: Part, direction: bool = False) -> Nume
     right = np.array(answer.reference.tolist(), dtype=float)
     wrong = [
         (mistake.title, mistake.sentence(slip.words), np.array(slip.answer.reference.tolist(), dtype=float))
-        for mistake, slip in taken(problem.chain, part)
+        for mistake, slip in mistaken_answers(problem.chain, part)
         if isinstance(slip.answer, Number)
     ]
     if is_derived(part):
         domain = _domain(problem, part)
-        where = configurations(problem.chain, part, domain, 1, Stream(f"{problem.id}/{part.name}/wrong"))
+        where = sample_configurations(problem.chain, part, domain, 1, Stream(f"{problem.id}/{part.name}/wrong"))
         w = numbers(problem.chain, where)
         _check_agreement(problem, part, right, result(w, part)[..., 0], direction)
         wrong += [
@@ -130,7 +137,12 @@ def _mistakes(w: Working, part: Part) -> list[Wrong]:
     if not is_derived(part):
         return []
     if w.n > MOST_JOINTS and is_made_of_jacobian(part):
-        return [wrong for mistake in likely(part) if mistake.name in ONE_NUMBER for wrong in made(mistake, w, part)]
+        return [
+            wrong
+            for mistake in likely_mistakes(part)
+            if mistake.name in ONE_NUMBER
+            for wrong in make_mistake(mistake, w, part)
+        ]
     return list(wrong_answers(w, part))
 
 

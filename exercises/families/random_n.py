@@ -16,7 +16,7 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
-from qdot.exercises.arm.difficulty import HARDEST, in_words, step
+from qdot.exercises.arm.difficulty import HARDEST, describe_band, step
 from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.errors import QdotError
@@ -70,11 +70,11 @@ def _sample(
         if accepts is None or accepts(chain):
             return chain
         refused.add(structure)
-    which = f"of difficulty {in_words(low, high)}" if band else "of any difficulty"
+    which = f"of difficulty {describe_band(low, high)}" if band else "of any difficulty"
     if in_band:
         raise QdotError(f"random-{n} has no arm {which} that can be asked all of these questions")
     steps = [structure.step for alike in clean_classes(n) for structure in alike]
-    range_of_steps = in_words(min(steps), max(steps))
+    range_of_steps = describe_band(min(steps), max(steps))
     raise QdotError(f"random-{n} has no arm {which}; its arms are of difficulty {range_of_steps}")
 
 

@@ -18,7 +18,7 @@ from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain, Joint
 from qdot.exercises.arm.classification import samples_on
 from qdot.exercises.arm.kinds import REGULAR
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.normalized_arm import bare, bare_pieces
+from qdot.exercises.arm.normalized_arm import normalize_arm, normalized_pieces
 from qdot.exercises.arm.singularity import Component, singular_set
 from qdot.exercises.figure.arm import scene
 from qdot.exercises.figure.body import body, fit_drawing
@@ -297,8 +297,8 @@ def _best_on_condition(chain: Chain, scaled: _ScaledArm, component: Component) -
     numeric_component = replace(
         component, conditions=tuple(condition.xreplace(scaled.values) for condition in component.conditions)
     )
-    (text,) = bare_pieces(scaled.chain, numeric_component)
-    samples = samples_on(bare(scaled.chain), text, "figure", arms=1, each=TRIED)
+    (text,) = normalized_pieces(scaled.chain, numeric_component)
+    samples = samples_on(normalize_arm(scaled.chain), text, "figure", arms=1, each=TRIED)
     if not samples:
         return None
     entries = scaled.entries(np.array([sample.q for sample in samples]))

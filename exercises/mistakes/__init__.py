@@ -3,6 +3,6 @@
 Beside the mistakes, whose modules stand in `catalogue.SECTIONS`:
 
     base            what a mistake is: a change to a derivation, or to an answer
-    given           the configurations at which an answer is looked at
-    catalogue       every mistake by name, and what each makes of an answer
+    configurations  the configurations at which an answer is evaluated
+    catalogue       every mistake by name, and the wrong answers that each leads to
 """

@@ -1,4 +1,4 @@
-"""The catalogue: every kind of mistake, and what each makes of the answer to a question."""
+"""The catalogue: every kind of mistake, and the wrong answers that each leads to."""
 
 import difflib
 from collections.abc import Iterable, Iterator, Mapping
@@ -8,7 +8,7 @@ from types import ModuleType
 import numpy as np
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation_graph import Working, propagated
+from qdot.exercises.arm.derivation_graph import Working, propagate_linear_rows
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.mistakes import (
     algebra,
@@ -22,7 +22,7 @@ from qdot.exercises.mistakes import (
     sets,
     table,
 )
-from qdot.exercises.mistakes.base import Mistake, Slip, Taken
+from qdot.exercises.mistakes.base import Mistake, MistakenAnswer, MistakeVariant
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.results import is_derived, is_made_of_jacobian, result
 
@@ -37,7 +37,7 @@ SECTIONS: dict[str, ModuleType] = {
 _ALL: list[Mistake] = [mistake for module in SECTIONS.values() for mistake in module.MISTAKES]
 
 CATALOGUE: dict[str, Mistake] = {mistake.name: mistake for mistake in sorted(_ALL, key=lambda mistake: mistake.rare)}
-"""By name, the more likely ones first: where two give the same answer, the first is named."""
+"""By name, the more likely ones first: if two give the same answer, the first is named."""
 
 _LAST_STEPS = {mistake.name for module in (algebra, arrangement) for mistake in module.MISTAKES}
 
@@ -46,13 +46,13 @@ _IN_NUMBERS = [mistake.name for mistake in numeric.MISTAKES]
 ONE_NUMBER = frozenset(
     {*_IN_NUMBERS, "all-relative-angles", "degrees", "determinant-sign", "sign", "square-lost"} - {"value-sign"}
 )
-"""What is looked for behind a wrong answer of a single number, which many others would meet by chance."""
+"""The mistakes considered for a wrong answer of a single number, which many others would match by chance."""
 
-Oftener = Mapping[str, float]
-"""How many times as often as by `PRIORS` mistakes are made, by their names; what an instructor says of a course."""
-NO_OFTENER: Oftener = {}
+MistakeWeights = Mapping[str, float]
+"""By mistake, how many times as often as by `PRIORS` it is made in a course, as its instructor says."""
+NO_WEIGHTS: MistakeWeights = {}
 MOST_OFTEN = 1000
-OFTENER = (
+WEIGHTS_HELP = (
     "it says how many times as often as usual mistakes are made in this course, by their names in docs/mistakes.md, a "
     f"number above 0 and up to {MOST_OFTEN}, as in mistakes = {{offset-sign = 3}}; `qdot report` tells them of a class"
 )
@@ -67,10 +67,10 @@ PRIORS: dict[str, float] = {
     "tangent-turned-over": 1.0, "product-sign": 1.0, "axis-sign": 0.5, "offset-forgotten-in-set": 1.0,
     "offset-sign-in-set": 1.0, "quarter-turn-singular": 0.5,
 }  # fmt: skip
-"""How often a mistake is made, beside others that give the same answer: 1 for most, RARE for those that are rare."""
+"""How often a mistake is made, relative to others that give the same answer: 1 for most, RARE for rare ones."""
 RARE = 0.3
 BY_PROPAGATION = 0.5
-"""What a mistake in adding up the links counts less where the columns are not differentiated from it."""
+"""The factor for a mistake in adding up the links if the columns are not differentiated from the sum."""
 
 ALIKE: dict[str, tuple[str, ...]] = {
     "prismatic-as-revolute": ("joint-left-out",),
@@ -82,61 +82,63 @@ ALIKE: dict[str, tuple[str, ...]] = {
     "tangent-turned-over": ("value-sign-in-set",),
     "quarter-turn-singular": ("offset-forgotten-in-set", "offset-sign-in-set"),
 }
-"""Mistakes that give the same answer as another on some arms: the likelier one is told, both where none is."""
+"""Mistakes that give the same answer as another on some arms: the likelier one is named, or both if equally likely."""
 
 _POSITIONS = frozenset({"table", "rotations", "own links", "links"})
 
 
 @dataclass(frozen=True)
 class Wrong:
-    """A mistake made in one way, and what it makes of an answer: (rows, columns, …) in the working's arithmetic."""
+    """A variant of a mistake, and the wrong answer that it gives: (rows, columns, …) in the working's arithmetic."""
 
     mistake: Mistake
-    slip: Slip
+    slip: MistakeVariant
     working: Working
     answer: np.ndarray
 
     @property
     def sentence(self) -> str:
-        """What is said to the student."""
+        """The message to the student."""
         return self.mistake.sentence(self.slip.words)
 
 
-def read_oftener(said: Mapping[str, float] | None) -> Oftener:
-    """Return how many times as often mistakes are made, as an assignment says it. Raises QdotError.
+def read_mistake_weights(weights: Mapping[str, float] | None) -> MistakeWeights:
+    """Return the mistake weights of an assignment, checked. Raises QdotError.
 
     >>> read_oftener({"offset-sign": 3})
     {'offset-sign': 3.0}
     """
-    for name, times in (said or {}).items():
+    for name, times in (weights or {}).items():
         if name not in CATALOGUE:
             close = difflib.get_close_matches(name, CATALOGUE, n=1)
             hint = f" (did you mean {close[0]!r}?)" if close else ""
             raise QdotError(f"unknown mistake {name!r}{hint}; docs/mistakes.md has the names")
         if isinstance(times, bool) or not 0 < times <= MOST_OFTEN:
-            raise QdotError(f"{name} = {times}: {OFTENER}")
-    return {name: float(times) for name, times in (said or {}).items()}
+            raise QdotError(f"{name} = {times}: {WEIGHTS_HELP}")
+    return {name: float(times) for name, times in (weights or {}).items()}
 
 
-def usual(mistake: Mistake, oftener: Oftener = NO_OFTENER) -> float:
-    """Return how often a mistake is made, beside others that give the same answer."""
-    return PRIORS.get(mistake.name, RARE if mistake.rare else 1.0) * oftener.get(mistake.name, 1.0)
+def mistake_frequency(mistake: Mistake, mistake_weights: MistakeWeights = NO_WEIGHTS) -> float:
+    """Return how often a mistake is made, relative to others that give the same answer."""
+    return PRIORS.get(mistake.name, RARE if mistake.rare else 1.0) * mistake_weights.get(mistake.name, 1.0)
 
 
-def prior(wrong: Wrong, oftener: Oftener = NO_OFTENER) -> float:
-    """Return how often a mistake is made in this way, beside others that give the same answer."""
-    own = usual(wrong.mistake, oftener)
-    if "linear" in wrong.slip.changes and not wrong.working.comes_from("linear"):
-        return max(own, oftener.get(wrong.mistake.name, 1.0))  # what is propagated is asked for itself, as p* is
+def variant_frequency(wrong: Wrong, mistake_weights: MistakeWeights = NO_WEIGHTS) -> float:
+    """Return how often a mistake is made in this way, relative to others that give the same answer."""
+    frequency = mistake_frequency(wrong.mistake, mistake_weights)
+    if "linear" in wrong.slip.changes and not wrong.working.depends_on("linear"):
+        return max(
+            frequency, mistake_weights.get(wrong.mistake.name, 1.0)
+        )  # a propagated quantity such as p* is itself the answer
     propagates = "linear" not in wrong.slip.changes and any(stage == "linear" for stage, _ in wrong.working.changes)
-    return own * BY_PROPAGATION if propagates else own
+    return frequency * BY_PROPAGATION if propagates else frequency
 
 
-def likely(part: Part, precise: bool = False) -> list[Mistake]:
-    """Return the mistakes that are looked for behind a wrong answer to a part, the more likely ones first.
+def likely_mistakes(part: Part, precise: bool = False) -> list[Mistake]:
+    """Return the mistakes to consider for a wrong answer to a part, the more likely ones first.
 
-    What goes wrong in the last step comes before what went wrong on the way to J. Behind a single number, all are
-    looked for only if it is `precise`.
+    Mistakes in the last step come before mistakes on the way to J. For a single number, all are considered only if it
+    is `precise`.
     """
     ordered = list(CATALOGUE.values())
     if is_made_of_jacobian(part):
@@ -147,17 +149,17 @@ def likely(part: Part, precise: bool = False) -> list[Mistake]:
 
 
 def wrong_answers(w: Working, part: Part, precise: bool = False) -> Iterator[Wrong]:
-    """Yield what each mistake in the derivation makes of the answer to a part, those that change nothing included."""
+    """Yield the answer that each mistake in the derivation gives to a part, including those that change nothing."""
     if is_derived(part):
         right = _result(w, part)
-        for mistake in likely(part, precise):
-            yield from made(mistake, w, part, right)
+        for mistake in likely_mistakes(part, precise):
+            yield from make_mistake(mistake, w, part, right)
 
 
-def made(mistake: Mistake, w: Working, part: Part, right: np.ndarray | None = None) -> Iterator[Wrong]:
-    """Yield what one mistake makes of the answer to a part, in every way in which it is made.
+def make_mistake(mistake: Mistake, w: Working, part: Part, right: np.ndarray | None = None) -> Iterator[Wrong]:
+    """Yield the answers that the variants of one mistake give to a part.
 
-    A mistake in adding up the links is followed by differentiation first, then by propagation. One that is made at
+    A mistake in adding up the links is continued by differentiation first, then by propagation. One that is made at
     several joints is made, and told of, at those only at which it changes the answer.
     """
     right = _result(w, part) if right is None else right
@@ -165,7 +167,7 @@ def made(mistake: Mistake, w: Working, part: Part, right: np.ndarray | None = No
         return
     idle = set[int]()
     for variant in mistake.slips(w.chain, (right.shape[0], right.shape[1])):
-        slip: Slip | None = variant
+        slip: MistakeVariant | None = variant
         if variant.at is not None:
             slip, idle = variant.but_at(idle), set()
         if slip is None:
@@ -173,9 +175,9 @@ def made(mistake: Mistake, w: Working, part: Part, right: np.ndarray | None = No
         is_idle = True
         ways: list[Mapping[str, object]] = [slip.changes]
         if _POSITIONS & set(slip.changes) and "linear" not in slip.changes:
-            ways.append({**slip.changes, "linear": propagated})
+            ways.append({**slip.changes, "linear": propagate_linear_rows})
         for way in ways:
-            working = w.but(way)  # type: ignore[arg-type]
+            working = w.with_mistakes(way)  # type: ignore[arg-type]
             answer = _result(working, part)
             if answer is not None:
                 is_idle = is_idle and _is_same(answer, right)
@@ -194,14 +196,16 @@ def _is_same(answer: np.ndarray, right: np.ndarray) -> bool:
 
 def _result(working: Working, part: Part) -> np.ndarray | None:
     try:
-        with np.errstate(all="ignore"):  # of a J that lost its rank
+        with np.errstate(all="ignore"):  # J may have lost rank
             return result(working, part)
-    except IndexError:  # of a joint behind the frame that is asked for
+    except IndexError:  # a joint after the frame of the question
         return None
 
 
-def taken(chain: Chain, part: Part, among: Iterable[Mistake] = CATALOGUE.values()) -> Iterator[tuple[Mistake, Taken]]:
-    """Yield what the answer to a part is taken for by mistakes that are made in no derivation."""
+def mistaken_answers(
+    chain: Chain, part: Part, among: Iterable[Mistake] = CATALOGUE.values()
+) -> Iterator[tuple[Mistake, MistakenAnswer]]:
+    """Yield the mistaken answers to a part that come from no derivation."""
     for mistake in among:
         for take in mistake.takes(chain, part):
             yield mistake, take

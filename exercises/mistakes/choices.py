@@ -1,4 +1,4 @@
-"""Mistakes behind the wrong options of a question with options, and behind counts: the size of J, its rank."""
+"""Mistakes behind wrong options, and behind counts: the size of J, its rank."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
@@ -7,7 +7,7 @@ import sympy as sp
 
 from qdot.exercises.answers import Choice, Number
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.mistakes.base import Mistake, Taken, Takes
+from qdot.exercises.mistakes.base import Answers, Mistake, MistakenAnswer
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.concepts import USES
 from qdot.exercises.questions.differentiation import ForTask
@@ -15,29 +15,29 @@ from qdot.exercises.questions.rank import OfMeaning
 from qdot.exercises.questions.singular import OPTIONS
 
 
-def _option(part: Part, index: int, **words: object) -> Taken:
+def _choose_option(part: Part, index: int, **words: object) -> MistakenAnswer:
     answer = part.of(Choice)
-    return Taken(replace(answer, correct=index), words)
+    return MistakenAnswer(replace(answer, correct=index), words)
 
 
-def _by_meaning(kind: str, texts: Mapping[str, str], pairs: set[tuple[str, str]]) -> Takes:
-    """Return the takes of one meaning for another; `pairs` are (right, chosen)."""
+def _confuse_meanings(kind: str, texts: Mapping[str, str], pairs: set[tuple[str, str]]) -> Answers:
+    """Return the mistaken answers that take one meaning for another; `pairs` are (right, chosen)."""
 
-    def takes(chain: Chain, part: Part) -> Iterator[Taken]:
+    def takes(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
         if part.kind != kind or not isinstance(part.answer, Choice):
             return
         names = {text: name for name, text in texts.items()}
         right = names[part.answer.options[part.answer.correct]]
         for index, option in enumerate(part.answer.options):
             if (right, names[option]) in pairs:
-                yield _option(part, index)
+                yield _choose_option(part, index)
 
     return takes
 
 
-def _either(*all_takes: Takes) -> Takes:
-    def takes(chain: Chain, part: Part) -> Iterator[Taken]:
-        for some in all_takes:
+def _combine(*all_answers: Answers) -> Answers:
+    def takes(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
+        for some in all_answers:
             yield from some(chain, part)
 
     return takes
@@ -46,53 +46,53 @@ def _either(*all_takes: Takes) -> Takes:
 _TYPES = {"boundary", "internal"}
 
 
-def _other_kind(chain: Chain, part: Part) -> Iterator[Taken]:
-    """Take the right meaning with the wrong kind."""
+def _choose_other_kind(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
+    """Choose the right meaning with the wrong kind."""
     if part.kind != "singularity-meaning":
         return
     offered = part.about(OfMeaning).asked.offered
-    meaning, kind = offered[_right(part)]
-    for index, (other, its_kind) in enumerate(offered):
-        if other is meaning and its_kind != kind:
-            yield _option(part, index)
+    meaning, kind = offered[_right_index(part)]
+    for index, (offered_meaning, its_kind) in enumerate(offered):
+        if offered_meaning is meaning and its_kind != kind:
+            yield _choose_option(part, index)
 
 
-def _other_meaning(chain: Chain, part: Part) -> Iterator[Taken]:
+def _choose_other_meaning(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
     if part.kind != "singularity-meaning":
         return
     offered = part.about(OfMeaning).asked.offered
-    for index, (other, _) in enumerate(offered):
-        if other is not offered[_right(part)][0]:
-            yield _option(part, index)
+    for index, (offered_meaning, _) in enumerate(offered):
+        if offered_meaning is not offered[_right_index(part)][0]:
+            yield _choose_option(part, index)
 
 
-def _right(part: Part) -> int:
+def _right_index(part: Part) -> int:
     answer = part.of(Choice)
     return answer.correct
 
 
-def _every_wrong(kind: str) -> Takes:
-    def takes(chain: Chain, part: Part) -> Iterator[Taken]:
+def _choose_any_wrong(kind: str) -> Answers:
+    def takes(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
         if part.kind == kind and isinstance(part.answer, Choice):
             for index in range(len(part.answer.options)):
                 if index != part.answer.correct:
-                    yield _option(part, index)
+                    yield _choose_option(part, index)
 
     return takes
 
 
-def _numbers(kind: str, value: Callable[[Chain, Part], Iterator[list[int]]]) -> Takes:
-    def takes(chain: Chain, part: Part) -> Iterator[Taken]:
+def _give_numbers(kind: str, value: Callable[[Chain, Part], Iterator[list[int]]]) -> Answers:
+    def takes(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
         if part.kind == kind and isinstance(part.answer, Number):
             right = list(part.answer.reference)
             for taken_for in value(chain, part):
                 if taken_for != right:
-                    yield Taken(replace(part.answer, reference=sp.Matrix(taken_for)))
+                    yield MistakenAnswer(replace(part.answer, reference=sp.Matrix(taken_for)))
 
     return takes
 
 
-def _size_turned(chain: Chain, part: Part) -> Iterator[list[int]]:
+def _transpose_size(chain: Chain, part: Part) -> Iterator[list[int]]:
     yield [chain.n, _task_size(part)]
 
 
@@ -100,46 +100,46 @@ def _task_size(part: Part) -> int:
     return len(part.about(ForTask).task)
 
 
-def _six_rows(chain: Chain, part: Part) -> Iterator[list[int]]:
+def _give_six_rows(chain: Chain, part: Part) -> Iterator[list[int]]:
     yield [6, chain.n]
 
 
-def _square_size(chain: Chain, part: Part) -> Iterator[list[int]]:
+def _give_square_size(chain: Chain, part: Part) -> Iterator[list[int]]:
     yield [chain.n, chain.n]
     yield [_task_size(part), _task_size(part)]
 
 
-def _own_task(chain: Chain, part: Part) -> Iterator[list[int]]:
+def _use_arm_task(chain: Chain, part: Part) -> Iterator[list[int]]:
     yield [len(chain.task), chain.n]
 
 
-def _full_rank(chain: Chain, part: Part) -> Iterator[list[int]]:
+def _give_full_rank(chain: Chain, part: Part) -> Iterator[list[int]]:
     yield [min(len(chain.task), chain.n)]
 
 
-def _rank_of_columns(chain: Chain, part: Part) -> Iterator[list[int]]:
+def _give_shape_as_rank(chain: Chain, part: Part) -> Iterator[list[int]]:
     yield [chain.n]
     yield [len(chain.task)]
 
 
-def _less_by_one(chain: Chain, part: Part) -> Iterator[list[int]]:
+def _give_lower_rank(chain: Chain, part: Part) -> Iterator[list[int]]:
     answer = part.of(Number)
     right = int(answer.reference[0])
     if right == min(len(chain.task), chain.n):
         yield [right - 1]
 
 
-def _one_condition(chain: Chain, part: Part) -> Iterator[list[int]]:
+def _count_one_condition(chain: Chain, part: Part) -> Iterator[list[int]]:
     full = min(len(chain.task), chain.n)
     if int(part.of(Number).reference[0]) < full - 1:
         yield [full - 1]
 
 
-def _no_rank(chain: Chain, part: Part) -> Iterator[list[int]]:
+def _give_zero(chain: Chain, part: Part) -> Iterator[list[int]]:
     yield [0]
 
 
-def _kinds_counted(chain: Chain, part: Part) -> Iterator[list[int]]:
+def _count_kinds(chain: Chain, part: Part) -> Iterator[list[int]]:
     """Count the orientation as one component, or the position."""
     task = part.about(ForTask).task
     linear = sum(row[0] == "v" for row in task)
@@ -154,30 +154,31 @@ MISTAKES = (
         "boundary-and-internal", "Boundary and internal confused",
         "Boundary and internal singularities seem to be confused: is the point at the edge of what it can reach, or "
         "inside?", "below 6.7",
-        takes=_either(
-            _by_meaning("singularity-type", OPTIONS, {("boundary", "internal"), ("internal", "boundary")}), _other_kind
+        takes=_combine(
+            _confuse_meanings("singularity-type", OPTIONS, {("boundary", "internal"), ("internal", "boundary")}),
+            _choose_other_kind,
         ),
     ),
     Mistake(
         "singular-taken-for-regular", "A singular configuration taken for a regular one",
         "The configuration seems to be taken for a regular one. Put its values into det J, or look at the rank.", "6.8",
-        takes=_either(
-            _by_meaning("singularity-type", OPTIONS, {(kind, "regular") for kind in _TYPES}),
-            _by_meaning("invertibility", USES, {("singular", "regular")}),
+        takes=_combine(
+            _confuse_meanings("singularity-type", OPTIONS, {(kind, "regular") for kind in _TYPES}),
+            _confuse_meanings("invertibility", USES, {("singular", "regular")}),
         ),
     ),
     Mistake(
         "regular-taken-for-singular", "A regular configuration taken for a singular one",
         "The configuration seems to be taken for a singular one. Put its values into det J, or look at the rank.",
-        "6.8", takes=_either(
-            _by_meaning("singularity-type", OPTIONS, {("regular", kind) for kind in _TYPES}),
-            _by_meaning("invertibility", USES, {("regular", "singular")}),
+        "6.8", takes=_combine(
+            _confuse_meanings("singularity-type", OPTIONS, {("regular", kind) for kind in _TYPES}),
+            _confuse_meanings("invertibility", USES, {("regular", "singular")}),
         ),
     ),
     Mistake(
         "shape-of-jacobian", "Shape of J not looked at",
         "Count the rows and the columns of J first: only a square matrix can have an inverse.", "6.7",
-        takes=_by_meaning(
+        takes=_confuse_meanings(
             "invertibility", USES,
             {(a, b) for a in USES for b in USES if a != b} - {("singular", "regular"), ("regular", "singular")},
         ),
@@ -185,17 +186,17 @@ MISTAKES = (
     Mistake(
         "other-meaning", "Another meaning of a singularity",
         "That is not what the arm looks like there. Draw it with these joint values.", "below 6.7",
-        takes=_other_meaning,
+        takes=_choose_other_meaning,
     ),
     Mistake(
         "direction-not-lost", "A direction that is not lost",
         "Along that line the arm can still move. Look for the direction that no column of J has a part along.", "6.8",
-        takes=_every_wrong("lost-motion"),
+        takes=_choose_any_wrong("lost-motion"),
     ),
     Mistake(
         "reachable-and-not", "What can be produced and what can't confused",
         "A velocity can be produced where it has no part along the lost direction. Look at the scalar products.", "6.8",
-        takes=_every_wrong("unreachable-velocity"),
+        takes=_choose_any_wrong("unreachable-velocity"),
     ),
     Mistake(
         "motion-turned-round", "Motion of a joint in the other sense",
@@ -214,51 +215,51 @@ MISTAKES = (
     Mistake(
         "size-transposed", "Rows and columns exchanged",
         "Rows and columns of J seem to be exchanged: it has a row for each component of velocity and a column for each "
-        "joint.", "6.4", takes=_numbers("jacobian-size", _size_turned),
+        "joint.", "6.4", takes=_give_numbers("jacobian-size", _transpose_size),
     ),
     Mistake(
         "size-of-own-task", "Size for another task",
         "The rows seem to be counted for another task than the one that is asked about.", "6.6",
-        takes=_numbers("jacobian-size", _own_task),
+        takes=_give_numbers("jacobian-size", _use_arm_task),
     ),
     Mistake(
         "size-six-rows", "Six rows whatever the task",
         "J seems to be given all six rows: it has one for each component of velocity that counts.", "6.6",
-        takes=_numbers("jacobian-size", _six_rows),
+        takes=_give_numbers("jacobian-size", _give_six_rows),
     ),
     Mistake(
         "size-square", "J taken for square",
         "J seems to be taken for square: it has a row for each component of velocity and a column for each joint.",
-        "6.4", takes=_numbers("jacobian-size", _square_size), rare=True,
+        "6.4", takes=_give_numbers("jacobian-size", _give_square_size), rare=True,
     ),
     Mistake(
         "rank-full", "Full rank given",
         "The rank seems to be that of a regular configuration. Are the columns independent here?", "6.8",
-        takes=_numbers("rank", _full_rank),
+        takes=_give_numbers("rank", _give_full_rank),
     ),
     Mistake(
         "rank-of-shape", "Number of rows or columns for the rank",
         "The rank seems to be counted from the size of J: it is at most the smaller of the two, and less where J is "
-        "singular.", "6.8", takes=_numbers("rank", _rank_of_columns),
+        "singular.", "6.8", takes=_give_numbers("rank", _give_shape_as_rank),
     ),
     Mistake(
         "rank-less", "Rank of a singular configuration given",
         "The configuration seems to be taken for a singular one. Are the columns dependent here?", "6.8",
-        takes=_numbers("rank", _less_by_one),
+        takes=_give_numbers("rank", _give_lower_rank),
     ),
     Mistake(
         "rank-of-one-condition", "Only one of several conditions counted",
         "One seems to be taken off the full rank. Does more than one condition hold in this configuration?", "6.8",
-        takes=_numbers("rank", _one_condition), rare=True,
+        takes=_give_numbers("rank", _count_one_condition), rare=True,
     ),
     Mistake(
         "rank-zero", "Rank zero where the determinant is",
         "A determinant that is zero says only that the rank is less than full: count the independent columns.", "6.8",
-        takes=_numbers("rank", _no_rank), rare=True,
+        takes=_give_numbers("rank", _give_zero), rare=True,
     ),
     Mistake(
         "size-of-kinds", "Orientation counted as one component",
         "Position or orientation seems to be counted as one component: J has a row for each component that counts.",
-        "6.6", takes=_numbers("jacobian-size", _kinds_counted), rare=True,
+        "6.6", takes=_give_numbers("jacobian-size", _count_kinds), rare=True,
     ),
 )  # fmt: skip

@@ -1,7 +1,7 @@
-"""Slips made in the finished formulas: one place of an entry that went wrong when it was simplified, copied or typed.
+"""Mistakes in finished formulas: one place of an entry that was simplified, copied or typed wrongly.
 
-An entry is taken apart as it is written and as a sum of products, and put together with one thing changed: a sign, a
-term, a factor, a sine for a cosine, what stands in an angle. What changes every angle alike is made throughout.
+An entry is decomposed as it is written and as a sum of products, and rebuilt with one change: a sign, a term, a factor,
+a sine for a cosine, an angle. A change of every angle alike is made throughout.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -15,9 +15,9 @@ from qdot.exercises.formula.trees import Node, names, node_text, size_of
 from qdot.exercises.mistakes.base import Mistake
 
 LONGEST = 400
-"""Nodes of an entry that is taken apart."""
+"""Nodes of an entry that is edited at most."""
 MOST_TERMS = 40
-"""Terms of an entry that is written as a sum of products."""
+"""Terms of an entry that is expanded into a sum of products at most."""
 
 WAVES = ("sin", "cos")
 OF_DERIVATIVES = frozenset({"wave-derived", "wave-not-derived"})
@@ -26,7 +26,7 @@ OF_DERIVATIVES = frozenset({"wave-derived", "wave-not-derived"})
 
 @dataclass(frozen=True)
 class Edit:
-    """An entry with one thing changed, the name of the mistake, and what is missing, if it is that."""
+    """An entry with one change, the name of the mistake, and the missing term or factor, if any."""
 
     mistake: str
     entry: Node
@@ -34,15 +34,15 @@ class Edit:
 
     @property
     def which(self) -> str:
-        """What is missing as sentences have it: by the lengths, rates and numbers in it, else by its joints."""
-        told = [] if self.missing is None else [*dict.fromkeys(_factors_in(self.missing))]
-        if self.missing is not None and not told:
-            told = sorted(name for name in names(self.missing) if name != "pi")
-        return f" (with {', '.join(told)} in it)" if told else ""
+        """The missing part in words: by the lengths, rates and numbers in it, else by its joints."""
+        parts = [] if self.missing is None else [*dict.fromkeys(_factors_in(self.missing))]
+        if self.missing is not None and not parts:
+            parts = sorted(name for name in names(self.missing) if name != "pi")
+        return f" (with {', '.join(parts)} in it)" if parts else ""
 
 
 def _factors_in(node: Node) -> Iterator[str]:
-    """Yield the names and decimals of a term that are in no angle."""
+    """Yield the names and decimals of a term outside its angles."""
     if node.kind == "decimal" or (node.kind == "name" and node.value != "pi"):
         yield node_text(node)
     elif node.kind != "call" or node.value not in WAVES:
@@ -54,22 +54,22 @@ def _factors_in(node: Node) -> Iterator[str]:
 
 
 def edits(entry: Node, symbols: Iterable[str] = ()) -> Iterator[Edit]:
-    """Yield an entry with one slip in it, in every way; one of the `symbols` can be typed for another like it."""
+    """Yield an entry with one mistake, in every way; one of the `symbols` can be typed for a similar one."""
     if size_of(entry) > LONGEST:
         return
-    yield from _typed(entry, sorted(symbols))
-    yield from _anywhere(entry)
-    yield from _in_every_wave(entry)
+    yield from _mistype_symbol(entry, sorted(symbols))
+    yield from _edit_anywhere(entry)
+    yield from _edit_every_wave(entry)
     coefficient = _coefficient(entry)
     if coefficient not in (-1, 0, 1):
         yield Edit("factor-missing", over(entry, number(abs(coefficient))))
         if coefficient:
             yield Edit("factor-turned-over", over(entry, number(coefficient**2)))
-    yield from exchanged_symbols(entry, symbols)
-    yield from _more_in_angles(entry, sorted(symbols))
+    yield from exchange_symbols(entry, symbols)
+    yield from _add_joint_to_angle(entry, sorted(symbols))
     for angle in dict.fromkeys(_angles_in(entry)):
-        for new in _angles(angle):
-            yield Edit("angle-typed", _changed(entry, partial(_put, {angle: new})))
+        for new in _edit_angle(angle):
+            yield Edit("angle-typed", _map_waves(entry, partial(_replace_angle, {angle: new})))
     terms = terms_of(entry, MOST_TERMS)
     yield Edit("term-sign-typed" if terms is not None and len(terms) == 1 else "entry-sign", negative(entry))
     if terms is not None and len(terms) > 1:
@@ -79,61 +79,61 @@ def edits(entry: Node, symbols: Iterable[str] = ()) -> Iterator[Edit]:
             yield Edit("term-missing", _sum(rest), term)
 
 
-def _in_every_wave(entry: Node) -> Iterator[Edit]:
-    """Yield an entry of several sines and cosines with the same slip in all of them."""
+def _edit_every_wave(entry: Node) -> Iterator[Edit]:
+    """Yield an entry of several sines and cosines with the same mistake in all of them."""
     angles = list(_angles_in(entry))
     if len(angles) > 1:
-        yield Edit("waves-typed", _changed(entry, _other_wave))
+        yield Edit("waves-typed", _map_waves(entry, _swap_wave))
     sums = [angle for angle in dict.fromkeys(angles) if len(addends(angle)) > 1]
     for keep in (True, False):
-        changed = {angle: _last_only(keep)(angle) for angle in sums}
+        changed = {angle: _keep_last_angle(keep)(angle) for angle in sums}
         if sum(new != angle for angle, new in changed.items()) > 1:
-            yield Edit("angles-typed", _changed(entry, partial(_put, changed)))
+            yield Edit("angles-typed", _map_waves(entry, partial(_replace_angle, changed)))
 
 
-def _anywhere(node: Node) -> Iterator[Edit]:
-    """Yield a tree with one slip at one place in it."""
-    yield from _here(node)
+def _edit_anywhere(node: Node) -> Iterator[Edit]:
+    """Yield a tree with one mistake at one place."""
+    yield from _edit_here(node)
     for k, arg in enumerate(node.args):
-        for edit in _anywhere(arg):
+        for edit in _edit_anywhere(arg):
             changed = Node(node.kind, (*node.args[:k], edit.entry, *node.args[k + 1 :]), node.value)
             yield Edit(edit.mistake, changed, edit.missing)
 
 
-def _here(node: Node) -> Iterator[Edit]:
+def _edit_here(node: Node) -> Iterator[Edit]:
     if node.kind == "call" and node.value in WAVES:
-        yield Edit("wave-typed", _other_wave(node))
-        yield Edit("wave-derived" if node.value == "sin" else "wave-not-derived", _other_wave(node))
-        yield Edit("wave-not-derived" if node.value == "sin" else "wave-derived", negative(_other_wave(node)))
-        yield Edit("wave-and-sign", negative(_other_wave(node)))
-        for angle in _angles(node.args[0]):
+        yield Edit("wave-typed", _swap_wave(node))
+        yield Edit("wave-derived" if node.value == "sin" else "wave-not-derived", _swap_wave(node))
+        yield Edit("wave-not-derived" if node.value == "sin" else "wave-derived", negative(_swap_wave(node)))
+        yield Edit("wave-and-sign", negative(_swap_wave(node)))
+        for angle in _edit_angle(node.args[0]):
             yield Edit("angle-typed", Node("call", (angle,), node.value))
-        yield from _split(node)
+        yield from _split_wave(node)
     elif not _is_angle(node):
-        yield from _OPERATIONS.get(node.kind, _nothing)(node)
+        yield from _OPERATIONS.get(node.kind, _no_edits)(node)
 
 
-def _nothing(node: Node) -> Iterator[Edit]:
+def _no_edits(node: Node) -> Iterator[Edit]:
     yield from ()
 
 
-def _of_sum(node: Node) -> Iterator[Edit]:
+def _edit_sum(node: Node) -> Iterator[Edit]:
     left, right = node.args
     yield Edit("term-sign-typed", Node("-" if node.kind == "+" else "+", node.args))
     yield Edit("term-sign-typed", Node(node.kind, (negative(left), right)))
     yield Edit("term-missing", left, right)
     yield Edit("term-missing", right if node.kind == "+" else negative(right), left)
     yield Edit("sum-multiplied", _product(addends(node)))
-    yield from _unlike(node)
-    if right.kind == "*" and node.kind == "-":  # without its bracket, the minus holds for the first term only
-        for edit in _of_product(right):
+    yield from _add_unlike_terms(node)
+    if right.kind == "*" and node.kind == "-":  # without a bracket, the minus applies to the first term only
+        for edit in _edit_product(right):
             if edit.mistake == "bracket-missing":
                 first, second = edit.entry.args
                 yield Edit("bracket-missing", Node(edit.entry.kind, (minus(left, first), second)))
 
 
-def _unlike(node: Node) -> Iterator[Edit]:
-    """Yield a number that was added to the number before something else: 0.2 + 0.4 x as 0.6 x."""
+def _add_unlike_terms(node: Node) -> Iterator[Edit]:
+    """Yield a number that was added to the coefficient of an unlike term: 0.2 + 0.4 x as 0.6 x."""
     for constant, term in (node.args, node.args[::-1]):
         if constant.kind in ("number", "decimal") and names(term):
             share = _coefficient(constant) / _coefficient(term) if _coefficient(term) else Fraction(0)
@@ -141,9 +141,9 @@ def _unlike(node: Node) -> Iterator[Edit]:
             yield Edit("unlike-terms-added", plus(first, second) if node.kind == "+" else minus(first, second))
 
 
-def _of_product(node: Node) -> Iterator[Edit]:
+def _edit_product(node: Node) -> Iterator[Edit]:
     left, right = node.args
-    yield from _loose(left, right)
+    yield from _drop_denominator_bracket(left, right)
     if right.kind == "call" and right.value in WAVES and len(addends(right.args[0])) > 1:
         first, *rest = _waves(right)  # s12 for s1 + s2, and that without its bracket
         yield Edit("sum-of-angles-split", plus(times(left, first), _sum(rest)))
@@ -151,40 +151,40 @@ def _of_product(node: Node) -> Iterator[Edit]:
         yield Edit("factor-missing", kept, lost)
         if lost.kind in ("+", "-"):  # the factor multiplies one of the terms only
             add = plus if lost.kind == "+" else minus
-            yield Edit("waves-in-factor", times(_changed(lost, _other_wave), kept))
+            yield Edit("waves-in-factor", times(_map_waves(lost, _swap_wave), kept))
             yield Edit("bracket-missing", add(lost.args[0], times(lost.args[1], kept)))
             yield Edit("bracket-missing", add(times(kept, lost.args[0]), lost.args[1]))
 
 
-def _of_quotient(node: Node) -> Iterator[Edit]:
+def _edit_quotient(node: Node) -> Iterator[Edit]:
     above, below = node.args
     terms = addends(above)
-    for k in range(len(terms)) if 1 < len(terms) <= MOST_TERMS else ():  # one term alone is divided, or is not
+    for k in range(len(terms)) if 1 < len(terms) <= MOST_TERMS else ():  # one term alone is divided, or left undivided
         yield Edit("bracket-missing", _sum([over(term, below) if i == k else term for i, term in enumerate(terms)]))
         yield Edit("bracket-missing", _sum([term if i == k else over(term, below) for i, term in enumerate(terms)]))
-    if below.kind in ("+", "-", "*"):  # only what stands first is divided by
+    if below.kind in ("+", "-", "*"):  # only the first part is used as the divisor
         for first, second in (below.args, below.args[::-1]):
             yield Edit("bracket-missing", Node(below.kind, (over(above, first), second)))
     yield Edit("factor-missing", above, below)
     yield Edit("factor-missing", times(above, below))
 
 
-def _of_power(node: Node) -> Iterator[Edit]:
+def _edit_power(node: Node) -> Iterator[Edit]:
     if node.args[1] == TWO:
         yield Edit("square-missing", node.args[0])
         yield Edit("square-missing", times(TWO, node.args[0]))
 
 
-def _of_negative(node: Node) -> Iterator[Edit]:
+def _edit_negative(node: Node) -> Iterator[Edit]:
     (inside,) = node.args
     yield Edit("term-sign-typed", inside)
-    yield from _loose(number(-1), inside)
+    yield from _drop_denominator_bracket(number(-1), inside)
     terms = addends(inside.args[0]) if inside.kind == "/" else []
-    if 1 < len(terms) <= MOST_TERMS:  # the minus holds for the first term, the division for the last one
+    if 1 < len(terms) <= MOST_TERMS:  # minus at the first term only, division of the last one only
         yield Edit("bracket-missing", _sum([negative(terms[0]), *terms[1:-1], over(terms[-1], inside.args[1])]))
 
 
-def _loose(factor: Node, quotient: Node) -> Iterator[Edit]:
+def _drop_denominator_bracket(factor: Node, quotient: Node) -> Iterator[Edit]:
     """Yield a factor times a quotient whose denominator has no bracket."""
     if quotient.kind == "/" and quotient.args[1].kind in ("+", "-"):
         above, below = quotient.args
@@ -192,12 +192,12 @@ def _loose(factor: Node, quotient: Node) -> Iterator[Edit]:
 
 
 _OPERATIONS: dict[str, Callable[[Node], Iterator[Edit]]] = {
-    "+": _of_sum, "-": _of_sum, "*": _of_product, "/": _of_quotient, "^": _of_power, "neg": _of_negative,
+    "+": _edit_sum, "-": _edit_sum, "*": _edit_product, "/": _edit_quotient, "^": _edit_power, "neg": _edit_negative,
 }  # fmt: skip
 
 
 def _coefficient(node: Node) -> Fraction:
-    """Return the number that a product is multiplied by."""
+    """Return the numeric factor of a product."""
     if node.kind in ("number", "decimal"):
         return Fraction(node.value)
     if node.kind == "neg":
@@ -208,88 +208,88 @@ def _coefficient(node: Node) -> Fraction:
     return Fraction(1)
 
 
-def _typed(node: Node, symbols: Sequence[str]) -> Iterator[Edit]:
-    """Yield a tree with one name typed for another that is like it."""
+def _mistype_symbol(node: Node, symbols: Sequence[str]) -> Iterator[Edit]:
+    """Yield a tree with one name typed for a similar one."""
     if node.kind == "name":
-        for other in symbols:
-            if other != node.value and _stem(other) == _stem(str(node.value)):
-                yield Edit("symbol-typed", Node("name", value=other))
+        for symbol in symbols:
+            if symbol != node.value and _stem(symbol) == _stem(str(node.value)):
+                yield Edit("symbol-typed", Node("name", value=symbol))
     for k, arg in enumerate(node.args):
-        for edit in _typed(arg, symbols):
+        for edit in _mistype_symbol(arg, symbols):
             yield Edit(edit.mistake, Node(node.kind, (*node.args[:k], edit.entry, *node.args[k + 1 :]), node.value))
 
 
-def exchanged_symbols(entry: Node, symbols: Iterable[str]) -> Iterator[Edit]:
-    """Yield an entry with two names exchanged that are like each other."""
+def exchange_symbols(entry: Node, symbols: Iterable[str]) -> Iterator[Edit]:
+    """Yield an entry with two similar names exchanged."""
     present = sorted(names(entry) & set(symbols))
-    for one, other in combinations(present, 2):
-        if _stem(one) == _stem(other):
-            yield Edit("symbol-typed", _renamed(entry, {one: other, other: one}))
+    for first, second in combinations(present, 2):
+        if _stem(first) == _stem(second):
+            yield Edit("symbol-typed", _rename(entry, {first: second, second: first}))
 
 
-def _renamed(node: Node, to: Mapping[str, str]) -> Node:
+def _rename(node: Node, to: Mapping[str, str]) -> Node:
     if node.kind == "name":
         return Node("name", value=to[node.value]) if node.value in to else node
-    return _with_arguments(node, tuple(_renamed(arg, to) for arg in node.args))
+    return _with_arguments(node, tuple(_rename(arg, to) for arg in node.args))
 
 
-def _more_in_angles(node: Node, symbols: Sequence[str]) -> Iterator[Edit]:
-    """Yield a tree with a joint too much in an angle, or one with another sign."""
+def _add_joint_to_angle(node: Node, symbols: Sequence[str]) -> Iterator[Edit]:
+    """Yield a tree with an extra joint in an angle, or with a joint of another sign."""
     if node.kind == "call" and node.value in WAVES:
         for joint in (Node("name", value=name) for name in symbols if name.startswith("theta")):
-            alone = names(node.args[0]) == {joint.value}  # which turned round would be no sum mistaken
+            alone = names(node.args[0]) == {joint.value}  # with the opposite sign it would not be a mistaken sum
             for more in (joint, negative(joint), times(TWO, joint), *(() if alone else (negative(times(TWO, joint)),))):
                 yield Edit("angle-typed", Node("call", (plus(node.args[0], more),), node.value))
     for k, arg in enumerate(node.args):
-        for edit in _more_in_angles(arg, symbols):
+        for edit in _add_joint_to_angle(arg, symbols):
             yield Edit(edit.mistake, Node(node.kind, (*node.args[:k], edit.entry, *node.args[k + 1 :]), node.value))
 
 
 @dataclass(frozen=True)
-class WaveGone:
-    """An entry of which one sine or cosine is looked at: the entry without it, and with what is a quarter turn on."""
+class IsolatedWave:
+    """One sine or cosine of an entry: the entry without it, and with it a quarter turn ahead."""
 
     without: Node
     on: Node
     turned: Callable[[Node], Node]
-    """The entry with a constant added to the angle there."""
+    """The entry with a constant added to that angle."""
 
 
-def waves_in(entry: Node) -> Iterator[WaveGone]:
+def waves_in(entry: Node) -> Iterator[IsolatedWave]:
     """Yield an entry for each sine and cosine in it."""
     if entry.kind == "call" and entry.value in WAVES:
         (angle,) = entry.args
         on = Node("call", (angle,), "cos") if entry.value == "sin" else negative(Node("call", (angle,), "sin"))
-        yield WaveGone(ZERO, on, lambda more: Node("call", (plus(angle, more),), entry.value))
+        yield IsolatedWave(ZERO, on, lambda more: Node("call", (plus(angle, more),), entry.value))
         return
     for k, arg in enumerate(entry.args):
         for gone in waves_in(arg):
             put = partial(_with_argument, entry, k)
-            yield WaveGone(put(gone.without), put(gone.on), partial(_through, put, gone.turned))
+            yield IsolatedWave(put(gone.without), put(gone.on), partial(_shift_in_parent, put, gone.turned))
 
 
 def _with_argument(node: Node, index: int, arg: Node) -> Node:
     return Node(node.kind, (*node.args[:index], arg, *node.args[index + 1 :]), node.value)
 
 
-def _through(put: Callable[[Node], Node], turned: Callable[[Node], Node], more: Node) -> Node:
+def _shift_in_parent(put: Callable[[Node], Node], turned: Callable[[Node], Node], more: Node) -> Node:
     return put(turned(more))
 
 
 def _stem(name: str) -> str:
-    """Return what names have in common that are typed for one another: theta1 and theta2, fy and fz."""
+    """Return the common stem of similar names, as of theta1 and theta2, or fy and fz."""
     return name[:-1] if len(name) == 2 and name[-1] in "xyz" else name.rstrip("0123456789")
 
 
 def _is_angle(node: Node) -> bool:
-    """Whether a tree is a multiple of pi, or a sum with one: it stands in an angle."""
+    """Tell whether a tree belongs to an angle: it contains pi or a joint angle outside of function calls."""
     if node.kind == "name":
         return node.value == "pi" or node.value.startswith("theta")
     return any(map(_is_angle, node.args)) and node.kind != "call"
 
 
-def _split(node: Node) -> Iterator[Edit]:
-    """Yield the sine or cosine of a sum as if it were that of each, added or multiplied."""
+def _split_wave(node: Node) -> Iterator[Edit]:
+    """Yield the sine or cosine of a sum split into those of its terms, added or multiplied."""
     parts = addends(node.args[0])
     if len(parts) > 1:
         yield Edit("sum-of-angles-split", _sum(_waves(node)))
@@ -305,7 +305,7 @@ def _waves(node: Node) -> list[Node]:
 
 
 def _signed_waves(node: Node) -> list[Node]:
-    """Return the sine or cosine of each term of an angle, with the sign of the term before it."""
+    """Return the sine or cosine of each term of an angle, with the sign of the term moved outside."""
     signed = [(part.args[0], True) if part.kind == "neg" else (part, False) for part in addends(node.args[0])]
     waves = [(Node("call", (part,), node.value), minus_before) for part, minus_before in signed]
     return [negative(wave) if minus_before else wave for wave, minus_before in waves]
@@ -318,15 +318,15 @@ def _product(factors: Sequence[Node]) -> Node:
     return total
 
 
-def _angles(angle: Node) -> Iterator[Node]:
-    """Yield an angle with a term left out, negative, or of another size if it is a constant."""
+def _edit_angle(angle: Node) -> Iterator[Node]:
+    """Yield an angle with a term left out, with a negative term, or with a constant of another size."""
     parts = addends(angle)
     turning = [part for part in parts if names(part)]
     for k, part in enumerate(parts):
         rest = [*parts[:k], *parts[k + 1 :]]
         if rest:
             yield _sum(rest)
-            if len(turning) > 1 or not names(part):  # an angle alone that turns the other way is no sum mistaken
+            if len(turning) > 1 or not names(part):  # a single angle with the opposite sign is not a mistaken sum
                 yield _sum([*rest, negative(part)])
         if not names(part):
             for factor in (number(2), number(Fraction(1, 2)), over(number(180), Node("name", value="pi"))):
@@ -335,7 +335,7 @@ def _angles(angle: Node) -> Iterator[Node]:
         yield _sum([_product(turning), *(part for part in parts if not names(part))])
     if len(parts) > 2:
         constants = [part for part in parts if not names(part)]
-        for part in parts:  # one angle alone, with the constant and without
+        for part in parts:  # a single angle, with and without the constant
             if names(part):
                 yield part
                 yield _sum([part, *constants])
@@ -344,26 +344,26 @@ def _angles(angle: Node) -> Iterator[Node]:
 # --- throughout ---
 
 
-def throughout(rows: Sequence[Sequence[Node]]) -> Iterator[tuple[str, list[list[Node]]]]:
-    """Yield all entries with the same slip in every angle, or in every angle that is the same."""
+def edits_throughout(rows: Sequence[Sequence[Node]]) -> Iterator[tuple[str, list[list[Node]]]]:
+    """Yield all entries with the same mistake in every angle, or wherever one angle occurs."""
     angles = list(dict.fromkeys(angle for row in rows for entry in row for angle in _angles_in(entry)))
     sums = [angle for angle in angles if len(addends(angle)) > 1]
     for name, change in _SAME_EVERYWHERE:
         changed = {angle: change(angle) for angle in sums}
         if any(new != angle for angle, new in changed.items()):
-            yield name, _all(rows, partial(_put, changed))
-    yield "sum-of-angles-split", _all(rows, lambda node: _product(_waves(node)))
-    yield "sum-of-angles-split", _all(rows, lambda node: _sum(_waves(node)))
+            yield name, _edit_all_waves(rows, partial(_replace_angle, changed))
+    yield "sum-of-angles-split", _edit_all_waves(rows, lambda node: _product(_waves(node)))
+    yield "sum-of-angles-split", _edit_all_waves(rows, lambda node: _sum(_waves(node)))
     for angle in angles:
-        yield "wave-throughout", _all(rows, partial(_other_wave_of, angle))
+        yield "wave-throughout", _edit_all_waves(rows, partial(_swap_wave_of, angle))
     for angle in sums:
-        for new in _angles(angle):
-            yield "angle-throughout", _all(rows, partial(_put, {angle: new}))
+        for new in _edit_angle(angle):
+            yield "angle-throughout", _edit_all_waves(rows, partial(_replace_angle, {angle: new}))
     lengths = sorted({name for row in rows for entry in row for name in names(entry) if is_length(name)})
     if len(lengths) > 1:
-        yield "lengths-missing", [[_ones(entry, lengths) for entry in row] for row in rows]
+        yield "lengths-missing", [[_set_lengths_to_one(entry, lengths) for entry in row] for row in rows]
     for length in lengths:
-        yield "lengths-missing", [[_ones(entry, [length]) for entry in row] for row in rows]
+        yield "lengths-missing", [[_set_lengths_to_one(entry, [length]) for entry in row] for row in rows]
 
 
 def is_length(name: str) -> bool:
@@ -371,38 +371,38 @@ def is_length(name: str) -> bool:
     return name[0] in "adb" and name[1:].isdigit()
 
 
-def _ones(node: Node, lengths: Sequence[str]) -> Node:
+def _set_lengths_to_one(node: Node, lengths: Sequence[str]) -> Node:
     if node.kind == "name" and node.value in lengths:
         return number(1)
-    return _with_arguments(node, tuple(_ones(arg, lengths) for arg in node.args))
+    return _with_arguments(node, tuple(_set_lengths_to_one(arg, lengths) for arg in node.args))
 
 
-def _put(changed: Mapping[Node, Node], node: Node) -> Node:
+def _replace_angle(changed: Mapping[Node, Node], node: Node) -> Node:
     (angle,) = node.args
     return Node("call", (changed.get(angle, angle),), node.value)
 
 
-def _other_wave_of(angle: Node, node: Node) -> Node:
-    return _other_wave(node) if node.args == (angle,) else node
+def _swap_wave_of(angle: Node, node: Node) -> Node:
+    return _swap_wave(node) if node.args == (angle,) else node
 
 
-def _other_wave(node: Node) -> Node:
+def _swap_wave(node: Node) -> Node:
     return Node("call", node.args, WAVES[node.value == "sin"])
 
 
-def _all(rows: Sequence[Sequence[Node]], change: Callable[[Node], Node]) -> list[list[Node]]:
+def _edit_all_waves(rows: Sequence[Sequence[Node]], change: Callable[[Node], Node]) -> list[list[Node]]:
     """Return all entries with every sine and cosine changed."""
-    return [[_changed(entry, change) for entry in row] for row in rows]
+    return [[_map_waves(entry, change) for entry in row] for row in rows]
 
 
-def _changed(node: Node, change: Callable[[Node], Node]) -> Node:
+def _map_waves(node: Node, change: Callable[[Node], Node]) -> Node:
     if node.kind == "call" and node.value in WAVES:
         return change(node)
-    return _with_arguments(node, tuple(_changed(arg, change) for arg in node.args))
+    return _with_arguments(node, tuple(_map_waves(arg, change) for arg in node.args))
 
 
 def _with_arguments(node: Node, args: tuple[Node, ...]) -> Node:
-    """Return a tree with other operands; the same object where these are the same, whose value is known then."""
+    """Return a tree with other operands; the same object if these are unchanged, because its value is cached."""
     same = all(new is old for new, old in zip(args, node.args, strict=True))
     return node if same else Node(node.kind, args, node.value)
 
@@ -415,16 +415,16 @@ def _angles_in(node: Node) -> Iterator[Node]:
         yield from _angles_in(arg)
 
 
-def _without_constants(angle: Node) -> Node:
+def _drop_constants(angle: Node) -> Node:
     return _sum([part for part in addends(angle) if names(part)])
 
 
-def _with_constants(factor: Node) -> Callable[[Node], Node]:
+def _scale_constants(factor: Node) -> Callable[[Node], Node]:
     return lambda angle: _sum([part if names(part) else times(factor, part) for part in addends(angle)])
 
 
-def _last_only(keep: bool) -> Callable[[Node], Node]:
-    """Return the change of every sum of angles to the last of them, with its constant or without."""
+def _keep_last_angle(keep: bool) -> Callable[[Node], Node]:
+    """Return the edit of a sum of angles to its last angle, with or without its constant."""
 
     def changed(angle: Node) -> Node:
         parts = addends(angle)
@@ -438,13 +438,13 @@ def _last_only(keep: bool) -> Callable[[Node], Node]:
 
 
 _SAME_EVERYWHERE: tuple[tuple[str, Callable[[Node], Node]], ...] = (
-    ("constants-left-out", _without_constants),
-    ("constants-sign", _with_constants(number(-1))),
-    ("constants-in-degrees", _with_constants(over(number(180), Node("name", value="pi")))),
-    ("constants-wrong-radians", _with_constants(number(2))),
-    ("constants-wrong-radians", _with_constants(number(Fraction(1, 2)))),
-    ("relative-throughout", _last_only(keep=True)),
-    ("relative-throughout", _last_only(keep=False)),
+    ("constants-left-out", _drop_constants),
+    ("constants-sign", _scale_constants(number(-1))),
+    ("constants-in-degrees", _scale_constants(over(number(180), Node("name", value="pi")))),
+    ("constants-wrong-radians", _scale_constants(number(2))),
+    ("constants-wrong-radians", _scale_constants(number(Fraction(1, 2)))),
+    ("relative-throughout", _keep_last_angle(keep=True)),
+    ("relative-throughout", _keep_last_angle(keep=False)),
 )
 
 

@@ -1,4 +1,4 @@
-"""Mistakes that only show in numbers: degrees, units, roots that are left out."""
+"""Mistakes that only show in numbers: degrees, units, forgotten roots."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -11,14 +11,14 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation_graph import RESULT, Table, Working
 from qdot.exercises.arm.path import Line
-from qdot.exercises.mistakes.base import Mistake, Shape, Slip, Taken, Takes, of_frames
+from qdot.exercises.mistakes.base import Answers, Mistake, MistakenAnswer, MistakeVariant, Shape, only_for_tables
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.path import AtDistance
 
 
-def _degrees_as_radians(chain: Chain, _: Shape) -> Iterator[Slip]:
+def _use_degrees(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
     def large(w: Working, table: Table) -> Table:
-        part = w.arithmetic.stepped(180 / sp.pi)
+        part = w.arithmetic.table_entry(180 / sp.pi)
         rows = (
             replace(row, theta=row.theta * part) if joint.kind == "R" else row
             for row, joint in zip(table.rows, w.chain.joints, strict=True)
@@ -26,63 +26,65 @@ def _degrees_as_radians(chain: Chain, _: Shape) -> Iterator[Slip]:
         return replace(table, rows=tuple(rows))
 
     if any(joint.kind == "R" for joint in chain.joints):
-        yield Slip({"table": large})
+        yield MistakeVariant({"table": large})
     if any(joint.kind == "R" and offset != 0 for joint, offset in zip(chain.joints, chain.offsets, strict=True)):
-        yield Slip({"table": _variables_in_degrees})
+        yield MistakeVariant({"table": _scale_variables})
     base = convention_of(chain).base
     if (base.yaw, base.tilt) != (0, 0):
-        yield Slip({"table": _base_in_degrees})
+        yield MistakeVariant({"table": _scale_base})
 
 
-def _base_in_degrees(w: Working, table: Table) -> Table:
-    """Put the angles of the base in as degrees."""
+def _scale_base(w: Working, table: Table) -> Table:
+    """Substitute the angles of the base in degrees."""
     position, yaw, tilt = table.base
-    large = w.arithmetic.stepped(180 / sp.pi)
+    large = w.arithmetic.table_entry(180 / sp.pi)
     return replace(table, base=(position, yaw * large, tilt * large if convention_of(w.chain).base.tilt != 0 else tilt))
 
 
-def _variables_in_degrees(w: Working, table: Table) -> Table:
-    """Put the joint variables in as degrees, beside constants in radians."""
+def _scale_variables(w: Working, table: Table) -> Table:
+    """Substitute the joint variables in degrees, but constants in radians."""
     more = 180 / sp.pi - 1
     for i, (joint, q) in enumerate(zip(w.chain.joints, w.chain.q, strict=True)):
         if joint.kind == "R":
-            table = table.with_row(i, theta=table.rows[i].theta + w.arithmetic.stepped(more * q))
+            table = table.with_row(i, theta=table.rows[i].theta + w.arithmetic.table_entry(more * q))
     return table
 
 
-def _value_sign(chain: Chain, _: Shape) -> Iterator[Slip]:
-    """Give the value of a joint variable the other sign, and leave what the table adds to it."""
+def _flip_value(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+    """Flip the sign of a joint variable's value, but not of the constant that the table adds."""
     for i, (joint, q) in enumerate(zip(chain.joints, chain.q, strict=True)):
         entry = "theta" if joint.kind == "R" else "d"
 
-        def changed(w: Working, table: Table, i: int = i, entry: str = entry, q: sp.Symbol = q) -> Table:
-            value = getattr(table.rows[i], entry) - w.arithmetic.stepped(2 * q)
+        def apply_change(w: Working, table: Table, i: int = i, entry: str = entry, q: sp.Symbol = q) -> Table:
+            value = getattr(table.rows[i], entry) - w.arithmetic.table_entry(2 * q)
             return table.with_row(i, **{entry: value})
 
-        yield Slip({"table": changed}, {"variable": q})
+        yield MistakeVariant({"table": apply_change}, {"variable": q})
 
 
-def _times(factor: float) -> Callable[[Chain, Shape], Iterator[Slip]]:
-    def slips(chain: Chain, _: Shape) -> Iterator[Slip]:
-        yield Slip({RESULT: lambda w, found: found * factor})
+def _scale_result(factor: float) -> Callable[[Chain, Shape], Iterator[MistakeVariant]]:
+    def slips(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+        yield MistakeVariant({RESULT: lambda w, values: values * factor})
 
     return slips
 
 
-def _angular(factor: float) -> Callable[[Chain, Shape], Iterator[Slip]]:
-    """Return the slip of a factor on what belongs to revolute joints, with an entry for each joint."""
+def _scale_revolute(factor: float) -> Callable[[Chain, Shape], Iterator[MistakeVariant]]:
+    """Return the variant that scales the entries of revolute joints, if there is an entry for each joint."""
 
-    def slips(chain: Chain, shape: Shape) -> Iterator[Slip]:
+    def slips(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
         if shape == (chain.n, 1):
             factors = np.array([factor if joint.kind == "R" else 1.0 for joint in chain.joints])
-            yield Slip({RESULT: lambda w, found: found * factors[:, None, None]})
+            yield MistakeVariant({RESULT: lambda w, values: values * factors[:, None, None]})
 
     return slips
 
 
-def _stage(stage: str, change: Callable[[Working, np.ndarray], np.ndarray]) -> Callable[[Chain, Shape], Iterator[Slip]]:
-    def slips(chain: Chain, _: Shape) -> Iterator[Slip]:
-        yield Slip({stage: change})
+def _change_stage(
+    stage: str, change: Callable[[Working, np.ndarray], np.ndarray]
+) -> Callable[[Chain, Shape], Iterator[MistakeVariant]]:
+    def slips(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+        yield MistakeVariant({stage: change})
 
     return slips
 
@@ -90,52 +92,55 @@ def _stage(stage: str, change: Callable[[Working, np.ndarray], np.ndarray]) -> C
 # --- rates along a path ---
 
 
-def _on_path(way: Callable[[Chain, AtDistance], Iterator[tuple[np.ndarray, str]]]) -> Takes:
-    """Return the takes of joint rates along a path, worked out by floats."""
+def _use_path_rates(way: Callable[[Chain, AtDistance], Iterator[tuple[np.ndarray, str]]]) -> Answers:
+    """Return the mistaken joint rates along a path, computed in floats."""
 
-    def takes(chain: Chain, part: Part) -> Iterator[Taken]:
+    def takes(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
         if part.kind == "path-rates" and isinstance(part.answer, Number):
             for rates, more in way(chain, part.about(AtDistance)):
                 if np.isfinite(rates).all():
                     reference = sp.Matrix([sp.Float(float(rate)) for rate in rates])
-                    yield Taken(replace(part.answer, reference=reference), {"more": more})
+                    yield MistakenAnswer(replace(part.answer, reference=reference), {"more": more})
 
     return takes
 
 
 def _rates_at(line: Line, distance: float, speed: float) -> np.ndarray:
-    """Return the joint rates at a distance from A (m); nan where the line can't be followed so far."""
+    """Return the joint rates at a distance from A (m); nan if the line can't be followed so far."""
     stations = list(line.follow(distance / max(1, round(distance / 0.02)) if distance else 1.0, 1e-3, distance))
     reached = bool(stations) and abs(stations[-1].s - distance) < 1e-9
     return np.array(stations[-1].slopes) * speed if reached else np.array([np.nan])
 
 
-def _at_start(chain: Chain, at: AtDistance) -> Iterator[tuple[np.ndarray, str]]:
+def _rates_at_start(chain: Chain, at: AtDistance) -> Iterator[tuple[np.ndarray, str]]:
     yield _rates_at(at.seam.line(chain), 0.0, float(at.seam.speed)), ""
 
 
-def _not_unit(chain: Chain, at: AtDistance) -> Iterator[tuple[np.ndarray, str]]:
-    for line, joint in _lines(chain, at):
+def _skip_normalization(chain: Chain, at: AtDistance) -> Iterator[tuple[np.ndarray, str]]:
+    for line, joint in _lines_without_offsets(chain, at):
         more = ", and the constant of a joint to be left out" if joint else ""
         yield _rates_at(line, float(at.distance), float(at.seam.speed) * float(line.length)), more
 
 
-def _without_offset(chain: Chain, at: AtDistance) -> Iterator[tuple[np.ndarray, str]]:
-    for line, joint in _lines(chain, at):
+def _drop_offset(chain: Chain, at: AtDistance) -> Iterator[tuple[np.ndarray, str]]:
+    for line, joint in _lines_without_offsets(chain, at):
         if joint:
             yield _rates_at(line, float(at.distance), float(at.seam.speed)), str(joint)
 
 
-def _lines(chain: Chain, at: AtDistance) -> Iterator[tuple[Line, int]]:
-    """Yield the line as it is (0), and those of the arm without what the table adds to the variable of a joint."""
+def _lines_without_offsets(chain: Chain, at: AtDistance) -> Iterator[tuple[Line, int]]:
+    """Yield the line unchanged (0), and the lines of the arm without the offset of one joint."""
     yield at.seam.line(chain), 0
     for i, (joint, offset, q) in enumerate(zip(chain.joints, chain.offsets, chain.q, strict=True)):
         if offset != 0:
-            bare = replace(joint, theta=q) if joint.kind == "R" else replace(joint, d=q)
-            yield at.seam.line(replace(chain, joints=(*chain.joints[:i], bare, *chain.joints[i + 1 :]))), i + 1
+            joint_without_offset = replace(joint, theta=q) if joint.kind == "R" else replace(joint, d=q)
+            yield (
+                at.seam.line(replace(chain, joints=(*chain.joints[:i], joint_without_offset, *chain.joints[i + 1 :]))),
+                i + 1,
+            )
 
 
-def _away(chain: Chain, at: AtDistance) -> Iterator[tuple[np.ndarray, str]]:
+def _reverse_path(chain: Chain, at: AtDistance) -> Iterator[tuple[np.ndarray, str]]:
     line = at.seam.line(chain)
     behind = [2 * a - b for a, b in zip(line.start, map(float, at.seam.target.values()), strict=True)]
     away = Line(chain, at.seam.lengths, at.seam.joints, [sp.Float(value) for value in behind])
@@ -152,53 +157,54 @@ _ALL = (
     Mistake(
         "rates-at-start", "Joint rates at the start of the path",
         "The Jacobian seems to be that at A: it is wanted where P is by then, with the joint values there.", "6.7",
-        takes=_on_path(_at_start), rare=True,
+        takes=_use_path_rates(_rates_at_start), rare=True,
     ),
     Mistake(
         "direction-not-unit", "Direction of the path without length 1",
         "B - A seems to be multiplied by the speed as it is{more}: it is to be divided by its length first.", "6.7",
-        takes=_on_path(_not_unit), rare=True,
+        takes=_use_path_rates(_skip_normalization), rare=True,
     ),
     Mistake(
         "path-turned-round", "Path in the other direction",
-        "P seems to move from B to A instead of from A to B{more}.", "6.7", takes=_on_path(_away), rare=True,
+        "P seems to move from B to A instead of from A to B{more}.", "6.7", takes=_use_path_rates(_reverse_path),
+        rare=True,
     ),
     Mistake(
         "offset-forgotten-on-path", "Joint offset left out along the path",
         "The constant that the table adds to the variable of joint {more} seems to be left out.", "6.1",
-        takes=_on_path(_without_offset), rare=True,
+        takes=_use_path_rates(_drop_offset), rare=True,
     ),
     Mistake(
         "degrees-as-radians", "Degrees taken for radians",
         "The angles seem to be put into sine and cosine in degrees: they must be turned into radians first.", "6.1",
-        _degrees_as_radians,
+        _use_degrees,
     ),
     Mistake(
         "rates-in-degrees", "Rates in degrees per second",
         "The rates of revolute joints seem to be in degrees per second: rad/s is asked for.", "6.5",
-        _angular(float(180 / np.pi)),
+        _scale_revolute(float(180 / np.pi)),
     ),
     Mistake(
         "rates-in-turns", "Rates in revolutions",
         "The rates of revolute joints seem to be in revolutions per second: rad/s is asked for.", "6.5",
-        _angular(float(0.5 / np.pi)),
+        _scale_revolute(float(0.5 / np.pi)),
     ),
     Mistake(
         "millimetres", "Millimetres for metres",
-        "The result is a thousand times too large: are lengths in millimetres?", "6.4", _times(1000.0),
+        "The result is a thousand times too large: are lengths in millimetres?", "6.4", _scale_result(1000.0),
     ),
     Mistake(
         "thousandth", "A thousandth of the result",
-        "The result is a thousand times too small: are lengths in millimetres?", "6.4", _times(0.001),
+        "The result is a thousand times too small: are lengths in millimetres?", "6.4", _scale_result(0.001),
     ),
     Mistake(
         "centimetres", "Centimetres for metres",
-        "The result is a hundred times too large: are lengths in centimetres?", "6.4", _times(100.0),
+        "The result is a hundred times too large: are lengths in centimetres?", "6.4", _scale_result(100.0),
     ),
     Mistake(
         "root-forgotten", "Root forgotten",
         "The square root of det(J J^T) seems to be forgotten.", "below 6.8",
-        _stage("manipulability", lambda w, _: w["gram determinant"]),
+        _change_stage("manipulability", lambda w, _: w["gram determinant"]),
     ),
     Mistake(
         "components-added", "Components added for the speed",
@@ -215,18 +221,18 @@ _ALL = (
     ),
     Mistake(
         "value-sign", "Value of a joint with the wrong sign",
-        "The value of {variable} seems to be put in with the wrong sign.", "6.1", _value_sign, rare=True,
+        "The value of {variable} seems to be put in with the wrong sign.", "6.1", _flip_value, rare=True,
     ),
     Mistake(
         "ratio-turned-over", "Ratio the wrong way round",
         "The condition number is the largest singular value over the smallest, so at least 1.", "below 6.8",
-        _stage("condition number", lambda w, found: 1 / found),
+        _change_stage("condition number", lambda w, value: 1 / value),
     ),
     Mistake(
         "eigenvalues-for-singular-values", "Eigenvalues of J J^T for singular values",
         "The eigenvalues of J J^T are the squares of the singular values of J: the root seems to be forgotten.",
-        "below 6.8", _stage("condition number", lambda w, found: found**2),
+        "below 6.8", _change_stage("condition number", lambda w, value: value**2),
     ),
 )  # fmt: skip
 
-MISTAKES = of_frames(_ALL, but={one.name for one in _ALL} - {"offset-forgotten-on-path"})
+MISTAKES = only_for_tables(_ALL, but={mistake.name for mistake in _ALL} - {"offset-forgotten-on-path"})

@@ -9,7 +9,7 @@ import sympy as sp
 from qdot.exercises.answers import ConditionSet
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.singularity import Component
-from qdot.exercises.mistakes.base import Mistake, Taken, of_frames
+from qdot.exercises.mistakes.base import Mistake, MistakenAnswer, only_for_tables
 from qdot.exercises.problem.problem import Part
 
 Components = tuple[Component, ...]
@@ -19,14 +19,14 @@ CALLED_SINGULAR: tuple[tuple[sp.Expr, ...], ...] = (
 )  # fmt: skip
 """Angles at which joints are called singular."""
 MOST_WAYS = 20
-"""Ways to leave conditions out of several components at once that are looked at."""
+"""Ways to leave conditions out of several components at once that are tried."""
 
 
 def _components(part: Part) -> Components:
     return part.answer.components if isinstance(part.answer, ConditionSet) else ()
 
 
-def _every(chain: Chain) -> str:
+def _count_clause(chain: Chain) -> str:
     """Return what of J counts, as a clause."""
     square = chain.n == len(chain.task)
     return "every factor of det J counts" if square else "every way counts in which all minors are zero"
@@ -37,15 +37,15 @@ def zero_there(chain: Chain) -> str:
     return "is det J zero there" if chain.n == len(chain.task) else "are all minors zero there"
 
 
-def _set(components: Sequence[Component], **words: object) -> Taken:
-    return Taken(ConditionSet(tuple(components)), words)
+def _make_answer(components: Sequence[Component], **words: object) -> MistakenAnswer:
+    return MistakenAnswer(ConditionSet(tuple(components)), words)
 
 
-def _with(components: Components, index: int, new: Component) -> Components:
+def _replace_component(components: Components, index: int, new: Component) -> Components:
     return (*components[:index], new, *components[index + 1 :])
 
 
-def _thinned(component: Component, keep: int, only: sp.Symbol | None = None) -> Component:
+def _thin_out(component: Component, keep: int, only: sp.Symbol | None = None) -> Component:
     """Return a component with one value of each joint, or of one joint only."""
     assert component.solutions is not None
     kept = tuple(
@@ -55,7 +55,7 @@ def _thinned(component: Component, keep: int, only: sp.Symbol | None = None) -> 
     return replace(component, solutions=kept)
 
 
-def _one_root(chain: Chain, part: Part) -> Iterator[Taken]:
+def _keep_one_root(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
     components = _components(part)
     several = [
         k
@@ -64,31 +64,31 @@ def _one_root(chain: Chain, part: Part) -> Iterator[Taken]:
     ]
     for keep in (0, 1):
         if len(several) > 1:
-            yield _set([_thinned(c, keep) if k in several else c for k, c in enumerate(components)])
+            yield _make_answer([_thin_out(c, keep) if k in several else c for k, c in enumerate(components)])
         for k in several:
-            yield _set(_with(components, k, _thinned(components[k], keep)))
+            yield _make_answer(_replace_component(components, k, _thin_out(components[k], keep)))
         for k in several:  # of one joint where values of several hold together
             solutions = components[k].solutions or ()
             for joint, _ in solutions if len(solutions) > 1 else ():
-                yield _set(_with(components, k, _thinned(components[k], keep, joint)))
+                yield _make_answer(_replace_component(components, k, _thin_out(components[k], keep, joint)))
 
 
-def missed(chain: Chain, component: Component) -> tuple[str, dict[str, object]]:
-    """Return the mistake by which a component is left out, and the words for its sentence."""
+def missed_mistake(chain: Chain, component: Component) -> tuple[str, dict[str, object]]:
+    """Return the mistake of leaving out a component, and the words for its sentence."""
     if _is_tied(chain, component):
-        return "shoulder-missed", {"every": _every(chain), "instead": ""}
-    return "component-missed", {"kind": "values of a joint", "every": _every(chain)}
+        return "shoulder-missed", {"every": _count_clause(chain), "instead": ""}
+    return "component-missed", {"kind": "values of a joint", "every": _count_clause(chain)}
 
 
-def _missed(chain: Chain, part: Part) -> Iterator[Taken]:
+def _miss_component(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
     components = _components(part)
     for k, component in enumerate(components):
         if len(components) > 1:
             kind = "a condition that ties several joints" if _is_tied(chain, component) else "values of a joint"
-            yield _set((*components[:k], *components[k + 1 :]), kind=kind, every=_every(chain))
+            yield _make_answer((*components[:k], *components[k + 1 :]), kind=kind, every=_count_clause(chain))
     for k in range(len(components)):
         if len(components) > 2:
-            yield _set((components[k],), kind="more than one kind of condition", every=_every(chain))
+            yield _make_answer((components[k],), kind="more than one kind of condition", every=_count_clause(chain))
 
 
 def _is_tied(chain: Chain, component: Component) -> bool:
@@ -96,24 +96,24 @@ def _is_tied(chain: Chain, component: Component) -> bool:
     return any(len(condition.free_symbols & set(chain.q)) > 1 for condition in component.conditions)
 
 
-def _tied_missed(chain: Chain, part: Part) -> Iterator[Taken]:
-    """Leave out the shoulder and whatever else ties several joints, or put angles of one joint in its place.
+def _miss_tied(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
+    """Leave out the shoulder and whatever else ties several joints, or replace it by angles of one joint.
 
-    The rest is seen from one joint at a time.
+    The rest shows when looking at one joint at a time.
     """
     components = _components(part)
     solved = [component for component in components if not _is_tied(chain, component)]
     if len(solved) == len(components):
         return
     if solved:
-        yield _set(solved, every=_every(chain), instead="")
-    for q, called in _called_singular(chain, components):
-        instead = f", and {q} = {_values(called)} is called singular in its place"
-        yield _set((*solved, called), every=_every(chain), instead=instead)
+        yield _make_answer(solved, every=_count_clause(chain), instead="")
+    for q, called in _call_singular(chain, components):
+        instead = f", and {q} = {_value_text(called)} is called singular in its place"
+        yield _make_answer((*solved, called), every=_count_clause(chain), instead=instead)
 
 
-def _called_singular(chain: Chain, components: Components) -> Iterator[tuple[sp.Symbol, Component]]:
-    """Yield joints that are called singular and are not, at angles where a sine or a cosine is zero."""
+def _call_singular(chain: Chain, components: Components) -> Iterator[tuple[sp.Symbol, Component]]:
+    """Yield joints falsely called singular, at angles where a sine or a cosine is zero."""
     singular = {q for component in components for q, _ in component.solutions or ()}
     for joint, q in zip(chain.joints, chain.q, strict=True):
         if joint.kind == "R" and q not in singular and components:
@@ -121,25 +121,25 @@ def _called_singular(chain: Chain, components: Components) -> Iterator[tuple[sp.
                 yield q, Component((q,), ((q, values),))
 
 
-def _values(component: Component) -> str:
+def _value_text(component: Component) -> str:
     return ", ".join(str(value) for _, values in component.solutions or () for value in values)
 
 
-def _part_alone(chain: Chain, part: Part) -> Iterator[Taken]:
-    """Give a part of the conditions that must hold together, in one component or in all that have several."""
+def _keep_part(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
+    """Give only some of the conditions that must hold together, in one component or in all that have several."""
     components = _components(part)
     for size in (1, 2):
-        shorter = {k: list(_alone(c, size)) for k, c in enumerate(components) if len(c.conditions) > size}
+        shorter = {k: list(_partial_components(c, size)) for k, c in enumerate(components) if len(c.conditions) > size}
         for k, ways in shorter.items():
             for way in ways:
-                yield _set(_with(components, k, way), joint=_joints_of(chain, [way]))
+                yield _make_answer(_replace_component(components, k, way), joint=_joints_of(chain, [way]))
         if len(shorter) > 1:
             for every in islice(product(*shorter.values()), MOST_WAYS):
                 new = [dict(zip(shorter, every, strict=True)).get(k, c) for k, c in enumerate(components)]
-                yield _set(new, joint=_joints_of(chain, every))
+                yield _make_answer(new, joint=_joints_of(chain, every))
 
 
-def _alone(component: Component, size: int) -> Iterator[Component]:
+def _partial_components(component: Component, size: int) -> Iterator[Component]:
     """Yield some of the conditions of a component."""
     for chosen in combinations(range(len(component.conditions)), size):
         conditions = tuple(component.conditions[i] for i in chosen)
@@ -152,55 +152,55 @@ def _joints_of(chain: Chain, components: Sequence[Component]) -> str:
     return ", ".join(str(q) for q in chain.q if q in symbols)
 
 
-def _moved(component: Component, to: sp.Symbol) -> Component:
+def _move_to_joint(component: Component, to: sp.Symbol) -> Component:
     assert component.solutions is not None
     return replace(component, solutions=tuple((to, values) for _, values in component.solutions))
 
 
-def _other_joint(chain: Chain, part: Part) -> Iterator[Taken]:
+def _use_other_joint(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
     components = _components(part)
     for k, component in enumerate(components):
         if component.solutions is None or len(component.solutions) > 1:
             continue
-        own = component.solutions[0][0]
+        singular_joint = component.solutions[0][0]
         for joint, q in zip(chain.joints, chain.q, strict=True):
-            if q != own and (joint.kind == "R") == own.name.startswith("theta"):
-                yield _set(_with(components, k, _moved(component, q)), joint=q)
+            if q != singular_joint and (joint.kind == "R") == singular_joint.name.startswith("theta"):
+                yield _make_answer(_replace_component(components, k, _move_to_joint(component, q)), joint=q)
 
 
-def _angles(component: Component) -> bool:
+def _has_angles_only(component: Component) -> bool:
     return component.solutions is not None and all(q.name.startswith("theta") for q, _ in component.solutions)
 
 
-def _shifted(component: Component, by: sp.Expr) -> Component:
+def _shift_values(component: Component, by: sp.Expr) -> Component:
     assert component.solutions is not None
     return replace(component, solutions=tuple((q, tuple(v + by for v in values)) for q, values in component.solutions))
 
 
-def _quarter(chain: Chain, part: Part) -> Iterator[Taken]:
+def _shift_quarter_turn(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
     components = _components(part)
-    which = [k for k, component in enumerate(components) if _angles(component)]
+    which = [k for k, component in enumerate(components) if _has_angles_only(component)]
     for chosen in ([k] for k in which):
-        yield _set([_shifted(c, sp.pi / 2) if k in chosen else c for k, c in enumerate(components)])
+        yield _make_answer([_shift_values(c, sp.pi / 2) if k in chosen else c for k, c in enumerate(components)])
     if len(which) > 1:
-        yield _set([_shifted(c, sp.pi / 2) if k in which else c for k, c in enumerate(components)])
+        yield _make_answer([_shift_values(c, sp.pi / 2) if k in which else c for k, c in enumerate(components)])
 
 
-def _straight(q: sp.Symbol) -> Component:
+def _straight_joint(q: sp.Symbol) -> Component:
     return Component((sp.sin(q),), ((q, (sp.S.Zero, sp.pi)),))
 
 
-def _joint_added(chain: Chain, part: Part) -> Iterator[Taken]:
-    """Call a joint singular that is not: the book's own slip."""
+def _add_joint(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
+    """Falsely call a joint singular: the book's own mistake."""
     components = _components(part)
-    for q, called in _called_singular(chain, components):
-        yield _set((*components, called), joint=q, values=_values(called), zero=zero_there(chain))
+    for q, called in _call_singular(chain, components):
+        yield _make_answer((*components, called), joint=q, values=_value_text(called), zero=zero_there(chain))
 
 
-def _offsets(factor: int) -> Callable[[Chain, Part], Iterator[Taken]]:
-    """Return how the constant of a joint is left out of all conditions (1), or taken with the other sign (2)."""
+def _misuse_offsets(factor: int) -> Callable[[Chain, Part], Iterator[MistakenAnswer]]:
+    """Return the answers with a joint's constant left out of all conditions (1), or with the opposite sign (2)."""
 
-    def takes(chain: Chain, part: Part) -> Iterator[Taken]:
+    def takes(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
         if not _components(part):
             return
         kinds = {q: joint.kind for q, joint in zip(chain.q, chain.joints, strict=True)}
@@ -211,11 +211,13 @@ def _offsets(factor: int) -> Callable[[Chain, Part], Iterator[Taken]]:
                 if constant != 0 and (kinds[q] == "P" or sp.sin(factor * constant) != 0)
             }
             for q, offset in offsets.items():
-                moved = [_with_offset(component, {q: offset}) for component in _components(part)]
+                moved = [_shift_by_offset(component, {q: offset}) for component in _components(part)]
                 if moved != list(_components(part)):
-                    yield _set(moved, joint=str(q))
+                    yield _make_answer(moved, joint=str(q))
             if len(offsets) > 1:
-                yield _set([_with_offset(component, offsets) for component in _components(part)], joint="the joints")
+                yield _make_answer(
+                    [_shift_by_offset(component, offsets) for component in _components(part)], joint="the joints"
+                )
 
     return takes
 
@@ -228,8 +230,8 @@ def _constants_in(chain: Chain, components: Components) -> dict[sp.Symbol, sp.Ex
     return {q: constant for q, constant in constants.items() if constant.is_number}
 
 
-def _with_offset(component: Component, more: Mapping[sp.Symbol, sp.Expr]) -> Component:
-    """Return a component with q - c in the place of q: what is said of q then holds for q and the constant."""
+def _shift_by_offset(component: Component, more: Mapping[sp.Symbol, sp.Expr]) -> Component:
+    """Return a component with q - c in the place of q, so that its conditions on q hold for q plus the constant."""
     conditions = tuple(condition.xreplace({q: q - c for q, c in more.items()}) for condition in component.conditions)
     if component.solutions is None:
         return Component(conditions, None)
@@ -237,26 +239,26 @@ def _with_offset(component: Component, more: Mapping[sp.Symbol, sp.Expr]) -> Com
     return Component(conditions, solutions)
 
 
-def _or_for_and(chain: Chain, part: Part) -> Iterator[Taken]:
+def _split_conjunction(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
     """Take conditions that must hold together for alternatives."""
     components = _components(part)
     for k, component in enumerate(components):
         if len(component.conditions) > 1:
-            yield _set((*components[:k], *_alone(component, 1), *components[k + 1 :]))
+            yield _make_answer((*components[:k], *_partial_components(component, 1), *components[k + 1 :]))
 
 
-def _one_root_each(chain: Chain, part: Part) -> Iterator[Taken]:
+def _keep_one_root_each(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
     """Take one value for several, in some of the components."""
     components = _components(part)
     several = [k for k, c in enumerate(components) if c.solutions and any(len(v) > 1 for _, v in c.solutions)]
     for size in range(2, min(len(several), 4)):
         for chosen in combinations(several, size):
             for keep in (0, 1):
-                yield _set([_thinned(c, keep) if k in chosen else c for k, c in enumerate(components)])
+                yield _make_answer([_thin_out(c, keep) if k in chosen else c for k, c in enumerate(components)])
 
 
-def _and_for_or(chain: Chain, part: Part) -> Iterator[Taken]:
-    """Take alternatives for conditions that hold together: two, or all that give values of joints."""
+def _join_alternatives(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
+    """Take alternatives for conditions that hold together: two of them, or all with joint values."""
     components = _components(part)
     solved = [component for component in components if component.solutions is not None]
     for size in sorted({2, len(solved)} - {0, 1}):
@@ -265,11 +267,11 @@ def _and_for_or(chain: Chain, part: Part) -> Iterator[Taken]:
             if len({q for q, _ in solutions}) == len(solutions):
                 conditions = tuple(condition for component in chosen for condition in component.conditions)
                 rest = (component for component in components if component not in chosen)
-                yield _set((*rest, Component(conditions, solutions)))
+                yield _make_answer((*rest, Component(conditions, solutions)))
 
 
-def _condition_too_many(chain: Chain, part: Part) -> Iterator[Taken]:
-    """Add a condition of another joint to one that is enough."""
+def _add_condition(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
+    """Add a condition on another joint to one that is sufficient."""
     components = _components(part)
     for k, component in enumerate(components):
         singular = {q for q, _ in component.solutions or ()}
@@ -277,36 +279,38 @@ def _condition_too_many(chain: Chain, part: Part) -> Iterator[Taken]:
             if component.solutions and q not in singular:
                 for value in (sp.S.Zero, sp.pi) if joint.kind == "R" else (sp.S.Zero,):
                     more = Component((*component.conditions, q), (*component.solutions, (q, (value,))))
-                    yield _set(_with(components, k, more), joint=str(q))
+                    yield _make_answer(_replace_component(components, k, more), joint=str(q))
 
 
-def _other_radians(chain: Chain, part: Part) -> Iterator[Taken]:
-    """Turn degrees into half or twice the angle."""
+def _misconvert_radians(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
+    """Convert degrees into half or twice the angle."""
     components = _components(part)
-    for factor in (sp.S.Half, sp.S(2)) if any(map(_angles, components)) else ():
-        yield _set([_times(component, factor) if _angles(component) else component for component in components])
+    for factor in (sp.S.Half, sp.S(2)) if any(map(_has_angles_only, components)) else ():
+        yield _make_answer(
+            [_scale_values(component, factor) if _has_angles_only(component) else component for component in components]
+        )
 
 
-def _times(component: Component, factor: sp.Expr) -> Component:
+def _scale_values(component: Component, factor: sp.Expr) -> Component:
     solutions = tuple((q, tuple(factor * value for value in values)) for q, values in component.solutions or ())
     return replace(component, solutions=solutions)
 
 
-def _tangent_turned_over(chain: Chain, part: Part) -> Iterator[Taken]:
-    """Take the tangent for one over it where an angle is solved for."""
+def _invert_tangent(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
+    """Invert the tangent when solving for an angle."""
     components = _components(part)
-    turned = []
+    new_components = []
     for component in components:
         solutions = tuple(
             (q, tuple(value.replace(sp.atan, lambda ratio: sp.atan(1 / ratio)) for value in values))
             for q, values in component.solutions or ()
         )
-        turned.append(component if component.solutions is None else replace(component, solutions=solutions))
-    if tuple(turned) != components:
-        yield _set(turned)
+        new_components.append(component if component.solutions is None else replace(component, solutions=solutions))
+    if tuple(new_components) != components:
+        yield _make_answer(new_components)
 
 
-def _value_sign(chain: Chain, part: Part) -> Iterator[Taken]:
+def _flip_values(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
     """Give one value of a joint, or all of them, the other sign."""
     components = _components(part)
     for k, component in enumerate(components):
@@ -317,30 +321,34 @@ def _value_sign(chain: Chain, part: Part) -> Iterator[Taken]:
                     continue  # pi/2 and -pi/2 are the same two values then
                 solutions = list(component.solutions or ())
                 solutions[index] = (q, new)
-                yield _set(_with(components, k, replace(component, solutions=tuple(solutions))), joint=str(q))
+                yield _make_answer(
+                    _replace_component(components, k, replace(component, solutions=tuple(solutions))), joint=str(q)
+                )
 
 
-def _all_joints(chain: Chain, part: Part) -> Iterator[Taken]:
+def _call_all_singular(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
     revolute = [q for joint, q in zip(chain.joints, chain.q, strict=True) if joint.kind == "R"]
     if _components(part) and len(revolute) > 1:
-        yield _set([_straight(q) for q in revolute], zero=zero_there(chain))
+        yield _make_answer([_straight_joint(q) for q in revolute], zero=zero_there(chain))
 
 
-def _degrees(chain: Chain, part: Part) -> Iterator[Taken]:
+def _use_degrees(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
     components = _components(part)
-    if any(map(_angles, components)):
-        yield _set([_in_degrees(component) if _angles(component) else component for component in components])
+    if any(map(_has_angles_only, components)):
+        yield _make_answer(
+            [_convert_to_degrees(component) if _has_angles_only(component) else component for component in components]
+        )
 
 
-def _in_degrees(component: Component) -> Component:
+def _convert_to_degrees(component: Component) -> Component:
     assert component.solutions is not None
     return replace(
         component, solutions=tuple((q, tuple(v * 180 / sp.pi for v in values)) for q, values in component.solutions)
     )
 
 
-def _conditions(part: Part) -> Iterator[tuple[int, int, sp.Expr]]:
-    """Yield where a condition that ties several joints stands, and the condition."""
+def _tied_conditions(part: Part) -> Iterator[tuple[int, int, sp.Expr]]:
+    """Yield the place of each condition that ties several joints, and the condition."""
     for k, component in enumerate(_components(part)):
         if component.solutions is None:
             for index, condition in enumerate(component.conditions):
@@ -348,68 +356,68 @@ def _conditions(part: Part) -> Iterator[tuple[int, int, sp.Expr]]:
                     yield k, index, condition
 
 
-def _altered(part: Part, k: int, index: int, new: sp.Expr, **words: object) -> Taken:
+def _replace_condition(part: Part, k: int, index: int, new: sp.Expr, **words: object) -> MistakenAnswer:
     components = _components(part)
     conditions = list(components[k].conditions)
     conditions[index] = new
-    return _set(_with(components, k, Component(tuple(conditions), None)), **words)
+    return _make_answer(_replace_component(components, k, Component(tuple(conditions), None)), **words)
 
 
-def _term_sign(chain: Chain, part: Part) -> Iterator[Taken]:
-    for k, index, condition in _conditions(part):
+def _flip_term(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
+    for k, index, condition in _tied_conditions(part):
         for term in condition.args:
-            yield _altered(part, k, index, condition - 2 * term)
+            yield _replace_condition(part, k, index, condition - 2 * term)
 
 
-def _term_lost(chain: Chain, part: Part) -> Iterator[Taken]:
-    for k, index, condition in _conditions(part):
+def _lose_term(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
+    for k, index, condition in _tied_conditions(part):
         for term in condition.args:
-            yield _altered(part, k, index, condition - term)
+            yield _replace_condition(part, k, index, condition - term)
 
 
-def _relative(chain: Chain, part: Part) -> Iterator[Taken]:
-    for k, index, condition in _conditions(part):
+def _use_relative_angle(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
+    for k, index, condition in _tied_conditions(part):
         sums = {trig.args[0] for trig in condition.atoms(sp.sin, sp.cos) if trig.args[0].is_Add}
-        own = {angle: max(angle.free_symbols, key=lambda symbol: symbol.name) for angle in sums}
-        if own:
-            yield _altered(part, k, index, condition.xreplace(own))
+        last_angle = {angle: max(angle.free_symbols, key=lambda symbol: symbol.name) for angle in sums}
+        if last_angle:
+            yield _replace_condition(part, k, index, condition.xreplace(last_angle))
 
 
-def _trigs(chain: Chain, part: Part) -> Iterator[Taken]:
-    for k, index, condition in _conditions(part):
+def _exchange_trigs(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
+    for k, index, condition in _tied_conditions(part):
         swap = {w: (sp.cos if isinstance(w, sp.sin) else sp.sin)(w.args[0]) for w in condition.atoms(sp.sin, sp.cos)}
-        yield _altered(part, k, index, condition.xreplace(swap))
+        yield _replace_condition(part, k, index, condition.xreplace(swap))
 
 
 _ALL = (
     Mistake(
         "one-root-only", "Only one of two roots",
         "Only one of several values of a joint seems to be given: a sine or cosine takes the same value more than once "
-        "in a turn.", "6.8", takes=_one_root,
+        "in a turn.", "6.8", takes=_keep_one_root,
     ),
     Mistake(
         "shoulder-missed", "Condition that ties several joints missed",
         "What depends on more than one joint at once seems to be left out, as where the point lies on the first "
-        "axis{instead}: {every}.", "6.8 and Example 6.3", takes=_tied_missed,
+        "axis{instead}: {every}.", "6.8 and Example 6.3", takes=_miss_tied,
     ),
     Mistake(
         "component-missed", "Part of the singular set missed",
-        "A part of the singular configurations seems to be left out, {kind}: {every}.", "6.8", takes=_missed,
+        "A part of the singular configurations seems to be left out, {kind}: {every}.", "6.8", takes=_miss_component,
     ),
     Mistake(
         "condition-of-several-forgotten", "One of several conditions forgotten",
         "What is said of {joint} is not enough: another condition seems to be forgotten that must hold at the same "
-        "time. J is not square, and loses rank only where all its minors are zero.", "6.8", takes=_part_alone,
+        "time. J is not square, and loses rank only where all its minors are zero.", "6.8", takes=_keep_part,
     ),
     Mistake(
         "quarter-turn-singular", "Sine for cosine in the condition",
         "The angles seem to be a quarter turn off: where does the sine vanish, and where the cosine?", "6.8",
-        takes=_quarter,
+        takes=_shift_quarter_turn,
     ),
     Mistake(
         "joint-called-singular", "A joint called singular that is not",
         "{joint} seems to be called singular at {values}: {zero}? (The book has this slip in its own Example 6.3.)",
-        "6.8", takes=_joint_added,
+        "6.8", takes=_add_joint,
     ),
     Mistake(
         "value-called-singular", "A value called singular that is not",
@@ -418,79 +426,80 @@ _ALL = (
     Mistake(
         "all-joints-straight", "All joints at 0 or pi called singular",
         "Every joint at 0 or pi seems to be called singular: {zero}?", "6.8",
-        takes=_all_joints,
+        takes=_call_all_singular,
     ),
     Mistake(
         "condition-for-other-joint", "Condition for another joint",
-        "The condition seems to be given for {joint}, and it is one for another joint.", "6.8", takes=_other_joint,
+        "The condition seems to be given for {joint}, and it is one for another joint.", "6.8", takes=_use_other_joint,
     ),
     Mistake(
         "angles-in-degrees", "Degrees where radians are due",
-        "The angles seem to be given in degrees: radians are due.", "6.8", takes=_degrees,
+        "The angles seem to be given in degrees: radians are due.", "6.8", takes=_use_degrees,
     ),
     Mistake(
         "relative-angle-in-condition", "Relative angle for absolute in the condition",
         "In the condition that ties several joints, a joint's own angle seems to stand where an absolute angle is due.",
-        "6.8", takes=_relative,
+        "6.8", takes=_use_relative_angle,
     ),
     Mistake(
         "sign-in-condition", "Sign in the condition",
-        "In the condition that ties several joints, a term seems to have the wrong sign.", "6.8", takes=_term_sign,
+        "In the condition that ties several joints, a term seems to have the wrong sign.", "6.8", takes=_flip_term,
     ),
     Mistake(
         "term-lost-in-condition", "Term of the condition lost",
-        "The condition that ties several joints seems to lack a term.", "6.8", takes=_term_lost,
+        "The condition that ties several joints seems to lack a term.", "6.8", takes=_lose_term,
     ),
     Mistake(
         "waves-exchanged-in-condition", "Sine and cosine exchanged in the condition",
-        "In the condition that ties several joints, sine and cosine seem to be exchanged.", "6.8", takes=_trigs,
+        "In the condition that ties several joints, sine and cosine seem to be exchanged.", "6.8",
+        takes=_exchange_trigs,
     ),
     Mistake(
         "offset-forgotten-in-set", "Joint offset left out of the conditions",
         "The constant that is added to {joint} seems to be left out of the conditions: they are expected for the joint "
-        "variable itself.", "6.8", takes=_offsets(1), rare=True,
+        "variable itself.", "6.8", takes=_misuse_offsets(1), rare=True,
     ),
     Mistake(
         "offset-sign-in-set", "Joint offset on the wrong side",
         "The constant that is added to {joint} seems to have the wrong sign: solve for the joint variable, which takes "
-        "it to the other side.", "6.8", takes=_offsets(2), rare=True,
+        "it to the other side.", "6.8", takes=_misuse_offsets(2), rare=True,
     ),
     Mistake(
         "or-for-and", "Or for and in the conditions",
         "Conditions that must hold together seem to be given as alternatives: J loses rank only where all its minors "
-        "are zero.", "6.8", takes=_or_for_and, rare=True,
+        "are zero.", "6.8", takes=_split_conjunction, rare=True,
     ),
     Mistake(
         "one-root-of-each", "One root of several joints",
         "Only one of several values seems to be given for more than one joint: a sine or cosine takes the same value "
-        "more than once in a turn.", "6.8", takes=_one_root_each, rare=True,
+        "more than once in a turn.", "6.8", takes=_keep_one_root_each, rare=True,
     ),
     Mistake(
         "and-for-or", "And for or in the conditions",
         "Alternatives seem to be given as conditions that hold together: each of them is enough by itself.", "6.8",
-        takes=_and_for_or, rare=True,
+        takes=_join_alternatives, rare=True,
     ),
     Mistake(
         "condition-too-many", "Condition that is not needed",
         "A condition for {joint} seems to be added to one that is enough without it.", "6.8",
-        takes=_condition_too_many, rare=True,
+        takes=_add_condition, rare=True,
     ),
     Mistake(
         "values-in-wrong-radians", "Values turned into the wrong radians",
         "The values of the angles seem to be turned into twice or half of them: 180° is pi.", "6.8",
-        takes=_other_radians, rare=True,
+        takes=_misconvert_radians, rare=True,
     ),
     Mistake(
         "tangent-turned-over", "Tangent turned over",
         "The tangent seems to be turned over: which of the two factors stands before the sine, and which before the "
-        "cosine?", "6.8", takes=_tangent_turned_over, rare=True,
+        "cosine?", "6.8", takes=_invert_tangent, rare=True,
     ),
     Mistake(
         "value-sign-in-set", "Value of a joint with the wrong sign",
-        "A value of {joint} seems to have the wrong sign.", "6.8", takes=_value_sign, rare=True,
+        "A value of {joint} seems to have the wrong sign.", "6.8", takes=_flip_values, rare=True,
     ),
 )  # fmt: skip
 
 OF_TABLE = frozenset({"offset-forgotten-in-set", "offset-sign-in-set"})
-"""Those that speak of what a table adds to a variable."""
-MISTAKES = of_frames(_ALL, but={one.name for one in _ALL} - OF_TABLE)
+"""The mistakes about what a table adds to a variable."""
+MISTAKES = only_for_tables(_ALL, but={mistake.name for mistake in _ALL} - OF_TABLE)

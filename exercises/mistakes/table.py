@@ -1,4 +1,4 @@
-"""Mistakes in reading the DH table, and in what is put at its two ends."""
+"""Mistakes in reading the DH table, the base and the point of interest."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
@@ -8,27 +8,27 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.arithmetic import applied, product
+from qdot.exercises.arm.arithmetic import apply_matrix, product
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.derivation_graph import Change, Table, TableRow, Working, propagated, turn_x, turn_z
-from qdot.exercises.mistakes.base import Mistake, Shape, Slip, at_each_and_all, of_frames
+from qdot.exercises.arm.derivation_graph import Change, Table, TableRow, Working, propagate_linear_rows, turn_x, turn_z
+from qdot.exercises.mistakes.base import Mistake, MistakeVariant, Shape, at_each_and_all, only_for_tables
 
 MOST_ROWS = 4
-"""Rows of a table of which any may be taken for another; of a longer one, the next."""
+"""Rows up to which any row may be taken for another; in a longer table, only the next."""
 
 
-def _row(index: int, change: Callable[[Working, TableRow], dict[str, Any]], **words: object) -> Slip:
-    """Return the slip that changes entries of one row, as the arm's convention tells it."""
+def _change_row(index: int, change: Callable[[Working, TableRow], dict[str, Any]], **words: object) -> MistakeVariant:
+    """Return the variant that changes entries of one row in the arm's convention."""
 
-    def changed(w: Working, table: Table) -> Table:
-        return _with_told(w, table, index, **change(w, _told(w, table, index)))
+    def apply_change(w: Working, table: Table) -> Table:
+        return _with_convention_row(w, table, index, **change(w, _convention_row(w, table, index)))
 
-    return Slip({"table": changed}, {"joint": index + 1, "link": index + 1, **words})
+    return MistakeVariant({"table": apply_change}, {"joint": index + 1, "link": index + 1, **words})
 
 
-def _told(w: Working, table: Table, index: int) -> TableRow:
-    """Return a row as the convention tells it: a modified one has a and alpha of the link before, or of the base."""
+def _convention_row(w: Working, table: Table, index: int) -> TableRow:
+    """Return a row in the arm's convention: a modified one has a and alpha of the previous link, or of the base."""
     row, link = table.rows[index], _link(w, index)
     if link >= 0:
         return replace(row, a=table.rows[link].a, alpha=table.rows[link].alpha)
@@ -36,16 +36,16 @@ def _told(w: Working, table: Table, index: int) -> TableRow:
     return replace(row, a=position[0] if convention_of(w.chain).base.is_world else position[0] * 0, alpha=tilt)
 
 
-def _with_told(w: Working, table: Table, index: int, **changed: Any) -> Table:
-    """Return the table with entries of one row changed, as the convention tells it."""
-    told, link = _told(w, table, index), _link(w, index)
-    a, alpha = changed.pop("a", told.a), changed.pop("alpha", told.alpha)
+def _with_convention_row(w: Working, table: Table, index: int, **changed: Any) -> Table:
+    """Return the table with entries of one row changed in the arm's convention."""
+    row, link = _convention_row(w, table, index), _link(w, index)
+    a, alpha = changed.pop("a", row.a), changed.pop("alpha", row.alpha)
     table = table.with_row(index, **changed)
     if link >= 0:
         return table.with_row(link, a=a, alpha=alpha)
     position, yaw, _ = table.base
     along = np.stack([w.arithmetic.cos(yaw), w.arithmetic.sin(yaw), yaw * 0])
-    return replace(table, base=(position + (a - told.a) * along, yaw, alpha))
+    return replace(table, base=(position + (a - row.a) * along, yaw, alpha))
 
 
 def _link(w: Working, index: int) -> int:
@@ -53,174 +53,175 @@ def _link(w: Working, index: int) -> int:
     return index - convention_of(w.chain).frame_on_axis(1)
 
 
-def _rows(
-    chain: Chain, due: Callable[[Any], bool], change: Callable[[Working, TableRow], dict[str, Any]]
-) -> Iterator[Slip]:
-    """Yield the slips that change entries of a row where that is due."""
+def _change_rows(
+    chain: Chain, applies: Callable[[Any], bool], change: Callable[[Working, TableRow], dict[str, Any]]
+) -> Iterator[MistakeVariant]:
+    """Yield the variants that change entries of a row to which the change applies."""
     for i, row in enumerate(convention_of(chain).rows):
-        if due(row):
-            yield _row(i, change)
+        if applies(row):
+            yield _change_row(i, change)
 
 
-def _offsets(chain: Chain, _: Shape) -> Iterator[Slip]:
-    def without(joints: Sequence[int]) -> Slip:
-        def changed(w: Working, table: Table) -> Table:
+def _drop_offsets(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+    def drop(joints: Sequence[int]) -> MistakeVariant:
+        def apply_change(w: Working, table: Table) -> Table:
             for i in joints:
                 entry = "theta" if chain.joints[i].kind == "R" else "d"
-                table = table.with_row(i, **{entry: w.arithmetic.stepped(chain.q[i])})
+                table = table.with_row(i, **{entry: w.arithmetic.table_entry(chain.q[i])})
             return table
 
-        return Slip(
-            {"table": changed}, {"joint": _numbers(joints), "variable": ", ".join(str(chain.q[i]) for i in joints)}
+        return MistakeVariant(
+            {"table": apply_change},
+            {"joint": _joint_numbers(joints), "variable": ", ".join(str(chain.q[i]) for i in joints)},
         )
 
-    return at_each_and_all([i for i, offset in enumerate(chain.offsets) if offset != 0], without)
+    return at_each_and_all([i for i, offset in enumerate(chain.offsets) if offset != 0], drop)
 
 
-def _numbers(indices: Sequence[int]) -> str:
+def _joint_numbers(indices: Sequence[int]) -> str:
     """Return numbers of joints, from 1."""
     return ", ".join(str(i + 1) for i in indices)
 
 
-def _variable_forgotten(chain: Chain, _: Shape) -> Iterator[Slip]:
+def _drop_variable(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
     """Keep what the table adds to an angle, and lose the angle itself."""
     for i, (joint, q) in enumerate(zip(chain.joints, chain.q, strict=True)):
         if joint.kind == "R":
-            change = lambda w, row, q=q: {"theta": row.theta - w.arithmetic.stepped(q)}  # noqa: E731
-            yield _row(i, change)
+            change = lambda w, row, q=q: {"theta": row.theta - w.arithmetic.table_entry(q)}  # noqa: E731
+            yield _change_row(i, change)
 
 
-def _turning_offsets(chain: Chain) -> list[tuple[int, sp.Expr]]:
-    """Return the joints that turn and have a constant in the table, with it."""
+def _revolute_offsets(chain: Chain) -> list[tuple[int, sp.Expr]]:
+    """Return the revolute joints with a constant in the table, and the constant."""
     joints = enumerate(zip(chain.joints, chain.offsets, strict=True))
     return [(i, offset) for i, (joint, offset) in joints if joint.kind == "R" and offset != 0]
 
 
-def _slide_sign(chain: Chain, _: Shape) -> Iterator[Slip]:
+def _flip_slide_offset(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
     for i, (joint, offset) in enumerate(zip(chain.joints, chain.offsets, strict=True)):
         if joint.kind == "P" and offset != 0:
-            yield _row(i, lambda w, row, more=2 * offset: {"d": row.d - w.arithmetic.stepped(more)})  # type: ignore[misc]
+            yield _change_row(i, lambda w, row, more=2 * offset: {"d": row.d - w.arithmetic.table_entry(more)})  # type: ignore[misc]
 
 
-def _scaled_offsets(chain: Chain, factor: sp.Expr, which: Callable[[sp.Expr], bool]) -> Iterator[Slip]:
+def _scale_offsets(chain: Chain, factor: sp.Expr, which: Callable[[sp.Expr], bool]) -> Iterator[MistakeVariant]:
     """Multiply the constant of each row by a factor, one by one and then all of them."""
-    offsets = {i: offset for i, offset in _turning_offsets(chain) if which(offset)}
+    offsets = {i: offset for i, offset in _revolute_offsets(chain) if which(offset)}
 
-    def scaled(joints: Sequence[int]) -> Slip:
-        def changed(w: Working, table: Table) -> Table:
+    def scale(joints: Sequence[int]) -> MistakeVariant:
+        def apply_change(w: Working, table: Table) -> Table:
             for i in joints:
-                theta = table.rows[i].theta + w.arithmetic.stepped((factor - 1) * offsets[i])
+                theta = table.rows[i].theta + w.arithmetic.table_entry((factor - 1) * offsets[i])
                 table = table.with_row(i, theta=theta)
             return table
 
-        constants = ", ".join(dict.fromkeys(_degrees_of(offsets[i]) for i in joints))
-        return Slip({"table": changed}, {"joint": _numbers(joints), "degrees": constants})
+        constants = ", ".join(dict.fromkeys(_degree_text(offsets[i]) for i in joints))
+        return MistakeVariant({"table": apply_change}, {"joint": _joint_numbers(joints), "degrees": constants})
 
-    return at_each_and_all(list(offsets), scaled)
+    return at_each_and_all(list(offsets), scale)
 
 
-def _degrees_of(angle: sp.Expr) -> str:
-    """Return an angle in degrees as it stands in the table."""
+def _degree_text(angle: sp.Expr) -> str:
+    """Return an angle of the table in degrees."""
     return f"{sp.nsimplify(angle * 180 / sp.pi)}°"
 
 
-def _offset_sign(chain: Chain, _: Shape) -> Iterator[Slip]:
-    return _scaled_offsets(chain, sp.S(-1), lambda offset: bool(sp.sin(offset) != 0))
+def _flip_offset(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+    return _scale_offsets(chain, sp.S(-1), lambda offset: bool(sp.sin(offset) != 0))
 
 
-def _offset_in_degrees(chain: Chain, _: Shape) -> Iterator[Slip]:
-    return _scaled_offsets(chain, 180 / sp.pi, lambda offset: True)
+def _type_degrees(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+    return _scale_offsets(chain, 180 / sp.pi, lambda offset: True)
 
 
-def _other_radians(chain: Chain, _: Shape) -> Iterator[Slip]:
+def _misconvert_radians(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
     """Take 30 degrees for pi/3, 60 for pi/6, 45 for pi/2 or pi/8, 90 for pi or pi/4."""
-    yield from _scaled_offsets(chain, sp.S(2), lambda offset: True)
-    yield from _scaled_offsets(chain, sp.S.Half, lambda offset: True)
+    yield from _scale_offsets(chain, sp.S(2), lambda offset: True)
+    yield from _scale_offsets(chain, sp.S.Half, lambda offset: True)
 
 
-def _from_another_row(chain: Chain, _: Shape) -> Iterator[Slip]:
+def _use_other_row(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
     """Take the length, distance or twist of the row above or below; or exchange two lengths."""
     rows = convention_of(chain).rows
     for i, row in enumerate(rows):
-        for j, other in enumerate(rows):
+        for j, other_row in enumerate(rows):
             if i == j or (chain.n > MOST_ROWS and abs(i - j) > 1):
                 continue
-            if chain.offsets[i] != chain.offsets[j] and row.kind == other.kind:
+            if chain.offsets[i] != chain.offsets[j] and row.kind == other_row.kind:
                 entry, more = ("theta" if row.kind == "R" else "d"), chain.offsets[j] - chain.offsets[i]
-                change = lambda w, row, e=entry, more=more: {e: getattr(row, e) + w.arithmetic.stepped(more)}  # noqa: E731
-                yield _row(i, change, entry="constant of the joint variable", other=j + 1)
+                change = lambda w, row, e=entry, more=more: {e: getattr(row, e) + w.arithmetic.table_entry(more)}  # noqa: E731
+                yield _change_row(i, change, entry="constant of the joint variable", other=j + 1)
             for entry in ("a", "d", "alpha"):
-                there = getattr(other, entry)
-                sliding = entry == "d" and "P" in (row.kind, other.kind)
+                there = getattr(other_row, entry)
+                sliding = entry == "d" and "P" in (row.kind, other_row.kind)
                 if sliding or getattr(row, entry) == there:
                     continue
-                yield _row(
+                yield _change_row(
                     i,
-                    lambda w, row, entry=entry, there=there: {entry: w.arithmetic.stepped(there)},  # type: ignore[misc]
+                    lambda w, row, entry=entry, there=there: {entry: w.arithmetic.table_entry(there)},  # type: ignore[misc]
                     entry=entry, other=j + 1,
                 )  # fmt: skip
 
 
-def _lengths_exchanged(chain: Chain, _: Shape) -> Iterator[Slip]:
+def _exchange_lengths(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
     rows = convention_of(chain).rows
     for i, j in combinations(range(chain.n), 2):
         if 0 != rows[i].a != rows[j].a != 0:
 
-            def changed(w: Working, table: Table, i: int = i, j: int = j) -> Table:
-                one, other = _told(w, table, i).a, _told(w, table, j).a
-                return _with_told(w, _with_told(w, table, i, a=other), j, a=one)
+            def apply_change(w: Working, table: Table, i: int = i, j: int = j) -> Table:
+                first, second = _convention_row(w, table, i).a, _convention_row(w, table, j).a
+                return _with_convention_row(w, _with_convention_row(w, table, i, a=second), j, a=first)
 
-            yield Slip({"table": changed}, {"joint": i + 1, "other": j + 1})
-
-
-def _fixed_angles(chain: Chain, _: Shape) -> Iterator[Slip]:
-    return _rows(chain, lambda j: j.kind == "P" and j.theta != 0, lambda _, row: {"theta": row.theta * 0})
+            yield MistakeVariant({"table": apply_change}, {"joint": i + 1, "other": j + 1})
 
 
-def _twisted(joint: Any) -> bool:
+def _drop_fixed_angle(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+    return _change_rows(chain, lambda j: j.kind == "P" and j.theta != 0, lambda _, row: {"theta": row.theta * 0})
+
+
+def _has_twist(joint: Any) -> bool:
     return bool(sp.sin(joint.alpha) != 0)
 
 
-def _twist_sign(chain: Chain, _: Shape) -> Iterator[Slip]:
-    return _rows(chain, _twisted, lambda _, row: {"alpha": -row.alpha})
+def _flip_twist(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+    return _change_rows(chain, _has_twist, lambda _, row: {"alpha": -row.alpha})
 
 
-def _twist_left_out(chain: Chain, _: Shape) -> Iterator[Slip]:
-    return _rows(chain, lambda joint: joint.alpha != 0, lambda _, row: {"alpha": row.alpha * 0})
+def _drop_twist(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+    return _change_rows(chain, lambda joint: joint.alpha != 0, lambda _, row: {"alpha": row.alpha * 0})
 
 
-def _all_twists(chain: Chain, _: Shape) -> Iterator[Slip]:
+def _flip_all_twists(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
     def turned(w: Working, table: Table) -> Table:
         return replace(table, rows=tuple(replace(row, alpha=-row.alpha) for row in table.rows))
 
-    if sum(map(_twisted, chain.joints)) > 1:
-        yield Slip({"table": turned})
+    if sum(map(_has_twist, chain.joints)) > 1:
+        yield MistakeVariant({"table": turned})
 
 
-def _a_left_out(chain: Chain, _: Shape) -> Iterator[Slip]:
-    return _rows(chain, lambda joint: joint.a != 0, lambda _, row: {"a": row.a * 0})
+def _drop_a(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+    return _change_rows(chain, lambda joint: joint.a != 0, lambda _, row: {"a": row.a * 0})
 
 
-def _d_left_out(chain: Chain, _: Shape) -> Iterator[Slip]:
-    return _rows(chain, lambda joint: joint.kind == "R" and joint.d != 0, lambda _, row: {"d": row.d * 0})
+def _drop_d(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+    return _change_rows(chain, lambda joint: joint.kind == "R" and joint.d != 0, lambda _, row: {"d": row.d * 0})
 
 
-def _exchanged(chain: Chain, _: Shape) -> Iterator[Slip]:
-    return _rows(chain, lambda row: row.a != row.d, lambda _, row: {"a": row.d, "d": row.a})
+def _exchange_a_and_d(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+    return _change_rows(chain, lambda row: row.a != row.d, lambda _, row: {"a": row.d, "d": row.a})
 
 
-def _other_way(chain: Chain, _: Shape) -> Iterator[Slip]:
-    return _rows(chain, lambda joint: joint.kind == "R", lambda _, row: {"theta": -row.theta})
+def _rotate_backwards(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+    return _change_rows(chain, lambda joint: joint.kind == "R", lambda _, row: {"theta": -row.theta})
 
 
-def _turned_too_far(chain: Chain, _: Shape) -> Iterator[Slip]:
-    quarter = lambda w, row: {"theta": row.theta + w.arithmetic.stepped(sp.pi / 2)}  # noqa: E731
-    return _rows(chain, lambda joint: joint.kind == "R", quarter)
+def _add_quarter_turn(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+    quarter = lambda w, row: {"theta": row.theta + w.arithmetic.table_entry(sp.pi / 2)}  # noqa: E731
+    return _change_rows(chain, lambda joint: joint.kind == "R", quarter)
 
 
-def _degrees(chain: Chain, _: Shape) -> Iterator[Slip]:
+def _convert_again(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
     def small(w: Working, table: Table) -> Table:
-        part = w.arithmetic.stepped(sp.pi / 180)
+        part = w.arithmetic.table_entry(sp.pi / 180)
         kinds = [joint.kind for joint in w.chain.joints]
         rows = (
             replace(row, theta=row.theta * part) if kind == "R" else row
@@ -229,52 +230,54 @@ def _degrees(chain: Chain, _: Shape) -> Iterator[Slip]:
         return replace(table, rows=tuple(rows))
 
     if any(joint.kind == "R" for joint in chain.joints):
-        yield Slip({"table": small})
+        yield MistakeVariant({"table": small})
 
 
-def _no_base(chain: Chain, _: Shape) -> Iterator[Slip]:
+def _drop_base(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
     if not convention_of(chain).base.is_world:
-        yield Slip({"table": _without_base(chain, any(convention_of(chain).base.position))})
+        yield MistakeVariant({"table": _without_base(chain, any(convention_of(chain).base.position))})
 
 
-def _base_not_rotated(chain: Chain, _: Shape) -> Iterator[Slip]:
-    told = convention_of(chain).base
-    if any(told.position) and (told.yaw, told.tilt) != (0, 0):
-        yield Slip({"table": _without_base(chain, at_origin=False)})
+def _skip_base_rotation(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+    base = convention_of(chain).base
+    if any(base.position) and (base.yaw, base.tilt) != (0, 0):
+        yield MistakeVariant({"table": _without_base(chain, at_origin=False)})
 
 
 def _without_base(chain: Chain, at_origin: bool) -> Change:
     """Return the change of the table that leaves out the rotation of the base, also its position if `at_origin`."""
 
-    def changed(w: Working, table: Table) -> Table:
-        position, yaw, tilt = table.base  # of which the first row of a modified table may take a part
+    def apply_change(w: Working, table: Table) -> Table:
+        position, yaw, tilt = table.base  # a part of it may be in the first row of a modified table
         unturned = tilt * 0 if convention_of(chain).base.tilt != 0 else tilt
         return replace(table, base=(position * 0 if at_origin else position, yaw * 0, unturned))
 
-    return changed
+    return apply_change
 
 
-def _no_offset(chain: Chain, _: Shape) -> Iterator[Slip]:
+def _drop_point_offset(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
     if not convention_of(chain).point.is_origin:
-        yield Slip({"table": _at_last_origin})
+        yield MistakeVariant({"table": _move_to_last_origin})
 
 
-def _at_last_origin(w: Working, table: Table) -> Table:
-    """Return the table with P in the origin of its frame, which a modified table has before the length of the link."""
+def _move_to_last_origin(w: Working, table: Table) -> Table:
+    """Return the table with P at the origin of its frame (in a modified table, before the length of the link)."""
     if convention_of(w.chain).has_frames_of_joints and w.chain.point.frame:
         table = table.with_row(w.chain.point.frame - 1, a=table.rows[w.chain.point.frame - 1].a * 0)
     return replace(table, offset=table.offset * 0)
 
 
-def _other_frame(chain: Chain, _: Shape) -> Iterator[Slip]:
-    """Take the last origin for the point, where that is another; and the one before for the last."""
+def _use_other_origin(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+    """Take the last origin for the point if that is another one; else the origin before the last."""
     if convention_of(chain).has_frames_of_joints:
         if chain.point.frame == chain.n > 1:
-            yield Slip({"table": _at_origin_before}, {"frame": chain.n - 1})
+            yield MistakeVariant({"table": _move_to_earlier_origin}, {"frame": chain.n - 1})
         return
 
-    def at(frame: int) -> Slip:
-        return Slip({"point": lambda w, _: w["origins"][frame], "effects": _up_to(frame)}, {"frame": frame})
+    def at(frame: int) -> MistakeVariant:
+        return MistakeVariant(
+            {"point": lambda w, _: w["origins"][frame], "effects": _effects_up_to(frame)}, {"frame": frame}
+        )
 
     if chain.point.frame != chain.n:
         yield at(chain.n)
@@ -282,24 +285,24 @@ def _other_frame(chain: Chain, _: Shape) -> Iterator[Slip]:
         yield at(chain.n - 1)
 
 
-def _at_origin_before(w: Working, table: Table) -> Table:
-    """Return the table with P in the last origin but one of a modified table: no length leads on from it."""
+def _move_to_earlier_origin(w: Working, table: Table) -> Table:
+    """Return a modified table with P at the last origin but one: the later lengths are zero."""
     last, before = table.rows[-1], table.rows[-2]
     table = table.with_row(w.n - 1, a=last.a * 0, d=last.d * 0).with_row(w.n - 2, a=before.a * 0)
     return replace(table, offset=table.offset * 0)
 
 
-def _up_to(frame: int) -> Callable[[Working, np.ndarray], np.ndarray]:
-    def changed(w: Working, _: np.ndarray) -> np.ndarray:
+def _effects_up_to(frame: int) -> Callable[[Working, np.ndarray], np.ndarray]:
+    def apply_change(w: Working, _: np.ndarray) -> np.ndarray:
         effects = np.stack([w.arithmetic.slopes(link)[: w.n] for link in w["links"]], axis=1)
         effects[:, frame:] = effects[:, frame:] * 0
         return effects
 
-    return changed
+    return apply_change
 
 
-def _scaled_lengths(row: TableRow, slide: np.ndarray, factor: Any, which: Callable[[str], bool]) -> dict[str, Any]:
-    """Return a row's lengths times a factor; of a joint that slides, the constant that is added to its variable."""
+def _scale_lengths(row: TableRow, slide: np.ndarray, factor: Any, which: Callable[[str], bool]) -> dict[str, Any]:
+    """Return a row's lengths times a factor; of a prismatic joint, only the constant added to its variable."""
     scaled = {}
     if which("a"):
         scaled["a"] = row.a * factor
@@ -308,112 +311,116 @@ def _scaled_lengths(row: TableRow, slide: np.ndarray, factor: Any, which: Callab
     return scaled
 
 
-def _in_centimetres(chain: Chain, _: Shape) -> Iterator[Slip]:
-    """Give every length that is a number in centimetres or millimetres, beside letters in metres."""
+def _use_other_units(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+    """Give every numeric length in centimetres or millimetres, but symbols in metres."""
 
     def times(factor: int) -> Callable[[Working, Table], Table]:
-        def changed(w: Working, table: Table) -> Table:
+        def apply_change(w: Working, table: Table) -> Table:
             rows = []
             for i, (row, joint) in enumerate(zip(table.rows, w.chain.joints, strict=True)):
-                own = joint.d - w.chain.q[i] if joint.kind == "P" else joint.d
-                numeric = {"a": joint.a.is_number, "d": own.is_number}
-                rows.append(replace(row, **_scaled_lengths(row, _slide(w, i), factor, lambda e, n=numeric: n[e])))  # type: ignore[misc]
+                fixed_length = joint.d - w.chain.q[i] if joint.kind == "P" else joint.d
+                numeric = {"a": joint.a.is_number, "d": fixed_length.is_number}
+                rows.append(replace(row, **_scale_lengths(row, _slide_variable(w, i), factor, numeric.__getitem__)))
             position, yaw, tilt = table.base
             offset = table.offset * factor if all(x.is_number for x in w.chain.point.offset) else table.offset
             return replace(table, rows=tuple(rows), base=(position * factor, yaw, tilt), offset=offset)
 
-        return changed
+        return apply_change
 
     if any(joint.a != 0 or joint.d != 0 for joint in chain.joints):
-        yield Slip({"table": times(100)}, {"unit": "centimetres"})
-        yield Slip({"table": times(1000)}, {"unit": "millimetres"})
+        yield MistakeVariant({"table": times(100)}, {"unit": "centimetres"})
+        yield MistakeVariant({"table": times(1000)}, {"unit": "millimetres"})
 
 
-def _slide(w: Working, index: int) -> np.ndarray:
-    """Return what slides in a row of the table: the joint variable, or nothing."""
-    q = w.arithmetic.stepped(w.chain.q[index])
+def _slide_variable(w: Working, index: int) -> np.ndarray:
+    """Return the variable of a prismatic row of the table, else zero."""
+    q = w.arithmetic.table_entry(w.chain.q[index])
     return q if w.chain.joints[index].kind == "P" else q * 0
 
 
-def _decimal_point(chain: Chain, _: Shape) -> Iterator[Slip]:
-    """Take a length that is a number for ten times, or a tenth of it."""
+def _misplace_decimal_point(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+    """Take a numeric length for ten times or a tenth of it."""
     for i, joint in enumerate(convention_of(chain).rows):
-        own = joint.d - chain.q[i] if joint.kind == "P" else joint.d
-        for entry, length in (("a", joint.a), ("d", own)):
+        fixed_length = joint.d - chain.q[i] if joint.kind == "P" else joint.d
+        for entry, length in (("a", joint.a), ("d", fixed_length)):
             if length.is_number and length != 0:
                 for factor in (sp.Integer(10), sp.Rational(1, 10)):
 
                     def change(w: Working, row: TableRow, i: int = i, e: str = entry, f: sp.Expr = factor) -> Any:
-                        return _scaled_lengths(row, _slide(w, i), w.arithmetic.stepped(f), lambda name: name == e)
+                        return _scale_lengths(
+                            row, _slide_variable(w, i), w.arithmetic.table_entry(f), lambda name: name == e
+                        )
 
-                    yield _row(i, change, entry=entry)
+                    yield _change_row(i, change, entry=entry)
 
 
-def _base_exchanged(chain: Chain, _: Shape) -> Iterator[Slip]:
+def _exchange_base(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
     for i, j in combinations(range(3), 2):
         if convention_of(chain).base.position[i] != convention_of(chain).base.position[j]:
 
-            def changed(w: Working, table: Table, i: int = i, j: int = j) -> Table:
+            def apply_change(w: Working, table: Table, i: int = i, j: int = j) -> Table:
                 position, yaw, tilt = table.base
                 order = [j if k == i else i if k == j else k for k in range(3)]
                 return replace(table, base=(position[order], yaw, tilt))
 
-            yield Slip({"table": changed})
+            yield MistakeVariant({"table": apply_change})
 
 
-def _read_as_modified(chain: Chain, _: Shape) -> Iterator[Slip]:
+def _read_as_modified(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
     """Rx(alpha_{i-1}) Tx(a_{i-1}) Rz(theta_i) Tz(d_i), the convention of other books, with the table of this one."""
 
     def rotations(w: Working, right: list[np.ndarray]) -> list[np.ndarray]:
-        turned = [right[0]]
+        rotations = [right[0]]
         for row in w["table"].rows:
-            turned.append(product(product(turned[-1], turn_x(w, row.alpha)), turn_z(w, row.theta)))
-        return turned
+            rotations.append(product(product(rotations[-1], turn_x(w, row.alpha)), turn_z(w, row.theta)))
+        return rotations
 
     def links(w: Working, right: list[np.ndarray]) -> list[np.ndarray]:
         vectors, before = [], w["rotations"]
         for k, row in enumerate(w["table"].rows):
             along = row.a * before[k][:, 0] + row.d * before[k + 1][:, 2]
             vectors.append(along)
-        return [*vectors, applied(before[w.chain.point.frame], w["table"].offset)]
+        return [*vectors, apply_matrix(before[w.chain.point.frame], w["table"].offset)]
 
     if any(joint.alpha != 0 for joint in chain.joints):
-        yield Slip({"rotations": rotations, "links": links})
+        yield MistakeVariant({"rotations": rotations, "links": links})
 
 
-def _next_links(chain: Chain, _: Shape) -> Iterator[Slip]:
-    """Rx(alpha_i) Tx(a_i) Rz(theta_i) Tz(d_i): what a standard row has of link i, in the order of a modified one."""
+def _use_next_links(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+    """Use link i's a and alpha in the order of a modified row: Rx(alpha_i) Tx(a_i) Rz(theta_i) Tz(d_i)."""
 
     def shifted(w: Working, table: Table) -> Table:
         point, link = convention_of(w.chain).point, w.chain.point.frame
-        told = np.stack([w.arithmetic.stepped(value) for value in point.offset])
+        offset = np.stack([w.arithmetic.table_entry(value) for value in point.offset])
         for i in range(w.n):
             behind = convention_of(chain).rows[i + 1] if i + 1 < chain.n else None
-            a, alpha = (w.arithmetic.stepped(value) for value in ((behind.a, behind.alpha) if behind else (zero, zero)))
-            table = _with_told(w, table, i, a=a, alpha=alpha)
-        if 0 < link < w.n:  # P stays where it is told, in the frame before its link
+            a, alpha = (
+                w.arithmetic.table_entry(value) for value in ((behind.a, behind.alpha) if behind else (zero, zero))
+            )
+            table = _with_convention_row(w, table, i, a=a, alpha=alpha)
+        if 0 < link < w.n:  # P keeps its coordinates, in the frame before its link
             row = table.rows[link - 1]
-            away = told - np.stack([row.a, row.a * 0, row.a * 0])
-            table = replace(table, offset=applied(turn_x(w, -row.alpha), away))
+            away = offset - np.stack([row.a, row.a * 0, row.a * 0])
+            table = replace(table, offset=apply_matrix(turn_x(w, -row.alpha), away))
         return table
 
     zero, rows = sp.S.Zero, convention_of(chain).rows
     if len({(row.a, row.alpha) for row in (*rows, replace(rows[0], a=zero, alpha=zero))}) > 1:
-        yield Slip({"table": shifted, "linear": propagated})
+        yield MistakeVariant({"table": shifted, "linear": propagate_linear_rows})
 
 
-def _read_as_standard(chain: Chain, _: Shape) -> Iterator[Slip]:
-    """Rz(theta_i) Tz(d_i) Tx(a_{i-1}) Rx(alpha_{i-1}) by the rows of a modified table, as this book's standard one."""
+def _read_as_standard(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+    """Read a modified table as a standard one: Rz(theta_i) Tz(d_i) Tx(a_{i-1}) Rx(alpha_{i-1})."""
 
     def shifted(w: Working, table: Table) -> Table:
         first, *others = convention_of(w.chain).rows
         base, point = convention_of(w.chain).base, convention_of(w.chain).point
-        before = [(w.arithmetic.stepped(first.a), w.arithmetic.stepped(first.alpha))]
+        before = [(w.arithmetic.table_entry(first.a), w.arithmetic.table_entry(first.alpha))]
         before += [(row.a, row.alpha) for row in table.rows[: len(others)]]
         rows = [replace(row, a=a, alpha=alpha) for row, (a, alpha) in zip(table.rows, before, strict=True)]
-        place = np.stack([w.arithmetic.stepped(value) for value in base.position])
-        turns = w.arithmetic.stepped(base.yaw), w.arithmetic.stepped(base.tilt)
-        offset = np.stack([w.arithmetic.stepped(value) for value in point.offset])
+        place = np.stack([w.arithmetic.table_entry(value) for value in base.position])
+        turns = w.arithmetic.table_entry(base.yaw), w.arithmetic.table_entry(base.tilt)
+        offset = np.stack([w.arithmetic.table_entry(value) for value in point.offset])
         return Table(tuple(rows), (place, *turns), offset)
 
     if any((row.a, row.alpha) != (0, 0) for row in convention_of(chain).rows):
@@ -422,103 +429,103 @@ def _read_as_standard(chain: Chain, _: Shape) -> Iterator[Slip]:
             "last rotation": lambda w, _: w.arithmetic.value(w["rotations"][-1]),
             "frames on axes": lambda w, _: w["origins"],
         }
-        yield Slip(throughout)  # frame i-1 for joint i, as that table has it
+        yield MistakeVariant(throughout)  # frame i-1 for joint i, as that table has it
 
         def behind(w: Working, _: np.ndarray) -> np.ndarray:
             axes = [w.arithmetic.value(rotation[:, 2]) for rotation in w["rotations"][1:]]
             return np.stack([*axes, axes[-1]])
 
         after: Change = lambda w, _: np.concatenate([w["origins"][1:], w["origins"][-1:]])  # noqa: E731
-        yield Slip({**throughout, "axes": behind, "frames on axes": after, "linear": propagated})
+        yield MistakeVariant({**throughout, "axes": behind, "frames on axes": after, "linear": propagate_linear_rows})
 
 
 _ALL = (
     Mistake(
         "offset-forgotten", "Joint offset left out",
         "The table adds a constant to the variable of joint {joint}, and it seems to be left out: put in what the "
-        "table says, not {variable} alone.", "6.1", _offsets,
+        "table says, not {variable} alone.", "6.1", _drop_offsets,
     ),
     Mistake(
         "offset-sign", "Joint offset with the wrong sign",
         "The constant {degrees} that the table adds to the angle of joint {joint} seems to be taken with the wrong "
         "sign.",
-        "6.1", _offset_sign, rare=True,
+        "6.1", _flip_offset, rare=True,
     ),
     Mistake(
         "slide-offset-sign", "Offset of a slide with the wrong sign",
         "The constant that the table adds to the variable of joint {joint} seems to be taken with the wrong sign.",
-        "6.1", _slide_sign, rare=True,
+        "6.1", _flip_slide_offset, rare=True,
     ),
     Mistake(
         "offset-in-degrees", "Constant angle typed in degrees",
         "The constant {degrees} of the table seems to be typed in degrees: sine and cosine take radians, and "
-        "{degrees} is to be turned into a part of pi.", "6.1", _offset_in_degrees, rare=True,
+        "{degrees} is to be turned into a part of pi.", "6.1", _type_degrees, rare=True,
     ),
     Mistake(
         "wrong-radians", "Degrees turned into the wrong radians",
         "The constant {degrees} of the table seems to be turned into another angle: 180° is pi, so that 30° is pi/6, "
-        "45° is pi/4, 60° is pi/3 and 90° is pi/2.", "6.1", _other_radians, rare=True,
+        "45° is pi/4, 60° is pi/3 and 90° is pi/2.", "6.1", _misconvert_radians, rare=True,
     ),
     Mistake(
         "fixed-angle-forgotten", "Constant angle of a prismatic joint left out",
-        "Joint {joint} slides, but its row has an angle too, which seems to be left out.", "6.1", _fixed_angles,
+        "Joint {joint} slides, but its row has an angle too, which seems to be left out.", "6.1", _drop_fixed_angle,
     ),
     Mistake(
         "length-forgotten", "Length a left out",
-        "The length a in row {link} of the table seems to be left out.", "6.1", _a_left_out,
+        "The length a in row {link} of the table seems to be left out.", "6.1", _drop_a,
     ),
     Mistake(
         "distance-forgotten", "Distance d left out",
-        "The distance d in row {link} of the table seems to be left out.", "6.1", _d_left_out,
+        "The distance d in row {link} of the table seems to be left out.", "6.1", _drop_d,
     ),
     Mistake(
         "variable-forgotten", "Joint variable left out",
         "The angle of joint {joint} seems to be left out: it turns every link behind it.", "6.1",
-        _variable_forgotten, rare=True,
+        _drop_variable, rare=True,
     ),
     Mistake(
         "row-misread", "Entry of another row of the table",
         "For row {joint} of the table, the {entry} of row {other} seems to be taken.", "Example 6.1",
-        _from_another_row, rare=True,
+        _use_other_row, rare=True,
     ),
     Mistake(
         "lengths-exchanged", "Lengths exchanged",
         "The lengths a of rows {joint} and {other} of the table seem to be exchanged.", "Example 6.1",
-        _lengths_exchanged, rare=True,
+        _exchange_lengths, rare=True,
     ),
     Mistake(
         "point-forgotten", "Offset of the point left out",
         "The result is that of the last frame's origin. The point of interest stands off it: look at its coordinates "
-        "in that frame.", "6.1", _no_offset,
+        "in that frame.", "6.1", _drop_point_offset,
     ),
     Mistake(
         "other-point", "Another frame's origin for the point",
         "The result seems to be that of the origin O{frame}. Look again at which point is asked for.", "6.13",
-        _other_frame, rare=True,
+        _use_other_origin, rare=True,
     ),
     Mistake(
         "base-forgotten", "Base left out",
-        "The arm does not stand in the origin of the world frame: its base seems to be left out.", "6.1", _no_base,
+        "The arm does not stand in the origin of the world frame: its base seems to be left out.", "6.1", _drop_base,
     ),
     Mistake(
         "base-not-rotated", "Rotation of the base left out",
-        "The base is rotated in the world frame, and this rotation seems to be left out.", "6.1", _base_not_rotated,
+        "The base is rotated in the world frame, and this rotation seems to be left out.", "6.1", _skip_base_rotation,
         rare=True,
     ),
     Mistake(
         "twist-sign", "Twist with the wrong sign",
         "The twist alpha in row {joint} of the table seems to be taken with the wrong sign: it is the angle from one "
-        "z axis to the next, counted about the x axis between them.", "Example 6.1", _twist_sign,
+        "z axis to the next, counted about the x axis between them.", "Example 6.1", _flip_twist,
     ),
     Mistake(
         "all-twists-sign", "All twists with the wrong sign",
         "All twists alpha seem to be taken with the wrong sign: each is counted about x from one z to the next.",
-        "Example 6.1", _all_twists,
+        "Example 6.1", _flip_all_twists,
     ),
     Mistake(
         "twist-forgotten", "Twist left out",
         "The twist alpha of row {joint} seems to be left out: the axes behind it are turned by it.",
-        "Example 6.1", _twist_left_out,
+        "Example 6.1", _drop_twist,
     ),
     Mistake(
         "modified-dh", "Another Denavit-Hartenberg convention",
@@ -528,7 +535,7 @@ _ALL = (
     Mistake(
         "link-behind", "Length and twist of the link behind a joint",
         "Each transform seems to have the length and the twist of link i, as a row of the standard table has: in a "
-        "modified one, those of link i-1 stand before joint i.", "Example 6.1", _next_links, rare=True,
+        "modified one, those of link i-1 stand before joint i.", "Example 6.1", _use_next_links, rare=True,
     ),
     Mistake(
         "standard-dh", "The standard Denavit-Hartenberg convention",
@@ -538,36 +545,36 @@ _ALL = (
     Mistake(
         "a-and-d-exchanged", "a and d exchanged",
         "In row {link} of the table, a and d seem to be exchanged: d is measured along z, a along x.",
-        "Example 6.1", _exchanged, rare=True,
+        "Example 6.1", _exchange_a_and_d, rare=True,
     ),
     Mistake(
         "joint-turns-other-way", "A joint that turns the other way",
         "Joint {joint} seems to turn the other way: its angle counts counterclockwise about its z axis.",
-        "6.1", _other_way, rare=True,
+        "6.1", _rotate_backwards, rare=True,
     ),
     Mistake(
         "quarter-turn", "A quarter turn too much",
         "The angle of joint {joint} seems to be a quarter turn off: it is counted from the x axis before to the one "
-        "behind.", "6.1", _turned_too_far, rare=True,
+        "behind.", "6.1", _add_quarter_turn, rare=True,
     ),
     Mistake(
         "base-exchanged", "Coordinates of the base exchanged",
-        "Two coordinates of where the base stands seem to be exchanged.", "6.1", _base_exchanged, rare=True,
+        "Two coordinates of where the base stands seem to be exchanged.", "6.1", _exchange_base, rare=True,
     ),
     Mistake(
         "lengths-in-centimetres", "Lengths in another unit",
-        "The lengths that are numbers seem to be in {unit}: metres are asked for.", "6.1", _in_centimetres, rare=True,
+        "The lengths that are numbers seem to be in {unit}: metres are asked for.", "6.1", _use_other_units, rare=True,
     ),
     Mistake(
         "decimal-point", "Decimal point of a length",
         "The length {entry} in row {link} of the table seems to have its decimal point in another place.", "6.1",
-        _decimal_point, rare=True,
+        _misplace_decimal_point, rare=True,
     ),
     Mistake(
         "degrees", "Degrees for radians",
-        "The angles seem to be turned from degrees into radians. They are in radians already.", "6.1", _degrees,
+        "The angles seem to be turned from degrees into radians. They are in radians already.", "6.1", _convert_again,
         rare=True,
     ),
 )  # fmt: skip
 
-MISTAKES = of_frames(_ALL, but=frozenset({"degrees"}))
+MISTAKES = only_for_tables(_ALL, but=frozenset({"degrees"}))

@@ -14,7 +14,7 @@ from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.derivation_graph import Working
 from qdot.exercises.arm.directions import lost_direction
-from qdot.exercises.arm.mpmath_kinematics import determinant, four_digits, numeric, shown
+from qdot.exercises.arm.mpmath_kinematics import determinant, four_digits, numeric, round_matrix
 from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, Part
@@ -225,7 +225,9 @@ def _details(chain: Chain, use: str, pose: Pose) -> ForUse:
     jacobian = precise(chain, pose, derive(chain).jacobian)
     numbers = [[numeric(value) for value in row] for row in jacobian.tolist()]
     value = four_digits(determinant(numbers)) if jacobian.is_square else None
-    return ForUse(use=use, task=chain.task, place=pose, pose=pose.figure, numbers=shown(numbers), determinant=value)
+    return ForUse(
+        use=use, task=chain.task, place=pose, pose=pose.figure, numbers=round_matrix(numbers), determinant=value
+    )
 
 
 @lru_cache(maxsize=1024)

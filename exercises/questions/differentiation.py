@@ -6,7 +6,7 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.answers import Expression, Matrix
-from qdot.exercises.arm.arithmetic import applied
+from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.derivation_graph import Change, Working
@@ -140,7 +140,7 @@ def _determinant(chain: Chain, rng: Stream) -> Asked:
 
 
 def _derived_component(w: Working, part: Part) -> np.ndarray:
-    return np.asarray(applied(w["linear"][[part.about(AlongAxis).row]], w["joint rates"]))
+    return np.asarray(apply_matrix(w["linear"][[part.about(AlongAxis).row]], w["joint rates"]))
 
 
 def _put_position(rows: np.ndarray) -> dict[str, Change]:
@@ -178,7 +178,7 @@ QUESTIONS = (
         needs=("position",),
         objection=_has_linear_rows,
         too_long=by_hand("linear"),
-        result=lambda w, _: applied(w["linear"][moving_rows(w.chain)], w["joint rates"]),
+        result=lambda w, _: apply_matrix(w["linear"][moving_rows(w.chain)], w["joint rates"]),
         entry_names=lambda chain, _: velocities([row for row in chain.task if row[0] == "v"]),
         labels=lambda chain: tuple(row for row in chain.task if row[0] == "v"),
         follows=(("position",),),

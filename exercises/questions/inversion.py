@@ -9,7 +9,7 @@ from qdot.exercises.answers import Matrix, Number
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.derivation import derive, task_velocity
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.mpmath_kinematics import PreciseArm, Vector, numeric, solved, ten_digits
+from qdot.exercises.arm.mpmath_kinematics import PreciseArm, Vector, numeric, solve_linear, ten_digits
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
 from qdot.exercises.questions.base import (
@@ -143,7 +143,7 @@ def well_conditioned(chain: Chain) -> float:
 def _joint_rates(chain: Chain, rng: Stream) -> Asked:
     situation = draw_situation(chain, rng)
     velocity = [numeric(value) for value in situation.velocity.values()]
-    numbers = sp.Matrix(list(map(ten_digits, solved(jacobian_at(chain, situation), velocity))))
+    numbers = sp.Matrix(list(map(ten_digits, solve_linear(jacobian_at(chain, situation), velocity))))
     units = tuple("rad/s" if joint.kind == "R" else "m/s" for joint in chain.joints)
     floor = 0.001 * max(abs(float(value)) for value in numbers)
     return Number(numbers, units, THREE_DIGITS, floor), InSituation(situation=situation)

@@ -19,7 +19,7 @@ from qdot.exercises.arm.mpmath_kinematics import (
     Vector,
     determinant,
     four_digits,
-    shown,
+    round_matrix,
     ten_digits,
 )
 from qdot.exercises.arm.path import Line, Station
@@ -96,7 +96,7 @@ def _place(line: Line, rough: Line, s: sp.Expr, speed: sp.Rational, turning: Seq
         sp.Float(PRECISE.nstr(distance, 5), 10),
         _column(line.point(distance)),
         _column([PRECISE.degrees(value) if turns else value for value, turns in zip(q, turning, strict=True)]),
-        shown(jacobian),
+        round_matrix(jacobian),
         four_digits(determinant(jacobian)),
         _column([slope * line.arm.number(speed) for slope in line.slopes(q)]),
         four_digits(min(sigma) / max(sigma)),
@@ -113,7 +113,7 @@ def joints_on(line: Line, rough: Line, s: sp.Expr) -> Vector:
 
 
 def _column(values: Vector) -> sp.Matrix:
-    return shown([[value] for value in values])
+    return round_matrix([[value] for value in values])
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,7 +11,15 @@ import sympy as sp
 
 from qdot.exercises.answers import Number
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.mpmath_kinematics import PRECISE, Vector, determinant, four_digits, gram, shown, ten_digits
+from qdot.exercises.arm.mpmath_kinematics import (
+    PRECISE,
+    Vector,
+    determinant,
+    four_digits,
+    gram,
+    round_matrix,
+    ten_digits,
+)
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.questions.base import Asked, Question, number
 from qdot.exercises.questions.inversion import THREE_DIGITS, InSituation, Situation, draw_situation, jacobian_at
@@ -68,7 +76,7 @@ def _details(chain: Chain, situation: Situation, power: int | None = None) -> Me
     squares = sorted((value**2 for value in singular_values(chain, situation)), reverse=True)
     return Measured(
         situation=situation,
-        gram=shown(gram(jacobian_at(chain, situation))),
+        gram=round_matrix(gram(jacobian_at(chain, situation))),
         eigenvalues=tuple(map(four_digits, squares)),
         power=power,
         pose=pose_of(situation, chain),

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from qdot.exercises.answers import Matrix
-from qdot.exercises.arm.arithmetic import applied
+from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import FRAMES
 from qdot.exercises.arm.derivation import derive
-from qdot.exercises.arm.derivation_graph import Change, Working, propagated
+from qdot.exercises.arm.derivation_graph import Change, Working, propagate_linear_rows
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, OneOfSeveral, Part
 from qdot.exercises.questions.base import (
@@ -100,7 +100,7 @@ def _linear_rows(chain: Chain) -> list[tuple[int, int]]:
 
 def _derived_link_velocity(w: Working, part: Part) -> np.ndarray:
     frame = part.about(OfFrame).frame
-    return applied(w.up_to(frame)["geometric"], w["joint rates"][:frame])
+    return apply_matrix(w.up_to(frame)["geometric"], w["joint rates"][:frame])
 
 
 QUESTIONS = (
@@ -113,7 +113,7 @@ QUESTIONS = (
         grid=lambda chain: (AXES, [convention_of(chain).axis(joint) for joint in range(1, chain.n + 1)]),
         too_long=by_hand("z"),
         result=lambda w, _: w["axes"][: w.n].swapaxes(0, 1),
-        put=put_columns("axes", linear=propagated),
+        put=put_columns("axes", linear=propagate_linear_rows),
     ),
     Question(
         name="position-vectors",
@@ -126,7 +126,7 @@ QUESTIONS = (
         grid=lambda chain: (AXES, [convention_of(chain).vector(joint) for joint in range(1, chain.n + 1)]),
         too_long=by_hand("p_star"),
         result=lambda w, _: w["arms"][: w.n].swapaxes(0, 1),
-        put=put_columns("arms", linear=propagated),
+        put=put_columns("arms", linear=propagate_linear_rows),
     ),
     Question(
         name="geometric-jacobian",
@@ -150,7 +150,7 @@ QUESTIONS = (
         ask=_twist,
         needs=("geometric-jacobian",),
         too_long=by_hand("geometric"),
-        result=lambda w, part: applied(_derived_geometric(w, part), w["joint rates"]),
+        result=lambda w, part: apply_matrix(_derived_geometric(w, part), w["joint rates"]),
         entry_names=lambda chain, _: velocities(convention_of(chain).velocities),
         follows=(("geometric-jacobian",),),
     ),

@@ -10,7 +10,7 @@ import sympy as sp
 
 from qdot.exercises.answers import Choice, Direction, Number
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.classification import seen_on
+from qdot.exercises.arm.classification import representative_samples
 from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.arm.directions import (
     Line,
@@ -20,7 +20,7 @@ from qdot.exercises.arm.directions import (
     value_sets,
 )
 from qdot.exercises.arm.kinds import kind_at, kind_is_sure
-from qdot.exercises.arm.meanings import Meaning, Reading, one_kind, read_meanings
+from qdot.exercises.arm.meanings import Meaning, Reading, common_kind, read_meanings
 from qdot.exercises.arm.singularity import Component, singular_set
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
@@ -314,7 +314,7 @@ def lost_where(chain: Chain, where: Where) -> tuple[LostAt, sp.Matrix] | None:
 @lru_cache(maxsize=1024)
 def reading_of(generic: Chain, component: Component) -> Reading | None:
     """Return what all configurations of a branch of a structure look like; None where nothing is told."""
-    more = seen_on(generic, component.pieces())
+    more = representative_samples(generic, component.pieces())
     meanings = read_meanings(generic, singular_samples(generic, component, SAMPLES), more)
     if meanings is None or (len(meanings.wrong) < 2 and kind_of(generic, component) is None):
         return None
@@ -324,7 +324,7 @@ def reading_of(generic: Chain, component: Component) -> Reading | None:
 @lru_cache(maxsize=1024)
 def kind_of(generic: Chain, component: Component) -> str | None:
     """Return the kind that all configurations of a branch of a structure have, None where it differs."""
-    return one_kind(generic, singular_samples(generic, component, KINDS)) if kind_is_sure(generic) else None
+    return common_kind(generic, singular_samples(generic, component, KINDS)) if kind_is_sure(generic) else None
 
 
 def _readings(chain: Chain, order: Sequence[Branch]) -> Iterator[tuple[Branch, Reading]]:

@@ -13,7 +13,7 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.answers import Matrix
-from qdot.exercises.arm.arithmetic import applied
+from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import FRAMES_OF_JOINTS
@@ -113,7 +113,7 @@ def _too_long(chain: Chain) -> str | None:
 
 def _result(w: Working, part: Part) -> np.ndarray:
     frame = part.about(FromFrameToFrame).frame
-    return applied(w.up_to(frame)["tool jacobian"], w["joint rates"][:frame])
+    return apply_matrix(w.up_to(frame)["tool jacobian"], w["joint rates"][:frame])
 
 
 QUESTIONS = (

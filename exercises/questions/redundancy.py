@@ -11,11 +11,19 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.answers import Direction, Expression, Number
-from qdot.exercises.arm.arithmetic import applied
+from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive, structure
-from qdot.exercises.arm.mpmath_kinematics import DOUBLE, PreciseArm, Vector, gram, shown, solved, ten_digits
-from qdot.exercises.arm.trigonometry import Factored, factored
+from qdot.exercises.arm.mpmath_kinematics import (
+    DOUBLE,
+    PreciseArm,
+    Vector,
+    gram,
+    round_matrix,
+    solve_linear,
+    ten_digits,
+)
+from qdot.exercises.arm.trigonometry import Factored, factor_trig
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
 from qdot.exercises.questions.base import Asked, Question, joint_rates, number, stage
@@ -87,14 +95,14 @@ class OfMinors(Details):
 
 def _gram(chain: Chain, rng: Stream) -> Asked:
     known, values = structure(chain), dict(structure(chain).values)
-    squares = tuple(minor.substituted(values) ** 2 for minor in split(known.chain)[1])
-    return Expression(_generic_gram(known.chain).substituted(values)), OfMinors(shared=_shared(chain), squares=squares)
+    squares = tuple(minor.substitute(values) ** 2 for minor in split(known.chain)[1])
+    return Expression(_generic_gram(known.chain).substitute(values)), OfMinors(shared=_shared(chain), squares=squares)
 
 
 def _shared(chain: Chain) -> sp.Expr:
     """Return the factors that all maximal minors have in common, 1 if there are none."""
     known = structure(chain)
-    return split(known.chain)[0].substituted(dict(known.values))
+    return split(known.chain)[0].substitute(dict(known.values))
 
 
 @lru_cache(maxsize=1024)
@@ -102,7 +110,7 @@ def _generic_gram(chain: Chain) -> Factored:
     """Return det(J J^T) of a structure: what all minors share, squared, times the sum of squares of what is left."""
     shared, left = split(chain)
     squares = sp.Add(*(Factored(abs(minor.coefficient), minor.factors).expression() ** 2 for minor in left))
-    short = factored(sp.expand(squares)).expression() if len(left) > 1 else squares
+    short = factor_trig(sp.expand(squares)).expression() if len(left) > 1 else squares
     rest = min((squares, short), key=lambda form: len(sp.Add.make_args(form)) + sp.count_ops(form))
     doubled = tuple((factor, 2 * power) for factor, power in shared.factors)
     return Factored(shared.coefficient**2, (*doubled, (rest, 1)))
@@ -155,14 +163,14 @@ def _least_norm(chain: Chain, rng: Stream) -> Asked:
     situation = draw_situation(chain, rng)
     arm = PreciseArm(chain, situation.lengths)
     jacobian = jacobian_at(chain, situation)
-    weights = solved(gram(jacobian), [arm.number(value) for value in situation.velocity.values()])
+    weights = solve_linear(gram(jacobian), [arm.number(value) for value in situation.velocity.values()])
     rates = [sum(row[i] * weight for row, weight in zip(jacobian, weights, strict=True)) for i in range(chain.n)]
     unit = "rad/s" if chain.joints[0].kind == "R" else "m/s"
     floor = 0.001 * float(max(map(abs, rates)))
     details = LeastNorm(
         situation=situation,
-        gram=shown(gram(jacobian)),
-        weights=shown([[weight] for weight in weights]),
+        gram=round_matrix(gram(jacobian)),
+        weights=round_matrix([[weight] for weight in weights]),
         pose=pose_of(situation, chain),
     )
     return Number(sp.Matrix(list(map(ten_digits, rates))), (unit,) * chain.n, THREE_DIGITS, floor), details
@@ -206,7 +214,7 @@ def null_vector(jacobian: list[Vector]) -> Vector:
     """
     n = len(jacobian[0])
     for k in range(n):
-        weights = solved(gram(jacobian), [row[k] for row in jacobian])
+        weights = solve_linear(gram(jacobian), [row[k] for row in jacobian])
         left = [(i == k) - sum(row[i] * w for row, w in zip(jacobian, weights, strict=True)) for i in range(n)]
         if left[k] > 1 / (2 * n):  # this is entry k of the unit vector, squared; one of them is 1/n or more
             size = sum(value**2 for value in left) ** 0.5
@@ -223,7 +231,7 @@ def self_motion(chain: Chain) -> sp.Matrix:
     known = structure(chain)
     _, left = split(known.chain)
     # The minors are in the order of the columns that they keep: the last column is the first to be left out.
-    minors = [minor.substituted(dict(known.values)) for minor in reversed(left)]
+    minors = [minor.substitute(dict(known.values)) for minor in reversed(left)]
     return sp.Matrix([(-1) ** i * minor for i, minor in enumerate(minors)])
 
 
@@ -250,7 +258,7 @@ QUESTIONS = (
         ask=_least_norm,
         needs=("jacobian",),
         objection=_objection_to_norm,
-        result=lambda w, _: applied(w["pseudo-inverse"], w["wanted velocity"]),
+        result=lambda w, _: apply_matrix(w["pseudo-inverse"], w["wanted velocity"]),
         labels=joint_rates,
         is_made_of_jacobian=True,
         follows=(("jacobian",),),

@@ -15,7 +15,7 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.answers import Matrix, Number
-from qdot.exercises.arm.arithmetic import applied
+from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.axes_to_dh import Axis, exactly
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
@@ -390,7 +390,7 @@ def _long_adjoint(chain: Chain) -> str | None:
 
 def _changed_result(w: Working, part: Part) -> np.ndarray:
     told = np.stack([w.arithmetic.number(value) for value in part.about(InNumbers).twist])
-    return _told(w, applied(w["body adjoint"], told))
+    return _told(w, apply_matrix(w["body adjoint"], told))
 
 
 def _told(w: Working, twists: np.ndarray) -> np.ndarray:
@@ -414,7 +414,7 @@ def _put(name: str) -> Put:
 
 
 def _times_rates(name: str) -> Result:
-    return lambda w, _: _told(w, applied(w[name], w["joint rates"]))
+    return lambda w, _: _told(w, apply_matrix(w[name], w["joint rates"]))
 
 
 def _put_adjoint(rows: np.ndarray) -> Mapping[str, Change]:

@@ -16,7 +16,7 @@ from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinds import kind_is_sure, kinds_at
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.normalized_arm import bare, bare_values, turns_all
+from qdot.exercises.arm.normalized_arm import first_joint_moves_all, normalize_arm, normalized_values
 from qdot.exercises.arm.singularity import Component, singular_set
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, by_name
@@ -187,10 +187,10 @@ def _kinds(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> frozenset[str | No
 
     It is the pose of the bare arm that counts, and of that not where joint 1 is, if it moves the arm as a whole.
     """
-    values = bare_values(chain, joints)
-    if turns_all(chain):
+    values = normalized_values(chain, joints)
+    if first_joint_moves_all(chain):
         values = (sp.S.Zero, *values[1:])
-    return _kinds_of_pose(bare(chain), values)
+    return _kinds_of_pose(normalize_arm(chain), values)
 
 
 @lru_cache(maxsize=4096)

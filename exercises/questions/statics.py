@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from qdot.exercises.answers import Matrix
-from qdot.exercises.arm.arithmetic import applied
+from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.common.stream import Stream
@@ -54,7 +54,7 @@ QUESTIONS = (
         ask=_torques,
         needs=("jacobian",),
         too_long=by_hand("jacobian"),
-        result=lambda w, part: applied(w["transposed jacobian"], w.symbols(part.symbols)),
+        result=lambda w, part: apply_matrix(w["transposed jacobian"], w.symbols(part.symbols)),
         entry_names=lambda chain, _: [rf"\tau_{{{joint}}}" for joint in range(1, chain.n + 1)],
         is_made_of_jacobian=True,
         follows=(("jacobian",),),

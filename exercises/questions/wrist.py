@@ -19,7 +19,7 @@ from qdot.exercises.arm.conventions.base import FRAMES
 from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.arm.derivation_graph import Working
 from qdot.exercises.arm.kinematics import Z, frame_behind, frames_and_point
-from qdot.exercises.arm.trigonometry import Factored, factored, same, substitute, textbook
+from qdot.exercises.arm.trigonometry import Factored, are_identical, factor_trig, substitute, textbook
 from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, Part
@@ -65,7 +65,7 @@ def _arm_from_frame_1(generic: Chain) -> sp.Matrix:
 def _determinants(generic: Chain) -> tuple[Factored, Factored]:
     """Return det J11 and det J22 of a structure."""
     arm = derive(generic).geometric[:3, :3]
-    return factored(sp.expand(arm.det(method="berkowitz"))), factored(sp.expand(_wrist_axes(generic).det()))
+    return factor_trig(sp.expand(arm.det(method="berkowitz"))), factor_trig(sp.expand(_wrist_axes(generic).det()))
 
 
 def arm_block(chain: Chain) -> sp.Matrix:
@@ -81,7 +81,7 @@ def wrist_block(chain: Chain) -> sp.Matrix:
 def block_determinants(chain: Chain) -> sp.Matrix:
     """Return [det J11, det J22] in factored form."""
     values = dict(structure(chain).values)
-    return sp.Matrix([factored.substituted(values) for factored in _determinants(structure(chain).chain)])
+    return sp.Matrix([factored.substitute(values) for factored in _determinants(structure(chain).chain)])
 
 
 @dataclass(frozen=True)
@@ -170,7 +170,7 @@ def _at_wrist_centre(generic: Chain, centre: int) -> bool:
     if generic.point.frame < centre:
         return False
     frames, point = frames_and_point(generic)
-    return all(same(a, b) for a, b in zip(point, frames[centre].origin, strict=True))
+    return all(are_identical(a, b) for a, b in zip(point, frames[centre].origin, strict=True))
 
 
 def not_partitioned(chain: Chain) -> str | None:

@@ -12,8 +12,8 @@ import numpy as np
 from qdot.exercises.answers import TRUE_FALSE, Letters
 from qdot.exercises.arm.derivation_graph import Working, numbers
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.mistakes.catalogue import CATALOGUE, prior, taken, wrong_answers
-from qdot.exercises.mistakes.given import configurations
+from qdot.exercises.mistakes.catalogue import CATALOGUE, mistaken_answers, variant_frequency, wrong_answers
+from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.concepts import OfJoint, option_numbers
 from qdot.exercises.questions.results import is_derived, result
@@ -44,7 +44,7 @@ def blames_for(problem: Problem, part: Part, stream: Stream) -> list[Blames]:
 def _taken(problem: Problem, part: Part) -> Mapping[int, Blames]:
     """Return what is behind options that one meaning is taken for, the likelier mistake of each."""
     found: dict[int, Blames] = {}
-    for mistake, slip in taken(problem.chain, part):
+    for mistake, slip in mistaken_answers(problem.chain, part):
         if isinstance(slip.answer, Letters):
             for index in set(slip.answer.right) - set(part.answer.right):
                 found.setdefault(index, (Blame.of(mistake, slip.words.items()),))
@@ -55,14 +55,14 @@ def _worked_out(problem: Problem, part: Part, stream: Stream) -> Mapping[int, Bl
     """Return what is behind options in numbers that a derivation with a mistake in it gives, the likeliest of each."""
     if not is_derived(part):
         return {}
-    w = numbers(problem.chain, configurations(problem.chain, part, problem.domain(), 1, stream))
+    w = numbers(problem.chain, sample_configurations(problem.chain, part, problem.domain(), 1, stream))
     every = list(wrong_answers(w, part))
     found: dict[int, Blames] = {}
     for index, option in enumerate(part.answer.offered):
         due = np.array(option_numbers(option))[:, None, None]
         same = [one for one in every if one.answer.shape == due.shape and _is_near(one.answer, due)]
         if same:
-            first = max(same, key=prior)
+            first = max(same, key=variant_frequency)
             found[index] = (Blame.of(first.mistake, first.slip.words.items()),)
         elif isinstance(part.details, OfJoint) and _is_of_other_joint(w, part, due):
             found[index] = (Blame.of(CATALOGUE["column-of-other-joint"], ()),)

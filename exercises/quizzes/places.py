@@ -13,7 +13,7 @@ from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.lengths import with_lengths
 from qdot.exercises.arm.singularity import Component, singular_set
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.mistakes.catalogue import taken
+from qdot.exercises.mistakes.catalogue import mistaken_answers
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.geometry import (
     Pose,
@@ -81,7 +81,7 @@ def _called_singular(chain: Chain) -> list[tuple[Component, Blame]]:
     right = singular_set(chain) or ()
     part = Part("singular-angles", "singular-angles", ConditionSet(right))
     places = []
-    for mistake, slip in taken(chain, part):
+    for mistake, slip in mistaken_answers(chain, part):
         answer = slip.answer
         if not mistake.rare and mistake.name not in SHOWS_ITSELF and isinstance(answer, ConditionSet):
             new = [one for one in answer.components if one not in right and one.solutions is not None]

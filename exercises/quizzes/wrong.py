@@ -19,7 +19,7 @@ from qdot.exercises.arm.classification import domain_of
 from qdot.exercises.arm.conventions.base import SCREWS
 from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.arm.derivation_graph import Change, Working, as_formulas, formulas, numbers
-from qdot.exercises.arm.trigonometry import factored, textbook
+from qdot.exercises.arm.trigonometry import factor_trig, textbook
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import READABLE, Domain
@@ -130,7 +130,7 @@ def differ(a: np.ndarray, b: np.ndarray) -> bool:
 def _both(generic: Chain, subject: Subject, first: _Slip, second: _Slip) -> np.ndarray | None:
     """Return what two mistakes make of an answer together, None where that is none of its own."""
     w, right = _right(generic, subject)
-    together = w.but(dict(first.changes)).but(dict(second.changes))
+    together = w.with_mistakes(dict(first.changes)).with_mistakes(dict(second.changes))
     with np.errstate(all="ignore"):
         values = subject.of(result(together, _base_part(generic, subject.base)))
     others = (right, first.values, second.values)
@@ -145,7 +145,7 @@ def _both(generic: Chain, subject: Subject, first: _Slip, second: _Slip) -> np.n
 @lru_cache(maxsize=512)
 def in_formulas(generic: Chain) -> Working:
     """Return the right working in formulas that are kept short on the way."""
-    return formulas(generic).but({"rotations": _short, "links": _short})
+    return formulas(generic).with_mistakes({"rotations": _short, "links": _short})
 
 
 def _short(_: Working, found: list[np.ndarray]) -> list[np.ndarray]:
@@ -160,7 +160,7 @@ def _written(generic: Chain, subject: Subject, slips: tuple[int, ...]) -> sp.Mat
         return None
     w = formulas(generic) if subject.is_of_screws else in_formulas(generic)
     for index in slips:
-        w = w.but(dict(_slips(generic, subject)[index].changes))
+        w = w.with_mistakes(dict(_slips(generic, subject)[index].changes))
     entries = as_formulas(subject.of(result(w, _base_part(generic, subject.base))))
     if entries.has(*NO_NUMBER):
         return None
@@ -202,10 +202,10 @@ def tidied(entry: sp.Expr) -> sp.Expr:
     """Return an entry as a textbook has it, right or wrong; factors that a quotient shares are cancelled."""
     if any(power.exp.is_negative for power in entry.atoms(sp.Pow)):
         above, below = (sp.expand(side) for side in sp.fraction(sp.together(entry)))
-        under = factored(below) if not below.has(*NO_NUMBER) else None
+        under = factor_trig(below) if not below.has(*NO_NUMBER) else None
         if under is None or under.is_zero or above.has(*NO_NUMBER):
             raise ValueError(f"{entry} divides by zero")
-        return factored(above).over(under).expression()
+        return factor_trig(above).over(under).expression()
     return textbook(sp.expand(entry))
 
 

@@ -13,7 +13,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import Space, compare_sets
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.pieces import Piece, pieces
-from qdot.exercises.mistakes.catalogue import taken
+from qdot.exercises.mistakes.catalogue import mistaken_answers
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.quizzes.options import MOST_SPREAD, SHOWS_ITSELF, SPREAD, Blame, Offered, rank_of_key
 
@@ -81,7 +81,7 @@ def _wrong(chain: Chain, components: Components) -> tuple[Offered, ...]:
     """Return what each mistake makes of a set."""
     part = Part("singular-angles", "singular-angles", ConditionSet(components))
     wrong_sets = []
-    for mistake, slip in taken(chain, part):
+    for mistake, slip in mistaken_answers(chain, part):
         if not mistake.rare and mistake.name not in SHOWS_ITSELF and isinstance(slip.answer, ConditionSet):
             wrong_sets.append(Offered(slip.answer.components, (Blame.of(mistake, slip.words.items()),)))
     return tuple(wrong_sets)

@@ -40,9 +40,17 @@ from qdot.exercises.formula.pieces import pieces
 from qdot.exercises.formula.program import Program, compile_program, evaluate, evaluate_precisely
 from qdot.exercises.formula.trees import as_matrix, names
 from qdot.exercises.mistakes import numeric
-from qdot.exercises.mistakes.catalogue import CATALOGUE, Wrong, likely, made, prior, taken, wrong_answers
-from qdot.exercises.mistakes.finished import throughout
-from qdot.exercises.mistakes.given import Values, at_given_joints, configurations
+from qdot.exercises.mistakes.catalogue import (
+    CATALOGUE,
+    Wrong,
+    likely_mistakes,
+    make_mistake,
+    mistaken_answers,
+    variant_frequency,
+    wrong_answers,
+)
+from qdot.exercises.mistakes.configurations import Values, fix_given_joints, sample_configurations
+from qdot.exercises.mistakes.finished import edits_throughout
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.problem.record import Json
 from qdot.exercises.questions.results import is_derived, result
@@ -213,7 +221,7 @@ def _mistakes_in_formulas(problem: Problem, part: Part, points: Values) -> Itera
         return
     few = {name: column[:PRINTED] for name, column in points.items()}
     is_direction = part.answer.counts_up_to_a_factor
-    w = numbers(problem.chain, at_given_joints(part, few) if is_direction else few)
+    w = numbers(problem.chain, fix_given_joints(part, few) if is_direction else few)
     seen = {_print_of(result(w, part), is_direction)}
     for wrong in _likely_mistakes(w, part, seen):
         if wrong.answer.shape[:2] != (part.shape or (1, 1)):
@@ -231,7 +239,7 @@ def _mistakes_throughout(problem: Problem, part: Part, points: Values, key: Json
     few = {name: column[:PRINTED] for name, column in points.items()}
     rows = as_matrix(read(answer_code(problem, part), problem.domain().roles))
     right = set().union(*(names(entry) for row in rows for entry in row))
-    every = [(THROUGHOUT.index(name), name, new) for name, new in throughout(rows) if name in THROUGHOUT]
+    every = [(THROUGHOUT.index(name), name, new) for name, new in edits_throughout(rows) if name in THROUGHOUT]
     seen = {_print_of(np.array(key["right"])[:, :PRINTED].reshape(key["rows"], key["columns"], -1))}
     for _, name, new in sorted(every, key=lambda item: item[0])[:MOST_THROUGHOUT]:
         entries = [entry for row in new for entry in row]
@@ -252,9 +260,9 @@ def _likely_mistakes(w: Working, part: Part, seen: Collection[object]) -> Iterat
         yield wrong
     else:
         return
-    for mistake in likely(part):
+    for mistake in likely_mistakes(part):
         if mistake.name in ALWAYS:
-            yield from made(mistake, w, part)
+            yield from make_mistake(mistake, w, part)
 
 
 def _mistakes_in_direction(problem: Problem, part: Part, right: np.ndarray) -> Iterator[Json]:
@@ -327,7 +335,7 @@ def _mistakes_in_numbers(problem: Problem, part: Part, answer: Number, precise: 
 
 
 def _mistaken_answers(problem: Problem, part: Part) -> Iterator[tuple[float, Json, list[float]]]:
-    for mistake, slip in taken(problem.chain, part):
+    for mistake, slip in mistaken_answers(problem.chain, part):
         if isinstance(slip.answer, Number):
             values = [float(value) for value in slip.answer.reference]
             yield 1.0, _mistake_record(mistake.name, mistake.sentence(slip.words)), values
@@ -340,7 +348,7 @@ def _derived_mistakes(problem: Problem, part: Part, precise: bool = False) -> It
     for wrong in wrong_answers(_evaluate_derivation(problem, part), derived, precise):
         flat = of_answer(wrong.answer)
         if _is_finite_and_nonzero(flat) and (derived is part or wrong.mistake.name not in _OF_RATES):
-            yield prior(wrong), _describe_mistake(wrong), flat.tolist()
+            yield variant_frequency(wrong), _describe_mistake(wrong), flat.tolist()
 
 
 def right_in_numbers(problem: Problem, part: Part) -> list[float] | None:
@@ -366,7 +374,7 @@ def _speed_mistakes(problem: Problem, part: Part) -> Iterator[tuple[float, Json,
 def _evaluate_derivation(problem: Problem, part: Part) -> Working:
     rates = part.details.rates if isinstance(part.details, AtRates) else {}
     rate_values = {rate.name: np.array([float(value)]) for rate, value in rates.items()}
-    values = configurations(problem.chain, part, problem.domain(), 1, _stream(problem, part)) | rate_values
+    values = sample_configurations(problem.chain, part, problem.domain(), 1, _stream(problem, part)) | rate_values
     return numbers(problem.chain, values)
 
 

@@ -1,4 +1,4 @@
-"""Everything the chapter derives for a user's own arm: as data, step by step for a terminal, and as LaTeX."""
+"""Derive everything in the chapter for a user's own arm: as data, step by step for a terminal, and as LaTeX."""
 
 import json
 from collections.abc import Callable, Generator, Iterable, Iterator
@@ -14,19 +14,19 @@ from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import FRAMES, SCREWS, Convention
 from qdot.exercises.arm.derivation import TooLong, derive
 from qdot.exercises.arm.kinds import kind_is_sure
-from qdot.exercises.arm.numeric_rank_check import tried
+from qdot.exercises.arm.numeric_rank_check import check_rank_loss
 from qdot.exercises.arm.reciprocal import applies
 from qdot.exercises.arm.robot_file import Limits, Robot, read_robot
-from qdot.exercises.arm.singularity import Component, for_special_lengths, singular_set
+from qdot.exercises.arm.singularity import Component, singular_set, special_length_components
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.text import matrix_json
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.base import BY_HAND
 from qdot.exercises.questions.screws import body_jacobian, space_jacobian
-from qdot.exercises.solve.certified_singularities import sound_components
+from qdot.exercises.solve.certified_singularities import certified_components
 from qdot.exercises.solve.redundant import Redundant, redundant_stages
-from qdot.exercises.solve.special_lengths import Special, needs, relations, special_lengths
+from qdot.exercises.solve.special_lengths import Special, length_needs, relations, special_lengths
 from qdot.exercises.writing.latex import tex, tex_angle, tex_length, tex_value
 from qdot.exercises.writing.markup import latex_escaped, to_latex, to_text
 from qdot.exercises.writing.render import render
@@ -66,9 +66,9 @@ NEVER_SINGULAR = (
 class Solution:
     """The results for a chain.
 
-    `determinant` is None where J is not square, `singular` where it never has full rank; both where they would be too
-    long, as `note` then says. `robot` is the file that the arm was read from, if it was; `redundant` is how the
-    singular set of an arm of more than six joints was found, and `special` what differs for special lengths.
+    `determinant` is None if J is not square, `singular` if it never has full rank; both if they would be too long, as
+    `note` then says. `robot` is the file that the arm was read from, if any; `redundant` is how the singular set of an
+    arm of more than six joints was found, and `special` what differs for special lengths.
     """
 
     chain: Chain
@@ -87,17 +87,17 @@ class Solution:
 
 
 MEANING, TESTED, SPECIAL = "meaning", "tested", "special_lengths"
-"""What there is to find out of a singular set whose conditions are known, in that order."""
+"""What remains to be computed for a singular set whose conditions are known, in that order."""
 WHERE = "singular"
-"""The set itself, where no more is known of it than of what it is the zeros."""
+"""The set itself, if only the functions are known whose zeros it consists of."""
 
 
 @dataclass(frozen=True)
 class Singularities:
-    """Determinant and singular set, None as in a Solution, and what there is to say of them.
+    """Determinant and singular set, None as in a Solution, with remarks.
 
-    `remarks` are on the set itself, `lengths` is what conditions hold together for special lengths only. `left` are
-    those of MEANING, TESTED and SPECIAL that have not been worked out yet.
+    `remarks` are about the set itself, `lengths` says which conditions hold together for special lengths only. `left`
+    are those of MEANING, TESTED and SPECIAL that have not been computed yet.
     """
 
     determinant: sp.Expr | None
@@ -110,15 +110,15 @@ class Singularities:
 
     @property
     def note(self) -> str | None:
-        """All that there is to say, None if there is nothing."""
+        """All remarks together, None if there are none."""
         return " ".join(filter(None, (self.remarks, self.lengths))) or None
 
 
 def solve(chain: Chain) -> Solution:
     """Return what the chapter would derive for `chain`; base frame, metres, radians.
 
-    The position is 3 x 1, the Jacobian of the point 3 x n, the geometric one 6 x n (linear rows first, (6.6)). What
-    would be too long is left out, as `note` then says.
+    The position is 3 x 1, the Jacobian of the point 3 x n, the geometric one 6 x n (linear rows first, (6.6)). Results
+    that would be too long are left out, as `note` then says.
 
     >>> from qdot import Chain, Joint
     >>> arm = Chain("mine", (Joint("R", "theta1", 0, "a1", 0), Joint("R", "theta2", 0, "a2", 0)), ("vx", "vy"))
@@ -126,24 +126,24 @@ def solve(chain: Chain) -> Solution:
     Solution(mine: J 2 x 2, det J = a1*a2*sin(theta2))
     """
     d = derive(chain)
-    found = _singularities(chain)
-    results = found.determinant, found.singular, found.note
+    singularities = _singularities(chain)
+    results = singularities.determinant, singularities.singular, singularities.note
     solution = Solution(chain, d.position, d.geometric[:3, :], d.geometric, *results)
-    return replace(solution, redundant=found.redundant, special=found.special)
+    return replace(solution, redundant=singularities.redundant, special=singularities.special)
 
 
 def _singularities(chain: Chain) -> Singularities:
-    """Return determinant, singular set and what there is to say of them."""
+    """Return determinant and singular set with all remarks."""
     *_, last = singular_stages(chain)
     assert isinstance(last, Singularities)
     return last
 
 
 @dataclass(frozen=True)
-class Kept:
-    """What is known of the singular set before all of it is, and what is `left`.
+class PartialResult:
+    """What is known about the singular set so far, and what is `left`.
 
-    Where it ends there, `block` writes what is known in Markdown, `data` as plain data.
+    If the derivation is stopped here, `block` writes what is known in Markdown, `data` as plain data.
     """
 
     block: Callable[[], str]
@@ -151,170 +151,172 @@ class Kept:
     left: tuple[str, ...]
 
 
-def singular_stages(chain: Chain) -> Iterator[str | Kept | Singularities]:
-    """Yield in words what is worked out next, what is known so far, and the results, as far as they are there.
+def singular_stages(chain: Chain) -> Iterator[str | PartialResult | Singularities]:
+    """Yield in words what is derived next, what is known so far, and the results as they become available.
 
-    The last of these are all.
+    The last results are complete.
     """
     yield "the determinant of J" if derive(chain).is_square else "the minors of J"
-    ways = [_by_elimination, _by_minors] if applies(chain) else [_by_minors]
+    ways = [_solve_by_elimination, _solve_by_minors] if applies(chain) else [_solve_by_minors]
     for way in ways:
         try:
-            found = yield from way(chain)
+            singularities = yield from way(chain)
             break
         except TooLong as error:
             failed = error
     else:
         yield Singularities(None, None, NOT_WORKED_OUT.format(failed))
         return
-    if SPECIAL in found.left:
-        yield from _for_special_lengths(chain, found)
+    if SPECIAL in singularities.left:
+        yield from _solve_special_lengths(chain, singularities)
 
 
-Found = Generator[str | Kept | Singularities, None, Singularities]
-"""Stages of the singular set, and what is known of it in the end, for lengths in general."""
+SingularStages = Generator[str | PartialResult | Singularities, None, Singularities]
+"""Stages of the singular set, and the final result for generic lengths."""
 
 
-def _by_minors(chain: Chain) -> Found:
-    """Yield the stages of the zeros of all minors, of a square J its determinant. Raises TooLong."""
+def _solve_by_minors(chain: Chain) -> SingularStages:
+    """Yield the stages of finding the common zeros of all minors (the determinant of a square J). Raises TooLong."""
     d = derive(chain)
     what = "the determinant of J" if d.is_square else "the minors of J"
     later = (TESTED, SPECIAL) if chain.parameters else (TESTED,)
     determinant = d.determinant if d.is_square else None
     if all(minor.is_zero for minor in d.generic_minors):
-        found = Singularities(determinant, None, ALWAYS_SINGULAR)
-        yield found
-        return found
-    yield Kept(partial(_known_so_far, chain, True), dict, (WHERE,))
+        singularities = Singularities(determinant, None, ALWAYS_SINGULAR)
+        yield singularities
+        return singularities
+    yield PartialResult(partial(_render_so_far, chain, True), dict, (WHERE,))
     yield f"where {what} {'is' if d.is_square else 'are all'} zero"
     singular_set(chain)
-    yield Kept(partial(_known_so_far, chain, False), partial(_conditions_json, chain), (MEANING, *later))
+    yield PartialResult(partial(_render_so_far, chain, False), partial(_conditions_json, chain), (MEANING, *later))
     yield "what the configurations look like in which J loses rank"
-    singular = sound_components(chain)
-    lengths = "" if singular else _only_for_special_lengths(chain)
+    singular = certified_components(chain)
+    lengths = "" if singular else _describe_special_conditions(chain)
     never = "" if singular else NEVER_IN_GENERAL if lengths else NEVER_SINGULAR
-    found = Singularities(determinant, singular, never, lengths=lengths, left=later)
-    yield found
+    singularities = Singularities(determinant, singular, never, lengths=lengths, left=later)
+    yield singularities
     yield "the test of these conditions in numbers"
-    remarks = " ".join(filter(None, (never, _doubt(chain, singular))))
-    found = replace(found, remarks=remarks, left=later[1:])
-    yield found
-    return found
+    remarks = " ".join(filter(None, (never, _describe_doubts(chain, singular))))
+    singularities = replace(singularities, remarks=remarks, left=later[1:])
+    yield singularities
+    return singularities
 
 
-def _for_special_lengths(chain: Chain, found: Singularities) -> Iterator[str | Singularities]:
-    """Yield what is looked at, and the results with what differs where open lengths are related to each other."""
+def _solve_special_lengths(chain: Chain, singularities: Singularities) -> Iterator[str | Singularities]:
+    """Yield in words what is examined, then the results with what differs for related open lengths."""
     yield "lengths of a special relation to each other"
-    wanted = [f"{need}." for need in needs(chain, found.singular or ())]
-    if found.redundant is None:
-        wanted.append(_only_for_special_lengths(chain))
-    found = replace(found, lengths=" ".join(filter(None, wanted)))
+    wanted = [f"{need}." for need in length_needs(chain, singularities.singular or ())]
+    if singularities.redundant is None:
+        wanted.append(_describe_special_conditions(chain))
+    singularities = replace(singularities, lengths=" ".join(filter(None, wanted)))
     special = []
-    for stage in special_lengths(chain, found.singular or ()):
+    for stage in special_lengths(chain, singularities.singular or ()):
         if isinstance(stage, Special):
             special.append(stage)
         else:
             yield stage
-    yield replace(found, special=tuple(special), left=())
+    yield replace(singularities, special=tuple(special), left=())
 
 
-def _doubt(chain: Chain, singular: tuple[SingularComponent, ...]) -> str:
-    """Return what a test in numbers found amiss: conditions that seem never to hold, or to be too few or too many."""
-    out, said = tried(chain, [one.conditions for one in singular]), []
-    if not out.arms:
+def _describe_doubts(chain: Chain, singular: tuple[SingularComponent, ...]) -> str:
+    """Return what a numerical check finds wrong: conditions that never seem to hold, are false, or are missing."""
+    check, remarks = check_rank_loss(chain, [component.conditions for component in singular]), []
+    if not check.arms:
         return ""
-    for k, one in enumerate(singular):
-        if k in out.wrong:
-            said.append(
-                f"In numbers, J was found to keep its rank somewhere where {_in_words(one.conditions)}: don't rely on "
-                "this condition."
+    for k, component in enumerate(singular):
+        if k in check.wrong:
+            remarks.append(
+                f"In numbers, J was found to keep its rank somewhere where "
+                f"{_conditions_in_words(component.conditions)}: don't rely on this condition."
             )
-        elif not out.samples[k]:
-            said.append(_undecided(one.conditions, out.searches))
-    if out.unexplained:
-        said.append(
-            f"Of {out.searches} searches for lost rank from random starts, {len(out.unexplained)} ended in "
+        elif not check.samples[k]:
+            remarks.append(_describe_undecided(component.conditions, check.searches))
+    if check.unexplained:
+        remarks.append(
+            f"Of {check.searches} searches for lost rank from random starts, {len(check.unexplained)} ended in "
             "configurations that none of these conditions accounts for: the list is not complete."
         )
-    return " ".join(said)
+    return " ".join(remarks)
 
 
-def _in_words(conditions: Iterable[sp.Expr]) -> str:
+def _conditions_in_words(conditions: Iterable[sp.Expr]) -> str:
     return " and ".join(f"`{condition} = 0`" for condition in conditions)
 
 
-def _undecided(conditions: Iterable[sp.Expr], searches: int) -> str:
-    """Return what is said of conditions for which no configuration was found."""
+def _describe_undecided(conditions: Iterable[sp.Expr], searches: int) -> str:
+    """Return the remark about conditions for which no configuration was found."""
     return (
-        f"No configuration was found in which {_in_words(conditions)}, in {searches} searches from random starts; "
-        "whether there is one was not decided."
+        f"No configuration was found in which {_conditions_in_words(conditions)}, in {searches} searches from random "
+        "starts; whether there is one was not decided."
     )
 
 
-def _by_elimination(chain: Chain) -> Found:
-    """Yield the same of an arm with more joints than rows whose minors are long. Raises TooLong."""
+def _solve_by_elimination(chain: Chain) -> SingularStages:
+    """Yield the same stages for an arm with more joints than rows whose minors are long. Raises TooLong."""
     later = (SPECIAL,) if chain.parameters else ()
-    found = Singularities(None, None, ALWAYS_SINGULAR)
+    singularities = Singularities(None, None, ALWAYS_SINGULAR)
     for stage in redundant_stages(chain):
         if isinstance(stage, str):
             yield stage
         elif stage.always:
-            found = replace(found, redundant=stage)
-            yield found
+            singularities = replace(singularities, redundant=stage)
+            yield singularities
         elif not stage.described:
-            parts = partial(_redundant_so_far, chain, stage), partial(_redundant_json, chain, stage)
-            yield Kept(*parts, (MEANING, *later))
+            parts = partial(_render_redundant_so_far, chain, stage), partial(_redundant_json, chain, stage)
+            yield PartialResult(*parts, (MEANING, *later))
         else:
-            found = Singularities(None, stage.components, _said_of_test(chain, stage), stage, left=later)
-            yield found
-    return found
+            singularities = Singularities(None, stage.components, _describe_test(chain, stage), stage, left=later)
+            yield singularities
+    return singularities
 
 
-def _redundant_so_far(chain: Chain, stage: Redundant) -> str:
-    return f"{_redundant_block(chain, stage)}\n{_said_of_test(chain, stage)}\n"
+def _render_redundant_so_far(chain: Chain, stage: Redundant) -> str:
+    return f"{_redundant_block(chain, stage)}\n{_describe_test(chain, stage)}\n"
 
 
 def _redundant_json(chain: Chain, stage: Redundant) -> dict[str, Any]:
-    singular = [_component_json(one) for one in stage.components]
-    return {"singular": singular, "tested": stage.searched, "note": _said_of_test(chain, stage)}
+    singular = [_component_json(component) for component in stage.components]
+    return {"singular": singular, "tested": stage.search_counts, "note": _describe_test(chain, stage)}
 
 
-def _said_of_test(chain: Chain, stage: Redundant) -> str:
-    """Return what came out of the test in numbers, and what the set holds for."""
-    out, said = stage.tried, []
-    assert out is not None
-    count = sum(map(len, out.samples)) - sum(len(out.samples[k]) for k in out.wrong)
+def _describe_test(chain: Chain, stage: Redundant) -> str:
+    """Return the outcome of the numerical check, and for which lengths the set holds."""
+    check, sentences = stage.check, []
+    assert check is not None
+    count = sum(map(len, check.samples)) - sum(len(check.samples[k]) for k in check.wrong)
     if stage.components:
-        said.append(f"In numbers, J was found to lose rank at each of {count} configurations in which they hold.")
-    elif stage.never:
-        said.append(NEVER_SINGULAR)
-    drawn = f", with {out.choices} choices of the open lengths" if chain.parameters else ""
-    said.append(f"Of {out.searches} searches for lost rank from random starts{drawn}, {out.ended} came to an end")
-    if out.unexplained:
-        said[-1] += (
-            f"; {len(out.unexplained)} of them ended in configurations that none of these conditions accounts for: the "
-            "list is not complete."
+        sentences.append(f"In numbers, J was found to lose rank at each of {count} configurations in which they hold.")
+    elif stage.is_never_singular:
+        sentences.append(NEVER_SINGULAR)
+    drawn = f", with {check.choices} choices of the open lengths" if chain.parameters else ""
+    sentences.append(
+        f"Of {check.searches} searches for lost rank from random starts{drawn}, {check.ended} came to an end"
+    )
+    if check.unexplained:
+        sentences[-1] += (
+            f"; {len(check.unexplained)} of them ended in configurations that none of these conditions accounts for: "
+            "the list is not complete."
         )
     else:
-        said[-1] += ", each where one of these conditions holds." if out.ended else "."
-    said.append("That is a test of what was derived, and no proof.")
+        sentences[-1] += ", each where one of these conditions holds." if check.ended else "."
+    sentences.append("That is a test of what was derived, and no proof.")
     if stage.doubtful:
-        said.append(f"{len(stage.doubtful)} more conditions were derived and left out, as they failed this test.")
-    said += [_undecided(conditions, out.searches) for conditions in stage.undecided]
+        sentences.append(f"{len(stage.doubtful)} more conditions were derived and left out, as they failed this test.")
+    sentences += [_describe_undecided(conditions, check.searches) for conditions in stage.undecided]
     if chain.parameters:
-        said.append(IN_GENERAL)
-    return " ".join(said)
+        sentences.append(IN_GENERAL)
+    return " ".join(sentences)
 
 
-def _known_so_far(chain: Chain, minors_only: bool) -> str:
+def _render_so_far(chain: Chain, minors_only: bool) -> str:
     steps, components = worked_steps(chain), [] if minors_only else worked_steps(chain).components
     return render("solve/part.md.j2", chain=chain, steps=steps, components=components, minors_only=minors_only)
 
 
-def _only_for_special_lengths(chain: Chain) -> str:
-    """Return which conditions hold together for lengths of a special relation only, in words."""
-    special = for_special_lengths(chain) if chain.parameters else ()
-    cases = "; or ".join(_in_words(one.conditions) for one in special)
+def _describe_special_conditions(chain: Chain) -> str:
+    """Return in words which conditions hold together only for specially related lengths."""
+    special = special_length_components(chain) if chain.parameters else ()
+    cases = "; or ".join(_conditions_in_words(component.conditions) for component in special)
     return f"{FOR_SPECIAL_LENGTHS} {cases}." if cases else ""
 
 
@@ -348,24 +350,29 @@ def solution_data(solution: Solution) -> dict[str, Any]:
     return content
 
 
-def _singular_json(chain: Chain, found: Singularities) -> dict[str, Any]:
+def _singular_json(chain: Chain, singularities: Singularities) -> dict[str, Any]:
     sure = kind_is_sure(chain)
     content: dict[str, Any] = {
-        "determinant": None if found.determinant is None else str(found.determinant),
-        "singular": None if found.singular is None else [_found_json(chain, one, sure) for one in found.singular],
+        "determinant": None if singularities.determinant is None else str(singularities.determinant),
+        "singular": None
+        if singularities.singular is None
+        else [_classified_json(chain, component, sure) for component in singularities.singular],
     }
-    if found.redundant is not None and found.redundant.searched:
-        content["tested"] = found.redundant.searched
-    if found.special:
+    if singularities.redundant is not None and singularities.redundant.search_counts:
+        content["tested"] = singularities.redundant.search_counts
+    if singularities.special:
         content["special_lengths"] = [
-            {"lengths": one.relation, "singular": [_found_json(chain, part, sure) for part in one.components]}
-            for one in found.special
+            {
+                "lengths": special.relation,
+                "singular": [_classified_json(chain, component, sure) for component in special.components],
+            }
+            for special in singularities.special
         ]
-    return content | ({"note": found.note} if found.note else {})
+    return content | ({"note": singularities.note} if singularities.note else {})
 
 
 TWISTS = "space_jacobian", "body_jacobian"
-"""What an arm that is told by its axes has beside the others, 6 x n each, in the order of `twist_rows`."""
+"""Further results for an arm described by its axes, 6 x n each, in the order of `twist_rows`."""
 
 
 def twists_of(chain: Chain) -> tuple[str, ...]:
@@ -374,9 +381,9 @@ def twists_of(chain: Chain) -> tuple[str, ...]:
 
 
 def _screw_parts(chain: Chain) -> tuple[Callable[[], dict[str, Any]], ...]:
-    """Return what works out the Jacobians of TWISTS as plain data, nothing where an arm is told by a table.
+    """Return functions that compute the Jacobians of TWISTS as plain data; none if an arm is described by a table.
 
-    There is no body frame where P is no point of the last link.
+    There is no body frame if P is not a point of the last link.
     """
     if not twists_of(chain):
         return ()
@@ -394,22 +401,25 @@ def _rows(matrix: sp.Matrix) -> list[list[str]]:
     return [[str(entry) for entry in row] for row in matrix.tolist()]
 
 
-def _found_json(chain: Chain, found: SingularComponent, sure: bool) -> dict[str, Any]:
-    kind = {"type": found.kind.kind, "uniform": found.kind.uniform} if sure and found.kind.kind else {}
-    return _component_json(found) | kind | {"meaning": convention_of(chain).rename_origins(found.kind.meaning) or None}
+def _classified_json(chain: Chain, component: SingularComponent, sure: bool) -> dict[str, Any]:
+    kind = {"type": component.kind.kind, "uniform": component.kind.uniform} if sure and component.kind.kind else {}
+    meaning = convention_of(chain).rename_origins(component.kind.meaning) or None
+    return _component_json(component) | kind | {"meaning": meaning}
 
 
-def _component_json(found: SingularComponent | Component) -> dict[str, Any]:
-    """Return the conditions of a component, and nothing of what it is."""
-    conditions = [str(condition) for condition in found.conditions]
-    solved = found.solutions and {joint.name: [str(value) for value in values] for joint, values in found.solutions}
-    said = {"condition": " and ".join(conditions), "conditions": conditions, "solutions": solved or None}
-    return said | dict.fromkeys(("type", "uniform", "meaning"))
+def _component_json(component: SingularComponent | Component) -> dict[str, Any]:
+    """Return the conditions of a component, without its kind and meaning."""
+    conditions = [str(condition) for condition in component.conditions]
+    solved = component.solutions and {
+        joint.name: [str(value) for value in values] for joint, values in component.solutions
+    }
+    content = {"condition": " and ".join(conditions), "conditions": conditions, "solutions": solved or None}
+    return content | dict.fromkeys(("type", "uniform", "meaning"))
 
 
 def _conditions_json(chain: Chain) -> dict[str, Any]:
-    """Return what is known of the singular set when nothing is of what it looks like."""
-    return {"singular": [_component_json(one) for one in worked_steps(chain).components]}
+    """Return the singular set while it is not known yet what its configurations look like."""
+    return {"singular": [_component_json(component) for component in worked_steps(chain).components]}
 
 
 # --- step by step ---
@@ -422,7 +432,7 @@ def solution_text(solution: Solution) -> str:
 
 
 def text_heading(chain: Chain) -> str:
-    """Return what stands above a derivation on a terminal."""
+    """Return the heading of a derivation on a terminal."""
     title = f"Velocity kinematics of {chain.title}"
     return f"{title}\n{'=' * len(title)}\n"
 
@@ -444,10 +454,10 @@ def _blocks(chain: Chain, robot: Robot | None) -> list[str]:
 
 @dataclass(frozen=True)
 class Ready:
-    """A result that is ready: its name, and what is to be shown of it, which is empty where there is nothing.
+    """A result that is ready: its name, and its content, which may be empty.
 
-    `left` is what is still to be found out of the singular set, None where this is no result on it; `singular` is the
-    set, as far as it is there.
+    `left` is what remains to be computed for the singular set, None for other results; `singular` is the set as far as
+    it is known.
     """
 
     name: str
@@ -456,19 +466,22 @@ class Ready:
     singular: tuple[SingularComponent, ...] | None = None
 
 
-Stages = Iterator[str | Kept | Ready]
-"""What is worked out next, in words, results as they are ready, and what is known of one before it is."""
+Stages = Iterator[str | PartialResult | Ready]
+"""What is derived next, in words, results as they become ready, and partial results."""
 
 
 def text_stages(chain: Chain, robot: Robot | None = None) -> Stages:
-    """Yield the derivation in Markdown, block by block: the arm, each section by its name, and what is to be added."""
+    """Yield the derivation in Markdown, block by block: the arm, then each section by its name, then remarks."""
     yield "its transformations"
     w, steps = Wording(chain), worked_steps(chain)
-    given = _given(robot)
-    if given is not None and (not w.convention.has_frames or (not given.base and given.rows == w.rows)):
-        given = None  # it is told so below
+    description = _describe_arm(robot)
+    shows_same = description is not None and not description.base and description.rows == w.rows
+    if shows_same or not w.convention.has_frames:
+        description = None  # the standard text below shows the same
     rounded = ROUNDED if robot is not None and robot.rounded else ""
-    yield Ready("arm", render("solve/arm.md.j2", chain=chain, w=w, steps=steps, tex=tex, given=given, rounded=rounded))
+    yield Ready(
+        "arm", render("solve/arm.md.j2", chain=chain, w=w, steps=steps, tex=tex, given=description, rounded=rounded)
+    )
     parts: list[Part] = []
     explained: set[str] = set()
     for name in SECTIONS[:-1]:
@@ -478,8 +491,8 @@ def text_stages(chain: Chain, robot: Robot | None = None) -> Stages:
 
 
 def _singular_text(chain: Chain, robot: Robot | None, parts: list[Part], explained: set[str]) -> Stages:
-    """Yield the section on the singular set with what is said of it, what its test found, and special lengths."""
-    names, number, told = iter((SECTIONS[-1], "test", "special lengths")), len(parts) + 3, ""
+    """Yield the section on the singular set with its remarks, the outcome of its check, and special lengths."""
+    names, number, earlier_remarks = iter((SECTIONS[-1], "test", "special lengths")), len(parts) + 3, ""
     for stage in singular_stages(chain):
         if not isinstance(stage, Singularities):
             yield stage
@@ -495,7 +508,7 @@ def _singular_text(chain: Chain, robot: Robot | None, parts: list[Part], explain
                 title = "Singular configurations"
             elif stage.singular is not None:
                 title = "Test in numbers"  # of more than six joints: of others, it comes later
-        new, told = stage.remarks.removeprefix(told).strip(), stage.remarks
+        new, earlier_remarks = stage.remarks.removeprefix(earlier_remarks).strip(), stage.remarks
         if new:
             blocks.append(f"## {number}. {title}\n\n{new}\n")
             number += 1
@@ -505,31 +518,31 @@ def _singular_text(chain: Chain, robot: Robot | None, parts: list[Part], explain
 
 
 def _singular_section(
-    chain: Chain, robot: Robot | None, found: Singularities, parts: list[Part], explained: set[str]
+    chain: Chain, robot: Robot | None, singularities: Singularities, parts: list[Part], explained: set[str]
 ) -> str:
-    """Return the section on the singular set with what limits of joints rule out, nothing where there is none."""
-    if found.redundant is not None:
-        text = _redundant_block(chain, found.redundant, len(parts) + 3)
+    """Return the section on the singular set with what limits of joints rule out, or nothing."""
+    if singularities.redundant is not None:
+        text = _redundant_block(chain, singularities.redundant, len(parts) + 3)
     else:
         text = _section(chain, SECTIONS[-1], parts, explained)
-    beyond = _beyond(chain, robot, found.singular or ())
-    said = [f"Limits of the joints rule out {'; '.join(beyond)}."] if beyond else []
-    said += [CONDITIONS_ROUNDED] if found.singular and robot is not None and robot.rounded else []
-    return "\n\n".join([text, *said]) + "\n" if said else text
+    beyond = _values_beyond_limits(chain, robot, singularities.singular or ())
+    remarks = [f"Limits of the joints rule out {'; '.join(beyond)}."] if beyond else []
+    remarks += [CONDITIONS_ROUNDED] if singularities.singular and robot is not None and robot.rounded else []
+    return "\n\n".join([text, *remarks]) + "\n" if remarks else text
 
 
-def _special_block(chain: Chain, found: Singularities, number: int) -> str:
+def _special_block(chain: Chain, singularities: Singularities, number: int) -> str:
     return render(
         "solve/lengths.md.j2",
         number=number,
-        note=found.lengths,
-        special=[(one, Wording(one.chain)) for one in found.special],
-        looked_at=relations(chain, found.singular or ()) if found.special else [],
+        note=singularities.lengths,
+        special=[(special, Wording(special.chain)) for special in singularities.special],
+        looked_at=relations(chain, singularities.singular or ()) if singularities.special else [],
     )
 
 
 def _section(chain: Chain, name: str, parts: list[Part], explained: set[str]) -> str:
-    """Return the section of a question, and add it to the parts before it; nothing if such an arm is not asked it."""
+    """Return the section of a question, and append it to the parts; nothing if the question does not suit the arm."""
     question = QUESTIONS[name]
     unreadable = chain.n > BY_HAND and name in ("inverse-jacobian", "inverse-velocity")
     if unreadable or question.objects(chain) is not None:
@@ -541,13 +554,13 @@ def _section(chain: Chain, name: str, parts: list[Part], explained: set[str]) ->
 
 
 def _redundant_block(chain: Chain, redundant: Redundant, number: int | None = None) -> str:
-    """Return the section on the singular set of such an arm, without a number where it is not whole."""
+    """Return the section on the singular set of a redundant arm, without a number if it is not complete."""
     w, steps = Wording(chain), worked_steps(chain)
     return render("solve/redundant.md.j2", chain=chain, w=w, steps=steps, found=redundant, number=number)
 
 
 def data_stages(chain: Chain) -> Stages:
-    """Yield parts of the plain data, by the names of its keys."""
+    """Yield the parts of the plain data, named by their keys."""
     d = derive(chain)
     yield "the position"
     yield Ready("position", {"position": matrix_json(d.position)})
@@ -568,25 +581,27 @@ def data_stages(chain: Chain) -> Stages:
 
 
 @dataclass(frozen=True)
-class _Told:
-    """How an arm was told, for the template: a convention, the cells of its rows, and what is said of its base."""
+class _ArmDescription:
+    """The arm as its file describes it, for the template: convention, cells of its rows, and its base in words."""
 
     convention: type[Convention]
     rows: list[list[str]]
     base: str
 
 
-def _given(robot: Robot | None) -> _Told | None:
-    """Return how the arm was told, None where that is the standard table."""
-    given = robot.given if robot else None
-    if given is None:
+def _describe_arm(robot: Robot | None) -> _ArmDescription | None:
+    """Return the arm as its file describes it, None if that is the standard table."""
+    written_arm = robot.written_arm if robot else None
+    if written_arm is None:
         return None
     base = ""
-    if given.base is not None:
-        position, rpy = given.base
+    if written_arm.base is not None:
+        position, rpy = written_arm.base
         turned = ", ".join(f"${tex_angle(angle)}$" for angle in rpy)
         base = f"at ${triple(position)}$" + (f", turned by roll, pitch and yaw of {turned}" if any(rpy) else "")
-    return _Told(given.convention, [_cells(given.convention, row) for row in given.rows], base)
+    return _ArmDescription(
+        written_arm.convention, [_cells(written_arm.convention, row) for row in written_arm.rows], base
+    )
 
 
 def _cells(convention: type[Convention], row: tuple[Any, ...]) -> list[str]:
@@ -596,26 +611,28 @@ def _cells(convention: type[Convention], row: tuple[Any, ...]) -> list[str]:
     return convention.cells(tex_angle(row[0]), tex_length(row[1]), tex_length(row[2]), tex_angle(row[3]))
 
 
-def _beyond(chain: Chain, robot: Robot | None, singular: Iterable[SingularComponent]) -> list[str]:
-    """Return the values of joints in singular configurations that the limits of the joints rule out, in words."""
+def _values_beyond_limits(chain: Chain, robot: Robot | None, singular: Iterable[SingularComponent]) -> list[str]:
+    """Return in words the joint values of singular configurations that are outside the limits of the joints."""
     limits = dict(zip(chain.q, robot.limits, strict=False)) if robot else {}
-    said = []
+    excluded = []
     for component in singular:
         for joint, values in component.solutions or ():
             ends = limits.get(joint)
             if ends is None:
                 continue
             low, high = (tex_value(end, joint) for end in ends)
-            out = [v for v in values if v.is_number and not any(_within(v + turn, ends) for turn in _turns(joint))]
-            said += [f"${tex(joint)} = {tex_value(value, joint)}$ (from ${low}$ to ${high}$)" for value in out]
-    return list(dict.fromkeys(said))
+            out = [
+                v for v in values if v.is_number and not any(_is_within(v + turn, ends) for turn in _full_turns(joint))
+            ]
+            excluded += [f"${tex(joint)} = {tex_value(value, joint)}$ (from ${low}$ to ${high}$)" for value in out]
+    return list(dict.fromkeys(excluded))
 
 
-def _turns(joint: sp.Symbol) -> tuple[sp.Expr, ...]:
+def _full_turns(joint: sp.Symbol) -> tuple[sp.Expr, ...]:
     return (sp.S.Zero,) if joint.name.startswith("d") else tuple(2 * sp.pi * turn for turn in (-1, 0, 1))
 
 
-def _within(value: sp.Expr, ends: Limits) -> bool:
+def _is_within(value: sp.Expr, ends: Limits) -> bool:
     return bool(ends[0] <= value) and bool(value <= ends[1])
 
 

@@ -1,4 +1,4 @@
-"""`qdot solve`: results as they are ready; where time or Ctrl-C ends it, what is missing is said."""
+"""Run `qdot solve` within a time limit: print results as they are ready, and in the end what is missing."""
 
 import itertools
 from collections.abc import Callable
@@ -19,7 +19,7 @@ from qdot.exercises.solve.solver import (
     SPECIAL,
     TESTED,
     WHERE,
-    Kept,
+    PartialResult,
     Ready,
     Stages,
     article,
@@ -32,105 +32,109 @@ from qdot.exercises.solve.solver import (
 from qdot.exercises.writing.markup import to_text
 from qdot.exercises.writing.worked import SingularComponent
 
-Shown = Callable[[str], AbstractContextManager[object]]
-"""Shows while a block lasts what is worked out in it."""
+ShowProgress = Callable[[str], AbstractContextManager[object]]
+"""Shows what a block is working on while it lasts."""
 
 
 @dataclass
-class _Told:
-    """What is ready, by name and in order, and what is being worked out."""
+class _Progress:
+    """What is ready, by name and in order, and what is being derived."""
 
     ready: dict[str, Any] = field(default_factory=dict)
     now: str = "the arm itself"
-    kept: Kept | None = None
-    """What is known of the singular set, as long as it is not ready."""
+    partial_result: PartialResult | None = None
+    """What is known about the singular set until it is ready."""
     left: tuple[str, ...] | None = None
-    """What is still to be found out of that set, None where nothing is known of it."""
+    """What remains to be computed for that set, None if nothing is known about it."""
     singular: tuple[SingularComponent, ...] | None = None
-    """The set, None where it is not ready, or is all there is."""
+    """The set, None if it is not ready, or the arm is singular everywhere."""
     ended: str = ""
-    """Why not all is there: nothing, if all is."""
+    """Why results are missing; empty if none are."""
 
 
 def write_solution(
-    robot: Robot, form: str, seconds: float, say: Callable[[str], None], shown: Shown
+    robot: Robot, form: str, seconds: float, say: Callable[[str], None], show_progress: ShowProgress
 ) -> tuple[SingularComponent, ...] | None:
-    """Say the derivation of an arm as text, latex or json; text section by section, as they are ready.
+    """Print the derivation of an arm as text, latex or json; text section by section, as they are ready.
 
-    It ends once it has taken `seconds` of processor time. Raises KeyboardInterrupt where that ended it, all that was
-    ready being said. Returns the singular set, None where it is not ready, or where the arm is singular throughout.
+    It ends once it has taken `seconds` of processor time. Raises KeyboardInterrupt if that ended it, after printing all
+    that was ready. Returns the singular set, None if it is not ready, or if the arm is singular everywhere.
     """
-    chain, told = robot.chain, _Told()
+    chain, progress = robot.chain, _Progress()
     stages = data_stages(chain) if form == "json" else text_stages(chain, robot)
     stop: KeyboardInterrupt | None = None
     try:
         if form == "text":
             say(text_heading(chain))
         with time_limit(seconds):
-            _follow(stages, told, (lambda block: say(f"\n{to_text(block)}")) if form == "text" else None, shown)
+            _run_stages(
+                stages, progress, (lambda block: say(f"\n{to_text(block)}")) if form == "text" else None, show_progress
+            )
     except OutOfTime:
-        told.ended = f"the {seconds:g} seconds of processor time were over (`--time` gives it more)"
+        progress.ended = f"the {seconds:g} seconds of processor time were over (`--time` gives it more)"
     except KeyboardInterrupt as error:
-        told.ended, stop = "it was stopped", error
+        progress.ended, stop = "it was stopped", error
     if form == "json":
-        say(data_json(_data(robot, told)))
+        say(data_json(_data(robot, progress)))
     elif form == "latex":
-        say(article(chain, [*filter(None, told.ready.values()), *_missing_block(chain, told)]))
+        say(article(chain, [*filter(None, progress.ready.values()), *_missing_block(chain, progress)]))
     else:
-        for block in _missing_block(chain, told):
+        for block in _missing_block(chain, progress):
             say(f"\n{to_text(block)}")
     if stop is not None:
         raise stop
-    return told.singular
+    return progress.singular
 
 
-def _follow(stages: Stages, told: _Told, say: Callable[[str], None] | None, shown: Shown) -> None:
-    """Go through the stages, and keep what is ready."""
+def _run_stages(
+    stages: Stages, progress: _Progress, say: Callable[[str], None] | None, show_progress: ShowProgress
+) -> None:
+    """Run the stages, and store what is ready."""
     while True:
-        with shown(told.now):
+        with show_progress(progress.now):
             stage = next(stages, None)
         if stage is None:
             return
         if isinstance(stage, Ready):
             if say is not None and stage.content:
                 say(stage.content)
-            told.ready[stage.name] = stage.content  # only now: what was stopped while it was said is missing
+            progress.ready[stage.name] = stage.content  # only now: a section stopped while it was printed is missing
             if stage.left is not None:
-                told.kept, told.left, told.singular = None, stage.left, stage.singular
-        elif isinstance(stage, Kept):
-            told.kept, told.left = stage, stage.left
+                progress.partial_result, progress.left, progress.singular = None, stage.left, stage.singular
+        elif isinstance(stage, PartialResult):
+            progress.partial_result, progress.left = stage, stage.left
         else:
-            told.now = stage
+            progress.now = stage
 
 
-def _data(robot: Robot, told: _Told) -> dict[str, Any]:
-    """Return what is ready as plain data; what is missing is null and named."""
+def _data(robot: Robot, progress: _Progress) -> dict[str, Any]:
+    """Return what is ready as plain data; missing results are null, and listed."""
     chain = robot.chain
     content: dict[str, Any] = {"name": chain.title} | ({"rounded": True} if robot.rounded else {})
     content |= {"position": None, "jacobian": None, "geometric_jacobian": None}
     twists = twists_of(chain)
     content |= {"twist_rows": list(convention_of(chain).velocities), **dict.fromkeys(twists)} if twists else {}
     content |= {"task": list(chain.task), "determinant": None, "singular": None}
-    for part in told.ready.values():
+    for part in progress.ready.values():
         content |= part
-    if told.kept is not None:
-        content |= told.kept.data()
-    missing = _missing_keys(chain, told)
+    if progress.partial_result is not None:
+        content |= progress.partial_result.data()
+    missing = _missing_keys(chain, progress)
     if missing:
         content["missing"] = missing
-        content["note"] = " ".join(filter(None, (content.get("note"), _said(told))))
+        content["note"] = " ".join(filter(None, (content.get("note"), _explain_end(progress))))
     return content
 
 
-def _missing_keys(chain: Chain, told: _Told) -> list[str]:
-    if not told.ended or told.left == ():
+def _missing_keys(chain: Chain, progress: _Progress) -> list[str]:
+    if not progress.ended or progress.left == ():
         return []
     keys = [("position", "position"), ("jacobian", "jacobian"), ("jacobian", "geometric_jacobian")]
     keys += [(name, name) for name in twists_of(chain)]
     keys += [("determinant", "determinant")] if _is_square(chain) else []
-    left = told.left or (WHERE,)
+    left = progress.left or (WHERE,)
     of_each = [("type", "uniform", MEANING) if key == MEANING and kind_is_sure(chain) else (key,) for key in left]
-    return [*(key for name, key in keys if name not in told.ready), *itertools.chain(*of_each)]
+    return [*(key for name, key in keys if name not in progress.ready), *itertools.chain(*of_each)]
 
 
 def _is_square(chain: Chain) -> bool:
@@ -145,32 +149,36 @@ _IN_WORDS = {
 }
 
 
-def _missing_block(chain: Chain, told: _Told) -> list[str]:
-    """Return what is said in the end where something is missing."""
-    if not told.ended or told.left == ():
+def _missing_block(chain: Chain, progress: _Progress) -> list[str]:
+    """Return the closing remark if something is missing."""
+    if not progress.ended or progress.left == ():
         return []
-    missing = [QUESTIONS[name].title for name in _due(chain) if name not in told.ready and name != SECTIONS[-1]]
-    missing += [QUESTIONS[SECTIONS[-1]].title] if told.left is None else [_IN_WORDS[name] for name in told.left]
-    known = [told.kept.block()] if told.kept is not None else []
-    return [*known, f"## What is missing\n\nNot worked out: {'; '.join(missing)}. {_said(told)}\n"]
+    missing = [
+        QUESTIONS[name].title
+        for name in _expected_sections(chain)
+        if name not in progress.ready and name != SECTIONS[-1]
+    ]
+    missing += [QUESTIONS[SECTIONS[-1]].title] if progress.left is None else [_IN_WORDS[name] for name in progress.left]
+    known = [progress.partial_result.block()] if progress.partial_result is not None else []
+    return [*known, f"## What is missing\n\nNot worked out: {'; '.join(missing)}. {_explain_end(progress)}\n"]
 
 
-def _said(told: _Told) -> str:
-    """Return why something is missing, and what that means."""
+def _explain_end(progress: _Progress) -> str:
+    """Return why results are missing, and what that means."""
     return (
-        f"This ended because {told.ended}, at work on {told.now}. What is told was worked out to its end, and holds; "
-        "of what is missing, nothing is claimed."
+        f"This ended because {progress.ended}, at work on {progress.now}. What is told was worked out to its "
+        "end, and holds; of what is missing, nothing is claimed."
     )
 
 
-def _due(chain: Chain) -> list[str]:
+def _expected_sections(chain: Chain) -> list[str]:
     """Return the names of all sections that an arm of this shape has."""
     inverse = ("inverse-jacobian", "inverse-velocity")
     left_out = () if _is_square(chain) else ("determinant", *inverse)
     if chain.n > BY_HAND:
         left_out = (*left_out, *inverse)
-    told_otherwise = [  # looked at for these only: of others, whether they can be asked may take minutes to find out
+    of_some_conventions = [  # only for these: for others, the answer may take minutes
         name for name in SECTIONS if QUESTIONS[name].speaks_of
     ]
-    left_out = (*left_out, *(name for name in told_otherwise if QUESTIONS[name].objects(chain) is not None))
+    left_out = (*left_out, *(name for name in of_some_conventions if QUESTIONS[name].objects(chain) is not None))
     return [name for name in SECTIONS if name not in left_out]

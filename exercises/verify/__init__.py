@@ -1,15 +1,15 @@
-"""Certify problems: every reference is tested against the arm in numbers, by ways it was not derived by.
+"""Certify problems: test every reference numerically, by methods independent of its derivation.
 
-The references come from symbolic algebra on a structure (`derivation`). Here they are read back from their text, as
-an answer is, evaluated at random places and held against products of 4 x 4 matrices, finite differences of the poses
-and NumPy's linear algebra. A singular set is tested both ways: at every piece of it the rank is less, and every
-configuration of less rank that Newton's method finds lies in it.
+The references come from symbolic algebra on a structure (`derivation`). Here they are parsed from their text, as an
+answer is, evaluated at random places and compared with products of 4 x 4 matrices, finite differences of the poses and
+NumPy's linear algebra. A singular set is tested both ways: on every piece of it rank is lost, and every configuration
+of lower rank that Newton's method finds lies in it.
 
-Beside the tests of questions, which stand in `CHECKS` below:
+Beside the tests of questions, which are listed in `CHECKS` below:
 
     numeric_reference   the arm in numbers, by 4 x 4 products and finite differences
     exponentials        the Jacobian by the product of exponentials
-    appearance          what a worked solution says of singular configurations, by moving joints
+    appearance          what a worked solution says about singular configurations, by moving joints
 """
 
 import re
@@ -46,7 +46,7 @@ from qdot.exercises.verify.numeric_reference import Check, NumericReference
 
 @dataclass(frozen=True)
 class ProblemCertificate:
-    """What was tested of a problem, how it came out, and by what the problem is known again (`record`)."""
+    """The tests of a problem, their outcomes, and the digests that identify the problem (`record`)."""
 
     problem: ProblemId
     engine: int
@@ -75,16 +75,16 @@ class ProblemCertificate:
 
 
 def certify(problem: Problem) -> ProblemCertificate:
-    """Test every reference of a problem; a question for which there is no test here fails, too.
+    """Test every reference of a problem; a question without a test fails, too.
 
     >>> from qdot import generate
     >>> certify(generate("planar-2r/7", ["determinant"])).passed
     True
     """
     numeric = NumericReference(problem)
-    checks = [_one_meaning(problem.chain), _full_rank(numeric), *_told(numeric)]
+    checks = [_check_symbols(problem.chain), _check_full_rank(numeric), *_check_description(numeric)]
     for part in problem.parts:
-        checks.append(_readable(numeric, part))
+        checks.append(_check_readable(numeric, part))
         if checks[-1].passed:
             checks += [Check(f"{part.name}: {name}", held, detail) for name, held, detail in _checks_of(numeric, part)]
     return ProblemCertificate(problem.id, problem.id.engine, tuple(checks), digests(problem))
@@ -98,67 +98,69 @@ def _checks_of(numeric: "NumericReference", part: Part) -> Iterator[Check]:
         yield from known(numeric, part)
 
 
-def _one_meaning(chain: Chain) -> Check:
-    """Look for a symbol that stands for two things, as a length named after another entry of the table does."""
+def _check_symbols(chain: Chain) -> Check:
+    """Look for a symbol with two meanings, as a length named after another entry of the table."""
     taken = {symbol.name for symbol in (*chain.q, *chain.rates)} | set(TASK_ROWS)
     twice = sorted(symbol.name for symbol in chain.parameters if symbol.name in taken)
     for symbol in chain.parameters if convention_of(chain).has_frames else ():  # axes at home show no table
         match = re.fullmatch(r"([ad])([1-9]\d*)", symbol.name)
         if match and int(match.group(2)) <= chain.n:
             joint = chain.joints[int(match.group(2)) - 1]
-            own = joint.a if match.group(1) == "a" else joint.d
-            if own != 0 and not own.has(symbol):
+            entry = joint.a if match.group(1) == "a" else joint.d
+            if entry != 0 and not entry.has(symbol):
                 twice.append(symbol.name)
     return Check("symbols", not twice, f"{', '.join(twice)} stands for two things" if twice else "each has one meaning")
 
 
 FULL_RANK = "full rank"
-"""The check that an arm fails whose task is not one for it."""
+"""The check that fails if the task does not suit the arm."""
 
 
-def _full_rank(numeric: NumericReference) -> Check:
-    """Look for a place of full rank: without one, the arm is singular everywhere, and there is little to be asked."""
+def _check_full_rank(numeric: NumericReference) -> Check:
+    """Look for a place of full rank: without one, the arm is singular everywhere, and there is little to ask."""
     chain, jacobian = numeric.chain, numeric.exponential_jacobian
     sigma = np.linalg.svd(jacobian[:, numeric.task], compute_uv=False)
     largest = int((sigma > rank.GONE * np.linalg.norm(jacobian, axis=(1, 2))[:, None]).sum(axis=1).max())
     full = min(len(chain.task), chain.n)
-    said = f"J for the task {', '.join(chain.task)} has rank {largest}"
+    rank_text = f"J for the task {', '.join(chain.task)} has rank {largest}"
     return Check(
-        FULL_RANK, largest == full, said if largest == full else f"{said} of {full}, whatever the configuration"
+        FULL_RANK,
+        largest == full,
+        rank_text if largest == full else f"{rank_text} of {full}, whatever the configuration",
     )
 
 
-def _nothing(_: NumericReference) -> Iterator[Check]:
+def _check_nothing(_: NumericReference) -> Iterator[Check]:
     """Check nothing of the standard table, from which all is derived."""
     yield from ()
 
 
-def _told(numeric: NumericReference) -> Iterator[Check]:
-    """Look whether what the statement tells leads where the standard table does, from which all is derived."""
-    known = PRESENTED.get(numeric.chain.convention)
-    if known is None:
+def _check_description(numeric: NumericReference) -> Iterator[Check]:
+    """Test whether the statement describes the same arm as the standard table, from which all is derived."""
+    check = PRESENTED.get(numeric.chain.convention)
+    if check is None:
         yield Check("known", False, "nothing in qdot.exercises.verify.PRESENTED tests this convention")
     else:
-        yield from known(numeric)
+        yield from check(numeric)
 
 
-def _told_by_table(numeric: NumericReference) -> Iterator[Check]:
-    """Multiply the rows of a modified table, and look for axes and point elsewhere."""
+def _check_modified_table(numeric: NumericReference) -> Iterator[Check]:
+    """Multiply the rows of a modified table, and compare axes and point."""
     chain = numeric.chain
-    ours, told = numeric.frames[:, : chain.n, :3, 2], numeric.told[:, 1:, :3, 2]
+    ours, written_axes = numeric.frames[:, : chain.n, :3, 2], numeric.convention_frames[:, 1:, :3, 2]
     point = convention_of(chain).point
-    pose, offset = numeric.told[:, point.frame], numeric.numbers(sp.Matrix(point.offset))
+    pose, offset = numeric.convention_frames[:, point.frame], numeric.numbers(sp.Matrix(point.offset))
     there = pose[:, :3, 3] + np.einsum("kij,kj->ki", pose[:, :3, :3], offset)
-    yield formulas.agree("modified table: axes", told, ours, formulas.EXACT)
+    yield formulas.agree("modified table: axes", written_axes, ours, formulas.EXACT)
     yield formulas.agree("modified table: point", there[:, None], numeric.point[:, None], formulas.EXACT)
 
 
-def _told_by_axes(numeric: NumericReference) -> Iterator[Check]:
-    """Hold directions, points on axes and P at home against 4 x 4 products where all joint variables are zero."""
+def _check_axes(numeric: NumericReference) -> Iterator[Check]:
+    """Compare directions, points on axes and P at home with 4 x 4 products at zero joint variables."""
     axes, point = axes_of(numeric.chain)
     z, origins = numeric.home[:, :-1, :3, 2], numeric.home[:, :-1, :3, 3]
-    told = np.stack([numeric.numbers(axis.direction) for axis in axes], axis=1)
-    yield formulas.agree("axes at home: directions", told, z, formulas.EXACT)
+    directions = np.stack([numeric.numbers(axis.direction) for axis in axes], axis=1)
+    yield formulas.agree("axes at home: directions", directions, z, formulas.EXACT)
     turning = [i for i, axis in enumerate(axes) if axis.kind == "R"]
     if turning:
         away = np.stack([numeric.numbers(axes[i].point) for i in turning], axis=1) - origins[:, turning]
@@ -170,27 +172,27 @@ def _told_by_axes(numeric: NumericReference) -> Iterator[Check]:
 
 
 PRESENTED: dict[str, Callable[[NumericReference], Iterator[Check]]] = {
-    "dh": _nothing, "modified-dh": _told_by_table, "screws": _told_by_axes,
+    "dh": _check_nothing, "modified-dh": _check_modified_table, "screws": _check_axes,
 }  # fmt: skip
 """What holds the arm as a convention presents it against the standard table; without it, nothing is certified."""
 
 
-def _trees(numeric: NumericReference, part: Part) -> list[Node]:
+def _read_trees(numeric: NumericReference, part: Part) -> list[Node]:
     return [numeric.tree(text) for text in part.answer.formulas()]
 
 
-def _usable(numeric: NumericReference, part: Part) -> set[str]:
+def _usable_symbols(numeric: NumericReference, part: Part) -> set[str]:
     """Return the symbols that a part may use: all of the problem's; joints and lengths in conditions on them."""
     if part.answer.is_a_set:
         return {symbol.name for symbol in (*numeric.chain.q, *numeric.chain.parameters)}
     return set(numeric.known)
 
 
-def _readable(numeric: NumericReference, part: Part) -> Check:
-    """Read every text of the reference as an answer is read, and look for symbols that the problem does not have."""
+def _check_readable(numeric: NumericReference, part: Part) -> Check:
+    """Parse every text of the reference as an answer is parsed, and look for symbols that the problem lacks."""
     name = f"{part.name}: readable"
     try:
-        strange = set[str]().union(*map(names, _trees(numeric, part))) - _usable(numeric, part)
+        strange = set[str]().union(*map(names, _read_trees(numeric, part))) - _usable_symbols(numeric, part)
     except ReadError as error:
         return Check(name, False, str(error))
     if strange:
@@ -206,4 +208,4 @@ CHECKS: dict[str, Callable[[NumericReference, Part], Iterator[Check]]] = {
     )
     for kind, check in module.CHECKS.items()
 }  # fmt: skip
-"""The test of each kind of question; one that is not here can't be certified."""
+"""The test of each kind of question; a question without one can't be certified."""

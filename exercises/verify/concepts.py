@@ -1,4 +1,4 @@
-"""Tests of the questions on concepts: by differences of poses and by least squares, at the pose of the question."""
+"""Test the questions on concepts: by differences of poses and by least squares, at the pose of the question."""
 
 from collections.abc import Callable, Iterator
 
@@ -18,7 +18,7 @@ ROUNDED = 0.0006
 """Error of a number to three decimals."""
 
 
-def _size(numeric: NumericReference, part: Part) -> Iterator[Check]:
+def _check_size(numeric: NumericReference, part: Part) -> Iterator[Check]:
     task = part.about(ForTask).task
     counted = numeric.differenced_jacobian[:, [TASK_ROWS.index(row) for row in task]]
     expected = np.array([[float(counted.shape[1])], [float(counted.shape[2])]])
@@ -29,22 +29,22 @@ def _size(numeric: NumericReference, part: Part) -> Iterator[Check]:
     )
 
 
-def _numbers(text: str) -> np.ndarray:
+def _parse_numbers(text: str) -> np.ndarray:
     return np.array([float(value) for value in text.strip("()").split(",")])
 
 
-def _effect(numeric: NumericReference, part: Part) -> Iterator[Check]:
+def _check_effect(numeric: NumericReference, part: Part) -> Iterator[Check]:
     answer, effect = part.of(Choice), part.about(OfJoint).effect
-    moved = _by_difference(at_place(numeric, effect.place), effect.joint - 1)
+    moved = _difference_velocity(at_place(numeric, effect.place), effect.joint - 1)
     expected = moved[[TASK_ROWS.index(row) for row in effect.rows]]
-    errors = [float(np.abs(_numbers(option) - expected).max()) for option in answer.options]
+    errors = [float(np.abs(_parse_numbers(option) - expected).max()) for option in answer.options]
     right = [error < ROUNDED for error in errors]
     wanted = [index == answer.correct for index in range(len(right))]
     yield Check("finite differences", right == wanted, f"errors {', '.join(f'{error:.3f}' for error in errors)}")
     yield Check("clearly different", sum(error < 0.01 for error in errors) == 1, "one option is near the right one")
 
 
-def _by_difference(sample: Sample, joint: int) -> np.ndarray:
+def _difference_velocity(sample: Sample, joint: int) -> np.ndarray:
     """Return the velocity of the point and of the last link for a joint's unit rate."""
     step = 1e-5 * np.eye(len(sample.q))[joint]
     ahead, behind = (sample.arm.frames(sample.q + side * step) for side in (1, -1))
@@ -53,27 +53,27 @@ def _by_difference(sample: Sample, joint: int) -> np.ndarray:
     return np.array([*linear, spin[2, 1], spin[0, 2], spin[1, 0]])
 
 
-def _use(numeric: NumericReference, part: Part) -> Iterator[Check]:
+def _check_use(numeric: NumericReference, part: Part) -> Iterator[Check]:
     answer, asked = part.of(Choice), part.about(ForUse)
     jacobian = exponential_at(numeric, asked.place)[[TASK_ROWS.index(row) for row in asked.task]]
     rank, clear = rank_of(jacobian)
     m, n = jacobian.shape
-    due = ("regular" if rank == n else "singular") if m == n else "redundant" if m < n else "few"
+    expected_use = ("regular" if rank == n else "singular") if m == n else "redundant" if m < n else "few"
     yield Check("clear", clear and (m == n or rank == min(m, n)), f"{m} x {n}, rank {rank}")
     options = answer.options
-    said = options[answer.correct] == USES[due] and sorted(options) == sorted(USES.values())
-    yield Check("use", said and asked.use == due, f"{answer.letter} is {options[answer.correct]}")
+    is_stated = options[answer.correct] == USES[expected_use] and sorted(options) == sorted(USES.values())
+    yield Check("use", is_stated and asked.use == expected_use, f"{answer.letter} is {options[answer.correct]}")
 
 
-def _cost(numeric: NumericReference, part: Part) -> Iterator[Check]:
-    """Solve J qd = v by least squares for each option, and look at what is left."""
+def _check_cost(numeric: NumericReference, part: Part) -> Iterator[Check]:
+    """Solve J qd = v by least squares for each option, and test the residuals."""
     answer, cost = part.of(Choice), part.about(OfCost).cost
     jacobian = exponential_at(numeric, cost.place)[numeric.task]
     rank, clear = rank_of(jacobian)
     yield Check("one direction lost", clear and rank == len(numeric.task) - 1, f"rank {rank}")
     left = []
     for option in answer.options:
-        velocity = _numbers(option)
+        velocity = _parse_numbers(option)
         rates = np.linalg.pinv(jacobian, rcond=1e-8) @ velocity
         left.append(float(np.linalg.norm(velocity - jacobian @ rates) / np.linalg.norm(velocity)))
     produced = [share < 0.02 for share in left]
@@ -83,8 +83,8 @@ def _cost(numeric: NumericReference, part: Part) -> Iterator[Check]:
 
 
 CHECKS: dict[str, Callable[[NumericReference, Part], Iterator[Check]]] = {
-    "jacobian-size": _size,
-    "joint-effect": _effect,
-    "invertibility": _use,
-    "unreachable-velocity": _cost,
+    "jacobian-size": _check_size,
+    "joint-effect": _check_effect,
+    "invertibility": _check_use,
+    "unreachable-velocity": _check_cost,
 }

@@ -1,8 +1,8 @@
-"""The Jacobian by the product of exponentials: a fourth route, with screw axes in the place of link frames.
+"""The Jacobian by the product of exponentials: a fourth route, with screw axes instead of link frames.
 
 The arm is read from its table once, at home (all joint variables zero). There, joint i has the unit screw
 S_i = (v, w): w = z, v = o x z for a revolute joint (z its axis, o a point on it), (z, 0) for a prismatic one. The
-pose of the body is exp(S_1 q_1) ... exp(S_n q_n) M, and column i of the spatial Jacobian is S_i carried along by the
+pose of the body is exp(S_1 q_1) ... exp(S_n q_n) M, and column i of the spatial Jacobian is S_i transformed by the
 exponentials before it. World frame; linear part first, as in (6.6).
 """
 
@@ -23,15 +23,15 @@ def exponential_jacobian(arm: NumericChain, q: np.ndarray) -> np.ndarray:
     screws = []
     for i in range(q.shape[-1]):
         if i == arm.point_frame:
-            point = _moved(rotation, shift, arm.point_of(home))
+            point = _transform_point(rotation, shift, arm.point_of(home))
         spin = np.einsum("...ij,j->...i", rotation, z[i] * revolute[i])
         slide = cross(origins[i], z[i]) if revolute[i] else z[i]
         screws.append((spin, np.einsum("...ij,j->...i", rotation, slide) + cross(shift, spin)))
         turn, step = _exponential(z[i], origins[i], q[..., i], bool(revolute[i]))
-        shift = _moved(rotation, shift, step)
+        shift = _transform_point(rotation, shift, step)
         rotation = rotation @ turn
     if arm.point_frame == q.shape[-1]:
-        point = _moved(rotation, shift, arm.point_of(home))
+        point = _transform_point(rotation, shift, arm.point_of(home))
     columns = []
     for i, (spin, slide) in enumerate(screws):
         linear = (slide + cross(spin, point)) * (i < arm.point_frame)
@@ -39,7 +39,7 @@ def exponential_jacobian(arm: NumericChain, q: np.ndarray) -> np.ndarray:
     return np.stack(columns, axis=-1)
 
 
-def _moved(rotation: np.ndarray, shift: np.ndarray, point: np.ndarray) -> np.ndarray:
+def _transform_point(rotation: np.ndarray, shift: np.ndarray, point: np.ndarray) -> np.ndarray:
     return np.asarray(np.einsum("...ij,...j->...i", rotation, np.broadcast_to(point, shift.shape)) + shift)
 
 

@@ -1,4 +1,4 @@
-"""Tests of formulas and numbers: references evaluated at random places and held against the arm in numbers."""
+"""Test formulas and numbers: evaluate references at random places and compare them with the arm in numbers."""
 
 from collections.abc import Callable, Iterator
 
@@ -17,30 +17,30 @@ from qdot.exercises.questions.recursion import FromFrameToFrame
 from qdot.exercises.verify.numeric_reference import Check, NumericReference
 
 WELL_CONDITIONED = 0.7
-"""Least sigma_min/sigma_max of a pose given in numbers, of what was asked for when it was drawn."""
+"""Least sigma_min/sigma_max of a pose in numbers, as a part of what was required when it was sampled."""
 
 EXACT, DIFFERENCED = 1e-9, 1e-7
 """Relative error allowed against products of matrices, and against finite differences of them."""
 
 
-def agree(name: str, found: np.ndarray, expected: np.ndarray, allowed: float) -> Check:
-    """Hold values against those expected, both (…, rows, columns)."""
-    if found.shape != expected.shape:
-        shapes = [" x ".join(map(str, array.shape[1:])) for array in (found, expected)]
+def agree(name: str, values: np.ndarray, expected: np.ndarray, allowed: float) -> Check:
+    """Compare values with those expected, both (…, rows, columns)."""
+    if values.shape != expected.shape:
+        shapes = [" x ".join(map(str, array.shape[1:])) for array in (values, expected)]
         return Check(name, False, f"the reference is {shapes[0]}, expected {shapes[1]}")
     scale = 1 + np.abs(expected).max(axis=(1, 2), keepdims=True)
-    error = np.where(np.isfinite(found), np.abs(found - expected) / scale, np.inf)
+    error = np.where(np.isfinite(values), np.abs(values - expected) / scale, np.inf)
     worst = np.unravel_index(int(error.argmax()), error.shape)
     if error[worst] <= allowed:
-        return Check(name, True, f"{len(found)} places, error at most {error[worst]:.1e}")
+        return Check(name, True, f"{len(values)} places, error at most {error[worst]:.1e}")
     row, column = worst[1] + 1, worst[2] + 1
-    return Check(name, False, f"entry ({row}, {column}): {found[worst]:.6g}, expected {expected[worst]:.6g}")
+    return Check(name, False, f"entry ({row}, {column}): {values[worst]:.6g}, expected {expected[worst]:.6g}")
 
 
 Expected = Callable[[NumericReference, Part], dict[str, tuple[np.ndarray, float]]]
 
 
-def formula(expected: Expected) -> Callable[[NumericReference, Part], Iterator[Check]]:
+def formula_check(expected: Expected) -> Callable[[NumericReference, Part], Iterator[Check]]:
     """Return the check that a symbolic reference has the values expected, by each way of finding them."""
 
     def check(numeric: NumericReference, part: Part) -> Iterator[Check]:
@@ -51,17 +51,17 @@ def formula(expected: Expected) -> Callable[[NumericReference, Part], Iterator[C
     return check
 
 
-def both(by_product: np.ndarray, by_difference: np.ndarray) -> dict[str, tuple[np.ndarray, float]]:
+def expect_by_both_routes(by_product: np.ndarray, by_difference: np.ndarray) -> dict[str, tuple[np.ndarray, float]]:
     """Return both ways of finding values, each with the error allowed."""
     return {"frames": (by_product, EXACT), "finite differences": (by_difference, DIFFERENCED)}
 
 
-def each_way(
+def expect_by_each_route(
     numeric: NumericReference, take: Callable[[np.ndarray], np.ndarray]
 ) -> dict[str, tuple[np.ndarray, float]]:
-    """Return what `take` makes of the 6 x n Jacobian: by propagation, finite differences and exponentials."""
-    due = both(take(numeric.jacobian), take(numeric.differenced_jacobian))
-    return {**due, "product of exponentials": (take(numeric.exponential_jacobian), EXACT)}
+    """Return `take` of the 6 x n Jacobian by each route: propagation, finite differences and exponentials."""
+    expected = expect_by_both_routes(take(numeric.jacobian), take(numeric.differenced_jacobian))
+    return {**expected, "product of exponentials": (take(numeric.exponential_jacobian), EXACT)}
 
 
 def _position(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, float]]:
@@ -70,16 +70,16 @@ def _position(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray,
 
 def _velocity(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, float]]:
     rows = moving_rows(numeric.chain)
-    return each_way(numeric, lambda jacobian: jacobian[:, rows] @ numeric.rates)
+    return expect_by_each_route(numeric, lambda jacobian: jacobian[:, rows] @ numeric.rates)
 
 
 def _component(numeric: NumericReference, part: Part) -> dict[str, tuple[np.ndarray, float]]:
     row = part.about(AlongAxis).row
-    return each_way(numeric, lambda jacobian: jacobian[:, [row]] @ numeric.rates)
+    return expect_by_each_route(numeric, lambda jacobian: jacobian[:, [row]] @ numeric.rates)
 
 
 def _jacobian(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, float]]:
-    return each_way(numeric, lambda jacobian: jacobian[:, numeric.task])
+    return expect_by_each_route(numeric, lambda jacobian: jacobian[:, numeric.task])
 
 
 def _axes(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, float]]:
@@ -88,49 +88,51 @@ def _axes(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, flo
 
 def _vectors(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, float]]:
     first, n = convention_of(numeric.chain).frame_on_axis(1), numeric.chain.n
-    origins = numeric.told[:, first : first + n, :3, 3]
+    origins = numeric.convention_frames[:, first : first + n, :3, 3]
     return {"frames": ((numeric.point[:, None] - origins).transpose(0, 2, 1), EXACT)}
 
 
 def _geometric(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, float]]:
     order = [TASK_ROWS.index(row) for row in convention_of(numeric.chain).velocities]
-    return each_way(numeric, lambda jacobian: jacobian[:, order])
+    return expect_by_each_route(numeric, lambda jacobian: jacobian[:, order])
 
 
 def _twist(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, float]]:
     order = [TASK_ROWS.index(row) for row in convention_of(numeric.chain).velocities]
-    return each_way(numeric, lambda jacobian: jacobian[:, order] @ numeric.rates)
+    return expect_by_each_route(numeric, lambda jacobian: jacobian[:, order] @ numeric.rates)
 
 
 def _link_velocity(numeric: NumericReference, part: Part) -> dict[str, tuple[np.ndarray, float]]:
     frame = part.about(OfFrame).frame
-    carried = numeric.told_carried[:, :, frame].transpose(0, 2, 1)
+    carried = numeric.convention_velocities[:, :, frame].transpose(0, 2, 1)
     return {"finite differences": (carried @ numeric.rates, DIFFERENCED)}
 
 
 def _own_frame(numeric: NumericReference, part: Part) -> dict[str, tuple[np.ndarray, float]]:
     frame = part.about(FromFrameToFrame).frame
-    moved = (numeric.told_carried[:, :, frame].transpose(0, 2, 1) @ numeric.rates)[..., 0]
-    turn = numeric.told[:, frame, :3, :3].swapaxes(1, 2)
-    own = np.concatenate([np.einsum("kij,kj->ki", turn, half) for half in (moved[:, :3], moved[:, 3:])], axis=1)
-    return {"finite differences": (own[..., None], DIFFERENCED)}
+    velocity = (numeric.convention_velocities[:, :, frame].transpose(0, 2, 1) @ numeric.rates)[..., 0]
+    turn = numeric.convention_frames[:, frame, :3, :3].swapaxes(1, 2)
+    local_velocity = np.concatenate(
+        [np.einsum("kij,kj->ki", turn, half) for half in (velocity[:, :3], velocity[:, 3:])], axis=1
+    )
+    return {"finite differences": (local_velocity[..., None], DIFFERENCED)}
 
 
 def _determinant(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, float]]:
     return {"LU decomposition": (np.linalg.det(numeric.task_jacobian)[:, None, None], EXACT)}
 
 
-def _inverse(numeric: NumericReference, part: Part) -> Iterator[Check]:
+def _check_inverse(numeric: NumericReference, part: Part) -> Iterator[Check]:
     """Multiply the Jacobian by its inverse; the result is 1."""
-    yield _undone(numeric, part, np.broadcast_to(np.eye(numeric.chain.n), numeric.task_jacobian.shape))
+    yield _check_product(numeric, part, np.broadcast_to(np.eye(numeric.chain.n), numeric.task_jacobian.shape))
 
 
-def _rate_law(numeric: NumericReference, part: Part) -> Iterator[Check]:
+def _check_rate_law(numeric: NumericReference, part: Part) -> Iterator[Check]:
     """Multiply the Jacobian by the rates; the result is the velocity asked for."""
-    yield _undone(numeric, part, numeric.velocity)
+    yield _check_product(numeric, part, numeric.velocity)
 
 
-def _undone(numeric: NumericReference, part: Part, expected: np.ndarray) -> Check:
+def _check_product(numeric: NumericReference, part: Part, expected: np.ndarray) -> Check:
     claimed = numeric.read(part.answer.as_matrix())
     if claimed.shape != expected.shape:
         return agree("J times it", claimed, expected, EXACT)
@@ -138,7 +140,7 @@ def _undone(numeric: NumericReference, part: Part, expected: np.ndarray) -> Chec
     return agree("J times it", numeric.task_jacobian @ claimed / size, expected / size, EXACT)
 
 
-def _joint_rates(numeric: NumericReference, part: Part) -> Iterator[Check]:
+def _check_joint_rates(numeric: NumericReference, part: Part) -> Iterator[Check]:
     """Solve J qd = v in floating point, at a pose where small errors stay small."""
     situation = part.about(InSituation).situation
     arm = NumericChain(numeric.chain, {symbol.name: float(value) for symbol, value in situation.lengths.items()})
@@ -151,30 +153,30 @@ def _joint_rates(numeric: NumericReference, part: Part) -> Iterator[Check]:
     detail = f"sigma_min/sigma_max = {sigma[-1] / sigma[0]:.3f}"
     enough = WELL_CONDITIONED * well_conditioned(numeric.chain)
     yield Check("well conditioned", bool(sigma[-1] / sigma[0] > enough), detail)
-    yield three_digits(part)
+    yield check_three_digits(part)
 
 
-def three_digits(part: Part) -> Check:
-    """Look whether numbers stay right when they are rounded to three digits."""
+def check_three_digits(part: Part) -> Check:
+    """Test whether numbers stay right when they are rounded to three digits."""
     answer = part.of(Number)
-    due = np.array([float(value) for value in answer.reference])
-    rounded = np.array([float(f"{value:.2e}") for value in due])
-    return Check("three digits", bool(np.all(np.abs(rounded - due) <= answer.room(None))), "rounding keeps it right")
+    exact = np.array([float(value) for value in answer.reference])
+    rounded = np.array([float(f"{value:.2e}") for value in exact])
+    return Check("three digits", bool(np.all(np.abs(rounded - exact) <= answer.room(None))), "rounding keeps it right")
 
 
 CHECKS: dict[str, Callable[[NumericReference, Part], Iterator[Check]]] = {
-    "position": formula(_position),
-    "velocity": formula(_velocity),
-    "velocity-component": formula(_component),
-    "jacobian": formula(_jacobian),
-    "joint-axes": formula(_axes),
-    "position-vectors": formula(_vectors),
-    "geometric-jacobian": formula(_geometric),
-    "twist": formula(_twist),
-    "link-velocity": formula(_link_velocity),
-    "own-frame-velocity": formula(_own_frame),
-    "determinant": formula(_determinant),
-    "inverse-jacobian": _inverse,
-    "inverse-velocity": _rate_law,
-    "joint-rates": _joint_rates,
+    "position": formula_check(_position),
+    "velocity": formula_check(_velocity),
+    "velocity-component": formula_check(_component),
+    "jacobian": formula_check(_jacobian),
+    "joint-axes": formula_check(_axes),
+    "position-vectors": formula_check(_vectors),
+    "geometric-jacobian": formula_check(_geometric),
+    "twist": formula_check(_twist),
+    "link-velocity": formula_check(_link_velocity),
+    "own-frame-velocity": formula_check(_own_frame),
+    "determinant": formula_check(_determinant),
+    "inverse-jacobian": _check_inverse,
+    "inverse-velocity": _check_rate_law,
+    "joint-rates": _check_joint_rates,
 }

@@ -1,4 +1,4 @@
-"""The arm in numbers, against which references are held: products of 4 x 4 matrices and finite differences."""
+"""The arm in numbers, with which references are compared: products of 4 x 4 matrices and finite differences."""
 
 from collections.abc import Callable, Mapping, Sequence
 from itertools import combinations, product
@@ -26,7 +26,7 @@ _H = 1e-5
 
 
 class Check(NamedTuple):
-    """One thing that was tested: its name, whether it held, and what was found."""
+    """One test: its name, whether it passed, and details."""
 
     name: str
     passed: bool
@@ -36,11 +36,11 @@ class Check(NamedTuple):
 class NumericReference:
     """The arm in numbers at random places: ARMS choices of the open lengths, POSES poses of each.
 
-    Arrays begin with the place: `frames` of the standard table and those that are `told` to students (…, n + 1, 4, 4),
-    `point` (…, 3), `jacobian` (…, 6, n) by z x p, and
-    `exponential_jacobian` the same by the product of exponentials; `carried` (…, n, n + 1, 6) is the velocity of each
-    frame's origin and link for each joint's unit rate, and `moved` (…, n, 3) that of the point, both by central
-    differences of the poses. `home` and `point_at_home` are frames and point where all joint variables are zero.
+    Arrays begin with the place: `frames` of the standard table and `convention_frames`, which students see
+    (…, n + 1, 4, 4), `point` (…, 3), `jacobian` (…, 6, n) by z x p, and `exponential_jacobian` the same by the product
+    of exponentials; `carried` (…, n, n + 1, 6) is the velocity of each frame's origin and link for each joint's unit
+    rate, and `moved` (…, n, 3) that of the point, both by central differences of the poses. `home` and `point_at_home`
+    are frames and point at zero joint variables.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -52,13 +52,13 @@ class NumericReference:
         self.arms = [NumericChain(self.chain, lengths) for lengths in self.lengths]
         poses = [random_poses(self.chain, self.stream, POSES) for _ in self.arms]
         self.points = ARMS * POSES
-        self.values = self._named(poses)
+        self.values = self._sample_values(poses)
         self.frames = np.concatenate([arm.frames(q) for arm, q in zip(self.arms, poses, strict=True)])
         self.point = np.concatenate([arm.point(q) for arm, q in zip(self.arms, poses, strict=True)])
         self.jacobian = np.concatenate([arm.jacobian(q) for arm, q in zip(self.arms, poses, strict=True)])
         pairs = zip(self.arms, poses, strict=True)
         self.exponential_jacobian = np.concatenate([exponential_jacobian(arm, q) for arm, q in pairs])
-        self.told = self._told(poses)
+        self.convention_frames = self._written_frames(poses)
         at_home = [np.zeros((POSES, self.chain.n)) for _ in self.arms]
         self.home = np.concatenate([arm.frames(q) for arm, q in zip(self.arms, at_home, strict=True)])
         self.point_at_home = np.concatenate([arm.point(q) for arm, q in zip(self.arms, at_home, strict=True)])
@@ -66,14 +66,14 @@ class NumericReference:
         self.carried, self.moved = (np.concatenate(arrays) for arrays in zip(*differences, strict=True))
         self._poses = poses
 
-    def _told(self, poses: list[np.ndarray]) -> np.ndarray:
-        """Return the frames that the table leads to as it is told, (…, n + 1, 4, 4), by its own elementary steps."""
+    def _written_frames(self, poses: list[np.ndarray]) -> np.ndarray:
+        """Return the frames of the table as written, (…, n + 1, 4, 4), by its own elementary steps."""
         if not convention_of(self.chain).has_frames_of_joints:
             return self.frames
         pairs = zip(self.lengths, poses, strict=True)
         return np.concatenate([modified_frames(self.chain, lengths, q) for lengths, q in pairs])
 
-    def _named(self, poses: list[np.ndarray]) -> dict[str, np.ndarray]:
+    def _sample_values(self, poses: list[np.ndarray]) -> dict[str, np.ndarray]:
         values = {q.name: np.concatenate([pose[:, i] for pose in poses]) for i, q in enumerate(self.chain.q)}
         for name in (*(rate.name for rate in self.chain.rates), *TASK_ROWS):
             values[name] = np.array([self.stream.uniform(-2, 2) for _ in range(self.points)])
@@ -95,18 +95,18 @@ class NumericReference:
         return np.concatenate([self.moved, angular], axis=2).transpose(0, 2, 1)
 
     @property
-    def told_carried(self) -> np.ndarray:
-        """`carried` of the frames that are told to students."""
+    def convention_velocities(self) -> np.ndarray:
+        """`carried` for the frames that students see."""
         if not convention_of(self.chain).has_frames_of_joints:
             return self.carried
-        found = []
+        velocities = []
         for lengths, q in zip(self.lengths, self._poses, strict=True):
             nudged = [q + side * _H * np.eye(q.shape[1])[:, None] for side in (1, -1)]  # (n, …, n)
             ahead, behind = (
                 np.stack([modified_frames(self.chain, lengths, each) for each in every], axis=1) for every in nudged
             )
-            found.append(_velocities(ahead, behind, modified_frames(self.chain, lengths, q)))
-        return np.concatenate(found)
+            velocities.append(_velocities(ahead, behind, modified_frames(self.chain, lengths, q)))
+        return np.concatenate(velocities)
 
     @property
     def rates(self) -> np.ndarray:
@@ -127,7 +127,7 @@ class NumericReference:
         return np.array(rows)
 
     def tree(self, text: str) -> Node:
-        """Return the tree of a text, read as an answer is. Raises ReadError."""
+        """Return the tree of a text, parsed as an answer is. Raises ReadError."""
         if text not in self._trees:
             self._trees[text] = read(text, self.known)
         return self._trees[text]
@@ -141,44 +141,44 @@ class NumericReference:
 
 
 APART, TRIES = 0.005, 30
-"""Sums and differences of two or three lengths (m) are no nearer to zero, if so many draws can bring that about."""
+"""The least distance of sums and differences of two or three lengths (m) from zero, and tries to achieve it."""
 
 
 def random_lengths(chain: Chain, stream: Stream) -> dict[str, float]:
-    """Draw a value for every open symbol of the chain: a length in metres, or an angle in radians."""
+    """Sample a value for every open symbol of the chain: a length in metres, or an angle in radians."""
     roles = domain_of(chain).roles
     ends = {"angle": (-np.pi, np.pi), "length": (0.25, 1.25)}
-    return apart(
+    return sample_distinct_lengths(
         chain, lambda: {symbol.name: stream.uniform(*ends[str(roles[symbol.name])]) for symbol in chain.parameters}
     )
 
 
-def apart(chain: Chain, draw: Callable[[], dict[str, float]]) -> dict[str, float]:
-    """Draw open lengths that don't all but cancel, with each other or with given ones: that is a special case."""
+def sample_distinct_lengths(chain: Chain, sample: Callable[[], dict[str, float]]) -> dict[str, float]:
+    """Sample open lengths that don't nearly cancel each other or fixed ones, which is a special case."""
     roles = domain_of(chain).roles
-    given = [joint.a for joint in chain.joints] + [joint.d for joint in chain.joints if joint.kind == "R"]
-    known = [abs(float(value)) for value in (*given, *chain.point.offset) if value.is_number and value != 0]
-    values = draw()
+    fixed = [joint.a for joint in chain.joints] + [joint.d for joint in chain.joints if joint.kind == "R"]
+    known = [abs(float(value)) for value in (*fixed, *chain.point.offset) if value.is_number and value != 0]
+    values = sample()
     for _ in range(TRIES):
-        own = [value for name, value in values.items() if roles[name] == "length"]
-        sets = (few for size in (2, 3) for few in combinations([*own, *known], size) if few[0] in own)
-        if not any(map(_all_but_cancel, sets)):
+        open_lengths = [value for name, value in values.items() if roles[name] == "length"]
+        sets = (few for size in (2, 3) for few in combinations([*open_lengths, *known], size) if few[0] in open_lengths)
+        if not any(map(_nearly_cancel, sets)):
             break
-        values = draw()
+        values = sample()
     return values
 
 
-def _all_but_cancel(lengths: Sequence[float]) -> bool:
-    """Tell whether lengths cancel but for APART, with some signs."""
+def _nearly_cancel(lengths: Sequence[float]) -> bool:
+    """Tell whether lengths cancel up to APART, with some signs."""
     first, *others = lengths
     signed = (zip(signs, others, strict=True) for signs in product((1, -1), repeat=len(others)))
     return any(abs(first + sum(sign * value for sign, value in pairs)) < APART for pairs in signed)
 
 
 def modified_frames(chain: Chain, lengths: Mapping[str, float], q: np.ndarray) -> np.ndarray:
-    """Return frames 0 ... n of a modified table, (…, n + 1, 4, 4), as it stands in the statement.
+    """Return frames 0 ... n of a modified table, (…, n + 1, 4, 4), as in the statement.
 
-    Each is Rx(alpha_{i-1}) Tx(a_{i-1}) Rz(theta_i) Tz(d_i) behind the one before, four matrices multiplied.
+    Each is the previous one times Rx(alpha_{i-1}) Tx(a_{i-1}) Rz(theta_i) Tz(d_i), a product of four matrices.
     """
     known = {sp.Symbol(name): sp.Float(value) for name, value in lengths.items()}
 
@@ -187,17 +187,22 @@ def modified_frames(chain: Chain, lengths: Mapping[str, float], q: np.ndarray) -
 
     base = convention_of(chain).base
     x, y, z = map(number, base.position)
-    frame = _moved(0, x) @ _moved(1, y) @ _moved(2, z) @ _turned(2, np.full(len(q), number(base.yaw)))
+    frame = (
+        _translations(0, x)
+        @ _translations(1, y)
+        @ _translations(2, z)
+        @ _rotations(2, np.full(len(q), number(base.yaw)))
+    )
     frames = [frame]
-    for i, (row, own) in enumerate(zip(convention_of(chain).rows, chain.q, strict=True)):
-        theta, d = (np.full(len(q), number(entry.xreplace({own: sp.S.Zero}))) for entry in (row.theta, row.d))
+    for i, (row, variable) in enumerate(zip(convention_of(chain).rows, chain.q, strict=True)):
+        theta, d = (np.full(len(q), number(entry.xreplace({variable: sp.S.Zero}))) for entry in (row.theta, row.d))
         theta, d = (theta + q[:, i], d) if row.kind == "R" else (theta, d + q[:, i])
-        before = _turned(0, np.full(len(q), number(row.alpha))) @ _moved(0, number(row.a))
-        frames.append(frames[-1] @ before @ _turned(2, theta) @ _moved(2, d))
+        before = _rotations(0, np.full(len(q), number(row.alpha))) @ _translations(0, number(row.a))
+        frames.append(frames[-1] @ before @ _rotations(2, theta) @ _translations(2, d))
     return np.stack(frames, axis=1)
 
 
-def _turned(axis: int, angle: np.ndarray) -> np.ndarray:
+def _rotations(axis: int, angle: np.ndarray) -> np.ndarray:
     """Return rotations about x (0) or z (2), (…, 4, 4)."""
     first, second = (axis + 1) % 3, (axis + 2) % 3
     pose = np.broadcast_to(np.eye(4), (*angle.shape, 4, 4)).copy()
@@ -207,7 +212,7 @@ def _turned(axis: int, angle: np.ndarray) -> np.ndarray:
     return pose
 
 
-def _moved(axis: int, by: np.ndarray | float) -> np.ndarray:
+def _translations(axis: int, by: np.ndarray | float) -> np.ndarray:
     """Return shifts along x, y or z, (…, 4, 4)."""
     pose = np.broadcast_to(np.eye(4), (*np.shape(by), 4, 4)).copy()
     pose[..., axis, 3] = by
@@ -229,7 +234,7 @@ def _differences(arm: NumericChain, q: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 
 def _velocities(ahead: np.ndarray, behind: np.ndarray, frames: np.ndarray) -> np.ndarray:
-    """Return the velocity of each frame's origin and link, (…, n, n + 1, 6), by poses beside these (…, n + 1, 4, 4)."""
+    """Return the velocity of each frame's origin and link, (…, n, n + 1, 6), from poses nearby (…, n + 1, 4, 4)."""
     slope = (ahead - behind) / (2 * _H)
     spin = slope[..., :3, :3] @ frames[:, None, :, :3, :3].swapaxes(-1, -2)
     angular = np.stack([spin[..., 2, 1], spin[..., 0, 2], spin[..., 1, 0]], axis=-1)
@@ -237,7 +242,7 @@ def _velocities(ahead: np.ndarray, behind: np.ndarray, frames: np.ndarray) -> np
 
 
 def samples_where(numeric: NumericReference, condition: sp.Expr, *, arms: int, each: int) -> list[Sample]:
-    """Return configurations at which a condition holds; of more arms where its roots are real for few lengths."""
+    """Return configurations at which a condition holds; of more arms if its roots are real for few lengths."""
     samples: list[Sample] = []
     for tried in (arms, 4 * arms, 16 * arms):
         samples = samples_on(numeric.chain, f"{condition} = 0", f"verify/{numeric.problem.id}", arms=tried, each=each)

@@ -1,4 +1,4 @@
-"""Tests of rates along a path: the line is followed anew with 4 x 4 products, and its joints are differenced."""
+"""Test rates along a path: follow the line independently with 4 x 4 products, and difference its joints."""
 
 from collections.abc import Callable, Iterator
 
@@ -10,16 +10,16 @@ from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.path import LESS_REGULAR, AtDistance, Seam, ToLimit
 from qdot.exercises.verify.formulas import WELL_CONDITIONED, agree
 from qdot.exercises.verify.numeric_reference import Check, NumericReference
-from qdot.exercises.verify.redundancy import NUMBERS, numbers, three_digits
+from qdot.exercises.verify.redundancy import NUMBERS, check_three_digits, reference_numbers
 
 STATIONS = 60
-"""Places at which a line is looked at."""
+"""Places at which a line is tested."""
 
 NEAR, NUDGE = 0.02, 1e-4
 """Least sigma_min/sigma_max on a line towards a singularity; distance over which joints are differenced (m)."""
 
 
-class Followed:
+class LineFollower:
     """A line followed in floating point, each place found from the one before it."""
 
     def __init__(self, numeric: NumericReference, seam: Seam) -> None:
@@ -35,11 +35,11 @@ class Followed:
         """Return the task Jacobian at q."""
         return np.asarray(self.arm.jacobian(q)[self.task])
 
-    def placed(self, q: np.ndarray, s: float) -> np.ndarray:
+    def joints_at(self, q: np.ndarray, s: float) -> np.ndarray:
         """Return the joint values at s, by Newton's method from q."""
-        return self._placed(q, s)[0]
+        return self._joints_and_jacobian_at(q, s)[0]
 
-    def _placed(self, q: np.ndarray, s: float) -> tuple[np.ndarray, np.ndarray]:
+    def _joints_and_jacobian_at(self, q: np.ndarray, s: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the same, and the task Jacobian there."""
         frames = self.arm.frames(q)
         for _ in range(20):
@@ -55,7 +55,7 @@ class Followed:
         q, followed, last = self.first, [], 0.0
         jacobian = self.jacobian(q)
         for s in places:
-            q, jacobian = self._placed(q + (s - last) * np.linalg.solve(jacobian, self.unit), s)
+            q, jacobian = self._joints_and_jacobian_at(q + (s - last) * np.linalg.solve(jacobian, self.unit), s)
             last = s
             followed.append(q)
         return np.array(followed)
@@ -64,9 +64,9 @@ class Followed:
         """Return the joint rates at q, by a linear solve."""
         return np.asarray(np.linalg.solve(self.jacobian(q), self.unit) * self.speed)
 
-    def differenced(self, q: np.ndarray, s: float) -> np.ndarray:
+    def rates_by_differences(self, q: np.ndarray, s: float) -> np.ndarray:
         """Return the joint rates at s by central differences of the joints along the line."""
-        ahead, behind = (self.placed(q, s + side * NUDGE) for side in (1, -1))
+        ahead, behind = (self.joints_at(q, s + side * NUDGE) for side in (1, -1))
         return (ahead - behind) / (2 * NUDGE) * self.speed
 
     def conditioning(self, joints: np.ndarray) -> float:
@@ -75,21 +75,26 @@ class Followed:
         return float((sigma[:, -1] / sigma[:, 0]).min())
 
 
-def _path_rates(numeric: NumericReference, part: Part) -> Iterator[Check]:
-    """Follow the line to the place asked for and solve for the rates there."""
+def _check_path_rates(numeric: NumericReference, part: Part) -> Iterator[Check]:
+    """Follow the line to the place of the question and solve for the rates there."""
     details = part.about(AtDistance)
-    line, s = Followed(numeric, details.seam), float(details.distance)
+    line, s = LineFollower(numeric, details.seam), float(details.distance)
     joints = line.joints(np.linspace(0, s, STATIONS))
     expected = line.rates(joints[-1])
-    yield agree("linear solve", numbers(part), expected[None, :, None], NUMBERS)
-    yield agree("differences along the line", numbers(part), line.differenced(joints[-1], s)[None, :, None], 1e-5)
+    yield agree("linear solve", reference_numbers(part), expected[None, :, None], NUMBERS)
+    yield agree(
+        "differences along the line",
+        reference_numbers(part),
+        line.rates_by_differences(joints[-1], s)[None, :, None],
+        1e-5,
+    )
     yield Check("on the line", s < line.length, f"{s:g} m of {line.length:.3f} m")
-    yield _one_branch(line, joints, s, WELL_CONDITIONED * LESS_REGULAR)
-    yield three_digits(part, expected)
+    yield _check_one_branch(line, joints, s, WELL_CONDITIONED * LESS_REGULAR)
+    yield check_three_digits(part, expected)
 
 
-def _one_branch(line: Followed, joints: np.ndarray, s: float, least: float) -> Check:
-    """Look at four times the places: the joints end where they ended before, and have moved in small steps."""
+def _check_one_branch(line: LineFollower, joints: np.ndarray, s: float, least: float) -> Check:
+    """Test at four times the places that the joints end at the same values, and moved in small steps."""
     finer = line.joints(np.linspace(0, s, 4 * STATIONS))
     apart, jump = float(np.abs(finer[-1] - joints[-1]).max()), float(np.abs(np.diff(finer, axis=0)).max())
     ratio = line.conditioning(finer)
@@ -97,29 +102,29 @@ def _one_branch(line: Followed, joints: np.ndarray, s: float, least: float) -> C
     return Check("on one branch", ratio > least and jump < 0.2 and apart < 1e-6, detail)
 
 
-def _path_limit(numeric: NumericReference, part: Part) -> Iterator[Check]:
-    """Follow the line past the place: the speed is the limit there, less before it and more behind it."""
+def _check_path_limit(numeric: NumericReference, part: Part) -> Iterator[Check]:
+    """Follow the line past the place: the speed is the limit there, lower before it and higher after it."""
     answer, details = part.of(Number), part.about(ToLimit)
-    line, claimed = Followed(numeric, details.seam), numbers(part)
+    line, claimed = LineFollower(numeric, details.seam), reference_numbers(part)
     if claimed.shape != (1, 1, 1) or not 0 < float(claimed[0, 0, 0]) < line.length:
         yield Check("on the line", False, f"{claimed.ravel()} is no distance on {line.length:.3f} m")
         return
     s, joint, limit = float(claimed[0, 0, 0]), details.joint - 1, float(details.limit)
     joints = line.joints(np.linspace(0, s, STATIONS))
-    here, differenced = line.rates(joints[-1])[joint], line.differenced(joints[-1], s)[joint]
+    here, differenced = line.rates(joints[-1])[joint], line.rates_by_differences(joints[-1], s)[joint]
     yield agree("limit", np.full((1, 1, 1), abs(here)), np.full((1, 1, 1), limit), 1e-7)
     yield agree("differences along the line", np.full((1, 1, 1), abs(differenced)), np.full((1, 1, 1), limit), 1e-3)
     speeds = np.array([abs(line.rates(q)[joint]) for q in joints[:-1]])
     yield Check("first time", bool(speeds.max() < limit), f"at most {speeds.max():.3f} before it, limit {limit:g}")
     slack = answer.tolerance * s
-    behind, ahead = (abs(line.rates(line.placed(joints[-1], s + side * slack))[joint]) for side in (-1, 1))
+    behind, ahead = (abs(line.rates(line.joints_at(joints[-1], s + side * slack))[joint]) for side in (-1, 1))
     detail = f"{behind:.4f} and {ahead:.4f} at the ends of what is accepted"
     yield Check("clear crossing", bool(behind < 0.995 * limit and 1.005 * limit < ahead), detail)
-    yield _one_branch(line, joints, s, NEAR)
-    yield three_digits(part, claimed.ravel())
+    yield _check_one_branch(line, joints, s, NEAR)
+    yield check_three_digits(part, claimed.ravel())
 
 
 CHECKS: dict[str, Callable[[NumericReference, Part], Iterator[Check]]] = {
-    "path-rates": _path_rates,
-    "path-limit": _path_limit,
+    "path-rates": _check_path_rates,
+    "path-limit": _check_path_limit,
 }

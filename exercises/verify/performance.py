@@ -1,4 +1,4 @@
-"""Tests of manipulability and condition number: by the singular values of J, and by finite differences of the point."""
+"""Test manipulability and condition number: by the singular values of J, from frames and from exponentials."""
 
 from collections.abc import Callable, Iterator
 
@@ -11,30 +11,36 @@ from qdot.exercises.questions.inversion import InSituation
 from qdot.exercises.verify.exponentials import exponential_jacobian
 from qdot.exercises.verify.formulas import EXACT, agree
 from qdot.exercises.verify.numeric_reference import Check, NumericReference
-from qdot.exercises.verify.redundancy import NUMBERS, jacobian_at, numbers, stays_small, three_digits
+from qdot.exercises.verify.redundancy import (
+    NUMBERS,
+    check_conditioning,
+    check_three_digits,
+    jacobian_at,
+    reference_numbers,
+)
 
 
-def _measured(measure: Callable[[np.ndarray], float]) -> Callable[[NumericReference, Part], Iterator[Check]]:
-    """Return the check that a number is what `measure` makes of the task Jacobian, found in two ways."""
+def _measure_check(measure: Callable[[np.ndarray], float]) -> Callable[[NumericReference, Part], Iterator[Check]]:
+    """Return the check that a number is `measure` of the task Jacobian, which is computed in two ways."""
 
     def check(numeric: NumericReference, part: Part) -> Iterator[Check]:
         situation = part.about(InSituation).situation
         jacobian = jacobian_at(numeric, situation)
         arm = NumericChain(numeric.chain, {symbol.name: float(value) for symbol, value in situation.lengths.items()})
         q = np.array([float(situation.joints[symbol]) for symbol in numeric.chain.q])
-        other = exponential_jacobian(arm, q)[numeric.task]
-        for name, rows in (("singular values", jacobian), ("product of exponentials", other)):
-            yield agree(name, numbers(part), np.full((1, 1, 1), measure(rows)), NUMBERS)
-        yield stays_small(numeric, jacobian)
-        yield three_digits(part, np.array([measure(jacobian)]))
+        by_exponentials = exponential_jacobian(arm, q)[numeric.task]
+        for name, rows in (("singular values", jacobian), ("product of exponentials", by_exponentials)):
+            yield agree(name, reference_numbers(part), np.full((1, 1, 1), measure(rows)), NUMBERS)
+        yield check_conditioning(numeric, jacobian)
+        yield check_three_digits(part, np.array([measure(jacobian)]))
         if part.kind == "manipulability":
-            yield _unit(part, arm, q, numeric)
+            yield _check_unit(part, arm, q, numeric)
 
     return check
 
 
-def _unit(part: Part, arm: NumericChain, q: np.ndarray, numeric: NumericReference) -> Check:
-    """Measure the same arm in half metres: w grows by 2^k where its unit is m^k."""
+def _check_unit(part: Part, arm: NumericChain, q: np.ndarray, numeric: NumericReference) -> Check:
+    """Measure the same arm in half metres: w grows by 2^k if its unit is m^k."""
     answer = part.of(Number)
     scale = np.ones((len(numeric.task), 1))
     scale[[row < 3 for row in numeric.task]] = 2.0
@@ -42,9 +48,9 @@ def _unit(part: Part, arm: NumericChain, q: np.ndarray, numeric: NumericReferenc
     jacobian = arm.jacobian(q)[numeric.task]
     grown = _volume(jacobian * scale * columns) / _volume(jacobian)
     power = round(float(np.log2(grown)))
-    said = {0: "", 1: "m"}.get(power, f"m^{power}")
+    unit = {0: "", 1: "m"}.get(power, f"m^{power}")
     exact = abs(grown - 2.0**power) < EXACT * grown
-    return Check("unit", bool(exact and answer.units == (said,)), f"{said or 'a plain number'}")
+    return Check("unit", bool(exact and answer.units == (unit,)), f"{unit or 'a plain number'}")
 
 
 def _volume(jacobian: np.ndarray) -> float:
@@ -56,6 +62,6 @@ def _ratio(jacobian: np.ndarray) -> float:
 
 
 CHECKS: dict[str, Callable[[NumericReference, Part], Iterator[Check]]] = {
-    "manipulability": _measured(_volume),
-    "condition-number": _measured(_ratio),
+    "manipulability": _measure_check(_volume),
+    "condition-number": _measure_check(_ratio),
 }

@@ -1,6 +1,6 @@
-"""Tests of short questions: the right option passes the tests of the question it answers, every other one fails them.
+"""Test short questions: the right option passes the tests of the question it answers, every other one fails them.
 
-Options are held against the arm in numbers, by the same ways as references are. No two of them are the same.
+Options are compared with the arm in numbers in the same ways as references. No two of them are the same.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -36,13 +36,13 @@ BASE_CHECKS: Mapping[str, Callable[[NumericReference, Part], Iterator[Check]]] =
 """The tests of the questions that options answer."""
 
 STEP = 0.7
-"""By how much a joint is moved, in rad or m."""
+"""The amount by which a joint is moved, in rad or m."""
 APART = 1e-5
-"""Share of their size by which two options differ somewhere, at least."""
+"""Share of their size by which two options have to differ somewhere."""
 
 
 def _as_answer(numeric: NumericReference, subject: Subject, option: sp.Matrix) -> Part:
-    """Return the question that options answer, with one of them put in its place in the whole answer."""
+    """Return the question that options answer, with one of them inserted into the whole answer."""
     answer, details = QUESTIONS[subject.base].ask(numeric.chain, Stream("quiz"))
     part = Part(subject.base, subject.base, answer, details=details)
     if answer.shape is None:
@@ -52,29 +52,29 @@ def _as_answer(numeric: NumericReference, subject: Subject, option: sp.Matrix) -
     return replace(part, answer=Matrix(sp.Matrix(whole)))
 
 
-def _formula_choice(numeric: NumericReference, part: Part) -> Iterator[Check]:
+def _check_formula_choice(numeric: NumericReference, part: Part) -> Iterator[Check]:
     subject = part.about(AboutSubject).subject
     check = BASE_CHECKS[subject.base]
-    offered = _offered(part)
-    passed = [all(one.passed for one in check(numeric, _as_answer(numeric, subject, o.shown))) for o in offered]
-    yield _one_right(part, passed)
-    yield _different(numeric, [sp.Matrix(option.shown) for option in offered])
+    offered = _offered_options(part)
+    passed = [all(result.passed for result in check(numeric, _as_answer(numeric, subject, o.shown))) for o in offered]
+    yield _check_one_right(part, passed)
+    yield _check_different(numeric, [sp.Matrix(option.shown) for option in offered])
 
 
-def _offered(part: Part) -> tuple[Offered, ...]:
+def _offered_options(part: Part) -> tuple[Offered, ...]:
     offered = part.about(Options).offered
     assert part.answer.offered == tuple(option.text for option in offered)
     return offered
 
 
-def _one_right(part: Part, passed: Sequence[bool]) -> Check:
+def _check_one_right(part: Part, passed: Sequence[bool]) -> Check:
     answer = part.of(Choice)
     right = [index for index, held in enumerate(passed) if held]
-    said = ", ".join(map(str, right)) or "none"
-    return Check("one right option", right == [answer.correct], f"options that pass, from 0: {said}")
+    passing = ", ".join(map(str, right)) or "none"
+    return Check("one right option", right == [answer.correct], f"options that pass, from 0: {passing}")
 
 
-def _different(numeric: NumericReference, options: Sequence[sp.Matrix]) -> Check:
+def _check_different(numeric: NumericReference, options: Sequence[sp.Matrix]) -> Check:
     values = [numeric.read(option).reshape(numeric.points, -1) for option in options]
     for (i, a), (j, b) in combinations(enumerate(values), 2):
         if a.shape == b.shape and not np.abs(a - b).max() > APART * (np.abs(a).max() + np.abs(b).max()):
@@ -82,13 +82,13 @@ def _different(numeric: NumericReference, options: Sequence[sp.Matrix]) -> Check
     return Check("different options", all(np.isfinite(value).all() for value in values), "no two have the same values")
 
 
-def _set_choice(numeric: NumericReference, part: Part) -> Iterator[Check]:
+def _check_set_choice(numeric: NumericReference, part: Part) -> Iterator[Check]:
     passed = []
-    for option in _offered(part):
+    for option in _offered_options(part):
         claimed = Part("singular-angles", "singular-angles", ConditionSet(option.shown))
         passed.append(all(check.passed for check in SETS["singular-angles"](numeric, claimed)))
-    yield _one_right(part, passed)
-    texts = [option.text for option in _offered(part)]
+    yield _check_one_right(part, passed)
+    texts = [option.text for option in _offered_options(part)]
     yield Check("different options", len(set(texts)) == len(texts), "no two are the same")
 
 
@@ -98,11 +98,11 @@ def _set_choice(numeric: NumericReference, part: Part) -> Iterator[Check]:
 def _ranks(numeric: NumericReference, part: Part) -> list[tuple[int, bool]]:
     """Return the rank of J at each of the places, by the product of exponentials, and whether it is clear."""
     details = part.about(Places)
-    given = [replace(place, lengths={**details.lengths, **place.lengths}) for place in details.places]
-    return [rank_of(exponential_at(numeric, place)[numeric.task]) for place in given]
+    places = [replace(place, lengths={**details.lengths, **place.lengths}) for place in details.places]
+    return [rank_of(exponential_at(numeric, place)[numeric.task]) for place in places]
 
 
-def _configurations(numeric: NumericReference, part: Part) -> Iterator[Check]:
+def _check_configurations(numeric: NumericReference, part: Part) -> Iterator[Check]:
     answer = part.answer
     full = min(len(numeric.task), numeric.chain.n)
     ranks = _ranks(numeric, part)
@@ -118,8 +118,8 @@ def _configurations(numeric: NumericReference, part: Part) -> Iterator[Check]:
 # --- several right ones ---
 
 
-def _quantity(numeric: NumericReference, asked: Quantity, moved: int | None = None) -> np.ndarray:
-    """Return the values of what is asked about, (places, entries), from the arm in numbers; with one joint moved."""
+def _quantity_values(numeric: NumericReference, asked: Quantity, moved: int | None = None) -> np.ndarray:
+    """Return the values of a quantity, (places, entries), from the arm in numbers; optionally with one joint moved."""
     poses = np.stack([numeric.values[q.name] for q in numeric.chain.q], axis=1)
     if moved is not None:
         poses[:, moved] += STEP
@@ -137,10 +137,10 @@ def _quantity(numeric: NumericReference, asked: Quantity, moved: int | None = No
     return np.concatenate(values)
 
 
-def _forms(numeric: NumericReference, part: Part) -> Iterator[Check]:
-    answer, expected = part.of(Selection), _quantity(numeric, part.about(EqualForms).quantity)
+def _check_forms(numeric: NumericReference, part: Part) -> Iterator[Check]:
+    answer, expected = part.of(Selection), _quantity_values(numeric, part.about(EqualForms).quantity)
     right = []
-    for index, option in enumerate(_offered(part)):
+    for index, option in enumerate(_offered_options(part)):
         values = numeric.read(sp.Matrix([option.shown]))
         if agree("", values, expected[:, :, None], EXACT).passed:
             right.append(index)
@@ -150,12 +150,14 @@ def _forms(numeric: NumericReference, part: Part) -> Iterator[Check]:
     yield Check("different options", len(set(answer.options)) == len(answer.options), "no two are written the same")
 
 
-def _dependence(numeric: NumericReference, part: Part) -> Iterator[Check]:
-    """Move one joint at a time, and look whether the values of what is asked about change."""
+def _check_dependence(numeric: NumericReference, part: Part) -> Iterator[Check]:
+    """Move one joint at a time, and test whether the values of the quantity change."""
     answer, asked = part.of(Selection), part.about(OfQuantity).quantity
-    here = _quantity(numeric, asked)
+    here = _quantity_values(numeric, asked)
     depends = tuple(
-        index for index in range(numeric.chain.n) if np.abs(_quantity(numeric, asked, index) - here).max() > EXACT
+        index
+        for index in range(numeric.chain.n)
+        if np.abs(_quantity_values(numeric, asked, index) - here).max() > EXACT
     )
     yield Check("moving one joint", depends == answer.correct, f"it changes with joints, from 0: {depends}")
 
@@ -163,9 +165,9 @@ def _dependence(numeric: NumericReference, part: Part) -> Iterator[Check]:
 # --- columns to joints ---
 
 
-def _columns(numeric: NumericReference, part: Part) -> Iterator[Check]:
+def _check_columns(numeric: NumericReference, part: Part) -> Iterator[Check]:
     answer = part.of(Matching)
-    offered = _offered(part)
+    offered = _offered_options(part)
     jacobian = numeric.exponential_jacobian[:, numeric.task]
     read = [numeric.read(sp.Matrix(option.shown)) for option in offered]
     effects = []
@@ -173,13 +175,13 @@ def _columns(numeric: NumericReference, part: Part) -> Iterator[Check]:
         same = [k for k, value in enumerate(read) if agree("", value, jacobian[:, :, [joint]], EXACT).passed]
         effects.append(same[0] if len(same) == 1 else -1)
     yield Check("columns", tuple(effects) == answer.correct, f"options of the joints, from 0: {effects}")
-    yield _different(numeric, [sp.Matrix(option.shown) for option in offered])
+    yield _check_different(numeric, [sp.Matrix(option.shown) for option in offered])
 
 
 # --- numbers and statements ---
 
 
-def _value(part: Part, expected: float) -> Iterator[Check]:
+def _check_value(part: Part, expected: float) -> Iterator[Check]:
     answer = part.of(Number)
     claimed = float(answer.reference[0])
     yield agree("in numbers", np.array([[[claimed]]]), np.array([[[expected]]]), 1e-8)
@@ -188,23 +190,23 @@ def _value(part: Part, expected: float) -> Iterator[Check]:
     yield Check("three digits", enough, "rounding keeps it right")
 
 
-def _determinant_value(numeric: NumericReference, part: Part) -> Iterator[Check]:
-    yield from _value(part, float(np.linalg.det(exponential_at(numeric, part.about(AtPose).place)[numeric.task])))
+def _check_determinant_value(numeric: NumericReference, part: Part) -> Iterator[Check]:
+    yield from _check_value(part, float(np.linalg.det(exponential_at(numeric, part.about(AtPose).place)[numeric.task])))
 
 
-def _speed(numeric: NumericReference, part: Part) -> Iterator[Check]:
+def _check_speed(numeric: NumericReference, part: Part) -> Iterator[Check]:
     details = part.about(AtRates)
     rates = np.array([float(rate) for rate in details.rates.values()])
     velocity = exponential_at(numeric, details.place)[:3] @ rates
-    yield from _value(part, float(np.linalg.norm(velocity)))
+    yield from _check_value(part, float(np.linalg.norm(velocity)))
 
 
-def _statement(numeric: NumericReference, part: Part) -> Iterator[Check]:
-    answer, said = part.of(Choice), part.about(Said)
-    jacobian = exponential_at(numeric, said.place)
-    if isinstance(said, SaidOfJoint):
-        component = float(jacobian[TASK_ROWS.index(said.row), said.joint - 1])
-        true, clear = (component > 0) == said.positive, abs(component) > 0.01
+def _check_statement(numeric: NumericReference, part: Part) -> Iterator[Check]:
+    answer, statement = part.of(Choice), part.about(Said)
+    jacobian = exponential_at(numeric, statement.place)
+    if isinstance(statement, SaidOfJoint):
+        component = float(jacobian[TASK_ROWS.index(statement.row), statement.joint - 1])
+        true, clear = (component > 0) == statement.positive, abs(component) > 0.01
     else:
         rank, clear = rank_of(jacobian[numeric.task])
         true = rank < min(len(numeric.task), numeric.chain.n)
@@ -214,17 +216,17 @@ def _statement(numeric: NumericReference, part: Part) -> Iterator[Check]:
 
 CHECKS: dict[str, Callable[[NumericReference, Part], Iterator[Check]]] = {
     **{
-        question.name: _formula_choice
+        question.name: _check_formula_choice
         for question in CHOICES
         if question.template in ("formula-choice", "screw-choice")
     },
-    "singular-angles-choice": _set_choice,
-    "singular-configurations": _configurations,
-    "singular-drawing": _configurations,
-    "equal-forms": _forms,
-    "dependence": _dependence,
-    "match-columns": _columns,
-    "determinant-value": _determinant_value,
-    "speed": _speed,
-    "true-or-false": _statement,
+    "singular-angles-choice": _check_set_choice,
+    "singular-configurations": _check_configurations,
+    "singular-drawing": _check_configurations,
+    "equal-forms": _check_forms,
+    "dependence": _check_dependence,
+    "match-columns": _check_columns,
+    "determinant-value": _check_determinant_value,
+    "speed": _check_speed,
+    "true-or-false": _check_statement,
 }

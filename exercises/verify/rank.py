@@ -1,4 +1,4 @@
-"""Tests of rank, lost direction and meaning: by the product of exponentials, by differences, and at other places."""
+"""Test rank, lost direction and meaning: by the product of exponentials, by differences, and at other places."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
@@ -18,14 +18,21 @@ from qdot.exercises.questions.rank import LostAt, LostInFormulas, OfMeaning, OfM
 from qdot.exercises.verify.appearance import side_of_lost_direction
 from qdot.exercises.verify.exponentials import exponential_jacobian
 from qdot.exercises.verify.formulas import EXACT, agree
-from qdot.exercises.verify.numeric_reference import POSES, Check, NumericReference, apart, random_poses, samples_where
+from qdot.exercises.verify.numeric_reference import (
+    POSES,
+    Check,
+    NumericReference,
+    random_poses,
+    sample_distinct_lengths,
+    samples_where,
+)
 
 GONE, THERE = 1e-9, 0.02
 """Shares of the largest singular value below which one counts as zero, and above which it has to be."""
 
 MOST, ALONG = 0.6, 0.01
-"""Share of the places at which a line that is no answer has to be clearly wrong, and the share of the largest possible
-velocity that is possible along it there."""
+"""Share of the places at which a wrong line has to be clearly wrong, and the share of the largest possible velocity
+that has to be possible along it there."""
 
 
 def at_place(numeric: NumericReference, place: Configuration) -> Sample:
@@ -47,7 +54,7 @@ def rank_of(jacobian: np.ndarray) -> tuple[int, bool]:
     return int(np.sum(share > GONE)), not bool(np.any((share > GONE) & (share < THERE)))
 
 
-def _rank(numeric: NumericReference, part: Part) -> Iterator[Check]:
+def _check_rank(numeric: NumericReference, part: Part) -> Iterator[Check]:
     part.of(Number)
     largest, clear = rank_of(exponential_at(numeric, part.about(AtPose).place)[numeric.task])
     yield agree("rank", np.array(part.answer.as_matrix().tolist(), float)[None], np.array([[[float(largest)]]]), EXACT)
@@ -57,24 +64,24 @@ def _rank(numeric: NumericReference, part: Part) -> Iterator[Check]:
 # --- lost direction ---
 
 
-def _direction(numeric: NumericReference, part: Part) -> Iterator[Check]:
+def _check_direction(numeric: NumericReference, part: Part) -> Iterator[Check]:
     answer = part.of(Direction)
     m = len(numeric.task)
     if answer.reference.shape != (m, 1):
         yield Check("shape", False, f"the reference is {answer.reference.shape}, expected ({m}, 1)")
         return
-    yield _written(part)
+    yield _check_written_form(part)
     if isinstance(part.details, LostInFormulas):
-        yield from _formula(numeric, part, part.details.lost)
+        yield from _check_formula(numeric, part, part.details.lost)
         return
     jacobian = exponential_at(numeric, part.about(AtPose).place)[numeric.task]
     claimed = np.array(part.answer.as_matrix().tolist(), float)
     yield Check("unit length", bool(abs(np.linalg.norm(claimed) - 1) < 1e-8), f"length {np.linalg.norm(claimed):.10f}")
-    yield _perpendicular(claimed[None], jacobian[None])
+    yield _check_perpendicular(claimed[None], jacobian[None])
 
 
-def _written(part: Part) -> Check:
-    """Look for a sign that all entries share, and for coefficients that nobody would write."""
+def _check_written_form(part: Part) -> Check:
+    """Reject a minus sign that all entries share, and coefficients that nobody would write."""
     entries = [entry for entry in part.answer.as_matrix() if entry != 0]
     signed = bool(entries) and all(entry.could_extract_minus_sign() for entry in entries)
     terms = [term for entry in entries for term in sp.Add.make_args(sp.expand(entry))]
@@ -83,8 +90,8 @@ def _written(part: Part) -> Check:
     return Check("short", bool(entries) and not signed and not odd, f"{len(entries)} entries, {len(terms)} terms")
 
 
-def _formula(numeric: NumericReference, part: Part, lost: LostAt) -> Iterator[Check]:
-    """Put the joint values in at random places, and multiply."""
+def _check_formula(numeric: NumericReference, part: Part, lost: LostAt) -> Iterator[Check]:
+    """Substitute the joint values at random places, and multiply by J."""
     fixed = {q for q, _ in lost.values}
     left = part.answer.as_matrix().free_symbols & fixed
     yield Check("free joints only", not left, f"{', '.join(sorted(map(str, left)))} occurs" if left else "no other")
@@ -96,28 +103,28 @@ def _formula(numeric: NumericReference, part: Part, lost: LostAt) -> Iterator[Ch
         for symbol, value in lost.values:
             q[:, numeric.chain.q.index(symbol)] = float(sp.N(value.xreplace(numbers)))
         jacobians.append(exponential_jacobian(arm, q)[:, numeric.task])
-    yield _perpendicular(numeric.read(part.answer.as_matrix()), np.concatenate(jacobians))
+    yield _check_perpendicular(numeric.read(part.answer.as_matrix()), np.concatenate(jacobians))
 
 
-def _perpendicular(found: np.ndarray, jacobians: np.ndarray) -> Check:
-    """Multiply a vector by J: nothing is left, the vector is not zero, and J has lost one rank."""
-    size = np.linalg.norm(found, axis=1, keepdims=True)
+def _check_perpendicular(vectors: np.ndarray, jacobians: np.ndarray) -> Check:
+    """Test that u J = 0, that the vector is not zero, and that J has lost exactly one rank."""
+    size = np.linalg.norm(vectors, axis=1, keepdims=True)
     ranks = {rank_of(jacobian)[0] for jacobian in jacobians}
-    if np.any(size < 1e-9) or not np.all(np.isfinite(found)) or np.iscomplexobj(found):
+    if np.any(size < 1e-9) or not np.all(np.isfinite(vectors)) or np.iscomplexobj(vectors):
         return Check("u J = 0", False, "the vector is zero or no real number somewhere")
     scale = np.abs(jacobians).max(axis=(1, 2), keepdims=True)
-    worst = float(np.abs((found / size).swapaxes(1, 2) @ (jacobians / scale)).max())
-    detail = f"{len(found)} places, at most {worst:.1e}, rank {sorted(ranks)}"
+    worst = float(np.abs((vectors / size).swapaxes(1, 2) @ (jacobians / scale)).max())
+    detail = f"{len(vectors)} places, at most {worst:.1e}, rank {sorted(ranks)}"
     return Check("u J = 0", worst < 1e-8 and ranks == {jacobians.shape[1] - 1}, detail)
 
 
-# --- places other than those that the question has tried ---
+# --- places that the question has not tried ---
 
 
 def samples_at(
     numeric: NumericReference, values: Sequence[tuple[sp.Symbol, sp.Expr]], condition: sp.Expr | None, each: int = 2
 ) -> list[Sample]:
-    """Return configurations at joint values, or where a condition holds, for other lengths."""
+    """Return configurations at joint values, or on a condition, for other lengths."""
     if condition is not None:
         return samples_where(numeric, condition, arms=4, each=each)
     samples: list[Sample] = []
@@ -125,23 +132,23 @@ def samples_at(
         if tried >= ARMS_TRIED and samples:
             break
         numbers = {sp.Symbol(name): sp.Float(value) for name, value in lengths.items()}
-        put = {numeric.chain.q.index(q): complex(sp.N(value.xreplace(numbers))) for q, value in values}
-        if any(abs(value.imag) > 1e-12 for value in put.values()):
+        fixed_values = {numeric.chain.q.index(q): complex(sp.N(value.xreplace(numbers))) for q, value in values}
+        if any(abs(value.imag) > 1e-12 for value in fixed_values.values()):
             continue
         for q in random_poses(numeric.chain, numeric.stream, each):
-            q[list(put)] = [value.real for value in put.values()]
+            q[list(fixed_values)] = [value.real for value in fixed_values.values()]
             samples.append(Sample(arm, q))
     return samples
 
 
 ARMS_TRIED, MOST_TRIED = 6, 100
-"""Choices of the open lengths that are looked at, and those where values are real for few of them."""
+"""Choices of the open lengths that are tried, and the number if values are real for few of them."""
 
 
 def _more_arms(numeric: NumericReference) -> Iterator[tuple[NumericChain, Mapping[str, float]]]:
     yield from zip(numeric.arms, numeric.lengths, strict=True)
     for _ in range(MOST_TRIED):
-        lengths = apart(
+        lengths = sample_distinct_lengths(
             numeric.chain, lambda: {n: v * 3 ** numeric.stream.uniform(-1, 1) for n, v in numeric.lengths[0].items()}
         )
         yield NumericChain(numeric.chain, lengths), lengths
@@ -150,8 +157,8 @@ def _more_arms(numeric: NumericReference) -> Iterator[tuple[NumericChain, Mappin
 # --- lost motion ---
 
 
-def _motion(numeric: NumericReference, part: Part) -> Iterator[Check]:
-    """Find the component of every possible velocity along each line: none along the right one, some along others."""
+def _check_motion(numeric: NumericReference, part: Part) -> Iterator[Check]:
+    """Test the component of every possible velocity along each line: none along the right one, some along others."""
     answer, asked = part.of(Choice), part.about(OfMotion).asked
     texts = tuple(line.words for line in asked.lines)
     yield Check("options", texts == answer.options and len(set(texts)) == len(texts), f"{len(texts)} options")
@@ -159,7 +166,7 @@ def _motion(numeric: NumericReference, part: Part) -> Iterator[Check]:
     yield Check("configurations", bool(samples), f"{len(samples)} at which the direction is lost")
     if not samples:
         return
-    moving = [_possible(sample, numeric.task, asked.moving, asked.held) for sample in samples]
+    moving = [_possible_velocities(sample, numeric.task, asked.moving, asked.held) for sample in samples]
     along = directions(asked.lines, samples)
     sizes = np.array([[float(np.abs(d @ v).max()) for d, v in zip(vectors, moving, strict=True)] for vectors in along])
     scale = np.array([float(np.abs(v).max()) for v in moving])
@@ -171,29 +178,29 @@ def _motion(numeric: NumericReference, part: Part) -> Iterator[Check]:
             yield Check("something along it", bool(np.mean(share > ALONG) >= MOST), f"{text}: {np.median(share):.2f}")
 
 
-def _possible(sample: Sample, task: Sequence[int], moving: str, held: bool) -> np.ndarray:
-    """Return a basis of the velocities (3 x k) of P or of the link, the other counted rows being zero where `held`."""
+def _possible_velocities(sample: Sample, task: Sequence[int], moving: str, held: bool) -> np.ndarray:
+    """Return a basis of the velocities (3 x k) of P or of the link; if `held`, with the task's other rows zero."""
     jacobian = exponential_jacobian(sample.arm, sample.q[None])[0]
-    own, other = (
+    moving_rows, held_rows = (
         (jacobian[:3], [r for r in task if r > 2]) if moving == "P" else (jacobian[3:], [r for r in task if r < 3])
     )
-    if not held or not other:
-        return np.asarray(own)
-    _, sigma, vt = np.linalg.svd(jacobian[other])
+    if not held or not held_rows:
+        return np.asarray(moving_rows)
+    _, sigma, vt = np.linalg.svd(jacobian[held_rows])
     rank = int(np.sum(sigma > 1e-9 * sigma[0]))
-    return np.asarray(own @ vt[rank:].T)
+    return np.asarray(moving_rows @ vt[rank:].T)
 
 
 # --- meaning ---
 
 
-def _meaning(numeric: NumericReference, part: Part) -> Iterator[Check]:
+def _check_meaning(numeric: NumericReference, part: Part) -> Iterator[Check]:
     answer, asked = part.of(Choice), part.about(OfMeaning).asked
     samples = samples_at(numeric, asked.values, asked.condition)
     right = answer.correct
-    told = [all(text.startswith(m.words) for text, (m, _) in zip(answer.options, asked.offered, strict=True))]
-    yield Check("options", all(told) and len(set(answer.options)) == len(answer.options), "as offered")
-    true = [bool(samples) and all(_is_so(meaning, sample) for sample in samples) for meaning, _ in asked.offered]
+    matches = [all(text.startswith(m.words) for text, (m, _) in zip(answer.options, asked.offered, strict=True))]
+    yield Check("options", all(matches) and len(set(answer.options)) == len(answer.options), "as offered")
+    true = [bool(samples) and all(_holds(meaning, sample) for sample in samples) for meaning, _ in asked.offered]
     kinds = set(map(str, kinds_at(numeric.chain, samples)))
     holds = [t and (kind is None or kinds == {kind}) for t, (_, kind) in zip(true, asked.offered, strict=True)]
     expected = [index == right for index in range(len(holds))]
@@ -206,10 +213,10 @@ def _meaning(numeric: NumericReference, part: Part) -> Iterator[Check]:
 
 
 _OF_AXES = {"in line", "parallel", "one plane", "square"}
-"""The statements that say how axes run: the only ones that tell why turns are lost."""
+"""The statements about directions of axes: the only ones that explain a lost rotation."""
 
 
-def _is_so(meaning: Meaning, sample: Sample) -> bool:
+def _holds(meaning: Meaning, sample: Sample) -> bool:
     """Tell whether a statement holds, by moving joints and comparing distances and lines."""
     first, last = meaning.joints[0] - 1, meaning.joints[-1] - 1
     frames = sample.arm.frames(sample.q)
@@ -244,12 +251,12 @@ def _is_so(meaning: Meaning, sample: Sample) -> bool:
         turn = np.diff(np.arctan2(seen[1], seen[0]))[0]
         return bool(abs(np.sin(turn) if meaning.kind == "along" else np.cos(turn)) < 1e-6 and abs(seen[2, 0]) < 1e-6)
     others = sample.q + np.linspace(-2.9, 3.2, 60)[:, None] * np.eye(len(sample.q))[last]
-    distances = _from_axis(sample, np.vstack([sample.q, others]), first)
+    distances = _distances_from_axis(sample, np.vstack([sample.q, others]), first)
     best = distances.max() if meaning.kind == "far" else distances.min()
     return bool(abs(distances[0] - best) < 1e-9)
 
 
-def _from_axis(sample: Sample, q: np.ndarray, joint: int) -> np.ndarray:
+def _distances_from_axis(sample: Sample, q: np.ndarray, joint: int) -> np.ndarray:
     """Return the distances of the point from a joint's axis in many poses."""
     frames = sample.arm.frames(q)
     between, axis = sample.arm.point_of(frames) - frames[:, joint, :3, 3], frames[:, joint, :3, 2]
@@ -257,8 +264,8 @@ def _from_axis(sample: Sample, q: np.ndarray, joint: int) -> np.ndarray:
 
 
 CHECKS: dict[str, Callable[[NumericReference, Part], Iterator[Check]]] = {
-    "rank": _rank,
-    "lost-direction": _direction,
-    "lost-motion": _motion,
-    "singularity-meaning": _meaning,
+    "rank": _check_rank,
+    "lost-direction": _check_direction,
+    "lost-motion": _check_motion,
+    "singularity-meaning": _check_meaning,
 }

@@ -1,10 +1,10 @@
-"""Tests of the questions of `questions.screws`: screws by frames at home, the rest by exponentials of the axes.
+"""Test the questions of `questions.screws`: screws by frames at home, the rest by exponentials of the axes.
 
-The screws at home are worked out from 4 x 4 products of the table where all joint variables are zero, by z and o x z.
-All else comes from the axes as the statement tells them (which `certify` holds against those products, too): each
-joint is an axis in the space frame at home, the arm is the product of the joints' exponentials, and no frame on a link
-is used. Where frames on the links are a third way, it is tested as well. Twists and adjoints are put together in the
-order that the arm has, (omega, v) of Lynch and Park or (v, omega) of Murray, Li and Sastry, each with its own adjoint.
+The screws at home are computed from 4 x 4 products of the table at zero joint variables, by z and o x z. Everything
+else comes from the axes in the statement (which `certify` compares with those products, too): each joint is an axis in
+the space frame at home, the arm is the product of the joints' exponentials, and no link frame is used. If link frames
+give a third way, it is tested as well. Twists and adjoints have the arm's order, (omega, v) of Lynch and Park or
+(v, omega) of Murray, Li and Sastry, each with its own adjoint.
 """
 
 from collections.abc import Callable, Iterator
@@ -16,7 +16,7 @@ from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.screws import DECIMALS, InNumbers
-from qdot.exercises.verify.formulas import DIFFERENCED, EXACT, agree, formula, three_digits
+from qdot.exercises.verify.formulas import DIFFERENCED, EXACT, agree, check_three_digits, formula_check
 from qdot.exercises.verify.numeric_reference import Check, NumericReference
 
 Values = dict[str, tuple[np.ndarray, float]]
@@ -51,9 +51,9 @@ def _exponential(spin: np.ndarray, slide: np.ndarray, value: np.ndarray) -> np.n
     """Return e^([S] theta) as 4 x 4 matrices, by the series' closed form, of screws' omega and v (…, 3), values (…)."""
     hat, by = _hat(spin), value[..., None, None]
     turning = (np.linalg.norm(spin, axis=-1) > 0.5)[..., None, None]
-    one = np.broadcast_to(np.eye(3), hat.shape)
-    turn = one + np.sin(by) * hat + (1 - np.cos(by)) * hat @ hat
-    along = np.where(turning, by * one + (1 - np.cos(by)) * hat + (by - np.sin(by)) * hat @ hat, by * one)
+    identity = np.broadcast_to(np.eye(3), hat.shape)
+    turn = identity + np.sin(by) * hat + (1 - np.cos(by)) * hat @ hat
+    along = np.where(turning, by * identity + (1 - np.cos(by)) * hat + (by - np.sin(by)) * hat @ hat, by * identity)
     pose = np.zeros((*hat.shape[:-2], 4, 4))
     pose[..., :3, :3], pose[..., 3, 3] = turn, 1.0
     pose[..., :3, 3] = (along @ slide[..., None])[..., 0]
@@ -61,7 +61,7 @@ def _exponential(spin: np.ndarray, slide: np.ndarray, value: np.ndarray) -> np.n
 
 
 class _Axes:
-    """The arm by its axes as they are told, in numbers, at the places of a reference.
+    """The arm by the axes in its statement, in numbers, at the places of a reference.
 
     Pose (…, 4, 4), space and body Jacobian (…, 6, n).
     """
@@ -97,11 +97,11 @@ def _home(numeric: NumericReference, _: Part) -> Values:
 
 def _pose(numeric: NumericReference, _: Part) -> Values:
     """By exponentials, and from the last frame."""
-    return {"product of exponentials": (_Axes(numeric).pose, EXACT), "frames": (_framed_pose(numeric), EXACT)}
+    return {"product of exponentials": (_Axes(numeric).pose, EXACT), "frames": (_pose_of_last_frame(numeric), EXACT)}
 
 
-def _conjugated(numeric: NumericReference, pose: np.ndarray, twists: np.ndarray) -> np.ndarray:
-    """Return twists (…, 6, k) as another frame sees them, T [V] T^-1, by 4 x 4 matrices of twists."""
+def _conjugate(numeric: NumericReference, pose: np.ndarray, twists: np.ndarray) -> np.ndarray:
+    """Return twists (…, 6, k) in another frame, T [V] T^-1, by 4 x 4 matrices of twists."""
     columns = []
     for k in range(twists.shape[-1]):
         upper, lower = twists[..., :3, k], twists[..., 3:, k]
@@ -117,31 +117,31 @@ def _conjugated(numeric: NumericReference, pose: np.ndarray, twists: np.ndarray)
 def _body_adjoint(numeric: NumericReference, _: Part) -> Values:
     """By the exponentials' pose, and by the matrix of each unit twist, between the poses of the last frame."""
     unit = np.broadcast_to(np.eye(6), (numeric.points, 6, 6))
-    by_matrices = _conjugated(numeric, _framed_pose(numeric), unit)
+    by_matrices = _conjugate(numeric, _pose_of_last_frame(numeric), unit)
     return {"product of exponentials": (_adjoint(numeric, _Axes(numeric).pose), EXACT), "frames": (by_matrices, EXACT)}
 
 
-def _changed_twist(numeric: NumericReference, part: Part) -> Iterator[Check]:
-    """Change the matrix of the twist, T [V] T^-1, by the last frame there and at home; and look at what is given."""
-    told, chain = part.about(InNumbers), numeric.chain
-    arm = NumericChain(chain, {symbol.name: float(value) for symbol, value in told.place.lengths.items()})
-    q = np.array([float(told.place.joints[variable]) for variable in chain.q])
+def _check_changed_twist(numeric: NumericReference, part: Part) -> Iterator[Check]:
+    """Transform the matrix of the twist, T [V] T^-1, by the last frame there and at home; test the given values."""
+    details, chain = part.about(InNumbers), numeric.chain
+    arm = NumericChain(chain, {symbol.name: float(value) for symbol, value in details.place.lengths.items()})
+    q = np.array([float(details.place.joints[variable]) for variable in chain.q])
     frames, home = arm.frames(q), arm.frames(0 * q)
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = frames[-1, :3, :3] @ home[-1, :3, :3].T, arm.point_of(frames)
-    omega, v = np.split(np.array(told.twist.tolist(), dtype=float), 2)
+    omega, v = np.split(np.array(details.twist.tolist(), dtype=float), 2)
     twist = _twist(numeric, omega, v, axis=0)
     claimed = np.array(part.answer.as_matrix().tolist(), dtype=float)
-    yield agree("matrix of the twist", claimed[None], _conjugated(numeric, pose, twist)[None], 1e-8)
-    geometric, rates = arm.jacobian(q), np.array([float(told.rates[rate]) for rate in chain.rates])
+    yield agree("matrix of the twist", claimed[None], _conjugate(numeric, pose, twist)[None], 1e-8)
+    geometric, rates = arm.jacobian(q), np.array([float(details.rates[rate]) for rate in chain.rates])
     velocity, spin = (pose[:3, :3].T @ (half @ rates) for half in (geometric[:3], geometric[3:]))
     off = np.abs(_twist(numeric, spin, velocity) - twist[:, 0]).max()
     yield Check("the arm can", bool(off <= 0.51 * 10.0**-DECIMALS), f"its rates give the twist but for {off:.1e}")
-    yield three_digits(part)
+    yield check_three_digits(part)
 
 
-def _framed_pose(numeric: NumericReference) -> np.ndarray:
-    """Return the pose of the body frame by the last frame, turned back by what its rotation is at home, (…, 4, 4)."""
+def _pose_of_last_frame(numeric: NumericReference) -> np.ndarray:
+    """Return the pose of the body frame from the last frame, with its rotation at home removed, (…, 4, 4)."""
     pose = np.broadcast_to(np.eye(4), (numeric.points, 4, 4)).copy()
     pose[:, :3, :3] = numeric.frames[:, -1, :3, :3] @ numeric.home[:, -1, :3, :3].swapaxes(1, 2)
     pose[:, :3, 3] = numeric.point
@@ -149,7 +149,7 @@ def _framed_pose(numeric: NumericReference) -> np.ndarray:
 
 
 def _space_jacobian(numeric: NumericReference) -> Values:
-    """By exponentials, and from the velocities of the last frame, which are differences."""
+    """By exponentials, and from the velocities of the last frame by differences."""
     last = numeric.carried[:, :, numeric.chain.n]
     spin, velocity = last[..., 3:], last[..., :3]
     at_origin = velocity - np.cross(spin, numeric.frames[:, None, -1, :3, 3])
@@ -161,27 +161,31 @@ def _space_jacobian(numeric: NumericReference) -> Values:
 
 
 def _body_jacobian(numeric: NumericReference) -> Values:
-    """By exponentials, and from the geometric Jacobian, turned into the frame that is the world's at home."""
+    """By exponentials, and from the geometric Jacobian, rotated into the frame that is the world's at home."""
     axes = _Axes(numeric)
     back = axes.pose[:, :3, :3].swapaxes(1, 2)
     turned = _twist(numeric, back @ numeric.jacobian[:, 3:], back @ numeric.jacobian[:, :3], axis=1)
     return {"product of exponentials": (axes.body, EXACT), "frames": (turned, EXACT)}
 
 
-def _times_rates(due: Callable[[NumericReference], Values]) -> Callable[[NumericReference, Part], Values]:
+def _multiply_rates(
+    jacobian_values: Callable[[NumericReference], Values],
+) -> Callable[[NumericReference, Part], Values]:
     def twist(numeric: NumericReference, _: Part) -> Values:
-        return {name: (jacobian @ numeric.rates, allowed) for name, (jacobian, allowed) in due(numeric).items()}
+        return {
+            name: (jacobian @ numeric.rates, allowed) for name, (jacobian, allowed) in jacobian_values(numeric).items()
+        }
 
     return twist
 
 
 CHECKS: dict[str, Callable[[NumericReference, Part], Iterator[Check]]] = {
-    "home-screws": formula(_home),
-    "body-pose": formula(_pose),
-    "body-adjoint": formula(_body_adjoint),
-    "changed-twist": _changed_twist,
-    "space-jacobian": formula(lambda numeric, _: _space_jacobian(numeric)),
-    "body-jacobian": formula(lambda numeric, _: _body_jacobian(numeric)),
-    "space-twist": formula(_times_rates(_space_jacobian)),
-    "body-twist": formula(_times_rates(_body_jacobian)),
+    "home-screws": formula_check(_home),
+    "body-pose": formula_check(_pose),
+    "body-adjoint": formula_check(_body_adjoint),
+    "changed-twist": _check_changed_twist,
+    "space-jacobian": formula_check(lambda numeric, _: _space_jacobian(numeric)),
+    "body-jacobian": formula_check(lambda numeric, _: _body_jacobian(numeric)),
+    "space-twist": formula_check(_multiply_rates(_space_jacobian)),
+    "body-twist": formula_check(_multiply_rates(_body_jacobian)),
 }

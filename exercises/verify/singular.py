@@ -1,4 +1,4 @@
-"""Tests of singular sets, both ways, and of the type of a singularity, found again for other lengths."""
+"""Test singular sets, both ways, and the type of a singularity, determined again for other lengths."""
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import lru_cache
@@ -13,14 +13,18 @@ from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.classification import domain_of
 from qdot.exercises.arm.kinds import REGULAR, kinds_at
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.normalized_arm import bare
+from qdot.exercises.arm.normalized_arm import normalize_arm
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import Space
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.pieces import pieces
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.singular import OPTIONS, OfKind, Place, components_at
-from qdot.exercises.verify.appearance import said_of_component, said_of_singularities, side_of_lost_direction
+from qdot.exercises.verify.appearance import (
+    check_component_statement,
+    check_singularity_statements,
+    side_of_lost_direction,
+)
 from qdot.exercises.verify.numeric_reference import (
     ARMS,
     Check,
@@ -36,31 +40,33 @@ STARTS, STARTS_REDUNDANT, STEPS, SINGULAR = 30, 150, 40, 1e-9
 A redundant arm has components of fewer dimensions, which fewer of the searches reach."""
 
 STILL_SINGULAR = 1e-8
-"""The same where its joints are counted from other zeros, by which sums are rounded anew."""
+"""The same for other zeros of the joints, which change the rounding of sums."""
 
 STILL = 1e-12
-"""A step by which nothing moves any more than that is the last one."""
+"""The largest change of a step after which the iteration stops."""
 
 FURTHER_ARMS = 300
-"""Choices of lengths to look for a piece of the set in, where those of the numeric do not have it."""
+"""Choices of lengths to try for a piece of the set that does not exist for the reference's lengths."""
 
 NEAR, AROUND = 1e-5, 0.003
-"""How near to the claimed set a find has to be. Where components meet, sigma_min is a product of the distances and is
-lost in rounding farther away: what counts is where the searches from around a find end."""
+"""How near to the claimed set a singular pose has to be, and the radius for further searches. Where components
+meet, sigma_min is a product of distances and is lost in rounding farther away, so those searches decide."""
 
 
-def _singular(numeric: NumericReference, part: Part) -> Iterator[Check]:
+def _check_singular_set(numeric: NumericReference, part: Part) -> Iterator[Check]:
     answer = part.of(ConditionSet)
     joints = [q.name for q in numeric.chain.q]
     texts = answer.pieces()
     claimed = [piece for text in texts for piece in pieces(read(text, numeric.known), joints)]
-    yield from _sound(numeric, texts, claimed, joints)
-    yield _complete(numeric, claimed, joints)
-    yield from said_of_singularities(numeric)
+    yield from _check_soundness(numeric, texts, claimed, joints)
+    yield _check_completeness(numeric, claimed, joints)
+    yield from check_singularity_statements(numeric)
 
 
-def _sound(numeric: NumericReference, texts: Sequence[str], claimed: list[Any], joints: list[str]) -> Iterator[Check]:
-    """Draw configurations on every piece: there are some, and the Jacobian has lost rank there."""
+def _check_soundness(
+    numeric: NumericReference, texts: Sequence[str], claimed: list[Any], joints: list[str]
+) -> Iterator[Check]:
+    """Sample configurations on every piece: there are some, and the Jacobian has lost rank there."""
     for text, piece in zip(texts, claimed, strict=True):
         on_arms = [_ratios_on(numeric, piece, lengths, joints) for lengths in numeric.lengths]
         ratios = [ratio for on_arm in on_arms for ratio in on_arm] or _ratios_elsewhere(numeric, piece, joints)
@@ -77,7 +83,7 @@ def _ratios_on(numeric: NumericReference, piece: Any, lengths: dict[str, float],
 
 
 def _ratios_elsewhere(numeric: NumericReference, piece: Any, joints: list[str]) -> list[float]:
-    """Do the same for further arms: a piece such as theta3 = acos(-a2/a3) is there only if the lengths allow it."""
+    """Do the same for further arms: a piece such as theta3 = acos(-a2/a3) exists only if the lengths allow it."""
     for _ in range(FURTHER_ARMS):
         ratios = _ratios_on(numeric, piece, random_lengths(numeric.chain, numeric.stream), joints)
         if ratios:
@@ -86,20 +92,20 @@ def _ratios_elsewhere(numeric: NumericReference, piece: Any, joints: list[str]) 
 
 
 def _ratios(jacobians: np.ndarray) -> np.ndarray:
-    """Return sigma_min/sigma_max; where J itself is next to nothing, rank zero, that is next to nothing, too."""
+    """Return sigma_min/sigma_max, which is negligible if J itself is (rank zero)."""
     sigma = np.linalg.svd(jacobians, compute_uv=False)
     return np.asarray(sigma[..., -1] / np.maximum(sigma[..., 0], 1e-6))
 
 
-def _complete(numeric: NumericReference, claimed: list[Any], joints: list[str]) -> Check:
-    """Look for singular configurations that a search from random poses has found in the claimed set.
+def _check_completeness(numeric: NumericReference, claimed: list[Any], joints: list[str]) -> Check:
+    """Test whether the claimed set covers the singular configurations that a search from random poses finds.
 
-    They are searched for on the bare arm, once for all arms that have it; those of this very arm are tried whether they
-    are singular before they are looked for.
+    The search runs on the normalized arm, once for all arms that share it; that its finds are singular for this arm,
+    too, is tested first.
     """
     count, chain = 0, numeric.chain
-    for given, at_zero in _searched(bare(chain)):
-        lengths = random_lengths(chain, numeric.stream) | dict(given)
+    for sampled_lengths, at_zero in _search_on_each_arm(normalize_arm(chain)):
+        lengths = random_lengths(chain, numeric.stream) | dict(sampled_lengths)
         arm, space = NumericChain(chain, lengths), Space(joints, domain_of(chain, lengths))
 
         def outside(q: np.ndarray, lengths: dict[str, float] = lengths, space: Space = space) -> np.ndarray:
@@ -123,24 +129,24 @@ def _complete(numeric: NumericReference, claimed: list[Any], joints: list[str]) 
 
 
 @lru_cache(maxsize=1024)
-def _searched(chain: Chain) -> tuple[tuple[tuple[tuple[str, float], ...], np.ndarray], ...]:
-    """Return choices of the open lengths of a bare arm, with singular configurations that are found for each."""
+def _search_on_each_arm(chain: Chain) -> tuple[tuple[tuple[tuple[str, float], ...], np.ndarray], ...]:
+    """Return choices of the open lengths of a normalized arm, with the singular configurations found for each."""
     task, stream = [TASK_ROWS.index(row) for row in chain.task], Stream("verify/singular")
-    found = []
+    finds = []
     for _ in range(ARMS):
         lengths = random_lengths(chain, stream)
         starts = random_poses(chain, stream, STARTS_REDUNDANT if chain.n > len(task) else STARTS)
         q = singular_configurations(NumericChain(chain, lengths), starts, task)
         q.setflags(write=False)
-        found.append((tuple(lengths.items()), q))
-    return tuple(found)
+        finds.append((tuple(lengths.items()), q))
+    return tuple(finds)
 
 
 def singular_configurations(arm: NumericChain, starts: np.ndarray, task: Sequence[int]) -> np.ndarray:
     """Return singular configurations of J[task], (..., n), that Gauss-Newton reaches from `starts`.
 
-    The unknowns are q and a unit vector u with J^T u = 0 (J u = 0 where J has more rows than columns), which is solved
-    as quickly on a component of any dimension; the minors of J, some of them products of its factors, are not.
+    The unknowns are q and a unit vector u with J^T u = 0 (J u = 0 if J has more rows than columns). That converges
+    quickly on components of any dimension, unlike equations in the minors of J, which may be products.
     """
     q, nudge = starts.copy(), 1e-6 * np.eye(starts.shape[1])
     count, n = q.shape
@@ -156,18 +162,18 @@ def singular_configurations(arm: NumericChain, starts: np.ndarray, task: Sequenc
         slopes = (products[:, 1 : n + 1] - products[:, n + 1 :]) / 2e-6
         unit = np.concatenate([np.zeros((count, 1, n)), u[:, None]], axis=2)
         system = np.concatenate([np.concatenate([slopes, matrices[:, 0]], axis=1).swapaxes(1, 2), unit], axis=1)
-        due = np.concatenate([products[:, 0], np.zeros((count, 1))], axis=1)
-        move = np.einsum("pij,pj->pi", np.linalg.pinv(system, rcond=1e-8), due)
+        residuals = np.concatenate([products[:, 0], np.zeros((count, 1))], axis=1)
+        move = np.einsum("pij,pj->pi", np.linalg.pinv(system, rcond=1e-8), residuals)
         move *= np.minimum(1.0, 0.7 / np.maximum(np.abs(move).max(axis=1, keepdims=True), 1e-300))
         q, u = q - move[:, :n], u - move[:, n:]
         u /= np.linalg.norm(u, axis=1, keepdims=True)
-        if np.abs(move).max() < STILL:  # each step squares what is left; 7 of the 40 do, where none finds it hard
+        if np.abs(move).max() < STILL:  # quadratic convergence: usually after 7 of the 40 steps
             break
     return np.asarray(q[_ratios(arm.jacobian(q)[:, task]) < SINGULAR])
 
 
-def _type(numeric: NumericReference, part: Part) -> Iterator[Check]:
-    """Find the kind again for lengths that the question has not tried."""
+def _check_type(numeric: NumericReference, part: Part) -> Iterator[Check]:
+    """Determine the kind again for lengths that the question has not tried."""
     answer, details = part.of(Choice), part.about(OfKind)
     kind, place = details.type, details.place
     options = answer.options
@@ -178,15 +184,15 @@ def _type(numeric: NumericReference, part: Part) -> Iterator[Check]:
     detail = f"{', '.join(sorted(kinds))} at {len(samples)} configurations"
     yield Check("kind", bool(samples) and kinds == {kind}, detail)
     for _, here in components_at(numeric.chain, place):
-        yield said_of_component(numeric.chain, here)
+        yield check_component_statement(numeric.chain, here)
     if kind == "boundary":
         yield side_of_lost_direction(numeric.chain, place.condition, place.values, samples)
     if kind == "regular" and place.condition is None and len(numeric.task) == numeric.chain.n:
-        yield _regular_throughout(numeric, place)
+        yield _check_regular(numeric, place)
 
 
-def _regular_throughout(numeric: NumericReference, place: Place) -> Check:
-    """Look at the sign of det J for short and long lengths: where it stays, the pose is regular for all of them."""
+def _check_regular(numeric: NumericReference, place: Place) -> Check:
+    """Test the sign of det J for short and long lengths: if it is constant, the pose is regular for all of them."""
     signs = set()
     for _ in range(40):
         lengths = {name: value * 4 ** numeric.stream.uniform(-1, 1) for name, value in numeric.lengths[0].items()}
@@ -208,6 +214,6 @@ def _pose(chain: Chain, place: Place, lengths: dict[str, float]) -> np.ndarray:
 
 
 CHECKS: dict[str, Callable[[NumericReference, Part], Iterator[Check]]] = {
-    "singular-angles": _singular,
-    "singularity-type": _type,
+    "singular-angles": _check_singular_set,
+    "singularity-type": _check_type,
 }

@@ -1,11 +1,11 @@
-"""Tests of the questions of `questions.statics`: the power at the joints is the power at the hand."""
+"""Test the questions of `questions.statics`: the power at the joints is the power at the hand."""
 
 from collections.abc import Callable, Iterator
 
 import numpy as np
 
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.verify.formulas import each_way, formula
+from qdot.exercises.verify.formulas import expect_by_each_route, formula_check
 from qdot.exercises.verify.numeric_reference import Check, NumericReference
 
 
@@ -16,7 +16,7 @@ def _torques(numeric: NumericReference, part: Part) -> dict[str, tuple[np.ndarra
         """Return the power of the force for each joint's unit rate, which is that joint's torque."""
         return np.einsum("pij,pi->pj", jacobian[:, numeric.task], force)[:, :, None]
 
-    return each_way(numeric, of_unit_rates)
+    return expect_by_each_route(numeric, of_unit_rates)
 
 
-CHECKS: dict[str, Callable[[NumericReference, Part], Iterator[Check]]] = {"joint-torques": formula(_torques)}
+CHECKS: dict[str, Callable[[NumericReference, Part], Iterator[Check]]] = {"joint-torques": formula_check(_torques)}

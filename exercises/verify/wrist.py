@@ -1,4 +1,4 @@
-"""Tests of the questions of `questions.wrist`: blocks cut out of the Jacobian in numbers, and their determinants."""
+"""Test the questions of `questions.wrist`: blocks of the Jacobian in numbers, and their determinants."""
 
 from collections.abc import Callable, Iterator
 
@@ -6,21 +6,21 @@ import numpy as np
 
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.verify.formulas import EXACT, agree, each_way, formula
+from qdot.exercises.verify.formulas import EXACT, agree, expect_by_each_route, formula_check
 from qdot.exercises.verify.numeric_reference import Check, NumericReference
 
 
 def _arm(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, float]]:
-    return each_way(numeric, lambda jacobian: jacobian[:, :3, :3])
+    return expect_by_each_route(numeric, lambda jacobian: jacobian[:, :3, :3])
 
 
 def _wrist(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, float]]:
-    turn = numeric.told[:, convention_of(numeric.chain).frame_on_axis(4), :3, :3].swapaxes(1, 2)
-    return each_way(numeric, lambda jacobian: turn @ jacobian[:, 3:, 3:])
+    turn = numeric.convention_frames[:, convention_of(numeric.chain).frame_on_axis(4), :3, :3].swapaxes(1, 2)
+    return expect_by_each_route(numeric, lambda jacobian: turn @ jacobian[:, 3:, 3:])
 
 
-def _determinants(numeric: NumericReference, part: Part) -> Iterator[Check]:
-    """Hold each determinant against its block, and their product against det J of all six rows."""
+def _check_determinants(numeric: NumericReference, part: Part) -> Iterator[Check]:
+    """Compare each determinant with its block, and their product with det J of all six rows."""
     claimed = numeric.read(part.answer.as_matrix())
     turn = numeric.frames[:, 3, :3, :3].swapaxes(1, 2)
     blocks = (numeric.jacobian[:, :3, :3], turn @ numeric.jacobian[:, 3:, 3:])
@@ -34,7 +34,7 @@ def _determinants(numeric: NumericReference, part: Part) -> Iterator[Check]:
 
 
 CHECKS: dict[str, Callable[[NumericReference, Part], Iterator[Check]]] = {
-    "arm-block": formula(_arm),
-    "wrist-block": formula(_wrist),
-    "block-determinants": _determinants,
+    "arm-block": formula_check(_arm),
+    "wrist-block": formula_check(_wrist),
+    "block-determinants": _check_determinants,
 }

@@ -13,7 +13,7 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.singularity import singular_set
-from qdot.exercises.arm.trigonometry import factored
+from qdot.exercises.arm.trigonometry import factor_trig
 from qdot.exercises.writing.expansion import Expansion, Step, expanded, seen_for_minors
 
 Numbered = tuple[tuple[int, sp.Expr], ...]
@@ -57,7 +57,7 @@ def minors_of(chain: Chain) -> Minors:
     parts = [sp.ImmutableMatrix(matrix.extract(list(rows), list(columns))) for rows, columns in chosen]
     expansions = tuple(map(expanded, parts))
     if at_zero:  # seen from the base: rows of a turned base have other minors than those of the world
-        values = tuple(factored(sp.expand(expansion.products[-1])).expression() for expansion in expansions)
+        values = tuple(factor_trig(sp.expand(expansion.products[-1])).expression() for expansion in expansions)
     else:
         values = tuple(minor.expression() for minor in derive(chain).generic_minors)
     return Minors(matrix, step, at_zero, values, expansions)
@@ -112,5 +112,5 @@ def _where_zero(minor: sp.Expr, factor: sp.Expr) -> sp.Expr:
                 apart[atom] = sine * c + cosine * s if atom.func is sp.sin else cosine * c - sine * s
     there = sp.expand(sp.expand(minor.xreplace(apart)).xreplace({factor: sp.S.Zero}))
     other = cosine if factor == sine else sine
-    gathered = factored(there).expression()
+    gathered = factor_trig(there).expression()
     return gathered.replace(lambda e: e.is_Pow and e.base == other and e.exp == 2, lambda _: sp.S.One)

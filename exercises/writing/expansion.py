@@ -16,7 +16,7 @@ from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import derive, short_jacobian
 from qdot.exercises.arm.kinematics import Z, frame_behind, link_frames, task_matrix
-from qdot.exercises.arm.trigonometry import same, textbook
+from qdot.exercises.arm.trigonometry import are_identical, textbook
 from qdot.exercises.arm.vectors import rot_x
 
 Fill = Callable[[sp.Expr], sp.Expr]
@@ -96,7 +96,7 @@ def frames_to_see_from(chain: Chain) -> Iterator[tuple[int, sp.Matrix]]:
         others = [row for row in range(6) if row not in rows]
         if any(entry != 0 for entry in turned.extract(rows, others)):
             continue
-        if same(sp.expand(turned.extract(rows, rows).det(method="berkowitz")), sp.S.One):
+        if are_identical(sp.expand(turned.extract(rows, rows).det(method="berkowitz")), sp.S.One):
             yield k, task_matrix(_seen_from(chain, k), chain.task)
 
 

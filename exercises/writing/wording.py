@@ -10,7 +10,7 @@ from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain, Point
 from qdot.exercises.arm.classification import Kind, Values
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinds import kind_is_sure
-from qdot.exercises.arm.normalized_arm import turns_all
+from qdot.exercises.arm.normalized_arm import first_joint_moves_all
 from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, catalogue
 from qdot.exercises.writing.latex import symbol_latex, tex, tex_angle, tex_length, tex_value
@@ -528,7 +528,7 @@ class Wording(AxisNames):
 
     def _of_both_kinds(self, held: int) -> str:
         """Return a sentence on configurations that are of both kinds, where so many joints have one value."""
-        if held + turns_all(self.chain) == self.chain.n:
+        if held + first_joint_moves_all(self.chain) == self.chain.n:
             return self.words.gettext(
                 "This is a boundary singularity for some lengths, and an internal one for others."
             )

@@ -12,15 +12,15 @@ from itertools import combinations, pairwise, product
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.appearance import dependence
-from qdot.exercises.arm.axes import Sample, along, slope
+from qdot.exercises.arm.appearance import describe_dependence
+from qdot.exercises.arm.axes import Sample, slope, velocity_along_axis
 from qdot.exercises.arm.chain import TASK_ROWS, Chain, Point
-from qdot.exercises.arm.classification import Kind, Values, by_value, classify, is_one_sided
+from qdot.exercises.arm.classification import Kind, Values, classify, is_one_sided, split_by_value
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import Derivation, TooLong, derive, structure, task_velocity
 from qdot.exercises.arm.existence_conditions import Need, need_of
 from qdot.exercises.arm.kinematics import NumericChain, frame_behind, link_frames
-from qdot.exercises.arm.mpmath_kinematics import determinant, four_digits, inverse, numeric, shown, solved
+from qdot.exercises.arm.mpmath_kinematics import determinant, four_digits, inverse, numeric, round_matrix, solve_linear
 from qdot.exercises.arm.singularity import Component, never_vanishes, singular_set
 from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.arm.trigonometry import substitute, textbook, without_brackets
@@ -492,7 +492,7 @@ class Worked(AxisNames):
         size, count = min(rows, cols), max(rows, cols)
         what = "columns" if cols > rows else "rows"
         labels = [f"{what} {', '.join(str(i + 1) for i in chosen)}" for chosen in combinations(range(count), size)]
-        values = (minor.substituted(self._values) for minor in self.d.generic_minors)
+        values = (minor.substitute(self._values) for minor in self.d.generic_minors)
         return list(zip(labels, values, strict=True))
 
     def minor_at(self, place: Place) -> tuple[str, sp.Expr, sp.Expr] | None:
@@ -602,7 +602,7 @@ class Worked(AxisNames):
         return -plain if other in tex(self.d.determinant, self.chain, self.angles) else plain
 
     def _cases(self, component: Component, kind: Kind) -> tuple[tuple[Values, Kind], ...]:
-        every = [(values, classify(self.chain, here)) for values, here in by_value(component, kind)]
+        every = [(values, classify(self.chain, here)) for values, here in split_by_value(component, kind)]
         return tuple(every) if len({case for _, case in every}) > 1 else ()
 
     @property
@@ -627,12 +627,12 @@ class Worked(AxisNames):
         sample = self._sample(asked)
         if sample is None or self.chain.task != TASK_ROWS or "P" in sample.arm.kinds:
             return False
-        return sample.off(partial(along, i=axis - 1)) < 1e-9
+        return sample.off(partial(velocity_along_axis, i=axis - 1)) < 1e-9
 
     def dependence_at(self, asked: MeaningAsked) -> str:
         """Return in words which joints have dependent columns at singular poses."""
         sample = self._sample(asked)
-        return dependence(self.chain, [] if sample is None else [sample])
+        return describe_dependence(self.chain, [] if sample is None else [sample])
 
     def _sample(self, asked: MeaningAsked) -> Sample | None:
         if asked.place is not None:
@@ -668,7 +668,7 @@ class Worked(AxisNames):
 
     def numeric_inverse(self, situation: Situation) -> sp.Matrix:
         """Return the inverse of the task Jacobian in a situation, to four significant digits."""
-        return shown(inverse(jacobian_at(self.chain, situation)))
+        return round_matrix(inverse(jacobian_at(self.chain, situation)))
 
     def rates_by_blocks(self, situation: Situation) -> Blocks | None:
         """Return how joint rates come block by block, to four digits, of an arm with a wrist whose axes meet in P."""
@@ -677,14 +677,14 @@ class Worked(AxisNames):
         rows = jacobian_at(self.chain, situation)
         asked = [numeric(value) for value in self.velocity.xreplace(situation.values)]
         arm, wrist = ([row[k : k + 3] for row in rows[k : k + 3]] for k in (0, 3))
-        first = solved(arm, asked[:3])
+        first = solve_linear(arm, asked[:3])
         left = [
             value - sum(entry * rate for entry, rate in zip(row, first, strict=False))
             for value, row in zip(asked[3:], rows[3:], strict=True)
         ]
-        columns = ([[value] for value in column] for column in (asked[:3], first, left, solved(wrist, left)))
-        linear, rates, rest, others = map(shown, columns)
-        return Blocks(shown(inverse(arm)), linear, rates, shown(inverse(wrist)), rest, others)
+        columns = ([[value] for value in column] for column in (asked[:3], first, left, solve_linear(wrist, left)))
+        linear, rates, rest, others = map(round_matrix, columns)
+        return Blocks(round_matrix(inverse(arm)), linear, rates, round_matrix(inverse(wrist)), rest, others)
 
     def numeric_determinant(self, situation: Situation) -> sp.Expr:
         """Return the determinant of the task Jacobian in a situation, to four significant digits."""

@@ -17,7 +17,7 @@ from qdot.exercises.formula.pieces import pieces
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.set_parser import claimed_pieces
 from qdot.exercises.formula.trees import ReadError, names
-from qdot.exercises.mistakes.given import Values, configurations
+from qdot.exercises.mistakes.configurations import Values, sample_configurations
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import is_derived, result
 from qdot.grader.diagnosis.formula_mistakes import in_words
@@ -73,7 +73,7 @@ def _of_numbers(part: Part, given: Given) -> str | None:
 
 
 def _of_formulas(problem: Problem, part: Part, given: Given, seed: str) -> str | None:
-    values = configurations(problem.chain, part, problem.domain(), POINTS, Stream(f"{seed}/advice"))
+    values = sample_configurations(problem.chain, part, problem.domain(), POINTS, Stream(f"{seed}/advice"))
     if given.symbols - set(values):
         return None
     look = _Look(problem, part, given)

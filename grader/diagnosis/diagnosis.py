@@ -19,15 +19,15 @@ from qdot.exercises.formula.trees import Node, ReadError, as_matrix, digits_of_d
 from qdot.exercises.mistakes.catalogue import (
     ALIKE,
     CATALOGUE,
-    NO_OFTENER,
-    Oftener,
+    NO_WEIGHTS,
+    MistakeWeights,
     Wrong,
-    made,
-    prior,
-    taken,
+    make_mistake,
+    mistaken_answers,
+    variant_frequency,
     wrong_answers,
 )
-from qdot.exercises.mistakes.given import Values, configurations
+from qdot.exercises.mistakes.configurations import Values, sample_configurations
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.concepts import option_numbers
 from qdot.exercises.questions.results import is_derived, is_made_of_jacobian, is_product, result
@@ -79,12 +79,12 @@ def diagnose(
     given: Given,
     seed: str = "",
     causes: Sequence[Cause] = (),
-    oftener: Oftener = NO_OFTENER,
+    mistake_weights: MistakeWeights = NO_WEIGHTS,
 ) -> Diagnosis | None:
     """Return the mistake that gives a wrong answer, or nothing where none in the catalogue does.
 
     One of the `causes` that were found in earlier parts is told as that. `seed` draws the configurations at which the
-    answer is compared with what mistakes give. `oftener` is what is known of mistakes that a class makes more.
+    answer is compared with what mistakes give. `mistake_weights` is what is known of mistakes that a class makes more.
 
     >>> from qdot import generate
     >>> from qdot import read_answer
@@ -98,8 +98,8 @@ def diagnose(
         if offered is not None:
             return offered
         if part.answer.is_a_set:
-            return behind_set(problem, part, given, seed, oftener) if len(given.text) <= LONGEST_SET else None
-        for mistake, slip in taken(problem.chain, part) if len(given.text) <= LONGEST_SET else ():
+            return behind_set(problem, part, given, seed, mistake_weights) if len(given.text) <= LONGEST_SET else None
+        for mistake, slip in mistaken_answers(problem.chain, part) if len(given.text) <= LONGEST_SET else ():
             if judge_given(problem, replace(part, answer=slip.answer), given, seed).outcome is Outcome.CORRECT:
                 made = known_by(mistake.name, slip.words)
                 return Diagnosis((mistake.name,), mistake.sentence(slip.words), known_by=(made,))
@@ -110,7 +110,7 @@ def diagnose(
     said = rounded(part, found, right, given.entries) if given.table is None else rounded_values(found, right)
     if said or is_right(found, right):  # as are mistakes that make no difference on this arm
         return said
-    return named(answer, causes, oftener)
+    return named(answer, causes, mistake_weights)
 
 
 def is_one_mistake(problem: Problem, part: Part, given: Given, seed: str) -> bool:
@@ -143,7 +143,7 @@ def _wronged(problem: Problem, part: Part, given: Given, seed: str) -> "Wronged 
         return None
     if given.table is not None:
         return _wronged_function(problem, part, given.table)
-    values = configurations(problem.chain, part, problem.domain(), POINTS, Stream(f"{seed}/diagnosis"))
+    values = sample_configurations(problem.chain, part, problem.domain(), POINTS, Stream(f"{seed}/diagnosis"))
     try:
         in_numbers = _in_numbers(part, given, values)
     except ReadError:  # statements among the entries of an answer that was refused
@@ -233,7 +233,7 @@ class Wronged:
         """Which entries are differentiated, (rows, columns): no angular ones, and not what is made of a Jacobian."""
         if is_made_of_jacobian(self.part):
             return np.zeros(self.right.shape[:2], bool)
-        doubled = result(self.w.but({"linear": lambda _, rows: 2 * rows}), self.part)
+        doubled = result(self.w.with_mistakes({"linear": lambda _, rows: 2 * rows}), self.part)
         return np.asarray((np.abs(doubled - self.right) > SAME * np.abs(self.right)).any(axis=-1))
 
     @property
@@ -246,7 +246,9 @@ class Wronged:
         return replace(self, found=found, rows=None if self.rows is None else _turned(self.rows))
 
 
-def named(answer: Wronged, causes: Sequence[Cause] = (), oftener: Oftener = NO_OFTENER) -> Diagnosis | None:
+def named(
+    answer: Wronged, causes: Sequence[Cause] = (), mistake_weights: MistakeWeights = NO_WEIGHTS
+) -> Diagnosis | None:
     """Return the mistake that gives an answer at configurations, or nothing.
 
     Of several that do, one that was found in an earlier part is the cause here, too; else the likeliest is told. Where
@@ -258,15 +260,15 @@ def named(answer: Wronged, causes: Sequence[Cause] = (), oftener: Oftener = NO_O
         mistake = CATALOGUE["direction-that-moves"]
         return Diagnosis((mistake.name,), mistake.sentence({}))
     fitting = []
-    highest = max([1.0, *oftener.values()])
+    highest = max([1.0, *mistake_weights.values()])
     for wrong in wrong_answers(answer.w, part, found.is_precise):
         if _gives(wrong, found):
             fitting.append(wrong)
-            if not causes and prior(wrong, oftener) >= highest:
+            if not causes and variant_frequency(wrong, mistake_weights) >= highest:
                 break
     if fitting:
         inherited = next((one for one in fitting if _cause(one, causes)), None)
-        return _inherited(inherited, causes) if inherited else _likeliest(answer, fitting, oftener)
+        return _inherited(inherited, causes) if inherited else _likeliest(answer, fitting, mistake_weights)
     if found.values.shape != right.shape or found.is_direction:
         return None
     return missing_links(answer.w, part, right, found.values) or _finished(answer) or _finished(answer, any_number=True)
@@ -276,13 +278,13 @@ def _gives(wrong: Wrong, found: InNumbers) -> bool:
     return found.is_all(wrong.answer) and says_something(wrong.answer)
 
 
-def _likeliest(answer: Wronged, fitting: Sequence[Wrong], oftener: Oftener) -> Diagnosis:
+def _likeliest(answer: Wronged, fitting: Sequence[Wrong], mistake_weights: MistakeWeights) -> Diagnosis:
     """Return the mistake with the highest prior, or the first two of them; a slip in one place may be likelier."""
-    found, first = answer.found, max(fitting, key=partial(prior, oftener=oftener))
+    found, first = answer.found, max(fitting, key=partial(variant_frequency, mistake_weights=mistake_weights))
     alike = [*ALIKE.get(first.mistake.name, ()), *(["row-sign"] if _of_either_row(first, found) else [])]
-    ways = (wrong for name in alike for wrong in made(CATALOGUE[name], answer.w, answer.part))
+    ways = (wrong for name in alike for wrong in make_mistake(CATALOGUE[name], answer.w, answer.part))
     rivals = [first, *(wrong for wrong in ways if _gives(wrong, found) and wrong.sentence != first.sentence)]
-    priors = [prior(wrong, oftener) for wrong in rivals]
+    priors = [variant_frequency(wrong, mistake_weights) for wrong in rivals]
     highest = max(priors)
     count = int((~found.like(answer.right)).sum()) if found.values.shape == answer.right.shape else 0
     is_rare = highest < LEAST_LIKELY and count <= MOST_IN_ONE_PLACE

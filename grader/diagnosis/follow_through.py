@@ -25,7 +25,7 @@ from qdot.exercises.formula.algebra import Matrix as Rows
 from qdot.exercises.formula.identity import READABLE
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import Node, ReadError, names, size_of
-from qdot.exercises.mistakes.given import configurations
+from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions import QUESTIONS
 from qdot.grader.judging.answer import Given
@@ -231,7 +231,7 @@ class _Context:
             return None
         try:
             if part.answer.is_in_numbers:
-                values = configurations(self.chain, part, self.domain, 1, Stream(self.seed))
+                values = sample_configurations(self.chain, part, self.domain, 1, Stream(self.seed))
                 given = {name: _at(rows, values) for name, rows in own.items()}
                 return derived(_with(numbers(self.chain, values), given), part)[..., 0].ravel().astype(float)
             given = {name: Trees.matrix(rows) for name, rows in own.items()}
@@ -283,7 +283,7 @@ def _with(w: Working, given: Mapping[str, np.ndarray]) -> Working:
         put = QUESTIONS[name].put
         assert put is not None, name
         changes.update(put(rows))
-    return w.but(changes)
+    return w.with_mistakes(changes)
 
 
 def _at(rows: Rows, values: Mapping[str, np.ndarray]) -> np.ndarray:

@@ -15,17 +15,17 @@ from qdot.exercises.formula.algebra import Matrix as Rows
 from qdot.exercises.formula.program import evaluate_each
 from qdot.exercises.formula.trees import Node, names, node_text, size_of
 from qdot.exercises.mistakes.catalogue import CATALOGUE
+from qdot.exercises.mistakes.configurations import Values
 from qdot.exercises.mistakes.finished import (
     LONGEST,
     MOST_TERMS,
     OF_DERIVATIVES,
     Edit,
     edits,
+    edits_throughout,
     is_length,
-    throughout,
     waves_in,
 )
-from qdot.exercises.mistakes.given import Values
 from qdot.grader.diagnosis.numbers import InNumbers, says_something
 from qdot.grader.judging.verdict import Diagnosis
 
@@ -117,7 +117,7 @@ def _exchanged(found: InNumbers, right: np.ndarray, places: Sequence[Place]) -> 
 def _everywhere(rows: Rows, values: Values, found: InNumbers) -> Diagnosis | None:
     room = MOST_NODES
     size = sum(size_of(entry) for row in rows for entry in row)
-    for name, changed in throughout(rows):
+    for name, changed in edits_throughout(rows):
         room -= size
         if room < 0:
             return None

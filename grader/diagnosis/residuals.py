@@ -9,7 +9,7 @@ from itertools import combinations
 
 import numpy as np
 
-from qdot.exercises.arm.derivation_graph import Working, carried
+from qdot.exercises.arm.derivation_graph import Working, links_to_point
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import QUESTIONS
 from qdot.grader.judging.verdict import Diagnosis
@@ -39,7 +39,9 @@ def missing_links(w: Working, part: Part, right: np.ndarray, found: np.ndarray) 
         if np.abs(left).max() <= SAME * size:
             continue
         parts = w["effects"][column][:, list(axes)]
-        lacking = _sum_of(parts, left, [k for k in carried(w.chain) if np.abs(parts[k]).max() > SAME * size], size)
+        lacking = _sum_of(
+            parts, left, [k for k in links_to_point(w.chain) if np.abs(parts[k]).max() > SAME * size], size
+        )
         if lacking is None:
             return None
         said.append(f"column {column + 1} seems to lack {_parts(w, lacking)}")
@@ -55,7 +57,7 @@ def missing_links(w: Working, part: Part, right: np.ndarray, found: np.ndarray) 
 
 def _of_position(w: Working, links: np.ndarray, residual: np.ndarray) -> Diagnosis | None:
     size = float(np.abs(links).max())
-    counted = [k for k in carried(w.chain) if np.abs(links[k]).max() > SAME * size]
+    counted = [k for k in links_to_point(w.chain) if np.abs(links[k]).max() > SAME * size]
     lacking = _sum_of(links, residual, counted, size)
     if lacking is None:
         return None

@@ -22,10 +22,17 @@ from qdot.exercises.formula.pieces import pieces as read_pieces
 from qdot.exercises.formula.program import Program, compile_program, evaluate
 from qdot.exercises.formula.set_parser import claimed_pieces
 from qdot.exercises.formula.trees import Node, ReadError, digits_of_decimals, names, node_text
-from qdot.exercises.mistakes.base import Mistake, Taken
-from qdot.exercises.mistakes.catalogue import ALIKE, CATALOGUE, NO_OFTENER, Oftener, taken, usual
-from qdot.exercises.mistakes.given import Values
-from qdot.exercises.mistakes.sets import missed, zero_there
+from qdot.exercises.mistakes.base import Mistake, MistakenAnswer
+from qdot.exercises.mistakes.catalogue import (
+    ALIKE,
+    CATALOGUE,
+    NO_WEIGHTS,
+    MistakeWeights,
+    mistake_frequency,
+    mistaken_answers,
+)
+from qdot.exercises.mistakes.configurations import Values
+from qdot.exercises.mistakes.sets import missed_mistake, zero_there
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.diagnosis.rounding import EXACTLY, NEAR
 from qdot.grader.judging.answer import Given, with_joint
@@ -50,7 +57,7 @@ class Marks:
 
 
 def behind_set(
-    problem: Problem, part: Part, given: Given, seed: str, oftener: Oftener = NO_OFTENER
+    problem: Problem, part: Part, given: Given, seed: str, mistake_weights: MistakeWeights = NO_WEIGHTS
 ) -> Diagnosis | None:
     """Return the mistake that makes the right set one that was given, or what is wrong in this."""
     if given.tree is None:
@@ -64,14 +71,18 @@ def behind_set(
     if not all(map(look.is_plain, pieces)):
         return _as_configurations(problem, part, given, seed) or _piece_by_piece(problem, part, pieces, seed)
     mine = look.marks_of(pieces)
-    if look.is_rounded(mine, Taken(part.answer), digits_of_decimals(given.tree) > 0):
+    if look.is_rounded(mine, MistakenAnswer(part.answer), digits_of_decimals(given.tree) > 0):
         return Diagnosis((), EXACTLY)
-    made = [(mistake, slip) for mistake, slip in taken(problem.chain, part) if isinstance(slip.answer, ConditionSet)]
+    made = [
+        (mistake, slip)
+        for mistake, slip in mistaken_answers(problem.chain, part)
+        if isinstance(slip.answer, ConditionSet)
+    ]
     for mistake, slip in made:
         if look.is_same(mine, slip) or (
             look.may_be_same(mine, slip) and _judged(problem, part, given, slip, seed) is Outcome.CORRECT
         ):
-            return _told(problem, part, mistake, slip, look, oftener)
+            return _told(problem, part, mistake, slip, look, mistake_weights)
     return _piece_by_piece(problem, part, pieces, seed)
 
 
@@ -126,7 +137,7 @@ class _Claims:
             others = [piece for group in self.due[:k] + self.due[k + 1 :] for piece in group]
             rest = [piece for piece in self.claimed if piece not in wrong]
             in_part = within or [piece for piece in rest if self._compare([piece], others).sound == (False,)]
-            yield ("one-root-only", {}) if in_part else missed(self.chain, component)
+            yield ("one-root-only", {}) if in_part else missed_mistake(self.chain, component)
 
     def _within(self, claimed: Sequence[Piece], due: Sequence[Piece]) -> list[Piece]:
         """Return the pieces of a condition that lie in what is claimed."""
@@ -148,28 +159,30 @@ def _as_written(value: Node) -> str:
 
 
 def _likeliest(
-    problem: Problem, part: Part, mistake: Mistake, slip: Taken, look: "_Look", oftener: Oftener
-) -> list[tuple[Mistake, Taken]]:
+    problem: Problem, part: Part, mistake: Mistake, slip: MistakenAnswer, look: "_Look", mistake_weights: MistakeWeights
+) -> list[tuple[Mistake, MistakenAnswer]]:
     """Return a mistake and those as likely that give the same set; likelier ones in their place."""
     marks = look.of(slip)
     same = [(mistake, slip)]
     for name in ALIKE.get(mistake.name, ()):
         others = CATALOGUE[name].takes(problem.chain, part)
         same += [(CATALOGUE[name], other) for other in others if look.is_same(marks, other)][:1]
-    most = max(usual(one, oftener) for one, _ in same)
-    return [(one, taken_for) for one, taken_for in same if usual(one, oftener) == most]
+    most = max(mistake_frequency(one, mistake_weights) for one, _ in same)
+    return [(one, taken_for) for one, taken_for in same if mistake_frequency(one, mistake_weights) == most]
 
 
-def _told(problem: Problem, part: Part, mistake: Mistake, slip: Taken, look: "_Look", oftener: Oftener) -> Diagnosis:
+def _told(
+    problem: Problem, part: Part, mistake: Mistake, slip: MistakenAnswer, look: "_Look", mistake_weights: MistakeWeights
+) -> Diagnosis:
     """Return what is said of a mistake, and of one as likely that gives the same set; of a likelier one alone."""
-    told = _likeliest(problem, part, mistake, slip, look, oftener)
+    told = _likeliest(problem, part, mistake, slip, look, mistake_weights)
     says = " Or, which gives the same answer: ".join(one.sentence(taken_for.words) for one, taken_for in told)
     made = tuple(known_by(one.name, taken_for.words) for one, taken_for in told)
     return Diagnosis(tuple(one.name for one, _ in told), says, known_by=made, either=len(told) > 1)
 
 
 def _as_configurations(problem: Problem, part: Part, given: Given, seed: str) -> Diagnosis | None:
-    for mistake, slip in taken(problem.chain, part):
+    for mistake, slip in mistaken_answers(problem.chain, part):
         if _judged(problem, part, given, slip, seed) is Outcome.CORRECT:
             return Diagnosis(
                 (mistake.name,), mistake.sentence(slip.words), known_by=(known_by(mistake.name, slip.words),)
@@ -177,7 +190,7 @@ def _as_configurations(problem: Problem, part: Part, given: Given, seed: str) ->
     return None
 
 
-def _judged(problem: Problem, part: Part, given: Given, slip: Taken, seed: str) -> Outcome:
+def _judged(problem: Problem, part: Part, given: Given, slip: MistakenAnswer, seed: str) -> Outcome:
     try:
         return judge_given(problem, replace(part, answer=slip.answer), given, seed).outcome
     except ReadError:  # what the mistake gives is no set
@@ -207,7 +220,7 @@ class _Look:
             frozenset(self._mark(atom.joint, compile_program([atom.zero])) for atom in piece) for piece in pieces
         )
 
-    def of(self, slip: Taken) -> Marks:
+    def of(self, slip: MistakenAnswer) -> Marks:
         """Return a set that a mistake gives."""
         assert isinstance(slip.answer, ConditionSet)
         return self._sorted(piece for component in slip.answer.components for piece in self._of_component(component))
@@ -240,11 +253,11 @@ class _Look:
                 found = np.round(turns - np.floor(turns + 10.0**-DIGITS), DIGITS) + 0.0
         return (joint or "", tuple(np.round(np.nan_to_num(found, nan=1e9), DIGITS).tolist()))
 
-    def is_same(self, mine: Marks, slip: Taken) -> bool:
+    def is_same(self, mine: Marks, slip: MistakenAnswer) -> bool:
         """Tell whether a set is the same, piece by piece."""
         return isinstance(slip.answer, ConditionSet) and self.of(slip) == mine
 
-    def is_rounded(self, mine: Marks, due: Taken, has_decimals: bool) -> bool:
+    def is_rounded(self, mine: Marks, due: MistakenAnswer, has_decimals: bool) -> bool:
         """Tell whether a set is the one that is due, or near to it where decimals stand for constants."""
         if not has_decimals:
             return self.is_same(mine, due)
@@ -252,7 +265,7 @@ class _Look:
         pairs = ((mine.values, other.values), (mine.ties, other.ties))
         return all(len(own) == len(right) and _are_near(own, right) and _are_near(right, own) for own, right in pairs)
 
-    def may_be_same(self, mine: Marks, slip: Taken) -> bool:
+    def may_be_same(self, mine: Marks, slip: MistakenAnswer) -> bool:
         """Tell whether a set may be the same with what ties joints in another form."""
         other = self.of(slip)
         return bool(mine.ties) and mine.values == other.values and len(mine.ties) == len(other.ties)

@@ -84,7 +84,11 @@ def grade(data: Data, folder: str, slot: str) -> None:
     answers = {part.name: typed for part in problem.parts if (typed := part.answer.told_to(_Typed(data, part)))}
     assignment = load_assignment(_folder(data, folder))
     verdicts = mark(
-        problem, answers, secret=assignment.secret, credit=assignment.follow_through, oftener=assignment.oftener
+        problem,
+        answers,
+        secret=assignment.secret,
+        credit=assignment.follow_through,
+        mistake_weights=assignment.mistake_weights,
     )
     told = at_least(assignment.feedback, "mistake")
     data["feedback"] = {}

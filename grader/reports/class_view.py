@@ -157,7 +157,7 @@ def mistakes(results: Sequence[Result]) -> list[MistakeOfClass]:
     return sorted(made, key=lambda mistake: (-len(mistake.students), mistake.title))
 
 
-def oftener(mistakes_of_class: Sequence[MistakeOfClass], graded: int) -> dict[str, float]:
+def mistake_weights(mistakes_of_class: Sequence[MistakeOfClass], graded: int) -> dict[str, float]:
     """Return how many times as often as the others a class made mistakes, those that stand out; few students tell none.
 
     A mistake that nobody else made is counted as made once more, and so is the mean of all: one student says little.

@@ -439,7 +439,11 @@ def _marks(problem: Problem, made: Order, texts: Mapping[str, str]) -> dict[str,
     """Return what we give for answers, by part."""
     assignment = made.assignment
     verdicts = mark(
-        problem, texts, secret=assignment.secret, credit=assignment.follow_through, oftener=assignment.oftener
+        problem,
+        texts,
+        secret=assignment.secret,
+        credit=assignment.follow_through,
+        mistake_weights=assignment.mistake_weights,
     )
     return {
         part.name: -1 if verdict.points is None else verdict.points

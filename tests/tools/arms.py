@@ -30,7 +30,7 @@ from qdot.exercises.arm.classification import Kind
 from qdot.exercises.arm.entry import to_sympy
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.lengths import with_lengths
-from qdot.exercises.arm.numeric_rank_check import tried
+from qdot.exercises.arm.numeric_rank_check import check_rank_loss
 from qdot.exercises.arm.robot_file import Robot, default_task
 from qdot.exercises.arm.robot_text import robot_text
 from qdot.exercises.common.stream import Stream
@@ -169,7 +169,7 @@ def _false_of_set(chain: Chain, content: Mapping[str, Any], untested: bool) -> I
         return
     parts = content["singular"]
     ways = [[_read(text) for text in part["conditions"]] for part in parts]
-    out = tried(chain, ways, STARTS)
+    out = check_rank_loss(chain, ways, STARTS)
     for k in out.wrong:
         yield f"J keeps its rank where {parts[k]['condition']} = 0"
     for k, part in enumerate(parts):
@@ -204,7 +204,7 @@ def _equations(joint: sp.Symbol, value: sp.Expr) -> list[sp.Expr]:
 
 
 def _false_of_looks(chain: Chain, conditions: Sequence[sp.Expr], kind: Kind) -> Iterator[str]:
-    out = tried(chain, [conditions], STARTS, stream="looks")
+    out = check_rank_loss(chain, [conditions], STARTS, stream="looks")
     samples = [Sample(out.arms[arm], q) for arm, q in out.samples[0]]
     where = " and ".join(f"{condition} = 0" for condition in conditions)
     false = [sample for sample in samples if kind.meaning and not holds(chain, kind.meaning, sample)]

@@ -25,8 +25,8 @@ from qdot.exercises.arm.trigonometry import textbook
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.formula.text import text_of
-from qdot.exercises.mistakes.catalogue import CATALOGUE, Wrong, likely, made, taken
-from qdot.exercises.mistakes.given import configurations
+from qdot.exercises.mistakes.catalogue import CATALOGUE, Wrong, likely_mistakes, make_mistake, mistaken_answers
+from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.results import is_derived, result
@@ -63,23 +63,23 @@ def answers_with(
     """Return what mistakes make of an answer, `only` some, `few` of them drawn; none is right, zero or undefined."""
     told = [
         Made(problem, part, mistake.name, _told(replace(part, answer=slip.answer)))
-        for mistake, slip in taken(problem.chain, part)
+        for mistake, slip in mistaken_answers(problem.chain, part)
         if mistake.name in only
     ]
     if is_derived(part) and (part.kind != "lost-direction" or _is_numeric(part)):  # which is worked out in numbers
-        values = configurations(problem.chain, part, problem.domain(), 3, Stream("answers"))
+        values = sample_configurations(problem.chain, part, problem.domain(), 3, Stream("answers"))
         rough = numbers(problem.chain, values)
         right, is_direction = result(rough, part), isinstance(part.answer, Direction)
         places = [
             (mistake, k)
-            for mistake in likely(part)
+            for mistake in likely_mistakes(part)
             if mistake.name in only
-            for k, wrong in enumerate(made(mistake, rough, part))
+            for k, wrong in enumerate(make_mistake(mistake, rough, part))
             if _applies(wrong.answer, right, is_direction)
         ]
         w = rough if _is_numeric(part) else formulas(problem.chain)
         for mistake, k in _drawn(places, few, f"{problem.id}/{part.name}"):
-            wrong = next(islice(made(mistake, w, part), k, None))
+            wrong = next(islice(make_mistake(mistake, w, part), k, None))
             text = _written(part, wrong, w)
             if text is not None:
                 told.append(Made(problem, part, mistake.name, text))

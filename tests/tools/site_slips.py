@@ -27,7 +27,7 @@ from qdot.exercises.formula.algebra import addends, plus
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.trees import Node, as_matrix, names, node_text
 from qdot.exercises.generation import generate
-from qdot.exercises.mistakes.given import configurations
+from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.site.keys import key_of
 from qdot.exercises.site.record import MistakeSentences, arm_record
@@ -231,7 +231,7 @@ def in_rates(problem: Problem, part: Part) -> Iterator[tuple[str, list[float]]]:
     for k in range(len(right)):
         yield "sign of a rate", [*np.where(np.arange(len(right)) == k, -right, right)]
     yield "rates in reverse order", [*right[::-1]]
-    values = configurations(problem.chain, part, problem.domain(), 1, Stream("slips"))
+    values = sample_configurations(problem.chain, part, problem.domain(), 1, Stream("slips"))
     J = numbers(problem.chain, values)["jacobian"][..., 0].real
     wanted = J @ right
     yield "transposed J for its inverse", [*(J.T @ wanted)]

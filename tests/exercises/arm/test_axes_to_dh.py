@@ -8,7 +8,7 @@ import sympy as sp
 from qdot.exercises.arm.axes_to_dh import Axis, exactly, reached
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
-from qdot.exercises.arm.mpmath_kinematics import PRECISE, determinant, inverse, solved
+from qdot.exercises.arm.mpmath_kinematics import PRECISE, determinant, inverse, solve_linear
 from qdot.exercises.arm.standard_table import axes_of, by_axes
 from qdot.exercises.common.stream import Stream
 from tests.support.suites import several
@@ -101,7 +101,7 @@ def test_solutions_inverses_and_determinants_are_mpmaths(name: str) -> None:
     rows = [[PRECISE.mpf(value) for value in row] for row in MATRICES[name]]
     n, matrix = len(rows), PRECISE.matrix(rows)
     right = [PRECISE.mpf(i + 1) for i in range(n)]
-    assert PRECISE.norm(matrix * PRECISE.matrix(solved(rows, right)) - PRECISE.matrix(right)) < 1e-25
+    assert PRECISE.norm(matrix * PRECISE.matrix(solve_linear(rows, right)) - PRECISE.matrix(right)) < 1e-25
     assert PRECISE.norm(matrix * PRECISE.matrix(inverse(rows)) - PRECISE.eye(n)) < 1e-25
     assert abs(determinant(rows) - PRECISE.det(matrix)) < 1e-25
 

@@ -430,7 +430,7 @@ def test_skew_axes_stay_exact(tmp_path: Path) -> None:
     robot = read(tmp_path, text)
     assert abs(robot.chain.joints[0].alpha) == sp.atan(sp.sqrt(5) / 2)
     assert 'axis = ["1/3", "2/3", "2/3"]' in robot_text(robot, "screws")
-    assert robot.given and robot.given.rows[1][0] == (R(1, 3), R(2, 3), R(2, 3))
+    assert robot.written_arm and robot.written_arm.rows[1][0] == (R(1, 3), R(2, 3), R(2, 3))
 
 
 def test_an_axis_that_is_turned_by_an_open_angle_can_not_be_written() -> None:

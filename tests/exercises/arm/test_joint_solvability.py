@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.arm.joint_solvability import follows, may_hold_together, without_needless
-from qdot.exercises.arm.relations import by_half_angle, relation_of
-from qdot.exercises.arm.trigonometry import factored
+from qdot.exercises.arm.joint_solvability import drop_implied, follows, may_hold_together
+from qdot.exercises.arm.relations import factor_by_half_angle, relation_of
+from qdot.exercises.arm.trigonometry import factor_trig
 from qdot.exercises.common.stream import Stream
 
 T = sp.symbols("theta1:4")
@@ -89,8 +89,8 @@ def test_a_condition_follows_from_others() -> None:
 
 def test_conditions_that_follow_from_others_are_left_out() -> None:
     long = A * c(T[0]) * s(T[1]) + B * s(T[0]) * c(T[1])
-    assert without_needless([s(T[0]), s(T[1]), long], T) == (s(T[0]), s(T[1]))
-    assert without_needless([s(T[0]), s(T[1]), long + c(T[0]) * H], T) == (s(T[0]), s(T[1]), long + c(T[0]) * H)
+    assert drop_implied([s(T[0]), s(T[1]), long], T) == (s(T[0]), s(T[1]))
+    assert drop_implied([s(T[0]), s(T[1]), long + c(T[0]) * H], T) == (s(T[0]), s(T[1]), long + c(T[0]) * H)
 
 
 def test_more_work_decides_more() -> None:
@@ -146,11 +146,11 @@ def test_a_constant_that_may_be_zero_gives_nothing() -> None:
 def test_what_is_put_in_shows_its_factors() -> None:
     found = relation_of(A + D5 * s(T4), JOINTS, never_zero)
     assert found is not None
-    put = found.put_into(D5 + A * c(T4) + A * s(T4) + D5 * s(2 * T4))
-    assert {factor for factor, _ in factored(put).factors} == {A, c(T4), s(T4) + c(T4)}
+    put = found.substitute_into(D5 + A * c(T4) + A * s(T4) + D5 * s(2 * T4))
+    assert {factor for factor, _ in factor_trig(put).factors} == {A, c(T4), s(T4) + c(T4)}
     assert found.beside == (s(T4),)
-    assert found.is_in(D5 * c(T3))
-    assert not found.is_in(c(T4))
+    assert found.occurs_in(D5 * c(T3))
+    assert not found.occurs_in(c(T4))
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -161,7 +161,7 @@ def test_factors_by_the_half_angle_are_those_of_the_condition(seed: int) -> None
         for _ in range(2)
     ]
     whole = sp.expand(sp.expand(parts[0] * parts[1]).subs(s(T3) ** 2, 1 - c(T3) ** 2))
-    found = by_half_angle(whole, JOINTS)
+    found = factor_by_half_angle(whole, JOINTS)
     assert len(found) == 2
     for q in np.linspace(-3, 3, 7):
         at = {T3: sp.Float(q), A: sp.Rational(3, 7), B: sp.Rational(5, 11)}
@@ -171,4 +171,4 @@ def test_factors_by_the_half_angle_are_those_of_the_condition(seed: int) -> None
 
 @pytest.mark.parametrize("condition", [c(T3) + A, c(T3) ** 2 * A + s(T3) * B + 2, c(T3) * s(T4), A * D5**2 + D5])
 def test_what_has_no_such_factors_is_left_as_it_is(condition: sp.Expr) -> None:
-    assert by_half_angle(condition, JOINTS) == [condition]
+    assert factor_by_half_angle(condition, JOINTS) == [condition]

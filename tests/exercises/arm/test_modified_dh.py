@@ -65,7 +65,7 @@ def test_the_frames_are_those_of_the_table_as_it_is_told(family: str) -> None:
         offset = [float(entry.subs(lengths)) for entry in point.offset]
         there = expected[k, point.frame, :3, :3] @ offset + expected[k, point.frame, :3, 3]
         assert np.allclose(there, standard.point(q), atol=1e-9)
-        assert np.allclose(standard.told(standard.frames(q)), expected[k], atol=1e-9)
+        assert np.allclose(standard.convention_frames(standard.frames(q)), expected[k], atol=1e-9)
         p_star = standard.point(q)[:, None] - expected[k, 1:, :3, 3].T
         assert np.allclose(values(arm, derive(arm).p_star, lengths, q), p_star, atol=1e-9)
 
@@ -149,7 +149,7 @@ def test_the_first_row_may_have_a_length_and_a_twist(alpha: object, a: object) -
     lengths, poses = at_random(arm)
     expected, numeric = modified_frames(arm, lengths, poses), NumericChain(arm, lengths)
     assert np.allclose(expected[:, 0], np.eye(4))
-    assert np.allclose(numeric.told(numeric.frames(poses)), expected, atol=1e-9)
+    assert np.allclose(numeric.convention_frames(numeric.frames(poses)), expected, atol=1e-9)
     assert certify(Problem(ProblemId("mine", 1), arm, ())).passed
     drawn = drawn_chain(arm)
     for q in poses:

@@ -8,11 +8,11 @@ import sympy as sp
 
 from qdot.exercises.arm import classification
 from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain, Joint
-from qdot.exercises.arm.classification import classify, classify_pieces, in_general, samples_on
+from qdot.exercises.arm.classification import classify, classify_pieces, generalize, samples_on
 from qdot.exercises.arm.kinds import kind_at, kinds_at
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.lengths import are_unrelated, with_lengths, with_open_lengths
-from qdot.exercises.arm.normalized_arm import bare, bare_pieces, turns_all
+from qdot.exercises.arm.normalized_arm import first_joint_moves_all, normalize_arm, normalized_pieces
 from qdot.exercises.arm.singularity import Component, singular_set
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import Problem, ProblemId
@@ -30,14 +30,14 @@ def two_links(*offsets: sp.Expr, base: Base = Base(), lengths: Sequence[sp.Expr]
 
 def test_zeros_of_joints_and_the_place_of_the_base_are_left_out() -> None:
     moved = two_links(sp.pi / 6, -sp.pi / 2, base=Base((sp.Rational(1, 2), sp.Symbol("b_y"), sp.S.Zero), sp.pi / 3))
-    assert bare(moved) == bare(two_links(sp.S.Zero, sp.S.Zero, base=Base(yaw=sp.pi / 3)))
-    assert bare(moved).parameters == (A1, A2)
-    assert bare(moved) != bare(two_links(sp.S.Zero, sp.S.Zero))
+    assert normalize_arm(moved) == normalize_arm(two_links(sp.S.Zero, sp.S.Zero, base=Base(yaw=sp.pi / 3)))
+    assert normalize_arm(moved).parameters == (A1, A2)
+    assert normalize_arm(moved) != normalize_arm(two_links(sp.S.Zero, sp.S.Zero))
 
 
 def test_the_same_configurations_are_the_same_pieces() -> None:
     chains = [two_links(sp.S.Zero, offset) for offset in (sp.S.Zero, sp.pi / 6, -sp.pi / 2, sp.pi)]
-    pieces = {tuple(bare_pieces(chain, component)) for chain in chains for component in singular_set(chain) or ()}
+    pieces = {tuple(normalized_pieces(chain, component)) for chain in chains for component in singular_set(chain) or ()}
     assert pieces == {("theta2 = 0", "theta2 = pi")}
 
 
@@ -46,7 +46,7 @@ def test_a_slide_is_counted_from_its_own_zero() -> None:
     chain = Chain("far", rows, ("vx", "vy"))
     (component,) = singular_set(chain) or ()
     assert component.pieces() == ["d2 = -4"]
-    assert bare_pieces(chain, component) == ["d2 = 0"]
+    assert normalized_pieces(chain, component) == ["d2 = 0"]
 
 
 @pytest.mark.parametrize(
@@ -82,7 +82,7 @@ def test_a_turn_about_the_first_axis_changes_nothing_where_the_rows_turn_into_ea
     task: tuple[str, ...], tilt: sp.Expr, turns: bool
 ) -> None:
     rows = tuple(Joint("R", f"theta{i}", 0, 1, sp.pi / 2) for i in range(1, 4))
-    assert turns_all(Chain("turned", rows, task, Base(tilt=sp.S(tilt)))) is turns
+    assert first_joint_moves_all(Chain("turned", rows, task, Base(tilt=sp.S(tilt)))) is turns
 
 
 def test_an_arm_with_its_lengths_put_in_again_moves_as_before(problem: Problem) -> None:
@@ -100,9 +100,9 @@ def test_an_arm_with_its_lengths_put_in_again_moves_as_before(problem: Problem) 
 @few_families
 def test_what_is_told_of_a_structure_holds_for_the_arm(problem: Problem) -> None:
     for component in singular_set(problem.chain) or ():
-        pieces, (_, known) = bare_pieces(problem.chain, component), in_general(problem.chain)
+        pieces, (_, known) = normalized_pieces(problem.chain, component), generalize(problem.chain)
         if all(piece in known for piece in pieces):
-            kind, own = classify(problem.chain, component), classify_pieces(bare(problem.chain), pieces)
+            kind, own = classify(problem.chain, component), classify_pieces(normalize_arm(problem.chain), pieces)
             assert all(holds(problem.chain, kind.meaning, sample) for sample in places_on(problem.chain, component))
             assert not (kind.uniform and own.uniform) or kind.kind == own.kind
 
@@ -114,13 +114,13 @@ def test_arms_with_special_lengths_are_looked_at_by_themselves() -> None:
         chain = two_links(sp.S.Zero, sp.S.Zero, lengths=(sp.Rational(1, 2), sp.Rational(second, 10)))
         (component,) = singular_set(chain) or ()
         kinds[second] = [kind for _, part in values_of(chain) for kind in [classify(chain, part).kind]]
-        assert bool(in_general(chain)[1]) is (second == 4), component
+        assert bool(generalize(chain)[1]) is (second == 4), component
     assert kinds == {4: ["boundary", "boundary"], 5: ["boundary", "internal"]}
 
 
 def values_of(chain: Chain) -> list[tuple[classification.Values, Component]]:
     (component,) = singular_set(chain) or ()
-    return classification.by_value(component, classify(chain, component))
+    return classification.split_by_value(component, classify(chain, component))
 
 
 @pytest.mark.parametrize(

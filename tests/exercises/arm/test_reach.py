@@ -7,13 +7,12 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.arm import beyond
+from qdot.exercises.arm import reach
 from qdot.exercises.arm.axes import Sample
-from qdot.exercises.arm.beyond import reached_beyond
 from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.normalized_arm import bare
-from qdot.exercises.arm.reach import reaches, reaches_beside
+from qdot.exercises.arm.normalized_arm import normalize_arm
+from qdot.exercises.arm.reach import reaches, reaches_beside, reaches_beyond
 from qdot.exercises.arm.three_joints import UNSURE, YES, reaches_places
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.generation import sample_chain
@@ -46,7 +45,7 @@ def test_where_a_pose_has_the_point_it_is_reached(family: str) -> None:
 
 def test_a_place_on_the_first_axis_is_reached_by_a_slide_through_it() -> None:
     """The arm has no length but its slide, so that rounding is not small against its links."""
-    arm = NumericChain(bare(sample_chain(ProblemId.parse("spherical/10007").with_variation("full"))), {})
+    arm = NumericChain(normalize_arm(sample_chain(ProblemId.parse("spherical/10007").with_variation("full"))), {})
     for height in (1.0, 1e-2, 1e-4, -1e-4):
         for aside in (0.0, 1e-17, -1e-19):
             assert reaches(arm, [0, 1, 2], np.array([0.0, aside, height])), (height, aside)
@@ -78,7 +77,7 @@ def _told(arm: NumericChain, task: list[int], here: np.ndarray, there: np.ndarra
 def test_it_says_what_a_search_finds(family: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """At places well inside, well outside and in holes; the search takes a place beside the point of a pose."""
     random = np.random.default_rng(7)
-    monkeypatch.setattr(beyond, "_BEYOND", 0.2)
+    monkeypatch.setattr(reach, "_BEYOND", 0.2)
     said = [_search(arm, task, random, monkeypatch) for arm, task in arms(family) for _ in range(4)]
     assert all(formula is None or formula is search for formula, search in said)
     assert sum(formula is not None for formula, _ in said) > len(said) / 2
@@ -88,12 +87,12 @@ def _search(
     arm: NumericChain, task: Sequence[int], random: np.random.Generator, monkeypatch: pytest.MonkeyPatch
 ) -> tuple[bool | None, bool]:
     way = random.normal(size=len(task))
-    given: list[bool | None] = []
-    monkeypatch.setattr(beyond, "reaches_places", lambda arms, places: np.array([UNSURE]))
-    monkeypatch.setattr(beyond, "reaches_beside", lambda *of: given.append(reaches_beside(*of)))
+    answers: list[bool | None] = []
+    monkeypatch.setattr(reach, "reaches_places", lambda arms, places: np.array([UNSURE]))
+    monkeypatch.setattr(reach, "reaches_beside", lambda *of: answers.append(reaches_beside(*of)))
     sample = Sample(arm, random.uniform(-2, 2, len(arm.kinds)))
-    (found,) = beyond.reached_beyond([sample], list(task), (way / np.linalg.norm(way))[None])
-    return given[0], bool(found)
+    (found,) = reach.reaches_beyond([sample], list(task), (way / np.linalg.norm(way))[None])
+    return answers[0], bool(found)
 
 
 def test_of_other_arms_and_tasks_nothing_is_said() -> None:
@@ -148,7 +147,7 @@ def test_the_formula_says_what_a_search_finds(kinds: str) -> None:
             continue  # singular everywhere
         elsewhere = np.array([[stream.uniform(-2, 2) for _ in range(3)] for _ in range(PLACES)])
         places = np.concatenate([arm.point(poses), elsewhere])
-        told = reaches_places(NumericChain.several([arm] * len(places)), places)
+        told = reaches_places(NumericChain.stack([arm] * len(places)), places)
         asked += len(places)
         assert UNSURE not in told
         assert (told[:PLACES] == YES).all()
@@ -170,14 +169,14 @@ def test_the_axis_of_an_elbow_is_inside_of_its_reach_up_to_a_hair() -> None:
     arm = elbow(0.2, 0.895, 0.6)
     sample = Sample(arm, np.array([0.03, 1.71462742, -0.02402041]))
     across = np.array([[np.sin(0.03), -np.cos(0.03), 0.0]])
-    assert reached_beyond([sample, sample], [0, 1, 2], np.concatenate([across, -across])).all()
+    assert reaches_beyond([sample, sample], [0, 1, 2], np.concatenate([across, -across])).all()
 
 
 def test_a_spherical_arm_whose_slide_is_all_it_has_reaches_what_is_beside_its_centre() -> None:
     rows = (Joint("R", "theta1", 0, 0, -sp.pi / 2), Joint("R", "theta2", 0, 0, sp.pi / 2), Joint("P", 0, "d3", 0, 0))
     sample = Sample(NumericChain(Chain("spherical", rows, TASK), {}), np.array([0.17, -0.28, 0.0]))
     ways = np.concatenate([np.eye(3), -np.eye(3)])
-    assert reached_beyond([sample] * 6, [0, 1, 2], ways).all()
+    assert reaches_beyond([sample] * 6, [0, 1, 2], ways).all()
 
 
 def test_a_third_joint_that_moves_nothing_is_told_unsure() -> None:

@@ -58,18 +58,18 @@ def test_the_reason_that_is_told_holds_at_no_regular_configuration(
         if said is None:
             continue
         assert all(sample.off(said.off) < NEAR for sample in others), said.words
-        assert sum(map(said.true, others)) >= 0.9 * len(others), said.words  # here and there it can't be told
+        assert sum(map(said.is_true, others)) >= 0.9 * len(others), said.words  # here and there it can't be told
         with monkeypatch.context() as changed:
             changed.setattr(reason, "_starts", starts)
             found = {id(sample.arm): zeros(sample.arm, said) for sample in others}
         for sample in others:
             for q in found[id(sample.arm)]:
-                assert not said.true(Sample(sample.arm, q)) or rank_ratios(sample.arm, chain, q) < 1e-4, said.words
+                assert not said.is_true(Sample(sample.arm, q)) or rank_ratios(sample.arm, chain, q) < 1e-4, said.words
 
 
 def zeros(arm: NumericChain, said: Statement) -> np.ndarray:
     """Return configurations at which it is so, of those to which the search leads."""
-    (q,) = reason._descended(arm, said.off, 1)
+    (q,) = reason._descend(arm, said.off, 1)
     return np.asarray(q[said.off(arm, q) < reason._CLOSE])
 
 

@@ -11,7 +11,7 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import structure
 from qdot.exercises.arm.library import robot_path, robots
 from qdot.exercises.arm.robot_file import read_robot
-from qdot.exercises.arm.shipped import read, written
+from qdot.exercises.arm.shipped import results_from_text, results_to_text
 from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.arm.trigonometry import Factored
 from qdot.exercises.docs.shipped import lines, results_of
@@ -30,7 +30,7 @@ OF_STRUCTURES = [
 
 def forget() -> None:
     """Let everything be found out again."""
-    for work in (shipped._lines, shipped.shipped, singular_set, *OF_STRUCTURES):
+    for work in (shipped._lines, shipped.shipped_results, singular_set, *OF_STRUCTURES):
         work.cache_clear()
 
 
@@ -58,21 +58,21 @@ def arms(family: str) -> list[Chain]:
 @few_families
 def test_it_is_what_is_worked_out(family: str, nothing_shipped: Callable[[], None]) -> None:
     """Where this fails for a new family, run: python -m qdot.exercises.docs.shipped"""
-    known = [shipped.shipped(structure(arm).chain) for arm in arms(family)]
+    known = [shipped.shipped_results(structure(arm).chain) for arm in arms(family)]
     assert all(known)
     nothing_shipped()
     for arm, found in zip(arms(family), known, strict=True):
         anew = results_of(arm)
         assert {*found} >= {*anew}  # more, where another family has the structure, too, and is asked more
         assert sp.srepr([found[name] for name in anew]) == sp.srepr(list(anew.values()))
-        assert shipped.shipped(structure(arm).chain) == {}
+        assert shipped.shipped_results(structure(arm).chain) == {}
 
 
 @pytest.mark.whole
 def test_real_robots_are_shipped(nothing_shipped: Callable[[], None]) -> None:
     """Where this fails, run: python -m qdot.exercises.docs.shipped"""
     arms = [read_robot(robot_path(name)) for name in robots()]
-    known = [shipped.shipped(structure(arm).chain) for arm in arms]
+    known = [shipped.shipped_results(structure(arm).chain) for arm in arms]
     assert all({"_position", "_proved"} <= {*found} for found in known)
     nothing_shipped()
     for arm, found in list(zip(arms, known, strict=True))[:: several(40, 1)]:
@@ -104,22 +104,25 @@ FORMS = {
 
 @pytest.mark.parametrize("name", FORMS)
 def test_results_are_read_as_they_were(name: str) -> None:
-    text = written({name: FORMS[name]})
-    assert sp.srepr(read(text)[name]) == sp.srepr(FORMS[name]) and read(text)[name] == FORMS[name]
+    text = results_to_text({name: FORMS[name]})
+    assert (
+        sp.srepr(results_from_text(text)[name]) == sp.srepr(FORMS[name])
+        and results_from_text(text)[name] == FORMS[name]
+    )
 
 
 def test_what_has_no_form_is_neither_written_nor_read() -> None:
     for strange in (sp.Dummy("x"), sp.Symbol("x", positive=True), sp.Float(0.5), sp.tan(X), "x", {X}):
         with pytest.raises(TypeError, match="has no form in"):
-            written({"strange": strange})
+            results_to_text({"strange": strange})
     sums = [f'[["x",[{made}]],{{}}]' for made in ('"+",0,1', '"+",0,-1', '"eval",0')]
     for text in ("", "[]", "{}", '[["x"],{"y":1}]', *sums):
         with pytest.raises(ValueError, match=r"."):
-            read(text)
+            results_from_text(text)
 
 
 def test_to_read_evaluates_nothing() -> None:
-    (power,) = read('[[9,["^",0,0],["^",0,1],["^",0,2],["^",0,3]],{"p":4}]').values()
+    (power,) = results_from_text('[[9,["^",0,0],["^",0,1],["^",0,2],["^",0,3]],{"p":4}]').values()
     assert power.is_Pow
     assert power.exp.exp.exp.args == (9, 9)
 
@@ -144,14 +147,14 @@ def test_what_another_code_made_or_is_damaged_or_missing_is_not_looked_at(
         if text is not None:
             shipped.FILE.write_text(text, "utf-8", "surrogateescape")
         forget()
-        assert bool(shipped.shipped(structure(arm).chain)) is (text == fresh(arm))
+        assert bool(shipped.shipped_results(structure(arm).chain)) is (text == fresh(arm))
     monkeypatch.undo()
     forget()
 
 
 def fresh(arm: Chain) -> str:
     """Return the file that the code at hand makes of an arm."""
-    return "\n".join([shipped.maker(), *(f"{known.decode()} {line}" for known, line in lines(arm).items()), ""])
+    return "\n".join([shipped.code_digest(), *(f"{known.decode()} {line}" for known, line in lines(arm).items()), ""])
 
 
 def test_a_key_says_all_that_results_depend_on() -> None:
@@ -160,4 +163,4 @@ def test_a_key_says_all_that_results_depend_on() -> None:
     names = [*(f"{n}@full" for n in range(2, 40)), "1@full@screws", "1@full@modified-dh"]
     others = {structure(sample_chain(ProblemId.parse(f"elbow-3r/{name}"))).chain for name in names}
     arms = {arm, arm.with_task("vx"), *others}
-    assert len({shipped.key(one) for one in arms}) == len(arms)
+    assert len({shipped.structure_key(one) for one in arms}) == len(arms)

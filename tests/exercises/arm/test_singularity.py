@@ -13,7 +13,7 @@ import sympy as sp
 from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint
 from qdot.exercises.arm.classification import domain_of
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.numeric_rank_check import tried
+from qdot.exercises.arm.numeric_rank_check import check_rank_loss
 from qdot.exercises.arm.singularity import (
     Search,
     _changes_sign,
@@ -21,9 +21,9 @@ from qdot.exercises.arm.singularity import (
     common_zeros,
     singular_set,
     solve_condition,
-    tidied,
+    tidy_ways,
 )
-from qdot.exercises.arm.trigonometry import factored
+from qdot.exercises.arm.trigonometry import factor_trig
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import Space
 from tests.exercises.arm.sets import assert_is_book, claimed, compared, rank_ratios, search
@@ -98,7 +98,7 @@ def test_what_follows_from_other_conditions_is_not_said() -> None:
 def test_what_follows_where_an_angle_is_at_an_end_is_not_said(end: sp.Expr) -> None:
     there = {T1: solve_condition(end, arm("vx", ("R", T1, 0, 1, 0)))[1][0]}  # type: ignore[index]
     long = sp.expand(end * A1 + sp.sin(T2 - there[T1] + T1))
-    told = tidied([(end, sp.sin(T2), long)], Search((T1, T2)), "what is tried")
+    told = tidy_ways([(end, sp.sin(T2), long)], Search((T1, T2)), "what is tried")
     assert [set(one) for one in told] == [{end, sp.sin(T2)}]
 
 
@@ -106,13 +106,13 @@ def test_of_two_ways_that_are_the_same_one_is_kept() -> None:
     """Each lies in the other, so that both were left out, and singular configurations of an arm were missing."""
     same = [(sp.cos(T1), sp.sin(T2)), (sp.cos(T1), A1 * sp.cos(T1) + sp.sin(T1) * sp.sin(T2))]
     for ways in (same, same[::-1], [*same, (sp.cos(T1), sp.sin(T2), sp.cos(T3))]):
-        assert [set(one) for one in tidied(ways, Search((T1, T2, T3)), "what is tried")] == [set(same[0])]
+        assert [set(one) for one in tidy_ways(ways, Search((T1, T2, T3)), "what is tried")] == [set(same[0])]
 
 
 def test_of_two_components_with_the_same_joint_values_one_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     told = [(sp.sin(T2),), (-sp.sin(T2),), (1 - sp.cos(T2),)]
     monkeypatch.setattr(
-        "qdot.exercises.arm.singularity._filled", lambda *_: ((conditions, True) for conditions in told)
+        "qdot.exercises.arm.singularity._substitute_values", lambda *_: ((conditions, True) for conditions in told)
     )
     chain = replace(TWO, name="two of one kind")
     assert [one.pieces() for one in singular_set(chain) or ()] == [["theta2 = 0", "theta2 = pi"]]
@@ -169,7 +169,7 @@ def test_symmetric_arms_have_symmetric_sets(textbook_arms: Mapping[str, Any]) ->
 def test_a_condition_may_hold_at_one_root_of_an_angle_only() -> None:
     """Both minors are zero at theta1 = 0 and not at pi: 1 - cos(theta1) = 0 says so."""
     theta = sp.Symbol("theta1")
-    minors = (factored(sp.sin(theta)), factored(1 - sp.cos(theta)))
+    minors = (factor_trig(sp.sin(theta)), factor_trig(1 - sp.cos(theta)))
     (conjunction,) = common_zeros(minors, Search((theta,))) or [()]
     assert conjunction == (1 - sp.cos(theta),)
     chain = Chain("arm", (Joint("R", theta, 0, 1, 0),), ("vx",))
@@ -276,7 +276,7 @@ def test_long_conditions_come_down_to_values_of_joints() -> None:
     components = singular_set(chain) or ()
     assert all(component.solutions is not None for component in components)
     assert [len(component.pieces()) for component in components] == [4, 4, 8]
-    out = tried(chain, [component.conditions for component in components])
+    out = check_rank_loss(chain, [component.conditions for component in components])
     assert all(out.samples) and not out.wrong and not out.unexplained
 
 
@@ -284,8 +284,8 @@ def test_what_is_put_into_others_rules_ways_out() -> None:
     """Where d3 = 0, a1 + d3 s2 is a1: the two never vanish together."""
     slide = sp.Symbol("d3")
     joints = (T1, T2, slide)
-    assert tidied([(slide, A1 + slide * sp.sin(T2), sp.cos(T1))], Search(joints), "") == []
-    (way,) = tidied([(slide, sp.sin(T2) + slide * sp.cos(T1))], Search(joints), "")
+    assert tidy_ways([(slide, A1 + slide * sp.sin(T2), sp.cos(T1))], Search(joints), "") == []
+    (way,) = tidy_ways([(slide, sp.sin(T2) + slide * sp.cos(T1))], Search(joints), "")
     assert set(way) == {slide, sp.sin(T2)}
 
 
@@ -295,8 +295,8 @@ def test_two_lines_whose_slopes_are_never_in_line_never_hold_together() -> None:
     s4, c4, c5 = sp.sin(t4), sp.cos(t4), sp.cos(t5)
     never = (-3 * s4 + 3 * c4 * c5 - 2 * c4, -3 * s4 * c5 + 2 * s4 - 3 * c4)
     sometimes = (-3 * s4 + 3 * c4 * c5 - 2 * c4, 3 * s4 * c5 - 2 * s4 - 3 * c4)
-    assert tidied([never], Search((t4, t5)), "") == []
-    assert len(tidied([sometimes], Search((t4, t5)), "")) == 1
+    assert tidy_ways([never], Search((t4, t5)), "") == []
+    assert len(tidy_ways([sometimes], Search((t4, t5)), "")) == 1
 
 
 def test_a_sum_of_squares_has_one_sign_and_a_difference_two() -> None:

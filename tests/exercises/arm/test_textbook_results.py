@@ -155,7 +155,7 @@ def _is_near(a: np.ndarray, b: np.ndarray) -> bool:
 def _as_told(arm: Arm) -> Chain:
     """Return the arm with the frames of its own convention on its links."""
     robot = _robot(arm.name)
-    return replace(robot.chain, convention=robot.given.convention.name if robot.given else "dh")
+    return replace(robot.chain, convention=robot.written_arm.convention.name if robot.written_arm else "dh")
 
 
 def _rotation(arm: Arm, frame: int, values: Values) -> np.ndarray:

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from qdot.exercises.arm.trigonometry import _polynomial_factors as polynomial_factors
-from qdot.exercises.arm.trigonometry import factored, fourier, same, textbook
+from qdot.exercises.arm.trigonometry import are_identical, factor_trig, fourier, textbook
 
 T1, T2, T3, A1, A2, A3 = sp.symbols("theta1 theta2 theta3 a1 a2 a3")
 ANGLES = [T1, T2, T1 + T2, T1 - T2, T1 + T2 + T3, 2 * T1, T3]
@@ -35,14 +35,14 @@ def test_sums_and_products_of_fourier_forms_are_those_of_the_functions(a: sp.Exp
 @settings(max_examples=60)
 @given(polynomials)
 def test_factoring_keeps_the_function(expression: sp.Expr) -> None:
-    assert same(factored(expression).expression(), expression)
-    assert same(textbook(expression), expression)
+    assert are_identical(factor_trig(expression).expression(), expression)
+    assert are_identical(textbook(expression), expression)
 
 
 @given(polynomials)
 def test_an_expanded_form_is_the_same_and_a_changed_one_is_not(expression: sp.Expr) -> None:
-    assert same(sp.expand(sp.expand_trig(expression)), expression)
-    assert not same(expression + A1 * sp.sin(T2), expression)
+    assert are_identical(sp.expand(sp.expand_trig(expression)), expression)
+    assert not are_identical(expression + A1 * sp.sin(T2), expression)
 
 
 @pytest.mark.parametrize(
@@ -65,20 +65,20 @@ def test_a_result_is_printed_as_in_a_textbook(given_as: sp.Expr, printed: str) -
 
 def test_a_product_is_told_by_its_factors() -> None:
     shoulder = A1 + A2 * sp.cos(T2) + A3 * sp.cos(T2 + T3)
-    found = factored(sp.expand(A2 * A3 * sp.sin(T3) * shoulder))
+    found = factor_trig(sp.expand(A2 * A3 * sp.sin(T3) * shoulder))
     assert {(str(f), power) for f, power in found.factors} == {
         ("a2", 1), ("a3", 1), ("sin(theta3)", 1), ("a1 + a2*cos(theta2) + a3*cos(theta2 + theta3)", 1),
     }  # fmt: skip
-    assert found.over(factored(A2 * sp.sin(T3))).expression() == A3 * shoulder
-    assert factored(sp.S.Zero).is_zero
+    assert found.over(factor_trig(A2 * sp.sin(T3))).expression() == A3 * shoulder
+    assert factor_trig(sp.S.Zero).is_zero
 
 
 def test_a_long_sum_keeps_what_its_terms_have_in_common_outside() -> None:
     total = sp.expand(6 * A1 * sp.sin(T1) ** 2 * (A2 * sp.cos(T2) + A3 * sp.cos(T2 + T3)) * (A1 + sp.sin(T3)))
-    found = factored(total, most=3)
+    found = factor_trig(total, most=3)
     assert {str(f): p for f, p in found.factors if not f.is_Add} == {"a1": 1, "sin(theta1)": 2}
     assert found.coefficient == 6 and len([f for f, _ in found.factors if f.is_Add]) == 1
-    assert same(found.expression(), total)
+    assert are_identical(found.expression(), total)
 
 
 @pytest.mark.parametrize("wrong", [sp.sqrt(A1), sp.sin(T1 / 2), 1 / sp.cos(T1), sp.tan(T1)])
@@ -89,8 +89,8 @@ def test_what_is_no_trigonometric_polynomial_is_refused(wrong: sp.Expr) -> None:
 
 def test_lengths_that_are_equal_come_out_of_sums() -> None:
     a, a2, a3, t2, t3 = sp.symbols("a a2 a3 theta2 theta3")
-    product = factored(sp.expand(a2 * a3 * sp.sin(t3) * (a2 * sp.cos(t2) + a3 * sp.cos(t2 + t3))))
-    assert product.substituted({a2: a, a3: a}) in (
+    product = factor_trig(sp.expand(a2 * a3 * sp.sin(t3) * (a2 * sp.cos(t2) + a3 * sp.cos(t2 + t3))))
+    assert product.substitute({a2: a, a3: a}) in (
         a**3 * sp.sin(t3) * (sp.cos(t2) + sp.cos(t2 + t3)),
         a**3 * (sp.cos(t2) + sp.cos(t2 + t3)) * sp.sin(t3),
     )
@@ -121,6 +121,6 @@ def test_roots_of_numbers_are_refused_and_not_dropped(root: sp.Expr) -> None:
     t1, t3, a1 = sp.symbols("theta1 theta3 a1")
     for terms in (a1 * sp.sin(t3), a1 * sp.sin(t3) * sp.cos(t1), a1 * sp.sin(t3) + a1 * sp.cos(t1)):
         with pytest.raises(ValueError, match="roots of numbers"):
-            factored(root * terms)
+            factor_trig(root * terms)
         with pytest.raises(ValueError, match="roots of numbers"):
             textbook(sp.expand(root * terms))

@@ -15,9 +15,9 @@ from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate, sample_chain
-from qdot.exercises.mistakes.base import Slip
-from qdot.exercises.mistakes.catalogue import CATALOGUE, made
-from qdot.exercises.mistakes.given import configurations
+from qdot.exercises.mistakes.base import MistakeVariant
+from qdot.exercises.mistakes.catalogue import CATALOGUE, make_mistake
+from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from tests.exercises.arm.poses import about, exponential, shift
 from tests.support.problems import drawn
@@ -31,7 +31,7 @@ Values = dict[str, np.ndarray]
 def _asked(arm: str, question: str) -> tuple[Problem, Part, Values]:
     problem = generate(arm, [question])
     part = problem.parts[0]
-    return problem, part, configurations(problem.chain, part, problem.domain(), 4, Stream("mistakes"))
+    return problem, part, sample_configurations(problem.chain, part, problem.domain(), 4, Stream("mistakes"))
 
 
 def _given(values: Values, k: int) -> Callable[[object], float]:
@@ -52,7 +52,7 @@ def _motions(problem: Problem, values: Values, k: int) -> tuple[list[np.ndarray]
 @pytest.mark.parametrize("arm", few_of(ARMS, 1))
 def test_an_exponential_about_the_origin_gives_the_pose_of_the_product_without_its_column(arm: str) -> None:
     problem, part, values = _asked(arm, "body-pose")
-    first = next(made(CATALOGUE["exponential-about-origin"], numbers(problem.chain, values), part))
+    first = next(make_mistake(CATALOGUE["exponential-about-origin"], numbers(problem.chain, values), part))
     for k in range(4):
         motions, home = _motions(problem, values, k)
         assert np.allclose(first.answer[..., k], np.linalg.multi_dot([*motions, home]))
@@ -62,7 +62,7 @@ def test_an_exponential_about_the_origin_gives_the_pose_of_the_product_without_i
 def test_the_same_carries_screws_to_where_it_says(arm: str) -> None:
     problem, part, values = _asked(arm, "space-jacobian")
     w = numbers(problem.chain, values)
-    ways = list(made(CATALOGUE["exponential-about-origin"], w, part))
+    ways = list(make_mistake(CATALOGUE["exponential-about-origin"], w, part))
     wrong = next(way for way in ways if "space jacobian" in way.slip.changes)
     for k in range(4):
         motions, before = _motions(problem, values, k)[0], np.eye(4)
@@ -78,7 +78,7 @@ def test_the_same_carries_screws_to_where_it_says(arm: str) -> None:
 def test_rows_with_the_link_behind_give_the_product_of_these_rows(arm: str) -> None:
     """Rx(alpha_i) Tx(a_i) Rz(theta_i) Tz(d_i), with nothing behind the last row, and P where it is told."""
     problem, part, values = _asked(arm, "transform")
-    wrong = next(made(CATALOGUE["link-behind"], numbers(problem.chain, values), part))
+    wrong = next(make_mistake(CATALOGUE["link-behind"], numbers(problem.chain, values), part))
     rows, base = convention_of(problem.chain).rows, convention_of(problem.chain).base
     for k in range(4):
         number = _given(values, k)
@@ -98,7 +98,7 @@ def test_the_next_one_is_taken_and_at_the_last_joint_its_own(mistake: str, stage
     """Three joints, so that it is told apart from taking the second one twice, or the first."""
     problem = drawn("elbow-3r", 0)
     part = next(part for part in problem.parts if part.kind == "geometric-jacobian")
-    values = configurations(problem.chain, part, problem.domain(), 3, Stream("propagation"))
+    values = sample_configurations(problem.chain, part, problem.domain(), 3, Stream("propagation"))
     right = numbers(problem.chain, values)
     count, columns = right.n, []
     for i in range(count):
@@ -106,7 +106,7 @@ def test_the_next_one_is_taken_and_at_the_last_joint_its_own(mistake: str, stage
         axis, arm = right["axes"][k if stage == "axes" else i], right["arms"][k if stage == "arms" else i]
         columns.append(np.cross(axis, arm, axis=0))
     expected = np.stack(columns, axis=1)
-    answers = [wrong.answer[:3] for wrong in made(CATALOGUE[mistake], right, part)]
+    answers = [wrong.answer[:3] for wrong in make_mistake(CATALOGUE[mistake], right, part)]
     assert any(np.allclose(answer, expected) for answer in answers)
 
 
@@ -117,7 +117,7 @@ IN_ROW_1 = Chain("crane", (Joint("R", "theta1", "d1", "a1", HALF), Joint("R", "t
                  convention="modified-dh")  # fmt: skip
 
 
-def read_wrongly(name: str, slip: Slip, rows: list[Joint]) -> list[Joint]:
+def read_wrongly(name: str, slip: MistakeVariant, rows: list[Joint]) -> list[Joint]:
     """Return the table as it is told, with the mistake that the words of a slip speak of."""
     words, rows = slip.words, list(rows)
     k = int(str(words["link"] if "link" in words else words["joint"])) - 1
@@ -161,7 +161,7 @@ def checked(arm: Chain) -> list[str]:
             point = convention_of(arm).point
             rows = read_wrongly(name, slip, convention_of(arm).rows)
             expected = led_to(convention_of(arm).base, rows, point.offset, known)
-            made = np.asarray(working.but(slip.changes)["point"])[:, 0]
+            made = np.asarray(working.with_mistakes(slip.changes)["point"])[:, 0]
             assert np.allclose(made, expected, atol=1e-9), (name, slip.words)
             found.append(name)
     return found

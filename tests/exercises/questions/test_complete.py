@@ -12,7 +12,7 @@ from qdot.exercises.exports.stack_parts import stack_part_of as asked_by_stack
 from qdot.exercises.exports.stack_parts import without_rounding
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate
-from qdot.exercises.mistakes.catalogue import taken
+from qdot.exercises.mistakes.catalogue import mistaken_answers
 from qdot.exercises.problem.problem import Details, Part, Problem, ProblemId
 from qdot.exercises.questions.base import DUTIES
 from qdot.exercises.questions.results import is_derived
@@ -39,7 +39,9 @@ def works(problem: Problem, part: Part) -> dict[str, bool]:
     """Return which of DUTIES a question does: platforms as Moodle and Canvas ask for letters or numbers."""
     behind_options = any(blames_of(part, index) for index in range(len(part.answer.offered)))
     return {
-        "diagnosis": is_derived(part) or behind_options or next(taken(problem.chain, part), None) is not None,
+        "diagnosis": is_derived(part)
+        or behind_options
+        or next(mistaken_answers(problem.chain, part), None) is not None,
         "follow-through": not ASKED[part.kind].needs or any(earlier(part)),
         "platforms": bool(part.answer.offered) or ask_in_numbers(problem, part) is not None,
         "STACK": not isinstance(asked_by_stack(problem, without_rounding(part)), str),

@@ -10,7 +10,7 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.answers import Choice, Direction, Number
-from qdot.exercises.arm.axes import along, off_line
+from qdot.exercises.arm.axes import off_line, velocity_along_axis
 from qdot.exercises.arm.chain import Point
 from qdot.exercises.arm.derivation import structure
 from qdot.exercises.arm.directions import clear_rank, lost_direction, lost_formula, value_sets
@@ -215,7 +215,7 @@ def test_two_axes_in_line_lose_no_direction_along_themselves_in_a_puma() -> None
     chain = sample_chain(ProblemId("puma-560", 1).with_variation("chapter"))
     arm = NumericChain(chain, {symbol.name: 0.5 for symbol in chain.parameters})
     q = np.array([0.3, 0.5, 0.7, 0.4, 0.0, 0.2])
-    assert off_line(arm, q, 3, 5) < 1e-12 < 0.01 < along(arm, q, 3)
+    assert off_line(arm, q, 3, 5) < 1e-12 < 0.01 < velocity_along_axis(arm, q, 3)
 
 
 def test_a_factor_has_one_sign_throughout_a_solution() -> None:

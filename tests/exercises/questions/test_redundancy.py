@@ -11,7 +11,7 @@ from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.mpmath_kinematics import DOUBLE, PreciseArm, numeric
-from qdot.exercises.arm.trigonometry import same
+from qdot.exercises.arm.trigonometry import are_identical
 from qdot.exercises.formula.identity import Domain
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.inversion import InSituation
@@ -61,7 +61,7 @@ def test_the_arm_in_any_precision_is_the_arm_in_numbers(textbook_arms: dict[str,
 def test_gram_determinant_of_the_planar_arm(planar: Chain) -> None:
     (part,) = asked("gram-determinant", planar).parts
     jacobian = derive(planar).jacobian
-    assert same(part.of(Expression).reference, sp.expand((jacobian * jacobian.T).det(method="berkowitz")))
+    assert are_identical(part.of(Expression).reference, sp.expand((jacobian * jacobian.T).det(method="berkowitz")))
     assert len(sp.Add.make_args(part.of(Expression).reference)) == 3
 
 
@@ -75,7 +75,7 @@ def test_what_all_minors_share_stands_before_the_sum() -> None:
 
 def test_self_motion_of_the_planar_arm(planar: Chain) -> None:
     motion = self_motion(planar)
-    assert all(same(entry, sp.S.Zero) for entry in derive(planar).jacobian * motion)
+    assert all(are_identical(entry, sp.S.Zero) for entry in derive(planar).jacobian * motion)
     (part,) = asked("self-motion", planar).parts
     assert part.answer == Direction(motion)
     expected = [

@@ -20,7 +20,7 @@ from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.base import Family
 from qdot.exercises.families.own import own_family
 from qdot.exercises.generation import applicable, generate, sample_chain
-from qdot.exercises.mistakes.catalogue import CATALOGUE, SECTIONS, taken
+from qdot.exercises.mistakes.catalogue import CATALOGUE, SECTIONS, mistaken_answers
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS as EVERY
 from qdot.exercises.questions.screws import (
@@ -181,7 +181,7 @@ def test_no_mistake_speaks_of_a_table_or_of_frames_on_the_links(family: str) -> 
     shapes = ((3, 1), (6, arm.n), (6, 1), (arm.n, arm.n), (1, 1))
     said = {m.sentence(slip.words) for m in CATALOGUE.values() for shape in shapes for slip in m.slips(arm, shape)}
     for part in generate(ProblemId(family, 1, tuple(applicable(arm)), variation="full", convention="screws")).parts:
-        said |= {mistake.sentence(take.words) for mistake, take in taken(arm, part)}
+        said |= {mistake.sentence(take.words) for mistake, take in mistaken_answers(arm, part)}
     table = re.compile(r"\b(table|frames?|rows?) (\d|i\b|of the table|below)|\btable\b|(base|last|own) frame|p\*|\bO\d")
     assert not [sentence for sentence in said if table.search(sentence)]
 

@@ -20,7 +20,7 @@ from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.generation import generate, sample_chain
-from qdot.exercises.mistakes.given import configurations
+from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.problem.record import digests, robot_json
 from qdot.exercises.questions import QUESTIONS
@@ -104,11 +104,11 @@ def test_what_is_put_in_the_place_of_a_stage_comes_out_as_it_was(order: str) -> 
     problem = _asked("scara-rrrp", 2, "full", order)
     for name in ("home-screws", "space-jacobian", "body-jacobian", "body-adjoint", "geometric-jacobian"):
         part, question = problem[name], QUESTIONS[name]
-        w = numbers(problem.chain, configurations(problem.chain, part, problem.domain(), 3, Stream("put")))
+        w = numbers(problem.chain, sample_configurations(problem.chain, part, problem.domain(), 3, Stream("put")))
         assert question.result is not None and question.put is not None
         answer = question.result(w, part)
         wrong = answer + 0.1 * np.arange(answer.shape[0] * answer.shape[1]).reshape(*answer.shape[:2], 1)
-        assert np.allclose(question.result(w.but(question.put(wrong)), part), wrong), name
+        assert np.allclose(question.result(w.with_mistakes(question.put(wrong)), part), wrong), name
 
 
 NAMED = {

@@ -8,7 +8,7 @@ import sympy as sp
 
 from qdot.exercises.answers import Matrix
 from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint, Point
-from qdot.exercises.arm.trigonometry import same
+from qdot.exercises.arm.trigonometry import are_identical
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
@@ -57,8 +57,8 @@ def test_textbook_arms_fall_into_blocks_wherever_the_wrist_centre_is_named(
     assert [QUESTIONS[question].refusal(chain) for question in NAMES] == [None] * 3
     arm, wrist = determinants(chain)
     expected = sp.sympify(textbook_arms[name].record["det"])
-    assert same(sp.expand(arm * wrist), sp.expand(expected))
-    assert same(wrist, sp.sin(sp.Symbol("theta5"))) or same(wrist, -sp.sin(sp.Symbol("theta5")))
+    assert are_identical(sp.expand(arm * wrist), sp.expand(expected))
+    assert are_identical(wrist, sp.sin(sp.Symbol("theta5"))) or are_identical(wrist, -sp.sin(sp.Symbol("theta5")))
     problem = problem_of(chain)
     assert failures_of(problem) == []
     assert all(worked_solution(problem, part) for part in problem.parts)
@@ -69,8 +69,8 @@ def test_a_stanford_arm_of_our_own() -> None:
     theta2, theta5, d3 = sp.symbols("theta2 theta5 d3")
     for chain in (stanford(sp.Symbol("d6"), Point(4)), stanford(sp.S.Zero, Point(6))):
         arm, wrist = determinants(chain)
-        assert same(sp.expand(arm), sp.expand(-(d3**2) * sp.sin(theta2)))
-        assert same(wrist, -sp.sin(theta5))
+        assert are_identical(sp.expand(arm), sp.expand(-(d3**2) * sp.sin(theta2)))
+        assert are_identical(wrist, -sp.sin(theta5))
         assert failures_of(problem_of(chain)) == []
 
 

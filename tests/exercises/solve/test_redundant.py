@@ -12,7 +12,7 @@ from qdot.exercises.arm import derivation
 from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint, Point
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.library import robot_path
-from qdot.exercises.arm.numeric_rank_check import _Rank, lies_on, tried
+from qdot.exercises.arm.numeric_rank_check import _RankTest, check_rank_loss, ways_covering
 from qdot.exercises.arm.reciprocal import applies, plain_chain, reciprocal_set
 from qdot.exercises.arm.robot_file import read_robot_file
 from qdot.exercises.arm.singularity import singular_set
@@ -79,7 +79,7 @@ def test_a_panda_has_the_singularities_that_its_offsets_leave() -> None:
     assert shoulder_wrist.conditions[1].free_symbols == {t4, t6}
     assert str(shoulder.conditions[0]) == "sin(theta2)"
     assert solution.redundant is not None and solution.redundant.doubtful == ()
-    assert solution.redundant.searched == {"searches": 60, "ended": 60, "unexplained": 0}
+    assert solution.redundant.search_counts == {"searches": 60, "ended": 60, "unexplained": 0}
     # Away from the conditions of three of them, a condition alone leaves J with its full rank.
     q = np.array([0.3, 0.8, -0.4, 0.0, 1.1, 0.5, 0.2])
     assert np.linalg.matrix_rank(NumericChain(_arm("panda"), {}).jacobian(q)) == 6
@@ -101,10 +101,10 @@ def test_an_arm_is_solved_in_seconds_and_all_that_is_told_holds(name: str) -> No
     assert ("The rank of N₁ is below" in text) == (name in ("baxter", "gen3", "sawyer"))
     assert ("lengths that nothing is special about" in text) == bool(solution.chain.parameters)
     # Other lengths and starts than those that it was tested with.
-    assert solution.redundant is not None and solution.redundant.tried is not None
-    out = tried(solution.chain, [c.conditions for c in solution.singular or ()], stream="other starts")
+    assert solution.redundant is not None and solution.redundant.check is not None
+    out = check_rank_loss(solution.chain, [c.conditions for c in solution.singular or ()], stream="other starts")
     assert out.wrong == () and out.unexplained == ()
-    first, other = solution.redundant.tried.samples[0], out.samples[0]
+    first, other = solution.redundant.check.samples[0], out.samples[0]
     assert not any(np.allclose(q, p) for _, q in first for _, p in other)
 
 
@@ -149,11 +149,11 @@ def test_the_test_in_numbers_finds_what_is_missing_and_what_is_false() -> None:
     ways = [part.conditions for part in singular_set(chain) or ()]
     s2, c3 = sp.sin(sp.Symbol("theta2")), sp.cos(sp.Symbol("theta3"))
     for missing in range(len(ways)):
-        out = tried(chain, ways[:missing] + ways[missing + 1 :])
+        out = check_rank_loss(chain, ways[:missing] + ways[missing + 1 :])
         assert out.wrong == () and (out.unexplained or len(ways[missing]) > 1)
-    assert tried(chain, [*ways, (s2,)]).wrong == (4,)
-    assert tried(chain, [*ways, (c3, s2 - 2)]).samples[4] == ()  # there is no such configuration
-    assert len(tried(chain, []).unexplained) > 50
+    assert check_rank_loss(chain, [*ways, (s2,)]).wrong == (4,)
+    assert check_rank_loss(chain, [*ways, (c3, s2 - 2)]).samples[4] == ()  # there is no such configuration
+    assert len(check_rank_loss(chain, []).unexplained) > 50
 
 
 def _mixed(task: tuple[str, ...]) -> Chain:
@@ -167,14 +167,14 @@ def _mixed(task: tuple[str, ...]) -> Chain:
 
 @pytest.mark.parametrize("task", [TASK_ROWS, ("vx", "vy", "vz"), ("vx", "wz"), ("wx", "wy", "wz", "vz", "vx")])
 def test_slopes_of_the_jacobian_are_those_of_small_steps(task: tuple[str, ...]) -> None:
-    rank = _Rank(NumericChain(_mixed(task), {}), task)
+    rank = _RankTest(NumericChain(_mixed(task), {}), task)
     q, step = np.array([[0.3, 0.4, -1.2, 0.7, 0.2]]), 1e-6
     for j in range(5):
         ahead, behind = q.copy(), q.copy()
         ahead[0, j] += step * rank._units[j]
         behind[0, j] -= step * rank._units[j]
         slope = (rank.jacobian(ahead) - rank.jacobian(behind)) / (2 * step)
-        assert np.allclose(rank._turned(q)[..., j], slope, atol=1e-8)
+        assert np.allclose(rank._jacobian_slopes(q)[..., j], slope, atol=1e-8)
 
 
 def test_where_rank_is_lost_everywhere_it_is_said() -> None:
@@ -196,7 +196,7 @@ def test_twists_lengths_and_points_that_are_no_polynomials_are_taken() -> None:
     assert applies(chain)
     solution = solve(chain)
     assert solution.redundant is not None and solution.singular and solution.redundant.doubtful == ()
-    assert solution.redundant.searched["unexplained"] == 0
+    assert solution.redundant.search_counts["unexplained"] == 0
     away = replace(chain, tool=Point(6, (sp.Rational(1, 5), sp.S.Zero, sp.S.Zero)))
     assert not applies(away)  # the last joint does not move it: it is no point of the last link
 
@@ -220,10 +220,10 @@ def test_a_position_whose_minors_are_long_is_solved_by_a_force_that_does_no_work
     assert applies(chain)
     solution = solve(chain)
     found = solution.redundant
-    assert found is not None and found.found.reduction.about is None
+    assert found is not None and found.reciprocal.reduction.about is None
     assert (found.doubtful, found.undecided) == ((), ())
     assert frozenset({"sin(theta5)"}) in _conditions(solution)
-    out = tried(chain, [one.conditions for one in found.components], starts=150, stream="again")
+    out = check_rank_loss(chain, [one.conditions for one in found.components], starts=150, stream="again")
     assert (out.wrong, out.unexplained) == ((), ()) and all(out.samples)
     text = " ".join(solution_text(solution).split())
     assert "a force at P" in text and "a boundary singularity" in text
@@ -248,10 +248,10 @@ def test_what_is_told_by_other_conditions_is_found_to_be_the_same() -> None:
     t2, t3 = chain.q[1:3]
     both = (sp.sin(t2) * sp.cos(t3),)
     others = [(1 - sp.cos(t2),), (sp.tan(t2) * sp.cos(t2) * 2,), (sp.cos(t3) / 3,)]
-    assert lies_on(chain, (sp.sin(t2),), others) == frozenset({0, 1})
-    assert lies_on(chain, both, others) == frozenset({0, 1, 2})
-    assert lies_on(chain, both, others[:2]) is None
-    assert lies_on(chain, (2 + sp.cos(t2),), others) is None
+    assert ways_covering(chain, (sp.sin(t2),), others) == frozenset({0, 1})
+    assert ways_covering(chain, both, others) == frozenset({0, 1, 2})
+    assert ways_covering(chain, both, others[:2]) is None
+    assert ways_covering(chain, (2 + sp.cos(t2),), others) is None
 
 
 def test_the_minors_of_short_arms_are_kept() -> None:
@@ -273,7 +273,7 @@ def test_by_elimination_a_position_loses_rank_where_it_does_by_minors(
     found = solve(chain).redundant
     assert found is not None and found.components
     for ways in (by_minors, [one.conditions for one in found.components]):
-        out = tried(chain, ways)
+        out = check_rank_loss(chain, ways)
         assert (out.wrong, out.unexplained) == ((), ())
 
 
@@ -281,7 +281,7 @@ def test_conditions_that_hold_for_few_lengths_are_found_with_these() -> None:
     """4 a = cos(theta2) where a is below 0.25 m, which none of the usual lengths is; searches are with these."""
     chain = _of_position([(0, 0, 0, 90), (0, 0, "a2", 0), (0, 0, ".3", 90), (0, 0, ".2", 0)])
     (a2,), t2 = chain.parameters, chain.q[1]
-    out = tried(chain, [(4 * a2 - sp.cos(t2),), (2 + a2 + sp.cos(t2),)])
+    out = check_rank_loss(chain, [(4 * a2 - sp.cos(t2),), (2 + a2 + sp.cos(t2),)])
     assert (out.choices, out.searches) == (3, 180)
     assert out.samples[0] and not out.samples[1] and out.wrong == (0,)
     assert min(number for number, _ in out.samples[0]) >= out.choices

@@ -22,7 +22,7 @@ from qdot.exercises.families import FAMILIES
 from qdot.exercises.figure.pose import example_values
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
-from qdot.exercises.solve.certified_singularities import sound_words
+from qdot.exercises.solve.certified_singularities import certified_words
 from qdot.exercises.solve.locus import GRID, Map, check_map, singular_map, write_map
 from qdot.exercises.solve.solver import Singularities, singular_stages, solution_data, solution_text, solve
 from qdot.exercises.solve.special_lengths import relations
@@ -165,9 +165,9 @@ def test_words_are_sound_where_they_are_so_of_every_configuration() -> None:
     chain = Chain("mine", PLANAR, ("vx", "vy"))
     (component,) = worked_steps(chain).components
     samples = places_on(chain, component)
-    assert sound_words(chain, "arm stretched out or folded back", samples)
-    assert sound_words(chain, "arm stretched out", samples) == ""
-    assert sound_words(chain, "arm stretched out or folded back", []) == ""
+    assert certified_words(chain, "arm stretched out or folded back", samples)
+    assert certified_words(chain, "arm stretched out", samples) == ""
+    assert certified_words(chain, "arm stretched out or folded back", []) == ""
 
 
 SVG = "{http://www.w3.org/2000/svg}"

@@ -8,8 +8,8 @@ import pytest
 
 from qdot.exercises.arm import classification
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.classification import Kind, by_value, classify, samples_on
-from qdot.exercises.arm.normalized_arm import bare, bare_pieces
+from qdot.exercises.arm.classification import Kind, classify, samples_on, split_by_value
+from qdot.exercises.arm.normalized_arm import normalize_arm, normalized_pieces
 from qdot.exercises.arm.singularity import Component, singular_set
 from qdot.exercises.common.variation import STEPS
 from qdot.exercises.generation import generate, sample_chain
@@ -29,13 +29,13 @@ def chain_of(identity: str) -> Chain:
 def parts(chain: Chain) -> Iterator[tuple[list[str], str]]:
     """Yield conditions of the bare arm, and what is said of them."""
     for component in singular_set(chain) or ():
-        values = by_value(component, classify(chain, component))
+        values = split_by_value(component, classify(chain, component))
         for part in (component, *(part for _, part in values)):
-            yield bare_pieces(chain, part), classify(chain, part).meaning
+            yield normalized_pieces(chain, part), classify(chain, part).meaning
 
 
 def are_so(chain: Chain, pieces: list[str], words: str) -> set[bool]:
-    arm = bare(chain)
+    arm = normalize_arm(chain)
     return {holds(arm, words, sample) for piece in pieces for sample in samples_on(arm, piece, "test", each=6)}
 
 

@@ -18,7 +18,7 @@ from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.text import text_of
 from qdot.exercises.generation import generate, questions_of
 from qdot.exercises.mistakes.catalogue import CATALOGUE
-from qdot.exercises.mistakes.given import Values, configurations
+from qdot.exercises.mistakes.configurations import Values, sample_configurations
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.results import result
@@ -295,7 +295,7 @@ def test_the_right_answer_comes_out_of_every_working(family: str) -> None:
     """Numbers and formulas of `mistakes` are a third derivation: they must give the references."""
     for problem, part in problems(family, 0, tuple(name for name, question in QUESTIONS.items() if question.result)):
         if isinstance(part.answer, (Expression, Matrix)):
-            values = configurations(problem.chain, part, problem.domain(), 3, Stream("right"))
+            values = sample_configurations(problem.chain, part, problem.domain(), 3, Stream("right"))
             found = result(numbers(problem.chain, values), part)
             due = evaluated(part, values)
             assert abs(found - due.reshape(found.shape)).max() < 1e-9 * max(1.0, abs(due).max()), part.name

@@ -14,8 +14,8 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.docs import planar_2r, scorbot_arm
 from qdot.exercises.formula.text import text_of
 from qdot.exercises.generation import generate
-from qdot.exercises.mistakes.catalogue import CATALOGUE, made
-from qdot.exercises.mistakes.given import configurations
+from qdot.exercises.mistakes.catalogue import CATALOGUE, make_mistake
+from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.results import is_derived, result
@@ -268,7 +268,7 @@ def test_what_follows_from_a_mistake_is_followed_on_every_family(family: str, dr
     w = formulas(problem.chain)
     tried = followed = 0
     for mistake in EARLY:
-        for wrong in list(made(CATALOGUE[mistake], w, later[0]))[: several(1, 2)]:
+        for wrong in list(make_mistake(CATALOGUE[mistake], w, later[0]))[: several(1, 2)]:
             parts = [part for part in problem.parts if is_derived(part) and _is_formula(part)]
             texts = {part.name: written(part, wrong.working) for part in parts}
             if any(len(text) > 4000 or "zoo" in text or "nan" in text for text in texts.values()):
@@ -320,7 +320,7 @@ def test_numbers_are_marked_on_the_students_own_jacobian(name: str, family: str)
     jacobian, part = problem.parts
     wrong = jacobian.answer.as_matrix().as_mutable()
     wrong[0, 0] = 2 * wrong[0, 0]
-    values = configurations(problem.chain, part, problem.domain(), 1, Stream("test"))
+    values = sample_configurations(problem.chain, part, problem.domain(), 1, Stream("test"))
     numbers = {symbol: float(values[symbol][0]) for symbol in values}
     there = np.array(sp.Matrix(wrong).subs(numbers).evalf().tolist(), dtype=float)
     rates = OWN[name](there, np.array([numbers[row] for row in problem.chain.task]))

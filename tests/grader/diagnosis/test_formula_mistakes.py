@@ -11,9 +11,9 @@ from qdot.exercises.docs import planar_2r
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import Node, node_text, size_of
-from qdot.exercises.mistakes.catalogue import CATALOGUE, made
-from qdot.exercises.mistakes.finished import edits, throughout
-from qdot.exercises.mistakes.given import configurations
+from qdot.exercises.mistakes.catalogue import CATALOGUE, make_mistake
+from qdot.exercises.mistakes.configurations import sample_configurations
+from qdot.exercises.mistakes.finished import edits, edits_throughout
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.results import result
 from qdot.grader.diagnosis.formula_mistakes import in_words
@@ -114,7 +114,7 @@ def test_every_slip_in_a_formula_of_any_arm_is_named(family: str) -> None:
         if part.name not in ("position", "jacobian", "determinant"):
             continue
         rows = [list(row) for row in part.answer.trees(problem.domain().roles)]
-        at = configurations(problem.chain, part, problem.domain(), 4, Stream("finished"))
+        at = sample_configurations(problem.chain, part, problem.domain(), 4, Stream("finished"))
         right, tried = values_of(rows, at), set()
         i, j = max(
             ((i, j) for i, row in enumerate(rows) for j in range(len(row))), key=lambda w: size_of(rows[w[0]][w[1]])
@@ -139,9 +139,9 @@ def test_a_slip_throughout_is_named_on_any_arm(family: str) -> None:
     problem = drawn(family, 0)
     part = next(part for part in problem.parts if part.name in ("jacobian", "joint-axes", "link-velocity"))
     rows = [list(row) for row in part.answer.trees(problem.domain().roles)]
-    at = configurations(problem.chain, part, problem.domain(), 4, Stream("finished"))
+    at = sample_configurations(problem.chain, part, problem.domain(), 4, Stream("finished"))
     right, tried = values_of(rows, at), set()
-    for name, changed in throughout(rows):
+    for name, changed in edits_throughout(rows):
         found = values_of(changed, at)
         if name in tried or not np.isfinite(found).all() or np.allclose(found, right, rtol=1e-9):
             continue
@@ -156,8 +156,8 @@ def test_a_mistake_that_later_parts_inherit_is_named_once() -> None:
     names = ("joint-axes", "jacobian", "velocity")
     parts = {part.name: part for part in problem.parts if part.name in names}
     right = formulas(problem.chain)
-    slip = next(wrong.slip for wrong in made(CATALOGUE["twist-sign"], right, parts["joint-axes"]))
-    wrong = right.but(slip.changes)
+    slip = next(wrong.slip for wrong in make_mistake(CATALOGUE["twist-sign"], right, parts["joint-axes"]))
+    wrong = right.with_mistakes(slip.changes)
     answers = {}
     for name, part in parts.items():
         matrix = as_formulas(result(wrong, part))

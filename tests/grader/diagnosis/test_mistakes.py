@@ -24,7 +24,7 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.answers import Matrix
-from qdot.exercises.arm.derivation_graph import carried, formulas
+from qdot.exercises.arm.derivation_graph import formulas, links_to_point
 from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.grader.diagnosis.advice import advise
@@ -44,20 +44,20 @@ NAMED = {1: several(0.9, 0.97), 2: several(0.4, 0.5)}
 
 
 @cache
-def told(index: int, oftener: str = "") -> tuple[Diagnosis | None, Diagnosis | None]:
+def told(index: int, mistake_weights: str = "") -> tuple[Diagnosis | None, Diagnosis | None]:
     """Return the mistake that is named, or what is said where there is none; of mistakes, one may be made oftener."""
     slip = SLIPS[index]
     problem = generate(ProblemId.parse(slip["problem"]), [slip["part"]])
     (part,) = problem.parts
     given = read_answer(problem, part, slip["answer"], "slips")
     assert judge_given(problem, part, given, "slips").outcome in (Outcome.WRONG, Outcome.PARTIAL), slip
-    named = diagnose(problem, part, given, "slips", oftener={oftener: 100.0} if oftener else {})
+    named = diagnose(problem, part, given, "slips", mistake_weights={mistake_weights: 100.0} if mistake_weights else {})
     return named, None if named else advise(problem, part, given, "slips")
 
 
-def named(did: str, oftener: str = "") -> Diagnosis:
+def named(did: str, mistake_weights: str = "") -> Diagnosis:
     """Return the mistake that is named behind the slip of a student who did this."""
-    made, _ = told(next(index for index, slip in enumerate(SLIPS) if slip["did"].startswith(did)), oftener)
+    made, _ = told(next(index for index, slip in enumerate(SLIPS) if slip["did"].startswith(did)), mistake_weights)
     assert made is not None, did
     return made
 
@@ -129,7 +129,7 @@ def test_what_is_said_behind_some_of_them() -> None:
 
 
 @pytest.mark.parametrize(
-    ("did", "oftener"),
+    ("did", "mistake_weights"),
     [
         ("Took the moment arms to the origin O_2 of the last frame", "link-left-out"),
         ("Took the offset of joint 2 as -30 deg instead of +30 deg", "row-misread"),
@@ -137,9 +137,9 @@ def test_what_is_said_behind_some_of_them() -> None:
         ("From 4*sin = cos", "value-sign-in-set"),
     ],
 )
-def test_what_a_class_makes_oftener_is_named_before_what_gives_the_same(did: str, oftener: str) -> None:
-    assert named(did).mistakes != (oftener,)
-    assert named(did, oftener).mistakes == (oftener,) and not named(did, oftener).either
+def test_what_a_class_makes_oftener_is_named_before_what_gives_the_same(did: str, mistake_weights: str) -> None:
+    assert named(did).mistakes != (mistake_weights,)
+    assert named(did, mistake_weights).mistakes == (mistake_weights,) and not named(did, mistake_weights).either
 
 
 def answer_without(problem: Problem, part: Part, left_out: dict[int, tuple[int, ...]]) -> str:
@@ -162,7 +162,7 @@ def test_links_left_out_of_several_columns_are_named(family: str) -> None:
     w = formulas(problem.chain)
     rows = ["xyz".index(name[1]) for name in problem.chain.task if name.startswith("v")]
     moved = [
-        [k for k in carried(problem.chain) if any(w["effects"][column][k][row][0] != 0 for row in rows)]
+        [k for k in links_to_point(problem.chain) if any(w["effects"][column][k][row][0] != 0 for row in rows)]
         for column in range(problem.chain.n)
     ]
     columns = [column for column in range(problem.chain.n) if len(moved[column]) > 1]

@@ -227,7 +227,7 @@ def test_an_assignment_says_how(tmp_path: Path) -> None:
         file.write_text(text)
         markings.add(load_assignment(folder).marking)
     assert len(markings) == 4
-    assert load_assignment(folder).oftener == {"offset-sign": 3.0, "chain-rule": 0.5}
+    assert load_assignment(folder).mistake_weights == {"offset-sign": 3.0, "chain-rule": 0.5}
 
 
 @pytest.mark.parametrize(

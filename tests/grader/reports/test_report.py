@@ -197,7 +197,7 @@ def test_mistakes_that_a_class_makes_more_are_a_line_for_its_next_assignment(tmp
     assert said == ["mistakes = {offset-sign = 2.5}"]  # (9 + 1) / (3 + 1)
     file = made.folder / "assignment.toml"
     file.write_text(f"{said[0]}\n{file.read_text()}")
-    assert load_assignment(made.folder).oftener == {"offset-sign": 2.5}
+    assert load_assignment(made.folder).mistake_weights == {"offset-sign": 2.5}
     few = replace(made, roster=tuple(students[:9]))
     assert "mistakes = {" not in class_page(few, results[:9])
 
