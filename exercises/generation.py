@@ -10,10 +10,10 @@ from qdot.exercises.arm.chain import CONVENTIONS, Chain
 from qdot.exercises.arm.difficulty import describe_band, difficulty, step
 from qdot.exercises.arm.library import robots
 from qdot.exercises.common.errors import QdotError, unknown
-from qdot.exercises.common.stream import Stream, derived_seed
+from qdot.exercises.common.stream import Stream, derive_seed
 from qdot.exercises.common.variation import DEFAULT, STEPS, axes_of
 from qdot.exercises.families import FAMILIES, Family
-from qdot.exercises.families.listing import Listed, listing
+from qdot.exercises.families.listing import FamilyListing, listing
 from qdot.exercises.problem.problem import ENGINE, Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS, Question
 from qdot.exercises.quizzes import ASKED, QUIZZES
@@ -58,16 +58,16 @@ def sample_chain(identity: ProblemId, family: Family | None = None, attempt: int
     family = family or family_named(identity.family)
     if identity.engine != ENGINE:
         raise QdotError(f"{identity} was made by engine {identity.engine}; this version of qdot has engine {ENGINE}")
-    told = partial(_told, convention=identity.convention, twist_order=identity.twist_order)
+    in_convention = partial(_in_convention, convention=identity.convention, twist_order=identity.twist_order)
     stream = Stream(f"qdot/{identity.engine}/{identity.family_and_seed}/arm" + (f"/{attempt}" if attempt else ""))
     axes = axes_of(identity.variation)
     if family.structures is not None:
-        accepts = lambda chain: not _objection(told(chain), identity.questions)  # noqa: E731
-        return told(family.structures(stream, axes, identity.band, accepts))
+        accepts = lambda chain: not _objection(in_convention(chain), identity.questions)  # noqa: E731
+        return in_convention(family.structures(stream, axes, identity.band, accepts))
     quizzes = [name for name in identity.questions if name in QUIZZES]
-    arms = map(told, _draws(family, stream, axes))
+    arms = map(in_convention, _sample_arms(family, stream, axes))
     if identity.band is None:
-        return _that_can_be_asked(arms, quizzes)
+        return _first_askable(arms, quizzes)
     low, high = identity.band
     seen: dict[Chain, int] = {}
     for chain in islice(arms, DRAWS):
@@ -82,20 +82,20 @@ def sample_chain(identity: ProblemId, family: Family | None = None, attempt: int
     )
 
 
-def _told(chain: Chain, convention: str, twist_order: str = "") -> Chain:
+def _in_convention(chain: Chain, convention: str, twist_order: str = "") -> Chain:
     """Return an arm as it is told in a convention, with its twists in an order; its own, if none is named."""
-    told = replace(chain, convention=convention) if convention else chain
-    return replace(told, twist_order=twist_order) if twist_order else told
+    presented = replace(chain, convention=convention) if convention else chain
+    return replace(presented, twist_order=twist_order) if twist_order else presented
 
 
-def _draws(family: Family, stream: Stream, axes: tuple[str, ...]) -> Iterator[Chain]:
+def _sample_arms(family: Family, stream: Stream, axes: tuple[str, ...]) -> Iterator[Chain]:
     """Yield arm after arm; the first is the identity's own, unless something speaks against it."""
     yield family.sample(stream, axes)
     for again in count(1):
         yield family.sample(stream.part(f"draw {again}"), axes)
 
 
-def _that_can_be_asked(arms: Iterator[Chain], quizzes: Sequence[str]) -> Chain:
+def _first_askable(arms: Iterator[Chain], quizzes: Sequence[str]) -> Chain:
     """Return the first arm drawn that has something to ask for the short questions, which is up to its numbers too."""
     chain = next(arms)
     for another in islice(arms, QUIZ_DRAWS):
@@ -113,7 +113,7 @@ def _objection(chain: Chain, questions: Sequence[str]) -> str | None:
     return None
 
 
-def applicable(chain: Chain, among: Mapping[str, Question] = QUESTIONS) -> tuple[str, ...]:
+def applicable_questions(chain: Chain, among: Mapping[str, Question] = QUESTIONS) -> tuple[str, ...]:
     """Return the names of the questions that can be asked of an arm, in the chapter's order; others if told."""
     return tuple(name for name, question in among.items() if question.refusal(chain) is None)
 
@@ -148,16 +148,16 @@ def short_quiz(family: str | Family, convention: str = "") -> tuple[str, ...]:
 def find_questions(family: Family, convention: str = "") -> tuple[str, ...]:
     """Find out what can be asked of a family's arms."""
     if not family.varied:
-        return applicable(sample_chain(ProblemId(family.name, 0, convention=convention), family))
+        return applicable_questions(sample_chain(ProblemId(family.name, 0, convention=convention), family))
     missing = dict(QUESTIONS)
-    for arm in (_told(chain, convention) for chain in _looked_at(family)):
-        for name in applicable(arm, missing):
+    for arm in (_in_convention(chain, convention) for chain in _sampled_arms(family)):
+        for name in applicable_questions(arm, missing):
             del missing[name]
     return tuple(name for name in QUESTIONS if name not in missing)
 
 
 @cache
-def _looked_at(family: Family) -> tuple[Chain, ...]:
+def _sampled_arms(family: Family) -> tuple[Chain, ...]:
     """Return the arms from which is found out what is told of a family.
 
     Where structures are drawn, it is one arm of each of so many structures, all kinds of problems before a second of
@@ -176,23 +176,23 @@ def _looked_at(family: Family) -> tuple[Chain, ...]:
     return tuple(arms)
 
 
-def listed(family: str | Family, convention: str = "") -> Listed:
+def listing_of(family: str | Family, convention: str = "") -> FamilyListing:
     """Return what is listed of a registered family; of a robot, or of a new one, it is found out here."""
     known = family_named(family) if isinstance(family, str) else family
-    own = (None if known.robot else listing().get(known.name)) or find_out(known)
-    return replace(own, questions=find_questions(known, convention)) if convention else own
+    entry = (None if known.robot else listing().get(known.name)) or find_out(known)
+    return replace(entry, questions=find_questions(known, convention)) if convention else entry
 
 
 @cache
-def find_out(family: Family) -> Listed:
+def find_out(family: Family) -> FamilyListing:
     """Find out from a family's arms what is to be listed of it: kinds of joints, difficulty, questions."""
-    arms = _looked_at(family)
+    arms = _sampled_arms(family)
     steps = [step(arm) for arm in arms]
     kinds = "" if family.varied else "".join(joint.kind for joint in arms[0].joints)
-    return Listed(kinds, (min(steps), max(steps)), find_questions(family), _by_variation(family))
+    return FamilyListing(kinds, (min(steps), max(steps)), find_questions(family), _difficulty_by_variation(family))
 
 
-def _by_variation(family: Family) -> tuple[int, ...]:
+def _difficulty_by_variation(family: Family) -> tuple[int, ...]:
     """Return the difficulty of an arm at each step of variation; all arms of a family have that of a step's.
 
     A robot of a file has no such steps.
@@ -214,7 +214,7 @@ def check_questions(
     _check_names(questions)
     if FAMILIES.get(known.name) is known:
         for name in questions:
-            if (reason := ASKED[name].not_of(convention or CONVENTIONS[0])) is not None:
+            if (reason := ASKED[name].objection_to_convention(convention or CONVENTIONS[0])) is not None:
                 raise QdotError(f"question {name!r} can't be asked of {known.name}: {reason}")
     if FAMILIES.get(known.name) is known and known.name in listing() and not convention:
         can_be_asked = listing()[known.name].questions
@@ -227,7 +227,7 @@ def check_questions(
                     f"`qdot families {known.name}` lists what can"
                 )
     identity = ProblemId(known.name, 0, tuple(questions), band=band, variation=variation, convention=convention)
-    _check_asked(sample_chain(identity, known), questions, known, convention)
+    _check_can_be_asked(sample_chain(identity, known), questions, known, convention)
 
 
 def _check_names(questions: Sequence[str]) -> None:
@@ -236,7 +236,7 @@ def _check_names(questions: Sequence[str]) -> None:
             raise unknown("question", name, list(ASKED))
         if list(questions).count(name) > 1:
             raise QdotError(f"question {name!r} is asked twice")
-        shown = next((other for other in ASKED[name].shows if other in questions), None)
+        shown = next((asked for asked in ASKED[name].shows if asked in questions), None)
         if shown is not None:
             raise QdotError(
                 f"question {name!r} shows the answer to {shown!r} among its options; ask them of different arms, each "
@@ -244,11 +244,11 @@ def _check_names(questions: Sequence[str]) -> None:
             )
 
 
-def _check_asked(chain: Chain, questions: Sequence[str], family: Family, convention: str) -> None:
+def _check_can_be_asked(chain: Chain, questions: Sequence[str], family: Family, convention: str) -> None:
     objection = _objection(chain, questions)
     if objection is not None:
-        told = f" --convention {convention}" if convention else ""
-        raise QdotError(f"{objection}; `qdot families {family.robot or family.name}{told}` lists what can")
+        option = f" --convention {convention}" if convention else ""
+        raise QdotError(f"{objection}; `qdot families {family.robot or family.name}{option}` lists what can")
 
 
 def generate(
@@ -275,7 +275,7 @@ def generate(
     again = known.varied or any(name in QUIZZES for name in identity.questions)
     for attempt in range(ATTEMPTS if again else 1):
         chain = sample_chain(identity, family, attempt)
-        _check_asked(chain, identity.questions, known, identity.convention)
+        _check_can_be_asked(chain, identity.questions, known, identity.convention)
         try:
             return Problem(identity, chain, _parts(identity, chain, points))
         except RuntimeError:
@@ -286,14 +286,14 @@ def generate(
 
 def _parts(identity: ProblemId, chain: Chain, points: Sequence[float] | None) -> tuple[Part, ...]:
     """Return the parts of a problem. Raises RuntimeError where a question finds nothing to ask of the arm."""
-    names = identity.questions or applicable(chain)
+    names = identity.questions or applicable_questions(chain)
     parts = []
     for index, name in enumerate(names):
         question = ASKED[name]
         answer, details = question.ask(chain, Stream(f"qdot/{identity.engine}/{identity.family_and_seed}/{name}"))
-        given = question.points if points is None else points[index]
+        part_points = question.points if points is None else points[index]
         needs = tuple(need for need in question.needs if need in names)
-        parts.append(Part(name, name, answer, given, needs, details))
+        parts.append(Part(name, name, answer, part_points, needs, details))
     return tuple(parts)
 
 
@@ -312,7 +312,7 @@ def student_problem_id(
 
     It depends on nobody else, so that a student who joins later changes no other problem.
     """
-    seed = derived_seed(secret, student, slot, family)
+    seed = derive_seed(secret, student, slot, family)
     return ProblemId(
         family, seed, tuple(questions), band=band, variation=variation, convention=convention, twist_order=twist_order
     )

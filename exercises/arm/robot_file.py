@@ -48,7 +48,7 @@ from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.standard_table import Row, axes_of_rows, by_axes, is_rounded, modified, standard
 from qdot.exercises.arm.urdf import UrdfChain, read_urdf
 from qdot.exercises.common.errors import QdotError, unknown
-from qdot.exercises.common.input_file import Place, TomlFile, read_table, read_toml, shown
+from qdot.exercises.common.input_file import Place, TomlFile, read_table, read_toml, toml_text
 from qdot.exercises.common.stream import Stream
 
 ROW_KEYS = Convention.joint_keys
@@ -264,8 +264,8 @@ class _Reader:
         with self.file.at(key):
             if value not in known:
                 meant = ALIASES.get(str(value).lower().replace("_", "-")) if key == "convention" else None
-                hint = f"; for what you wrote, that is {shown(meant)}" if meant else ""
-                raise QdotError(f"it is {' or '.join(map(shown, known))}{hint}")
+                hint = f"; for what you wrote, that is {toml_text(meant)}" if meant else ""
+                raise QdotError(f"it is {' or '.join(map(toml_text, known))}{hint}")
         return str(value)
 
     def _kind(self, index: int, row: dict[str, Any]) -> str:
@@ -284,7 +284,7 @@ class _Reader:
         key = next((key for key in row if key in (("axis",) if self.has_table else ROW_KEYS[1:])), None)
         if key is None:
             return
-        name, keys = shown(self.convention.name), ", ".join(self.convention.joint_keys)
+        name, keys = toml_text(self.convention.name), ", ".join(self.convention.joint_keys)
         stated_convention = f"says convention = {name}" if "convention" in self.table else "says no convention"
         if not self.has_table:
             hint = (
@@ -432,7 +432,7 @@ class _Reader:
             try:
                 values.append(self._check_entry(self._value(entry, are_angles), are_angles))
             except QdotError as error:
-                raise QdotError(f"{axis} = {shown(entry)}: {error}") from None
+                raise QdotError(f"{axis} = {toml_text(entry)}: {error}") from None
         return values[0], values[1], values[2]
 
     def _value(self, raw: object, is_angle: bool) -> sp.Expr:
@@ -548,13 +548,13 @@ def _range(name: str, ends: object) -> tuple[int, int]:
         raise QdotError(_RANGE)
     low, high = ends
     if low <= 0:
-        raise QdotError(f"{shown(low)} is not positive; {_RANGE}")
+        raise QdotError(f"{toml_text(low)} is not positive; {_RANGE}")
     if high >= 1000:
-        raise QdotError(f"{shown(high)} is too long; {_RANGE}")
+        raise QdotError(f"{toml_text(high)} is too long; {_RANGE}")
     if low == high:
         raise QdotError(f"both ends are the same, so that nothing is drawn; {_RANGE}")
     if low > high:
-        raise QdotError(f"the smaller end stands first; write {name} = {shown([high, low])}")
+        raise QdotError(f"the smaller end stands first; write {name} = {toml_text([high, low])}")
     first = max(1, int((100 * Decimal(low)).to_integral_value(ROUND_FLOOR)))
     last = int((100 * Decimal(high)).to_integral_value(ROUND_CEILING))
     if first != 100 * low or last != 100 * high:

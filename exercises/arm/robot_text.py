@@ -11,7 +11,7 @@ from qdot.exercises.arm.conventions.base import Convention
 from qdot.exercises.arm.robot_file import Robot
 from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.input_file import shown
+from qdot.exercises.common.input_file import toml_text
 
 Entries = Sequence[tuple[str, str]]
 
@@ -24,12 +24,12 @@ def robot_text(robot: Robot, convention: str) -> str:
     chain = robot.chain
     presented = REGISTRY[convention](chain)
     top, joints = _table_entries(presented) if presented.has_frames else _screw_entries(chain)
-    head = [("name", shown(chain.title or chain.name))]
-    head += [("source", shown(robot.source))] if robot.source else []
-    head += [("convention", shown(convention))] if convention != CONVENTIONS[0] else []
+    head = [("name", toml_text(chain.title or chain.name))]
+    head += [("source", toml_text(robot.source))] if robot.source else []
+    head += [("convention", toml_text(convention))] if convention != CONVENTIONS[0] else []
     if presented.twist_orders and chain.twist_order != TWIST_ORDERS[0]:
-        head.append(("twist_order", shown(chain.twist_order)))
-    head += [("task", shown(list(chain.task))), *top]
+        head.append(("twist_order", toml_text(chain.twist_order)))
+    head += [("task", toml_text(list(chain.task))), *top]
     limits = [*robot.limits, *[None] * (chain.n - len(robot.limits))]
     rows = [
         [*joint, *([("limits", _format_list(ends))] if ends else [])]
@@ -64,18 +64,18 @@ def _screw_entries(chain: Chain) -> tuple[Entries, list[Entries]]:
                 f"axis {number} of {chain.name} is turned by an angle that is open; axes are given in numbers"
             )
         through = [("point", _format_list(axis.point))] if axis.kind == "R" else []
-        joints.append([("kind", shown(axis.kind)), ("axis", _format_list(axis.direction)), *through])
+        joints.append([("kind", toml_text(axis.kind)), ("axis", _format_list(axis.direction)), *through])
     return [("point", _format_point(place, chain.point.frame == chain.n, is_at_home=True))], joints
 
 
 def _row_entries(kind: str, theta: sp.Expr, d: sp.Expr, a: sp.Expr, alpha: sp.Expr) -> Entries:
     values = {"theta": theta, "d": d, "a": a, "alpha": alpha}
-    return [("kind", shown(kind)), *((key, _format_entry(value)) for key, value in values.items())]
+    return [("kind", toml_text(kind)), *((key, _format_entry(value)) for key, value in values.items())]
 
 
 def _format_point(point: Point, is_last: bool, is_at_home: bool = False) -> str:
     if point.is_origin and not is_at_home:
-        return shown(f"O{point.frame}")
+        return toml_text(f"O{point.frame}")
     offset = _format_list(point.offset)
     return offset if is_last else f"{{frame = {point.frame}, offset = {offset}}}"
 
@@ -98,4 +98,4 @@ def _format_entry(value: sp.Expr) -> str:
                 rest //= prime
         if rest == 1 and value.q < 10**9:
             return str(value.p) if value.q == 1 else format((Decimal(value.p) / Decimal(value.q)).normalize(), "f")
-    return shown(sp.sstr(value))
+    return toml_text(sp.sstr(value))

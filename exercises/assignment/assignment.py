@@ -25,7 +25,7 @@ from qdot.exercises.assignment.redrawn import Redraws, read_redrawn
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import is_changed_by_windows
 from qdot.exercises.common.input_file import TomlFile, read_table, read_text, read_toml
-from qdot.exercises.common.variation import AXES, DEFAULT, STEPS, named, of_axes
+from qdot.exercises.common.variation import AXES, DEFAULT, STEPS, canonical_name, name_of_axes
 from qdot.exercises.families import Family
 from qdot.exercises.families.own import own_family
 from qdot.exercises.formula.identity import Rounding
@@ -231,7 +231,7 @@ class Assignment:
         """Return the assignment with another variation in all slots. Raises QdotError if a question is impossible."""
         slots = []
         for slot in self.slots:
-            slots.append(replace(slot, variation=named(variation)))
+            slots.append(replace(slot, variation=canonical_name(variation)))
             try:
                 check_questions(slot.family, slot.questions, slot.band, slots[-1].variation, slot.convention)
             except QdotError as error:
@@ -445,7 +445,7 @@ def _slot(file: TomlFile, index: int, entry: ProblemEntry, defaults: _Defaults, 
 
 
 def _read_variation(setting: str | list[str]) -> str:
-    return named(setting) if isinstance(setting, str) else of_axes(setting)
+    return canonical_name(setting) if isinstance(setting, str) else name_of_axes(setting)
 
 
 def _read_convention(setting: str | None) -> str | None:

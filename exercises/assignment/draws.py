@@ -15,11 +15,11 @@ from qdot.exercises.arm.chain import CONVENTIONS
 from qdot.exercises.assignment.assignment import Assignment, Slot
 from qdot.exercises.assignment.redrawn import DRAWS, REDRAWN, Redraw, write_redrawn
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.input_file import shown
+from qdot.exercises.common.input_file import toml_text
 from qdot.exercises.common.parallel import ordered_map
 from qdot.exercises.common.variation import STEPS
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.generation import listed
+from qdot.exercises.generation import listing_of
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.verify import FULL_RANK
@@ -278,7 +278,7 @@ def _fewer_questions(slot: Slot, passes: Passes) -> list[str]:
     rest = tuple(name for name in slot.questions if name not in faulty)
     if not faulty or not rest or not passes(replace(slot, questions=rest)):
         return []
-    return [f"questions = {shown(list(rest))}, without {', '.join(faulty)}"]
+    return [f"questions = {toml_text(list(rest))}, without {', '.join(faulty)}"]
 
 
 def _other_variation(slot: Slot, passes: Passes) -> list[str]:
@@ -306,6 +306,6 @@ def _similar_families(slot: Slot, student: str, assignment: Assignment) -> list[
     can = [
         name
         for name, family in FAMILIES.items()
-        if name != slot.family.name and not family.varied and asked <= set(listed(name).questions)
+        if name != slot.family.name and not family.varied and asked <= set(listing_of(name).questions)
     ]
-    return sorted(can, key=lambda name: abs(len(listed(name).kinds) - joints))[:TRIED_FAMILIES]
+    return sorted(can, key=lambda name: abs(len(listing_of(name).kinds) - joints))[:TRIED_FAMILIES]

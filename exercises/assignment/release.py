@@ -22,7 +22,7 @@ from qdot.exercises.assignment.redrawn import REDRAWN, Redraw
 from qdot.exercises.assignment.sets import DEFAULT_SET, SETS, ProblemSet
 from qdot.exercises.assignment.store import store_path, store_problems
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.files import made_lasting, make_folder, tidied, write_atomically
+from qdot.exercises.common.files import clean_up_after, flush_disk_after, make_folder, write_atomically
 from qdot.exercises.common.parallel import ordered_map
 from qdot.exercises.common.variation import DEFAULT
 from qdot.exercises.notebook.notebook import notebook_text, solution_notebook, student_notebook
@@ -234,8 +234,8 @@ def release(
     notebooks = [notebook_path(assignment, student, kind) for student in students for kind in KINDS]
     others = [path(assignment, student) for student in students for path in (certificate_path, store_path)]
     with (
-        tidied([*notebooks, *others, assignment.folder / REDRAWN]),
-        made_lasting(assignment.folder) as now_and_then,
+        clean_up_after([*notebooks, *others, assignment.folder / REDRAWN]),
+        flush_disk_after(assignment.folder) as now_and_then,
     ):
         while students:
             again: list[str] = []

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from qdot.exercises.common.completion import among
+from qdot.exercises.common.completion import complete_names
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.variation import AXES, DEFAULT, STEPS
 
@@ -18,14 +18,16 @@ if TYPE_CHECKING:  # it is loaded where there is a terminal
     from rich.progress import Progress
 
 
-def _variation(default: str) -> Any:
-    said = f"How far arms lead away from the chapter's: {', '.join(STEPS)}, or axes as in lengths+base; default: "
-    return typer.Option("--variation", help=f"{said}{default}.", autocompletion=among(STEPS, AXES, between="+"))
+def _variation_option(default: str) -> Any:
+    text = f"How far arms lead away from the chapter's: {', '.join(STEPS)}, or axes as in lengths+base; default: "
+    return typer.Option(
+        "--variation", help=f"{text}{default}.", autocompletion=complete_names(STEPS, AXES, between="+")
+    )
 
 
-VariationOption = Annotated[str, _variation(f"what the id says, else {DEFAULT}")]
-BankVariationOption = Annotated[str, _variation("what assignment.toml says")]
-SiteVariationOption = Annotated[str, _variation("one step after the other, or what assignment.toml says")]
+VariationOption = Annotated[str, _variation_option(f"what the id says, else {DEFAULT}")]
+BankVariationOption = Annotated[str, _variation_option("what assignment.toml says")]
+SiteVariationOption = Annotated[str, _variation_option("one step after the other, or what assignment.toml says")]
 
 _CONTROLS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
 
@@ -36,7 +38,7 @@ def printable(text: str) -> str:
     >>> print(printable("name\x1b[2J"))
     name\u001b[2J
     """
-    return _CONTROLS.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
+    return _CONTROLS.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
 
 
 def say(text: str) -> None:
@@ -87,7 +89,7 @@ def progress(title: str, total: int) -> Iterator["Counter"]:
 
 
 @contextmanager
-def working(title: str) -> Iterator[None]:
+def show_work(title: str) -> Iterator[None]:
     """Show on a terminal what the block works on, and for how long; nothing of it stays."""
     if not sys.stderr.isatty():
         yield
@@ -107,14 +109,14 @@ class Counter:
 
     def __init__(self, title: str, total: int) -> None:
         self._title, self._total, self._done = title, total, 0
-        self._due = time.monotonic() + EVERY
+        self._next_note = time.monotonic() + EVERY
 
     def step(self) -> None:
         """Count one more."""
         self._done += 1
-        if time.monotonic() >= self._due:
+        if time.monotonic() >= self._next_note:
             note(f"{self._title}: {self._done} of {self._total}")
-            self._due += EVERY
+            self._next_note += EVERY
 
 
 class BarCounter(Counter):

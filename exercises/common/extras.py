@@ -30,8 +30,8 @@ class Extra:
 
 
 EXTRAS = {
-    one.name: one
-    for one in (
+    extra.name: extra
+    for extra in (
         Extra("pdf", ("typst",), "handouts, exams and keys as PDF: `qdot export --to pdf`"),
         Extra(
             "report", ("matplotlib", "xlsxwriter"),
@@ -60,7 +60,7 @@ def install_words(extra: str = "") -> str:
     return f"pip install {quoted}"
 
 
-def lacking(extra: str, what: str, module: str = "") -> str:
+def explain_missing(extra: str, what: str, module: str = "") -> str:
     """Return what is said where `what` can't be had without an extra, or one library of it; nothing where it is."""
     missing = [name for name in EXTRAS[extra].missing if module in ("", name)]
     if not missing:
@@ -72,5 +72,5 @@ def lacking(extra: str, what: str, module: str = "") -> str:
 
 def need(extra: str, what: str, module: str = "") -> None:
     """Raise QdotError where an extra is not installed, or one library of it."""
-    if said := lacking(extra, what, module):
-        raise QdotError(said)
+    if message := explain_missing(extra, what, module):
+        raise QdotError(message)

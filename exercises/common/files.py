@@ -46,7 +46,7 @@ def write_atomically(path: Path, content: str | bytes, mode: int = 0o644, *, las
     """Write `content` beside `path` and rename it into place; on any failure `path` is as it was. Raises QdotError.
 
     It is on the disk before it has the name, and has the name for good before this returns, whatever fails then. Where
-    that need not be `lasting`, as a rerun makes it anew, nobody waits for the disk (see `made_lasting`).
+    that need not be `lasting`, as a rerun makes it anew, nobody waits for the disk (see `flush_disk_after`).
 
     A link stays, and what it leads to is written. A device, a pipe or /dev/stdout is written in place: a file that took
     its name would take its place for every program on the machine.
@@ -76,7 +76,7 @@ def _is_in_place(path: Path) -> bool:
 
 def _write_and_rename(path: Path, data: bytes, mode: int, lasting: bool) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = _begun(path)
+    handle, name = _open_temporary(path)
     try:
         with os.fdopen(handle, "wb") as file:
             file.write(data)
@@ -107,25 +107,25 @@ def _flush_names(folder: Path) -> None:
 
 
 @contextlib.contextmanager
-def made_lasting(folder: Path) -> Iterator[Callable[[], None]]:
+def flush_disk_after(folder: Path) -> Iterator[Callable[[], None]]:
     """See to it that what is written into a folder, and on the same disk, outlives a loss of power.
 
     That is so in the end, and whenever the function returned is called: for one file by itself the disk takes longer
     than a student's notebook does, for all files of a second no longer than for one. It is not asked twice in a second,
     nor before twenty times as long as it took.
     """
-    due = time.monotonic() + 1.0
+    next_flush = time.monotonic() + 1.0
 
-    def now_and_then() -> None:
-        nonlocal due
+    def flush_now_and_then() -> None:
+        nonlocal next_flush
         begun = time.monotonic()
-        if begun >= due:
+        if begun >= next_flush:
             _flush_disk(folder)
             ended = time.monotonic()
-            due = ended + max(1.0, 20 * (ended - begun))
+            next_flush = ended + max(1.0, 20 * (ended - begun))
 
     try:
-        yield now_and_then
+        yield flush_now_and_then
     finally:
         _flush_disk(folder)
 
@@ -143,7 +143,7 @@ def _flush_disk(folder: Path) -> None:
 # --- files begun, and left behind by a process that was killed ---
 
 
-def _begun(path: Path) -> tuple[int, str]:
+def _open_temporary(path: Path) -> tuple[int, str]:
     """Return handle and name of a new file beside `path`, locked for as long as this process has it open."""
     while True:
         handle, name = tempfile.mkstemp(dir=path.parent, prefix=_prefix(path), suffix=".tmp")
@@ -189,7 +189,7 @@ def _lock_on_windows(handle: int, wait: bool) -> None:
 
 
 @contextlib.contextmanager
-def tidied(paths: Iterable[Path]) -> Iterator[None]:
+def clean_up_after(paths: Iterable[Path]) -> Iterator[None]:
     """Remove what an earlier run left behind for these paths, and in the end what this run's own dead workers did."""
     known = list(paths)
     remove_left_behind(known)

@@ -41,7 +41,7 @@ _HINTS = (
 
 def read_text(path: Path, missing: str = "") -> str:
     """Return the text of a file. Raises QdotError; `missing` says what to do where there is none."""
-    content = _content(path, missing)
+    content = _read_bytes(path, missing)
     try:
         return content.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
     except UnicodeDecodeError as error:
@@ -55,7 +55,7 @@ def read_table_text(path: Path, missing: str = "") -> str:
     They are UTF-8, UTF-16 with its mark at the beginning ("Unicode text"), and Windows-1252 (plain "CSV"), for which
     is taken what is no UTF-8 and has nothing in UTF-8 in it.
     """
-    content = _content(path, missing)
+    content = _read_bytes(path, missing)
     if content.startswith((b"PK\x03\x04", b"\xd0\xcf\x11\xe0")):
         raise QdotError(f'{path}: this is an Excel workbook, whatever its name says; in Excel, save it as "CSV UTF-8"')
     if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
@@ -77,7 +77,7 @@ _IN_UTF_8 = re.compile(rb"[\xc2-\xdf][\x80-\xbf]|[\xe0-\xef][\x80-\xbf]{2}|[\xf0
 """A character of several bytes in UTF-8; in Windows-1252, it would be a letter with accent before a sign."""
 
 
-def _content(path: Path, missing: str) -> bytes:
+def _read_bytes(path: Path, missing: str) -> bytes:
     try:
         return path.read_bytes()
     except FileNotFoundError:
@@ -108,25 +108,25 @@ class TomlFile:
         for key in place:
             known = key in value if isinstance(value, dict) else isinstance(value, list)
             value = value[key] if known else None
-        said = self._named(place, place)
+        where = self._describe_place(place, place)
         simple = place and value is not None and not isinstance(value, dict) and not _holds_tables(value)
-        text = shown(value) if simple else ""
-        return f"{said} = {text}" if text and len(text) <= _SHORT else said
+        text = toml_text(value) if simple else ""
+        return f"{where} = {text}" if text and len(text) <= _SHORT else where
 
     def place_of_key(self, *place: str | int) -> str:
         """Return the place of a table as messages name it, with the line of its last key, which is the odd one."""
-        return self._named(place[:-1], place)
+        return self._describe_place(place[:-1], place)
 
-    def _named(self, place: Place, key: Place) -> str:
+    def _describe_place(self, place: Place, key: Place) -> str:
         """Return the file, the line of `key` and the place as in "joint 2: alpha"."""
         number = self.line(key)
-        said = [str(self.path), *([f"line {number}"] if number else [])]
+        parts = [str(self.path), *([f"line {number}"] if number else [])]
         for step in place:
             if isinstance(step, int):
-                said[-1] += f" {step + 1}"
+                parts[-1] += f" {step + 1}"
             else:
-                said.append(step)
-        return ": ".join(said)
+                parts.append(step)
+        return ": ".join(parts)
 
     def check_keys(
         self, place: Place, known: Sequence[str], needed: Sequence[str] = (), above: Sequence[str] = ()
@@ -139,7 +139,7 @@ class TomlFile:
         for key in place:
             table = table[key]
         for key in table:
-            where = self._named(place, (*place, key))
+            where = self._describe_place(place, (*place, key))
             if key in above and key not in known:
                 raise QdotError(f"{where}: the key {key!r} stands at the top of the file, above every [[{place[0]}]]")
             if key not in known:
@@ -152,7 +152,9 @@ class TomlFile:
                 raise QdotError(f"{where}: {unknown('key', key, tuple(known))}")
         for key in needed:
             if key not in table:
-                raise QdotError(f"{self._named(place, place)}: the key {key!r} is missing; needed: {', '.join(needed)}")
+                raise QdotError(
+                    f"{self._describe_place(place, place)}: the key {key!r} is missing; needed: {', '.join(needed)}"
+                )
 
     def line(self, place: Place) -> int | None:
         """Return the number of the line where a place is written: of its key, else of its [header]; None if unknown."""
@@ -163,9 +165,11 @@ class TomlFile:
         top = self.content.get(keys[0]) if keys else None
         if len(place) > 1 or isinstance(top, dict) or _holds_tables(top):
             index = place[1] if len(place) > 1 and isinstance(place[1], int) else 0
-            own = [i for i in headers if re.match(rf"\s*\[\[?\s*{re.escape(str(place[0]))}\s*\]", lines[i])]
-            if index < len(own):
-                header = own[index]
+            headers_of_place = [
+                i for i in headers if re.match(rf"\s*\[\[?\s*{re.escape(str(place[0]))}\s*\]", lines[i])
+            ]
+            if index < len(headers_of_place):
+                header = headers_of_place[index]
                 start = header + 1
         end = next((i for i in headers if i >= start), len(lines))
         for number in range(start, end):
@@ -184,8 +188,8 @@ def read_toml(path: Path, missing: str = "", decimals: Callable[[str], Any] = De
     try:
         return TomlFile(path, text, tomllib.loads(text, parse_float=decimals))
     except tomllib.TOMLDecodeError as error:
-        said = re.fullmatch(r"(.*) \(at (?:line (\d+), column \d+|end of document)\)", str(error))
-        what, line = said.groups() if said else (str(error), None)
+        match = re.fullmatch(r"(.*) \(at (?:line (\d+), column \d+|end of document)\)", str(error))
+        what, line = match.groups() if match else (str(error), None)
         what = re.sub(r"\('(.*?)',?\)", r"'\1'", what)  # a key, as Python writes it
         number = line or str(max(1, len(text.splitlines())))
         hint = next((hint for sign, hint in _HINTS if sign in what.lower()), "")
@@ -194,10 +198,10 @@ def read_toml(path: Path, missing: str = "", decimals: Callable[[str], Any] = De
         raise QdotError(f"{path}: line {number}: not valid TOML: {what[:1].lower()}{what[1:]}{hint}") from None
 
 
-def shown(value: object) -> str:
+def toml_text(value: object) -> str:
     """Return a value as TOML has it.
 
-    >>> print(shown(["a", Decimal("0.40"), True]))
+    >>> print(toml_text(["a", Decimal("0.40"), True]))
     ["a", 0.40, true]
     """
     if isinstance(value, bool):
@@ -207,9 +211,9 @@ def shown(value: object) -> str:
     if isinstance(value, (float, Decimal)):
         return str(value).replace("Infinity", "inf").replace("NaN", "nan")
     if isinstance(value, (list, tuple)):
-        return f"[{', '.join(map(shown, value))}]"
+        return f"[{', '.join(map(toml_text, value))}]"
     if isinstance(value, dict):
-        return f"{{{', '.join(f'{key} = {shown(item)}' for key, item in value.items())}}}"
+        return f"{{{', '.join(f'{key} = {toml_text(item)}' for key, item in value.items())}}}"
     return value.isoformat() if isinstance(value, (datetime.date, datetime.time)) else str(value)
 
 
@@ -265,10 +269,10 @@ def csv_rows(text: str, begins: list[int] | None = None) -> Iterator[tuple[int, 
     """
     begins = [] if begins is None else begins
     first, _, rest = text.partition("\n")
-    skipped, said = 0, re.fullmatch(r'"?sep=(.)"?', first.strip("\ufeff"), re.IGNORECASE)
-    if said and said[1] in SEPARATORS:
+    skipped, match = 0, re.fullmatch(r'"?sep=(.)"?', first.strip("\ufeff"), re.IGNORECASE)
+    if match and match[1] in SEPARATORS:
         text, skipped = rest, 1
-    separator = said[1] if skipped and said else _separator(first)
+    separator = match[1] if skipped and match else _separator(first)
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator, strict=True)
     begins.append(1 + skipped)
     for row in reader:
@@ -277,10 +281,10 @@ def csv_rows(text: str, begins: list[int] | None = None) -> Iterator[tuple[int, 
         begins.append(reader.line_num + 1 + skipped)
 
 
-def without_lines(content: bytes, gone: Collection[int]) -> bytes:
+def remove_rows(content: bytes, gone: Collection[int]) -> bytes:
     r"""Return a table without the rows that begin on these lines; all others stay byte for byte. Raises csv.Error.
 
-    >>> without_lines(b'student;name\r\n7;"Ada\r\nA"\r\n8;Bo\r\n', {2})
+    >>> remove_rows(b'student;name\r\n7;"Ada\r\nA"\r\n8;Bo\r\n', {2})
     b'student;name\r\n8;Bo\r\n'
     """
     is_utf_16 = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
@@ -290,7 +294,9 @@ def without_lines(content: bytes, gone: Collection[int]) -> bytes:
     begins: list[int] = []
     for _ in csv_rows("\n".join(line.rstrip("\r\n") for line in lines), begins):
         pass
-    row_of = {number: max((one for one in begins if one <= number), default=0) for number in range(1, len(lines) + 1)}
+    row_of = {
+        number: max((begin for begin in begins if begin <= number), default=0) for number in range(1, len(lines) + 1)
+    }
     return "".join(line for number, line in enumerate(lines, 1) if row_of[number] not in gone).encode(code)
 
 

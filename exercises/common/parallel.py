@@ -76,7 +76,7 @@ def ordered_map(
     done = 0
     while done < len(items):
         try:
-            with closing(_pooled(work, items[done:], jobs, chunk, setup, arguments)) as every:
+            with closing(_run_pool(work, items[done:], jobs, chunk, setup, arguments)) as every:
                 for made in every:
                     done += 1
                     yield made
@@ -87,7 +87,7 @@ def ordered_map(
                 ) from None
             for item in items[done : done + jobs + 1]:  # a pool has no more out at a time, and takes them in order
                 done += 1
-                yield _alone(work, item, setup, arguments, lost)
+                yield _run_alone(work, item, setup, arguments, lost)
 
 
 def load_ahead(modules: Sequence[str]) -> None:
@@ -99,7 +99,7 @@ def load_ahead(modules: Sequence[str]) -> None:
         return
     multiprocessing.get_context("forkserver").set_forkserver_preload(list(modules))
     resource_tracker.ensure_running()
-    with _stop_put_off():
+    with _defer_stop():
         forkserver.ensure_running()
     atexit.register(stop_loading)
 
@@ -114,7 +114,7 @@ def stop_loading() -> None:
             os.kill(process, signal.SIGKILL)
 
 
-def _alone(
+def _run_alone(
     work: Callable[[State, Item], Made],
     item: Item,
     setup: Callable[..., State],
@@ -124,14 +124,14 @@ def _alone(
     """Return `work(state, item)` from a process that does nothing else, or from a second one if that dies."""
     for _ in range(2):
         try:
-            (made,) = _pooled(work, [item], 1, 1, setup, arguments)
+            (made,) = _run_pool(work, [item], 1, 1, setup, arguments)
             return made
         except BrokenProcessPool:
             continue
     return lost(item)
 
 
-def _pooled(
+def _run_pool(
     work: Callable[[State, Item], Made],
     items: Sequence[Item],
     jobs: int,
@@ -150,7 +150,7 @@ def _pooled(
         try:
             if is_served:
                 resource_tracker.ensure_running()  # it would undo what comes next
-            with _stop_put_off():  # whatever starts in here never sees a Ctrl-C, and starts whole
+            with _defer_stop():  # whatever starts in here never sees a Ctrl-C, and starts whole
                 if is_forked:
                     gc.freeze()  # no collection in a process writes to what it shares with this one
                 elif is_served:
@@ -168,7 +168,7 @@ def _pooled(
 
 
 @contextmanager
-def _stop_put_off() -> Iterator[None]:
+def _defer_stop() -> Iterator[None]:
     """Let a stop take effect after the block only; what starts in it is born deaf to what a whole group is sent."""
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -216,7 +216,7 @@ def _begin(setup: Callable[..., object], arguments: tuple[Any, ...]) -> None:
         signal.signal(number, signal.SIG_IGN)
     if MASKS:
         signal.pthread_sigmask(signal.SIG_UNBLOCK, OF_GROUP)
-    signal.signal(signal.SIGTERM, _terminated)
+    signal.signal(signal.SIGTERM, _handle_termination)
     threading.Thread(target=_follow_parent, daemon=True).start()
     _state = setup(*arguments)
     Finalize(None, _close, (_state,), exitpriority=10)  # when there is no more to do
@@ -241,7 +241,7 @@ def _follow_parent() -> None:
         os.kill(os.getpid(), signal.SIGTERM)
 
 
-def _terminated(*_: object) -> None:
+def _handle_termination(*_: object) -> None:
     if _busy:
         raise SystemExit(1)  # half-written files are taken away on the way out
     _leave()

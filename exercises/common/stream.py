@@ -60,7 +60,7 @@ class Stream:
         """Return an integer from `low` to `high`, both included."""
         return low + self.below(high - low + 1)
 
-    def shuffled(self, items: Sequence[T]) -> list[T]:
+    def permutation(self, items: Sequence[T]) -> list[T]:
         """Return the items in random order (Fisher-Yates)."""
         out = list(items)
         for i in range(len(out) - 1, 0, -1):
@@ -74,7 +74,7 @@ class Stream:
         return low + (high - low) * unit
 
 
-def derived_seed(secret: str, *parts: str) -> int:
+def derive_seed(secret: str, *parts: str) -> int:
     """Return the 63-bit seed that only a holder of `secret` can work out for `parts` (HMAC-SHA-256).
 
     Parts are joined by a null byte, which no name may hold, so that ("a", "bc") and ("ab", "c") differ.

@@ -59,14 +59,14 @@ def time_limit(seconds: float) -> Iterator[None]:
     try:
         yield
     except (OutOfTime, KeyboardInterrupt):
-        end_of(alarm, OutOfTime)
+        stop_alarm(alarm, OutOfTime)
         clear_cache()
         raise
     finally:
-        end_of(alarm, OutOfTime)
+        stop_alarm(alarm, OutOfTime)
 
 
-def end_of(alarm: "_Alarm | Watch", kind: type[BaseException]) -> None:
+def stop_alarm(alarm: "_Alarm | Watch", kind: type[BaseException]) -> None:
     """Let no stop of this kind come any more, though one may come on the way to that."""
     while True:
         try:

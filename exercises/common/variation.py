@@ -31,25 +31,25 @@ def axes_of(variation: str) -> tuple[str, ...]:
     >>> axes_of("zeros"), axes_of("+zeros"), axes_of("base+lengths")
     (('lengths', 'zeros'), ('zeros',), ('lengths', 'base'))
     """
-    return STEPS[variation] if variation in STEPS else _known(variation.removeprefix("+").split("+"))
+    return STEPS[variation] if variation in STEPS else _check_axes(variation.removeprefix("+").split("+"))
 
 
-def named(variation: str) -> str:
+def canonical_name(variation: str) -> str:
     """Return the one name of a variation: a step's where it is one, else its axes in order. Raises QdotError.
 
-    >>> named("zeros+lengths"), named("base+lengths"), named("+zeros")
+    >>> canonical_name("zeros+lengths"), canonical_name("base+lengths"), canonical_name("+zeros")
     ('zeros', 'lengths+base', '+zeros')
     """
     return _name(axes_of(variation))
 
 
-def of_axes(names: Sequence[str]) -> str:
+def name_of_axes(names: Sequence[str]) -> str:
     """Return the name of the variation along some axes; without any, it is the chapter's arm. Raises QdotError.
 
-    >>> of_axes(["zeros"]), of_axes([])
+    >>> name_of_axes(["zeros"]), name_of_axes([])
     ('+zeros', 'chapter')
     """
-    return _name(_known(names))
+    return _name(_check_axes(names))
 
 
 def _name(axes: tuple[str, ...]) -> str:
@@ -57,7 +57,7 @@ def _name(axes: tuple[str, ...]) -> str:
     return next((step for step, its in STEPS.items() if its == axes), f"+{text}" if text in STEPS else text)
 
 
-def _known(names: Sequence[str]) -> tuple[str, ...]:
+def _check_axes(names: Sequence[str]) -> tuple[str, ...]:
     for name in names:
         if name not in AXES:
             raise unknown("variation", name, [*STEPS, *(axis for axis in AXES if axis not in STEPS)])

@@ -27,7 +27,7 @@ from qdot.exercises.docs.robots import robots_page
 from qdot.exercises.docs.sharing import GROUPS, load_measured
 from qdot.exercises.docs.structures import structures_page
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.families.listing import LISTING, Listed
+from qdot.exercises.families.listing import LISTING, FamilyListing
 from qdot.exercises.figure import figure_svg, singular_svg, thumbnail_svg
 from qdot.exercises.generation import find_out, sample_chain
 from qdot.exercises.mistakes.catalogue import SECTIONS
@@ -204,7 +204,7 @@ def _entry(name: str) -> FamilyEntry:
 
 
 @cache
-def list_families() -> dict[str, Listed]:
+def list_families() -> dict[str, FamilyListing]:
     """Return what is to be listed of each family, found out from its arms."""
     return {name: find_out(family) for name, family in FAMILIES.items()}
 

@@ -10,7 +10,7 @@ from qdot.exercises.families.structures import (
     clean_classes,
     clean_structures,
     count_tables,
-    normal,
+    normal_form,
     regular_forms,
     singular_sets,
     tables,
@@ -34,7 +34,7 @@ class Count:
 def _count(n: int) -> Count:
     clean = clean_structures()[n]
     steps = Counter(structure.step for structure in clean)
-    forms = len({normal(rows) for rows in tables(n, True)})
+    forms = len({normal_form(rows) for rows in tables(n, True)})
     by_step = tuple(steps[step] for step in range(HARDEST + 1))
     classes = len(clean_classes(n))
     return Count(n, count_tables(n, True), forms, len(regular_forms(n)), len(clean), classes, by_step)
@@ -43,7 +43,7 @@ def _count(n: int) -> Count:
 def regular_tables(angles: bool) -> int:
     """Return how many DH tables of three joints are regular in some task."""
     forms = regular_forms(3)
-    return sum(2 ** sum(row.twist for row in rows) for rows in tables(3, angles) if normal(rows) in forms)
+    return sum(2 ** sum(row.twist for row in rows) for rows in tables(3, angles) if normal_form(rows) in forms)
 
 
 def structures_page() -> str:

@@ -13,7 +13,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.json_form import as_json
 from qdot.exercises.common.parallel import ordered_map
 from qdot.exercises.exports.export_format import Order
-from qdot.exercises.families.base import how_varied
+from qdot.exercises.families.base import describe_variation
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.problem.record import digests
 
@@ -55,7 +55,7 @@ def process_bank(order: Order, work: Work[Made]) -> Generator[tuple[Variant, Mad
             order.note(f"{slot.name}: {len(failed)} draws did not pass, and others were taken; the first: {failed[0]}")
         if count < order.variants:
             number = "one such problem" if count == 1 else f"{count} such problems that differ"
-            varied = how_varied(slot.family, slot.variation)
+            varied = describe_variation(slot.family, slot.variation)
             order.note(f"{slot.name}: {slot.family.name} has only {number} ({varied}), not {order.variants}")
         for _ in range(order.variants - count):
             order.each()

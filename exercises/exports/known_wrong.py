@@ -30,7 +30,7 @@ from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import OneOfSeveral, Part, Problem
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.results import is_derived, result
-from qdot.exercises.quizzes.wrong import MOST_JOINTS, NO_NUMBER, differ, in_formulas, tidied
+from qdot.exercises.quizzes.wrong import MOST_JOINTS, NO_NUMBER, differ, in_formulas, tidy_entry
 
 POINTS = 5
 LONGEST = 1500
@@ -143,7 +143,7 @@ def _apply_mistake(subject: _Subject, index: int) -> _GenericMistake | None:
     if formulas.has(*NO_NUMBER) or len(str(formulas.tolist())) > LONGEST_RAW:
         return None
     try:
-        return _GenericMistake(wrong.mistake, wrong.sentence, formulas.applyfunc(tidied))
+        return _GenericMistake(wrong.mistake, wrong.sentence, formulas.applyfunc(tidy_entry))
     except (TypeError, ValueError, BasePolynomialError):  # no trigonometric polynomial
         return None
 

@@ -31,7 +31,7 @@ from qdot.exercises.mistakes.catalogue import (
 from qdot.exercises.mistakes.configurations import Values, sample_configurations
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.geometry import distinct_lengths
-from qdot.exercises.questions.inversion import THREE_DIGITS, conditioning, draw_pose, well_conditioned
+from qdot.exercises.questions.inversion import THREE_DIGITS, conditioning, sample_pose, well_conditioned
 from qdot.exercises.questions.results import is_derived, is_made_of_jacobian, result
 from qdot.exercises.writing.latex import tex, tex_angle, tex_length, tex_value
 from qdot.exercises.writing.wording import Wording
@@ -182,7 +182,7 @@ def _configurations(chain: Chain, part: Part, stream: Stream) -> Iterator[Config
                 symbol: _draw_angle(stream) if symbol.name.startswith(("alpha", "beta")) else value
                 for symbol, value in distinct_lengths(chain, stream).items()
             }
-            joints = draw_pose(chain, stream)
+            joints = sample_pose(chain, stream)
             if not full or conditioning(chain, lengths, joints) > well_conditioned(chain) / 2:
                 break
         rates = {rate: sp.Rational(_draw_nonzero(stream, 9), 10) for rate in chain.rates}

@@ -4,7 +4,7 @@ from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.extras import lacking, need
+from qdot.exercises.common.extras import explain_missing, need
 from qdot.exercises.exports.export_format import File, Order
 from qdot.exercises.exports.sheet import Sheet, sheets
 from qdot.exercises.figure.tikz import tikz
@@ -51,7 +51,7 @@ def pdf(order: Order) -> Generator[File, None, None]:
 
 def missing_for_pdf() -> str:
     """Return how to install the library that makes PDF if it is missing, else ""."""
-    return lacking("pdf", "PDF")
+    return explain_missing("pdf", "PDF")
 
 
 def check_sheet(order: Order) -> None:

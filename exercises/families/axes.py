@@ -63,7 +63,7 @@ class Lengths:
             drawn = [rng.choice(self.of[name]) for name in names]
             if all(abs(x - y) >= APART for x, y in combinations(drawn, 2)):
                 break
-        return filled(chain, {sp.Symbol(name): metres(length) for name, length in zip(names, drawn, strict=True)})
+        return with_values(chain, {sp.Symbol(name): metres(length) for name, length in zip(names, drawn, strict=True)})
 
 
 @dataclass(frozen=True)
@@ -76,10 +76,12 @@ class LengthsTogether:
     def __call__(self, chain: Chain, rng: Stream) -> Chain:
         """Return the arm with them."""
         row = rng.choice(self.rows)
-        return filled(chain, {sp.Symbol(name): metres(length) for name, length in zip(self.names, row, strict=True)})
+        return with_values(
+            chain, {sp.Symbol(name): metres(length) for name, length in zip(self.names, row, strict=True)}
+        )
 
 
-def filled(chain: Chain, values: Mapping[sp.Symbol, sp.Expr]) -> Chain:
+def with_values(chain: Chain, values: Mapping[sp.Symbol, sp.Expr]) -> Chain:
     """Return a chain with numbers for some of its symbols."""
     joints = tuple(
         replace(joint, **{key: getattr(joint, key).xreplace(values) for key in ("theta", "d", "a", "alpha")})
@@ -101,18 +103,18 @@ class Zeros:
         """Return the arm with them."""
         joints = list(chain.joints)
         for number, choices in self.of.items():
-            joints[number - 1] = moved(joints[number - 1], rng.choice(choices))
+            joints[number - 1] = shift_zero(joints[number - 1], rng.choice(choices))
         return replace(chain, joints=tuple(joints))
 
 
-def moved(joint: Joint, by: int) -> Joint:
+def shift_zero(joint: Joint, by: int) -> Joint:
     """Return a joint whose zero is some degrees or centimetres on."""
     if joint.kind == "R":
         return replace(joint, theta=joint.theta + degrees(by))
     return replace(joint, d=joint.d + metres(by))
 
 
-def either_way(centimetres: Centimetres) -> Centimetres:
+def both_ways(centimetres: Centimetres) -> Centimetres:
     """Return lengths forward and backward."""
     return (*centimetres, *(-length for length in centimetres))
 
@@ -140,42 +142,42 @@ def senses(*groups: Sequence[int]) -> Senses:
 # --- where the base stands ---
 
 
-def in_plane(chain: Chain, rng: Stream) -> Chain:
+def place_in_plane(chain: Chain, rng: Stream) -> Chain:
     """Displace the base in the world's xy plane, along both axes, and turn it there."""
     position = (sp.Rational(rng.choice(PLACES), 10), sp.Rational(rng.choice(PLACES), 10), sp.S.Zero)
     return replace(chain, base=Base(position, degrees(rng.choice(FREE))))
 
 
-def displaced(chain: Chain, rng: Stream) -> Chain:
+def displace_base(chain: Chain, rng: Stream) -> Chain:
     """Displace the base in the world's xy plane, along both axes."""
-    return replace(chain, base=replace(in_plane(chain, rng).base, yaw=sp.S.Zero))
+    return replace(chain, base=replace(place_in_plane(chain, rng).base, yaw=sp.S.Zero))
 
 
-def on_the_floor(chain: Chain, rng: Stream) -> Chain:
+def raise_base(chain: Chain, rng: Stream) -> Chain:
     """Put the base at a height above the world's origin."""
     return replace(chain, base=Base((sp.S.Zero, sp.S.Zero, metres(rng.choice(HEIGHTS)))))
 
 
-def turned_on_the_floor(chain: Chain, rng: Stream) -> Chain:
+def raise_and_rotate_base(chain: Chain, rng: Stream) -> Chain:
     """Put the base at a height above the world's origin, and turn it."""
-    return replace(chain, base=replace(on_the_floor(chain, rng).base, yaw=degrees(rng.choice(FREE))))
+    return replace(chain, base=replace(raise_base(chain, rng).base, yaw=degrees(rng.choice(FREE))))
 
 
-def hung(chain: Chain, rng: Stream) -> Chain:
+def hang_base(chain: Chain, rng: Stream) -> Chain:
     """Put the base at a height above the world's origin, upright or upside down."""
-    return replace(chain, base=replace(on_the_floor(chain, rng).base, tilt=rng.choice((sp.S.Zero, sp.pi))))
+    return replace(chain, base=replace(raise_base(chain, rng).base, tilt=rng.choice((sp.S.Zero, sp.pi))))
 
 
-def mounted(chain: Chain, rng: Stream) -> Chain:
+def mount_base(chain: Chain, rng: Stream) -> Chain:
     """Put the base on the floor, under the ceiling or on a wall, turned by right angles."""
     tilt = rng.choice((sp.S.Zero, sp.pi, sp.pi / 2, -sp.pi / 2))
-    return replace(chain, base=replace(on_the_floor(chain, rng).base, yaw=degrees(rng.choice(OR_NONE)), tilt=tilt))
+    return replace(chain, base=replace(raise_base(chain, rng).base, yaw=degrees(rng.choice(OR_NONE)), tilt=tilt))
 
 
 # --- where the point of interest is ---
 
 
-def with_point(chain: Chain, rng: Stream, bend: sp.Expr = sp.S.Zero) -> Chain:
+def place_point(chain: Chain, rng: Stream, bend: sp.Expr = sp.S.Zero) -> Chain:
     """Have the table or a place in the last frame put the point of interest where it is.
 
     In half of all draws P is O_n, or stands beside it by `bend` along y_n. In the others a length of the table is zero
@@ -185,13 +187,15 @@ def with_point(chain: Chain, rng: Stream, bend: sp.Expr = sp.S.Zero) -> Chain:
     n = chain.n
     if rng.below(2):
         return replace(chain, tool=Point(n, (sp.S.Zero, bend, sp.S.Zero)) if bend != 0 else None)
-    joints, point = _on_slide(rng, chain.joints) if chain.joints[-1].kind == "P" else _on_link(rng, chain.joints, bend)
+    joints, point = (
+        _point_on_slide(rng, chain.joints) if chain.joints[-1].kind == "P" else _point_on_link(rng, chain.joints, bend)
+    )
     return replace(chain, joints=joints, tool=point)
 
 
 @dataclass(frozen=True)
 class Beside:
-    """The point of interest where `with_point` puts it, and beside a last link whose length is given.
+    """The point of interest where `place_point` puts it, and beside a last link whose length is given.
 
     Beside one whose length is not, singular angles would be arctan(h/a_n).
     """
@@ -201,21 +205,21 @@ class Beside:
     def __call__(self, chain: Chain, rng: Stream) -> Chain:
         """Return the arm with them."""
         bend = sign(rng) * metres(rng.choice(self.by))
-        return with_point(chain, rng, bend if chain.joints[-1].a.is_number else sp.S.Zero)
+        return place_point(chain, rng, bend if chain.joints[-1].a.is_number else sp.S.Zero)
 
 
-def _on_link(rng: Stream, joints: tuple[Joint, ...], bend: sp.Expr) -> tuple[tuple[Joint, ...], Point]:
+def _point_on_link(rng: Stream, joints: tuple[Joint, ...], bend: sp.Expr) -> tuple[tuple[Joint, ...], Point]:
     """Give a_n to P, along x_n or y_n, either way; without one, d_n along z_n."""
     n, last = len(joints), joints[-1]
     if last.a == 0:
-        return (*joints[:-1], replace(last, d=sp.S.Zero)), Point(n, (sp.S.Zero, sp.S.Zero, _of_point(last.d, n)))
-    x, y = _of_point(last.a, n), bend
+        return (*joints[:-1], replace(last, d=sp.S.Zero)), Point(n, (sp.S.Zero, sp.S.Zero, _point_length(last.d, n)))
+    x, y = _point_length(last.a, n), bend
     for _ in range(rng.below(4)):
         x, y = -y, x
     return (*joints[:-1], replace(last, a=sp.S.Zero)), Point(n, (x, y, sp.S.Zero))
 
 
-def _on_slide(rng: Stream, joints: tuple[Joint, ...]) -> tuple[tuple[Joint, ...], Point]:
+def _point_on_slide(rng: Stream, joints: tuple[Joint, ...]) -> tuple[tuple[Joint, ...], Point]:
     """Give P a part of the slide's zero, along z_n, or a_(n-1), which runs along x_n where the slide's angle is 0.
 
     Without either, P stays O_n: beyond it, each entry of J would have a term more.
@@ -223,7 +227,7 @@ def _on_slide(rng: Stream, joints: tuple[Joint, ...]) -> tuple[tuple[Joint, ...]
     n, (before, last) = len(joints), joints[-2:]
     zero = last.d - sp.Symbol(f"d{n}")
     if before.a != 0 and last.theta == 0 and (zero == 0 or rng.below(2)):
-        aside = Point(n, (_of_point(before.a, n), sp.S.Zero, sp.S.Zero))
+        aside = Point(n, (_point_length(before.a, n), sp.S.Zero, sp.S.Zero))
         return (*joints[:-2], replace(before, a=sp.S.Zero), last), aside
     if zero == 0:
         return joints, Point(n)
@@ -231,7 +235,7 @@ def _on_slide(rng: Stream, joints: tuple[Joint, ...]) -> tuple[tuple[Joint, ...]
     return (*joints[:-1], replace(last, d=last.d - beyond)), Point(n, (sp.S.Zero, sp.S.Zero, beyond))
 
 
-def _of_point(length: sp.Expr, n: int) -> sp.Expr:
+def _point_length(length: sp.Expr, n: int) -> sp.Expr:
     """Return a length of the table as one of P: a symbol is L_n then, as a_n and d_n are names of the table."""
     return length if length.is_number else sp.Symbol(f"L{n}")
 
@@ -251,7 +255,7 @@ class Frames:
 # --- the rows of the task ---
 
 
-def upright(chain: Chain, rng: Stream) -> Chain:
+def stand_upright(chain: Chain, rng: Stream) -> Chain:
     """Stand an arm that works in the world's xy plane upright in half of all draws: its rows are those of xz then."""
     if rng.below(2):
         return chain

@@ -54,10 +54,10 @@ class Family:
         return chain
 
 
-def how_varied(family: Family, variation: str) -> str:
+def describe_variation(family: Family, variation: str) -> str:
     """Return in words how far arms of a family differ; a robot of a file has no other variation than its [draw].
 
-    >>> how_varied(Family("mine", "my arm", "mine.toml", None, robot="mine.toml"), "zeros")
+    >>> describe_variation(Family("mine", "my arm", "mine.toml", None, robot="mine.toml"), "zeros")
     'one arm for all, as no length is drawn'
     """
     if not family.robot or set(family.axes) - set(axes_of(variation)):
@@ -73,12 +73,12 @@ def dh(*rows: str) -> tuple[Joint, ...]:
     """
     joints = []
     for number, row in enumerate(rows, 1):
-        kind, other, a, alpha = row.split()
+        kind, fixed_entry, a, alpha = row.split()
         twist = sp.pi * sp.Rational(int(alpha), 180)
         if kind == "R":
-            joints.append(Joint(kind, sp.Symbol(f"theta{number}"), _length(other), _length(a), twist))
+            joints.append(Joint(kind, sp.Symbol(f"theta{number}"), _length(fixed_entry), _length(a), twist))
         else:
-            angle = sp.pi * sp.Rational(int(other), 180)
+            angle = sp.pi * sp.Rational(int(fixed_entry), 180)
             joints.append(Joint(kind, angle, sp.Symbol(f"d{number}"), _length(a), twist))
     return tuple(joints)
 

@@ -46,18 +46,19 @@ class _Body:
     offsets: set[int] = field(default_factory=set)
 
 
-def key(rows: Sequence[StructureRow], task: Sequence[str] = ()) -> Key:
+def class_key(rows: Sequence[StructureRow], task: Sequence[str] = ()) -> Key:
     """Return what all structures of a class have in common, and no others.
 
     >>> from qdot.exercises.families.structures import read_rows
-    >>> key(read_rows("Rd Rad")) == key(read_rows("R Ra")), key(read_rows("Rx Ra")) == key(read_rows("R Ra"))
+    >>> planar = class_key(read_rows("R Ra"))
+    >>> class_key(read_rows("Rd Rad")) == planar, class_key(read_rows("Rx Ra")) == planar
     (True, False)
-    >>> key(read_rows("Rx Ra"), ("vx", "vz")) == key(read_rows("Rx Ra"), ("vy", "vz"))
+    >>> class_key(read_rows("Rx Ra"), ("vx", "vz")) == class_key(read_rows("Rx Ra"), ("vy", "vz"))
     True
     """
     base, *others = _bodies(rows)
     kinds = "".join(row.kind for row in rows)
-    return (kinds, _base(base, task), *map(_square_to_axes, others), *_along_axes(base, others))
+    return (kinds, _base_key(base, task), *map(_square_key, others), *_axial_offsets(base, others))
 
 
 def _bodies(rows: Sequence[StructureRow]) -> list[_Body]:
@@ -78,20 +79,21 @@ def _bodies(rows: Sequence[StructureRow]) -> list[_Body]:
     return bodies
 
 
-def _named(names: Sequence[int], axes: Iterable[int]) -> tuple[int, ...]:
+def _axis_names(names: Sequence[int], axes: Iterable[int]) -> tuple[int, ...]:
     return tuple(sorted(names[axis] for axis in axes))
 
 
-def _base(base: _Body, task: Sequence[str]) -> Key:
+def _base_key(base: _Body, task: Sequence[str]) -> Key:
     """Return axis, slides and task under those names of the world's axes that come first."""
     linear, turns = ([axis for axis, name in enumerate("xyz") if kind + name in task] for kind in "vw")
     behind = [] if base.behind is None else [base.behind]
     return min(
-        tuple(_named(names, axes) for axes in (behind, base.slides, linear, turns)) for names in permutations(range(3))
+        tuple(_axis_names(names, axes) for axes in (behind, base.slides, linear, turns))
+        for names in permutations(range(3))
     )
 
 
-def _square_to_axes(body: _Body) -> Key:
+def _square_key(body: _Body) -> Key:
     """Return how its axes lie, its slides, and the offsets that are square to its axes and not along a slide.
 
     Where the axes are parallel, or none follows, the two directions square to them have no names of their own.
@@ -102,10 +104,10 @@ def _square_to_axes(body: _Body) -> Key:
         lie, names = "last" if body.behind is None else "parallel", [same, swapped]
     else:
         lie, names = "square", [same] if body.behind == 1 else [swapped]
-    return min((lie, _named(name, body.slides), _named(name, offsets)) for name in names)
+    return min((lie, _axis_names(name, body.slides), _axis_names(name, offsets)) for name in names)
 
 
-def _along_axes(base: _Body, others: Sequence[_Body]) -> Iterator[bool]:
+def _axial_offsets(base: _Body, others: Sequence[_Body]) -> Iterator[bool]:
     """Yield for every row of parallel revolute axes whether an offset along them counts."""
     before, first = base, 0
     while first < len(others):

@@ -4,7 +4,7 @@ Lengths that are given let the shoulder singularity exist (a1 < a2 + a3).
 """
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.families.axes import FREE, LINK, OFFSET, OR_NONE, Lengths, Zeros, mounted, senses, with_point
+from qdot.exercises.families.axes import FREE, LINK, OFFSET, OR_NONE, Lengths, Zeros, mount_base, place_point, senses
 from qdot.exercises.families.base import Family, dh
 
 ELBOW_3R = Family(
@@ -17,7 +17,7 @@ ELBOW_3R = Family(
         "lengths": Lengths({"a1": OFFSET, "a2": LINK, "a3": LINK}, ("a2", "a3")),
         "zeros": Zeros({1: FREE, 2: OR_NONE, 3: OR_NONE}),
         "senses": senses((1,)),
-        "base": mounted,
-        "tool": with_point,
+        "base": mount_base,
+        "tool": place_point,
     },
 )  # fmt: skip

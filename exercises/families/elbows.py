@@ -9,9 +9,9 @@ from qdot.exercises.families.axes import (
     Lengths,
     LengthsTogether,
     Zeros,
-    hung,
+    hang_base,
+    place_point,
     senses,
-    with_point,
 )  # fmt: skip
 from qdot.exercises.families.base import Axis, Family, dh
 
@@ -24,8 +24,8 @@ def _axes(lengths: Axis, elbow: tuple[int, ...], *twists: tuple[int, ...]) -> di
         "lengths": lengths,
         "zeros": Zeros({1: FREE, 2: OR_NONE, 3: elbow}),
         "senses": senses(*twists),
-        "base": hung,
-        "tool": with_point,
+        "base": hang_base,
+        "tool": place_point,
     }
 
 

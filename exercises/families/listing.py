@@ -9,7 +9,7 @@ LISTING = Path(__file__).with_name("listing.json")
 
 
 @dataclass(frozen=True)
-class Listed:
+class FamilyListing:
     """One family: kinds of joints as in RRP, least and greatest step of difficulty seen, questions in order.
 
     `by_variation` is the difficulty of an arm at each step of variation, nothing where structures are drawn.
@@ -28,13 +28,13 @@ class Listed:
 
 
 @cache
-def listing() -> dict[str, Listed]:
+def listing() -> dict[str, FamilyListing]:
     """Return what is listed, by the family's name."""
     if not LISTING.is_file():
         return {}
     content = json.loads(LISTING.read_text(encoding="utf-8"))
     return {
-        name: Listed(
+        name: FamilyListing(
             entry["kinds"],
             (entry["steps"][0], entry["steps"][1]),
             tuple(entry["questions"]),

@@ -10,7 +10,7 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.library import FOLDER
 from qdot.exercises.arm.robot_file import Draws, Robot, read_robot_file
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.families.axes import APART, filled, metres
+from qdot.exercises.families.axes import APART, metres, with_values
 from qdot.exercises.families.base import Family
 
 TRIES = 50
@@ -21,15 +21,15 @@ def own_family(path: Path, robot: Robot | None = None) -> Family:
     """Return the family of a robot file, read unless `robot` is given; its name is the file's. Raises QdotError."""
     robot = robot or read_robot_file(path)
     name = re.sub(r"[^a-z0-9]+", "-", path.stem.lower()).strip("-") or "robot"
-    axes = {"lengths": _Drawn(robot.draws)} if robot.draws else {}
-    given = path.stem if path.parent == FOLDER else shlex.quote(str(path))
+    axes = {"lengths": _SampledLengths(robot.draws)} if robot.draws else {}
+    robot_argument = path.stem if path.parent == FOLDER else shlex.quote(str(path))
     return Family(
-        name, robot.chain.title, robot.source or path.name, replace(robot.chain, name=name), axes, robot=given
+        name, robot.chain.title, robot.source or path.name, replace(robot.chain, name=name), axes, robot=robot_argument
     )
 
 
 @dataclass(frozen=True)
-class _Drawn:
+class _SampledLengths:
     """The axis along which the lengths of [draw] differ; other processes are given it."""
 
     draws: Draws
@@ -39,4 +39,4 @@ class _Drawn:
             lengths = [rng.integer(low, high) for _, low, high in self.draws]
             if all(abs(a - b) >= APART for a, b in combinations(lengths, 2)):
                 break
-        return filled(chain, {draw[0]: metres(length) for draw, length in zip(self.draws, lengths, strict=True)})
+        return with_values(chain, {draw[0]: metres(length) for draw, length in zip(self.draws, lengths, strict=True)})

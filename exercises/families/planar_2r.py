@@ -4,7 +4,7 @@ A bend h beside a link a2 whose length is given makes even the singular angles t
 """
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.families.axes import FREE, LINK, Beside, Lengths, Zeros, in_plane, senses, upright
+from qdot.exercises.families.axes import FREE, LINK, Beside, Lengths, Zeros, place_in_plane, senses, stand_upright
 from qdot.exercises.families.base import Family, dh
 
 PLANAR_2R = Family(
@@ -14,8 +14,8 @@ PLANAR_2R = Family(
         "lengths": Lengths({"a1": LINK, "a2": LINK}, ("a1", "a2")),
         "zeros": Zeros({1: FREE, 2: FREE}),
         "senses": senses((1,)),
-        "base": in_plane,
+        "base": place_in_plane,
         "tool": Beside((10, 15, 20, 25, 30)),
-        "task": upright,
+        "task": stand_upright,
     },
 )  # fmt: skip

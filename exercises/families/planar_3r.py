@@ -4,7 +4,7 @@ The arm is singular where all three links lie on one line: two conditions that h
 """
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.families.axes import FREE, LINK, Lengths, Zeros, displaced, senses, upright, with_point
+from qdot.exercises.families.axes import FREE, LINK, Lengths, Zeros, displace_base, place_point, senses, stand_upright
 from qdot.exercises.families.base import Family, dh
 
 PLANAR_3R = Family(
@@ -14,8 +14,8 @@ PLANAR_3R = Family(
         "lengths": Lengths({"a1": LINK, "a2": LINK, "a3": LINK}, ("a1", "a2", "a3")),
         "zeros": Zeros({1: FREE, 2: FREE, 3: FREE}),
         "senses": senses((1,), (2,)),
-        "base": displaced,
-        "tool": with_point,
-        "task": upright,
+        "base": displace_base,
+        "tool": place_point,
+        "task": stand_upright,
     },
 )  # fmt: skip

@@ -10,18 +10,18 @@ from qdot.exercises.families.axes import (
     Beside,
     Lengths,
     Zeros,
-    displaced,
-    either_way,
-    hung,
-    on_the_floor,
+    both_ways,
+    displace_base,
+    hang_base,
+    place_point,
+    raise_base,
     senses,
-    upright,
-    with_point,
+    stand_upright,
 )  # fmt: skip
 from qdot.exercises.families.base import Family, dh
 
 LYING, STANDING = ("vx", "vy", "wz"), ("vx", "vz", "wy")
-BOTH_WAYS = either_way(SLIDE)
+BOTH_WAYS = both_ways(SLIDE)
 
 PLANAR_ARMS = (
     Family(
@@ -33,7 +33,7 @@ PLANAR_ARMS = (
             "lengths": Lengths({"a1": OFFSET, "a2": LINK}, ("a1", "a2")),
             "zeros": Zeros({1: BOTH_WAYS, 2: FREE}),
             "senses": senses((1,)),
-            "base": on_the_floor,
+            "base": raise_base,
             "tool": Beside((10, 15, 20, 25, 30)),
         },
     ),
@@ -44,9 +44,9 @@ PLANAR_ARMS = (
             "lengths": Lengths({"a1": OFFSET, "a3": LINK}, ("a3",)),
             "zeros": Zeros({1: FREE, 2: BOTH_WAYS, 3: FREE}),
             "senses": senses((2,)),
-            "base": displaced,
-            "tool": with_point,
-            "task": upright,
+            "base": displace_base,
+            "tool": place_point,
+            "task": stand_upright,
         },
     ),
     Family(
@@ -56,9 +56,9 @@ PLANAR_ARMS = (
             "lengths": Lengths({"a1": LINK, "a2": LINK}, ("a2",)),
             "zeros": Zeros({1: FREE, 2: FREE}),
             "senses": senses((1,), (2,)),
-            "base": displaced,
-            "tool": with_point,
-            "task": upright,
+            "base": displace_base,
+            "tool": place_point,
+            "task": stand_upright,
         },
     ),
     Family(
@@ -70,8 +70,8 @@ PLANAR_ARMS = (
             "lengths": Lengths({"a1": OFFSET, "a2": LINK, "a3": LINK}, ("a2", "a3")),
             "zeros": Zeros({1: BOTH_WAYS, 2: FREE, 3: FREE}),
             "senses": senses((1,)),
-            "base": on_the_floor,
-            "tool": with_point,
+            "base": raise_base,
+            "tool": place_point,
         },
     ),
     Family(
@@ -81,9 +81,9 @@ PLANAR_ARMS = (
             "lengths": Lengths({"a1": LINK, "a2": LINK, "a3": LINK}, ("a1", "a2", "a3")),
             "zeros": Zeros({1: FREE, 2: FREE, 3: FREE}),
             "senses": senses((1,), (2,)),
-            "base": displaced,
-            "tool": with_point,
-            "task": upright,
+            "base": displace_base,
+            "tool": place_point,
+            "task": stand_upright,
         },
     ),
     Family(
@@ -93,8 +93,8 @@ PLANAR_ARMS = (
             "lengths": Lengths({"d1": HEIGHTS, "a2": LINK}, ("d1",)),
             "zeros": Zeros({1: FREE, 2: FREE}),
             "senses": senses((1,)),
-            "base": hung,
-            "tool": with_point,
+            "base": hang_base,
+            "tool": place_point,
         },
     ),
 )  # fmt: skip

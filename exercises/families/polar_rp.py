@@ -10,11 +10,11 @@ from qdot.exercises.families.axes import (
     SLIDE,
     Lengths,
     Zeros,
-    displaced,
-    either_way,
+    both_ways,
+    displace_base,
+    place_point,
     senses,
-    upright,
-    with_point,
+    stand_upright,
 )  # fmt: skip
 from qdot.exercises.families.base import Family, dh
 
@@ -23,10 +23,10 @@ POLAR_RP = Family(
     Chain("polar-rp", dh("R 0 a1 90", "P 0 0 0"), ("vx", "vy"), title="planar polar (RP) arm"),
     {
         "lengths": Lengths({"a1": OFFSET}),
-        "zeros": Zeros({1: FREE, 2: either_way(SLIDE)}),
+        "zeros": Zeros({1: FREE, 2: both_ways(SLIDE)}),
         "senses": senses((1,)),
-        "base": displaced,
-        "tool": with_point,
-        "task": upright,
+        "base": displace_base,
+        "tool": place_point,
+        "task": stand_upright,
     },
 )  # fmt: skip

@@ -13,35 +13,35 @@ from qdot.exercises.families.axes import (
     Centimetres,
     Lengths,
     Zeros,
-    either_way,
+    both_ways,
     metres,
-    on_the_floor,
+    place_point,
+    raise_and_rotate_base,
+    raise_base,
     senses,
     sign,
-    turned_on_the_floor,
-    with_point,
 )  # fmt: skip
 from qdot.exercises.families.base import Axis, Family, dh
 
 SPACE = ("vx", "vy", "vz")
-BOTH_WAYS = either_way(SLIDE)
+BOTH_WAYS = both_ways(SLIDE)
 SHOULDER: Centimetres = (10, 15, 20, 25, 30, 40)
 
 
-def _hand(chain: Chain, rng: Stream) -> Chain:
+def _place_hand(chain: Chain, rng: Stream) -> Chain:
     """Put P beyond the last slide and beside it, along x or y."""
     aside = sign(rng) * metres(rng.choice(HAND))
     x, y = rng.choice(((aside, sp.S.Zero), (sp.S.Zero, aside)))
     return Chain(chain.name, chain.joints, chain.task, chain.base, Point(3, (x, y, sp.Symbol("L3"))), chain.title)
 
 
-def _spherical(lengths: Axis) -> dict[str, Axis]:
+def _spherical_axes(lengths: Axis) -> dict[str, Axis]:
     return {
         "lengths": lengths,
         "zeros": Zeros({1: FREE, 2: FREE, 3: BOTH_WAYS}),
         "senses": senses((1, 2)),
-        "base": on_the_floor,
-        "tool": with_point,
+        "base": raise_base,
+        "tool": place_point,
     }
 
 
@@ -52,8 +52,8 @@ POSITIONING = (
         {
             "zeros": Zeros({1: SLIDE, 2: BOTH_WAYS, 3: BOTH_WAYS}),
             "senses": senses((1,), (2,)),
-            "base": turned_on_the_floor,
-            "tool": _hand,
+            "base": raise_and_rotate_base,
+            "tool": _place_hand,
         },
     ),
     Family(
@@ -63,14 +63,14 @@ POSITIONING = (
             "lengths": Lengths({"d1": HEIGHTS, "a2": OFFSET}, ("d1",)),
             "zeros": Zeros({1: FREE, 2: SLIDE, 3: BOTH_WAYS}),
             "senses": senses((2,)),
-            "base": on_the_floor,
-            "tool": with_point,
+            "base": raise_base,
+            "tool": place_point,
         },
     ),
     Family(
         "spherical", "Spherical arm (RRP)", "equations 6.9 to 6.12",
         Chain("spherical", dh("R d1 0 -90", "R 0 0 90", "P 0 0 0"), SPACE, title="spherical arm"),
-        _spherical(Lengths({"d1": HEIGHTS})),
+        _spherical_axes(Lengths({"d1": HEIGHTS})),
     ),
     Family(
         "spherical-offset", "Spherical arm with lateral offset", "equations 6.9 to 6.12",
@@ -78,6 +78,6 @@ POSITIONING = (
             "spherical-offset", dh("R d1 0 -90", "R d2 0 90", "P 0 0 0"), SPACE,
             title="spherical arm with a lateral offset",
         ),
-        _spherical(Lengths({"d1": HEIGHTS, "d2": SHOULDER}, ("d1",))),
+        _spherical_axes(Lengths({"d1": HEIGHTS, "d2": SHOULDER}, ("d1",))),
     ),
 )  # fmt: skip

@@ -26,14 +26,14 @@ from qdot.exercises.families.axes import (
     FREE,
     OR_NONE,
     SLIDE,
+    both_ways,
     degrees,
-    displaced,
-    either_way,
-    filled,
+    displace_base,
     metres,
-    mounted,
+    mount_base,
+    place_point,
     sign,
-    with_point,
+    with_values,
 )  # fmt: skip
 from qdot.exercises.families.base import Family
 from qdot.exercises.families.structures import Structure, chain_of, clean_classes, is_clean
@@ -59,11 +59,11 @@ def _sample(
     n: int, rng: Stream, axes: Collection[str], band: Band | None = None, accepts: Accepts | None = None
 ) -> Chain:
     low, high = band or (0, HARDEST)
-    classes = [near for alike in clean_classes(n) if (near := _near(alike, low, high))]
+    classes = [near for alike in clean_classes(n) if (near := _near_band(alike, low, high))]
     refused: set[Structure] = set()
     in_band = False
-    for index, structure in enumerate((_order(classes, rng) * ROUNDS)[:TRIES]):
-        chain = None if structure in refused else _arm(structure, rng.part(str(index)), axes)
+    for index, structure in enumerate((_order_structures(classes, rng) * ROUNDS)[:TRIES]):
+        chain = None if structure in refused else _sample_arm(structure, rng.part(str(index)), axes)
         if chain is None or not low <= step(chain) <= high:
             continue
         in_band = True
@@ -78,35 +78,35 @@ def _sample(
     raise QdotError(f"random-{n} has no arm {which}; its arms are of difficulty {range_of_steps}")
 
 
-def _order(classes: list[tuple[Structure, ...]], rng: Stream) -> list[Structure]:
+def _order_structures(classes: list[tuple[Structure, ...]], rng: Stream) -> list[Structure]:
     """Return all structures in random order, one of every class before the second of any."""
-    rounds = zip_longest(*(rng.shuffled(alike) for alike in rng.shuffled(classes)))
+    rounds = zip_longest(*(rng.permutation(alike) for alike in rng.permutation(classes)))
     return [structure for in_round in rounds for structure in in_round if structure is not None]
 
 
-def _near(alike: tuple[Structure, ...], low: int, high: int) -> tuple[Structure, ...]:
+def _near_band(alike: tuple[Structure, ...], low: int, high: int) -> tuple[Structure, ...]:
     """Return the structures whose arms may be in the band: zeros and a base make it harder, equal numbers easier."""
     return tuple(structure for structure in alike if low - 2 <= structure.step <= high + 1)
 
 
-def _arm(structure: Structure, rng: Stream, axes: Collection[str]) -> Chain | None:
+def _sample_arm(structure: Structure, rng: Stream, axes: Collection[str]) -> Chain | None:
     """Return an arm of a structure; None where no numbers drawn let every condition hold."""
     turning = rng.part("senses")
     turns = tuple(sign(turning) for _ in structure.rows) if "senses" in axes else ()
     chain = chain_of(structure.rows, structure.task, f"random-{len(structure.rows)}", turns)
     if "lengths" in axes:
-        values = _lengths(chain, rng.part("lengths"), clean_roots="tool" not in axes)
+        values = _sample_lengths(chain, rng.part("lengths"), clean_roots="tool" not in axes)
         if values is None:
             return None
-        chain = filled(chain, values)
+        chain = with_values(chain, values)
     if "zeros" in axes:
-        chain = _moved(chain, rng.part("zeros"))
+        chain = _shift_zeros(chain, rng.part("zeros"))
     if "base" in axes:
-        chain = _placed(chain, rng.part("base"))
-    return with_point(chain, rng.part("tool")) if "tool" in axes else chain
+        chain = _mount_arm(chain, rng.part("base"))
+    return place_point(chain, rng.part("tool")) if "tool" in axes else chain
 
 
-def _lengths(chain: Chain, rng: Stream, clean_roots: bool) -> Values | None:
+def _sample_lengths(chain: Chain, rng: Stream, clean_roots: bool) -> Values | None:
     """Return a number for every length but one that no condition depends on, for which every condition can hold.
 
     With `clean_roots`, angles in the singular set are multiples of 15 degrees, and no arctan(35/6).
@@ -126,7 +126,7 @@ def _lengths(chain: Chain, rng: Stream, clean_roots: bool) -> Values | None:
     return None
 
 
-def _moved(chain: Chain, rng: Stream) -> Chain:
+def _shift_zeros(chain: Chain, rng: Stream) -> Chain:
     """Return the arm with other zeros of its joints; those of slides stay where they would add too many terms."""
     angles, both = [], []
     for i, joint in enumerate(chain.joints, 1):
@@ -136,28 +136,28 @@ def _moved(chain: Chain, rng: Stream) -> Chain:
             both.append(turned)
         else:
             angles.append(joint)
-            both.append(replace(joint, d=joint.d + metres(rng.choice(either_way(SLIDE)))))
+            both.append(replace(joint, d=joint.d + metres(rng.choice(both_ways(SLIDE)))))
     moved = replace(chain, joints=tuple(both))
     return moved if is_clean(moved) else replace(chain, joints=tuple(angles))
 
 
-def _placed(chain: Chain, rng: Stream) -> Chain:
+def _mount_arm(chain: Chain, rng: Stream) -> Chain:
     """Return the arm on the floor, under the ceiling or on a wall, with the rows that its task then has."""
-    moved = mounted(chain, rng)
+    moved = mount_base(chain, rng)
     rotation = rot_z(moved.base.yaw) * rot_x(moved.base.tilt)
     names = {"xyz"[k]: "xyz"[next(i for i in range(3) if rotation[i, k] != 0)] for k in range(3)}
     rows = {row[0] + names[row[1]] for row in chain.task}
     placed = replace(moved, task=tuple(row for row in TASK_ROWS if row in rows))
     if not placed.is_planar:
         return placed
-    return replace(placed, base=replace(placed.base, position=displaced(chain, rng).base.position))
+    return replace(placed, base=replace(placed.base, position=displace_base(chain, rng).base.position))
 
 
 # --- numbers for which conditions can hold ---
 
 
 @lru_cache(maxsize=64)
-def _poses(kinds: str) -> np.ndarray:
+def _sample_poses(kinds: str) -> np.ndarray:
     stream, ends = Stream(f"random/{kinds}"), {"R": np.pi, "P": 2.0}
     return np.array([[stream.uniform(-ends[kind], ends[kind]) for kind in kinds] for _ in range(POSES)])
 
@@ -171,7 +171,7 @@ def _can_hold(conditions: tuple[sp.Expr, ...], chain: Chain, values: Values) -> 
     """Tell whether each condition clearly takes both signs over the joints, so that it vanishes in between."""
     if not conditions:
         return True
-    poses = _poses("".join(joint.kind for joint in chain.joints))
+    poses = _sample_poses("".join(joint.kind for joint in chain.joints))
     known = {q.name: column for q, column in zip(chain.q, poses.T, strict=True)}
     known |= {symbol.name: np.full(POSES, float(value)) for symbol, value in values.items()}
     evaluated = evaluate(_program(conditions), known, POSES)[0].real

@@ -9,10 +9,10 @@ from qdot.exercises.families.axes import (
     SLIDE,
     Lengths,
     Zeros,
-    either_way,
-    on_the_floor,
+    both_ways,
+    place_point,
+    raise_base,
     senses,
-    with_point,
 )  # fmt: skip
 from qdot.exercises.families.base import Family, dh
 
@@ -25,10 +25,10 @@ SCARA = (
         Chain("scara", dh("R d1 a1 0", "R 0 a2 180", "P 0 0 0", "R d4 0 0"), TASK, title="SCARA arm"),
         {
             "lengths": Lengths({"a1": LINK, "a2": LINK, "d4": HAND}, ("a1", "a2")),
-            "zeros": Zeros({1: FREE, 2: FREE, 3: either_way(SHORT_SLIDE), 4: FREE}),
+            "zeros": Zeros({1: FREE, 2: FREE, 3: both_ways(SHORT_SLIDE), 4: FREE}),
             "senses": senses((1, 2)),
-            "base": on_the_floor,
-            "tool": with_point,
+            "base": raise_base,
+            "tool": place_point,
         },
     ),
     Family(
@@ -41,10 +41,10 @@ SCARA = (
         ),
         {
             "lengths": Lengths({"a1": LINK, "a2": LINK}, ("a1", "a2")),
-            "zeros": Zeros({1: FREE, 2: FREE, 3: FREE, 4: either_way(SHORT_SLIDE)}),
+            "zeros": Zeros({1: FREE, 2: FREE, 3: FREE, 4: both_ways(SHORT_SLIDE)}),
             "senses": senses((1, 3), (2, 3)),
-            "base": on_the_floor,
-            "tool": with_point,
+            "base": raise_base,
+            "tool": place_point,
         },
     ),
     Family(
@@ -59,8 +59,8 @@ SCARA = (
             "lengths": Lengths({"a1": OFFSET, "a2": LINK, "a3": LINK}, ("a2", "a3")),
             "zeros": Zeros({1: SLIDE, 2: FREE, 3: FREE, 4: FREE}),
             "senses": senses((1, 3), (2, 3)),
-            "base": on_the_floor,
-            "tool": with_point,
+            "base": raise_base,
+            "tool": place_point,
         },
     ),
 )  # fmt: skip

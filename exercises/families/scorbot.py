@@ -8,9 +8,9 @@ from qdot.exercises.families.axes import (
     Frames,
     Lengths,
     Zeros,
-    on_the_floor,
+    place_point,
+    raise_base,
     senses,
-    with_point,
 )  # fmt: skip
 from qdot.exercises.families.base import Axis, Family, dh
 
@@ -23,7 +23,7 @@ def _axes(tool: Axis) -> dict[str, Axis]:
         "lengths": Lengths({"a1": (5, 10), "a2": LINK, "a3": LINK, "d5": (15, 20, 25)}, ("a2", "a3")),
         "zeros": Zeros({1: FREE, 2: OR_NONE, 3: OR_NONE, 4: OR_NONE}),
         "senses": senses((1,), (4,)),
-        "base": on_the_floor,
+        "base": raise_base,
         "tool": tool,
     }
 
@@ -37,6 +37,6 @@ SCORBOT = (
     Family(
         "scorbot-tip", "Scorbot 5R at the tip", "Example 6.3",
         Chain("scorbot-tip", TABLE, TASK_ROWS, title="Scorbot arm up to its tip"),
-        _axes(with_point),
+        _axes(place_point),
     ),
 )  # fmt: skip

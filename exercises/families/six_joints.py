@@ -16,8 +16,8 @@ from qdot.exercises.families.axes import (
     Frames,
     Lengths,
     Zeros,
-    either_way,
-    on_the_floor,
+    both_ways,
+    raise_base,
     senses,
 )  # fmt: skip
 from qdot.exercises.families.base import Axis, Family, dh
@@ -39,7 +39,7 @@ def _long_arm(
     """Return a family asked for the origin of two frames and for all six rows, on the floor; the first is the usual."""
     point = None if frames[0] == len(rows) else Point(frames[0])
     plain = Chain(name, dh(*rows), TASK_ROWS, tool=point, title=phrase)
-    return Family(name, title, source, plain, {**axes, "base": on_the_floor, "tool": Frames(frames)})
+    return Family(name, title, source, plain, {**axes, "base": raise_base, "tool": Frames(frames)})
 
 
 SIX_JOINTS = (
@@ -48,7 +48,7 @@ SIX_JOINTS = (
         ("R d1 0 -90", "R d2 0 90", "P 0 0 0", "R 0 0 -90", "R 0 0 90", "R d6 0 0"), (4, 5), "Stanford arm",
         {
             "lengths": Lengths({"d2": (10, 15, 20, 25, 30, 40)}),
-            "zeros": Zeros({1: FREE, 2: FREE, 3: either_way(SLIDE), 5: OR_NONE}),
+            "zeros": Zeros({1: FREE, 2: FREE, 3: both_ways(SLIDE), 5: OR_NONE}),
             "senses": senses((1, 2), (4, 5)),
         },
     ),

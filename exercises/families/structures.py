@@ -29,7 +29,7 @@ from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.families.classes import Key, key
+from qdot.exercises.families.classes import Key, class_key
 
 TABLE = Path(__file__).with_name("structures.txt")
 MOST_TERMS, MOST_TERMS_OF_A_CONDITION = 15, 4
@@ -83,10 +83,10 @@ def count_tables(n: int, angles: bool) -> int:
     return sum(2 ** sum(row.twist for row in rows) for rows in tables(n, angles))
 
 
-def normal(rows: tuple[StructureRow, ...]) -> tuple[StructureRow, ...]:
+def normal_form(rows: tuple[StructureRow, ...]) -> tuple[StructureRow, ...]:
     """Return the normal form of a structure (see above).
 
-    >>> " ".join(map(str, normal((StructureRow("R", False, True, False), StructureRow("R", True, True, False)))))
+    >>> " ".join(map(str, normal_form((StructureRow("R", False, True, False), StructureRow("R", True, True, False)))))
     'R Ra'
     """
     first = rows[0]
@@ -105,7 +105,7 @@ def normal(rows: tuple[StructureRow, ...]) -> tuple[StructureRow, ...]:
         else:
             normal_rows.append(row)
     result = tuple(normal_rows)
-    return result if result == rows else normal(result)
+    return result if result == rows else normal_form(result)
 
 
 def chain_of(
@@ -173,11 +173,11 @@ def is_clean(chain: Chain) -> bool:
 
 def regular_forms(n: int) -> dict[tuple[StructureRow, ...], list[tuple[str, ...]]]:
     """Return the normal forms of n joints that are regular in some task, with these tasks, sorted by code."""
-    forms = sorted({normal(rows) for rows in tables(n, True)}, key=lambda rows: " ".join(map(str, rows)))
+    forms = sorted({normal_form(rows) for rows in tables(n, True)}, key=lambda rows: " ".join(map(str, rows)))
     return {rows: tasks for rows in forms if (tasks := regular_tasks(rows))}
 
 
-def find_clean(n: int) -> list[Structure]:
+def find_clean_structures(n: int) -> list[Structure]:
     """Go through all structures of n joints for those that are clean in a task."""
     chains = ((rows, task, chain_of(rows, task)) for rows, tasks in regular_forms(n).items() for task in tasks)
     return [Structure(rows, task, step(chain)) for rows, task, chain in chains if is_clean(chain)]
@@ -195,7 +195,7 @@ def singular_sets(structures: Iterable[Structure]) -> set[tuple[str, ...]]:
 
 def table_text() -> str:
     """Return the table of all clean structures of 2, 3 and 4 joints (half a minute)."""
-    lines = (structure.line() for n in (2, 3, 4) for structure in find_clean(n))
+    lines = (structure.line() for n in (2, 3, 4) for structure in find_clean_structures(n))
     return "# made by qdot.exercises.families.structures.write_table()\n" + "\n".join(lines) + "\n"
 
 
@@ -205,12 +205,12 @@ def clean_structures() -> dict[int, tuple[Structure, ...]]:
     clean: dict[int, list[Structure]] = {}
     for line in TABLE.read_text(encoding="utf-8").splitlines():
         if line and not line.startswith("#"):
-            structure = _read(line)
+            structure = _parse_line(line)
             clean.setdefault(len(structure.rows), []).append(structure)
     return {n: tuple(structures) for n, structures in clean.items()}
 
 
-def _read(line: str) -> Structure:
+def _parse_line(line: str) -> Structure:
     rows, task, number = (part.strip() for part in line.split("|"))
     return Structure(read_rows(rows), tuple(task.split()), int(number))
 
@@ -224,7 +224,7 @@ def clean_classes(n: int) -> tuple[tuple[Structure, ...], ...]:
     """Return the clean structures of n joints by class (see `classes`): those of one class are the same problem."""
     classes: dict[Key, list[Structure]] = {}
     for structure in clean_structures()[n]:
-        classes.setdefault(key(structure.rows, structure.task), []).append(structure)
+        classes.setdefault(class_key(structure.rows, structure.task), []).append(structure)
     return tuple(map(tuple, classes.values()))
 
 

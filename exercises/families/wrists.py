@@ -10,7 +10,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.families.axes import FREE, OR_NONE, Lengths, Zeros, on_the_floor, senses, with_point
+from qdot.exercises.families.axes import FREE, OR_NONE, Lengths, Zeros, place_point, raise_base, senses
 from qdot.exercises.families.base import Axis, Family, dh
 
 TURNS = ("wx", "wy", "wz")
@@ -18,17 +18,17 @@ NEAR = (30, 150, 180, -150, -30)
 """Degrees by which the zero of joint 2 moves: within 30 of outer axes in line (ZYZ) or at right angles."""
 
 
-def _mounted(chain: Chain, rng: Stream) -> Chain:
+def _mount_base(chain: Chain, rng: Stream) -> Chain:
     tilt = rng.choice(OR_NONE)
-    return replace(chain, base=replace(on_the_floor(chain, rng).base, tilt=sp.pi * sp.Rational(tilt, 180)))
+    return replace(chain, base=replace(raise_base(chain, rng).base, tilt=sp.pi * sp.Rational(tilt, 180)))
 
 
 AXES: dict[str, Axis] = {
     "lengths": Lengths({"d3": (5, 10, 15, 20, 25, 30)}),
     "zeros": Zeros({1: FREE, 2: NEAR, 3: FREE}),
     "senses": senses((1,), (2,)),
-    "base": _mounted,
-    "tool": with_point,
+    "base": _mount_base,
+    "tool": place_point,
 }
 
 _ZYZ = dh("R 0 0 -90", "R 0 0 90", "R d3 0 0")

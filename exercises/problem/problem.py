@@ -14,7 +14,7 @@ from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS, Chain
 from qdot.exercises.arm.conventions import ALIASES, REGISTRY, convention_of
 from qdot.exercises.arm.conventions.screws import Screws
 from qdot.exercises.common.errors import QdotError, likeliest
-from qdot.exercises.common.variation import AXES, DEFAULT, STEPS, named
+from qdot.exercises.common.variation import AXES, DEFAULT, STEPS, canonical_name
 from qdot.exercises.formula.identity import Domain, Rounding
 from qdot.exercises.problem.credit import Credit
 
@@ -56,7 +56,7 @@ class ProblemId:
 
     def with_variation(self, variation: str) -> "ProblemId":
         """Return the identity with another variation, if one is given. Raises QdotError if it is unknown."""
-        return replace(self, variation=named(variation)) if variation else self
+        return replace(self, variation=canonical_name(variation)) if variation else self
 
     def with_convention(self, convention: str, twist_order: str = "") -> "ProblemId":
         """Return the identity with another convention and another order of twists, if they are given.

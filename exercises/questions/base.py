@@ -31,12 +31,12 @@ Asked = tuple[Answer, Details]
 """The answer, and what the wording needs beside it."""
 
 
-def always(chain: Chain) -> str | None:
+def no_objection(chain: Chain) -> str | None:
     """Return no objection."""
     return None
 
 
-def square(chain: Chain) -> str | None:
+def objection_unless_square(chain: Chain) -> str | None:
     """Return the objection to an arm whose task Jacobian has no determinant."""
     if len(chain.task) != chain.n:
         return f"its Jacobian is {len(chain.task)} x {chain.n} for the task {', '.join(chain.task)}, not square"
@@ -59,21 +59,21 @@ def _terms(generic: Chain, what: str) -> int:
     return count_terms(getattr(derive(generic), what))
 
 
-def too_many(count: int) -> str | None:
+def objection_to_terms(count: int) -> str | None:
     """Return the objection to a result of so many terms, if they are too many for a person."""
     return f"it has {count} terms, too many to be worked out by hand" if count > MOST_TERMS else None
 
 
-def by_hand(what: str) -> Callable[[Chain], str | None]:
+def objection_to_length(what: str) -> Callable[[Chain], str | None]:
     """Return the objection to arms for which a result is too long for a person."""
-    return lambda chain: too_many(terms(chain, what))
+    return lambda chain: objection_to_terms(terms(chain, what))
 
 
-def invertible_by_hand(chain: Chain) -> str | None:
+def objection_to_inverse(chain: Chain) -> str | None:
     """Return the objection to arms whose task Jacobian can't be inverted by hand: up to 3 x 3, of few terms."""
     if chain.n > BY_HAND:
         return f"the inverse of a {chain.n} x {chain.n} Jacobian is too long to be worked out by hand"
-    return by_hand("jacobian")(chain)
+    return objection_to_length("jacobian")(chain)
 
 
 DUTIES = ("diagnosis", "follow-through", "platforms", "STACK")
@@ -93,26 +93,26 @@ def number(name: str) -> Result:
     return lambda w, _: np.asarray(w[name][None])
 
 
-Put = Callable[[np.ndarray], Mapping[str, Change]]
+Substitution = Callable[[np.ndarray], Mapping[str, Change]]
 """What becomes of a derivation whose answer to a question is given, (rows, columns, …): the stages that change."""
 
 
-def put(name: str) -> Put:
+def substitute_stage(name: str) -> Substitution:
     """Return that an answer is put in the place of a stage."""
     return lambda rows: {name: lambda *_: rows}
 
 
-def put_vector(name: str) -> Put:
+def substitute_vector(name: str) -> Substitution:
     """Return that the only column of an answer is put in the place of a stage."""
     return lambda rows: {name: lambda *_: rows[:, 0]}
 
 
-def put_number(name: str) -> Put:
+def substitute_number(name: str) -> Substitution:
     """Return that the only entry of an answer is put in the place of a stage."""
     return lambda rows: {name: lambda *_: rows[0, 0]}
 
 
-def put_columns(name: str, **also: Change) -> Put:
+def substitute_columns(name: str, **also: Change) -> Substitution:
     """Return that the columns of an answer are the first vectors of a stage, whose others stay; `also` changes, too."""
     return lambda rows: {name: lambda _, right: np.concatenate([rows.swapaxes(0, 1), right[rows.shape[1] :]]), **also}
 
@@ -165,26 +165,25 @@ def velocities(rows: Sequence[str]) -> list[str]:
 
 @dataclass(frozen=True)
 class Question:
-    """A kind of question; `objection` tells why it makes no sense for an arm, `too_long` why it is too much by hand.
+    """A kind of question; `objection` returns why it makes no sense for an arm, `too_long` why it is too much by hand.
 
-    Both return nothing where it can be asked. A short question of a quiz has a `form`, and shows the answers to the
-    questions named in `shows`, among other things: they are not asked beside it. The `template` is that of the name,
-    if no other is told.
+    Both return None if it can be asked. A short question of a quiz has a `form`, and shows the answers to the questions
+    named in `shows`, which are therefore not asked beside it. The `template` is the one of its name, unless given.
 
-    `result` tells how the answer comes out of a derivation, so that what goes wrong there shows in it: without one,
-    mistakes and what follows from them are not known, but for those that are made with the answer itself. The entries
-    of an answer can be given under `labels`, and are called `entry_names` in LaTeX, the columns of a
-    matrix under `columns`; its `grid` is what rows and columns belong to. Where it `is_made_of_jacobian`,
-    J is there already, and where it `is_made_of_minors`, it takes minutes to work out in formulas for many joints, and
-    a single formula is a product whose factors count.
+    `result` computes the answer from a derivation, so that a mistake made there shows in the answer: without it, only
+    the mistakes made with the answer itself are known, and no consequences of mistakes. A student may write the
+    entries of an answer under `labels`, and the columns of a matrix under `columns`; `entry_names` are the names of the
+    entries in LaTeX, and `grid` names the rows and columns. If it `is_made_of_jacobian`, J is given; if it
+    `is_made_of_minors`, deriving it as formulas takes minutes for many joints, and a single formula is a product whose
+    factors count.
 
-    What links add up to is looked at in the `linear_rows` of an answer, each with its axis (0 to 2): of a sum of the
-    links, or of columns that are one each. A `last_row` that is the same for all arms is shown, where a platform has
-    a box for each entry.
+    Sums over the links are looked for in the `linear_rows` of an answer, each with its axis (0 to 2): in an entry, or
+    in columns of one link each. A `last_row` that is the same for all arms is shown where a platform has a box for each
+    entry.
 
-    Later parts are marked on a student's own earlier results: `put` tells which stages an answer stands for, `follows`
-    the questions from whose answers this one is worked out, in the order in which that is tried. The conditions of a
-    set are where the result that `vanishes` does.
+    Later parts are marked on a student's own earlier results: `substitutes` puts an answer in place of the stages of
+    the derivation that it gives, and `follows` names the questions from whose answers this one is derived, in the order
+    in which that is tried. The conditions of a set are where the result that `vanishes` does.
 
     It is asked of arms whose convention has what it `speaks_of`, one of ASKED_OF; of all if that is nothing.
     `without` tells of DUTIES that are not done, why: of a question that does not say so, a test finds the gap. It is
@@ -197,8 +196,8 @@ class Question:
     ask: Callable[[Chain, Stream], Asked]
     needs: tuple[str, ...] = ()
     points: float = 1.0
-    objection: Callable[[Chain], str | None] = always
-    too_long: Callable[[Chain], str | None] = always
+    objection: Callable[[Chain], str | None] = no_objection
+    too_long: Callable[[Chain], str | None] = no_objection
     form: str = ""
     shows: tuple[str, ...] = ()
     template: str = ""
@@ -212,16 +211,16 @@ class Question:
     adds_up: Literal["", "links", "columns of links"] = ""
     linear_rows: Callable[[Chain], Sequence[tuple[int, int]]] = no_rows
     last_row: tuple[str, ...] = ()
-    put: Put | None = None
+    substitutes: Substitution | None = None
     follows: tuple[tuple[str, ...], ...] = ()
     vanishes: Result | None = None
     speaks_of: str = ""
     without: Mapping[str, str] = field(default_factory=dict)
-    titled: Callable[[Chain], str] | None = None
+    title_for: Callable[[Chain], str] | None = None
 
     def heading(self, chain: Chain) -> str:
         """Return the title over the question where it is asked of an arm."""
-        return self.title if self.titled is None else self.titled(chain)
+        return self.title if self.title_for is None else self.title_for(chain)
 
     @property
     def is_long(self) -> bool:
@@ -242,7 +241,7 @@ class Question:
         """The names of the conventions in which it is asked."""
         return tuple(name for name, convention in REGISTRY.items() if {self.speaks_of} - {""} <= convention.has)
 
-    def not_of(self, convention: str) -> str | None:
+    def objection_to_convention(self, convention: str) -> str | None:
         """Return why it is not asked of arms that are told in a convention."""
         return None if convention in self.conventions else ASKED_OF[self.speaks_of]
 
@@ -253,6 +252,6 @@ class Question:
     def objects(self, chain: Chain) -> str | None:
         """Return why it makes no sense for an arm, or can't be worked out."""
         try:
-            return self.not_of(chain.convention) or self.objection(chain)
+            return self.objection_to_convention(chain.convention) or self.objection(chain)
         except TooLong as error:
             return str(error)

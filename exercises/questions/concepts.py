@@ -24,15 +24,15 @@ from qdot.exercises.questions.geometry import (
     AtPose,
     Pose,
     distinct_lengths,
+    evaluate_precisely,
     jacobian_at,
     nearest_integer,
     pose_of,
-    precise,
-    precise_lost,
+    precise_lost_direction,
     regular_pose,
     shown_pose,
 )
-from qdot.exercises.questions.inversion import draw_pose
+from qdot.exercises.questions.inversion import sample_pose
 
 DIFFERENT = 0.2
 """Share of the larger one by which two options differ at least."""
@@ -40,7 +40,7 @@ DIFFERENT = 0.2
 # --- size of J ---
 
 
-def _tasks(chain: Chain) -> list[tuple[str, ...]]:
+def _other_tasks(chain: Chain) -> list[tuple[str, ...]]:
     """Return the tasks in which an arm can move, other than its own: the rows that are not zero identically."""
     rows = moving_rows(derive(chain).geometric)
     tasks = [task for size in range(1, len(rows) + 1) for task in combinations(rows, size)]
@@ -52,15 +52,15 @@ def moving_rows(geometric: sp.Matrix) -> tuple[str, ...]:
     return tuple(name for name, row in zip(TASK_ROWS, geometric.tolist(), strict=True) if any(e != 0 for e in row))
 
 
-def _size(chain: Chain, rng: Stream) -> Asked:
-    tasks = _tasks(chain)
+def _ask_size(chain: Chain, rng: Stream) -> Asked:
+    tasks = _other_tasks(chain)
     size = rng.choice(sorted({len(task) for task in tasks}))
     task = rng.choice([task for task in tasks if len(task) == size])
     return Number(sp.Matrix([size, chain.n]), ("", ""), 1e-9, 1e-9), ForTask(task=task)
 
 
-def _no_other_task(chain: Chain) -> str | None:
-    return None if _tasks(chain) else "it moves in one component only, which is its task"
+def _object_to_task(chain: Chain) -> str | None:
+    return None if _other_tasks(chain) else "it moves in one component only, which is its task"
 
 
 # --- effect of one joint ---
@@ -95,7 +95,7 @@ def _shown_rows(chain: Chain) -> tuple[str, ...]:
     return linear
 
 
-def _no_effect(chain: Chain) -> str | None:
+def _object_to_effect(chain: Chain) -> str | None:
     rows = _shown_rows(chain)
     return None if len(rows) >= 2 else "its velocity has one component only, along a line that does not change"
 
@@ -103,51 +103,51 @@ def _no_effect(chain: Chain) -> str | None:
 Numbers = tuple[sp.Rational, ...]
 
 
-def _effect(chain: Chain, rng: Stream) -> Asked:
+def _ask_effect(chain: Chain, rng: Stream) -> Asked:
     rows = _shown_rows(chain)
     indices = [TASK_ROWS.index(row) for row in rows]
     for _ in range(60):
-        lengths, joints = distinct_lengths(chain, rng), draw_pose(chain, rng)
+        lengths, joints = distinct_lengths(chain, rng), sample_pose(chain, rng)
         pose = pose_of(chain, lengths, joints)
-        geometric = precise(chain, pose, derive(chain).geometric)
+        geometric = evaluate_precisely(chain, pose, derive(chain).geometric)
         shown = geometric.extract(indices, list(range(chain.n)))
         moving = [i for i in range(chain.n) if _size_of(shown.col(i)) > 0.1]
         if not moving:
             continue
         joint = rng.choice(moving)
-        right = _rounded(shown.col(joint))
+        right = _round_vector(shown.col(joint))
         wrong: list[Numbers] = []
-        for vector in rng.shuffled(_slips(chain, pose, joint, shown, geometric, indices)):
-            candidate = _rounded(vector)
-            if all(_differ(candidate, other) for other in (right, *wrong)):
+        for vector in rng.permutation(_wrong_vectors(chain, pose, joint, shown, geometric, indices)):
+            candidate = _round_vector(vector)
+            if all(_differ(candidate, known) for known in (right, *wrong)):
                 wrong.append(candidate)
         if len(wrong) >= 3:
-            order = rng.shuffled([right, *wrong[:3]])
+            order = rng.permutation([right, *wrong[:3]])
             answer = Choice(tuple(vector_words(vector) for vector in order), order.index(right))
             return answer, OfJoint(effect=Effect(joint + 1, pose, rows), pose=pose.figure)
     raise RuntimeError(f"no pose of {chain} tells the effects of its joints apart; please report this")
 
 
-def _slips(
+def _wrong_vectors(
     chain: Chain, pose: Pose, joint: int, shown: sp.Matrix, geometric: sp.Matrix, rows: list[int]
 ) -> list[sp.Matrix]:
     """Return what mistakes make of a column: sign, another column, p* itself, p* from the next origin, next frame."""
     column = shown.col(joint)
-    slips = [-column, *(shown.col(i) for i in range(chain.n) if i != joint)]
+    vectors = [-column, *(shown.col(i) for i in range(chain.n) if i != joint)]
     if rows[0] < 3:
         derivation = derive(chain)
-        z, p_star = precise(chain, pose, derivation.z), precise(chain, pose, derivation.p_star)
+        z, p_star = evaluate_precisely(chain, pose, derivation.z), evaluate_precisely(chain, pose, derivation.p_star)
         linear = [row for row in rows if row < 3]
-        slips.append(p_star.col(joint).extract(linear, [0]))
+        vectors.append(p_star.col(joint).extract(linear, [0]))
         if chain.joints[joint].kind == "R" and joint + 1 < chain.n:
-            slips.append(z.col(joint).cross(p_star.col(joint + 1)).extract(linear, [0]))
+            vectors.append(z.col(joint).cross(p_star.col(joint + 1)).extract(linear, [0]))
         if chain.joints[joint].kind == "P":
-            slips.append(z.col(joint).cross(p_star.col(joint)).extract(linear, [0]))
-    turned = [-column[1], column[0], *column[2:]]  # a quarter turn too far
-    slips.append(sp.Matrix(turned))
-    slips.append(sp.Matrix([column[1], column[0], *column[2:]]))
-    slips.append(sp.Matrix([column[0], -column[1], *column[2:]]))
-    return [vector for vector in slips if _size_of(vector) > 0.05]
+            vectors.append(z.col(joint).cross(p_star.col(joint)).extract(linear, [0]))
+    rotated = [-column[1], column[0], *column[2:]]  # a quarter turn too far
+    vectors.append(sp.Matrix(rotated))
+    vectors.append(sp.Matrix([column[1], column[0], *column[2:]]))
+    vectors.append(sp.Matrix([column[0], -column[1], *column[2:]]))
+    return [vector for vector in vectors if _size_of(vector) > 0.05]
 
 
 def _size_of(vector: Iterable[sp.Expr]) -> float:
@@ -155,12 +155,12 @@ def _size_of(vector: Iterable[sp.Expr]) -> float:
     return math.sqrt(math.fsum(float(value) ** 2 for value in vector))
 
 
-def _rounded(vector: sp.Matrix) -> Numbers:
+def _round_vector(vector: sp.Matrix) -> Numbers:
     """Return entries to three decimals."""
-    return tuple(_decimals(value, 3) for value in vector)
+    return tuple(_round_to(value, 3) for value in vector)
 
 
-def _decimals(value: sp.Expr, places: int) -> sp.Rational:
+def _round_to(value: sp.Expr, places: int) -> sp.Rational:
     return sp.Rational(nearest_integer(sp.Float(value, 30) * 10**places), 10**places)
 
 
@@ -207,22 +207,22 @@ class ForUse(AtPose):
     determinant: sp.Float | None = None
 
 
-def _use(chain: Chain, rng: Stream) -> Asked:
+def _ask_use(chain: Chain, rng: Stream) -> Asked:
     """Draw the answer first, then a task and a pose that have it."""
-    for use in rng.shuffled(tuple(USES)):
-        for task in rng.shuffled(_tasks_for(chain, use))[:6]:
+    for use in rng.permutation(tuple(USES)):
+        for task in rng.permutation(_tasks_for(chain, use))[:6]:
             asked = chain.with_task(*task)
             pose = _pose_for(asked, use, rng)
             if pose is not None:
-                order = rng.shuffled(tuple(USES))
+                order = rng.permutation(tuple(USES))
                 answer = Choice(tuple(USES[name] for name in order), order.index(use))
-                return answer, _details(asked, use, pose)
+                return answer, _use_details(asked, use, pose)
     raise RuntimeError(f"no task of {chain} could be asked about; please report this")
 
 
-def _details(chain: Chain, use: str, pose: Pose) -> ForUse:
+def _use_details(chain: Chain, use: str, pose: Pose) -> ForUse:
     """Return the details for an arm with the task asked about; numbers to four digits."""
-    jacobian = precise(chain, pose, derive(chain).jacobian)
+    jacobian = evaluate_precisely(chain, pose, derive(chain).jacobian)
     numbers = [[numeric(value) for value in row] for row in jacobian.tolist()]
     value = four_digits(determinant(numbers)) if jacobian.is_square else None
     return ForUse(
@@ -248,7 +248,7 @@ def _tasks_for(chain: Chain, use: str) -> tuple[tuple[str, ...], ...]:
 def _pose_for(chain: Chain, use: str, rng: Stream) -> Pose | None:
     if use != "singular":
         return regular_pose(chain, rng, 0.06, use == "regular")
-    for component in rng.shuffled(singular_set(chain) or ()):
+    for component in rng.permutation(singular_set(chain) or ()):
         pose = shown_pose(chain, (component,), rng)
         if pose is not None:
             return pose
@@ -285,7 +285,7 @@ class OfCost(Details):
         return {**self.cost.place.numbers, **(self.pose or {})}
 
 
-def _no_cost(chain: Chain) -> str | None:
+def _object_to_cost(chain: Chain) -> str | None:
     components = singular_set(chain)
     if components is None:
         return "its Jacobian has less than full rank everywhere"
@@ -296,44 +296,44 @@ def _no_cost(chain: Chain) -> str | None:
         return f"its task counts {m} components, more than its {chain.n} joints can give anywhere"
     if not 2 <= m <= MOST_ROWS:
         return f"its task counts {m} components of velocity"
-    return None if _some_cost(chain) else "no singular configuration loses exactly one direction"
+    return None if _has_cost(chain) else "no singular configuration loses exactly one direction"
 
 
 @lru_cache(maxsize=1024)
-def _some_cost(chain: Chain) -> bool:
+def _has_cost(chain: Chain) -> bool:
     return _cost_pose(chain, Stream("cost")) is not None
 
 
 def _cost_pose(chain: Chain, rng: Stream) -> Pose | None:
-    for component in rng.shuffled(singular_set(chain) or ()):
+    for component in rng.permutation(singular_set(chain) or ()):
         pose = shown_pose(chain, (component,), rng, len(chain.task) - 1)
         if pose is not None:
             return pose
     return None
 
 
-def _cost(chain: Chain, rng: Stream) -> Asked:
+def _ask_cost(chain: Chain, rng: Stream) -> Asked:
     """Draw whether three velocities can be produced and one not, or one can and three not."""
     possible = rng.choice((True, False))
     for _ in range(20):
         pose = _cost_pose(chain, rng)
         if pose is None:
             continue
-        jacobian = precise(chain, pose, derive(chain).jacobian)
+        jacobian = evaluate_precisely(chain, pose, derive(chain).jacobian)
         lost = lost_direction(jacobian_at(chain, pose))
         assert lost is not None
         chosen = _velocities(jacobian, lost, possible, rng)
         if chosen is not None:
-            order = rng.shuffled(chosen)
+            order = rng.permutation(chosen)
             answer = Choice(tuple(vector_words(vector) for vector in order), order.index(chosen[0]))
-            shown = _rounded(precise_lost(chain, pose))
+            shown = _round_vector(precise_lost_direction(chain, pose))
             products = [sum(a * b for a, b in zip(vector, shown, strict=True)) for vector in order]
-            lettered = tuple((letter, _decimals(value, 2)) for letter, value in zip("ABCD", products, strict=True))
+            lettered = tuple((letter, _round_to(value, 2)) for letter, value in zip("ABCD", products, strict=True))
             return answer, OfCost(cost=Cost(pose, possible, shown, lettered), pose=pose.figure)
     raise RuntimeError(f"no singular configuration of {chain} could be asked about; please report this")
 
 
-def _signed(vector: np.ndarray) -> np.ndarray:
+def _orient(vector: np.ndarray) -> np.ndarray:
     """Return a vector whose first clear entry is positive."""
     first = next(value for value in vector if abs(value) > 1e-3)
     return vector if first > 0 else -vector
@@ -346,30 +346,34 @@ def _velocities(jacobian: sp.Matrix, lost: np.ndarray, possible: bool, rng: Stre
         rates = sp.Matrix([sp.Rational(rng.choice([k for k in range(-9, 10) if k]), 10) for _ in range(jacobian.cols)])
         produced = jacobian * rates
         can = possible == (not chosen)
-        added = sp.zeros(jacobian.rows, 1) if can else _beside(lost, _size_of(produced), rng)
-        velocity = _rounded(produced + added)
-        if 0.1 < _size_of(sp.Matrix(velocity)) < 3 and _share(velocity, lost, can) and _new(velocity, chosen):
+        added = sp.zeros(jacobian.rows, 1) if can else _velocity_along(lost, _size_of(produced), rng)
+        velocity = _round_vector(produced + added)
+        if (
+            0.1 < _size_of(sp.Matrix(velocity)) < 3
+            and _has_clear_share(velocity, lost, can)
+            and _is_new(velocity, chosen)
+        ):
             chosen.append(velocity)
         if len(chosen) == 4:
             return chosen
     return None
 
 
-def _beside(lost: np.ndarray, size: float, rng: Stream) -> sp.Matrix:
+def _velocity_along(lost: np.ndarray, size: float, rng: Stream) -> sp.Matrix:
     """Return a velocity along the lost direction, in whole hundredths of its length."""
     factor = rng.choice((1, -1)) * sp.Rational(round(100 * max(size, 0.2)), 100)
-    return factor * sp.Matrix([sp.Rational(round(float(value) * 10**6), 10**6) for value in _signed(lost)])
+    return factor * sp.Matrix([sp.Rational(round(float(value) * 10**6), 10**6) for value in _orient(lost)])
 
 
-def _share(velocity: Numbers, lost: np.ndarray, can: bool) -> bool:
+def _has_clear_share(velocity: Numbers, lost: np.ndarray, can: bool) -> bool:
     """Tell whether a velocity has a clear component along the lost direction, or none but by rounding."""
     numbers = np.array([float(value) for value in velocity])
     share = abs(float(numbers @ lost)) / float(np.linalg.norm(numbers))
     return share < 0.012 if can else share > 0.5
 
 
-def _new(velocity: Numbers, chosen: list[Numbers]) -> bool:
-    return all(_differ(velocity, other) and _differ(velocity, tuple(-v for v in other)) for other in chosen)
+def _is_new(velocity: Numbers, chosen: list[Numbers]) -> bool:
+    return all(_differ(velocity, known) and _differ(velocity, tuple(-v for v in known)) for known in chosen)
 
 
 # --- out of a derivation ---
@@ -385,30 +389,30 @@ QUESTIONS = (
         name="jacobian-size",
         title="Size of the Jacobian",
         source="6.4",
-        ask=_size,
+        ask=_ask_size,
         points=0.5,
-        objection=_no_other_task,
+        objection=_object_to_task,
         entry_names=lambda chain, _: [r"\text{rows}", r"\text{columns}"],
     ),
     Question(
         name="joint-effect",
         title="What one joint does",
         source="6.12",
-        ask=_effect,
-        objection=_no_effect,
+        ask=_ask_effect,
+        objection=_object_to_effect,
         result=_derived_effect,
     ),
     Question(
         name="invertibility",
         title="When (6.7) can be used",
         source="6.7",
-        ask=_use,
+        ask=_ask_use,
     ),
     Question(
         name="unreachable-velocity",
         title="What a singularity costs",
         source="6.8",
-        ask=_cost,
-        objection=_no_cost,
+        ask=_ask_cost,
+        objection=_object_to_cost,
     ),
 )

@@ -15,13 +15,13 @@ from qdot.exercises.problem.problem import Details, OneOfSeveral, Part
 from qdot.exercises.questions.base import (
     Asked,
     Question,
-    by_hand,
     number,
-    put,
-    put_number,
+    objection_to_length,
+    objection_unless_square,
     rates_to,
-    square,
     stage,
+    substitute_number,
+    substitute_stage,
     velocities,
 )
 
@@ -62,7 +62,7 @@ class AlongAxis(OneOfSeveral):
     row: int
 
 
-def _position(chain: Chain, rng: Stream) -> Asked:
+def _ask_position(chain: Chain, rng: Stream) -> Asked:
     return Matrix(derive(chain).position.extract(moving_rows(chain), [0])), AlongAxes(axes=chain.linear_rows)
 
 
@@ -106,12 +106,12 @@ def _velocity_by_links(coordinate: sp.Expr, chain: Chain) -> sp.Expr:
     return velocity
 
 
-def _velocity(chain: Chain, rng: Stream) -> Asked:
+def _ask_velocity(chain: Chain, rng: Stream) -> Asked:
     by_links = is_by_links(chain)
     return Matrix(linear_velocity(chain)), AlongAxes(axes=chain.linear_rows, by_links=by_links)
 
 
-def _component(chain: Chain, rng: Stream) -> Asked:
+def _ask_component(chain: Chain, rng: Stream) -> Asked:
     velocity = linear_velocity(chain)
     useful = [i for i, entry in enumerate(velocity) if len(entry.free_symbols & set(chain.rates)) > 1]
     chosen = rng.choice(useful or list(range(len(velocity))))
@@ -119,11 +119,11 @@ def _component(chain: Chain, rng: Stream) -> Asked:
     return Expression(velocity[chosen]), details
 
 
-def _has_linear_rows(chain: Chain) -> str | None:
+def _object_to_task(chain: Chain) -> str | None:
     return None if chain.linear_rows else "its task counts no linear velocity"
 
 
-def _jacobian(chain: Chain, rng: Stream) -> Asked:
+def _ask_jacobian(chain: Chain, rng: Stream) -> Asked:
     return Matrix(derive(chain).jacobian), ForTask(task=chain.task)
 
 
@@ -132,7 +132,7 @@ def _title(chain: Chain) -> str:
     return "Jacobian from the joint axes" if by_axes else "Jacobian by differentiation"
 
 
-def _determinant(chain: Chain, rng: Stream) -> Asked:
+def _ask_determinant(chain: Chain, rng: Stream) -> Asked:
     return Expression(derive(chain).determinant), ForTask(task=chain.task)
 
 
@@ -143,16 +143,16 @@ def _derived_component(w: Working, part: Part) -> np.ndarray:
     return np.asarray(apply_matrix(w["linear"][[part.about(AlongAxis).row]], w["joint rates"]))
 
 
-def _put_position(rows: np.ndarray) -> dict[str, Change]:
+def _substitute_position(rows: np.ndarray) -> dict[str, Change]:
     """Differentiate a position, (rows, 1, …), with respect to each joint variable."""
 
-    def differentiated(w: Working, right: np.ndarray) -> np.ndarray:
+    def differentiate(w: Working, right: np.ndarray) -> np.ndarray:
         slopes, linear = w.arithmetic.slopes(rows[:, 0]), right.copy()
         for k, row in enumerate(moving_rows(w.chain)):
             linear[row] = slopes[:, k]
         return linear
 
-    return {"linear": differentiated}
+    return {"linear": differentiate}
 
 
 QUESTIONS = (
@@ -160,13 +160,13 @@ QUESTIONS = (
         name="position",
         title="Position of the point",
         source="6.1",
-        ask=_position,
-        objection=_has_linear_rows,
-        too_long=by_hand("position"),
+        ask=_ask_position,
+        objection=_object_to_task,
+        too_long=objection_to_length("position"),
         result=lambda w, _: w["point"][moving_rows(w.chain)],
         entry_names=lambda chain, _: list(chain.linear_rows),
         labels=lambda chain: tuple(chain.linear_rows),
-        put=_put_position,
+        substitutes=_substitute_position,
         adds_up="links",
         linear_rows=lambda chain: list(enumerate(moving_rows(chain))),
     ),
@@ -174,10 +174,10 @@ QUESTIONS = (
         name="velocity",
         title="Cartesian velocity",
         source="6.2",
-        ask=_velocity,
+        ask=_ask_velocity,
         needs=("position",),
-        objection=_has_linear_rows,
-        too_long=by_hand("linear"),
+        objection=_object_to_task,
+        too_long=objection_to_length("linear"),
         result=lambda w, _: apply_matrix(w["linear"][moving_rows(w.chain)], w["joint rates"]),
         entry_names=lambda chain, _: velocities([row for row in chain.task if row[0] == "v"]),
         labels=lambda chain: tuple(row for row in chain.task if row[0] == "v"),
@@ -187,10 +187,10 @@ QUESTIONS = (
         name="velocity-component",
         title="One velocity component",
         source="6.2",
-        ask=_component,
+        ask=_ask_component,
         needs=("position",),
-        objection=_has_linear_rows,
-        too_long=by_hand("linear"),
+        objection=_object_to_task,
+        too_long=objection_to_length("linear"),
         result=_derived_component,
         entry_names=lambda chain, part: [f"v_{{{part.about(AlongAxis).axis}}}"],
         follows=(("position",),),
@@ -198,15 +198,15 @@ QUESTIONS = (
     Question(
         name="jacobian",
         title="Jacobian by differentiation",
-        titled=_title,
+        title_for=_title,
         source="6.3",
-        ask=_jacobian,
+        ask=_ask_jacobian,
         needs=("position",),
         points=2.0,
-        too_long=by_hand("jacobian"),
+        too_long=objection_to_length("jacobian"),
         result=stage("jacobian"),
         grid=rates_to(lambda chain: chain.task),
-        put=put("jacobian"),
+        substitutes=substitute_stage("jacobian"),
         follows=(("position",),),
         adds_up="columns of links",
         linear_rows=lambda chain: [(k, "xyz".index(row[1])) for k, row in enumerate(chain.task) if row[0] == "v"],
@@ -215,14 +215,14 @@ QUESTIONS = (
         name="determinant",
         title="Determinant of the Jacobian",
         source="6.8",
-        ask=_determinant,
+        ask=_ask_determinant,
         needs=("jacobian",),
-        objection=square,
+        objection=objection_unless_square,
         result=number("determinant"),
         entry_names=lambda chain, _: [r"\det J"],
         is_made_of_jacobian=True,
         is_made_of_minors=True,
-        put=put_number("determinant"),
+        substitutes=substitute_number("determinant"),
         follows=(("jacobian",),),
     ),
 )  # fmt: skip

@@ -20,7 +20,7 @@ from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.singularity import Component, singular_set
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
-from qdot.exercises.questions.inversion import Configuration, draw_pose, lengths_in_table
+from qdot.exercises.questions.inversion import Configuration, lengths_in_table, sample_pose
 
 DIGITS, KEPT = 30, 40
 TRIES = 12
@@ -94,9 +94,9 @@ def nearest_integer(value: sp.Expr) -> int:
     """
     if isinstance(value, sp.Float) and value._prec >= BITS and abs(float(value)) < MOST_COUNTED:
         sign, mantissa, exponent, _ = value._mpf_
-        one = 1 << max(0, -int(exponent))
-        whole, rest = divmod(2 * (int(mantissa) << max(0, int(exponent))) + one, 2 * one)
-        if min(rest, 2 * one - rest) * 10**15 > one:
+        unit = 1 << max(0, -int(exponent))
+        whole, rest = divmod(2 * (int(mantissa) << max(0, int(exponent))) + unit, 2 * unit)
+        if min(rest, 2 * unit - rest) * 10**15 > unit:
             return -whole if sign else whole
     return int(value.round())
 
@@ -113,7 +113,7 @@ def jacobian_at(chain: Chain, pose: Pose) -> np.ndarray:
     return np.asarray(sample.arm.jacobian(sample.q)[task_rows(chain)])
 
 
-def precise(chain: Chain, pose: Pose, matrix: sp.Matrix) -> sp.Matrix:
+def evaluate_precisely(chain: Chain, pose: Pose, matrix: sp.Matrix) -> sp.Matrix:
     """Return a matrix of formulas in numbers of 30 digits at a pose, tiny ones as zero."""
     exact = matrix.xreplace(pose.values)
 
@@ -124,9 +124,9 @@ def precise(chain: Chain, pose: Pose, matrix: sp.Matrix) -> sp.Matrix:
     return exact.applyfunc(number)
 
 
-def precise_lost(chain: Chain, pose: Pose) -> sp.Matrix:
+def precise_lost_direction(chain: Chain, pose: Pose) -> sp.Matrix:
     """Return the unit vector u with u J = 0 at a singular pose, to 30 digits; its first clear entry is positive."""
-    jacobian = precise(chain, pose, derive(chain).jacobian)
+    jacobian = evaluate_precisely(chain, pose, derive(chain).jacobian)
     with mpmath.workdps(DIGITS):
         numbers = mpmath.matrix([[mpmath.mpf(str(value)) for value in row] for row in jacobian.tolist()])
         gram = numbers * numbers.T
@@ -141,23 +141,25 @@ def precise_lost(chain: Chain, pose: Pose) -> sp.Matrix:
 # --- drawing ---
 
 
-def regular_pose(chain: Chain, rng: Stream, clear: float = 0.1, slips: bool = True, exact: bool = False) -> Pose | None:
-    """Draw a pose of full rank; with `slips` one that looks singular: what a slip makes of a root.
+def regular_pose(
+    chain: Chain, rng: Stream, clear: float = 0.1, misleading: bool = True, exact: bool = False
+) -> Pose | None:
+    """Draw a pose of full rank; with `misleading` one that looks singular: what a slip makes of a root.
 
     With `exact`, no joint value is shown rounded.
     """
-    components = singular_set(chain) or () if slips else ()
+    components = singular_set(chain) or () if misleading else ()
     roots = [solution for component in components for solution in component.solutions or ()]
     for tried in range(60):
-        lengths, joints = distinct_lengths(chain, rng), draw_pose(chain, rng)
+        lengths, joints = distinct_lengths(chain, rng), sample_pose(chain, rng)
         if roots and tried < 30:
             joint, values = rng.choice(roots)
-            slip = rng.choice((sp.pi / 2, -sp.pi / 2)) if joint.name.startswith("theta") else sp.Rational(1, 10)
+            shift = rng.choice((sp.pi / 2, -sp.pi / 2)) if joint.name.startswith("theta") else sp.Rational(1, 10)
             value = rng.choice(values).xreplace(lengths)
-            joints[joint] = rng.choice((-value, value + slip, slip - value))
+            joints[joint] = rng.choice((-value, value + shift, shift - value))
         if not all(_is_real(value) for value in joints.values()):
             continue
-        pose = pose_of(chain, lengths, {q: turned_back(chain, q, value) for q, value in joints.items()})
+        pose = pose_of(chain, lengths, {q: wrap_angle(chain, q, value) for q, value in joints.items()})
         if not (exact and pose.about) and clear_rank(jacobian_at(chain, pose), clear) == min(len(chain.task), chain.n):
             return pose
     return None
@@ -179,7 +181,7 @@ def singular_pose(
     """
     for _ in range(EXACT_TRIES if exact else TRIES):
         lengths = _wide_lengths(chain, rng) if wide else distinct_lengths(chain, rng)
-        joints = (_exactly_on if exact else _joints_on)(chain, components, lengths, rng)
+        joints = (_sample_exact_joints_on if exact else _sample_joints_on)(chain, components, lengths, rng)
         if joints is None or not all(_is_real(value) for value in joints.values()):
             continue
         pose = pose_of(chain, lengths, joints, symbolic)
@@ -199,7 +201,7 @@ def shown_pose(chain: Chain, components: Sequence[Component], rng: Stream, rank:
 def distinct_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Rational]:
     """Draw a number for each length that the table leaves open, none equal to another: that is a case of its own."""
     taken = lengths_in_table(chain)
-    drawn = rng.shuffled(range(6, max(17, 6 + len(chain.parameters) + len(taken))))
+    drawn = rng.permutation(range(6, max(17, 6 + len(chain.parameters) + len(taken))))
     steps = [step for step in drawn if sp.Rational(step, 20) not in taken]
     return {symbol: sp.Rational(step, 20) for symbol, step in zip(chain.parameters, steps, strict=False)}
 
@@ -207,7 +209,7 @@ def distinct_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Rational]:
 def _wide_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Rational]:
     """Draw lengths of very different size, no two of which are near each other."""
     sizes = [12 * 13**i // 10**i for i in range(max(10, len(chain.parameters)))]
-    drawn = zip(chain.parameters, rng.shuffled(sizes), strict=False)
+    drawn = zip(chain.parameters, rng.permutation(sizes), strict=False)
     return {symbol: sp.Rational(size + rng.below(2), 100) for symbol, size in drawn}
 
 
@@ -219,7 +221,7 @@ def singular_samples(chain: Chain, component: Component, count: int) -> tuple[Sa
     return tuple(sample_of(chain, pose) for pose in poses if pose is not None)
 
 
-def at_values(component: Component, values: Values) -> Component:
+def part_at_values(component: Component, values: Values) -> Component:
     """Return the part of a component at one combination of its joint values."""
     return Component(component.conditions, tuple((joint, (value,)) for joint, value in values))
 
@@ -228,10 +230,10 @@ def at_values(component: Component, values: Values) -> Component:
 class Branch:
     """A part of the singular set with one look: a combination of joint values, or a condition that ties joints.
 
-    `own` is the arm's, `generic` the same of its structure.
+    `component` is the arm's, `generic_values` the same of its structure.
     """
 
-    own: Component
+    component: Component
     generic: Component
 
 
@@ -241,24 +243,26 @@ def branches(chain: Chain) -> tuple[Branch, ...]:
     derivation = derive(chain)
     generic = {tuple(map(derivation.fill, c.conditions)): c for c in singular_set(structure(chain).chain) or ()}
     reached: list[Branch] = []
-    for own in singular_set(chain) or ():
-        other = generic.get(own.conditions)
-        if other is None or (own.solutions is None) != (other.solutions is None):
+    for component in singular_set(chain) or ():
+        generic_component = generic.get(component.conditions)
+        if generic_component is None or (component.solutions is None) != (generic_component.solutions is None):
             continue
-        if own.solutions is None or other.solutions is None:
-            reached.append(Branch(own, other))
+        if component.solutions is None or generic_component.solutions is None:
+            reached.append(Branch(component, generic_component))
             continue
-        for values in value_sets(own):
-            theirs = next((theirs for theirs in value_sets(other) if _same_values(chain, values, theirs)), None)
+        for values in value_sets(component):
+            theirs = next(
+                (theirs for theirs in value_sets(generic_component) if _same_values(chain, values, theirs)), None
+            )
             if theirs is not None:
-                reached.append(Branch(at_values(own, values), at_values(other, theirs)))
+                reached.append(Branch(part_at_values(component, values), part_at_values(generic_component, theirs)))
     return tuple(reached)
 
 
-def _same_values(chain: Chain, own: Values, generic: Values) -> bool:
+def _same_values(chain: Chain, arm_values: Values, generic_values: Values) -> bool:
     """Tell whether joint values of a structure are those of the arm, which has offsets, whole turns apart."""
     lengths = {symbol: sp.Rational(37 + 11 * i, 100) for i, symbol in enumerate(chain.parameters)}
-    for (q, value), (_, theirs) in zip(own, generic, strict=True):
+    for (q, value), (_, theirs) in zip(arm_values, generic_values, strict=True):
         index = chain.q.index(q)
         apart = sp.N((derive(chain).fill(theirs) - chain.offsets[index] - value).xreplace(lengths), 15)
         if chain.joints[index].kind == "R":
@@ -268,7 +272,7 @@ def _same_values(chain: Chain, own: Values, generic: Values) -> bool:
     return True
 
 
-def _joints_on(
+def _sample_joints_on(
     chain: Chain, components: Sequence[Component], lengths: Mapping[sp.Symbol, sp.Expr], rng: Stream
 ) -> dict[sp.Symbol, sp.Expr] | None:
     """Draw joint values on components: first those that are solved, then one joint for each that ties several."""
@@ -278,10 +282,10 @@ def _joints_on(
             values = dict(rng.choice(value_sets(component)))
             if any(fixed.get(q, value) != value for q, value in values.items()):
                 return None
-            fixed.update({q: turned_back(chain, q, value.xreplace(dict(lengths))) for q, value in values.items()})
+            fixed.update({q: wrap_angle(chain, q, value.xreplace(dict(lengths))) for q, value in values.items()})
     if not all(_is_real(value) for value in fixed.values()):
         return None
-    drawn = draw_pose(chain, rng)
+    drawn = sample_pose(chain, rng)
     for component in components:
         if component.solutions is not None:
             continue
@@ -302,7 +306,7 @@ def _joints_on(
     return {**drawn, **fixed}
 
 
-def _exactly_on(
+def _sample_exact_joints_on(
     chain: Chain, components: Sequence[Component], lengths: Mapping[sp.Symbol, sp.Expr], rng: Stream
 ) -> dict[sp.Symbol, sp.Expr] | None:
     """Draw joint values on components, those that conditions tie being such that 30 degrees divide angles in the table.
@@ -310,7 +314,7 @@ def _exactly_on(
     Slides are then in steps of 5 cm, so that nothing has to be rounded.
     """
     solved = [component for component in components if component.solutions is not None]
-    fixed = _joints_on(chain, solved, lengths, rng)
+    fixed = _sample_joints_on(chain, solved, lengths, rng)
     if fixed is None:
         return None
     values = {q for component in solved for q, _ in component.solutions or ()}
@@ -322,7 +326,7 @@ def _exactly_on(
         return None
     kinds, offsets = (dict(zip(chain.q, items, strict=True)) for items in (chain.joints, chain.offsets))
     steps = {
-        q: [turned_back(chain, q, k * sp.pi / 6 - offsets[q]) for k in range(12)]
+        q: [wrap_angle(chain, q, k * sp.pi / 6 - offsets[q]) for k in range(12)]
         if kinds[q].kind == "R"
         else [sp.Rational(k, 20) for k in range(2, 17)]
         for q in tied
@@ -330,7 +334,7 @@ def _exactly_on(
     grid = np.meshgrid(*(np.array([float(value) for value in steps[q]]) for q in tied), indexing="ij")
     known = {symbol: np.asarray(float(sp.N(value))) for symbol, value in {**lengths, **fixed}.items()}
     at = known | dict(zip(tied, grid, strict=True))
-    apart = np.max([np.abs(_value(condition, at)) * np.ones_like(grid[0]) for condition in conditions], axis=0)
+    apart = np.max([np.abs(_evaluate(condition, at)) * np.ones_like(grid[0]) for condition in conditions], axis=0)
     places = np.argwhere(apart < 1e-9)
     if not len(places):
         return None
@@ -340,13 +344,13 @@ def _exactly_on(
     return joints if all(abs(sp.N(c.xreplace(exact), DIGITS)) < sp.Float("1e-20") for c in conditions) else None
 
 
-def _value(expression: sp.Expr, at: Mapping[sp.Symbol, np.ndarray]) -> np.ndarray:
+def _evaluate(expression: sp.Expr, at: Mapping[sp.Symbol, np.ndarray]) -> np.ndarray:
     """Return the numbers that an expression has at places, all at once."""
     if expression.is_Symbol:
         return at[expression]
     if expression.is_number:
         return np.asarray(float(expression))
-    parts = [_value(part, at) for part in expression.args]
+    parts = [_evaluate(part, at) for part in expression.args]
     if expression.is_Add or expression.is_Mul:
         return np.asarray((np.sum if expression.is_Add else np.prod)(np.broadcast_arrays(*parts), axis=0))
     if expression.is_Pow:
@@ -380,7 +384,7 @@ def _is_real(value: sp.Expr) -> bool:
     return value.is_real is True or bool(abs(sp.im(sp.N(value, DIGITS))) < sp.Float("1e-20"))
 
 
-def turned_back(chain: Chain, joint: sp.Symbol, value: sp.Expr) -> sp.Expr:
+def wrap_angle(chain: Chain, joint: sp.Symbol, value: sp.Expr) -> sp.Expr:
     """Return a revolute joint's value in (-pi, pi] where it is a number."""
     if chain.joints[chain.q.index(joint)].kind == "P" or not value.is_number or not _is_real(value):
         return value

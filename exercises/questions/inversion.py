@@ -16,12 +16,12 @@ from qdot.exercises.questions.base import (
     BY_HAND,
     Asked,
     Question,
-    invertible_by_hand,
     joint_rates,
-    put,
-    put_vector,
-    square,
+    objection_to_inverse,
+    objection_unless_square,
     stage,
+    substitute_stage,
+    substitute_vector,
 )
 
 POSES = 2000
@@ -31,11 +31,11 @@ THREE_DIGITS = 0.005
 """Relative tolerance of a number asked for to three significant digits: rounding 1.004999 to 1.00 moves it by 0.5 %."""
 
 
-def _inverse(chain: Chain, rng: Stream) -> Asked:
+def _ask_inverse(chain: Chain, rng: Stream) -> Asked:
     return Matrix(derive(chain).inverse), Details()
 
 
-def _rates(chain: Chain, rng: Stream) -> Asked:
+def _ask_rates(chain: Chain, rng: Stream) -> Asked:
     return Matrix(derive(chain).rate_law()), Details()
 
 
@@ -80,7 +80,7 @@ class InSituation(Details):
         return self.situation.numbers
 
 
-def draw_pose(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Expr]:
+def sample_pose(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Expr]:
     """Draw joint values: angles in steps of 5 degrees, slides in steps of 5 cm."""
     return {
         q: sp.pi * sp.Rational(5 * rng.integer(-35, 35), 180)
@@ -90,7 +90,7 @@ def draw_pose(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Expr]:
     }
 
 
-def draw_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Rational]:
+def sample_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Rational]:
     """Draw a number for each length that the table leaves open: no two lengths are equal, as the statement says."""
     taken = lengths_in_table(chain)
     lengths: dict[sp.Symbol, sp.Rational] = {}
@@ -115,10 +115,10 @@ def conditioning(chain: Chain, lengths: dict[sp.Symbol, sp.Rational], joints: di
     return float(sigma[-1] / sigma[0])
 
 
-def draw_situation(chain: Chain, rng: Stream) -> Situation:
+def sample_situation(chain: Chain, rng: Stream) -> Situation:
     """Draw a situation well away from singular configurations."""
     for _ in range(POSES):
-        lengths, joints = draw_lengths(chain, rng), draw_pose(chain, rng)
+        lengths, joints = sample_lengths(chain, rng), sample_pose(chain, rng)
         velocity = {v: sp.Rational(rng.choice([k for k in range(-8, 9) if k]), 20) for v in task_velocity(chain)}
         if conditioning(chain, lengths, joints) > well_conditioned(chain):
             return Situation(lengths, joints, velocity)
@@ -140,8 +140,8 @@ def well_conditioned(chain: Chain) -> float:
     return 0.15 if chain.n <= BY_HAND and len(kinds) == 1 else 0.04
 
 
-def _joint_rates(chain: Chain, rng: Stream) -> Asked:
-    situation = draw_situation(chain, rng)
+def _ask_joint_rates(chain: Chain, rng: Stream) -> Asked:
+    situation = sample_situation(chain, rng)
     velocity = [numeric(value) for value in situation.velocity.values()]
     numbers = sp.Matrix(list(map(ten_digits, solve_linear(jacobian_at(chain, situation), velocity))))
     units = tuple("rad/s" if joint.kind == "R" else "m/s" for joint in chain.joints)
@@ -154,41 +154,41 @@ QUESTIONS = (
         name="inverse-jacobian",
         title="Inverse Jacobian",
         source="appendix",
-        ask=_inverse,
+        ask=_ask_inverse,
         needs=("jacobian", "determinant"),
         points=2.0,
-        objection=square,
-        too_long=invertible_by_hand,
+        objection=objection_unless_square,
+        too_long=objection_to_inverse,
         result=stage("inverse"),
         grid=lambda chain: (joint_rates(chain), chain.task),
         is_made_of_jacobian=True,
         is_made_of_minors=True,
-        put=put("inverse"),
+        substitutes=substitute_stage("inverse"),
         follows=(("jacobian",), ("jacobian", "determinant")),
     ),
     Question(
         name="inverse-velocity",
         title="Inverse velocity",
         source="6.7",
-        ask=_rates,
+        ask=_ask_rates,
         needs=("jacobian", "inverse-jacobian"),
         points=2.0,
-        objection=square,
-        too_long=invertible_by_hand,
+        objection=objection_unless_square,
+        too_long=objection_to_inverse,
         result=stage("rates"),
         labels=joint_rates,
         is_made_of_jacobian=True,
         is_made_of_minors=True,
-        put=put_vector("rates"),
+        substitutes=substitute_vector("rates"),
         follows=(("inverse-jacobian",), ("jacobian",), ("jacobian", "determinant")),
     ),
     Question(
         name="joint-rates",
         title="Joint rates at a configuration",
         source="6.7",
-        ask=_joint_rates,
+        ask=_ask_joint_rates,
         needs=("inverse-velocity",),
-        objection=square,
+        objection=objection_unless_square,
         result=stage("rates"),
         labels=joint_rates,
         is_made_of_jacobian=True,

@@ -45,13 +45,13 @@ def lost_motion(generic: Chain, component: Component) -> Motion | None:
             continue
         held = bool(np.any(sizes["link" if moving == "P" else "P"] > 1e-7))
         counted = [row - first in range(3) and row in rows for row in range(first, first + 3)]
-        motion = _told(moving, held, whole[:, first : first + 3] / sizes[moving][:, None], lines, along, counted)
+        motion = _sort_lines(moving, held, whole[:, first : first + 3] / sizes[moving][:, None], lines, along, counted)
         if motion is not None:
             return motion
     return None
 
 
-def _told(
+def _sort_lines(
     moving: str, held: bool, lost: np.ndarray, lines: list[Line], along: np.ndarray, counted: list[bool]
 ) -> Motion | None:
     """Sort lines into those parallel to the lost direction everywhere and those clearly not, nearly everywhere."""
@@ -65,15 +65,19 @@ def _told(
             right.append(line)
         elif np.mean(cosine < CLEARLY_OFF) >= 0.75:
             wrong.append(line)
-    return Motion(moving, held, tuple(right), tuple(wrong)) if right and _apart(wrong, lines, along) >= 2 else None
+    return (
+        Motion(moving, held, tuple(right), tuple(wrong))
+        if right and _count_directions(wrong, lines, along) >= 2
+        else None
+    )
 
 
-def _apart(chosen: list[Line], lines: list[Line], along: np.ndarray) -> int:
+def _count_directions(chosen: list[Line], lines: list[Line], along: np.ndarray) -> int:
     """Return how many of the lines have directions of their own."""
     groups: list[np.ndarray] = []
     for line in chosen:
         vectors = along[lines.index(line)]
-        if not any(np.all(np.abs(np.sum(vectors * other, axis=1)) > 1 - 1e-6) for other in groups):
+        if not any(np.all(np.abs(np.sum(vectors * known, axis=1)) > 1 - 1e-6) for known in groups):
             groups.append(vectors)
     return len(groups)
 

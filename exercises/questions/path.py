@@ -26,9 +26,9 @@ from qdot.exercises.arm.path import Line, Station
 from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, by_name
-from qdot.exercises.questions.base import Asked, Question, joint_rates, square, stage
-from qdot.exercises.questions.inversion import THREE_DIGITS, Configuration, conditioning, draw_lengths, draw_pose
-from qdot.exercises.questions.redundancy import angles, pose_of
+from qdot.exercises.questions.base import Asked, Question, joint_rates, objection_unless_square, stage
+from qdot.exercises.questions.inversion import THREE_DIGITS, Configuration, conditioning, sample_lengths, sample_pose
+from qdot.exercises.questions.redundancy import open_angles, pose_of
 
 STEP = 0.02
 """Distance of the places at which a line is looked at (m)."""
@@ -55,7 +55,7 @@ class Seam(Configuration):
     def at(self, chain: Chain, s: sp.Expr) -> "Place":
         """Return the worked numbers at the distance s from A, four digits; angles in degrees, as the start is told."""
         turning = [joint.kind == "R" for joint in chain.joints]
-        return _place(self.line(chain, PRECISE), self.line(chain), sp.sympify(s), self.speed, turning)
+        return _worked_place(self.line(chain, PRECISE), self.line(chain), sp.sympify(s), self.speed, turning)
 
     def start(self, chain: Chain) -> sp.Matrix:
         """Return A, four digits."""
@@ -88,7 +88,7 @@ class Place:
     conditioning: sp.Float
 
 
-def _place(line: Line, rough: Line, s: sp.Expr, speed: sp.Rational, turning: Sequence[bool]) -> Place:
+def _worked_place(line: Line, rough: Line, s: sp.Expr, speed: sp.Rational, turning: Sequence[bool]) -> Place:
     q, distance = joints_on(line, rough, s), line.arm.number(s)
     jacobian = line.arm.task_jacobian(q)
     sigma = PRECISE.svd_r(PRECISE.matrix(jacobian), compute_uv=False)
@@ -145,24 +145,24 @@ class AtDistance(OnPath):
         return values | {row: float(u) * float(seam.speed) for row, u in zip(chain.task, line.unit, strict=True)}
 
 
-def _objection(chain: Chain) -> str | None:
+def _object_to_path(chain: Chain) -> str | None:
     if len(chain.linear_rows) != len(chain.task):
         return f"its task counts {', '.join(chain.task)}, and a path of the point tells linear velocities only"
     if not 2 <= chain.n <= 3:
         return f"it has {chain.n} joints; a path is asked of two or three"
-    if refused := square(chain):
+    if refused := objection_unless_square(chain):
         return refused
-    if angles(chain):
-        return f"its angle {angles(chain)[0]} is left open"
+    if open_angles(chain):
+        return f"its angle {open_angles(chain)[0]} is left open"
     if singular_set(chain) == () and all(joint.kind == "P" for joint in chain.joints):
         return "its Jacobian is the same everywhere, and so are the rates on a line"
     return None
 
 
-def _path_rates(chain: Chain, rng: Stream) -> Asked:
+def _ask_path_rates(chain: Chain, rng: Stream) -> Asked:
     for attempt in range(2 * TRIES):
         regular, least, most = (REGULAR, 25, 60) if attempt < TRIES else (LESS_REGULAR, 15, 40)
-        seam = _drawn(chain, rng, least, most, 1.3 * regular)
+        seam = _sample_seam(chain, rng, least, most, 1.3 * regular)
         if seam is None:
             continue
         line = seam.line(chain)
@@ -183,17 +183,17 @@ def _rates_at(chain: Chain, seam: Seam, s: sp.Rational) -> Asked:
     return Number(sp.Matrix(list(map(ten_digits, rates))), units, THREE_DIGITS, floor), details
 
 
-def _drawn(chain: Chain, rng: Stream, least: int, most: int, regular: float) -> Seam | None:
+def _sample_seam(chain: Chain, rng: Stream, least: int, most: int, regular: float) -> Seam | None:
     """Draw a line whose ends are `least` to `most` cm apart from a configuration as regular as that, or None."""
-    lengths, joints = draw_lengths(chain, rng), draw_pose(chain, rng)
+    lengths, joints = sample_lengths(chain, rng), sample_pose(chain, rng)
     way = [rng.integer(-most, most) for _ in chain.task]
     speed = sp.Rational(rng.integer(2, 8), 40)
     if not least**2 <= sum(k * k for k in way) <= most**2 or conditioning(chain, lengths, joints) < regular:
         return None
-    return Seam(lengths, joints, _towards(chain, lengths, joints, way), speed)
+    return Seam(lengths, joints, _point_towards(chain, lengths, joints, way), speed)
 
 
-def _towards(
+def _point_towards(
     chain: Chain, lengths: dict[sp.Symbol, sp.Rational], joints: dict[sp.Symbol, sp.Expr], way: Sequence[int]
 ) -> dict[str, sp.Rational]:
     """Return a point in whole centimetres that is `way` (cm) from where P is, as nearly as can be."""
@@ -201,10 +201,10 @@ def _towards(
     point = arm.place([arm.number(joints[q]) for q in chain.q])[0]
     start = [sp.Float(PRECISE.nstr(point[row], 28), 28) for row in arm.task]
     axes = zip(chain.linear_rows, start, way, strict=True)
-    return {axis: sp.Rational(_rounded(100 * value) + k, 100) for axis, value, k in axes}
+    return {axis: sp.Rational(_round_half_up(100 * value) + k, 100) for axis, value, k in axes}
 
 
-def _rounded(value: sp.Expr) -> int:
+def _round_half_up(value: sp.Expr) -> int:
     """Return the nearest whole number, the upper one of two that are as near."""
     return int(sp.floor(value + sp.Rational(500_000_001, 10**9)))
 
@@ -230,14 +230,14 @@ class Crossing:
     after: Station
 
 
-def _objection_to_limit(chain: Chain) -> str | None:
-    refused = _objection(chain)
+def _object_to_limit(chain: Chain) -> str | None:
+    refused = _object_to_path(chain)
     return refused if refused else None if singular_set(chain) else "it has no singular configuration to come near to"
 
 
-def _path_limit(chain: Chain, rng: Stream) -> Asked:
+def _ask_path_limit(chain: Chain, rng: Stream) -> Asked:
     for attempt in range(2 * TRIES):
-        seam = _leading(chain, rng, REGULAR if attempt < TRIES else LESS_REGULAR)
+        seam = _sample_seam_to_singularity(chain, rng, REGULAR if attempt < TRIES else LESS_REGULAR)
         if seam is None:
             continue
         stations = list(seam.line(chain).follow(STEP, CLOSE))
@@ -251,12 +251,12 @@ def _path_limit(chain: Chain, rng: Stream) -> Asked:
     raise RuntimeError(f"no line was found on which a rate of {chain} exceeds a limit; please report this")
 
 
-def _leading(chain: Chain, rng: Stream, regular: float) -> Seam | None:
+def _sample_seam_to_singularity(chain: Chain, rng: Stream, regular: float) -> Seam | None:
     """Draw a line that may come near to a singular configuration: past a place of one, or far out of the reach."""
     solved = [component for component in singular_set(chain) or () if component.solutions is not None]
     if not solved or rng.below(4) == 0:
-        return _drawn(chain, rng, 40, 120, 1.3 * regular)
-    lengths, joints = draw_lengths(chain, rng), draw_pose(chain, rng)
+        return _sample_seam(chain, rng, 40, 120, 1.3 * regular)
+    lengths, joints = sample_lengths(chain, rng), sample_pose(chain, rng)
     singular, solutions = dict(joints), rng.choice(solved).solutions or ()
     for q, values in solutions:
         singular[q] = rng.choice(values).xreplace(lengths)
@@ -265,12 +265,12 @@ def _leading(chain: Chain, rng: Stream, regular: float) -> Seam | None:
     for q in (q for q, joint in zip(chain.q, chain.joints, strict=True) if joint.kind == "R"):
         least = 7 if q in dict(solutions) else 0
         turn = rng.choice((-1, 1)) * rng.integer(least, least + 10)
-        steps = _rounded(sp.N(singular[q] * 36 / sp.pi, 30)) + turn
+        steps = _round_half_up(sp.N(singular[q] * 36 / sp.pi, 30)) + turn
         joints[q] = sp.pi * sp.Rational((5 * steps + 179) % 360 - 179, 180)
     if conditioning(chain, lengths, joints) < regular:
         return None
     past = [rng.choice((-1, 1)) * rng.integer(1, 6) for _ in chain.task]
-    target = _towards(chain, lengths, singular, past)
+    target = _point_towards(chain, lengths, singular, past)
     return Seam(lengths, joints, target, sp.Rational(rng.integer(2, 8), 40))
 
 
@@ -340,10 +340,10 @@ QUESTIONS = (
         name="path-rates",
         title="Joint rates along a path",
         source="6.7 on a welding path",
-        ask=_path_rates,
+        ask=_ask_path_rates,
         needs=("inverse-velocity",),
         points=2.0,
-        objection=_objection,
+        objection=_object_to_path,
         result=stage("rates"),
         labels=joint_rates,
         is_made_of_jacobian=True,
@@ -353,10 +353,10 @@ QUESTIONS = (
         name="path-limit",
         title="Where a joint rate exceeds its limit",
         source="6.7 near a singularity",
-        ask=_path_limit,
+        ask=_ask_path_limit,
         needs=("path-rates",),
         points=2.0,
-        objection=_objection_to_limit,
+        objection=_object_to_limit,
         entry_names=lambda chain, _: ["s"],
         without={
             "diagnosis": "a distance at which a limit is met does not tell one mistake from another",

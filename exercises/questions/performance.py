@@ -22,31 +22,37 @@ from qdot.exercises.arm.mpmath_kinematics import (
 )
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.questions.base import Asked, Question, number
-from qdot.exercises.questions.inversion import THREE_DIGITS, InSituation, Situation, draw_situation, jacobian_at
-from qdot.exercises.questions.redundancy import NOTHING, angles, one_kind_of_joint, pose_of, somewhere
+from qdot.exercises.questions.inversion import THREE_DIGITS, InSituation, Situation, jacobian_at, sample_situation
+from qdot.exercises.questions.redundancy import (
+    NOTHING,
+    jacobian_somewhere,
+    objection_to_mixed_joints,
+    open_angles,
+    pose_of,
+)
 
 
-def _objection(chain: Chain) -> str | None:
+def _object_to_arm(chain: Chain) -> str | None:
     """Return the objection to arms whose w is always zero, always the same, or of no unit that can be said."""
     m, n = len(chain.task), chain.n
     if n < m:
         return f"it has {n} joints for the {m} rows {', '.join(chain.task)}: J J^T is singular everywhere"
     if len({row[0] for row in chain.task}) > 1:
         return f"its task {', '.join(chain.task)} has linear and angular rows, which have no common unit"
-    if n > m and (refused := one_kind_of_joint(chain)):
+    if n > m and (refused := objection_to_mixed_joints(chain)):
         return refused
-    if angles(chain):
-        return f"its angle {angles(chain)[0]} is left open"
+    if open_angles(chain):
+        return f"its angle {open_angles(chain)[0]} is left open"
     if all(joint.kind == "P" for joint in chain.joints):
         return "its Jacobian is the same in every configuration"
-    sigma = np.linalg.svd(somewhere(chain), compute_uv=False)
+    sigma = np.linalg.svd(jacobian_somewhere(chain), compute_uv=False)
     return "its Jacobian has less than full rank everywhere" if sigma[-1] <= NOTHING * sigma[0] else None
 
 
-def _objection_to_ratio(chain: Chain) -> str | None:
+def _object_to_ratio(chain: Chain) -> str | None:
     if len(chain.task) == 1:
         return "its Jacobian has one row, and so one singular value"
-    return one_kind_of_joint(chain) or _objection(chain)
+    return objection_to_mixed_joints(chain) or _object_to_arm(chain)
 
 
 def unit_power(chain: Chain) -> int:
@@ -55,8 +61,8 @@ def unit_power(chain: Chain) -> int:
     return linear - sum(joint.kind == "P" for joint in chain.joints)
 
 
-def _manipulability(chain: Chain, rng: Stream) -> Asked:
-    situation = draw_situation(chain, rng)
+def _ask_manipulability(chain: Chain, rng: Stream) -> Asked:
+    situation = sample_situation(chain, rng)
     value = ten_digits(PRECISE.sqrt(determinant(gram(jacobian_at(chain, situation)))))
     power = unit_power(chain)
     unit = {0: "", 1: "m"}.get(power, f"m^{power}")
@@ -89,8 +95,8 @@ def singular_values(chain: Chain, situation: Situation) -> Vector:
     return list(PRECISE.svd_r(jacobian, compute_uv=False))
 
 
-def _condition(chain: Chain, rng: Stream) -> Asked:
-    situation = draw_situation(chain, rng)
+def _ask_condition_number(chain: Chain, rng: Stream) -> Asked:
+    situation = sample_situation(chain, rng)
     sigma = singular_values(chain, situation)
     value = ten_digits(max(sigma) / min(sigma))
     return Number(sp.Matrix([value]), ("",), THREE_DIGITS, 1e-9), _details(chain, situation)
@@ -101,9 +107,9 @@ QUESTIONS = (
         name="manipulability",
         title="Manipulability at a configuration",
         source="below 6.8",
-        ask=_manipulability,
+        ask=_ask_manipulability,
         needs=("jacobian",),
-        objection=_objection,
+        objection=_object_to_arm,
         result=number("manipulability"),
         entry_names=lambda chain, _: ["w"],
         follows=(("jacobian",),),
@@ -112,9 +118,9 @@ QUESTIONS = (
         name="condition-number",
         title="Condition number at a configuration",
         source="below 6.8",
-        ask=_condition,
+        ask=_ask_condition_number,
         needs=("jacobian",),
-        objection=_objection_to_ratio,
+        objection=_object_to_ratio,
         result=number("condition number"),
         entry_names=lambda chain, _: [r"\kappa"],
         follows=(("jacobian",),),

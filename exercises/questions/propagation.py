@@ -19,9 +19,9 @@ from qdot.exercises.problem.problem import Details, OneOfSeveral, Part
 from qdot.exercises.questions.base import (
     Asked,
     Question,
-    by_hand,
-    put_columns,
+    objection_to_length,
     rates_to,
+    substitute_columns,
     velocities,
 )
 
@@ -33,34 +33,34 @@ class OfFrame(OneOfSeveral):
     frame: int
 
 
-def _axes(chain: Chain, rng: Stream) -> Asked:
+def _ask_axes(chain: Chain, rng: Stream) -> Asked:
     return Matrix(derive(chain).z), Details()
 
 
-def _vectors(chain: Chain, rng: Stream) -> Asked:
+def _ask_vectors(chain: Chain, rng: Stream) -> Asked:
     return Matrix(derive(chain).p_star), Details()
 
 
-def _point_on_last_link(chain: Chain) -> str | None:
+def _object_to_point(chain: Chain) -> str | None:
     return None if chain.point.frame == chain.n else f"its point moves with frame {chain.point.frame}, not the last"
 
 
-def _geometric(chain: Chain, rng: Stream) -> Asked:
+def _ask_geometric(chain: Chain, rng: Stream) -> Asked:
     return Matrix(convention_of(chain).velocity_rows(derive(chain).geometric)), Details()
 
 
-def _twist(chain: Chain, rng: Stream) -> Asked:
+def _ask_twist(chain: Chain, rng: Stream) -> Asked:
     return Matrix(convention_of(chain).velocity_rows(derive(chain).twist())), Details()
 
 
-def _link_velocity(chain: Chain, rng: Stream) -> Asked:
+def _ask_link_velocity(chain: Chain, rng: Stream) -> Asked:
     # Frame 1 moves alike on too many arms; frames beyond the third are too much work.
     k = rng.integer(min(2, chain.n - 1), min(chain.n - 1, 3))
     d = derive(chain)
     return Matrix(d.twist(d.link_jacobian(k))), OfFrame(frame=k)
 
 
-def _has_inner_frame(chain: Chain) -> str | None:
+def _object_to_joints(chain: Chain) -> str | None:
     return None if chain.n > 1 else "it has one joint, so no frame between base and end"
 
 
@@ -77,16 +77,16 @@ def _names_of_axes(chain: Chain) -> tuple[str, ...]:
 
 
 def _derived_geometric(w: Working, part: Part) -> np.ndarray:
-    return _in_order(w, w["geometric"])
+    return _reorder_rows(w, w["geometric"])
 
 
-def _in_order(w: Working, rows: np.ndarray) -> np.ndarray:
+def _reorder_rows(w: Working, rows: np.ndarray) -> np.ndarray:
     """Return six rows, linear first, in the order in which they are asked for; or those in that order, linear first."""
     return np.asarray(rows[[TASK_ROWS.index(row) for row in convention_of(w.chain).velocities]])
 
 
-def _put_geometric(rows: np.ndarray) -> dict[str, Change]:
-    return {"geometric": lambda w, _: _in_order(w, rows)}
+def _substitute_geometric(rows: np.ndarray) -> dict[str, Change]:
+    return {"geometric": lambda w, _: _reorder_rows(w, rows)}
 
 
 def _linear_rows(chain: Chain) -> list[tuple[int, int]]:
@@ -108,37 +108,37 @@ QUESTIONS = (
         name="joint-axes",
         title="Joint axes",
         source="below 6.10",
-        ask=_axes,
+        ask=_ask_axes,
         columns=_names_of_axes,
         grid=lambda chain: (AXES, [convention_of(chain).axis(joint) for joint in range(1, chain.n + 1)]),
-        too_long=by_hand("z"),
+        too_long=objection_to_length("z"),
         result=lambda w, _: w["axes"][: w.n].swapaxes(0, 1),
-        put=put_columns("axes", linear=propagate_linear_rows),
+        substitutes=substitute_columns("axes", linear=propagate_linear_rows),
     ),
     Question(
         name="position-vectors",
         speaks_of=FRAMES,
         title="Position vectors p*",
         source="6.13",
-        ask=_vectors,
+        ask=_ask_vectors,
         points=2.0,
-        objection=_point_on_last_link,
+        objection=_object_to_point,
         grid=lambda chain: (AXES, [convention_of(chain).vector(joint) for joint in range(1, chain.n + 1)]),
-        too_long=by_hand("p_star"),
+        too_long=objection_to_length("p_star"),
         result=lambda w, _: w["arms"][: w.n].swapaxes(0, 1),
-        put=put_columns("arms", linear=propagate_linear_rows),
+        substitutes=substitute_columns("arms", linear=propagate_linear_rows),
     ),
     Question(
         name="geometric-jacobian",
         title="Geometric Jacobian by propagation",
         source="6.12",
-        ask=_geometric,
+        ask=_ask_geometric,
         needs=("joint-axes", "position-vectors"),
         points=2.0,
-        too_long=by_hand("geometric"),
+        too_long=objection_to_length("geometric"),
         result=_derived_geometric,
         grid=rates_to(lambda chain: convention_of(chain).velocities),
-        put=_put_geometric,
+        substitutes=_substitute_geometric,
         follows=(("joint-axes", "position-vectors"),),
         adds_up="columns of links",
         linear_rows=_linear_rows,
@@ -147,9 +147,9 @@ QUESTIONS = (
         name="twist",
         title="Twist of the end effector",
         source="6.9 and 6.10",
-        ask=_twist,
+        ask=_ask_twist,
         needs=("geometric-jacobian",),
-        too_long=by_hand("geometric"),
+        too_long=objection_to_length("geometric"),
         result=lambda w, part: apply_matrix(_derived_geometric(w, part), w["joint rates"]),
         entry_names=lambda chain, _: velocities(convention_of(chain).velocities),
         follows=(("geometric-jacobian",),),
@@ -159,8 +159,8 @@ QUESTIONS = (
         speaks_of=FRAMES,
         title="Velocity of a link frame",
         source="6.9 and 6.10",
-        ask=_link_velocity,
-        objection=_has_inner_frame,
+        ask=_ask_link_velocity,
+        objection=_object_to_joints,
         result=_derived_link_velocity,
         entry_names=lambda chain, _: velocities(TASK_ROWS),
     ),

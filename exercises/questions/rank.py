@@ -31,7 +31,7 @@ from qdot.exercises.questions.geometry import (
     Pose,
     branches,
     jacobian_at,
-    precise_lost,
+    precise_lost_direction,
     regular_pose,
     sample_of,
     shown_pose,
@@ -48,7 +48,7 @@ KINDS = 60
 """Configurations at which the kind of a branch is established."""
 
 
-def _singular_somewhere(chain: Chain) -> str | None:
+def _object_unless_singular(chain: Chain) -> str | None:
     components = singular_set(chain)
     if components is None:
         return "its Jacobian has less than full rank everywhere"
@@ -76,10 +76,10 @@ def _deep_pose(chain: Chain, rng: Stream) -> Pose | None:
     """Draw a pose at which more than one is taken from the rank."""
     generic, fill = structure(chain).chain, derive(chain).fill
     known = singular_set(generic) or ()
-    own = {component.conditions: component for component in singular_set(chain) or ()}
+    arm_components = {component.conditions: component for component in singular_set(chain) or ()}
     full = min(len(chain.task), chain.n)
-    for chosen in rng.shuffled(_deep_sets(generic)):
-        here = [own.get(tuple(map(fill, known[i].conditions))) for i in chosen]
+    for chosen in rng.permutation(_deep_sets(generic)):
+        here = [arm_components.get(tuple(map(fill, known[i].conditions))) for i in chosen]
         components = [component for component in here if component is not None]
         if len(components) == len(chosen):
             pose = singular_pose(chain, components, rng, exact=True, symbolic=True)
@@ -90,7 +90,7 @@ def _deep_pose(chain: Chain, rng: Stream) -> Pose | None:
 
 def _single_pose(chain: Chain, rng: Stream) -> Pose | None:
     full = min(len(chain.task), chain.n)
-    for component in rng.shuffled(singular_set(chain) or ()):
+    for component in rng.permutation(singular_set(chain) or ()):
         pose = singular_pose(chain, (component,), rng, full - 1, exact=True, symbolic=True)
         if pose is not None:
             return pose
@@ -116,20 +116,20 @@ class OfRank(AtPose):
     facts: RankFacts
 
 
-def _rank(chain: Chain, rng: Stream) -> Asked:
+def _ask_rank(chain: Chain, rng: Stream) -> Asked:
     """Draw how much of the rank is lost, none included, then a pose of that kind, exact: rounding gives full rank."""
-    for draw in rng.shuffled((_regular_pose, _single_pose, _deep_pose)):
+    for draw in rng.permutation((_regular_pose, _single_pose, _deep_pose)):
         pose = draw(chain, rng)
         if pose is not None:
             jacobian = jacobian_at(chain, pose)
             rank = clear_rank(jacobian)
-            facts = RankFacts(_independent(jacobian), _vanishing(chain, pose))
+            facts = RankFacts(_independent_columns(jacobian), _vanishing_conditions(chain, pose))
             answer = Number(sp.Matrix([[rank]]), ("",), 1e-9, 1e-9)
             return answer, OfRank(place=pose, facts=facts, pose=pose.figure)
     raise RuntimeError(f"no configuration of {chain} has a clear rank; please report this")
 
 
-def _independent(jacobian: np.ndarray) -> tuple[int, ...]:
+def _independent_columns(jacobian: np.ndarray) -> tuple[int, ...]:
     """Return columns, from 1, that are independent and span all of them, the first that will do."""
     chosen: list[int] = []
     for column in range(jacobian.shape[1]):
@@ -139,7 +139,7 @@ def _independent(jacobian: np.ndarray) -> tuple[int, ...]:
     return tuple(column + 1 for column in chosen)
 
 
-def _vanishing(chain: Chain, pose: Pose) -> tuple[tuple[sp.Expr, ...], ...]:
+def _vanishing_conditions(chain: Chain, pose: Pose) -> tuple[tuple[sp.Expr, ...], ...]:
     """Return the conditions of the components on which a pose lies."""
     components = singular_set(chain) or ()
     return tuple(
@@ -152,8 +152,8 @@ def _vanishing(chain: Chain, pose: Pose) -> tuple[tuple[sp.Expr, ...], ...]:
 # --- lost direction, as a vector ---
 
 
-def _no_lost_direction(chain: Chain) -> str | None:
-    refused = _singular_somewhere(chain)
+def _object_to_direction(chain: Chain) -> str | None:
+    refused = _object_unless_singular(chain)
     if refused is not None:
         return refused
     m = len(chain.task)
@@ -164,24 +164,24 @@ def _no_lost_direction(chain: Chain) -> str | None:
     return None
 
 
-def _no_vector(chain: Chain) -> str | None:
-    refused = _no_lost_direction(chain)
+def _object_to_vector(chain: Chain) -> str | None:
+    refused = _object_to_direction(chain)
     if refused is None and len(chain.task) > MOST_ROWS:
         return f"its Jacobian has {len(chain.task)} rows, too many to find a null space by hand"
-    if refused is None and not _with_vector(chain):
+    if refused is None and not _branches_with_vector(chain):
         return "no singular configuration loses exactly one direction"
     return refused
 
 
-def _with_vector(chain: Chain) -> list[Branch]:
+def _branches_with_vector(chain: Chain) -> list[Branch]:
     """Return the branches on which a structure loses one direction, as a formula if there is one with formulas."""
     generic = structure(chain).chain
-    single = [branch for branch in branches(chain) if loses_one(generic, branch.generic)]
+    single = [branch for branch in branches(chain) if loses_one_direction(generic, branch.generic)]
     return [branch for branch in single if lost_formula(generic, branch.generic)] or single
 
 
 @lru_cache(maxsize=1024)
-def loses_one(generic: Chain, component: Component) -> bool:
+def loses_one_direction(generic: Chain, component: Component) -> bool:
     """Tell whether a structure loses exactly one direction on a component, and can be placed there in numbers."""
     full = min(len(generic.task), generic.n)
     return singular_pose(generic, (component,), Stream("one"), full - 1) is not None
@@ -209,19 +209,21 @@ class LostInFormulas(Details):
         return dict(self.lost.values)
 
 
-def _direction(chain: Chain, rng: Stream) -> Asked:
+def _ask_direction(chain: Chain, rng: Stream) -> Asked:
     """Ask for a formula where the component has joint values and the vector is short, else for numbers at a pose."""
     full = min(len(chain.task), chain.n)
-    for branch in rng.shuffled(_with_vector(chain)):
+    for branch in rng.permutation(_branches_with_vector(chain)):
         formula = lost_formula(structure(chain).chain, branch.generic)
         if formula is not None:
             direction = formula.direction.applyfunc(derive(chain).fill)
             if all(entry == 0 or entry.could_extract_minus_sign() for entry in direction):
                 direction = -direction
-            return Direction(direction), LostInFormulas(lost=_lost_at(chain, branch.own, formula))
-        pose = shown_pose(chain, (branch.own,), rng, full - 1)
+            return Direction(direction), LostInFormulas(lost=_lost_at(chain, branch.component, formula))
+        pose = shown_pose(chain, (branch.component,), rng, full - 1)
         if pose is not None:
-            numbers = precise_lost(chain, pose).applyfunc(lambda value: sp.Float(value, 10) if value else sp.S.Zero)
+            numbers = precise_lost_direction(chain, pose).applyfunc(
+                lambda value: sp.Float(value, 10) if value else sp.S.Zero
+            )
             return Direction(numbers, THREE_DIGITS), AtPose(place=pose, pose=pose.figure)
     raise RuntimeError(f"no singular configuration of {chain} loses one direction; please report this")
 
@@ -244,27 +246,28 @@ class Where:
     condition: sp.Expr | None = None
 
 
-def _where(chain: Chain, branch: Branch) -> Where | None:
-    if branch.own.solutions is not None:
-        return Where(value_sets(branch.own)[0])
+def _describe_where(chain: Chain, branch: Branch) -> Where | None:
+    if branch.component.solutions is not None:
+        return Where(value_sets(branch.component)[0])
     reading = reading_of(structure(chain).chain, branch.generic)
-    if reading is None or len(branch.own.conditions) > 1 or reading.right.kind != "on axis":
+    if reading is None or len(branch.component.conditions) > 1 or reading.right.kind != "on axis":
         return None
-    return Where((), reading.right.words, branch.own.conditions[0])
+    return Where((), reading.right.words, branch.component.conditions[0])
 
 
-def _motions(chain: Chain) -> list[tuple[Where, Branch, Motion]]:
+def _lost_motions(chain: Chain) -> list[tuple[Where, Branch, Motion]]:
     generic = structure(chain).chain
     return [
         (where, branch, motion)
         for branch in branches(chain)
-        if (where := _where(chain, branch)) is not None and (motion := lost_motion(generic, branch.generic)) is not None
+        if (where := _describe_where(chain, branch)) is not None
+        and (motion := lost_motion(generic, branch.generic)) is not None
     ]
 
 
-def _no_motion(chain: Chain) -> str | None:
-    refused = _no_lost_direction(chain)
-    if refused is None and not _motions(chain):
+def _object_to_motion(chain: Chain) -> str | None:
+    refused = _object_to_direction(chain)
+    if refused is None and not _lost_motions(chain):
         return "no line of the arm tells a direction that is lost"
     return refused
 
@@ -286,25 +289,25 @@ class OfMotion(Details):
     asked: MotionAsked
 
 
-def _motion(chain: Chain, rng: Stream) -> Asked:
-    where, branch, motion = rng.choice(_motions(chain))
+def _ask_motion(chain: Chain, rng: Stream) -> Asked:
+    where, branch, motion = rng.choice(_lost_motions(chain))
     parallel = parallel_lines(structure(chain).chain, branch.generic)
     chosen = [rng.choice(motion.right)]
-    for line in rng.shuffled(motion.wrong):
-        if len(chosen) < 4 and not any(parallel[line, other] for other in chosen):
+    for line in rng.permutation(motion.wrong):
+        if len(chosen) < 4 and not any(parallel[line, chosen_line] for chosen_line in chosen):
             chosen.append(line)
-    order = rng.shuffled(chosen)
+    order = rng.permutation(chosen)
     answer = Choice(tuple(line.words for line in order), order.index(chosen[0]))
     return answer, OfMotion(asked=MotionAsked(where, motion.moving, motion.held, tuple(order)))
 
 
-def lost_where(chain: Chain, where: Where) -> tuple[LostAt, sp.Matrix] | None:
+def lost_direction_where(chain: Chain, where: Where) -> tuple[LostAt, sp.Matrix] | None:
     """Return J and the direction that is lost where joints have values, as formulas; None where none is short."""
     for branch in branches(chain) if where.values else ():
-        if branch.own.solutions is not None and value_sets(branch.own)[0] == where.values:
+        if branch.component.solutions is not None and value_sets(branch.component)[0] == where.values:
             formula = lost_formula(structure(chain).chain, branch.generic)
             if formula is not None and formula.jacobian is not None:
-                return _lost_at(chain, branch.own, formula), formula.direction.applyfunc(derive(chain).fill)
+                return _lost_at(chain, branch.component, formula), formula.direction.applyfunc(derive(chain).fill)
     return None
 
 
@@ -336,8 +339,8 @@ def _readings(chain: Chain, order: Sequence[Branch]) -> Iterator[tuple[Branch, R
             yield branch, reading
 
 
-def _no_meaning(chain: Chain) -> str | None:
-    refused = _singular_somewhere(chain)
+def _object_to_meaning(chain: Chain) -> str | None:
+    refused = _object_unless_singular(chain)
     if refused is None and next(_readings(chain, branches(chain)), None) is None:
         return "nothing that can be told at sight is common to a whole component of its singular set"
     return refused
@@ -363,31 +366,31 @@ class OfMeaning(Details):
     asked: MeaningAsked
 
 
-def _meaning(chain: Chain, rng: Stream) -> Asked:
+def _ask_meaning(chain: Chain, rng: Stream) -> Asked:
     """Offer the right meaning and kind, the other kind with it, and meanings that do not hold there."""
     full = min(len(chain.task), chain.n)
-    for branch, reading in _readings(chain, rng.shuffled(branches(chain))):
-        pose = shown_pose(chain, (branch.own,), rng, full - 1)
+    for branch, reading in _readings(chain, rng.permutation(branches(chain))):
+        pose = shown_pose(chain, (branch.component,), rng, full - 1)
         if pose is None:
             continue
-        kind = _own_kind(chain, branch, pose)
+        kind = _kind_with_numbers(chain, branch, pose)
         kinds = ("boundary", "internal")
         offered = [(reading.right, kind)]
         if kind is not None:
             offered.append((reading.right, kinds[kind == "boundary"]))
-        others = rng.shuffled(reading.wrong)[: 4 - len(offered)]
+        others = rng.permutation(reading.wrong)[: 4 - len(offered)]
         offered += [(false, None if kind is None else rng.choice(kinds)) for false in others]
-        order = rng.shuffled(offered)
+        order = rng.permutation(offered)
         texts = tuple(m.words if k is None else f"{m.words}; {KIND_WORDS[k]}" for m, k in order)
-        tied = branch.own.solutions is None
-        values = () if tied else value_sets(branch.own)[0]
-        condition = branch.own.conditions[0] if tied else None
+        tied = branch.component.solutions is None
+        values = () if tied else value_sets(branch.component)[0]
+        condition = branch.component.conditions[0] if tied else None
         asked = MeaningAsked(values, pose if tied else None, condition, tuple(order))
         return Choice(texts, order.index(offered[0])), OfMeaning(asked=asked)
     raise RuntimeError(f"no singular configuration of {chain} has a clear meaning; please report this")
 
 
-def _own_kind(chain: Chain, branch: Branch, pose: Pose) -> str | None:
+def _kind_with_numbers(chain: Chain, branch: Branch, pose: Pose) -> str | None:
     """Return the kind of a branch, unless the arm's own numbers make it another one."""
     kind = kind_of(structure(chain).chain, branch.generic)
     return kind if kind is not None and kind == kind_at(chain, sample_of(chain, pose)) else None
@@ -401,16 +404,16 @@ QUESTIONS = (
         name="singularity-meaning",
         title="Meaning of a singularity",
         source="below 6.7",
-        ask=_meaning,
-        objection=_no_meaning,
+        ask=_ask_meaning,
+        objection=_object_to_meaning,
     ),
     Question(
         name="rank",
         title="Rank of the Jacobian",
         source="6.8",
-        ask=_rank,
+        ask=_ask_rank,
         needs=("jacobian",),
-        objection=_singular_somewhere,
+        objection=_object_unless_singular,
         entry_names=lambda chain, _: [r"\text{rank}"],
         without={"follow-through": "a wrong Jacobian mostly has full rank where J has not"},
     ),
@@ -418,9 +421,9 @@ QUESTIONS = (
         name="lost-direction",
         title="Lost direction of motion",
         source="6.8",
-        ask=_direction,
+        ask=_ask_direction,
         needs=("jacobian",),
-        objection=_no_vector,
+        objection=_object_to_vector,
         result=stage("lost direction"),
         entry_names=lambda chain, _: [f"u_{{{row}}}" for row in range(1, len(chain.task) + 1)],
         is_made_of_jacobian=True,
@@ -430,7 +433,7 @@ QUESTIONS = (
         name="lost-motion",
         title="Motion that is lost",
         source="6.8",
-        ask=_motion,
-        objection=_no_motion,
+        ask=_ask_motion,
+        objection=_object_to_motion,
     ),
 )

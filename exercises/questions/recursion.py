@@ -57,14 +57,14 @@ def _steps(generic: Chain) -> tuple[Step, ...]:
     convention = convention_of(generic)
     for number, (row, rate) in enumerate(zip(convention.rows, generic.rates, strict=True), 1):
         into, origin = convention.rotation(row).T, convention.link_vector(row)
-        own = rate * Z
-        v, omega = _gathered(into * (v + omega.cross(origin)), generic), _gathered(into * omega, generic)
-        v, omega = (v, omega + own) if row.kind == "R" else (v + own, omega)
+        joint_velocity = rate * Z
+        v, omega = _collect_rates(into * (v + omega.cross(origin)), generic), _collect_rates(into * omega, generic)
+        v, omega = (v, omega + joint_velocity) if row.kind == "R" else (v + joint_velocity, omega)
         steps.append(Step(number, row.kind, into, origin, omega, v))
     return tuple(steps)
 
 
-def _gathered(vector: sp.Matrix, generic: Chain) -> sp.Matrix:
+def _collect_rates(vector: sp.Matrix, generic: Chain) -> sp.Matrix:
     """Return a vector whose entries are sums over the joint rates, each with a factor as a book writes it."""
 
     def entry(value: sp.Expr) -> sp.Expr:
@@ -84,30 +84,30 @@ def _ask(chain: Chain, rng: Stream) -> Asked:
     frame = rng.choice(_frames(chain))
     steps = tuple(
         Step(
-            one.number,
-            one.kind,
-            *(matrix.applyfunc(fill) for matrix in (one.rotation, one.origin, one.omega, one.v)),
+            step.number,
+            step.kind,
+            *(matrix.applyfunc(fill) for matrix in (step.rotation, step.origin, step.omega, step.v)),
         )
-        for one in _steps(structure(chain).chain)[:frame]
+        for step in _steps(structure(chain).chain)[:frame]
     )
     return Matrix(_velocity(chain, frame)), FromFrameToFrame(frame=frame, steps=steps)
 
 
 def _frames(chain: Chain) -> list[int]:
     """Return the frames whose velocity is no matter of one joint, and can be worked out by hand."""
-    return [frame for frame in range(2, min(chain.n, FURTHEST) + 1) if _terms(chain, frame) <= MOST_TERMS]
+    return [frame for frame in range(2, min(chain.n, FURTHEST) + 1) if _count_terms(chain, frame) <= MOST_TERMS]
 
 
 @lru_cache(maxsize=4096)
-def _terms(chain: Chain, frame: int) -> int:
+def _count_terms(chain: Chain, frame: int) -> int:
     return count_terms(_velocity(chain, frame))
 
 
-def _objection(chain: Chain) -> str | None:
+def _object_to_joints(chain: Chain) -> str | None:
     return None if chain.n > 1 else "it has one joint"
 
 
-def _too_long(chain: Chain) -> str | None:
+def _object_to_length(chain: Chain) -> str | None:
     return None if _frames(chain) else "the velocities of its frames are too long to be worked out by hand"
 
 
@@ -124,8 +124,8 @@ QUESTIONS = (
         ask=_ask,
         points=2.0,
         speaks_of=FRAMES_OF_JOINTS,
-        objection=_objection,
-        too_long=_too_long,
+        objection=_object_to_joints,
+        too_long=_object_to_length,
         result=_result,
         entry_names=lambda chain, _: velocities(TASK_ROWS),
     ),

@@ -27,7 +27,7 @@ from qdot.exercises.arm.trigonometry import Factored, factor_trig
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
 from qdot.exercises.questions.base import Asked, Question, joint_rates, number, stage
-from qdot.exercises.questions.inversion import THREE_DIGITS, Configuration, InSituation, draw_situation, jacobian_at
+from qdot.exercises.questions.inversion import THREE_DIGITS, Configuration, InSituation, jacobian_at, sample_situation
 
 TERMS = 12
 """Terms that a person can be asked to handle in det(J J^T); half of them in a self-motion."""
@@ -39,14 +39,14 @@ JOINTS = 4
 """Joints of the largest arm whose minors a person can be asked to work out as formulas."""
 
 
-def redundant(chain: Chain) -> str | None:
+def objection_unless_redundant(chain: Chain) -> str | None:
     """Return the objection to an arm that has no more joints than its task has rows, or too low a rank."""
     m, n = len(chain.task), chain.n
     if n <= m:
         return f"its Jacobian is {m} x {n} for the task {', '.join(chain.task)}; it needs more joints than rows"
-    if angles(chain):
-        return f"its angle {angles(chain)[0]} is left open"
-    jacobian = somewhere(chain)
+    if open_angles(chain):
+        return f"its angle {open_angles(chain)[0]} is left open"
+    jacobian = jacobian_somewhere(chain)
     sigma = np.linalg.svd(jacobian, compute_uv=False)
     if sigma[-1] <= NOTHING * sigma[0]:
         return "its Jacobian has less than full rank everywhere"
@@ -54,18 +54,18 @@ def redundant(chain: Chain) -> str | None:
     return f"joint {still[0]} does not move the task at all" if still else None
 
 
-def somewhere(chain: Chain) -> np.ndarray:
+def jacobian_somewhere(chain: Chain) -> np.ndarray:
     """Return the task Jacobian (m x n) at a configuration that is special in no way."""
     values = {symbol: sp.Rational(3 * i + 5, 10) for i, symbol in enumerate(chain.parameters)}
     return np.array(PreciseArm(chain, values, DOUBLE).task_jacobian([0.3 + 0.7 * i for i in range(chain.n)]))
 
 
-def angles(chain: Chain) -> list[str]:
+def open_angles(chain: Chain) -> list[str]:
     """Return the open symbols of the table that are angles, for which no lengths can be drawn."""
     return [symbol.name for symbol in chain.parameters if symbol.name.startswith(("alpha", "beta"))]
 
 
-def one_kind_of_joint(chain: Chain) -> str | None:
+def objection_to_mixed_joints(chain: Chain) -> str | None:
     """Return the objection to an arm with revolute and prismatic joints: their rates have no common unit."""
     if len({joint.kind for joint in chain.joints}) > 1:
         return "it has revolute and prismatic joints, whose rates have no common unit"
@@ -75,12 +75,12 @@ def one_kind_of_joint(chain: Chain) -> str | None:
 # --- det(J J^T) ---
 
 
-def _objection_to_gram(chain: Chain) -> str | None:
-    return redundant(chain) or one_kind_of_joint(chain)
+def _object_to_gram(chain: Chain) -> str | None:
+    return objection_unless_redundant(chain) or objection_to_mixed_joints(chain)
 
 
-def _too_long(chain: Chain) -> str | None:
-    if chain.n > JOINTS or _terms(_generic_gram(structure(chain).chain)) > TERMS:
+def _object_to_length(chain: Chain) -> str | None:
+    if chain.n > JOINTS or _count_terms(_generic_gram(structure(chain).chain)) > TERMS:
         return "det(J J^T) is too long to work out by hand"
     return None
 
@@ -93,22 +93,24 @@ class OfMinors(Details):
     squares: tuple[sp.Expr, ...]
 
 
-def _gram(chain: Chain, rng: Stream) -> Asked:
+def _ask_gram(chain: Chain, rng: Stream) -> Asked:
     known, values = structure(chain), dict(structure(chain).values)
-    squares = tuple(minor.substitute(values) ** 2 for minor in split(known.chain)[1])
-    return Expression(_generic_gram(known.chain).substitute(values)), OfMinors(shared=_shared(chain), squares=squares)
+    squares = tuple(minor.substitute(values) ** 2 for minor in split_minors(known.chain)[1])
+    return Expression(_generic_gram(known.chain).substitute(values)), OfMinors(
+        shared=_shared_factors(chain), squares=squares
+    )
 
 
-def _shared(chain: Chain) -> sp.Expr:
+def _shared_factors(chain: Chain) -> sp.Expr:
     """Return the factors that all maximal minors have in common, 1 if there are none."""
     known = structure(chain)
-    return split(known.chain)[0].substitute(dict(known.values))
+    return split_minors(known.chain)[0].substitute(dict(known.values))
 
 
 @lru_cache(maxsize=1024)
 def _generic_gram(chain: Chain) -> Factored:
     """Return det(J J^T) of a structure: what all minors share, squared, times the sum of squares of what is left."""
-    shared, left = split(chain)
+    shared, left = split_minors(chain)
     squares = sp.Add(*(Factored(abs(minor.coefficient), minor.factors).expression() ** 2 for minor in left))
     short = factor_trig(sp.expand(squares)).expression() if len(left) > 1 else squares
     rest = min((squares, short), key=lambda form: len(sp.Add.make_args(form)) + sp.count_ops(form))
@@ -117,7 +119,7 @@ def _generic_gram(chain: Chain) -> Factored:
 
 
 @lru_cache(maxsize=1024)
-def split(chain: Chain) -> tuple[Factored, tuple[Factored, ...]]:
+def split_minors(chain: Chain) -> tuple[Factored, tuple[Factored, ...]]:
     """Return the factors that all maximal minors of a structure share, and what is left of each minor, in order."""
     minors = derive(chain).generic_minors
     others = [minor for minor in minors if not minor.is_zero]
@@ -127,23 +129,23 @@ def split(chain: Chain) -> tuple[Factored, tuple[Factored, ...]]:
     return shared, tuple(minor if minor.is_zero else minor.over(shared) for minor in minors)
 
 
-def _terms(found: Factored) -> int:
+def _count_terms(product: Factored) -> int:
     """Return how many terms are in the sums of a product, those of sums inside of others counted one by one."""
-    expression = found.expression()
-    return _leaves(expression.xreplace({trig: sp.Dummy() for trig in expression.atoms(sp.sin, sp.cos)}))
+    expression = product.expression()
+    return _count_leaves(expression.xreplace({trig: sp.Dummy() for trig in expression.atoms(sp.sin, sp.cos)}))
 
 
-def _leaves(expression: sp.Expr) -> int:
+def _count_leaves(expression: sp.Expr) -> int:
     if expression.is_Add:
-        return sum(map(_leaves, expression.args))
-    return max(1, sum(_leaves(factor) for factor in expression.args if factor.has(sp.Add)))
+        return sum(map(_count_leaves, expression.args))
+    return max(1, sum(_count_leaves(factor) for factor in expression.args if factor.has(sp.Add)))
 
 
 # --- least-norm joint rates ---
 
 
-def _objection_to_norm(chain: Chain) -> str | None:
-    return redundant(chain) or one_kind_of_joint(chain)
+def _object_to_norm(chain: Chain) -> str | None:
+    return objection_unless_redundant(chain) or objection_to_mixed_joints(chain)
 
 
 def pose_of(configuration: Configuration, chain: Chain) -> dict[str, float]:
@@ -159,8 +161,8 @@ class LeastNorm(InSituation):
     weights: sp.Matrix
 
 
-def _least_norm(chain: Chain, rng: Stream) -> Asked:
-    situation = draw_situation(chain, rng)
+def _ask_least_norm(chain: Chain, rng: Stream) -> Asked:
+    situation = sample_situation(chain, rng)
     arm = PreciseArm(chain, situation.lengths)
     jacobian = jacobian_at(chain, situation)
     weights = solve_linear(gram(jacobian), [arm.number(value) for value in situation.velocity.values()])
@@ -179,8 +181,8 @@ def _least_norm(chain: Chain, rng: Stream) -> Asked:
 # --- self-motion ---
 
 
-def _objection_to_motion(chain: Chain) -> str | None:
-    if refused := redundant(chain):
+def _object_to_motion(chain: Chain) -> str | None:
+    if refused := objection_unless_redundant(chain):
         return refused
     m, n = len(chain.task), chain.n
     if n != m + 1:
@@ -198,10 +200,10 @@ class InFormulas(Details):
     shared: sp.Expr
 
 
-def _self_motion(chain: Chain, rng: Stream) -> Asked:
-    if chain.n <= JOINTS and sum(map(_terms, split(structure(chain).chain)[1])) <= TERMS / 2:
-        return Direction(self_motion(chain)), InFormulas(situation=None, shared=_shared(chain))
-    situation = draw_situation(chain, rng)
+def _ask_self_motion(chain: Chain, rng: Stream) -> Asked:
+    if chain.n <= JOINTS and sum(map(_count_terms, split_minors(structure(chain).chain)[1])) <= TERMS / 2:
+        return Direction(self_motion(chain)), InFormulas(situation=None, shared=_shared_factors(chain))
+    situation = sample_situation(chain, rng)
     jacobian = jacobian_at(chain, situation)
     numbers = sp.Matrix(list(map(ten_digits, null_vector(jacobian))))
     return Direction(numbers, THREE_DIGITS), InSituation(situation=situation, pose=pose_of(situation, chain))
@@ -229,7 +231,7 @@ def self_motion(chain: Chain) -> sp.Matrix:
     than one reason.
     """
     known = structure(chain)
-    _, left = split(known.chain)
+    _, left = split_minors(known.chain)
     # The minors are in the order of the columns that they keep: the last column is the first to be left out.
     minors = [minor.substitute(dict(known.values)) for minor in reversed(left)]
     return sp.Matrix([(-1) ** i * minor for i, minor in enumerate(minors)])
@@ -240,11 +242,11 @@ QUESTIONS = (
         name="gram-determinant",
         title="det(J Jᵀ) of a redundant arm",
         source="6.8 for m < n",
-        ask=_gram,
+        ask=_ask_gram,
         needs=("jacobian",),
         points=2.0,
-        objection=_objection_to_gram,
-        too_long=_too_long,
+        objection=_object_to_gram,
+        too_long=_object_to_length,
         result=number("gram determinant"),
         entry_names=lambda chain, _: [r"\det(J J^T)"],
         is_made_of_jacobian=True,
@@ -255,9 +257,9 @@ QUESTIONS = (
         name="least-norm-rates",
         title="Joint rates of least norm",
         source="6.7 for m < n",
-        ask=_least_norm,
+        ask=_ask_least_norm,
         needs=("jacobian",),
-        objection=_objection_to_norm,
+        objection=_object_to_norm,
         result=lambda w, _: apply_matrix(w["pseudo-inverse"], w["wanted velocity"]),
         labels=joint_rates,
         is_made_of_jacobian=True,
@@ -267,9 +269,9 @@ QUESTIONS = (
         name="self-motion",
         title="Self-motion of a redundant arm",
         source="6.4 for m < n",
-        ask=_self_motion,
+        ask=_ask_self_motion,
         needs=("jacobian",),
-        objection=_objection_to_motion,
+        objection=_object_to_motion,
         result=stage("self-motion"),
         labels=joint_rates,
         is_made_of_jacobian=True,

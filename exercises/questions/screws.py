@@ -28,8 +28,16 @@ from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.arm.trigonometry import count_terms, textbook, without_brackets
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, Part
-from qdot.exercises.questions.base import Asked, Put, Question, Result, rates_to, too_many, velocities
-from qdot.exercises.questions.inversion import POSES, THREE_DIGITS, Configuration, draw_lengths, draw_pose
+from qdot.exercises.questions.base import (
+    Asked,
+    Question,
+    Result,
+    Substitution,
+    objection_to_terms,
+    rates_to,
+    velocities,
+)
+from qdot.exercises.questions.inversion import POSES, THREE_DIGITS, Configuration, sample_lengths, sample_pose
 
 SOURCE = "product of exponentials"
 DECIMALS = 3
@@ -95,14 +103,14 @@ class OfBody(Details):
 
 def home_screws(chain: Chain) -> tuple[Screw, ...]:
     """Return the screws of an arm at home, world frame."""
-    found = []
+    screws = []
     for number, axis in enumerate(axes_of(chain)[0], 1):
         if axis.kind == "R":
             screw = axis.direction.col_join(-axis.direction.cross(axis.point))
         else:
             screw = sp.zeros(3, 1).col_join(axis.direction)
-        found.append(Screw(number, axis.kind, axis.direction, axis.point, screw))
-    return tuple(found)
+        screws.append(Screw(number, axis.kind, axis.direction, axis.point, screw))
+    return tuple(screws)
 
 
 def hat(vector: sp.Matrix) -> sp.Matrix:
@@ -129,17 +137,17 @@ def exponential(axis: Axis, value: sp.Expr) -> sp.Matrix:
 
 
 @lru_cache(maxsize=1024)
-def _carried(generic: Chain) -> tuple[Screw, ...]:
+def _carry_screws(generic: Chain) -> tuple[Screw, ...]:
     """Return the joints of a structure as the joints before them have moved them."""
     frames, columns = frames_and_point(generic)[0], []
     for number, (joint, frame) in enumerate(zip(generic.joints, frames, strict=False), 1):
-        z, origin = _tidied(frame.rotation[:, 2]), _tidied(frame.origin)
-        column = z.col_join(_tidied(-z.cross(origin))) if joint.kind == "R" else sp.zeros(3, 1).col_join(z)
+        z, origin = _tidy(frame.rotation[:, 2]), _tidy(frame.origin)
+        column = z.col_join(_tidy(-z.cross(origin))) if joint.kind == "R" else sp.zeros(3, 1).col_join(z)
         columns.append(Screw(number, joint.kind, z, origin, column))
     return tuple(columns)
 
 
-def _tidied(matrix: sp.Matrix) -> sp.Matrix:
+def _tidy(matrix: sp.Matrix) -> sp.Matrix:
     return matrix.applyfunc(lambda entry: textbook(sp.expand(entry)))
 
 
@@ -147,19 +155,19 @@ def carried_screws(chain: Chain) -> tuple[Screw, ...]:
     """Return the screws of an arm as the joints before them have moved them, space frame."""
     fill, home = derive(chain).fill_matrix, dict.fromkeys(chain.q, sp.S.Zero)
     carried = []
-    for one, axis in zip(_carried(structure(chain).chain), axes_of(chain)[0], strict=True):
-        direction, point, screw = map(fill, (one.direction, one.point, one.screw))
+    for joint, axis in zip(_carry_screws(structure(chain).chain), axes_of(chain)[0], strict=True):
+        direction, point, screw = map(fill, (joint.direction, joint.point, joint.screw))
         if chain.axis_points:  # they lie so far along their axes from what the joints carry
             along = exactly(axis.direction.dot(axis.point - point.xreplace(home)))
             point = (point + along * direction).applyfunc(without_brackets)
-        carried.append(Screw(one.number, one.kind, direction, point, screw))
+        carried.append(Screw(joint.number, joint.kind, direction, point, screw))
     return tuple(carried)
 
 
 def space_jacobian(chain: Chain) -> sp.Matrix:
     """Return J_s, 6 x n: the twist (omega, v) of the last link in {s}, v that of its point at the origin of {s}."""
     fill = derive(chain).fill_matrix
-    return sp.Matrix.hstack(*(fill(one.screw) for one in _carried(structure(chain).chain)))
+    return sp.Matrix.hstack(*(fill(screw.screw) for screw in _carry_screws(structure(chain).chain)))
 
 
 # --- the body frame ---
@@ -175,25 +183,23 @@ def _home_offsets(chain: Chain) -> dict[sp.Symbol, sp.Expr]:
 
 
 @lru_cache(maxsize=1024)
-def _seen_from_body(generic: Chain, home: tuple[tuple[sp.Symbol, sp.Expr], ...]) -> tuple[sp.Matrix, ...]:
+def _body_matrices(generic: Chain, home: tuple[tuple[sp.Symbol, sp.Expr], ...]) -> tuple[sp.Matrix, ...]:
     """Return R_sb, the body Jacobian and [P] R_sb of a structure whose joints are at these values at home."""
     frames, point = frames_and_point(generic)
     last, at_home = frames[-1].rotation, frames[-1].rotation.xreplace(dict(home))
-    rotation = _tidied(last * at_home.T)
+    rotation = _tidy(last * at_home.T)
     columns = []
     for joint, seen in zip(generic.joints, _from_last_frame(generic, frames, point), strict=True):
         z, arm = at_home * seen.rotation[:, 2], at_home * seen.origin
         linear, angular = (z.cross(arm), z) if joint.kind == "R" else (z, sp.zeros(3, 1))
         columns.append(angular.col_join(linear))
-    return rotation, _tidied(sp.Matrix.hstack(*columns)), _tidied(hat(point) * rotation)
+    return rotation, _tidy(sp.Matrix.hstack(*columns)), _tidy(hat(point) * rotation)
 
 
 def _from_last_frame(generic: Chain, frames: Sequence[Frame], point: sp.Matrix) -> list[Frame]:
     """Return axis frames in the coordinates of the last one, and the vector from each to P there."""
     turn = frames[-1].rotation.T
-    return [
-        Frame(_tidied(turn * frame.rotation), _tidied(turn * (point - frame.origin))) for frame in frames[: generic.n]
-    ]
+    return [Frame(_tidy(turn * frame.rotation), _tidy(turn * (point - frame.origin))) for frame in frames[: generic.n]]
 
 
 def _is_oblique(chain: Chain) -> bool:
@@ -206,7 +212,7 @@ def _is_oblique(chain: Chain) -> bool:
     return odd_twist or any(not (offset / sp.pi).is_Rational for offset in turning)
 
 
-def turned_back(axis: Axis, angle: sp.Expr, vectors: sp.Matrix) -> sp.Matrix:
+def rotate_back(axis: Axis, angle: sp.Expr, vectors: sp.Matrix) -> sp.Matrix:
     """Return vectors, 3 x k, turned about a direction by an angle the other way, multiplied out."""
     cross = hat(axis.direction)
     turn = sp.eye(3) - sp.sin(angle) * cross + (1 - sp.cos(angle)) * cross**2
@@ -229,7 +235,7 @@ def _column_seen_from_body(chain: Chain, number: int) -> sp.Matrix:
             v = (v + omega.cross(q * axis.direction)).applyfunc(sp.expand)
             continue
         away = axis.point - place
-        both = turned_back(axis, q, omega.row_join(v + omega.cross(away)))
+        both = rotate_back(axis, q, omega.row_join(v + omega.cross(away)))
         omega = both[:, 0]
         v = (both[:, 1] - omega.cross(away)).applyfunc(sp.expand)
     return omega.col_join(v)
@@ -240,39 +246,39 @@ def _oblique_body(chain: Chain) -> tuple[sp.Matrix, sp.Matrix]:
     """Return R_sb and the body Jacobian by exponentials of the axes in the arm's own numbers."""
     back = sp.eye(3)
     for axis, q in zip(axes_of(chain)[0], chain.q, strict=True):
-        back = turned_back(axis, q, back) if axis.kind == "R" else back
+        back = rotate_back(axis, q, back) if axis.kind == "R" else back
     jacobian = sp.Matrix.hstack(*(_column_seen_from_body(chain, number) for number in range(chain.n)))
     return back.T.applyfunc(without_brackets), jacobian.applyfunc(without_brackets)
 
 
-def _of_body(chain: Chain) -> tuple[sp.Matrix, sp.Matrix]:
+def _rotation_and_jacobian(chain: Chain) -> tuple[sp.Matrix, sp.Matrix]:
     """Return R_sb and the body Jacobian."""
     if _is_oblique(chain):
         return _oblique_body(chain)
-    rotation, jacobian, _ = _filled_body(chain)
+    rotation, jacobian, _ = _body_of_structure(chain)
     return rotation, jacobian
 
 
-def _filled_body(chain: Chain) -> tuple[sp.Matrix, sp.Matrix, sp.Matrix]:
+def _body_of_structure(chain: Chain) -> tuple[sp.Matrix, sp.Matrix, sp.Matrix]:
     """Return R_sb, the body Jacobian and [P] R_sb out of those of the arm's structure."""
     generic, home = structure(chain).chain, _home_offsets(chain)
     known = {home[q]: offset for q, offset in zip(chain.q, chain.offsets, strict=True) if home[q].is_Symbol}
     fill = derive(chain).fill
     rotation, jacobian, moved = (
         matrix.applyfunc(lambda entry: without_brackets(fill(entry).xreplace(known)))
-        for matrix in _seen_from_body(generic, tuple(home.items()))
+        for matrix in _body_matrices(generic, tuple(home.items()))
     )
     return rotation, jacobian, moved
 
 
 def body_rotation(chain: Chain) -> sp.Matrix:
     """Return R_sb, 3 x 3, which is the identity at home."""
-    return _of_body(chain)[0]
+    return _rotation_and_jacobian(chain)[0]
 
 
 def body_jacobian(chain: Chain) -> sp.Matrix:
     """Return J_b, 6 x n: the twist (omega, v) of the last link in {b}, v that of P."""
-    return _of_body(chain)[1]
+    return _rotation_and_jacobian(chain)[1]
 
 
 def body_pose(chain: Chain) -> sp.Matrix:
@@ -287,45 +293,46 @@ def body_adjoint(chain: Chain) -> sp.Matrix:
         rotation = body_rotation(chain)
         moved = (hat(derive(chain).position) * rotation).applyfunc(sp.expand)
     else:
-        rotation, _, moved = _filled_body(chain)
+        rotation, _, moved = _body_of_structure(chain)
     return rotation.row_join(sp.zeros(3)).col_join(moved.row_join(rotation))
 
 
 # --- questions ---
 
 
-def _home(chain: Chain, rng: Stream) -> Asked:
+def _ask_home_screws(chain: Chain, rng: Stream) -> Asked:
     screws = home_screws(chain)
-    return Matrix(convention_of(chain).twist(sp.Matrix.hstack(*(one.screw for one in screws)))), OfScrews(screws=screws)
+    columns = sp.Matrix.hstack(*(screw.screw for screw in screws))
+    return Matrix(convention_of(chain).twist(columns)), OfScrews(screws=screws)
 
 
-def _pose(chain: Chain, rng: Stream) -> Asked:
+def _ask_pose(chain: Chain, rng: Stream) -> Asked:
     return Matrix(body_pose(chain)), OfBody(rotation=body_rotation(chain), place=derive(chain).position)
 
 
-def _in_space(chain: Chain) -> InSpace:
+def _space_details(chain: Chain) -> InSpace:
     return InSpace(carried=carried_screws(chain))
 
 
-def _space(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(convention_of(chain).twist(space_jacobian(chain))), _in_space(chain)
+def _ask_space_jacobian(chain: Chain, rng: Stream) -> Asked:
+    return Matrix(convention_of(chain).twist(space_jacobian(chain))), _space_details(chain)
 
 
-def _body(chain: Chain, rng: Stream) -> Asked:
-    rotation, jacobian = _of_body(chain)
+def _ask_body_jacobian(chain: Chain, rng: Stream) -> Asked:
+    rotation, jacobian = _rotation_and_jacobian(chain)
     details = OfBody(rotation=rotation, place=derive(chain).position, space=space_jacobian(chain))
     return Matrix(convention_of(chain).twist(jacobian)), details
 
 
-def _adjoint(chain: Chain, rng: Stream) -> Asked:
+def _ask_adjoint(chain: Chain, rng: Stream) -> Asked:
     details = OfBody(rotation=body_rotation(chain), place=derive(chain).position)
     return Matrix(convention_of(chain).adjoint(body_adjoint(chain))), details
 
 
-def _draw_motion(chain: Chain, rng: Stream) -> InNumbers:
+def _sample_motion(chain: Chain, rng: Stream) -> InNumbers:
     """Draw a configuration and rates at which some of the twist in {b} is other than zero."""
     for _ in range(POSES):
-        place = Configuration(draw_lengths(chain, rng), draw_pose(chain, rng))
+        place = Configuration(sample_lengths(chain, rng), sample_pose(chain, rng))
         rates = {rate: sp.Rational(rng.choice([k for k in range(-8, 9) if k]), 10) for rate in chain.rates}
         exact = body_jacobian(chain).xreplace(place.values) * sp.Matrix(list(rates.values()))
         twist = exact.applyfunc(lambda value: sp.Rational(str(sp.N(value, 30).round(DECIMALS))))
@@ -334,8 +341,8 @@ def _draw_motion(chain: Chain, rng: Stream) -> InNumbers:
     raise RuntimeError(f"no motion of the last link of {chain} was found; please report this")
 
 
-def _changed(chain: Chain, rng: Stream) -> Asked:
-    motion = _draw_motion(chain, rng)
+def _ask_changed_twist(chain: Chain, rng: Stream) -> Asked:
+    motion = _sample_motion(chain, rng)
     exact = convention_of(chain).twist(body_adjoint(chain).xreplace(motion.place.values) * motion.twist)
     numbers = exact.applyfunc(lambda value: ten_digits(numeric(value)))
     floor = 0.001 * max(abs(float(value)) for value in numbers)
@@ -343,17 +350,17 @@ def _changed(chain: Chain, rng: Stream) -> Asked:
     return Number(sp.Matrix(numbers), units, THREE_DIGITS, floor), motion
 
 
-def _space_twist(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(derive(chain).twist(convention_of(chain).twist(space_jacobian(chain)))), _in_space(chain)
+def _ask_space_twist(chain: Chain, rng: Stream) -> Asked:
+    return Matrix(derive(chain).twist(convention_of(chain).twist(space_jacobian(chain)))), _space_details(chain)
 
 
-def _body_twist(chain: Chain, rng: Stream) -> Asked:
-    rotation, jacobian = _of_body(chain)
+def _ask_body_twist(chain: Chain, rng: Stream) -> Asked:
+    rotation, jacobian = _rotation_and_jacobian(chain)
     details = OfBody(rotation=rotation, place=derive(chain).position, space=space_jacobian(chain))
     return Matrix(derive(chain).twist(convention_of(chain).twist(jacobian))), details
 
 
-def _with_body(chain: Chain) -> str | None:
+def _object_to_body(chain: Chain) -> str | None:
     return None if chain.point.frame == chain.n else "P is no point of its last link, with which the body frame moves"
 
 
@@ -362,63 +369,63 @@ def _terms(chain: Chain, result: Callable[[Chain], sp.Matrix]) -> int:
     return count_terms(result(chain), trivial=(0, 1))
 
 
-def _long_space(chain: Chain) -> str | None:
-    return too_many(_terms(chain, space_jacobian))
+def _object_to_space(chain: Chain) -> str | None:
+    return objection_to_terms(_terms(chain, space_jacobian))
 
 
-def _long_pose(chain: Chain) -> str | None:
+def _object_to_pose(chain: Chain) -> str | None:
     if chain.n > MOST_JOINTS:
         return f"the product of the exponentials of {chain.n} joints is too long to be worked out by hand"
-    return too_many(_terms(chain, body_pose))
+    return objection_to_terms(_terms(chain, body_pose))
 
 
-def _long_body(chain: Chain) -> str | None:
+def _object_to_body_jacobian(chain: Chain) -> str | None:
     if chain.n > MOST_JOINTS:
         return f"the body Jacobian of {chain.n} joints is too long to be worked out by hand"
-    return too_many(_terms(chain, body_jacobian))
+    return objection_to_terms(_terms(chain, body_jacobian))
 
 
 def _twist_names(chain: Chain, _: Part) -> Sequence[str]:
     return velocities(convention_of(chain).velocities)
 
 
-def _long_adjoint(chain: Chain) -> str | None:
+def _object_to_adjoint(chain: Chain) -> str | None:
     if chain.n > MOST_JOINTS:
         return f"the adjoint of the pose of {chain.n} joints is too long to be worked out by hand"
-    return too_many(_terms(chain, body_adjoint))
+    return objection_to_terms(_terms(chain, body_adjoint))
 
 
 def _changed_result(w: Working, part: Part) -> np.ndarray:
-    told = np.stack([w.arithmetic.number(value) for value in part.about(InNumbers).twist])
-    return _told(w, apply_matrix(w["body adjoint"], told))
+    twist = np.stack([w.arithmetic.number(value) for value in part.about(InNumbers).twist])
+    return _in_twist_order(w, apply_matrix(w["body adjoint"], twist))
 
 
-def _told(w: Working, twists: np.ndarray) -> np.ndarray:
+def _in_twist_order(w: Working, twists: np.ndarray) -> np.ndarray:
     """Return twists (omega, v), (6, …), in the order in which they are told, or the other way."""
     return np.asarray(twists[convention_of(w.chain).twist_rows])
 
 
-def _adjoint_told(w: Working, adjoint: np.ndarray) -> np.ndarray:
+def _adjoint_in_twist_order(w: Working, adjoint: np.ndarray) -> np.ndarray:
     """Return an adjoint, (6, 6, …), for twists in the order in which they are told, or the other way."""
-    return _told(w, adjoint)[:, convention_of(w.chain).twist_rows]
+    return _in_twist_order(w, adjoint)[:, convention_of(w.chain).twist_rows]
 
 
-def _stage(name: str) -> Result:
+def _twist_stage(name: str) -> Result:
     """Return that an answer is a stage of twists, in the order in which they are told."""
-    return lambda w, _: _told(w, w[name])
+    return lambda w, _: _in_twist_order(w, w[name])
 
 
-def _put(name: str) -> Put:
+def _substitute_twist(name: str) -> Substitution:
     """Return that an answer, in the order in which twists are told, is put in the place of a stage."""
-    return lambda rows: {name: lambda w, _: _told(w, rows)}
+    return lambda rows: {name: lambda w, _: _in_twist_order(w, rows)}
 
 
-def _times_rates(name: str) -> Result:
-    return lambda w, _: _told(w, apply_matrix(w[name], w["joint rates"]))
+def _multiply_rates(name: str) -> Result:
+    return lambda w, _: _in_twist_order(w, apply_matrix(w[name], w["joint rates"]))
 
 
-def _put_adjoint(rows: np.ndarray) -> Mapping[str, Change]:
-    return {"body adjoint": lambda w, _: _adjoint_told(w, rows)}
+def _substitute_adjoint(rows: np.ndarray) -> Mapping[str, Change]:
+    return {"body adjoint": lambda w, _: _adjoint_in_twist_order(w, rows)}
 
 
 def _pose_result(w: Working, part: Part) -> np.ndarray:
@@ -433,22 +440,22 @@ QUESTIONS = (
         title="Screw axes at home",
         source=SOURCE,
         speaks_of=SCREWS,
-        ask=_home,
-        result=_stage("home screws"),
+        ask=_ask_home_screws,
+        result=_twist_stage("home screws"),
         grid=lambda chain: (convention_of(chain).velocities, [f"S_{{{joint}}}" for joint in range(1, chain.n + 1)]),
-        put=_put("home screws"),
+        substitutes=_substitute_twist("home screws"),
     ),
     Question(
         name="body-pose",
         title="Pose of the body frame by exponentials",
         source=SOURCE,
         speaks_of=SCREWS,
-        ask=_pose,
+        ask=_ask_pose,
         points=2.0,
-        objection=_with_body,
-        too_long=_long_pose,
+        objection=_object_to_body,
+        too_long=_object_to_pose,
         result=_pose_result,
-        put=lambda rows: {"body rotation": lambda *_: rows[:3, :3], "point": lambda *_: rows[:3, 3]},
+        substitutes=lambda rows: {"body rotation": lambda *_: rows[:3, :3], "point": lambda *_: rows[:3, 3]},
         last_row=("0", "0", "0", "1"),
     ),
     Question(
@@ -456,14 +463,14 @@ QUESTIONS = (
         title="Adjoint of the body frame",
         source=SOURCE,
         speaks_of=SCREWS,
-        ask=_adjoint,
+        ask=_ask_adjoint,
         needs=("body-pose",),
         points=2.0,
-        objection=_with_body,
-        too_long=_long_adjoint,
-        result=lambda w, _: _adjoint_told(w, w["body adjoint"]),
+        objection=_object_to_body,
+        too_long=_object_to_adjoint,
+        result=lambda w, _: _adjoint_in_twist_order(w, w["body adjoint"]),
         grid=lambda chain: (convention_of(chain).velocities, convention_of(chain).velocities),
-        put=_put_adjoint,
+        substitutes=_substitute_adjoint,
         follows=(("body-pose",),),
     ),
     Question(
@@ -471,10 +478,10 @@ QUESTIONS = (
         title="Twist changed from the body to the space frame",
         source=SOURCE,
         speaks_of=SCREWS,
-        ask=_changed,
+        ask=_ask_changed_twist,
         needs=("body-adjoint",),
-        objection=_with_body,
-        too_long=_long_pose,
+        objection=_object_to_body,
+        too_long=_object_to_pose,
         result=_changed_result,
         entry_names=_twist_names,
         follows=(("body-adjoint",), ("body-pose",)),
@@ -484,26 +491,26 @@ QUESTIONS = (
         title="Space Jacobian",
         source=SOURCE,
         speaks_of=SCREWS,
-        ask=_space,
+        ask=_ask_space_jacobian,
         points=2.0,
-        too_long=_long_space,
-        result=_stage("space jacobian"),
+        too_long=_object_to_space,
+        result=_twist_stage("space jacobian"),
         grid=rates_to(lambda chain: convention_of(chain).velocities),
-        put=_put("space jacobian"),
+        substitutes=_substitute_twist("space jacobian"),
     ),
     Question(
         name="body-jacobian",
         title="Body Jacobian",
         source=SOURCE,
         speaks_of=SCREWS,
-        ask=_body,
+        ask=_ask_body_jacobian,
         needs=("body-pose", "space-jacobian"),
         points=2.0,
-        objection=_with_body,
-        too_long=_long_body,
-        result=_stage("body jacobian"),
+        objection=_object_to_body,
+        too_long=_object_to_body_jacobian,
+        result=_twist_stage("body jacobian"),
         grid=rates_to(lambda chain: convention_of(chain).velocities),
-        put=_put("body jacobian"),
+        substitutes=_substitute_twist("body jacobian"),
         follows=(("body-pose", "space-jacobian"),),
     ),
     Question(
@@ -511,10 +518,10 @@ QUESTIONS = (
         title="Twist in the space frame",
         source=SOURCE,
         speaks_of=SCREWS,
-        ask=_space_twist,
+        ask=_ask_space_twist,
         needs=("space-jacobian",),
-        too_long=_long_space,
-        result=_times_rates("space jacobian"),
+        too_long=_object_to_space,
+        result=_multiply_rates("space jacobian"),
         entry_names=_twist_names,
         follows=(("space-jacobian",),),
     ),
@@ -523,11 +530,11 @@ QUESTIONS = (
         title="Twist in the body frame",
         source=SOURCE,
         speaks_of=SCREWS,
-        ask=_body_twist,
+        ask=_ask_body_twist,
         needs=("body-jacobian",),
-        objection=_with_body,
-        too_long=_long_body,
-        result=_times_rates("body jacobian"),
+        objection=_object_to_body,
+        too_long=_object_to_body_jacobian,
+        result=_multiply_rates("body jacobian"),
         entry_names=_twist_names,
         follows=(("body-jacobian",),),
     ),

@@ -21,7 +21,7 @@ from qdot.exercises.arm.singularity import Component, singular_set
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, by_name
 from qdot.exercises.questions.base import Asked, Question, number
-from qdot.exercises.questions.inversion import conditioning, draw_lengths, draw_pose, well_conditioned
+from qdot.exercises.questions.inversion import conditioning, sample_lengths, sample_pose, well_conditioned
 
 OPTIONS = {
     "boundary": "a boundary singularity",
@@ -30,7 +30,7 @@ OPTIONS = {
 }
 
 
-def _conditions(chain: Chain, rng: Stream) -> Asked:
+def _ask_conditions(chain: Chain, rng: Stream) -> Asked:
     return ConditionSet(singular_set(chain) or ()), Details()
 
 
@@ -66,15 +66,15 @@ class Place:
 
 def components_at(chain: Chain, place: Place) -> list[tuple[Component, Component]]:
     """Return the components on which a place lies, each with the part of it that has the place's joint values."""
-    found = []
+    components = []
     for component in singular_set(chain) or ():
         if place.condition is not None:
             if place.condition in component.conditions:
-                found.append((component, component))
+                components.append((component, component))
         elif component.solutions is not None and all(place.joints[q] in values for q, values in component.solutions):
             here = tuple((q, (place.joints[q],)) for q, _ in component.solutions)
-            found.append((component, replace(component, solutions=here)))
-    return found
+            components.append((component, replace(component, solutions=here)))
+    return components
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,21 +89,21 @@ class OfKind(Details):
         return by_name(self.place.joints)
 
 
-def _type(chain: Chain, rng: Stream) -> Asked:
+def _ask_type(chain: Chain, rng: Stream) -> Asked:
     """Draw the right answer first, then a place of that kind; the kind is established by computation."""
     components = singular_set(chain) or ()
-    for kind in rng.shuffled(tuple(OPTIONS)):
-        place = _place(chain, components, kind, rng)
+    for kind in rng.permutation(tuple(OPTIONS)):
+        place = _sample_place(chain, components, kind, rng)
         if place is not None:
-            order = rng.shuffled(tuple(OPTIONS))
+            order = rng.permutation(tuple(OPTIONS))
             return Choice(tuple(OPTIONS[k] for k in order), order.index(kind)), OfKind(place=place, type=kind)
     raise RuntimeError(f"no configuration of {chain} could be classified; please report this")
 
 
-def _place(chain: Chain, components: tuple[Component, ...], kind: str, rng: Stream) -> Place | None:
+def _sample_place(chain: Chain, components: tuple[Component, ...], kind: str, rng: Stream) -> Place | None:
     if kind == "regular":
-        return _regular_place(chain, components, rng)
-    for component in rng.shuffled(components):
+        return _sample_regular_place(chain, components, rng)
+    for component in rng.permutation(components):
         if component.solutions is None:
             kinds = classify(chain, component)
             words = kinds.meaning.split(",")[0]
@@ -112,13 +112,13 @@ def _place(chain: Chain, components: tuple[Component, ...], kind: str, rng: Stre
             if kinds.uniform and kinds.kind == kind:
                 return Place({}, component.conditions[0], words)
         else:
-            for joints in _poses(chain, component, rng):
-                if _kinds(chain, joints) == {kind}:
+            for joints in _sample_poses(chain, component, rng):
+                if _kinds_over_lengths(chain, joints) == {kind}:
                     return Place(joints)
     return None
 
 
-def _regular_place(chain: Chain, components: tuple[Component, ...], rng: Stream) -> Place:
+def _sample_regular_place(chain: Chain, components: tuple[Component, ...], rng: Stream) -> Place:
     """Draw a pose that looks like a singular one: what a slip of a sign or of a right angle makes of a root."""
     roots = [
         (joint, values)
@@ -127,19 +127,19 @@ def _regular_place(chain: Chain, components: tuple[Component, ...], rng: Stream)
         if not any(value.has(sp.acos, sp.asin, sp.atan) and value.free_symbols for value in values)
     ]
     for tried in range(200):
-        joints = draw_pose(chain, rng)
+        joints = sample_pose(chain, rng)
         if roots and tried < 150:  # where no slip is far enough from the root, any regular pose does
             joint, values = rng.choice(roots)
-            slip = rng.choice((sp.pi / 2, -sp.pi / 2)) if joint.name.startswith("theta") else sp.Rational(1, 10)
+            shift = rng.choice((sp.pi / 2, -sp.pi / 2)) if joint.name.startswith("theta") else sp.Rational(1, 10)
             value = rng.choice(values)
-            joints[joint] = rng.choice((-value, value + slip, slip - value))
-        clear = _is_well_conditioned(chain, joints, rng) and not _turns_singular(chain, joints)
-        if clear and _kinds(chain, joints) == {"regular"}:
+            joints[joint] = rng.choice((-value, value + shift, shift - value))
+        clear = _is_well_conditioned(chain, joints, rng) and not _may_become_singular(chain, joints)
+        if clear and _kinds_over_lengths(chain, joints) == {"regular"}:
             return Place(joints)
     raise RuntimeError(f"no regular configuration of {chain} was found; please report this")
 
 
-def _turns_singular(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> bool:
+def _may_become_singular(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> bool:
     """Tell whether det J may vanish for some lengths: a factor has terms of both signs, whatever the lengths are."""
     if len(chain.task) != chain.n or not chain.parameters:
         return False
@@ -153,18 +153,18 @@ def _turns_singular(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> bool:
 
 def _is_well_conditioned(chain: Chain, joints: dict[sp.Symbol, sp.Expr], rng: Stream) -> bool:
     least = 0.8 * well_conditioned(chain)
-    return all(conditioning(chain, draw_lengths(chain, rng), joints) > least for _ in range(4))
+    return all(conditioning(chain, sample_lengths(chain, rng), joints) > least for _ in range(4))
 
 
-def _poses(chain: Chain, component: Component, rng: Stream) -> Iterator[dict[sp.Symbol, sp.Expr]]:
+def _sample_poses(chain: Chain, component: Component, rng: Stream) -> Iterator[dict[sp.Symbol, sp.Expr]]:
     """Yield singular poses of a component: its values, with the other joints drawn anew each time."""
     assert component.solutions is not None
     joints = [joint for joint, _ in component.solutions]
     combinations = [
         dict(zip(joints, values, strict=True)) for values in product(*(values for _, values in component.solutions))
     ]
-    for values in rng.shuffled(combinations * 2):
-        yield {**draw_pose(chain, rng), **values}
+    for values in rng.permutation(combinations * 2):
+        yield {**sample_pose(chain, rng), **values}
 
 
 _TRIED_LENGTHS = (sp.Rational(1, 20), sp.Rational(3, 10), sp.Rational(7, 10), sp.S(2), sp.S(6))
@@ -182,7 +182,7 @@ def _tried_lengths(chain: Chain) -> Iterator[dict[sp.Symbol, sp.Rational]]:
         yield {s: sp.Rational(round(100 * 0.05 * 120 ** stream.uniform(0, 1)), 100) for s in chain.parameters}
 
 
-def _kinds(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> frozenset[str | None]:
+def _kinds_over_lengths(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> frozenset[str | None]:
     """Return the kinds that a pose has over the tried lengths, each open length taking each of them in turn.
 
     It is the pose of the bare arm that counts, and of that not where joint 1 is, if it moves the arm as a whole.
@@ -211,7 +211,7 @@ QUESTIONS = (
         name="singular-angles",
         title="Singular configurations",
         source="6.8",
-        ask=_conditions,
+        ask=_ask_conditions,
         needs=("determinant", "jacobian"),
         points=2.0,
         objection=_has_singularities,
@@ -223,7 +223,7 @@ QUESTIONS = (
         name="singularity-type",
         title="Type of singularity",
         source="below 6.7",
-        ask=_type,
+        ask=_ask_type,
         objection=_has_sure_kinds,
     ),
 )  # fmt: skip

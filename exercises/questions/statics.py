@@ -10,7 +10,7 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, SymbolInfo
-from qdot.exercises.questions.base import Asked, Question, by_hand
+from qdot.exercises.questions.base import Asked, Question, objection_to_length
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,7 +20,7 @@ class Loaded(Details):
     force: sp.Matrix
 
 
-def load(chain: Chain) -> dict[str, SymbolInfo]:
+def load_symbols(chain: Chain) -> dict[str, SymbolInfo]:
     """Return the components of force and moment that go with the rows of the task: fx for vx, mx for wx."""
     return {
         f"{'f' if row[0] == 'v' else 'm'}{row[1]}": SymbolInfo(
@@ -30,8 +30,8 @@ def load(chain: Chain) -> dict[str, SymbolInfo]:
     }
 
 
-def _torques(chain: Chain, rng: Stream) -> Asked:
-    symbols = load(chain)
+def _ask_torques(chain: Chain, rng: Stream) -> Asked:
+    symbols = load_symbols(chain)
     force = sp.Matrix([sp.Symbol(name) for name in symbols])
     units = tuple("N m" if joint.kind == "R" else "N" for joint in chain.joints)
     torques = derive(chain).jacobian.T * force
@@ -49,11 +49,11 @@ QUESTIONS = (
     Question(
         name="joint-torques",
         title="Static joint torques",
-        titled=_title,
+        title_for=_title,
         source="dual of 6.4",
-        ask=_torques,
+        ask=_ask_torques,
         needs=("jacobian",),
-        too_long=by_hand("jacobian"),
+        too_long=objection_to_length("jacobian"),
         result=lambda w, part: apply_matrix(w["transposed jacobian"], w.symbols(part.symbols)),
         entry_names=lambda chain, _: [rf"\tau_{{{joint}}}" for joint in range(1, chain.n + 1)],
         is_made_of_jacobian=True,

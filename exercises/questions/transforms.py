@@ -14,7 +14,7 @@ from qdot.exercises.arm.derivation_graph import Change, Working
 from qdot.exercises.arm.transforms import in_tool_frame, poses, seen_from_tool, terms_in_tool_frame, terms_of_last_pose
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, Part
-from qdot.exercises.questions.base import Asked, Question, rates_to, stage, too_many
+from qdot.exercises.questions.base import Asked, Question, objection_to_terms, rates_to, stage
 
 MOST_JOINTS = 5
 """Up to so many joints transforms are multiplied out by hand; of those, up to MOST_TERMS terms."""
@@ -31,7 +31,7 @@ class AngleSum:
 
 
 @dataclass(frozen=True)
-class Seen:
+class ToolColumn:
     """The axis of joint `number`, its vector p* (m) and z x p*, each 3 x 1, in the coordinates of the last frame."""
 
     number: int
@@ -53,7 +53,7 @@ class ByTransforms(Details):
 class InToolFrame(Details):
     """About the Jacobian in the last frame: what its columns are made of."""
 
-    columns: tuple[Seen, ...]
+    columns: tuple[ToolColumn, ...]
 
 
 def first_angle_sum(chain: Chain, poses: tuple[sp.Matrix, ...]) -> AngleSum | None:
@@ -72,35 +72,35 @@ def first_angle_sum(chain: Chain, poses: tuple[sp.Matrix, ...]) -> AngleSum | No
     return None
 
 
-def _transform(chain: Chain, rng: Stream) -> Asked:
+def _ask_transform(chain: Chain, rng: Stream) -> Asked:
     d = derive(chain)
-    filled = tuple(pose.applyfunc(d.fill) for pose in poses(structure(chain).chain))
-    return Matrix(filled[-1]), ByTransforms(poses=filled, sum=first_angle_sum(chain, filled))
+    arm_poses = tuple(pose.applyfunc(d.fill) for pose in poses(structure(chain).chain))
+    return Matrix(arm_poses[-1]), ByTransforms(poses=arm_poses, sum=first_angle_sum(chain, arm_poses))
 
 
-def _tool_jacobian(chain: Chain, rng: Stream) -> Asked:
+def _ask_tool_jacobian(chain: Chain, rng: Stream) -> Asked:
     d, generic = derive(chain), structure(chain).chain
     columns = tuple(
-        Seen(number, joint.kind, *(vector.applyfunc(d.fill) for vector in seen))
+        ToolColumn(number, joint.kind, *(vector.applyfunc(d.fill) for vector in seen))
         for number, (joint, seen) in enumerate(zip(generic.joints, seen_from_tool(generic), strict=True), 1)
     )
     return Matrix(in_tool_frame(generic).applyfunc(d.fill)), InToolFrame(columns=columns)
 
 
-def _point_on_last_link(chain: Chain) -> str | None:
+def _object_to_point(chain: Chain) -> str | None:
     return None if chain.point.frame == chain.n else f"its point moves with frame {chain.point.frame}, not the last"
 
 
-def _long_pose(chain: Chain) -> str | None:
+def _object_to_pose(chain: Chain) -> str | None:
     if chain.n > MOST_JOINTS:
         return f"the product of the transforms of {chain.n} joints is too long to be worked out by hand"
-    return too_many(terms_of_last_pose(structure(chain).chain))
+    return objection_to_terms(terms_of_last_pose(structure(chain).chain))
 
 
-def _long_jacobian(chain: Chain) -> str | None:
+def _object_to_jacobian(chain: Chain) -> str | None:
     if chain.n > MOST_JOINTS:
         return f"the Jacobian of {chain.n} joints in the tool frame is too long to be worked out by hand"
-    return too_many(terms_in_tool_frame(structure(chain).chain))
+    return objection_to_terms(terms_in_tool_frame(structure(chain).chain))
 
 
 # --- out of a derivation ---
@@ -112,7 +112,7 @@ def _derived_transform(w: Working, part: Part) -> np.ndarray:
     return np.concatenate([np.concatenate([rotation, origin[:, None]], axis=1), below[None]])
 
 
-def _put_transform(rows: np.ndarray) -> dict[str, Change]:
+def _substitute_transform(rows: np.ndarray) -> dict[str, Change]:
     return {"last rotation": lambda _, right: rows[:3, :3]}
 
 
@@ -122,11 +122,11 @@ QUESTIONS = (
         speaks_of=FRAMES,
         title="Transform of the last frame",
         source="Example 6.1",
-        ask=_transform,
+        ask=_ask_transform,
         points=2.0,
-        too_long=_long_pose,
+        too_long=_object_to_pose,
         result=_derived_transform,
-        put=_put_transform,
+        substitutes=_substitute_transform,
         last_row=("0", "0", "0", "1"),
     ),
     Question(
@@ -134,11 +134,11 @@ QUESTIONS = (
         speaks_of=FRAMES,
         title="Jacobian in the tool frame",
         source="6.12",
-        ask=_tool_jacobian,
+        ask=_ask_tool_jacobian,
         needs=("transform", "geometric-jacobian"),
         points=2.0,
-        objection=_point_on_last_link,
-        too_long=_long_jacobian,
+        objection=_object_to_point,
+        too_long=_object_to_jacobian,
         result=stage("tool jacobian"),
         grid=rates_to(lambda _: TASK_ROWS),
         follows=(("transform", "geometric-jacobian"),),

@@ -29,9 +29,9 @@ from qdot.exercises.questions.base import (
     Question,
     first_three,
     joint_rates,
-    put,
-    square,
+    objection_unless_square,
     stage,
+    substitute_stage,
 )
 
 
@@ -133,26 +133,26 @@ def blocks(chain: Chain) -> Blocks:
         _arm_from_frame_1(known.chain).applyfunc(fill),
         wrist,
         wrist[0, 1] * wrist[1, 2] - wrist[1, 1] * wrist[0, 2],
-        tuple(_unsigned(factor) for factor in factors if factor.free_symbols & set(chain.q)),
-        (_turned(-chain.offsets[4]), _turned(sp.pi - chain.offsets[4])),
+        tuple(_without_sign(factor) for factor in factors if factor.free_symbols & set(chain.q)),
+        (_wrap_angle(-chain.offsets[4]), _wrap_angle(sp.pi - chain.offsets[4])),
         all((2 * joint.alpha / sp.pi).is_Integer for joint in chain.joints[3:5]),
     )
 
 
-def _unsigned(factor: sp.Expr) -> sp.Expr:
+def _without_sign(factor: sp.Expr) -> sp.Expr:
     return -factor if factor.could_extract_minus_sign() else factor
 
 
-def _turned(angle: sp.Expr) -> sp.Expr:
+def _wrap_angle(angle: sp.Expr) -> sp.Expr:
     """Return a numeric angle in (-pi, pi], and one with symbols in it as it is."""
     return sp.pi - sp.Mod(sp.pi - angle, 2 * sp.pi) if angle.is_number else angle
 
 
-def _arm(chain: Chain, rng: Stream) -> Asked:
+def _ask_arm_block(chain: Chain, rng: Stream) -> Asked:
     return Matrix(arm_block(chain)), Details()
 
 
-def _wrist(chain: Chain, rng: Stream) -> Asked:
+def _ask_wrist_block(chain: Chain, rng: Stream) -> Asked:
     convention = convention_of(chain)
     first = convention.frame_on_axis(4)
     turns = tuple(convention.rotation(row) for row in convention.rows[first:][:2])
@@ -160,12 +160,12 @@ def _wrist(chain: Chain, rng: Stream) -> Asked:
     return Matrix(block), WristAxes(rotations=turns, inner=turns[1][:, 2], z_4=block[:, 1], z_5=block[:, 2])
 
 
-def _both(chain: Chain, rng: Stream) -> Asked:
+def _ask_determinants(chain: Chain, rng: Stream) -> Asked:
     return Matrix(block_determinants(chain)), ByBlocks(blocks=blocks(chain))
 
 
 @lru_cache(maxsize=1024)
-def _at_wrist_centre(generic: Chain, centre: int) -> bool:
+def _is_at_wrist_centre(generic: Chain, centre: int) -> bool:
     """Tell whether P is where the last three axes meet: O_4, or O_5 or O_6 where it is the same place."""
     if generic.point.frame < centre:
         return False
@@ -173,17 +173,17 @@ def _at_wrist_centre(generic: Chain, centre: int) -> bool:
     return all(are_identical(a, b) for a, b in zip(point, frames[centre].origin, strict=True))
 
 
-def not_partitioned(chain: Chain) -> str | None:
+def objection_unless_partitioned(chain: Chain) -> str | None:
     """Return the objection to arms whose Jacobian does not fall into blocks at P."""
     if chain.n != 6 or chain.task != TASK_ROWS:
         return "it has not six joints for all six rows"
     centre = wrist_centre(chain)
-    if centre is None or not _at_wrist_centre(structure(chain).chain, centre):
+    if centre is None or not _is_at_wrist_centre(structure(chain).chain, centre):
         return "the axes of its last three joints do not meet in its point"
-    return square(chain)
+    return objection_unless_square(chain)
 
 
-def long_block(chain: Chain) -> str | None:
+def objection_to_long_block(chain: Chain) -> str | None:
     """Return the objection to arms whose block J11 is too much by hand."""
     entries = (sp.expand(entry) for entry in derive(structure(chain).chain).geometric[:3, :3])
     count = sum(len(sp.Add.make_args(entry)) for entry in entries if entry != 0)
@@ -203,13 +203,13 @@ QUESTIONS = (
         speaks_of=FRAMES,
         title="Arm block of the Jacobian",
         source="6.12",
-        ask=_arm,
+        ask=_ask_arm_block,
         points=2.0,
-        objection=not_partitioned,
-        too_long=long_block,
+        objection=objection_unless_partitioned,
+        too_long=objection_to_long_block,
         result=stage("arm block"),
         grid=lambda chain: (TASK_ROWS[:3], joint_rates(chain)[:3]),
-        put=put("arm block"),
+        substitutes=substitute_stage("arm block"),
         adds_up="columns of links",
         linear_rows=first_three,
     ),
@@ -218,22 +218,22 @@ QUESTIONS = (
         speaks_of=FRAMES,
         title="Wrist block of the Jacobian",
         source="6.12",
-        ask=_wrist,
-        objection=not_partitioned,
+        ask=_ask_wrist_block,
+        objection=objection_unless_partitioned,
         result=stage("wrist block"),
         grid=lambda chain: (TASK_ROWS[3:], joint_rates(chain)[3:]),
-        put=put("wrist block"),
+        substitutes=substitute_stage("wrist block"),
     ),
     Question(
         name="block-determinants",
         speaks_of=FRAMES,
         title="Determinants of the blocks",
         source="6.8",
-        ask=_both,
+        ask=_ask_determinants,
         needs=("arm-block", "wrist-block"),
         points=2.0,
-        objection=not_partitioned,
-        too_long=long_block,
+        objection=objection_unless_partitioned,
+        too_long=objection_to_long_block,
         result=_derived_determinants,
         entry_names=lambda chain, _: [r"\det J_{11}", r"\det J_{22}"],
         is_made_of_jacobian=True,

@@ -1,4 +1,4 @@
-"""Short questions for quizzes, and with them everything that can be asked: options, matches, numbers, drawings.
+"""Short questions for quizzes (options, matches, numbers, drawings), and all questions together.
 
 Beside the short questions:
 
@@ -9,12 +9,12 @@ Beside the short questions:
 """
 
 from qdot.exercises.questions import QUESTIONS, Question
-from qdot.exercises.quizzes import choice, drawn, matching, several, values
+from qdot.exercises.quizzes import choice, drawings, matching, selections, values
 
 QUIZZES: dict[str, Question] = {
     question.name: question
     for question in (
-        *choice.CHOICES, *several.SELECTIONS, *matching.MATCHINGS, *values.VALUES, *drawn.DRAWN
+        *choice.CHOICES, *selections.SELECTIONS, *matching.MATCHINGS, *values.VALUES, *drawings.DRAWN
     )
 }  # fmt: skip
 """Short questions by name."""

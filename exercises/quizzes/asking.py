@@ -1,4 +1,4 @@
-"""How a short question is asked: of an arm for which it makes sense, and for which something is found to ask."""
+"""Define a short question: asked of an arm for which it makes sense and of which the draws find something to ask."""
 
 from collections.abc import Callable, Sequence
 from functools import lru_cache
@@ -11,7 +11,7 @@ from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.base import Asked, Question, no_names
 
 Ask = Callable[[Chain, Stream], Asked | None]
-"""Returns nothing where the draws lead to nothing that could be asked."""
+"""Returns None where the draws find nothing to ask."""
 
 
 def short_question(
@@ -31,28 +31,28 @@ def short_question(
 ) -> Question:
     """Return a short question about what the question `about` asks for, where that makes sense.
 
-    `otherwise` is the objection where nothing is found to ask, `sense` one of its own, `undiagnosed` why no mistake is
-    named behind a wrong answer. It is looked once for all arms
-    of a structure whether there is anything; where an arm's numbers leave nothing, another is drawn (`generate`).
+    `sense` returns an objection of this question; `otherwise` is the objection if the draws find nothing to ask;
+    `undiagnosed` is the reason why no mistake is named behind a wrong answer. Whether there is anything to ask is
+    determined once for all arms of a structure; if an arm's numbers leave nothing, another is drawn (`generate`).
     """
 
     @lru_cache(maxsize=2048)
-    def sure(chain: Chain) -> Asked | None:
+    def find_question(chain: Chain) -> Asked | None:
         return ask(chain, Stream(f"quiz/{name}"))
 
-    def asked(chain: Chain, rng: Stream) -> Asked:
-        question = ask(chain, rng) or sure(chain)
+    def ask_question(chain: Chain, rng: Stream) -> Asked:
+        question = ask(chain, rng) or find_question(chain)
         if question is None:
             raise RuntimeError(f"{name} finds nothing to ask of {chain}; please report this")
         return question
 
     def objection(chain: Chain) -> str | None:
         refused = QUESTIONS[about].objects(chain) or sense(chain)
-        return refused or (None if sure(structure(chain).chain) is not None else otherwise)
+        return refused or (None if find_question(structure(chain).chain) is not None else otherwise)
 
     return Question(
-        name=name, title=title, source=source, ask=asked, points=points, objection=objection, form=form, shows=shows,
-        template=template, entry_names=entry_names, speaks_of=QUESTIONS[about].speaks_of,
+        name=name, title=title, source=source, ask=ask_question, points=points, objection=objection, form=form,
+        shows=shows, template=template, entry_names=entry_names, speaks_of=QUESTIONS[about].speaks_of,
         without={
             **({"diagnosis": undiagnosed} if undiagnosed else {}),
             **({"STACK": "STACK has no input for several letters"} if form in ("selection", "matching") else {}),

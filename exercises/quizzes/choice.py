@@ -12,7 +12,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.base import Asked, Question
 from qdot.exercises.questions.screws import SOURCE
-from qdot.exercises.questions.statics import load
+from qdot.exercises.questions.statics import load_symbols
 from qdot.exercises.quizzes.asking import Ask, short_question
 from qdot.exercises.quizzes.options import Options, choice_of
 from qdot.exercises.quizzes.wrong import Subject, four_options
@@ -30,7 +30,7 @@ Subjects = Callable[[Chain], list[Subject]]
 """What a question could be about on an arm."""
 
 
-def _whole(base: str) -> Subjects:
+def _whole_answer(base: str) -> Subjects:
     return lambda _: [Subject(base)]
 
 
@@ -41,8 +41,8 @@ def _coordinates(chain: Chain) -> list[Subject]:
     return [Subject("position"), *(Subject("position", None, row) for row in rows)]
 
 
-def _columns(base: str, of: str) -> Subjects:
-    """Return the columns that depend on the configuration: others are seen without working anything out."""
+def _moving_columns(base: str, of: str) -> Subjects:
+    """Return the columns that depend on the configuration: the others can be seen without a calculation."""
 
     def subjects(chain: Chain) -> list[Subject]:
         matrix: sp.Matrix = getattr(derive(chain), of)
@@ -52,18 +52,18 @@ def _columns(base: str, of: str) -> Subjects:
     return subjects
 
 
-def _torques(chain: Chain) -> list[Subject]:
+def _moving_torques(chain: Chain) -> list[Subject]:
     jacobian = derive(chain).jacobian
     joints = set(chain.q)
     return [Subject("joint-torques", None, row) for row in range(chain.n) if jacobian.col(row).free_symbols & joints]
 
 
-def _asking(subjects: Subjects) -> Ask:
+def _make_ask(subjects: Subjects) -> Ask:
     def ask(chain: Chain, rng: Stream) -> Asked | None:
-        for subject in rng.shuffled(subjects(chain)):
+        for subject in rng.permutation(subjects(chain)):
             options = four_options(chain, subject, rng)
             if options is not None:
-                symbols = load(chain) if subject.base == "joint-torques" else {}
+                symbols = load_symbols(chain) if subject.base == "joint-torques" else {}
                 answer, offered = choice_of(options, rng)
                 return answer, AboutSubject(offered=offered, subject=subject, symbols=symbols)
         return None
@@ -71,12 +71,12 @@ def _asking(subjects: Subjects) -> Ask:
     return ask
 
 
-def _screws(base: str, first: int) -> Subjects:
-    """Return the columns of screws, from the one of joint `first` on; what is there nobody gets wrong in three ways."""
+def _screw_columns(base: str, first: int) -> Subjects:
+    """Return the columns of screws from joint `first` on: nobody gets those before it wrong in three ways."""
     return lambda chain: [Subject(base, column) for column in range(first - 1, chain.n)]
 
 
-def _sets(chain: Chain, rng: Stream) -> Asked | None:
+def _ask_sets(chain: Chain, rng: Stream) -> Asked | None:
     options = four_sets(chain, rng)
     if options is None:
         return None
@@ -87,38 +87,42 @@ def _sets(chain: Chain, rng: Stream) -> Asked | None:
 NO_FOUR = "there are no four options that are short and go together"
 
 
-def _formulas(name: str, title: str, source: str, base: str, subjects: Subjects) -> Question:
-    ask = _asking(subjects)
+def _formula_choice(name: str, title: str, source: str, base: str, subjects: Subjects) -> Question:
+    ask = _make_ask(subjects)
     return short_question(name, title, source, ask, "choice", base, NO_FOUR, (base,), template="formula-choice")
 
 
-def _of_screws(name: str, title: str, base: str, first: int) -> Question:
-    ask = _asking(_screws(base, first))
+def _screw_choice(name: str, title: str, base: str, first: int) -> Question:
+    ask = _make_ask(_screw_columns(base, first))
 
     @lru_cache(maxsize=2048)
-    def none_found(chain: Chain) -> str | None:
-        """Look at the arm itself: what its structure is at home says nothing of it."""
+    def object_to_arm(chain: Chain) -> str | None:
+        """Look at the arm itself: its structure does not determine where it is at home."""
         by_axes = QUESTIONS[base].objects(chain) is None
         return NO_FOUR if by_axes and ask(chain, Stream(f"quiz/{name}")) is None else None
 
     return short_question(
-        name, title, SOURCE, ask, "choice", base, NO_FOUR, (base,), sense=none_found, template="screw-choice"
+        name, title, SOURCE, ask, "choice", base, NO_FOUR, (base,), sense=object_to_arm, template="screw-choice"
     )
 
 
 CHOICES = (
-    _formulas("position-choice", "Which position?", "6.1", "position", _coordinates),
-    _formulas("jacobian-choice", "Which Jacobian?", "6.4", "jacobian", _whole("jacobian")),
-    _formulas("column-choice", "Which column?", "6.4", "jacobian", _columns("jacobian", "jacobian")),
-    _formulas("axis-choice", "Which joint axis?", "6.12", "joint-axes", _columns("joint-axes", "z")),
-    _formulas("vector-choice", "Which vector?", "6.13", "position-vectors", _columns("position-vectors", "p_star")),
-    _formulas("determinant-choice", "Which determinant?", "6.8", "determinant", _whole("determinant")),
-    _formulas("inverse-jacobian-choice", "Which inverse?", "appendix", "inverse-jacobian", _whole("inverse-jacobian")),
-    _formulas("torque-choice", "Which joint torque?", "dual of 6.4", "joint-torques", _torques),
-    _of_screws("screw-choice", "Which screw?", "home-screws", 1),
-    _of_screws("space-column-choice", "Which column of the space Jacobian?", "space-jacobian", 2),
+    _formula_choice("position-choice", "Which position?", "6.1", "position", _coordinates),
+    _formula_choice("jacobian-choice", "Which Jacobian?", "6.4", "jacobian", _whole_answer("jacobian")),
+    _formula_choice("column-choice", "Which column?", "6.4", "jacobian", _moving_columns("jacobian", "jacobian")),
+    _formula_choice("axis-choice", "Which joint axis?", "6.12", "joint-axes", _moving_columns("joint-axes", "z")),
+    _formula_choice(
+        "vector-choice", "Which vector?", "6.13", "position-vectors", _moving_columns("position-vectors", "p_star")
+    ),
+    _formula_choice("determinant-choice", "Which determinant?", "6.8", "determinant", _whole_answer("determinant")),
+    _formula_choice(
+        "inverse-jacobian-choice", "Which inverse?", "appendix", "inverse-jacobian", _whole_answer("inverse-jacobian")
+    ),
+    _formula_choice("torque-choice", "Which joint torque?", "dual of 6.4", "joint-torques", _moving_torques),
+    _screw_choice("screw-choice", "Which screw?", "home-screws", 1),
+    _screw_choice("space-column-choice", "Which column of the space Jacobian?", "space-jacobian", 2),
     short_question(
-        "singular-angles-choice", "Where is it singular?", "6.8", _sets, "choice", "singular-angles", NO_FOUR,
+        "singular-angles-choice", "Where is it singular?", "6.8", _ask_sets, "choice", "singular-angles", NO_FOUR,
         ("singular-angles",),
     ),
 )  # fmt: skip

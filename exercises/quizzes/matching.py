@@ -8,21 +8,21 @@ from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.questions.base import Asked
 from qdot.exercises.quizzes.asking import short_question
-from qdot.exercises.quizzes.options import Offered, Options
+from qdot.exercises.quizzes.options import OfferedOption, Options
 from qdot.exercises.quizzes.wrong import Subject, all_differ, four_options
 
 LONGEST, MOST = 260, 6
 """Characters of a column, and columns."""
 
 
-def _columns(chain: Chain, rng: Stream) -> Asked | None:
-    """Draw the order of the columns; one more, that a mistake makes, stands among them where there are few."""
-    if not 2 <= chain.n <= MOST or not _told_apart(chain):
+def _ask_columns(chain: Chain, rng: Stream) -> Asked | None:
+    """Draw the order of the columns; where there are few, a column with a mistake is added."""
+    if not 2 <= chain.n <= MOST or not _are_distinct(chain):
         return None
     jacobian = derive(chain).jacobian
-    offered = [Offered(jacobian.col(column)) for column in range(chain.n)]
-    extra = _extra(chain, rng) if chain.n < MOST else None
-    order = tuple(rng.shuffled([*offered, *([] if extra is None else [extra])]))
+    offered = [OfferedOption(jacobian.col(column)) for column in range(chain.n)]
+    extra = _extra_column(chain, rng) if chain.n < MOST else None
+    order = tuple(rng.permutation([*offered, *([] if extra is None else [extra])]))
     answer = Matching(
         tuple(f"joint {number}" for number in range(1, chain.n + 1)),
         tuple(option.text for option in order),
@@ -31,11 +31,11 @@ def _columns(chain: Chain, rng: Stream) -> Asked | None:
     return answer, Options(offered=order)
 
 
-def _extra(chain: Chain, rng: Stream) -> Offered | None:
-    """Return a wrong column that is none of the right ones."""
+def _extra_column(chain: Chain, rng: Stream) -> OfferedOption | None:
+    """Return a wrong column that equals none of the right ones."""
     jacobian = derive(chain).jacobian
     columns = [jacobian.col(column) for column in range(chain.n)]
-    for number in rng.shuffled(range(chain.n)):
+    for number in rng.permutation(range(chain.n)):
         for option in (four_options(chain, Subject("jacobian", number), rng) or ())[1:]:
             if all_differ(chain, [*columns, option.shown]) and len(option.text) <= LONGEST:
                 return option
@@ -43,7 +43,7 @@ def _extra(chain: Chain, rng: Stream) -> Offered | None:
 
 
 @lru_cache(maxsize=1024)
-def _told_apart(chain: Chain) -> bool:
+def _are_distinct(chain: Chain) -> bool:
     jacobian = derive(chain).jacobian
     columns = [jacobian.col(column) for column in range(chain.n)]
     return _is_short(structure(chain).chain) and all_differ(chain, columns)
@@ -51,14 +51,14 @@ def _told_apart(chain: Chain) -> bool:
 
 @lru_cache(maxsize=1024)
 def _is_short(generic: Chain) -> bool:
-    """Whether the columns of a structure are: of its arms, all are asked or none, whatever their numbers."""
+    """Tell whether the columns of the structure are short: all of its arms are asked or none."""
     jacobian = derive(generic).jacobian
-    return all(len(Offered(jacobian.col(column)).text) <= LONGEST for column in range(generic.n))
+    return all(len(OfferedOption(jacobian.col(column)).text) <= LONGEST for column in range(generic.n))
 
 
 MATCHINGS = (
     short_question(
-        "match-columns", "Which column belongs to which joint?", "6.12", _columns, "matching", "jacobian",
+        "match-columns", "Which column belongs to which joint?", "6.12", _ask_columns, "matching", "jacobian",
         "columns of its Jacobian are many, or long, or the same", ("jacobian",), points=1.0,
     ),
 )  # fmt: skip

@@ -1,7 +1,7 @@
 """Why an option is wrong: the mistakes behind the options of every question with letters.
 
-Some are kept with the options that they made; others are found where the question takes one meaning for another, or
-where a derivation with a mistake in it gives the option; of the rest, it is the option itself that tells.
+Some are stored with the options that they produced. Others are found where one meaning is mistaken for another, or
+where a derivation with a mistake in it gives the option. For the rest, the option itself shows the mistake.
 """
 
 from collections.abc import Iterator, Mapping
@@ -17,76 +17,80 @@ from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.concepts import OfJoint, option_numbers
 from qdot.exercises.questions.results import is_derived, result
-from qdot.exercises.quizzes.drawn import Said
+from qdot.exercises.quizzes.drawings import PoseStatement
 from qdot.exercises.quizzes.options import Blame, Places, blames_of
-from qdot.exercises.quizzes.several import OfQuantity
+from qdot.exercises.quizzes.selections import OfQuantity
 
 Blames = tuple[Blame, ...]
 THREE_DECIMALS = 6e-4
-"""What the numbers of an option may be off."""
+"""Tolerance of the numbers of an option."""
 
 
 def blames_for(problem: Problem, part: Part, stream: Stream) -> list[Blames]:
-    """Return the mistakes behind each option where it is wrong; of matches, where it is given to another item.
+    """Return the mistakes behind each option if it is wrong; for matches, if it is assigned to another item.
 
-    `stream` draws the configuration at which an option in numbers is worked out, where none is given.
+    `stream` draws the configuration at which an option in numbers is evaluated, where the question has none.
     """
     answer = part.answer
-    found = {**_worked_out(problem, part, stream), **_taken(problem, part)}
+    blames = {**_blames_by_derivation(problem, part, stream), **_blames_by_meaning(problem, part)}
     is_matched = bool(answer.matched)
     return [
         () if index in answer.right and not is_matched
-        else blames_of(part, index) or found.get(index) or _by_itself(problem, part, index)
+        else blames_of(part, index) or blames.get(index) or _blames_by_choice(problem, part, index)
         for index in range(len(answer.offered))
     ]  # fmt: skip
 
 
-def _taken(problem: Problem, part: Part) -> Mapping[int, Blames]:
-    """Return what is behind options that one meaning is taken for, the likelier mistake of each."""
-    found: dict[int, Blames] = {}
-    for mistake, slip in mistaken_answers(problem.chain, part):
-        if isinstance(slip.answer, Letters):
-            for index in set(slip.answer.right) - set(part.answer.right):
-                found.setdefault(index, (Blame.of(mistake, slip.words.items()),))
-    return found
+def _blames_by_meaning(problem: Problem, part: Part) -> Mapping[int, Blames]:
+    """Return the likelier mistake behind each option that names another meaning."""
+    blames: dict[int, Blames] = {}
+    for mistake, variant in mistaken_answers(problem.chain, part):
+        if isinstance(variant.answer, Letters):
+            for index in set(variant.answer.right) - set(part.answer.right):
+                blames.setdefault(index, (Blame.of(mistake, variant.words.items()),))
+    return blames
 
 
-def _worked_out(problem: Problem, part: Part, stream: Stream) -> Mapping[int, Blames]:
-    """Return what is behind options in numbers that a derivation with a mistake in it gives, the likeliest of each."""
+def _blames_by_derivation(problem: Problem, part: Part, stream: Stream) -> Mapping[int, Blames]:
+    """Return the likeliest mistake behind each option in numbers that a derivation with a mistake gives."""
     if not is_derived(part):
         return {}
     w = numbers(problem.chain, sample_configurations(problem.chain, part, problem.domain(), 1, stream))
     every = list(wrong_answers(w, part))
-    found: dict[int, Blames] = {}
+    blames: dict[int, Blames] = {}
     for index, option in enumerate(part.answer.offered):
-        due = np.array(option_numbers(option))[:, None, None]
-        same = [one for one in every if one.answer.shape == due.shape and _is_near(one.answer, due)]
+        expected = np.array(option_numbers(option))[:, None, None]
+        same = [wrong for wrong in every if wrong.answer.shape == expected.shape and _is_near(wrong.answer, expected)]
         if same:
             first = max(same, key=variant_frequency)
-            found[index] = (Blame.of(first.mistake, first.slip.words.items()),)
-        elif isinstance(part.details, OfJoint) and _is_of_other_joint(w, part, due):
-            found[index] = (Blame.of(CATALOGUE["column-of-other-joint"], ()),)
-    return found
+            blames[index] = (Blame.of(first.mistake, first.slip.words.items()),)
+        elif isinstance(part.details, OfJoint) and _is_of_other_joint(w, part, expected):
+            blames[index] = (Blame.of(CATALOGUE["column-of-other-joint"], ()),)
+    return blames
 
 
-def _is_of_other_joint(w: Working, part: Part, due: np.ndarray) -> bool:
-    """Tell whether what one joint does is what another does."""
+def _is_of_other_joint(w: Working, part: Part, expected: np.ndarray) -> bool:
+    """Tell whether the values are the effect of another joint."""
     effect = part.about(OfJoint).effect
     others = (replace(effect, joint=joint) for joint in range(1, w.n + 1) if joint != effect.joint)
-    return any(_is_near(result(w, replace(part, details=OfJoint(effect=other))), due) for other in others)
+    return any(
+        _is_near(result(w, replace(part, details=OfJoint(effect=other_effect))), expected) for other_effect in others
+    )
 
 
-def _is_near(one: np.ndarray, other: np.ndarray) -> bool:
+def _is_near(values: np.ndarray, expected: np.ndarray) -> bool:
     with np.errstate(all="ignore"):
-        return bool((np.abs(one - other) <= THREE_DECIMALS).all())
+        return bool((np.abs(values - expected) <= THREE_DECIMALS).all())
 
 
-def _by_itself(problem: Problem, part: Part, index: int) -> Blames:
-    return tuple(Blame.of(CATALOGUE[name], words.items()) for name, words in _told_by(problem, part, index))
+def _blames_by_choice(problem: Problem, part: Part, index: int) -> Blames:
+    return tuple(
+        Blame.of(CATALOGUE[name], words.items()) for name, words in _mistakes_of_choosing(problem, part, index)
+    )
 
 
-def _told_by(problem: Problem, part: Part, index: int) -> Iterator[tuple[str, Mapping[str, str]]]:
-    """Yield the mistake, and its words, that is made by choosing an option, whatever led to it."""
+def _mistakes_of_choosing(problem: Problem, part: Part, index: int) -> Iterator[tuple[str, Mapping[str, str]]]:
+    """Yield the mistake, and its words, that choosing the option shows, whatever led to it."""
     answer, details = part.answer, part.details
     if answer.matched:
         yield "column-of-other-joint", {}
@@ -94,7 +98,7 @@ def _told_by(problem: Problem, part: Part, index: int) -> Iterator[tuple[str, Ma
         yield "regular-taken-for-singular", {}
     elif isinstance(details, OfQuantity):
         yield "joint-without-effect", {"joint": str(problem.chain.q[index])}
-    elif isinstance(details, Said):
+    elif isinstance(details, PoseStatement):
         is_true = answer.offered[answer.right[0]] == TRUE_FALSE[0]
         of_singular = "singular-taken-for-regular" if is_true else "regular-taken-for-singular"
         yield of_singular if details.said == "singular" else "motion-turned-round", {}

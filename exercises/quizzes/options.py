@@ -1,4 +1,4 @@
-"""What a question with options offers: a formula or a set each, and the mistakes behind the wrong ones."""
+"""The options of a question: formulas, sets or configurations, and the mistakes behind the wrong ones."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -18,10 +18,10 @@ Formula: TypeAlias = Any
 """A matrix, an expression, or the components of a singular set."""
 
 SPREAD, MOST_SPREAD = 1.35, 2.0
-"""Of the longest option to the shortest: as much as options may differ if there is a choice, and if there is none."""
+"""Ratio of the longest option to the shortest: the limit where there is a choice, and where there is none."""
 
 SHOWS_ITSELF = frozenset({"rates-left-in", "angles-in-degrees"})
-"""Mistakes that are seen without working anything out: symbols and values that can't be there."""
+"""Mistakes that show without a calculation: symbols and values that can't be there."""
 
 
 @dataclass(frozen=True)
@@ -43,13 +43,13 @@ class Blame:
 
     @property
     def sentence(self) -> str:
-        """What is said to who made it."""
+        """The message to a student who made it."""
         return CATALOGUE[self.mistake].sentence(dict(self.words))
 
 
 @dataclass(frozen=True)
-class Offered:
-    """One option: what it shows, and the mistakes that lead to it; none lead to a right one."""
+class OfferedOption:
+    """One option: what it shows, and the mistakes that lead to it (none for a right one)."""
 
     shown: Formula
     behind: tuple[Blame, ...] = ()
@@ -66,7 +66,7 @@ class Offered:
 
     @property
     def formula(self) -> Formula:
-        """What it shows, without the brackets of a matrix where it is one number."""
+        """What it shows, without matrix brackets if it is a single number."""
         return self.shown[0] if isinstance(self.shown, sp.MatrixBase) and self.shown.shape == (1, 1) else self.shown
 
     @property
@@ -77,14 +77,14 @@ class Offered:
 
 @dataclass(frozen=True, kw_only=True)
 class Options(Details):
-    """The formulas or sets that are offered."""
+    """The formulas or sets offered."""
 
-    offered: tuple[Offered, ...]
+    offered: tuple[OfferedOption, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Places(Details):
-    """The configurations that are offered, the lengths of the arm, and by which mistake one is taken for singular."""
+    """The configurations offered, the lengths of the arm, and the mistakes that make one seem singular."""
 
     places: tuple[Pose, ...]
     lengths: dict[sp.Symbol, sp.Rational]
@@ -121,18 +121,18 @@ def text_of(shown: Formula) -> str:
 
 
 def rank_of_key(lengths: Sequence[int]) -> int:
-    """Return how many options are shorter than the first, which is the key."""
+    """Return how many options are shorter than the first, the right one."""
     return sum(length < lengths[0] for length in lengths[1:])
 
 
-def choice_of(offered: Sequence[Offered], rng: Stream) -> tuple[Choice, tuple[Offered, ...]]:
-    """Return a choice of options, the key of which comes first, in random order, and the options in that order."""
-    order = tuple(rng.shuffled(offered))
+def choice_of(offered: Sequence[OfferedOption], rng: Stream) -> tuple[Choice, tuple[OfferedOption, ...]]:
+    """Return the options, the first of which is right, as a choice in random order, and in that order."""
+    order = tuple(rng.permutation(offered))
     return Choice(tuple(option.text for option in order), order.index(offered[0])), order
 
 
 def blames_of(part: Part, index: int) -> tuple[Blame, ...]:
-    """Return the mistakes behind an option of a part, none behind a right one or where none is known."""
+    """Return the known mistakes behind an option of a part (none for a right one)."""
     if isinstance(part.details, Options):
         return part.details.offered[index].behind
     blame = part.details.blames[index] if isinstance(part.details, Places) else None

@@ -1,4 +1,4 @@
-"""Configurations to choose from: an arm with lengths, and poses of it in which it is singular or not."""
+"""Configurations to choose from: an arm with lengths, and its singular and regular poses."""
 
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
@@ -22,53 +22,53 @@ from qdot.exercises.questions.geometry import (
     pose_of,
     regular_pose,
     shown_pose,
-    turned_back,
+    wrap_angle,
 )
-from qdot.exercises.questions.inversion import draw_pose
+from qdot.exercises.questions.inversion import sample_pose
 from qdot.exercises.quizzes.options import SHOWS_ITSELF, Blame, Places
 
 CLEAR = 0.12
-"""Least singular value of a regular pose over the largest one, so that it is clear to the eye."""
+"""Ratio of the least singular value of a regular pose to the largest, large enough to be clear to the eye."""
 TRIES = 40
 _LOOKED_AT = 200
 
 Lengths = dict[sp.Symbol, sp.Rational]
-Found = tuple[Pose, Blame | None]
-"""A pose, and the mistake by which it is taken for singular, if it is one."""
+PoseAndBlame = tuple[Pose, Blame | None]
+"""A pose, and the mistake (if any) that makes it seem singular."""
 
 
-def drawn_lengths(chain: Chain, rng: Stream) -> tuple[Chain, Lengths]:
-    """Return the arm with a number for each length that its table leaves open, and these numbers."""
+def with_random_lengths(chain: Chain, rng: Stream) -> tuple[Chain, Lengths]:
+    """Return the arm with a number for each open length of its table, and these numbers."""
     lengths = distinct_lengths(chain, rng)
     return with_lengths(chain, lengths), lengths
 
 
 @lru_cache(maxsize=256)
 def clearness(chain: Chain) -> float:
-    """Return what the least singular value of a clearly regular pose is over the largest one, for an arm in numbers.
+    """Return the ratio of the least to the largest singular value that a clearly regular pose of this arm has.
 
-    Some arms, as a SCARA with short links, hardly ever reach `CLEAR`: of these, poses no worse than the usual ones are.
+    Some arms, such as a SCARA with short links, hardly ever reach `CLEAR`: for these it is the ratio of usual poses.
     """
     rng, arm = Stream("clearness"), NumericChain(chain, {})
-    q = np.array([[float(value) for value in draw_pose(chain, rng).values()] for _ in range(_LOOKED_AT)])
+    q = np.array([[float(value) for value in sample_pose(chain, rng).values()] for _ in range(_LOOKED_AT)])
     sigma = np.linalg.svd(arm.jacobian(q)[:, task_rows(chain)], compute_uv=False)
     return min(CLEAR, round(float(np.median(sigma[:, -1] / np.maximum(sigma[:, 0], 1e-12))), 3))
 
 
-def singular_poses(chain: Chain, rng: Stream) -> Iterator[Found]:
+def singular_poses(chain: Chain, rng: Stream) -> Iterator[PoseAndBlame]:
     """Yield singular poses of an arm in numbers, from all parts of its singular set in turn."""
     components = singular_set(chain) or ()
     for _ in range(TRIES):
-        for component in rng.shuffled(components):
+        for component in rng.permutation(components):
             pose = shown_pose(chain, (component,), rng)
             if pose is not None:
                 yield pose, None
 
 
-def regular_poses(chain: Chain, rng: Stream) -> Iterator[Found]:
-    """Yield regular poses: first those that a mistake of the catalogue takes for singular, then any that look so."""
-    for component, blame in rng.shuffled(_called_singular(chain)):
-        pose = _regular(chain, component, rng)
+def regular_poses(chain: Chain, rng: Stream) -> Iterator[PoseAndBlame]:
+    """Yield regular poses: first those that a mistake of the catalogue makes seem singular, then random ones."""
+    for component, blame in rng.permutation(_falsely_singular(chain)):
+        pose = _regular_pose_with(chain, component, rng)
         if pose is not None:
             yield pose, blame
     for _ in range(TRIES):
@@ -77,54 +77,58 @@ def regular_poses(chain: Chain, rng: Stream) -> Iterator[Found]:
             yield pose, None
 
 
-def _called_singular(chain: Chain) -> list[tuple[Component, Blame]]:
+def _falsely_singular(chain: Chain) -> list[tuple[Component, Blame]]:
     right = singular_set(chain) or ()
     part = Part("singular-angles", "singular-angles", ConditionSet(right))
     places = []
-    for mistake, slip in mistaken_answers(chain, part):
-        answer = slip.answer
+    for mistake, variant in mistaken_answers(chain, part):
+        answer = variant.answer
         if not mistake.rare and mistake.name not in SHOWS_ITSELF and isinstance(answer, ConditionSet):
-            new = [one for one in answer.components if one not in right and one.solutions is not None]
-            places += [(one, Blame.of(mistake, slip.words.items())) for one in new]
+            new = [
+                component
+                for component in answer.components
+                if component not in right and component.solutions is not None
+            ]
+            places += [(component, Blame.of(mistake, variant.words.items())) for component in new]
     return places
 
 
-def _regular(chain: Chain, component: Component, rng: Stream) -> Pose | None:
-    """Return a regular pose with joint values that a mistake calls singular."""
+def _regular_pose_with(chain: Chain, component: Component, rng: Stream) -> Pose | None:
+    """Return a regular pose with the joint values of a component that is wrongly called singular."""
     assert component.solutions is not None
     for _ in range(6):
-        pose = regular_pose(chain, rng, clearness(chain), slips=False)
+        pose = regular_pose(chain, rng, clearness(chain), misleading=False)
         if pose is None:
             return None
         values = {q: rng.choice(values) for q, values in component.solutions}
-        regular = posed(chain, {**pose.joints, **values})
+        regular = regular_pose_at(chain, {**pose.joints, **values})
         if regular is not None:
             return regular
     return None
 
 
-def posed(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> Pose | None:
-    """Return a pose with these joint values where it is clearly regular."""
+def regular_pose_at(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> Pose | None:
+    """Return the pose with these joint values if it is clearly regular."""
     if any(value.free_symbols or not sp.N(value).is_real for value in joints.values()):
         return None
-    pose = pose_of(chain, {}, {q: turned_back(chain, q, value) for q, value in joints.items()})
+    pose = pose_of(chain, {}, {q: wrap_angle(chain, q, value) for q, value in joints.items()})
     return pose if clear_rank(jacobian_at(chain, pose), clearness(chain)) == min(len(chain.task), chain.n) else None
 
 
-def several(found: Iterator[Found], count: int, taken_already: Sequence[Pose] = ()) -> list[Found]:
-    """Return so many poses that differ, in their text, from each other and from those that are taken already."""
-    texts = {words(pose) for pose in taken_already}
-    chosen: list[Found] = []
-    for pose, blame in found:
+def take_distinct(candidates: Iterator[PoseAndBlame], count: int, excluded: Sequence[Pose] = ()) -> list[PoseAndBlame]:
+    """Return up to `count` poses whose texts differ from each other and from those of the excluded ones."""
+    texts = {pose_words(pose) for pose in excluded}
+    chosen: list[PoseAndBlame] = []
+    for pose, blame in candidates:
         if len(chosen) == count:
             break
-        if words(pose) not in texts:
-            texts.add(words(pose))
+        if pose_words(pose) not in texts:
+            texts.add(pose_words(pose))
             chosen.append((pose, blame))
     return chosen
 
 
-def words(pose: Pose) -> str:
+def pose_words(pose: Pose) -> str:
     """Return joint values as plain text, as in "theta1 = 30 deg, d2 = 0.4 m"."""
     return ", ".join(f"{q} = {_value(pose, q)}" for q in pose.joints)
 
@@ -136,8 +140,8 @@ def _value(pose: Pose, q: sp.Symbol) -> str:
     return f"{shown} {'deg' if revolute else 'm'}"
 
 
-def options_drawn(chain: Chain, part: Part) -> tuple[Chain, list[dict[str, float]]] | None:
-    """Return the arm in numbers and the poses to draw where the options of a part are configurations drawn, or None."""
+def drawn_options(chain: Chain, part: Part) -> tuple[Chain, list[dict[str, float]]] | None:
+    """Return the arm in numbers and the poses to draw if the options of a part are drawings, else None."""
     if not part.has_drawn_options:
         return None
     details = part.about(Places)

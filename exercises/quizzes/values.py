@@ -11,7 +11,7 @@ from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.mpmath_kinematics import determinant, numeric, ten_digits
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.questions.base import Asked
-from qdot.exercises.questions.geometry import DIGITS, AtPose, Pose, precise, regular_pose
+from qdot.exercises.questions.geometry import DIGITS, AtPose, Pose, evaluate_precisely, regular_pose
 from qdot.exercises.questions.inversion import THREE_DIGITS
 from qdot.exercises.quizzes.asking import short_question
 
@@ -19,15 +19,15 @@ SLOW = 0.05
 """Least speed that is asked for, in m/s."""
 
 
-def _pose(chain: Chain, rng: Stream) -> Pose | None:
-    return regular_pose(chain, rng, 0.05, slips=False)
+def _sample_pose(chain: Chain, rng: Stream) -> Pose | None:
+    return regular_pose(chain, rng, 0.05, misleading=False)
 
 
-def _determinant(chain: Chain, rng: Stream) -> Asked | None:
-    pose = _pose(chain, rng)
+def _ask_determinant(chain: Chain, rng: Stream) -> Asked | None:
+    pose = _sample_pose(chain, rng)
     if pose is None:
         return None
-    jacobian = precise(chain, pose, derive(chain).jacobian)
+    jacobian = evaluate_precisely(chain, pose, derive(chain).jacobian)
     value = ten_digits(determinant([[numeric(entry) for entry in row] for row in jacobian.tolist()]))
     turning = sum(joint.kind == "R" for joint in chain.joints)
     unit = {0: "", 1: "m"}.get(turning, f"m^{turning}")
@@ -35,7 +35,7 @@ def _determinant(chain: Chain, rng: Stream) -> Asked | None:
     return Number(sp.Matrix([value]), (unit,), THREE_DIGITS, floor), AtPose(place=pose, pose=pose.figure)
 
 
-def _no_one_unit(chain: Chain) -> str | None:
+def _object_to_units(chain: Chain) -> str | None:
     linear = all(row.startswith("v") for row in chain.task)
     return None if linear else "its Jacobian counts metres and radians together"
 
@@ -47,14 +47,14 @@ class AtRates(AtPose):
     rates: dict[sp.Symbol, sp.Rational]
 
 
-def _speed(chain: Chain, rng: Stream) -> Asked | None:
+def _ask_speed(chain: Chain, rng: Stream) -> Asked | None:
     """Draw rates of all joints; the speed is the length of the linear velocity."""
     for _ in range(40):
-        pose = _pose(chain, rng)
+        pose = _sample_pose(chain, rng)
         if pose is None:
             continue
         rates = {rate: sp.Rational(rng.choice([k for k in range(-9, 10) if k]), 10) for rate in chain.rates}
-        velocity = precise(chain, pose, derive(chain).linear) * sp.Matrix(list(rates.values()))
+        velocity = evaluate_precisely(chain, pose, derive(chain).linear) * sp.Matrix(list(rates.values()))
         with mpmath.workdps(DIGITS):
             speed = mpmath.sqrt(mpmath.fsum(mpmath.mpf(str(sp.N(entry, DIGITS))) ** 2 for entry in velocity))
         if speed > SLOW:
@@ -64,20 +64,20 @@ def _speed(chain: Chain, rng: Stream) -> Asked | None:
     return None
 
 
-def _on_a_line(chain: Chain) -> str | None:
+def _object_to_line(chain: Chain) -> str | None:
     moving = sum(any(entry != 0 for entry in row) for row in derive(chain).linear.tolist())
     return None if moving >= 2 else "its point moves along a line, or not at all"
 
 
 VALUES = (
     short_question(
-        "determinant-value", "Determinant in a configuration", "6.8", _determinant, "number", "determinant",
-        "no regular configuration was found", sense=_no_one_unit, entry_names=lambda *_: [r"\det J"],
+        "determinant-value", "Determinant in a configuration", "6.8", _ask_determinant, "number", "determinant",
+        "no regular configuration was found", sense=_object_to_units, entry_names=lambda *_: [r"\det J"],
         undiagnosed="short questions in numbers are not held against the catalogue yet",
     ),
     short_question(
-        "speed", "Speed of the point", "6.4", _speed, "number", "jacobian", "no configuration was found where it moves",
-        sense=_on_a_line, entry_names=lambda *_: ["|v_P|"],
+        "speed", "Speed of the point", "6.4", _ask_speed, "number", "jacobian",
+        "no configuration was found where it moves", sense=_object_to_line, entry_names=lambda *_: ["|v_P|"],
         undiagnosed="short questions in numbers are not held against the catalogue yet",
     ),
 )  # fmt: skip

@@ -1,8 +1,7 @@
-"""Wrong options that nobody could tell from the right one by their looks, made by the mistakes of the catalogue.
+"""Wrong options that look as plausible as the right one, made by the mistakes of the catalogue.
 
-Two mistakes give three wrong options: with the first made, with the second, with both. In such a set of four every
-feature is there twice, so that the right option is not the one that has most in common with the others. How long it is
-beside the others is drawn.
+Two mistakes give three wrong options: with the first, with the second, with both. In such a set of four every feature
+occurs twice, so the right option is not the one that has most in common with the others. Its rank in length is random.
 """
 
 from collections.abc import Iterator, Mapping
@@ -29,20 +28,20 @@ from qdot.exercises.mistakes.catalogue import Wrong, wrong_answers
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.results import result
-from qdot.exercises.quizzes.options import MOST_SPREAD, SHOWS_ITSELF, SPREAD, Blame, Offered, rank_of_key
+from qdot.exercises.quizzes.options import MOST_SPREAD, SHOWS_ITSELF, SPREAD, Blame, OfferedOption, rank_of_key
 
 POINTS = 5
 APART = 1e-6
-"""Share of the size of two answers by which they differ somewhere, if they are not the same."""
+"""Relative difference that two different answers reach somewhere."""
 PAIRS, WRITTEN = 300, 12
 """Pairs of mistakes that are tried in numbers, and those of them that are written out as formulas."""
 OF_SCREWS = frozenset(mistake.name for mistake in screws.MISTAKES)
-"""What goes wrong in a screw; what is written down in another order, or with another sign, says nothing of screws."""
+"""Mistakes about screws; another order or sign of the entries has nothing to do with screws."""
 NO_NUMBER = (sp.nan, sp.zoo, sp.oo)
 LONGEST, LEAST = 110, 260
-"""Characters of an option for each entry, and for all together if that is less: others are no short question."""
+"""Characters of an option for each entry and in all (the smaller limit holds): longer ones are no short question."""
 MOST_JOINTS = 4
-"""Joints up to which determinants are worked out in formulas, right and wrong: it takes minutes beyond."""
+"""Joints up to which determinants are derived as formulas, right and wrong: beyond, it takes minutes."""
 
 
 @dataclass(frozen=True)
@@ -64,13 +63,13 @@ class Subject:
         return "inverse" in self.base
 
     def of(self, answer: np.ndarray) -> np.ndarray:
-        """Return what is asked about out of a whole answer, (rows, columns, …)."""
+        """Return the subject as part of a whole answer, (rows, columns, …)."""
         rows = slice(None) if self.row is None else slice(self.row, self.row + 1)
         return answer[rows, slice(None) if self.column is None else slice(self.column, self.column + 1)]
 
 
 @dataclass(frozen=True)
-class _Slip:
+class _Variant:
     """A mistake made in one way on a structure, what it gives in numbers, and the changes that make it."""
 
     blame: Blame
@@ -85,7 +84,7 @@ def _base_part(generic: Chain, base: str) -> Part:
 
 
 @lru_cache(maxsize=512)
-def _values(generic: Chain, base: str) -> Mapping[str, np.ndarray]:
+def _sample_values(generic: Chain, base: str) -> Mapping[str, np.ndarray]:
     symbols = _base_part(generic, base).symbols
     names = {*domain_of(generic).roles, *(rate.name for rate in generic.rates), *generic.task, *symbols}
     drawn = Domain(domain_of(generic).roles).sample(names, READABLE + POINTS, Stream(f"quiz/{base}"))
@@ -93,16 +92,16 @@ def _values(generic: Chain, base: str) -> Mapping[str, np.ndarray]:
 
 
 @lru_cache(maxsize=512)
-def _right(generic: Chain, subject: Subject) -> tuple[Working, np.ndarray]:
-    w = numbers(generic, _values(generic, subject.base))
+def _right_answer(generic: Chain, subject: Subject) -> tuple[Working, np.ndarray]:
+    w = numbers(generic, _sample_values(generic, subject.base))
     return w, subject.of(result(w, _base_part(generic, subject.base)))
 
 
 @lru_cache(maxsize=512)
-def _slips(generic: Chain, subject: Subject) -> tuple[_Slip, ...]:
-    """Return the mistakes that change what is asked about, each result once."""
-    w, right = _right(generic, subject)
-    slips: list[_Slip] = []
+def _variants(generic: Chain, subject: Subject) -> tuple[_Variant, ...]:
+    """Return the mistakes that change the subject, each result once."""
+    w, right = _right_answer(generic, subject)
+    variants: list[_Variant] = []
     for wrong in wrong_answers(w, _base_part(generic, subject.base)):
         values = subject.of(wrong.answer)
         if (
@@ -113,9 +112,9 @@ def _slips(generic: Chain, subject: Subject) -> tuple[_Slip, ...]:
             or not np.isfinite(values).all()
         ):
             continue
-        if all(differ(values, other) for other in (right, *(slip.values for slip in slips))):
-            slips.append(_Slip(Blame.of(wrong.mistake, wrong.slip.words.items()), values, _changes(wrong)))
-    return tuple(slips)
+        if all(differ(values, known_values) for known_values in (right, *(variant.values for variant in variants))):
+            variants.append(_Variant(Blame.of(wrong.mistake, wrong.slip.words.items()), values, _changes(wrong)))
+    return tuple(variants)
 
 
 def _changes(wrong: Wrong) -> tuple[tuple[str, Change], ...]:
@@ -123,20 +122,20 @@ def _changes(wrong: Wrong) -> tuple[tuple[str, Change], ...]:
 
 
 def differ(a: np.ndarray, b: np.ndarray) -> bool:
-    """Tell whether two answers have other values somewhere."""
+    """Tell whether two answers have different values somewhere."""
     return bool(np.abs(a - b).max() > APART * max(np.abs(a).max(), np.abs(b).max(), 1e-12))
 
 
-def _both(generic: Chain, subject: Subject, first: _Slip, second: _Slip) -> np.ndarray | None:
-    """Return what two mistakes make of an answer together, None where that is none of its own."""
-    w, right = _right(generic, subject)
+def _combine_mistakes(generic: Chain, subject: Subject, first: _Variant, second: _Variant) -> np.ndarray | None:
+    """Return the answer with both mistakes, None if it equals the answer with one of them or none."""
+    w, right = _right_answer(generic, subject)
     together = w.with_mistakes(dict(first.changes)).with_mistakes(dict(second.changes))
     with np.errstate(all="ignore"):
         values = subject.of(result(together, _base_part(generic, subject.base)))
     others = (right, first.values, second.values)
     if values.shape != right.shape or not np.isfinite(values).all():
         return None
-    return values if all(differ(values, other) for other in others) else None
+    return values if all(differ(values, known_values) for known_values in others) else None
 
 
 # --- as formulas ---
@@ -144,28 +143,28 @@ def _both(generic: Chain, subject: Subject, first: _Slip, second: _Slip) -> np.n
 
 @lru_cache(maxsize=512)
 def in_formulas(generic: Chain) -> Working:
-    """Return the right working in formulas that are kept short on the way."""
-    return formulas(generic).with_mistakes({"rotations": _short, "links": _short})
+    """Return the right working in formulas, which are shortened on the way."""
+    return formulas(generic).with_mistakes({"rotations": _shorten, "links": _shorten})
 
 
-def _short(_: Working, found: list[np.ndarray]) -> list[np.ndarray]:
+def _shorten(_: Working, matrices: list[np.ndarray]) -> list[np.ndarray]:
     tidy = np.frompyfunc(lambda entry: textbook(sp.expand(entry)), 1, 1)
-    return [np.asarray(tidy(one)) for one in found]
+    return [np.asarray(tidy(matrix)) for matrix in matrices]
 
 
 @lru_cache(maxsize=20_000)
-def _written(generic: Chain, subject: Subject, slips: tuple[int, ...]) -> sp.Matrix | None:
+def _write_answer(generic: Chain, subject: Subject, numbers: tuple[int, ...]) -> sp.Matrix | None:
     """Return an answer with some mistakes (by their number) made in it, None where it can't be written briefly."""
     if not _is_short(generic, subject):
         return None
     w = formulas(generic) if subject.is_of_screws else in_formulas(generic)
-    for index in slips:
-        w = w.with_mistakes(dict(_slips(generic, subject)[index].changes))
+    for index in numbers:
+        w = w.with_mistakes(dict(_variants(generic, subject)[index].changes))
     entries = as_formulas(subject.of(result(w, _base_part(generic, subject.base))))
     if entries.has(*NO_NUMBER):
         return None
     try:
-        tidy = entries.applyfunc(_of_own_numbers if subject.is_of_screws else tidied)
+        tidy = entries.applyfunc(_expand_numbers if subject.is_of_screws else tidy_entry)
     except (ValueError, BasePolynomialError):  # no trigonometric polynomial
         return None
     if not subject.is_quotient and any(sp.fraction(entry)[1].free_symbols for entry in tidy):
@@ -179,27 +178,27 @@ def _fits(option: sp.Matrix) -> bool:
 
 @lru_cache(maxsize=2048)
 def _is_short(generic: Chain, subject: Subject) -> bool:
-    """Tell whether the right answer is short; found out from the reference, which takes less than the working."""
+    """Tell whether the right answer is short, from the reference, which is cheaper than the working."""
     if generic.n > MOST_JOINTS and QUESTIONS[subject.base].is_made_of_minors:
         return False
     whole = _base_part(generic, subject.base).answer.as_matrix()
     return _fits(sp.Matrix(subject.of(np.array(whole.tolist(), dtype=object))))
 
 
-def _of_own_numbers(entry: sp.Expr) -> sp.Expr:
-    """Return an entry of an arm with its own numbers, as it is where no joint is in it.
+def _expand_numbers(entry: sp.Expr) -> sp.Expr:
+    """Return an entry with the numbers of the arm multiplied out, unchanged if it depends on no joint.
 
-    Raises ValueError for a formula with roots, or with angles of the arm's own, as theta1 + 30 degrees.
+    Raises ValueError for a formula with roots, or with constant angles of the arm, such as theta1 + 30 degrees.
     """
     if not entry.has(sp.sin, sp.cos):
         return sp.expand(entry)
     if any(power.is_number and not power.is_Rational for power in entry.atoms(sp.Pow)):
         raise ValueError(f"{entry} has roots")
-    return tidied(entry)
+    return tidy_entry(entry)
 
 
-def tidied(entry: sp.Expr) -> sp.Expr:
-    """Return an entry as a textbook has it, right or wrong; factors that a quotient shares are cancelled."""
+def tidy_entry(entry: sp.Expr) -> sp.Expr:
+    """Return a right or wrong entry as a textbook has it; common factors of a quotient are cancelled."""
     if any(power.exp.is_negative for power in entry.atoms(sp.Pow)):
         above, below = (sp.expand(side) for side in sp.fraction(sp.together(entry)))
         under = factor_trig(below) if not below.has(*NO_NUMBER) else None
@@ -212,14 +211,14 @@ def tidied(entry: sp.Expr) -> sp.Expr:
 # --- four options ---
 
 
-def four_options(chain: Chain, subject: Subject, rng: Stream) -> list[Offered] | None:
-    """Return the right option and three wrong ones, or None where the catalogue does not give three that go with it."""
+def four_options(chain: Chain, subject: Subject, rng: Stream) -> list[OfferedOption] | None:
+    """Return the right option and three wrong ones, or None if the catalogue gives no three that match it."""
     generic = chain if subject.is_of_screws else structure(chain).chain
-    if _written(generic, subject, ()) is None:
+    if _write_answer(generic, subject, ()) is None:
         return None
     wanted, ranked = rng.below(4), list[tuple[tuple[bool, int, float], tuple[tuple[int, ...], ...]]]()
-    for sets in islice(_sets(generic, subject, rng), WRITTEN):
-        lengths = [_length(generic, subject, slips) for slips in ((), *sets)]
+    for sets in islice(_wrong_triples(generic, subject, rng), WRITTEN):
+        lengths = [_length(generic, subject, numbers) for numbers in ((), *sets)]
         if not all(lengths) or max(lengths) > MOST_SPREAD * min(lengths):
             continue
         spread = max(lengths) / min(lengths)
@@ -227,33 +226,33 @@ def four_options(chain: Chain, subject: Subject, rng: Stream) -> list[Offered] |
         if ranked[-1][0][:2] == (False, 0):
             break
     fill = sp.Matrix if generic is chain else derive(chain).fill_matrix
-    slips_of = _slips(generic, subject)
+    variants = _variants(generic, subject)
     for _, sets in sorted(ranked):
-        options = [fill(_written(generic, subject, slips)) for slips in ((), *sets)]
+        options = [fill(_write_answer(generic, subject, numbers)) for numbers in ((), *sets)]
         if all_differ(chain, options):
-            behind = [tuple(slips_of[index].blame for index in slips) for slips in ((), *sets)]
-            return [Offered(shown, why) for shown, why in zip(options, behind, strict=True)]
+            behind = [tuple(variants[index].blame for index in numbers) for numbers in ((), *sets)]
+            return [OfferedOption(shown, why) for shown, why in zip(options, behind, strict=True)]
     return None
 
 
 @lru_cache(maxsize=20_000)
-def _length(generic: Chain, subject: Subject, slips: tuple[int, ...]) -> int:
-    """Return the number of characters of an option, 0 of one that can't be written briefly."""
-    written = _written(generic, subject, slips)
+def _length(generic: Chain, subject: Subject, numbers: tuple[int, ...]) -> int:
+    """Return the number of characters of an option, 0 if it can't be written briefly."""
+    written = _write_answer(generic, subject, numbers)
     return 0 if written is None else len(str(written.tolist()))
 
 
-def _sets(generic: Chain, subject: Subject, rng: Stream) -> Iterator[tuple[tuple[int, ...], ...]]:
-    """Yield three wrong options by the mistakes in them: one, another, both; else any three, a mistake each."""
-    slips = _slips(generic, subject)
-    pairs = rng.shuffled(list(combinations(range(len(slips)), 2)))
+def _wrong_triples(generic: Chain, subject: Subject, rng: Stream) -> Iterator[tuple[tuple[int, ...], ...]]:
+    """Yield triples of wrong options: one mistake, another, both; then any three with one mistake each."""
+    variants = _variants(generic, subject)
+    pairs = rng.permutation(list(combinations(range(len(variants)), 2)))
     for first, second in pairs[:PAIRS]:
-        if slips[first].blame.mistake == slips[second].blame.mistake and len(slips) > 8:
+        if variants[first].blame.mistake == variants[second].blame.mistake and len(variants) > 8:
             continue
-        if _both(generic, subject, slips[first], slips[second]) is not None:
+        if _combine_mistakes(generic, subject, variants[first], variants[second]) is not None:
             yield (first,), (second,), (first, second)
-    for one, two, three in rng.shuffled(list(islice(combinations(range(len(slips)), 3), PAIRS))):
-        yield (one,), (two,), (three,)
+    for a, b, c in rng.permutation(list(islice(combinations(range(len(variants)), 3), PAIRS))):
+        yield (a,), (b,), (c,)
 
 
 def all_differ(chain: Chain, options: list[sp.Matrix]) -> bool:
@@ -269,10 +268,10 @@ def all_differ(chain: Chain, options: list[sp.Matrix]) -> bool:
 
 
 def wrong_forms(generic: Chain, subject: Subject) -> list[tuple[sp.Expr, Blame]]:
-    """Return what single mistakes make of one entry, with the mistake."""
+    """Return the entry with each single mistake, and the mistake."""
     forms = []
-    for index, slip in enumerate(_slips(generic, subject)):
-        written = _written(generic, subject, (index,))
+    for index, variant in enumerate(_variants(generic, subject)):
+        written = _write_answer(generic, subject, (index,))
         if written is not None:
-            forms.append((written[0], slip.blame))
+            forms.append((written[0], variant.blame))
     return forms

@@ -15,22 +15,22 @@ from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.pieces import Piece, pieces
 from qdot.exercises.mistakes.catalogue import mistaken_answers
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.quizzes.options import MOST_SPREAD, SHOWS_ITSELF, SPREAD, Blame, Offered, rank_of_key
+from qdot.exercises.quizzes.options import MOST_SPREAD, SHOWS_ITSELF, SPREAD, Blame, OfferedOption, rank_of_key
 
 Components = tuple[Component, ...]
 
 PAIRS = 60
 MOST_PIECES = 6
-"""Pieces of a set that a short question shows."""
+"""Most pieces of a set in a short question."""
 
 
-def four_sets(chain: Chain, rng: Stream) -> list[Offered] | None:
-    """Return the singular set and three wrong ones, or None where the catalogue does not give three."""
+def four_sets(chain: Chain, rng: Stream) -> list[OfferedOption] | None:
+    """Return the singular set and three wrong ones, or None if the catalogue gives no three."""
     right = singular_set(chain)
     if not right:
         return None
-    wanted, others = rng.below(4), list[tuple[Score, list[Offered]]]()
-    for options in islice(_fours(chain, right, rng), PAIRS):
+    wanted, others = rng.below(4), list[tuple[Score, list[OfferedOption]]]()
+    for options in islice(_sets_of_four(chain, right, rng), PAIRS):
         score = _score(options, wanted)
         if score is not None and score[:2] != BEST:
             others.append((score, options))
@@ -41,14 +41,14 @@ def four_sets(chain: Chain, rng: Stream) -> list[Offered] | None:
 
 
 Score = tuple[bool, int, float]
-"""How ill options go together: whether their lengths are far apart, how far the right one is from the rank in length
-that is wanted, and the ratio of the longest to the shortest."""
+"""How badly options match: whether their lengths are far apart, how far the right one is from the intended rank in
+length, and the ratio of the longest to the shortest."""
 BEST = (False, 0)
-"""The first two of a score that nothing need be better than."""
+"""The first two components of the best possible score."""
 
 
-def _score(options: list[Offered], wanted: int) -> Score | None:
-    """Return how ill options go together, which is cheap beside whether they differ; None where they don't at all."""
+def _score(options: list[OfferedOption], wanted: int) -> Score | None:
+    """Return how badly options match (cheap compared to whether they differ), None if they don't match at all."""
     texts = [option.text for option in options]
     if len(set(texts)) < 4 or any(text.count(" or ") >= MOST_PIECES for text in texts):
         return None
@@ -59,47 +59,47 @@ def _score(options: list[Offered], wanted: int) -> Score | None:
     return (spread > 2 * SPREAD, abs(rank_of_key(lengths) - wanted), spread)
 
 
-def _fours(chain: Chain, right: Components, rng: Stream) -> Iterator[list[Offered]]:
-    first = _wrong(chain, right)
-    pairs = rng.shuffled(list(combinations(first, 2)))
-    for one, other in pairs:
-        for both in _wrong(chain, _components(one)):
-            if both.behind == other.behind:
-                blames = (*one.behind, *other.behind)
-                yield [Offered(right), one, other, Offered(both.shown, blames)]
-    for three in rng.shuffled(list(islice(combinations(first, 3), PAIRS))):
-        yield [Offered(right), *three]
+def _sets_of_four(chain: Chain, right: Components, rng: Stream) -> Iterator[list[OfferedOption]]:
+    first = _wrong_sets(chain, right)
+    pairs = rng.permutation(list(combinations(first, 2)))
+    for wrong_set, second_set in pairs:
+        for both in _wrong_sets(chain, _components(wrong_set)):
+            if both.behind == second_set.behind:
+                blames = (*wrong_set.behind, *second_set.behind)
+                yield [OfferedOption(right), wrong_set, second_set, OfferedOption(both.shown, blames)]
+    for three in rng.permutation(list(islice(combinations(first, 3), PAIRS))):
+        yield [OfferedOption(right), *three]
 
 
-def _components(option: Offered) -> Components:
+def _components(option: OfferedOption) -> Components:
     assert isinstance(option.shown, tuple)
     return option.shown
 
 
 @lru_cache(maxsize=4096)
-def _wrong(chain: Chain, components: Components) -> tuple[Offered, ...]:
-    """Return what each mistake makes of a set."""
+def _wrong_sets(chain: Chain, components: Components) -> tuple[OfferedOption, ...]:
+    """Return the singular set with each mistake."""
     part = Part("singular-angles", "singular-angles", ConditionSet(components))
     wrong_sets = []
-    for mistake, slip in mistaken_answers(chain, part):
-        if not mistake.rare and mistake.name not in SHOWS_ITSELF and isinstance(slip.answer, ConditionSet):
-            wrong_sets.append(Offered(slip.answer.components, (Blame.of(mistake, slip.words.items()),)))
+    for mistake, variant in mistaken_answers(chain, part):
+        if not mistake.rare and mistake.name not in SHOWS_ITSELF and isinstance(variant.answer, ConditionSet):
+            wrong_sets.append(OfferedOption(variant.answer.components, (Blame.of(mistake, variant.words.items()),)))
     return tuple(wrong_sets)
 
 
-def all_differ(chain: Chain, options: list[Offered]) -> bool:
+def all_differ(chain: Chain, options: list[OfferedOption]) -> bool:
     """Tell whether no two of the sets hold the same configurations, and none is empty."""
     texts = [tuple(piece for component in _components(option) for piece in component.pieces()) for option in options]
-    return all(not _same(chain, a, b) for a, b in combinations(texts, 2))
+    return all(not _are_same(chain, a, b) for a, b in combinations(texts, 2))
 
 
 @lru_cache(maxsize=20_000)
-def _same(chain: Chain, a: tuple[str, ...], b: tuple[str, ...]) -> bool:
+def _are_same(chain: Chain, a: tuple[str, ...], b: tuple[str, ...]) -> bool:
     joints = [q.name for q in chain.q]
     space = Space(joints, domain_of(chain))
-    comparison = compare_sets(_read(a, joints), _read(b, joints), space, "quiz")
+    comparison = compare_sets(_parse_pieces(a, joints), _parse_pieces(b, joints), space, "quiz")
     return comparison.equal or all(held is None for held in (*comparison.covered, *comparison.sound))
 
 
-def _read(texts: tuple[str, ...], joints: list[str]) -> list[Piece]:
+def _parse_pieces(texts: tuple[str, ...], joints: list[str]) -> list[Piece]:
     return [piece for text in texts for piece in pieces(read(text), joints)]

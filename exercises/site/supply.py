@@ -12,9 +12,9 @@ from functools import lru_cache, partial
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.assignment.draws import FailedSlot, Failures, Variant, attempt, certify_by, require_certified
 from qdot.exercises.assignment.redrawn import DRAWS
-from qdot.exercises.common.variation import DEFAULT, STEPS, named
+from qdot.exercises.common.variation import DEFAULT, STEPS, canonical_name
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.generation import generate, listed, sample_chain, short_quiz
+from qdot.exercises.generation import generate, listing_of, sample_chain, short_quiz
 from qdot.exercises.problem.problem import Problem, ProblemId
 
 QUIZ = "quiz"
@@ -96,7 +96,7 @@ def wanted_of_families(
     """
     identity = ProblemId(names[0], 0).with_convention(convention, twist_order)
     frame_convention = identity.convention, identity.twist_order
-    steps = [named(variation)] if variation else list(STEPS)
+    steps = [canonical_name(variation)] if variation else list(STEPS)
     problems: list[BankProblem] = []
     for name in names:
         climbing = (range(at, variants + 1, len(steps)) for at in range(1, len(steps) + 1))
@@ -167,7 +167,7 @@ def deal_questions(names: Sequence[str], place: int, places: int) -> tuple[str, 
 
 @lru_cache(maxsize=4)
 def _questions(family: str, convention: str) -> tuple[str, ...]:
-    return listed(family, convention).questions
+    return listing_of(family, convention).questions
 
 
 @lru_cache(maxsize=4)

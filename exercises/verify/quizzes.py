@@ -18,9 +18,9 @@ from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.geometry import AtPose
 from qdot.exercises.quizzes.choice import CHOICES, AboutSubject
-from qdot.exercises.quizzes.drawn import Said, SaidOfJoint
-from qdot.exercises.quizzes.options import Offered, Options, Places
-from qdot.exercises.quizzes.several import EqualForms, OfQuantity, Quantity
+from qdot.exercises.quizzes.drawings import JointStatement, PoseStatement
+from qdot.exercises.quizzes.options import OfferedOption, Options, Places
+from qdot.exercises.quizzes.selections import EqualForms, OfQuantity, Quantity
 from qdot.exercises.quizzes.values import AtRates
 from qdot.exercises.quizzes.wrong import Subject
 from qdot.exercises.verify.exponentials import exponential_jacobian
@@ -61,7 +61,7 @@ def _check_formula_choice(numeric: NumericReference, part: Part) -> Iterator[Che
     yield _check_different(numeric, [sp.Matrix(option.shown) for option in offered])
 
 
-def _offered_options(part: Part) -> tuple[Offered, ...]:
+def _offered_options(part: Part) -> tuple[OfferedOption, ...]:
     offered = part.about(Options).offered
     assert part.answer.offered == tuple(option.text for option in offered)
     return offered
@@ -202,9 +202,9 @@ def _check_speed(numeric: NumericReference, part: Part) -> Iterator[Check]:
 
 
 def _check_statement(numeric: NumericReference, part: Part) -> Iterator[Check]:
-    answer, statement = part.of(Choice), part.about(Said)
+    answer, statement = part.of(Choice), part.about(PoseStatement)
     jacobian = exponential_at(numeric, statement.place)
-    if isinstance(statement, SaidOfJoint):
+    if isinstance(statement, JointStatement):
         component = float(jacobian[TASK_ROWS.index(statement.row), statement.joint - 1])
         true, clear = (component > 0) == statement.positive, abs(component) > 0.01
     else:

@@ -17,7 +17,7 @@ from qdot.exercises.arm.derivation import Derivation, derive, structure
 from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.arm.trigonometry import textbook
 from qdot.exercises.formula.order import natural
-from qdot.exercises.questions.wrist import blocks, not_partitioned
+from qdot.exercises.questions.wrist import blocks, objection_unless_partitioned
 from qdot.exercises.writing.latex import tex
 from qdot.exercises.writing.wording import join
 
@@ -200,7 +200,7 @@ class HintContext:
 
         None, too, of an arm that is told by its axes, for which there is no frame 1.
         """
-        if not_partitioned(self.chain) is not None or not convention_of(self.chain).has_frames:
+        if objection_unless_partitioned(self.chain) is not None or not convention_of(self.chain).has_frames:
             return None
         partition = blocks(self.chain)
         return None if partition.arm_seen == partition.arm else partition.arm_seen

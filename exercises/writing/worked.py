@@ -27,7 +27,7 @@ from qdot.exercises.arm.trigonometry import substitute, textbook, without_bracke
 from qdot.exercises.formula.order import index_of, joint_sum
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.inversion import Configuration, Situation, jacobian_at
-from qdot.exercises.questions.rank import LostAt, MeaningAsked, Where, lost_where
+from qdot.exercises.questions.rank import LostAt, MeaningAsked, Where, lost_direction_where
 from qdot.exercises.questions.screws import (
     Screw,
     body_jacobian,
@@ -39,7 +39,7 @@ from qdot.exercises.questions.screws import (
     space_jacobian,
 )
 from qdot.exercises.questions.singular import Place, components_at
-from qdot.exercises.questions.wrist import block_determinants, not_partitioned, wrist_block
+from qdot.exercises.questions.wrist import block_determinants, objection_unless_partitioned, wrist_block
 from qdot.exercises.writing.angles import AngleNames, angle_names, arm_angles, link_angles
 from qdot.exercises.writing.cases import Case, Cases, Minors, cases_of, minors_of
 from qdot.exercises.writing.expansion import (
@@ -169,7 +169,7 @@ class Worked(AxisNames):
 
     def lost_where(self, where: Where) -> tuple[LostAt, sp.Matrix] | None:
         """Return J and the direction that is lost where joints have values; None where these are not short."""
-        return lost_where(self.chain, where)
+        return lost_direction_where(self.chain, where)
 
     def lost_example(self, where: Where) -> LostExample | None:
         """Return a configuration in numbers at which that direction is lost, None where none was found."""
@@ -483,7 +483,7 @@ class Worked(AxisNames):
     @cached_property
     def blocks(self) -> sp.Matrix | None:
         """det J11 and det J22 of an arm with a wrist whose axes meet in P; None for all others."""
-        return block_determinants(self.chain) if not_partitioned(self.chain) is None else None
+        return block_determinants(self.chain) if objection_unless_partitioned(self.chain) is None else None
 
     @cached_property
     def minors(self) -> list[tuple[str, sp.Expr]]:

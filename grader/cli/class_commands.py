@@ -17,7 +17,7 @@ import typer
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.draws import FailedSlot, describe_redraws, raise_left_out
 from qdot.exercises.assignment.release import CORES, ReleaseResult, notebook_path, release
-from qdot.exercises.common.completion import among
+from qdot.exercises.common.completion import complete_names
 from qdot.exercises.common.console import VariationOption, note, progress, say
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.extras import qdot_version
@@ -103,12 +103,14 @@ def verify(
         typer.Argument(
             metavar="PROBLEM… | DIR",
             help="Problems, or an assignment folder.",
-            autocompletion=among(FAMILIES, behind="/1"),
+            autocompletion=complete_names(FAMILIES, behind="/1"),
         ),
     ] = [],  # noqa: B006
     family: Annotated[
         str,
-        typer.Option(help="Sweep over problems of this family, or of `all` …", autocompletion=among(FAMILIES, ["all"])),
+        typer.Option(
+            help="Sweep over problems of this family, or of `all` …", autocompletion=complete_names(FAMILIES, ["all"])
+        ),
     ] = "",
     count: Annotated[int, typer.Option(min=1, help="… that many together, seeds 0, 1, 2, …")] = 100,
     first: Annotated[
@@ -212,7 +214,10 @@ def compare(
     type: Annotated[
         str,
         typer.Option(
-            "--type", "-t", help=f"One of {', '.join(TYPES)}; default: by the reference.", autocompletion=among(TYPES)
+            "--type",
+            "-t",
+            help=f"One of {', '.join(TYPES)}; default: by the reference.",
+            autocompletion=complete_names(TYPES),
         ),
     ] = "",
     joints: Annotated[str, typer.Option(help="Joint variables of a singular set, with commas between.")] = "",

@@ -11,7 +11,7 @@ from qdot.exercises.assignment.draws import FailedSlot, raise_left_out
 from qdot.exercises.assignment.release import ReleaseResult, init_assignment, release
 from qdot.exercises.common.console import note, progress, say
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.extras import lacking
+from qdot.exercises.common.extras import explain_missing
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.grading.batch import alone, grade_class
@@ -187,7 +187,7 @@ def run_demo(folder: Path, jobs: int) -> None:
 
 
 def _report(assignment: Assignment, results: Sequence[Result]) -> None:
-    if said := lacking("report", "the report of the class", "matplotlib"):
+    if said := explain_missing("report", "the report of the class", "matplotlib"):
         note(said)
         return
     path = assignment.folder / "graded" / "report.html"

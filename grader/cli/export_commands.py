@@ -12,7 +12,7 @@ import typer
 from qdot.exercises.assignment.draws import FailedSlot, certify_by, describe_redraws, raise_left_out
 from qdot.exercises.assignment.redrawn import read_redrawn
 from qdot.exercises.assignment.release import CORES
-from qdot.exercises.common.completion import among
+from qdot.exercises.common.completion import complete_names
 from qdot.exercises.common.console import BankVariationOption, note, progress, say
 from qdot.exercises.common.errors import QdotError, unknown
 from qdot.exercises.common.files import write_atomically
@@ -33,7 +33,7 @@ def export(
             "--to",
             metavar="OUTLET",
             help=f"One of {', '.join(EXPORT_FORMATS)}; repeatable.",
-            autocompletion=among(EXPORT_FORMATS),
+            autocompletion=complete_names(EXPORT_FORMATS),
         ),
     ] = [],  # noqa: B006
     out: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Default: DIR/exports/OUTLET.")] = None,
@@ -49,7 +49,7 @@ def export(
         typer.Option(
             metavar="SHEET",
             help=f"Paper and screen: {', '.join(SHEETS)} (docs/paper.md).",
-            autocompletion=among(SHEETS),
+            autocompletion=complete_names(SHEETS),
         ),
     ] = SHEETS[0],
     versions: Annotated[
@@ -57,7 +57,10 @@ def export(
         typer.Option(min=0, max=len(VERSIONS), help="Paper: so many versions A, B, … without names, for an exam hall."),
     ] = 0,
     page: Annotated[
-        str, typer.Option(metavar="SIZE", help=f"PDF and LaTeX: {' or '.join(PAGES)}.", autocompletion=among(PAGES))
+        str,
+        typer.Option(
+            metavar="SIZE", help=f"PDF and LaTeX: {' or '.join(PAGES)}.", autocompletion=complete_names(PAGES)
+        ),
     ] = PAGES[0],
     passing: Annotated[
         int | None,

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 import typer
 
 from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS
-from qdot.exercises.common.completion import among
+from qdot.exercises.common.completion import complete_names
 
 
 def _convention(default: str) -> Any:
@@ -13,7 +13,7 @@ def _convention(default: str) -> Any:
         "--convention",
         metavar="NAME",
         help=f"How arms are told: {', '.join(CONVENTIONS)}; default: {default}{CONVENTIONS[0]}.",
-        autocompletion=among(CONVENTIONS),
+        autocompletion=complete_names(CONVENTIONS),
     )
 
 
@@ -22,7 +22,7 @@ def _twist_order(default: str) -> Any:
         "--twist-order",
         metavar="ORDER",
         help=f"Of arms told by their axes: {' or '.join(TWIST_ORDERS)}; default: {default}{TWIST_ORDERS[0]}.",
-        autocompletion=among(TWIST_ORDERS),
+        autocompletion=complete_names(TWIST_ORDERS),
     )
 
 

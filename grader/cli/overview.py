@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.library import robots
 from qdot.exercises.families import FAMILIES, Family
-from qdot.exercises.generation import listed, sample_chain
+from qdot.exercises.generation import listing_of, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
 
@@ -75,7 +75,7 @@ def overview() -> str:
     for kind, families in kinds().items():
         lines += ["", kind, ""]
         for family in families:
-            about = listed(family.name)
+            about = listing_of(family.name)
             first = f"  {family.name:<20}{about.kinds or 'varied':<9}{about.difficulty:<8}"
             lines += _filled(first, f"{family.title}; {family.source}")
             lines += _filled(" " * 8, asked_in_topics(about.questions))
@@ -116,7 +116,7 @@ def detail(family: Family, convention: str = "") -> str:
 
     They are told in a convention, if one is named, else as the family or the robot's file tells them.
     """
-    about = listed(family, convention)
+    about = listing_of(family, convention)
     joints = f"joints {about.kinds}" if about.kinds else "joints of several kinds"
     lines = [f"{family.name}: {family.title}; {family.source}", f"{joints}, difficulty {about.difficulty}", ""]
     lines += _filled("can be asked     ", ", ".join(name for name in QUESTIONS if name in about.questions))
@@ -138,7 +138,7 @@ def detail(family: Family, convention: str = "") -> str:
 
 def refusals(family: Family, convention: str = "") -> dict[str, str]:
     """Return why each question that can't be asked of a family's arms, as they are told, is refused."""
-    missing = [name for name in QUESTIONS if name not in listed(family, convention).questions]
+    missing = [name for name in QUESTIONS if name not in listing_of(family, convention).questions]
     chain = sample_chain(ProblemId(family.name, 0, convention=convention), family)
     return {name: QUESTIONS[name].refusal(chain) or "other arms of the family can't be asked" for name in missing}
 

@@ -17,13 +17,13 @@ from qdot.exercises.arm.robot_file import ANGLE_UNITS, read_robot_file
 from qdot.exercises.arm.robot_text import robot_text
 from qdot.exercises.arm.standard_table import TABLES
 from qdot.exercises.assignment.sets import DEFAULT_SET, SETS, find_set
-from qdot.exercises.common.completion import among
-from qdot.exercises.common.console import VariationOption, note, one_of, progress, say, working
+from qdot.exercises.common.completion import complete_names
+from qdot.exercises.common.console import VariationOption, note, one_of, progress, say, show_work
 from qdot.exercises.common.time_limit import DEFAULT as SECONDS
 from qdot.exercises.common.time_limit import LEAST, seconds_of
 from qdot.exercises.families import Family
 from qdot.exercises.families.own import own_family
-from qdot.exercises.generation import family_named, listed, sample_chain, short_quiz
+from qdot.exercises.generation import family_named, listing_of, sample_chain, short_quiz
 from qdot.exercises.problem.problem import find_convention
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.quizzes import QUIZZES
@@ -44,7 +44,10 @@ def init(
     problems: Annotated[
         str,
         typer.Option(
-            "--set", metavar="NAME", help="Begin with a ready-made set of problems.", autocompletion=among(SETS)
+            "--set",
+            metavar="NAME",
+            help="Begin with a ready-made set of problems.",
+            autocompletion=complete_names(SETS),
         ),
     ] = DEFAULT_SET,
     list_sets: Annotated[bool, typer.Option("--list", help="List the sets, and make nothing.")] = False,
@@ -77,7 +80,7 @@ def families(
         typer.Argument(
             metavar="NAME",
             help="One of them, a real robot or a file: what it can be asked, and why not the rest.",
-            autocompletion=among(FAMILIES, library),
+            autocompletion=complete_names(FAMILIES, library),
         ),
     ] = "",
     convention: Annotated[
@@ -85,7 +88,7 @@ def families(
         typer.Option(
             metavar="NAME",
             help=f"Of one of them: how its arms are told, {', '.join(CONVENTIONS)}.",
-            autocompletion=among(CONVENTIONS),
+            autocompletion=complete_names(CONVENTIONS),
         ),
     ] = "",
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
@@ -138,7 +141,7 @@ def _look_at(family: Family, convention: str) -> None:
 
 
 def _row(family: Family, convention: str = "") -> dict[str, Any]:
-    about = listed(family, convention)
+    about = listing_of(family, convention)
     return {
         "name": family.name,
         "title": family.title,
@@ -180,20 +183,24 @@ def show(
     problem: Annotated[
         str,
         typer.Argument(
-            metavar="PROBLEM", help="FAMILY/SEED, as in planar-2r/7.", autocompletion=among(FAMILIES, behind="/1")
+            metavar="PROBLEM",
+            help="FAMILY/SEED, as in planar-2r/7.",
+            autocompletion=complete_names(FAMILIES, behind="/1"),
         ),
     ],
     solution: Annotated[bool, typer.Option("--solution", help="Add the reference and the worked steps.")] = False,
     format: Annotated[
         str,
-        typer.Option("--format", "-f", help=f"One of {', '.join(SHOW_FORMATS)}.", autocompletion=among(SHOW_FORMATS)),
+        typer.Option(
+            "--format", "-f", help=f"One of {', '.join(SHOW_FORMATS)}.", autocompletion=complete_names(SHOW_FORMATS)
+        ),
     ] = "text",
     ask: Annotated[
         str | None,
         typer.Option(
             "--questions",
             help="Names with commas between, or quiz; default: all that apply but short ones.",
-            autocompletion=among(ASKED, ["quiz"], between=","),
+            autocompletion=complete_names(ASKED, ["quiz"], between=","),
         ),
     ] = None,
     hints: Annotated[bool, typer.Option("--hints", help="Add three hints to every part.")] = False,
@@ -249,18 +256,22 @@ def solve(
         typer.Argument(
             metavar="ROBOT",
             help="Your arm: ROBOT.toml, a table in CSV, or a URDF; or the name of a real one: panda.",
-            autocompletion=among(library),
+            autocompletion=complete_names(library),
         ),
     ],
     format: Annotated[
         str,
-        typer.Option("--format", "-f", help=f"One of {', '.join(SOLVE_FORMATS)}.", autocompletion=among(SOLVE_FORMATS)),
+        typer.Option(
+            "--format", "-f", help=f"One of {', '.join(SOLVE_FORMATS)}.", autocompletion=complete_names(SOLVE_FORMATS)
+        ),
     ] = "text",
     tip: Annotated[str, typer.Option(metavar="LINK", help="URDF: the link at the end, if there are several.")] = "",
     convention: Annotated[
         str,
         typer.Option(
-            metavar="NAME", help=f"CSV: whose rows they are, one of {', '.join(TABLES)}.", autocompletion=among(TABLES)
+            metavar="NAME",
+            help=f"CSV: whose rows they are, one of {', '.join(TABLES)}.",
+            autocompletion=complete_names(TABLES),
         ),
     ] = "",
     angles: Annotated[
@@ -268,7 +279,7 @@ def solve(
         typer.Option(
             metavar="UNIT",
             help=f"CSV: what its angles are in, {' or '.join(ANGLE_UNITS)}.",
-            autocompletion=among(ANGLE_UNITS),
+            autocompletion=complete_names(ANGLE_UNITS),
         ),
     ] = "",
     convert: Annotated[
@@ -276,7 +287,7 @@ def solve(
         typer.Option(
             metavar="NAME",
             help=f"Write the arm as ROBOT.toml in a convention: {', '.join(CONVENTIONS)}.",
-            autocompletion=among(CONVENTIONS),
+            autocompletion=complete_names(CONVENTIONS),
         ),
     ] = "",
     time: Annotated[
@@ -323,6 +334,6 @@ def solve(
             raise QdotError(f"--convert writes a ROBOT.toml, and {other} is for what is derived; give one of both")
         say(robot_text(read, convert).rstrip())
         return
-    singular = write_solution(read, format, seconds, say, working)
+    singular = write_solution(read, format, seconds, say, show_work)
     if map_file is not None:
         note(write_map(map_file, read, singular))

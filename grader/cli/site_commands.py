@@ -11,7 +11,7 @@ import typer
 from qdot.exercises.assignment.assignment import FEEDBACK, Assignment, load_assignment
 from qdot.exercises.assignment.draws import FailedSlot
 from qdot.exercises.assignment.release import CORES
-from qdot.exercises.common.completion import among
+from qdot.exercises.common.completion import complete_names
 from qdot.exercises.common.console import SiteVariationOption, note, progress, say
 from qdot.exercises.common.errors import QdotError, unknown
 from qdot.exercises.common.variation import STEPS
@@ -45,7 +45,10 @@ def build_site(
         Path | None, typer.Option(metavar="DIR", help="A site for your own course: the problems of this assignment.")
     ] = None,
     families: Annotated[
-        str, typer.Option(help="Names with commas between; default: all.", autocompletion=among(FAMILIES, between=","))
+        str,
+        typer.Option(
+            help="Names with commas between; default: all.", autocompletion=complete_names(FAMILIES, between=",")
+        ),
     ] = "",
     variants: Annotated[
         int | None,
@@ -64,7 +67,7 @@ def build_site(
         typer.Option(
             metavar="LEVEL",
             help=f"How much is told: {', '.join(FEEDBACK)}. Default: the assignment's, else all.",
-            autocompletion=among(FEEDBACK),
+            autocompletion=complete_names(FEEDBACK),
         ),
     ] = "",
     jobs: Jobs = CORES,

@@ -280,9 +280,9 @@ def _with(w: Working, given: Mapping[str, np.ndarray]) -> Working:
     """Return a working in which the answers to some questions are given, (rows, columns, …)."""
     changes: dict[str, Change] = {}
     for name, rows in given.items():
-        put = QUESTIONS[name].put
-        assert put is not None, name
-        changes.update(put(rows))
+        substitutes = QUESTIONS[name].substitutes
+        assert substitutes is not None, name
+        changes.update(substitutes(rows))
     return w.with_mistakes(changes)
 
 

@@ -18,7 +18,14 @@ from pathlib import Path
 
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.common.errors import QdotError, of_machine
-from qdot.exercises.common.files import cannot_write, lock, made_lasting, make_folder, tidied, write_atomically
+from qdot.exercises.common.files import (
+    cannot_write,
+    clean_up_after,
+    flush_disk_after,
+    lock,
+    make_folder,
+    write_atomically,
+)
 from qdot.exercises.common.json_form import as_json, from_json
 from qdot.exercises.common.parallel import ordered_map
 from qdot.grader.grading.attempt import (
@@ -90,7 +97,7 @@ def grade_class(
         each(results[place])
 
     kept = (path for task in tasks for path in _kept_paths(shelf.folder, task))
-    with tidied(kept), made_lasting(shelf.folder) as now_and_then:
+    with clean_up_after(kept), flush_disk_after(shelf.folder) as now_and_then:
         if executor is not None:
             _grade_elsewhere(shelf, tasks, executor, room, settled)
         else:

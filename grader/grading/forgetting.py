@@ -20,7 +20,7 @@ from qdot.exercises.assignment.redrawn import REDRAWN
 from qdot.exercises.assignment.store import FOLDER as STORE
 from qdot.exercises.common.errors import QdotError, unknown
 from qdot.exercises.common.files import IS_POSIX, write_atomically
-from qdot.exercises.common.input_file import read_table, without_lines
+from qdot.exercises.common.input_file import read_table, remove_rows
 from qdot.exercises.common.json_form import from_json
 from qdot.grader.grading.batch import alone, cache_in, kept_path
 from qdot.grader.grading.overrides import OVERRIDES
@@ -228,7 +228,7 @@ def _shorter(folder: Path, student: str) -> Iterator[tuple[Path, bytes]]:
         if path.is_file():
             gone = {number for number, cells in read(path) if identifier_of(cells.get("student", "")) == student}
             if gone:
-                yield path, without_lines(path.read_bytes(), gone)
+                yield path, remove_rows(path.read_bytes(), gone)
 
 
 def _table(path: Path) -> list[tuple[int, dict[str, str]]]:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.files import made_lasting, tidied, write_atomically
+from qdot.exercises.common.files import clean_up_after, flush_disk_after, write_atomically
 from qdot.exercises.common.parallel import ordered_map
 from qdot.grader.grading.attempt import describe_error
 from qdot.grader.grading.final_result import ungraded_result
@@ -41,8 +41,8 @@ def write_reports(
     lost = _lost if jobs > 1 else None
     ours = [*(_page(folder, student) for student, _ in pages), results_path(assignment), folder / "grades.csv"]
     every = ordered_map(_write, old, jobs, _same, (assignment,), lost)
-    with tidied(ours):
-        with contextlib.closing(every), made_lasting(folder) as now_and_then:
+    with clean_up_after(ours):
+        with contextlib.closing(every), flush_disk_after(folder) as now_and_then:
             for (student, _), result in zip(old, every, strict=True):
                 if result is None:
                     unwritten.append(student.id)

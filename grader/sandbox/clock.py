@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import mpmath
 
-from qdot.exercises.common.time_limit import Watch, end_of
+from qdot.exercises.common.time_limit import Watch, stop_alarm
 
 
 class Overlong(BaseException):
@@ -34,7 +34,7 @@ class Budget:
         try:
             yield
         finally:
-            end_of(watch, Overlong)
+            stop_alarm(watch, Overlong)
             self.left -= time.process_time() - begun
             mpmath.mp.prec = digits  # interrupted code may not have restored it
 

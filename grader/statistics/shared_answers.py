@@ -8,7 +8,7 @@ from qdot.exercises.assignment.release import certificate_path
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.variation import STEPS, axes_of
 from qdot.exercises.docs.sharing import known_share
-from qdot.exercises.families.base import how_varied
+from qdot.exercises.families.base import describe_variation
 from qdot.grader.grading.certificates import read_certificate
 
 FEW = 0.1
@@ -51,7 +51,7 @@ def _told(slot: Slot, digests: list[dict[str, str]]) -> str:
     if not sharing:
         return ""
     counts = "; ".join(f"{students} in {', '.join(names)}" for students, names in sorted(sharing.items(), reverse=True))
-    where = f"{slot.name} ({slot.family.name}, {how_varied(slot.family, slot.variation)})"
+    where = f"{slot.name} ({slot.family.name}, {describe_variation(slot.family, slot.variation)})"
     return (
         f"{where}: of {len(digests)} students, so many share an answer with another: {counts}{_remedy(slot, sharing)}"
     )

@@ -15,7 +15,7 @@ from packaging.requirements import Requirement
 
 from qdot.exercises.assignment.assignment import Student
 from qdot.exercises.common import extras
-from qdot.exercises.common.extras import ALL, EXTRAS, install_words, lacking, need
+from qdot.exercises.common.extras import ALL, EXTRAS, explain_missing, install_words, need
 from qdot.exercises.docs.dependencies import DATA, WHY, dependencies_page, with_install_words
 from qdot.grader.cli.examples import EXAMPLES
 from qdot.grader.cli.main import COMMANDS, SITE, _wanted, program
@@ -47,7 +47,10 @@ def test_after_the_release_the_words_are_the_indexs(monkeypatch: pytest.MonkeyPa
         "  - run: pip install ."
     )
     monkeypatch.setitem(sys.modules, "typst", None)
-    assert lacking("pdf", "PDF") == "PDF needs typst, not installed here; get it with: pip install 'qdot-robotics[pdf]'"
+    assert (
+        explain_missing("pdf", "PDF")
+        == "PDF needs typst, not installed here; get it with: pip install 'qdot-robotics[pdf]'"
+    )
 
 
 # --- extras ---
@@ -85,7 +88,7 @@ def test_a_library_that_is_missing_is_told_before_anything_is_done(
 
 def test_what_is_there_is_not_asked_for() -> None:
     for extra in EXTRAS:
-        assert lacking(extra, "it") == "", "the development environment has all extras"
+        assert explain_missing(extra, "it") == "", "the development environment has all extras"
         need(extra, "it")
 
 

@@ -52,7 +52,7 @@ UNCERTIFIED = Certifier(_record, _text)
 def one_process() -> Iterator[None]:
     """Do all work in this process and in one sandbox, kept open: to start either takes longer than a notebook."""
     with (
-        patch("qdot.exercises.common.parallel._pooled", _done_here),
+        patch("qdot.exercises.common.parallel._run_pool", _done_here),
         patch("qdot.grader.grading.batch.Sandbox", _sandbox),
         patch("qdot.grader.grading.batch._Context.close", lambda _: None),
     ):  # fmt: skip

@@ -327,8 +327,8 @@ def test_what_a_killed_run_had_begun_is_removed_and_what_another_writes_is_not(r
     strange = [*(of_the_first / name for name in names), released / "submitted" / ".hw.ipynb.1ra2d1o5.tmp"]
     for path in (*begun, *strange):
         path.write_text("{")
-    program = "import os, sys; from qdot.exercises.common.files import _begun; from pathlib import Path; "
-    program += "print(_begun(Path(sys.argv[1]))[1], flush=True); sys.stdin.read()"
+    program = "import os, sys; from qdot.exercises.common.files import _open_temporary; from pathlib import Path; "
+    program += "print(_open_temporary(Path(sys.argv[1]))[1], flush=True); sys.stdin.read()"
     command = [sys.executable, "-c", program, str(released / "released" / "s001" / "hw.ipynb")]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as writer:
         assert writer.stdout is not None
@@ -353,7 +353,7 @@ def test_what_a_dead_worker_had_begun_is_gone_when_the_run_is_over(folder: Path)
 
     release(assignment, CERTIFIER, 0, a_worker_dies)
     assert not list(folder.rglob("*.tmp"))
-    with pytest.raises(ZeroDivisionError), files.tidied(paths):
+    with pytest.raises(ZeroDivisionError), files.clean_up_after(paths):
         a_worker_dies(ReleaseResult("s001", "written"))
         raise ZeroDivisionError
     assert not list(folder.rglob("*.tmp"))
@@ -394,7 +394,7 @@ def test_many_files_are_made_lasting_now_and_then_and_in_the_end(
 
     monkeypatch.setattr(files, "_flush_disk", flush)
     monkeypatch.setattr("qdot.exercises.common.files.time.monotonic", lambda: now)
-    with pytest.raises(KeyboardInterrupt), files.made_lasting(tmp_path) as now_and_then:  # also when it is stopped
+    with pytest.raises(KeyboardInterrupt), files.flush_disk_after(tmp_path) as now_and_then:  # also when it is stopped
         for moment in (0.5, 0.9, 1.5, 1.9, 5.0, 6.0):  # having taken 0.2 s, it is not asked again for 4 s
             now = moment
             now_and_then()

@@ -10,9 +10,9 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.difficulty import difficulty, step
 from qdot.exercises.arm.singularity import singular_set
-from qdot.exercises.common.variation import STEPS, of_axes
+from qdot.exercises.common.variation import STEPS, name_of_axes
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.generation import applicable, questions_of, sample_chain
+from qdot.exercises.generation import applicable_questions, questions_of, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from tests.support.problems import LONG_ARMS
 from tests.support.suites import FEW, every_family, few_of, of_families, several
@@ -56,7 +56,7 @@ def test_an_axis_changes_one_thing(family: str) -> None:
     """Along one axis alone, an arm differs from the plain one in what the axis is called after, and in nothing else."""
     plain = sample_chain(ProblemId(family, 0, variation="chapter"))
     for axis in FAMILIES[family].has_axes:
-        varied = [sample_chain(ProblemId(family, seed, variation=of_axes([axis]))) for seed in range(12)]
+        varied = [sample_chain(ProblemId(family, seed, variation=name_of_axes([axis]))) for seed in range(12)]
         changed = set().union(*(differences(plain, arm) for arm in varied))
         allowed = {
             "lengths": {"lengths"}, "zeros": {"zeros"}, "senses": {"twists"}, "base": {"base"},
@@ -120,7 +120,7 @@ def test_arms_of_a_family_are_asked_the_same_and_differ_in_difficulty_by_a_step_
     family: str, variation: str
 ) -> None:
     some = arms(family, variation)[:DERIVED]
-    assert {applicable(arm) for arm in some} == {questions_of(family)}
+    assert {applicable_questions(arm) for arm in some} == {questions_of(family)}
     steps = [step(arm) for arm in some]
     assert max(steps) - min(steps) <= 1
 

@@ -17,9 +17,9 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.common.variation import AXES
 from qdot.exercises.docs.structures import regular_tables
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.families.classes import Key, key
-from qdot.exercises.families.random_n import _arm as arm_of
-from qdot.exercises.families.random_n import _order as order
+from qdot.exercises.families.classes import Key, class_key
+from qdot.exercises.families.random_n import _order_structures as order
+from qdot.exercises.families.random_n import _sample_arm as arm_of
 from qdot.exercises.families.structures import (
     Structure,
     StructureRow,
@@ -27,9 +27,9 @@ from qdot.exercises.families.structures import (
     clean_classes,
     clean_structures,
     count_tables,
-    find_clean,
+    find_clean_structures,
     is_clean,
-    normal,
+    normal_form,
     read_rows,
     regular_forms,
     regular_tasks,
@@ -54,7 +54,7 @@ def test_the_numbers_of_tables_are_those_that_were_counted_before() -> None:
 
 @pytest.mark.parametrize("n", several([2], [2, 3]))
 def test_the_table_holds_all_clean_structures(n: int) -> None:
-    assert tuple(find_clean(n)) == clean_structures()[n]
+    assert tuple(find_clean_structures(n)) == clean_structures()[n]
 
 
 @pytest.mark.parametrize(("n", "each"), several([(3, 8)], [(4, 25)]))
@@ -72,10 +72,10 @@ def test_a_normal_form_and_a_class_are_regular_in_as_many_tasks_as_their_tables(
     forms: dict[object, set[bool]] = defaultdict(set)
     classes: dict[object, set[int]] = defaultdict(set)
     for rows in tables(n, True):
-        assert normal(normal(rows)) == normal(rows)
+        assert normal_form(normal_form(rows)) == normal_form(rows)
         regular = regular_tasks(rows)
-        forms[normal(rows)].add(bool(regular))
-        classes[key(rows)].add(len({key(rows, task) for task in regular}))
+        forms[normal_form(rows)].add(bool(regular))
+        classes[class_key(rows)].add(len({class_key(rows, task) for task in regular}))
     assert {len(found) for found in forms.values()} == {len(found) for found in classes.values()} == {1}
 
 
@@ -119,7 +119,7 @@ def test_an_arm_is_of_the_structure_that_is_drawn_first_and_all_classes_are_reac
     for seed in range(several(30, 900)):
         assert drawn(arm("random-2", f"reached/{seed}")) == (firsts[seed].rows, firsts[seed].task)
     assert {(first.rows, first.task) for first in firsts} == {(s.rows, s.task) for s in clean_structures()[2]}
-    often = Counter(key(first.rows, first.task) for first in firsts)
+    often = Counter(class_key(first.rows, first.task) for first in firsts)
     assert len(often) == len(clean_classes(2))
     assert max(often.values()) < 2 * min(often.values())
 
@@ -133,7 +133,7 @@ def test_numbers_are_found_for_every_class(n: int) -> None:
     for alike in islice(clean_classes(n), 0, None, several({3: 3, 4: 8}[n], 1)):
         chain = arm_of(alike[0], Stream("numbers"), AXES)
         assert chain is not None and is_clean(chain), alike[0]
-        assert key(*drawn(chain)) == key(alike[0].rows, alike[0].task)
+        assert class_key(*drawn(chain)) == class_key(alike[0].rows, alike[0].task)
 
 
 @pytest.mark.whole
@@ -148,7 +148,7 @@ def test_mirror_images_and_mountings_are_drawn() -> None:
 
 
 def of(code: str, *task: str) -> Key:
-    return key(read_rows(code), task)
+    return class_key(read_rows(code), task)
 
 
 @pytest.mark.parametrize(

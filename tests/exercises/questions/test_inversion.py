@@ -3,7 +3,7 @@
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
-from qdot.exercises.questions.inversion import draw_lengths
+from qdot.exercises.questions.inversion import sample_lengths
 
 
 def test_no_two_lengths_are_equal(family: str) -> None:
@@ -12,7 +12,7 @@ def test_no_two_lengths_are_equal(family: str) -> None:
         chain = sample_chain(ProblemId(family, 0, variation=step))
         given = [length for joint in chain.joints for length in (joint.a, joint.d) if length.is_number and length != 0]
         for number in range(20):
-            lengths = draw_lengths(chain, Stream(f"lengths {number}"))
+            lengths = sample_lengths(chain, Stream(f"lengths {number}"))
             assert set(lengths) == set(chain.parameters)
             assert len(set(lengths.values())) == len(lengths) and not set(lengths.values()) & set(given)
             assert all(0.3 <= length <= 0.8 for length in lengths.values())

@@ -21,11 +21,11 @@ from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import geometry
 from qdot.exercises.questions.geometry import (
-    at_values,
     branches,
     jacobian_at,
     nearest_integer,
-    precise_lost,
+    part_at_values,
+    precise_lost_direction,
     regular_pose,
     singular_pose,
 )
@@ -58,7 +58,7 @@ def test_lost_direction_of_the_chapters_arms(textbook_arms: dict[str, Any]) -> N
     for name, vector in expected.items():
         generic = structure(textbook_arms[name].chain).chain
         component = (singular_set(generic) or ())[0]
-        formula = lost_formula(generic, at_values(component, value_sets(component)[0]))
+        formula = lost_formula(generic, part_at_values(component, value_sets(component)[0]))
         assert formula is not None
         assert formula.direction == sp.Matrix(vector)
 
@@ -87,7 +87,7 @@ def test_precise_direction() -> None:
     for component in singular_set(chain) or ():
         pose = singular_pose(chain, (component,), Stream("precise"), 2)
         assert pose is not None
-        u = np.array(precise_lost(chain, pose).tolist(), dtype=float)[:, 0]
+        u = np.array(precise_lost_direction(chain, pose).tolist(), dtype=float)[:, 0]
         other = lost_direction(jacobian_at(chain, pose))
         assert other is not None
         assert abs(abs(u @ other) - 1) < 1e-12
@@ -115,7 +115,7 @@ def test_values_of_arm_and_structure_belong_together() -> None:
         chain = generate(ProblemId("planar-2r", seed, ("rank",))).chain
         offset = chain.offsets[1]
         for branch in branches(chain):
-            (((_, own),), ((_, theirs),)) = value_sets(branch.own)[0], value_sets(branch.generic)[0]
+            (((_, own),), ((_, theirs),)) = value_sets(branch.component)[0], value_sets(branch.generic)[0]
             numbers = dict(structure(chain).values)
             apart = sp.N((own + offset - theirs.xreplace(numbers)) / (2 * sp.pi))
             assert abs(apart - round(apart)) < 1e-9

@@ -6,7 +6,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.quizzes import wrong_sets
-from qdot.exercises.quizzes.options import Offered
+from qdot.exercises.quizzes.options import OfferedOption
 from qdot.exercises.quizzes.wrong_sets import BEST, four_sets
 
 FAMILY, SEED = "elbow-3r", "sets"
@@ -18,7 +18,7 @@ def test_what_goes_together_best_is_compared_first_and_nothing_after_it(
 ) -> None:
     wanted, scores = Stream(SEED).below(4), []
 
-    def all_differ(_: object, options: list[Offered]) -> bool:
+    def all_differ(_: object, options: list[OfferedOption]) -> bool:
         score = wrong_sets._score(options, wanted)
         assert score is not None
         scores.append((score[:2] != BEST, score if score[:2] != BEST else 0))

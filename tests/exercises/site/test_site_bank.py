@@ -15,7 +15,7 @@ from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.derivation_graph import numbers
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.variation import STEPS
-from qdot.exercises.generation import generate, listed, short_quiz
+from qdot.exercises.generation import generate, listing_of, short_quiz
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions.results import is_derived, result
 from qdot.exercises.site.keys import key_of, right_in_numbers, weight
@@ -215,7 +215,7 @@ ANGLE = re.compile(r"\\theta_\{(\d)\} = (-?[\d.]+)\^\\circ")
 @pytest.mark.parametrize("family", ["planar-2r", "polar-rp", "elbow", "scara"])
 @pytest.mark.parametrize("quiz", [False, True])
 def test_the_arm_beside_a_question_has_the_numbers_of_its_text(family: str, quiz: bool) -> None:
-    asked = short_quiz(family, "") if quiz else tuple(set(listed(family).questions) & set(GIVEN))
+    asked = short_quiz(family, "") if quiz else tuple(set(listing_of(family).questions) & set(GIVEN))
     problem = generate(ProblemId(family, 1, asked))
     found = 0
     for part in problem.parts:

@@ -8,7 +8,7 @@ import pytest
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.variation import STEPS
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.generation import generate, listed, sample_chain
+from qdot.exercises.generation import generate, listing_of, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.site.supply import (
     ARMS_EACH,
@@ -48,7 +48,9 @@ def test_arms_of_a_step_differ_and_every_question_comes_with_several_of_them(fam
         assert len(chains) == len(fresh)
         assert fresh[0].asked == ()
         others = Counter(name for one in fresh[1:] for name in one.asked)
-        assert others == dict.fromkeys(listed(family).questions if fresh[1:] else (), min(ARMS_EACH, len(fresh) - 1))
+        assert others == dict.fromkeys(
+            listing_of(family).questions if fresh[1:] else (), min(ARMS_EACH, len(fresh) - 1)
+        )
         again = [one for one in of_step if one.share is not None]
         assert {sample_chain(ProblemId(family, one.seed, variation=step)) for one in again} <= chains
     assert len([one for one in wanted if one.variation == "full" and one.share is None]) == OF_EACH_STEP
@@ -57,7 +59,7 @@ def test_arms_of_a_step_differ_and_every_question_comes_with_several_of_them(fam
 def test_few_arms_are_asked_everything() -> None:
     assert [one.variation for one in arms("scara", 6)] == [*STEPS, "chapter"]
     assert {one.variation for one in wanted_of_families(["scara"], 3, "base+lengths")} == {"lengths+base"}
-    everything = listed("scara").questions
+    everything = listing_of("scara").questions
     asked = {one.asked for one in arms("scara", len(STEPS) * (1 + ARMS_EACH)) if one.share is None}
     assert asked <= {(), everything}
     assert len(arms("scara", 3)) == 3
@@ -69,7 +71,7 @@ def test_an_arm_that_is_there_already_is_asked_what_comes_in_other_numbers(famil
         pytest.skip("its arms are never there already")
     names = questions_with_sampled_numbers(family)
     assert names and "position" not in names and "determinant" not in names
-    assert set(names) < set(listed(family).questions)
+    assert set(names) < set(listing_of(family).questions)
     again = [one for one in arms(family, ALL) if one.variation == "chapter" and one.share is not None]
     assert len(again) == OF_EACH_STEP - 1
     asked = Counter(name for one in again for name in deal_questions(names, *(one.share or (0, 1))))
@@ -132,7 +134,7 @@ def test_a_site_is_told_in_a_convention_throughout(convention: str, twist_order:
 def test_every_question_of_a_convention_comes_with_several_arms() -> None:
     of_step = [one for one in wanted_of_families(["planar-3r"], ALL, "", "screws") if one.variation == "full"]
     others = Counter(name for one in of_step if one.share is None for name in one.asked if name != QUIZ)
-    assert others == dict.fromkeys(listed("planar-3r", "screws").questions, ARMS_EACH)
+    assert others == dict.fromkeys(listing_of("planar-3r", "screws").questions, ARMS_EACH)
     assert "body-jacobian" in others
 
 

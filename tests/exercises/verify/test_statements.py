@@ -6,7 +6,7 @@ from qdot.exercises.answers import Choice
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions.singular import OfKind
-from qdot.exercises.quizzes.drawn import Said
+from qdot.exercises.quizzes.drawings import PoseStatement
 from qdot.exercises.verify import certify
 from qdot.exercises.writing.statement import worked_solution
 
@@ -17,7 +17,7 @@ def test_that_a_pose_is_singular_is_true_or_false_as_its_rank_says(family: str) 
     for seed in range(40):
         problem = generate(ProblemId(family, seed, ("true-or-false",)))
         (part,) = problem.parts
-        if part.about(Said).said == "singular":
+        if part.about(PoseStatement).said == "singular":
             assert isinstance(part.answer, Choice)
             assert certify(problem).passed
             answers.add(part.answer.options[part.answer.correct])

@@ -17,7 +17,7 @@ import psutil  # type: ignore[import-untyped]
 import pytest
 
 from qdot.exercises.answers import Matrix
-from qdot.exercises.common.parallel import _stop_put_off
+from qdot.exercises.common.parallel import _defer_stop
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.quizzes import ASKED
 from qdot.grader.cli.main import COMMANDS, LISTING, WORKERS, app, program
@@ -429,7 +429,7 @@ def test_a_stop_while_processes_start_is_a_stop_whatever_fails_then() -> None:
 
     usual = signal.signal(signal.SIGTERM, stop)
     try:
-        with pytest.raises(KeyboardInterrupt) as caught, _stop_put_off():
+        with pytest.raises(KeyboardInterrupt) as caught, _defer_stop():
             signal.raise_signal(signal.SIGTERM)
             raise EOFError
         assert caught.value.args == (signal.SIGTERM,)

@@ -18,7 +18,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.variation import axes_of
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.own import own_family
-from qdot.exercises.generation import check_questions, listed, sample_chain
+from qdot.exercises.generation import check_questions, listing_of, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.grader.cli.main import app
@@ -35,10 +35,10 @@ def test_every_question_has_one_topic() -> None:
 def test_the_topics_of_a_family_are_what_can_be_asked_of_it() -> None:
     for name in FAMILIES:
         asked: list[str] = []
-        for told in re.split(r", (?![^(]*\))", asked_in_topics(listed(name).questions)):
+        for told in re.split(r", (?![^(]*\))", asked_in_topics(listing_of(name).questions)):
             topic, _, without = told.partition(" (without ")
             asked += [q for q in TOPICS.get(topic, (topic,)) if q not in without.rstrip(")").split(", ")]
-        assert sorted(asked) == sorted(listed(name).questions), name
+        assert sorted(asked) == sorted(listing_of(name).questions), name
 
 
 def test_the_overview_has_every_family_once_among_its_kind() -> None:
@@ -57,7 +57,7 @@ def test_the_overview_has_every_family_once_among_its_kind() -> None:
 @pytest.mark.parametrize("name", ["planar-rpr", "pan-tilt", "lbr-7r", "random-4"])
 def test_one_family_tells_of_every_question_whether_it_can_be_asked_and_why_not(name: str) -> None:
     row = json.loads(run("families", name, "--json"))
-    assert row["questions"] == list(listed(name).questions)
+    assert row["questions"] == list(listing_of(name).questions)
     assert sorted(row["questions"] + list(row["refused"])) == sorted(QUESTIONS)
     chain = sample_chain(ProblemId(name, 0))
     assert all(why == QUESTIONS[question].refusal(chain) for question, why in row["refused"].items())

@@ -23,7 +23,7 @@ from typer.testing import CliRunner, Result
 from qdot.exercises.assignment.assignment import load_assignment
 from qdot.exercises.assignment.release import init_assignment, release
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.extras import lacking
+from qdot.exercises.common.extras import explain_missing
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.problem.problem import Part
 from qdot.grader.cli.demo import answered
@@ -347,7 +347,7 @@ def test_where_no_scheduler_answers_is_told(folder: Path, monkeypatch: pytest.Mo
     assert at in result.stderr
     monkeypatch.setitem(sys.modules, "distributed", None)  # without Dask, it is said how to get it
     result = grade(folder, at)
-    assert (result.exit_code, result.stderr) == (2, f"qdot: {lacking('cluster', '--executor')}\n")
+    assert (result.exit_code, result.stderr) == (2, f"qdot: {explain_missing('cluster', '--executor')}\n")
 
 
 class _Client:
