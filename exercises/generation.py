@@ -59,7 +59,7 @@ def sample_chain(identity: ProblemId, family: Family | None = None, attempt: int
     if identity.engine != ENGINE:
         raise QdotError(f"{identity} was made by engine {identity.engine}; this version of qdot has engine {ENGINE}")
     in_convention = partial(_in_convention, convention=identity.convention, twist_order=identity.twist_order)
-    stream = Stream(f"qdot/{identity.engine}/{identity.seeded}/arm" + (f"/{attempt}" if attempt else ""))
+    stream = Stream(f"qdot/{identity.engine}/{identity.family_and_seed}/arm" + (f"/{attempt}" if attempt else ""))
     axes = axes_of(identity.variation)
     if family.structures is not None:
         accepts = lambda chain: not _objection(in_convention(chain), identity.questions)  # noqa: E731
@@ -290,7 +290,7 @@ def _parts(identity: ProblemId, chain: Chain, points: Sequence[float] | None) ->
     parts = []
     for index, name in enumerate(names):
         question = ASKED[name]
-        answer, details = question.ask(chain, Stream(f"qdot/{identity.engine}/{identity.seeded}/{name}"))
+        answer, details = question.ask(chain, Stream(f"qdot/{identity.engine}/{identity.family_and_seed}/{name}"))
         part_points = question.points if points is None else points[index]
         needs = tuple(need for need in question.needs if need in names)
         parts.append(Part(name, name, answer, part_points, needs, details))

@@ -25,8 +25,8 @@ Result = TypeVar("Result")
 
 FILE = Path(__file__).with_name("shipped.txt")
 MADE_BY = (
-    "chain", "conventions/__init__", "conventions/base", "conventions/standard_dh", "conventions/modified_dh",
-    "conventions/screws", "vectors", "kinematics", "trigonometry", "shipped", "transforms", "derivation",
+    "chain", "conventions/__init__", "conventions/base", "conventions/modified_dh", "conventions/screws",
+    "conventions/standard_dh", "vectors", "kinematics", "trigonometry", "shipped", "transforms", "derivation",
 )  # fmt: skip
 """The modules on which results depend."""
 

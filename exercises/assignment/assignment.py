@@ -1,4 +1,4 @@
-"""An assignment folder: assignment.toml, roster.csv and the secret, read, checked, and explained where wrong."""
+"""An assignment folder: reads and checks assignment.toml, roster.csv and the secret, and explains errors."""
 
 import datetime
 import hashlib
@@ -16,11 +16,11 @@ from qdot.exercises.arm.conventions import REGISTRY
 from qdot.exercises.arm.difficulty import HARDEST
 from qdot.exercises.arm.library import robot_path
 from qdot.exercises.arm.robot_file import read_robot_file
-from qdot.exercises.assignment.attempt_policy import LAST, Several, read_several
+from qdot.exercises.assignment.attempt_policy import LAST, AttemptPolicy, read_attempt_policy
 from qdot.exercises.assignment.attempt_policy import RULE as SEVERAL
 from qdot.exercises.assignment.decimals import DECIMALS, read_decimals
 from qdot.exercises.assignment.gradebook import Gradebook, identifier_of, read_export
-from qdot.exercises.assignment.lateness import LATE, LateRule, aware, read_late
+from qdot.exercises.assignment.lateness import LATE, LateRule, read_late, with_zone
 from qdot.exercises.assignment.redrawn import Redraws, read_redrawn
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import is_changed_by_windows
@@ -44,8 +44,8 @@ from qdot.exercises.problem.problem import (
     OF_ORDER,
     Problem,
     ProblemId,
-    convention_named,
-    twist_order_named,
+    find_convention,
+    find_twist_order,
 )
 from qdot.exercises.quizzes import ASKED
 
@@ -73,11 +73,11 @@ class ProblemEntry(pydantic.BaseModel):
 
 
 FEEDBACK = ("outcome", "mistake", "counterexample", "values", "solutions")
-"""How much a student is told of a wrong answer, from little to all."""
+"""Levels of feedback on a wrong answer, from least to most."""
 
 
 class AssignmentFile(pydantic.BaseModel):
-    """assignment.toml as it stands."""
+    """The content of assignment.toml."""
 
     model_config = pydantic.ConfigDict(extra="forbid", strict=True)
     title: str = pydantic.Field(pattern=r"\S")
@@ -123,28 +123,28 @@ RIGHT = {
     "twist_order": f"it is the order of twists of arms that are told by their axes, {' or '.join(TWIST_ORDERS)}",
     "difficulty": f"it is a step from 0 to {HARDEST}, or a range, as in difficulty = [1, 2]",
 }
-"""What would be right for each key."""
+"""The right form of each key."""
 
 
 @dataclass(frozen=True)
 class Student:
-    """A line of the roster; `others` are its further columns as they stand, `due` a time of the student's own."""
+    """A line of the roster; `others` are its further columns unchanged, `due_date` the student's own due date."""
 
     id: str
     name: str = ""
     email: str = ""
     others: tuple[tuple[str, str], ...] = ()
-    due: datetime.datetime | None = None
+    due_date: datetime.datetime | None = None
 
 
 @dataclass(frozen=True)
 class Slot:
-    """A place in the assignment: every student has a problem of this family with these questions here.
+    """A slot of the assignment, in which every student has a problem of the same family with the same questions.
 
     `band` bounds the difficulty; `robot` is a digest of the file of an instructor's own robot, empty for a family;
-    `variation` is how far arms lead away from the chapter's, `convention` how they are told, and `twist_order` the
-    order of their twists; `decimals` are the questions in which decimals may be rounded, and how far; `credit` those
-    for which it is said how an answer that is right in part is marked.
+    `variation` is how much arms differ from the chapter's, `convention` the convention that describes them, and
+    `twist_order` the order of their twists; `decimals` are the questions with rounded decimals and their tolerances;
+    `credit` the rules for partial credit, if the assignment states any.
     """
 
     name: str
@@ -161,11 +161,11 @@ class Slot:
 
     @property
     def max_points(self) -> tuple[float, ...]:
-        """What each question is worth, the same for every student."""
+        """The points of each question, the same for every student."""
         return self.points or tuple(ASKED[name].points for name in self.questions)
 
     def identity(self, secret: str, student: str, draw: int = 1) -> ProblemId:
-        """Return the identity of a student's problem in this place; draws after the first have seeds of their own."""
+        """Return the identity of a student's problem in this slot; draws after the first have different seeds."""
         place = self.name if draw == 1 else f"{self.name}/{draw}"
         return student_problem_id(
             secret, student, place, self.family.name, self.questions, self.band, self.variation, self.convention,
@@ -173,11 +173,11 @@ class Slot:
         )  # fmt: skip
 
     def problem(self, secret: str, student: str, draw: int = 1) -> Problem:
-        """Return a student's problem in this place."""
+        """Return a student's problem in this slot."""
         return self.problem_with(self.identity(secret, student, draw).seed)
 
     def problem_with(self, seed: int) -> Problem:
-        """Return the problem of this place that a seed gives."""
+        """Return the problem of this slot with a given seed."""
         identity = ProblemId(
             self.family.name, seed, self.questions, band=self.band, variation=self.variation,
             convention=self.convention, twist_order=self.twist_order,
@@ -194,9 +194,9 @@ class Slot:
 
 @dataclass(frozen=True)
 class Assignment:
-    """An assignment, its roster and its secret; `notes` tell the staff what is probably a mistake.
+    """An assignment, its roster and its secret; `notes` warn the staff about probable mistakes.
 
-    `gradebook` is a platform's own export, where roster.csv is one; `redrawn` says whose problems are no first draws.
+    `gradebook` is a platform's own export, if roster.csv is one; `redrawn` lists problems that are not the first draw.
     """
 
     folder: Path
@@ -205,13 +205,13 @@ class Assignment:
     slots: tuple[Slot, ...]
     roster: tuple[Student, ...]
     secret: str
-    due: datetime.datetime | None = None
+    due_date: datetime.datetime | None = None
     feedback: str = "counterexample"
     notes: tuple[str, ...] = ()
     follow_through: Fraction = Fraction(4, 5)
     hints: bool = False
     late: LateRule | None = None
-    attempts: Several = LAST
+    attempts: AttemptPolicy = LAST
     sandbox: str = "best"
     gradebook: Gradebook | None = None
     redrawn: Redraws = field(default_factory=dict)
@@ -221,12 +221,14 @@ class Assignment:
         return f"Assignment({self.key}: {len(self.slots)} problems, {len(self.roster)} students)"
 
     def due_of(self, student: Student) -> datetime.datetime | None:
-        """Return when a student's work is due, with its zone; None where nothing is."""
-        due = student.due or self.due
-        return None if due is None else aware(due, None if self.due is None else self.due.tzinfo)
+        """Return the due date of a student's work, with its time zone; None if there is none."""
+        due_date = student.due_date or self.due_date
+        return (
+            None if due_date is None else with_zone(due_date, None if self.due_date is None else self.due_date.tzinfo)
+        )
 
-    def varied(self, variation: str) -> "Assignment":
-        """Return the same with arms of another variation in all places. Raises QdotError where one can't be asked."""
+    def with_variation(self, variation: str) -> "Assignment":
+        """Return the assignment with another variation in all slots. Raises QdotError if a question is impossible."""
         slots = []
         for slot in self.slots:
             slots.append(replace(slot, variation=canonical_name(variation)))
@@ -237,30 +239,30 @@ class Assignment:
         return replace(self, slots=tuple(slots))
 
     def problems(self, student: str) -> list[tuple[str, Problem]]:
-        """Return the student's problems, each with the name of its slot; the same at every call, on every machine."""
+        """Return the student's problems with the names of their slots; the same at every call, on every machine."""
         return [(slot.name, slot.problem(self.secret, student, self.draw_of(slot, student))) for slot in self.slots]
 
     def identity(self, slot: Slot, student: str) -> ProblemId:
-        """Return the identity of the problem that a student has in a place."""
+        """Return the identity of a student's problem in a slot."""
         return slot.identity(self.secret, student, self.draw_of(slot, student))
 
     def draw_of(self, slot: Slot, student: str) -> int:
-        """Return which draw of a student's problem it is that can be certified, as far as is known."""
+        """Return the number of the draw that is a student's problem, according to redrawn.csv."""
         redraw = self.redrawn.get((student, slot.name))
         return redraw.draw if redraw is not None and redraw.family == slot.family.name else 1
 
     @property
     def marking(self) -> str:
-        """A short text that changes whenever an answer may earn something else, or be told another mistake.
+        """A short text that changes whenever the points or the feedback for an answer may change.
 
-        What is late is another matter.
+        Penalties for late work are not included.
         """
         mistake_weights = sorted(self.mistake_weights.items())
         return _short_hash(repr((self.follow_through, [slot.credit for slot in self.slots], mistake_weights)))
 
     @property
     def digest(self) -> str:
-        """A short text that changes whenever the problems do (engine, secret, key, families, questions …)."""
+        """A short text that changes whenever the problems change (engine, secret, key, families, questions …)."""
         slots = [
             (slot.name, slot.family.name, slot.questions, slot.band, slot.robot, slot.variation)
             + ((slot.convention,) if slot.convention else ())
@@ -271,26 +273,26 @@ class Assignment:
 
     @property
     def edition(self) -> str:
-        """A short text that changes whenever the notebooks do: with the digest, the title, the points or the hints."""
-        hinted = ("hints",) if self.hints else ()  # so that notebooks without hints are what they were before these
+        """A short text that changes whenever the notebooks change: with the digest, title, points or hints."""
+        hinted = ("hints",) if self.hints else ()  # so that notebooks without hints keep the edition of older versions
         return _short_hash(
             repr((self.digest, self.title, [(slot.points, slot.decimals) for slot in self.slots], *hinted))
         )
 
     @property
     def secret_mark(self) -> str:
-        """A short text by which a notebook knows the secret that it was made with, without telling it."""
+        """A short text that identifies the secret of a notebook without revealing it."""
         return _short_hash(repr((self.secret, "mark", self.key)))
 
     def digest_of(self, student: str) -> str:
-        """Return the digest that a student's notebook has: another where a problem of the student's was drawn anew."""
-        return self._own(self.digest, student)
+        """Return the digest in a student's notebook, which differs if a problem of the student was regenerated."""
+        return self._add_redraws(self.digest, student)
 
     def edition_of(self, student: str) -> str:
-        """Return the edition that a student's notebook has."""
-        return self._own(self.edition, student)
+        """Return the edition in a student's notebook."""
+        return self._add_redraws(self.edition, student)
 
-    def _own(self, of_all: str, student: str) -> str:
+    def _add_redraws(self, of_all: str, student: str) -> str:
         redrawn = [(slot.name, draw) for slot in self.slots if (draw := self.draw_of(slot, student)) != 1]
         return _short_hash(repr((of_all, redrawn))) if redrawn else of_all
 
@@ -311,7 +313,7 @@ def load_assignment(folder: Path) -> Assignment:
     """
     _check_folder(folder)
     file = read_toml(folder / FILE, _MISSING, float)
-    content = _checked(file)
+    content = _validate(file)
     if content.key.lower().endswith(".ipynb"):
         with file.at("key"):
             raise QdotError(f'it is written without .ipynb, as in key = "{content.key[:-6]}"')
@@ -321,17 +323,17 @@ def load_assignment(folder: Path) -> Assignment:
     with file.at("late"):
         late = read_late(content.late, content.due)
     with file.at("attempts"):
-        attempts = read_several(content.attempts)
+        attempts = read_attempt_policy(content.attempts)
     notes: list[str] = []
     with file.at("mistakes"):
         mistake_weights = read_mistake_weights(content.mistakes)
     with file.at("variation"):
-        variation = _variation(content.variation)
+        variation = _read_variation(content.variation)
     with file.at("convention"):
-        convention = _convention(content.convention)
+        convention = _read_convention(content.convention)
     with file.at("twist_order"):
-        usual = _Usual(variation, convention, _twist_order(content.twist_order))
-    slots = tuple(_slot(file, index, entry, usual, notes) for index, entry in enumerate(content.problem))
+        defaults = _Defaults(variation, convention, _read_twist_order(content.twist_order))
+    slots = tuple(_slot(file, index, entry, defaults, notes) for index, entry in enumerate(content.problem))
     with file.at("twist_order"):
         if content.twist_order is not None and not any(
             _has_twist_order(slot.convention, slot.family) for slot in slots
@@ -348,7 +350,7 @@ def load_assignment(folder: Path) -> Assignment:
 
 
 def _check_folder(folder: Path) -> None:
-    """Raise QdotError where something is named that is no folder, or that is in an assignment's."""
+    """Raise QdotError if the path is no folder, or is inside an assignment's folder."""
     above = folder.parent if folder.name else folder / ".."
     if folder.exists() and not (folder / FILE).exists() and (above / FILE).is_file():
         raise QdotError(f"{folder} is in an assignment's folder; name that folder, {above}")
@@ -356,8 +358,8 @@ def _check_folder(folder: Path) -> None:
         raise QdotError(f"{folder} is not a folder; 'qdot init {folder}' makes one")
 
 
-def _checked(file: TomlFile) -> AssignmentFile:
-    """Return the file as it should be. Raises QdotError for a misspelt key, before any that is missing or wrong."""
+def _validate(file: TomlFile) -> AssignmentFile:
+    """Return the validated file. Raises QdotError, for misspelt keys before missing or wrong ones."""
     file.check_keys((), tuple(AssignmentFile.model_fields), ("title", "key", "problem"))
     problems = file.content["problem"]
     for index, table in enumerate(problems if isinstance(problems, list) else []):
@@ -375,22 +377,22 @@ def _checked(file: TomlFile) -> AssignmentFile:
 
 
 @dataclass(frozen=True)
-class _Usual:
-    """What the assignment says for all its problems; no convention, and no order, where it says nothing of one."""
+class _Defaults:
+    """The assignment's settings for all its problems; convention and order of twists are None if not set."""
 
     variation: str
     convention: str | None
     twist_order: str | None
 
 
-def _slot(file: TomlFile, index: int, entry: ProblemEntry, usual: _Usual, notes: list[str]) -> Slot:
-    """Return a place in the assignment, with the assignment's variation and convention unless it has its own.
+def _slot(file: TomlFile, index: int, entry: ProblemEntry, defaults: _Defaults, notes: list[str]) -> Slot:
+    """Return a slot of the assignment, with the assignment's variation and convention unless it has its own.
 
-    An instructor's robot is told as its file has it where neither says anything. What is odd about the robot goes into
-    `notes`. Raises QdotError.
+    An instructor's robot has the convention of its file if neither sets one. Warnings about the robot go into `notes`.
+    Raises QdotError.
     """
     place = ("problem", index)
-    variation = usual.variation
+    variation = defaults.variation
     with file.at(*place):
         if (entry.family is None) == (entry.robot is None):
             raise QdotError('each [[problem]] has either family = "planar-2r" or robot = "my-arm.toml"')
@@ -399,15 +401,17 @@ def _slot(file: TomlFile, index: int, entry: ProblemEntry, usual: _Usual, notes:
             family, robot = family_named(entry.family), ""
     else:
         with file.at(*place, "robot"):
-            family, robot = _own(robot_path(str(entry.robot), file.path.parent), notes)
+            family, robot = _read_own_robot(robot_path(str(entry.robot), file.path.parent), notes)
     if entry.variation is not None:
         with file.at(*place, "variation"):
-            variation = _variation(entry.variation)
+            variation = _read_variation(entry.variation)
     with file.at(*place, "convention"):
-        said = _convention(entry.convention) or usual.convention or ""
-    convention = said if robot or not said else convention_named(said)  # a robot's own may be another than the usual
+        chosen = _read_convention(entry.convention) or defaults.convention or ""
+    convention = (
+        chosen if robot or not chosen else find_convention(chosen)
+    )  # a robot's own may be another than the usual
     with file.at(*place, "twist_order"):
-        twist_order = _order(entry, usual, family, convention)
+        twist_order = _twist_order_of(entry, defaults, family, convention)
     with file.at(*place, "difficulty"):
         band = _band(entry.difficulty)
         if band is not None:
@@ -426,7 +430,7 @@ def _slot(file: TomlFile, index: int, entry: ProblemEntry, usual: _Usual, notes:
                 'a quiz stands alone and without brackets, as in questions = "quiz"; give other questions a '
                 "[[problem]] of their own, or name its short questions one by one"
             )
-        questions = _asked(family, entry.questions, convention)
+        questions = _questions_of(family, entry.questions, convention)
         check_questions(family, questions, band, variation, convention)
     points = None if entry.points is None else tuple(entry.points)
     with file.at(*place, "points"):
@@ -440,29 +444,29 @@ def _slot(file: TomlFile, index: int, entry: ProblemEntry, usual: _Usual, notes:
     )
 
 
-def _variation(said: str | list[str]) -> str:
-    return canonical_name(said) if isinstance(said, str) else name_of_axes(said)
+def _read_variation(setting: str | list[str]) -> str:
+    return canonical_name(setting) if isinstance(setting, str) else name_of_axes(setting)
 
 
-def _convention(said: str | None) -> str | None:
-    """Return a convention as it is said. Raises QdotError for one that is none."""
-    return said if said is None else convention_named(said) or said
+def _read_convention(setting: str | None) -> str | None:
+    """Return the name of a convention. Raises QdotError if it is unknown."""
+    return setting if setting is None else find_convention(setting) or setting
 
 
-def _twist_order(said: str | None) -> str | None:
-    """Return an order of twists as it is said. Raises QdotError for one that is none."""
-    return said if said is None else twist_order_named(said) or said
+def _read_twist_order(setting: str | None) -> str | None:
+    """Return the name of an order of twists. Raises QdotError if it is unknown."""
+    return setting if setting is None else find_twist_order(setting) or setting
 
 
-def _order(entry: ProblemEntry, usual: _Usual, family: Family, convention: str) -> str:
-    """Return the order of twists of a problem, none for arms that are told by tables.
+def _twist_order_of(entry: ProblemEntry, defaults: _Defaults, family: Family, convention: str) -> str:
+    """Return the order of twists of a problem, "" for arms described by tables.
 
-    Of a robot whose file has an order, that is the file's own unless the assignment says another. Raises QdotError.
+    A robot has the order of its file unless the assignment sets one. Raises QdotError.
     """
-    said = _twist_order(entry.twist_order) or usual.twist_order or ""
+    chosen = _read_twist_order(entry.twist_order) or defaults.twist_order or ""
     if _has_twist_order(convention, family):
-        own = family.robot != ""  # its file may have another order than the usual one
-        return said if own or not said else twist_order_named(said)
+        has_file = family.robot != ""  # its file may have another order than the usual one
+        return chosen if has_file or not chosen else find_twist_order(chosen)
     if entry.twist_order is not None:
         raise QdotError(f"its arms are told by tables; {OF_ORDER}")
     return ""
@@ -473,14 +477,14 @@ def _has_twist_order(convention: str, family: Family) -> bool:
 
 
 def _convention_of(family: Family) -> str:
-    """Return how a family tells its arms: a table, unless the file of a robot says otherwise."""
+    """Return the convention of a family: the first one, unless the file of a robot says otherwise."""
     return family.plain.convention if family.plain is not None else CONVENTIONS[0]
 
 
-def _asked(family: Family, said: list[str] | str | None, convention: str) -> tuple[str, ...]:
-    if said is None:
+def _questions_of(family: Family, questions: list[str] | str | None, convention: str) -> tuple[str, ...]:
+    if questions is None:
         return questions_of(family, convention)
-    return short_quiz(family, convention) if isinstance(said, str) else tuple(said)
+    return short_quiz(family, convention) if isinstance(questions, str) else tuple(questions)
 
 
 def _check_points(points: tuple[float, ...] | None, questions: int) -> None:
@@ -492,8 +496,8 @@ def _check_points(points: tuple[float, ...] | None, questions: int) -> None:
         raise QdotError(RIGHT["points"])
 
 
-def _own(path: Path, notes: list[str]) -> tuple[Family, str]:
-    """Return the family of a robot that a file describes, and the digest of that file."""
+def _read_own_robot(path: Path, notes: list[str]) -> tuple[Family, str]:
+    """Return the family of a robot file, and the digest of the file."""
     robot = read_robot_file(path)
     notes += robot.notes
     return own_family(path, robot), _short_hash(path.read_text(encoding="utf-8", errors="replace"))
@@ -510,9 +514,9 @@ def _band(difficulty: int | list[int] | None) -> tuple[int, int] | None:
 
 
 def read_roster(path: Path, missing: str = _MISSING) -> tuple[Student, ...]:
-    """Read roster.csv: the first column is `student`; others may follow. Commas or semicolons separate.
+    """Read roster.csv: the first column is `student`; others may follow, separated by commas or semicolons.
 
-    What Canvas or Moodle exports is a roster, too. Where there is no such file, `missing` says what to do.
+    An export from Canvas or Moodle is a roster, too. If there is no such file, `missing` says what to do.
     """
     students: list[Student] = []
     lines: dict[str, int] = {}
@@ -525,29 +529,31 @@ def read_roster(path: Path, missing: str = _MISSING) -> tuple[Student, ...]:
             raise QdotError(f"{where}: student {identifier!r} is already on line {lines[folded]}")
         lines[folded] = number
         others = tuple((k, v) for k, v in cells.items() if k not in ("student", "name", "email"))
-        due = _due(where, cells.get("due", "").strip())
-        students.append(Student(identifier, cells.get("name", "").strip(), cells.get("email", "").strip(), others, due))
+        due_date = _parse_due_date(where, cells.get("due", "").strip())
+        students.append(
+            Student(identifier, cells.get("name", "").strip(), cells.get("email", "").strip(), others, due_date)
+        )
     if not students:
         raise QdotError(f"{path}: no student is listed; write one a line below the header")
     return tuple(students)
 
 
 def roster_table(path: Path, missing: str = _MISSING) -> list[tuple[int, dict[str, str]]]:
-    """Return the lines of a roster, or of an export that is one: the number of each, and its cells by column."""
+    """Return the lines of a roster or an export: the number of each line, and its cells by column."""
     export = read_export(path)
     return read_table(path, "student", "student,name,email", missing) if export is None else export.table
 
 
-def _due(where: str, said: str) -> datetime.datetime | None:
-    """Return the time at which a student's work is due who has longer (or less time) than others."""
-    if not said:
+def _parse_due_date(where: str, text: str) -> datetime.datetime | None:
+    """Return the due date of a student with an extension (or less time); None if the cell is empty."""
+    if not text:
         return None
     try:
-        if ":" in said:  # a day alone would mean its first minute
-            return datetime.datetime.fromisoformat(said)
+        if ":" in text:  # a day alone would mean its first minute
+            return datetime.datetime.fromisoformat(text)
     except ValueError:
         pass
-    raise QdotError(f"{where}: due = {said!r}: it is a day with a time, as in 2027-01-20T23:59:00+01:00, or empty")
+    raise QdotError(f"{where}: due = {text!r}: it is a day with a time, as in 2027-01-20T23:59:00+01:00, or empty")
 
 
 def _check_identifier(where: str, identifier: str) -> None:
@@ -566,9 +572,9 @@ def _check_identifier(where: str, identifier: str) -> None:
 def read_secret(folder: Path) -> str:
     """Return the assignment's secret, from its file or from the environment."""
     path = folder / SECRET_FILE
-    given = os.environ.get(SECRET_VARIABLE, "").strip()
-    if not path.exists() and given:
-        secret, source = given, f"${SECRET_VARIABLE}"
+    from_environment = os.environ.get(SECRET_VARIABLE, "").strip()
+    if not path.exists() and from_environment:
+        secret, source = from_environment, f"${SECRET_VARIABLE}"
     elif path.exists():
         secret, source = read_text(path).strip(), str(path)
     else:

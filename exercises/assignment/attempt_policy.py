@@ -1,6 +1,6 @@
-"""Which of several notebooks of a student count: the last, or the best of a few that came at different times.
+"""Which of several notebooks of a student count: the last, or the best of a few that were submitted at different times.
 
-Fifty guesses in one folder are one attempt: what is received within a while replaces what came before.
+Fifty guesses in one folder are one attempt: a notebook that follows soon after another one replaces it.
 """
 
 import datetime
@@ -8,11 +8,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from qdot.exercises.assignment.lateness import in_words, seconds_of
+from qdot.exercises.assignment.lateness import describe_duration, parse_duration
 from qdot.exercises.common.errors import QdotError, unknown
 
 MOST, APART = 5, 600
-"""So many attempts count where nothing is said, each so many seconds after the one before at least."""
+"""Default number of attempts that count, and default minimum number of seconds between two of them."""
 LIMIT = 'a limit, as in attempts = {best_of = 3, apart = "1 h"}'
 RULE = f'it says which of several notebooks of a student counts: it is "last", "best", or {LIMIT}'
 KEYS = {
@@ -22,8 +22,8 @@ KEYS = {
 
 
 @dataclass(frozen=True)
-class Several:
-    """The last notebook counts, or the best of the first `best_of` attempts, each so many seconds apart."""
+class AttemptPolicy:
+    """The last notebook counts, or the best of the first `best_of` attempts, at least `apart` seconds apart."""
 
     best_of: int | None = None
     apart: int = APART
@@ -33,12 +33,12 @@ class Several:
 
     @property
     def rule(self) -> str:
-        """What is told where not all that was handed in is an attempt that counts."""
-        apart = f"of those handed in within {in_words(self.apart)} the last is taken, " if self.apart else ""
+        """An explanation for students if not all of their notebooks count as attempts."""
+        apart = f"of those handed in within {describe_duration(self.apart)} the last is taken, " if self.apart else ""
         return f"{apart}{self.best_of} attempt{'' if self.best_of == 1 else 's'} count at most"
 
-    def counting(self, received: Sequence[datetime.datetime]) -> list[int]:
-        """Return which of what was received at these moments counts; of the same moment, the first does.
+    def select_counting(self, received: Sequence[datetime.datetime]) -> list[int]:
+        """Return the indices of the notebooks that count, from the times of receipt; of equal times, the first counts.
 
         >>> at = [datetime.datetime(2027, 1, 15, 12, minute) for minute in (0, 5, 11, 30)]
         >>> Several(best_of=2).counting(at), Several(best_of=None).counting(at)
@@ -56,23 +56,25 @@ class Several:
         return [max(same, key=lambda i: received[i]) for same in attempts[: self.best_of]]
 
 
-LAST = Several()
+LAST = AttemptPolicy()
 
 
-def read_several(said: str | Mapping[str, Any]) -> Several:
+def read_attempt_policy(setting: str | Mapping[str, Any]) -> AttemptPolicy:
     """Return the rule that assignment.toml states. Raises QdotError.
 
     >>> read_several("best"), read_several({"best_of": 3, "apart": "1 h"})
     (Several(best_of=5, apart=600), Several(best_of=3, apart=3600))
     """
-    if isinstance(said, str):
-        if said not in ("last", "best"):
+    if isinstance(setting, str):
+        if setting not in ("last", "best"):
             raise QdotError(RULE)
-        return Several(MOST if said == "best" else None)
-    wrong = next((name for name in said if name not in KEYS), None)
+        return AttemptPolicy(MOST if setting == "best" else None)
+    wrong = next((name for name in setting if name not in KEYS), None)
     if wrong is not None:
         raise unknown("key", wrong, tuple(KEYS))
-    count = said.get("best_of", MOST)
+    count = setting.get("best_of", MOST)
     if isinstance(count, bool) or not isinstance(count, int) or count < 1:
         raise QdotError(f"best_of: {KEYS['best_of']}")
-    return Several(count, seconds_of(said["apart"], f"apart: {KEYS['apart']}") if "apart" in said else APART)
+    return AttemptPolicy(
+        count, parse_duration(setting["apart"], f"apart: {KEYS['apart']}") if "apart" in setting else APART
+    )

@@ -1,4 +1,4 @@
-"""What an assignment allows decimals to be off: `decimals` of a [[problem]], for all its questions or by question."""
+"""The tolerance of decimals in an assignment: `decimals` of a [[problem]], for all its questions or by question."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -15,7 +15,7 @@ UNITS = {
     **{"m": 1.0, "cm": 0.01, "mm": 0.001, "rad": 1.0, "deg": radians(1), "s": 1.0, "N": 1.0, "Nm": 1.0},
     **{"m/s": 1.0, "cm/s": 0.01, "mm/s": 0.001, "rad/s": 1.0, "deg/s": radians(1), "m^2": 1.0, "m^3": 1.0},
 }
-"""Units of tolerances, in those of the answers."""
+"""Units of tolerances, in the units of answers."""
 
 _WORDS = ("two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
 
@@ -23,7 +23,7 @@ _WORDS = ("two", "three", "four", "five", "six", "seven", "eight", "nine", "ten"
 def read_decimals(
     policy: int | str | Mapping[str, int | str] | None, questions: Sequence[str]
 ) -> tuple[tuple[str, Rounding], ...]:
-    """Return what decimals may be off, for the questions for which that is said. Raises QdotError.
+    """Return the tolerance of decimals for the questions that have one. Raises QdotError.
 
     >>> read_decimals({"jacobian": 4}, ["position", "jacobian"])
     (('jacobian', Rounding(relative=0.0005, absolute=0.0, words='to four significant digits')),)
@@ -35,19 +35,19 @@ def read_decimals(
         by_question = dict(policy)
     else:
         by_question = dict.fromkeys(questions, "exact" if policy is None else policy)
-    allowed = ((name, _rounding(by_question.get(name, "exact"))) for name in questions)
+    allowed = ((name, _parse_rounding(by_question.get(name, "exact"))) for name in questions)
     return tuple((name, rounding) for name, rounding in allowed if rounding is not None)
 
 
-def _rounding(said: int | str) -> Rounding | None:
-    """Return what is allowed; None for "exact", with which every question keeps its own rule."""
-    if said == "exact":
+def _parse_rounding(setting: int | str) -> Rounding | None:
+    """Return the tolerance; None for "exact", for which every question keeps its own rule."""
+    if setting == "exact":
         return None
-    if isinstance(said, int):
-        if isinstance(said, bool) or not 2 <= said <= 12:
+    if isinstance(setting, int):
+        if isinstance(setting, bool) or not 2 <= setting <= 12:
             raise QdotError(DECIMALS)
-        return Rounding(5.0 * 10.0**-said, 0.0, f"to {_WORDS[said - 2]} significant digits")
-    match = re.fullmatch(r"\s*(\d*\.?\d+(?:[eE][-+]?\d+)?)\s*([A-Za-z]\S*)\s*", said)
+        return Rounding(5.0 * 10.0**-setting, 0.0, f"to {_WORDS[setting - 2]} significant digits")
+    match = re.fullmatch(r"\s*(\d*\.?\d+(?:[eE][-+]?\d+)?)\s*([A-Za-z]\S*)\s*", setting)
     if match is None:
         raise QdotError(DECIMALS)
     if match.group(2) not in UNITS:

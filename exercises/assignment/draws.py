@@ -1,7 +1,7 @@
-"""Problems drawn until one passes its certificate; where no draw does, what could be asked instead is tried.
+"""Generates problems until one passes its certificate; if none does, suggests what to ask instead.
 
-A student's problem has a few draws, each with a seed of its own, in an order that depends on nothing but the assignment
-and redrawn.csv. So nobody's problem holds up, or changes, anybody else's.
+A student's problem has a few draws with different seeds, in an order that depends only on the assignment and
+redrawn.csv. So no student's problem delays or changes another student's.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -24,12 +24,12 @@ from qdot.exercises.problem.problem import Problem
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.verify import FULL_RANK
 
-Vouched = TypeVar("Vouched")
+Record = TypeVar("Record")
 
 TRIED_WITH = 3
-"""Students with whose problems it is tried what could be asked instead."""
+"""Number of students with whose problems replacements are tried."""
 TRIED_FAMILIES, NAMED_FAMILIES = 6, 2
-"""Families that are tried in the place of one, and how many of those that can be asked are named."""
+"""Number of families that are tried instead of one, and number of suitable ones that are named."""
 
 
 class Uncertified(QdotError):
@@ -37,26 +37,26 @@ class Uncertified(QdotError):
 
 
 Failures = Callable[[Problem], Sequence[str]]
-"""Returns what is wrong with a problem; it is handed to other processes, so it is a function of a module."""
-Vouch = Callable[[Problem], Vouched]
-"""Returns what is kept of a problem that passes its certificate. Raises Uncertified for one that does not."""
+"""Returns what is wrong with a problem. It is pickled for other processes, so it is a function of a module."""
+Certify = Callable[[Problem], Record]
+"""Returns the record of a problem that passes its certificate. Raises Uncertified for one that does not."""
 
 
 @dataclass(frozen=True)
-class Drawn(Generic[Vouched]):
-    """A problem that passed, which draw it is, and what was wrong with the first that was tried."""
+class CertifiedProblem(Generic[Record]):
+    """A problem that passed, the number of its draw, its record, and what was wrong with the first draw."""
 
     problem: Problem
     draw: int
-    vouched: Vouched
+    record: Record
     why: str = ""
 
 
 @dataclass(frozen=True)
-class GivenUp:
-    """A place of the assignment for which no draw of a student's passed, and what was wrong with the first.
+class FailedSlot:
+    """A slot of the assignment for which no draw passed, and what was wrong with the first one.
 
-    `student` is empty where it was to be for a bank.
+    `student` is empty for a problem of a bank.
     """
 
     student: str
@@ -71,7 +71,7 @@ class GivenUp:
 
 @dataclass(frozen=True)
 class Variant:
-    """A problem of the bank: of which place in the assignment, and the how-manieth of that place, from 1."""
+    """A problem of the bank: its slot in the assignment, and its number within the slot, from 1."""
 
     slot: Slot
     number: int
@@ -79,12 +79,12 @@ class Variant:
 
     @property
     def key(self) -> str:
-        """A short name that no other variant of the assignment has, and that stays, as in "p1-007"."""
+        """A short name that is unique in the assignment and permanent, as in "p1-007"."""
         return f"{self.slot.name}-{self.number:03d}"
 
 
 def check(problem: Problem, failed: Sequence[str]) -> None:
-    """Raise Uncertified where a problem has failed, and QdotError where its arm would, whatever was drawn."""
+    """Raise Uncertified if a problem has failed, and QdotError if every problem with its arm would."""
     if failed and failed[0].startswith(FULL_RANK):
         raise QdotError(
             f"the problem {problem.id} failed its own certificate and is not handed out: {failed[0]}; name another task"
@@ -93,17 +93,17 @@ def check(problem: Problem, failed: Sequence[str]) -> None:
         raise Uncertified(failed[0])
 
 
-def vouching(failures: Failures) -> Vouch[None]:
-    """Return what vouches for a problem in which nothing is found wrong."""
-    return partial(_vouch, failures)
+def certify_by(failures: Failures) -> Certify[None]:
+    """Return a function that certifies problems in which `failures` finds nothing wrong."""
+    return partial(_certify, failures)
 
 
-def _vouch(failures: Failures, problem: Problem) -> None:
+def _certify(failures: Failures, problem: Problem) -> None:
     check(problem, failures(problem))
 
 
-def certified(problem: Problem, failures: Failures) -> Problem:
-    """Return a problem that has no other draws, if nothing is found wrong in it. Raises QdotError."""
+def require_certified(problem: Problem, failures: Failures) -> Problem:
+    """Return a problem that has no other draws, if it passes its certificate. Raises QdotError if it fails."""
     try:
         check(problem, failures(problem))
     except Uncertified as error:
@@ -111,127 +111,135 @@ def certified(problem: Problem, failures: Failures) -> Problem:
     return problem
 
 
-def attempt(make: Callable[[], Problem], vouch: Vouch[Vouched]) -> tuple[Problem, Vouched] | str:
-    """Return a problem and what is kept of it, or why it can't be asked, as there is nothing to ask or it fails.
+def attempt(make: Callable[[], Problem], certify: Certify[Record]) -> tuple[Problem, Record] | str:
+    """Return a problem and its record, or why it can't be asked.
 
-    A failure of qdot's own is one problem's, too: nobody else is to wait for it. Raises QdotError where no other draw
-    would do better, and whatever the machine lacks.
+    An internal error of qdot affects only this problem, too. Raises QdotError if no other draw would do better, and
+    OSError or MemoryError.
     """
     try:
         problem = make()
-    except (QdotError, RuntimeError) as error:  # of this arm there is nothing to ask
+    except (QdotError, RuntimeError) as error:  # the questions do not apply to this arm
         return str(error)
     except (OSError, MemoryError):
         raise
     except Exception as error:
-        return own_failure(error)
+        return describe_own_failure(error)
     try:
-        return problem, vouch(problem)
+        return problem, certify(problem)
     except Uncertified as error:
         return str(error)
     except (QdotError, OSError, MemoryError):
         raise
     except Exception as error:
-        return own_failure(error)
+        return describe_own_failure(error)
 
 
-def own_failure(error: Exception) -> str:
-    """Return how it is told that qdot itself failed on a problem."""
+def describe_own_failure(error: Exception) -> str:
+    """Return a message that qdot itself failed on a problem."""
     return f"qdot itself failed: {type(error).__name__}: {error}; please report it"
 
 
-def draw(assignment: Assignment, slot: Slot, student: str, vouch: Vouch[Vouched]) -> Drawn[Vouched] | GivenUp:
+def generate_certified(
+    assignment: Assignment, slot: Slot, student: str, certify: Certify[Record]
+) -> CertifiedProblem[Record] | FailedSlot:
     """Return the first draw of a student's problem that passes, beginning with the one that the student has."""
     first, why = assignment.draw_of(slot, student), ""
-    for number in (first, *(other for other in range(1, DRAWS + 1) if other != first)):
-        made = attempt(partial(slot.problem, assignment.secret, student, number), vouch)
+    for number in (first, *(later for later in range(1, DRAWS + 1) if later != first)):
+        made = attempt(partial(slot.problem, assignment.secret, student, number), certify)
         if not isinstance(made, str):
-            return Drawn(made[0], number, made[1], why)
+            return CertifiedProblem(made[0], number, made[1], why)
         why = why or made
-    return GivenUp(student, slot.name, slot.family.name, why)
+    return FailedSlot(student, slot.name, slot.family.name, why)
 
 
 # --- a whole class ---
 
 
 @dataclass(frozen=True)
-class Draws(Generic[Vouched]):
-    """The problems of a student by place, in order; where any is given up, the student has no notebook."""
+class StudentProblems(Generic[Record]):
+    """The problems of a student by slot, in order; if any slot failed (`given_up`), the student has no notebook."""
 
     student: str
-    drawn: dict[str, Drawn[Vouched]]
-    given_up: tuple[GivenUp, ...] = ()
+    certified: dict[str, CertifiedProblem[Record]]
+    given_up: tuple[FailedSlot, ...] = ()
 
-    def redrawn(self, assignment: Assignment) -> dict[str, Redraw]:
-        """Return the draws that are others than the student had."""
+    def new_redraws(self, assignment: Assignment) -> dict[str, Redraw]:
+        """Return the draws that differ from the recorded ones."""
         return {
             slot.name: Redraw(slot.family.name, drawn.draw, drawn.why)
             for slot in assignment.slots
-            if (drawn := self.drawn.get(slot.name)) and drawn.draw != assignment.draw_of(slot, self.student)
+            if (drawn := self.certified.get(slot.name)) and drawn.draw != assignment.draw_of(slot, self.student)
         }
 
 
-def draws_of(assignment: Assignment, student: str, vouch: Vouch[Vouched]) -> Draws[Vouched]:
-    """Draw all problems of a student. Where one is given up, the others are drawn all the same, to tell of all."""
-    made = {slot.name: draw(assignment, slot, student, vouch) for slot in assignment.slots}
-    drawn = {name: one for name, one in made.items() if isinstance(one, Drawn)}
-    return Draws(student, drawn, tuple(one for one in made.values() if isinstance(one, GivenUp)))
+def generate_student_problems(
+    assignment: Assignment, student: str, certify: Certify[Record]
+) -> StudentProblems[Record]:
+    """Generate all problems of a student. If one fails, the others are still generated, so that all are reported."""
+    results = {slot.name: generate_certified(assignment, slot, student, certify) for slot in assignment.slots}
+    drawn = {name: result for name, result in results.items() if isinstance(result, CertifiedProblem)}
+    return StudentProblems(
+        student, drawn, tuple(result for result in results.values() if isinstance(result, FailedSlot))
+    )
 
 
-def recorded(assignment: Assignment, student: str, redrawn: Mapping[str, Redraw]) -> Assignment:
-    """Return the assignment with a student's new draws, which are in redrawn.csv from now on."""
+def record_redraws(assignment: Assignment, student: str, redrawn: Mapping[str, Redraw]) -> Assignment:
+    """Record a student's new draws in redrawn.csv, and return the assignment with them."""
     changed = {**assignment.redrawn, **{(student, place): redraw for place, redraw in redrawn.items()}}
     write_redrawn(assignment.folder, changed)
     return replace(assignment, redrawn=changed)
 
 
-def settled(
+def settle_problems(
     assignment: Assignment, students: Sequence[str], failures: Failures, jobs: int, each: Callable[[], None]
-) -> tuple[Assignment, list[GivenUp]]:
-    """Return the assignment with draws that pass for these students, and what had to be given up.
+) -> tuple[Assignment, list[FailedSlot]]:
+    """Return the assignment with draws that pass for these students, and the slots that failed.
 
-    `each` is told of every student. Raises QdotError.
+    `each` is called after every student. Raises QdotError.
     """
-    given_up: list[GivenUp] = []
-    with closing(ordered_map(_settle, students, jobs, _both, (assignment, failures))) as every:
-        for student, redrawn, given in every:
+    given_up: list[FailedSlot] = []
+    with closing(ordered_map(_settle_student, students, jobs, _keep_state, (assignment, failures))) as every:
+        for student, redrawn, failures_of_student in every:
             if redrawn:
-                assignment = recorded(assignment, student, redrawn)
-            given_up += given
+                assignment = record_redraws(assignment, student, redrawn)
+            given_up += failures_of_student
             each()
     return assignment, given_up
 
 
-def _both(assignment: Assignment, failures: Failures) -> tuple[Assignment, Failures]:
+def _keep_state(assignment: Assignment, failures: Failures) -> tuple[Assignment, Failures]:
     return assignment, failures
 
 
-def _settle(state: tuple[Assignment, Failures], student: str) -> tuple[str, dict[str, Redraw], tuple[GivenUp, ...]]:
+def _settle_student(
+    state: tuple[Assignment, Failures], student: str
+) -> tuple[str, dict[str, Redraw], tuple[FailedSlot, ...]]:
     assignment, failures = state
-    draws = draws_of(assignment, student, vouching(failures))
-    return student, draws.redrawn(assignment), draws.given_up
+    draws = generate_student_problems(assignment, student, certify_by(failures))
+    return student, draws.new_redraws(assignment), draws.given_up
 
 
-def redrawn_since(before: Assignment, after: Assignment) -> list[str]:
-    """Return what the staff is told of draws that are new: nothing, or one line."""
+def describe_redraws(before: Assignment, after: Assignment) -> list[str]:
+    """Return a message to the staff about new draws, as a list of at most one line."""
     new = [whose for whose, redraw in after.redrawn.items() if before.redrawn.get(whose) != redraw]
     if not new:
         return []
-    said = "1 problem did" if len(new) == 1 else f"{len(new)} problems did"
+    count = "1 problem did" if len(new) == 1 else f"{len(new)} problems did"
     path = after.folder / REDRAWN
-    return [f"{said} not pass the certificate at first and had to be drawn anew; keep {path} with assignment.toml"]
+    return [f"{count} not pass the certificate at first and had to be drawn anew; keep {path} with assignment.toml"]
 
 
 # --- what to take instead ---
 
 
-def raise_left_out(assignment: Assignment, given_up: Sequence[GivenUp], vouch: Vouch[object]) -> None:
-    """Raise QdotError where students were left out: who, and what to take instead in each place; others have theirs."""
+def raise_left_out(assignment: Assignment, given_up: Sequence[FailedSlot], certify: Certify[object]) -> None:
+    """Raise QdotError if students were left out: who they are, and what to ask instead in each slot."""
     if not given_up:
         return
-    students = list(dict.fromkeys(given.student for given in given_up))
-    first = {given.slot: given for given in reversed(given_up)}
-    ways = [instead(assignment, given, vouch) for _, given in sorted(first.items())]
+    students = list(dict.fromkeys(failure.student for failure in given_up))
+    first = {failure.slot: failure for failure in reversed(given_up)}
+    ways = [suggest_replacement(assignment, failure, certify) for _, failure in sorted(first.items())]
     be = "is" if len(students) == 1 else "are"
     others = "" if len(students) == len(assignment.roster) else "; everybody else has theirs"
     raise QdotError(
@@ -240,17 +248,20 @@ def raise_left_out(assignment: Assignment, given_up: Sequence[GivenUp], vouch: V
     )
 
 
-def instead(assignment: Assignment, given_up: GivenUp, vouch: Vouch[object]) -> str:
-    """Return what can be asked in the place of what was given up, as was tried with the student's draws and others'."""
+def suggest_replacement(assignment: Assignment, given_up: FailedSlot, certify: Certify[object]) -> str:
+    """Return what can be asked instead of a failed slot, as tried with draws of this student and of others."""
     slot = replace(next(slot for slot in assignment.slots if slot.name == given_up.slot), points=None)
     slot = replace(slot, decimals=(), credit=())
     others = [student.id for student in assignment.roster if student.id != given_up.student]
     students = [*filter(None, [given_up.student]), *others][:TRIED_WITH]
 
     def passes(tried: Slot) -> bool:
-        return all(isinstance(draw(assignment, tried, student, vouch), Drawn) for student in students)
+        return all(
+            isinstance(generate_certified(assignment, tried, student, certify), CertifiedProblem)
+            for student in students
+        )
 
-    like = _like(slot, students[0], assignment)
+    like = _similar_families(slot, students[0], assignment)
     ways = [*_fewer_questions(slot, passes), *_other_variation(slot, passes), *_other_families(slot, like, passes)]
     tried = f"tried for {', '.join(students)}"
     if not ways:
@@ -259,7 +270,7 @@ def instead(assignment: Assignment, given_up: GivenUp, vouch: Vouch[object]) -> 
 
 
 Passes = Callable[[Slot], bool]
-"""Whether what a place of the assignment could be has draws that pass."""
+"""Whether a possible slot has draws that pass."""
 
 
 def _fewer_questions(slot: Slot, passes: Passes) -> list[str]:
@@ -279,15 +290,15 @@ def _other_variation(slot: Slot, passes: Passes) -> list[str]:
 
 def _other_families(slot: Slot, names: Sequence[str], passes: Passes) -> list[str]:
     passing = (f'"{name}"' for name in names if passes(replace(slot, family=FAMILIES[name], robot="")))
-    found = list(islice(passing, NAMED_FAMILIES))
-    return [f"family = {' or '.join(found)} with the same questions"] if found else []
+    names_found = list(islice(passing, NAMED_FAMILIES))
+    return [f"family = {' or '.join(names_found)} with the same questions"] if names_found else []
 
 
-def _like(slot: Slot, student: str, assignment: Assignment) -> list[str]:
+def _similar_families(slot: Slot, student: str, assignment: Assignment) -> list[str]:
     """Return the families that can be asked the same questions, those with as many joints first."""
     try:
         joints = slot.problem(assignment.secret, student).chain.n
-    except Exception:  # whatever it is, it has been told; the order is all that depends on it
+    except Exception:  # it has been reported already; only the order depends on the joints
         joints = 0
     asked = {  # what is listed is that of standard tables: whether others and short ones can be is found out by trying
         name for name in slot.questions if name in QUESTIONS and CONVENTIONS[0] in QUESTIONS[name].conventions

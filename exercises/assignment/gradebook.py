@@ -1,8 +1,8 @@
-"""A learning platform's own export as roster.csv: Canvas's gradebook, Moodle's participants or grades.
+"""A learning platform's export as roster.csv: Canvas's gradebook, Moodle's participants or grades.
 
-Its lines name the students; its columns stay as they are for the way back, so that what `qdot grade --report canvas=…`
-or `moodle=…` writes is known again there. Sources: Canvas's lib/gradebook_exporter.rb and lib/gradebook_importer.rb,
-Moodle's grade/import/csv and its language packs.
+Its lines name the students; its columns are preserved, so that the platform recognises what `qdot grade --report
+canvas=…` or `moodle=…` writes. Sources: Canvas's lib/gradebook_exporter.rb and lib/gradebook_importer.rb, Moodle's
+grade/import/csv and its language packs.
 """
 
 import csv
@@ -34,14 +34,14 @@ MOODLE_COLUMNS: dict[str, tuple[str, ...]] = {
         "e-mailadres",
     ),
 }  # fmt: skip
-"""What Moodle calls its columns, in small letters: English, German, French, Spanish, Italian, Dutch."""
+"""Moodle's column names in lower case: English, German, French, Spanish, Italian, Dutch."""
 MOODLE_KEYS = ("id number", "username", "email")
-"""By which Moodle knows a user; the first that is filled in names the student here."""
+"""Columns that identify a Moodle user; the first one that is filled in becomes the student's identifier."""
 
 
 @dataclass(frozen=True)
 class Gradebook:
-    """An export as it stands: its columns, Canvas's row of points (else empty), and each student's cells."""
+    """An export unchanged: its columns, Canvas's row of points (else empty), and each student's cells."""
 
     platform: str
     header: tuple[str, ...]
@@ -50,7 +50,7 @@ class Gradebook:
 
     @property
     def identity(self) -> int:
-        """How many of Canvas's first columns say whose line it is: as far as "Section"."""
+        """The number of Canvas's first columns that identify the student, up to "Section"."""
         return next((index + 1 for index, name in enumerate(self.header) if "Section" in name), 3)
 
 
@@ -66,7 +66,7 @@ Rows = Sequence[tuple[int, list[str]]]
 
 
 def read_export(path: Path) -> Export | None:
-    """Return what a platform exported; None where the file is no such export. Raises QdotError."""
+    """Return a platform's export; None if the file is no export. Raises QdotError."""
     if not path.is_file():
         return None
     rows = _rows(read_table_text(path))
@@ -82,16 +82,16 @@ def read_export(path: Path) -> Export | None:
 
 
 def identifier_of(text: str) -> str:
-    """Return an identifier in the one form in which it is compared."""
+    """Return an identifier in normalised form for comparison."""
     return unicodedata.normalize("NFC", text.strip())
 
 
 def _rows(text: str) -> Rows:
-    """Return the lines with anything in them."""
+    """Return the lines that are not empty."""
     try:
         return list(csv_rows(text))
     except csv.Error:
-        return []  # a roster's own reader says what is wrong
+        return []  # read_table reports the error
 
 
 def _column(header: Sequence[str], names: Sequence[str]) -> int | None:
@@ -102,7 +102,7 @@ def _column(header: Sequence[str], names: Sequence[str]) -> int | None:
 
 
 def _is_canvas(header: Sequence[str], rows: Rows) -> bool:
-    """Tell by what Canvas's importer asks of the first row, and by the row of points that every export has."""
+    """Whether the first row fulfils the rules of Canvas's importer, and there is the row of points of every export."""
     whole = header[:2] == ["Student", "ID"] or header[:3] == ["LastName", "FirstName", "ID"]
     return whole and "Section" in header and any(POINTS in row[0] for _, row in rows[1:4])
 
@@ -114,17 +114,29 @@ def _canvas(path: Path, header: list[str], rows: Rows) -> Export:
     points: tuple[str, ...] = ()
     for number, row in rows[1:]:
         cells = tuple((row + [""] * len(header))[: len(header)])
-        own = {name: cells[place[name]].strip() for name in identity}
-        name = own.get("Student") or f"{own.get('LastName', '')}, {own.get('FirstName', '')}".strip(", ")
-        if POINTS in cells[0] and not own["ID"]:  # somebody may be called so
+        identity_cells = {name: cells[place[name]].strip() for name in identity}
+        name = identity_cells.get(
+            "Student"
+        ) or f"{identity_cells.get('LastName', '')}, {identity_cells.get('FirstName', '')}".strip(", ")
+        if POINTS in cells[0] and not identity_cells["ID"]:  # a student may have this name
             points = tuple(cell.strip() for cell in cells)
-        elif any(own.values()) and not _is_test_student(name, own.get("SIS Login ID", "")):
-            if not own["ID"]:
+        elif any(identity_cells.values()) and not _is_test_student(name, identity_cells.get("SIS Login ID", "")):
+            if not identity_cells["ID"]:
                 raise QdotError(f"{path}: line {number}: the column ID is empty, by which Canvas knows {name!r}")
-            lines[identifier_of(own["ID"])] = cells
-            login = own.get("SIS Login ID", "")
-            others = {each.lower(): own[each] for each in identity if each not in _CANVAS_NAMES}
-            table.append((number, {"student": own["ID"], "name": _turned(name), "email": _mail(login), **others}))
+            lines[identifier_of(identity_cells["ID"])] = cells
+            login = identity_cells.get("SIS Login ID", "")
+            others = {each.lower(): identity_cells[each] for each in identity if each not in _CANVAS_NAMES}
+            table.append(
+                (
+                    number,
+                    {
+                        "student": identity_cells["ID"],
+                        "name": _first_name_first(name),
+                        "email": _email_of(login),
+                        **others,
+                    },
+                )
+            )
             if "due" in place:
                 table[-1][1]["due"] = cells[place["due"]]
     return Export(Gradebook(CANVAS, tuple(header), points, lines), table)
@@ -137,8 +149,8 @@ def _is_test_student(name: str, login: str) -> bool:
     return name in _TEST_STUDENT or _TEST_LOGIN.fullmatch(login) is not None
 
 
-def _turned(name: str) -> str:
-    """Return "Lovelace, Ada" as it is said; Canvas writes a name that begins with = as ="=…".
+def _first_name_first(name: str) -> str:
+    """Return "Lovelace, Ada" with the first name first; Canvas writes a name that begins with = as ="=…".
 
     >>> _turned("Lovelace, Ada"), _turned("Aristotle")
     ('Ada Lovelace', 'Aristotle')
@@ -147,7 +159,7 @@ def _turned(name: str) -> str:
     return f"{first} {last}" if comma and ", " not in first else name
 
 
-def _mail(login: str) -> str:
+def _email_of(login: str) -> str:
     return login if "@" in login else ""
 
 
@@ -155,7 +167,7 @@ def _mail(login: str) -> str:
 
 
 def _moodle(path: Path, header: list[str], rows: Rows, columns: Mapping[str, int | None]) -> Export:
-    """Return Moodle's list, whose students are called by the first of its keys in which anything is written."""
+    """Return Moodle's list; the first of its key columns that is filled in identifies the students."""
     filled = [
         key
         for key in MOODLE_KEYS
@@ -169,18 +181,18 @@ def _moodle(path: Path, header: list[str], rows: Rows, columns: Mapping[str, int
     table, lines = list[tuple[int, dict[str, str]]](), dict[str, tuple[str, ...]]()
     for number, row in rows[1:]:
         cells = tuple((row + [""] * len(header))[: len(header)])
-        own = {key: cells[at].strip() for key, at in columns.items() if at is not None}
-        if not own[filled[0]]:
-            said = header[columns[filled[0]] or 0]
+        key_cells = {key: cells[at].strip() for key, at in columns.items() if at is not None}
+        if not key_cells[filled[0]]:
+            column = header[columns[filled[0]] or 0]
             raise QdotError(
-                f"{path}: line {number}: the column {said!r} is empty, which names the students here; fill it in, or "
+                f"{path}: line {number}: the column {column!r} is empty, which names the students here; fill it in, or "
                 "delete it for everybody, and the next of ID number, username and email address names them"
             )
-        identifier = identifier_of(own[filled[0]])
+        identifier = identifier_of(key_cells[filled[0]])
         lines[identifier] = cells
-        name = f"{own['first']} {own['last']}".strip()
-        others: dict[str, str] = {key: own[key] for key in filled if key != "email"}
-        table.append((number, {"student": identifier, "name": name, "email": own.get("email", ""), **others}))
+        name = f"{key_cells['first']} {key_cells['last']}".strip()
+        others: dict[str, str] = {key: key_cells[key] for key in filled if key != "email"}
+        table.append((number, {"student": identifier, "name": name, "email": key_cells.get("email", ""), **others}))
         if "due" in header:
             table[-1][1]["due"] = cells[header.index("due")]
     return Export(Gradebook(MOODLE, tuple(header), (), lines), table)

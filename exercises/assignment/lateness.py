@@ -1,4 +1,4 @@
-"""What an assignment takes off late work: the table `late`, and the share of the earned points that a delay costs."""
+"""The penalty for late work: the table `late` of an assignment, and the share of the earned points that is deducted."""
 
 import datetime
 import math
@@ -25,9 +25,9 @@ KEYS = {
 
 @dataclass(frozen=True)
 class LateRule:
-    """What late work loses: nothing within `grace` seconds, then `per_day` for each day begun since it was due.
+    """The penalty for late work: nothing within `grace` seconds, then `per_day` for each started day.
 
-    It is never more than `at_most`, but all of it after `until`.
+    It is never more than `at_most`, but everything after `until`.
     """
 
     grace: int = 0
@@ -35,15 +35,15 @@ class LateRule:
     at_most: Fraction = Fraction(1)
     until: datetime.datetime | None = None
 
-    def penalty(self, due: datetime.datetime, received: datetime.datetime, moved: datetime.timedelta) -> Fraction:
-        """Return the share of the earned points that is taken off; `moved` is by how much a student has longer.
+    def penalty(self, due_date: datetime.datetime, received: datetime.datetime, moved: datetime.timedelta) -> Fraction:
+        """Return the share of the earned points that is deducted; `moved` is the length of the student's extension.
 
         >>> due = datetime.datetime(2027, 1, 15, 12, tzinfo=datetime.UTC)
         >>> rule = LateRule(grace=900, per_day=Fraction(1, 10), at_most=Fraction(1, 2))
         >>> [str(rule.penalty(due, due + datetime.timedelta(minutes=m), datetime.timedelta(0))) for m in (15, 16, 1441)]
         ['0', '1/10', '1/5']
         """
-        late = (received - due).total_seconds()
+        late = (received - due_date).total_seconds()
         if late <= self.grace:
             return Fraction(0)
         if self.until is not None and received > self.until + moved:
@@ -51,15 +51,15 @@ class LateRule:
         return min(self.at_most, self.per_day * math.ceil(late / DAY))
 
 
-def aware(moment: datetime.datetime, zone: datetime.tzinfo | None = None) -> datetime.datetime:
-    """Return a time with its zone: where none was written, `zone`, and failing that the machine's."""
+def with_zone(moment: datetime.datetime, zone: datetime.tzinfo | None = None) -> datetime.datetime:
+    """Return a time with its time zone, by default `zone`, else the machine's."""
     if moment.tzinfo is not None:
         return moment
     return moment.replace(tzinfo=zone) if zone is not None else moment.astimezone()
 
 
-def in_words(seconds: int) -> str:
-    """Return how long that is, for people.
+def describe_duration(seconds: int) -> str:
+    """Return a duration in words.
 
     >>> in_words(40), in_words(800), in_words(90000), in_words(2 * DAY)
     ('40 s', '13 min', '1 day 1 h', '2 days')
@@ -72,15 +72,15 @@ def in_words(seconds: int) -> str:
     return " ".join(of_days + of_hours + of_minutes) or f"{seconds} s"
 
 
-def read_late(table: Mapping[str, Any] | None, due: datetime.datetime | None) -> LateRule | None:
-    """Return the rule that a table states. Raises QdotError.
+def read_late(table: Mapping[str, Any] | None, due_date: datetime.datetime | None) -> LateRule | None:
+    """Return the rule that the table `late` states. Raises QdotError.
 
     >>> read_late({"per_day": 0.1}, datetime.datetime(2027, 1, 15))
     LateRule(grace=0, per_day=Fraction(1, 10), at_most=Fraction(1, 1), until=None)
     """
     if table is None:
         return None
-    if due is None:
+    if due_date is None:
         raise QdotError("nothing is late without a time at which it is due; add due = 2027-01-15T23:59:00+01:00")
     wrong = next((name for name in table if name not in KEYS), None)
     if wrong is not None:
@@ -89,26 +89,26 @@ def read_late(table: Mapping[str, Any] | None, due: datetime.datetime | None) ->
         raise QdotError(f"it takes nothing off: give per_day, until, or both, as in {EXAMPLE}")
     if "at_most" in table and "per_day" not in table:
         raise QdotError(f"at_most limits what per_day takes off, and there is no per_day; {LATE}")
-    shares = {name: _share(name, table[name]) for name in ("per_day", "at_most") if name in table}
+    shares = {name: _parse_share(name, table[name]) for name in ("per_day", "at_most") if name in table}
     until = table.get("until")
     if until is not None:
-        if not isinstance(until, datetime.datetime) or aware(until, due.tzinfo) < aware(due):
+        if not isinstance(until, datetime.datetime) or with_zone(until, due_date.tzinfo) < with_zone(due_date):
             raise QdotError(f"until: {KEYS['until']}")
-        until = aware(until, due.tzinfo)
+        until = with_zone(until, due_date.tzinfo)
     return LateRule(
-        seconds_of(table["grace"], f"grace: {KEYS['grace']}") if "grace" in table else 0, until=until, **shares
+        parse_duration(table["grace"], f"grace: {KEYS['grace']}") if "grace" in table else 0, until=until, **shares
     )
 
 
-def _share(name: str, said: object) -> Fraction:
-    if isinstance(said, bool) or not isinstance(said, (int, float)) or not 0 <= said <= 1:
+def _parse_share(name: str, value: object) -> Fraction:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 <= value <= 1:
         raise QdotError(f"{name}: {KEYS[name]}")
-    return Fraction(str(said))
+    return Fraction(str(value))
 
 
-def seconds_of(said: object, right: str) -> int:
-    """Return a duration, as in "15 min", in seconds. Raises QdotError with what is `right`."""
-    match = re.fullmatch(r"\s*(\d{1,6})\s*([a-z]+)\s*", said) if isinstance(said, str) else None
+def parse_duration(text: object, right: str) -> int:
+    """Return a duration, as in "15 min", in seconds. Raises QdotError with the `right` form."""
+    match = re.fullmatch(r"\s*(\d{1,6})\s*([a-z]+)\s*", text) if isinstance(text, str) else None
     if match is None or match.group(2) not in UNITS:
         raise QdotError(f"{right}; units: {', '.join(UNITS)}")
     return int(match.group(1)) * UNITS[match.group(2)]

@@ -1,7 +1,7 @@
-"""redrawn.csv: whose problem was drawn anew, as an earlier draw did not pass its certificate; a part of the assignment.
+"""redrawn.csv, a part of the assignment: problems that were regenerated because an earlier draw failed its certificate.
 
-Its columns are student, problem (p1, p2, …), family, draw and why. A problem that is not in it is the first draw. `qdot
-generate` and `qdot export` write it before they write any notebook, and whatever regenerates a class reads it.
+Its columns are student, problem (p1, p2, …), family, draw and why. All other problems are first draws. `qdot generate`
+and `qdot export` write it before any notebook, and every command that regenerates a class reads it.
 """
 
 import csv
@@ -18,12 +18,12 @@ REDRAWN = "redrawn.csv"
 COLUMNS = ("student", "problem", "family", "draw", "why")
 
 DRAWS = 10
-"""Draws of a problem that are tried for a student: where half of all can't be certified, one in a thousand is left."""
+"""Number of draws that are tried for a problem: if half of all draws fail, one problem in a thousand fails."""
 
 
 @dataclass(frozen=True)
 class Redraw:
-    """Which draw of a family a student has in one place, counted from 1; and what was wrong with the first one."""
+    """The draw of a family that a student has in a slot, from 1, and what was wrong with the first one."""
 
     family: str
     draw: int
@@ -31,11 +31,11 @@ class Redraw:
 
 
 Redraws = Mapping[tuple[str, str], Redraw]
-"""By student and the name of the place in the assignment."""
+"""By student and name of the slot."""
 
 
 def read_redrawn(folder: Path) -> dict[tuple[str, str], Redraw]:
-    """Return what redrawn.csv of an assignment's folder says; nothing where there is no such file. Raises QdotError."""
+    """Return the content of redrawn.csv in an assignment's folder; empty without a file. Raises QdotError."""
     path = folder / REDRAWN
     if not path.exists():
         return {}
@@ -52,9 +52,9 @@ def read_redrawn(folder: Path) -> dict[tuple[str, str], Redraw]:
 
 
 def write_redrawn(folder: Path, redrawn: Redraws) -> None:
-    """Write redrawn.csv; it is on the disk when this returns, before any notebook that depends on it. Raises QdotError.
+    """Write redrawn.csv and sync it to disk, before any notebook that depends on it. Raises QdotError.
 
-    Lines are in the order of students and places, whatever order they were drawn in.
+    Lines are sorted by student and slot.
     """
     out = io.StringIO()
     lines = csv.writer(out, lineterminator="\n")

@@ -1,4 +1,4 @@
-"""An assignment's folder made new, and its notebooks written, one for the student and one for the staff."""
+"""Makes a new assignment folder, and writes its notebooks, one for each student and one for the staff."""
 
 import os
 import re
@@ -11,10 +11,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from qdot.exercises.assignment.assignment import NO_CLASS, SECRET_FILE, Assignment, Student, read_roster
-from qdot.exercises.assignment.draws import GivenUp, Vouch, draws_of, own_failure, recorded
+from qdot.exercises.assignment.draws import (
+    Certify,
+    FailedSlot,
+    describe_own_failure,
+    generate_student_problems,
+    record_redraws,
+)
 from qdot.exercises.assignment.redrawn import REDRAWN, Redraw
 from qdot.exercises.assignment.sets import DEFAULT_SET, SETS, ProblemSet
-from qdot.exercises.assignment.store import keep, store_path
+from qdot.exercises.assignment.store import store_path, store_problems
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import clean_up_after, flush_disk_after, make_folder, write_atomically
 from qdot.exercises.common.parallel import ordered_map
@@ -33,9 +39,9 @@ def init_assignment(
     folder: Path, title: str, key: str, students: Sequence[Student] = EXAMPLE_STUDENTS, secret: str | None = None,
     roster: Path | None = None, problems: ProblemSet = SETS[DEFAULT_SET],
 ) -> None:  # fmt: skip
-    """Make a new assignment folder. Raises QdotError where one is there already: nothing is overwritten.
+    """Make a new assignment folder. Raises QdotError if there is one already: nothing is overwritten.
 
-    `roster` is a file that becomes roster.csv as it stands, in the place of `students`; `problems` is what is asked.
+    `roster` is a file that becomes roster.csv unchanged, instead of `students`; `problems` is the set of problems.
     """
     if roster is not None:
         read_roster(roster, NO_CLASS)
@@ -58,78 +64,80 @@ def init_assignment(
 
 Maker = Callable[[str, str, str, Sequence[tuple[str, Problem]], bool], "NotebookNode"]
 KINDS = ("released", "solutions")
-"""The folders that the notebooks of a student are in: the one to hand out, and the staff's."""
+"""The folders of a student's notebooks: the one to hand out, and the staff's."""
 
 
 @dataclass(frozen=True)
-class Released:
-    """What became of one student's notebooks: "written", "kept" (up to date already), "completed" or "rewritten".
+class ReleaseResult:
+    """The outcome for a student's notebooks: "written", "kept" (up to date already), "completed" or "rewritten".
 
-    Completed is what lacked a file, as an earlier run was stopped: no notebook to hand out is another than it was.
-    Rewritten is one that changed since it was written. "Left out" is a student for whom there is no notebook, as
-    problems were `given_up`; "redrawn" one for whom nothing is written yet, as draws have to be on record before that.
+    "completed" means that a file was missing after an interrupted run; the notebook to hand out is unchanged.
+    "rewritten" means that the notebook has changed. "left out" means that there is no notebook because problems were
+    `given_up`; "redrawn" that nothing is written yet, because new draws must be recorded first.
     """
 
     student: str
     outcome: str
     redrawn: Mapping[str, Redraw] = field(default_factory=dict)
-    given_up: tuple[GivenUp, ...] = ()
+    given_up: tuple[FailedSlot, ...] = ()
 
 
 @dataclass(frozen=True)
 class Certifier:
-    """Who certifies: `record` returns what is kept of a problem that passes (see `Vouch`).
+    """Certifies problems: `record` returns the record of a problem that passes (see `Certify`).
 
-    `text` is the certificate of a student with these records, by place, and this notebook.
+    `text` returns the certificate of a student from these records, by slot, and the notebook.
     """
 
-    record: Vouch[Any]
+    record: Certify[Any]
     text: Callable[[Assignment, str, Mapping[str, Any], "NotebookNode"], str]
 
 
 def certificate_path(assignment: Assignment, student: str) -> Path:
-    """Return where the certificate of a student's problems is kept."""
+    """Return the path of the certificate of a student's problems."""
     return assignment.folder / "certificates" / student / f"{assignment.key}.json"
 
 
 def notebook_path(assignment: Assignment, student: str, kind: str = "released") -> Path:
-    """Return where a student's notebook is: the one "released", or the staff's, in "solutions"."""
+    """Return the path of a student's notebook: the one "released", or the staff's, in "solutions"."""
     return assignment.folder / kind / student / f"{assignment.key}.ipynb"
 
 
-def release_one(work: tuple[Assignment, Certifier], student: str) -> Released:
-    """Certify the problems of one student and write both notebooks, unless all is there from this very assignment.
+def release_student(work: tuple[Assignment, Certifier], student: str) -> ReleaseResult:
+    """Certify the problems of one student and write both notebooks, unless all files are up to date.
 
-    Where another draw of a problem is needed than the assignment says, it is returned, and nothing is written.
+    If a problem needs another draw than the recorded one, return the draw and write nothing.
     """
     assignment, certifier = work
     if is_up_to_date(assignment, student):
-        return Released(student, "kept")
-    draws = draws_of(assignment, student, certifier.record)
+        return ReleaseResult(student, "kept")
+    draws = generate_student_problems(assignment, student, certifier.record)
     if draws.given_up:
-        return Released(student, "left out", given_up=draws.given_up)
-    redrawn = draws.redrawn(assignment)
+        return ReleaseResult(student, "left out", given_up=draws.given_up)
+    redrawn = draws.new_redraws(assignment)
     if redrawn:
-        return Released(student, "redrawn", redrawn)
-    problems = [(slot, drawn.problem) for slot, drawn in draws.drawn.items()]
+        return ReleaseResult(student, "redrawn", redrawn)
+    problems = [(slot, drawn.problem) for slot, drawn in draws.certified.items()]
     try:
         notebooks = _notebooks(assignment, student, problems)
     except (QdotError, OSError, MemoryError):
         raise
     except Exception as error:
-        return Released(student, "left out", given_up=(_unwritable(assignment, student, problems, error),))
-    records = {slot: drawn.vouched for slot, drawn in draws.drawn.items()}
+        return ReleaseResult(
+            student, "left out", given_up=(_describe_unwritable(assignment, student, problems, error),)
+        )
+    records = {slot: drawn.record for slot, drawn in draws.certified.items()}
     outcome = _write(assignment, student, notebooks, certifier.text(assignment, student, records, notebooks[0]))
-    keep(assignment, student, problems)
-    return Released(student, outcome)
+    store_problems(assignment, student, problems)
+    return ReleaseResult(student, outcome)
 
 
 def _write(assignment: Assignment, student: str, notebooks: "Sequence[NotebookNode]", certified: str) -> str:
-    """Write certificate and notebooks, and return what becomes of them by that."""
+    """Write the certificate and the notebooks, and return the outcome."""
     released, solved = (notebook_path(assignment, student, kind) for kind in KINDS)
     to_hand_out, solution = map(notebook_text, notebooks)
     there = _content(released)
-    # Where the solution alone is an old one, a run was stopped after it had changed the notebook, and told nobody.
+    # If only the solution is old, an earlier run was stopped after changing the notebook, before reporting it.
     if there not in (None, "", to_hand_out) or _edition(solved) not in ("", assignment.edition_of(student)):
         outcome = "rewritten"
     else:
@@ -141,16 +149,16 @@ def _write(assignment: Assignment, student: str, notebooks: "Sequence[NotebookNo
     return outcome
 
 
-def _unwritable(
+def _describe_unwritable(
     assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]], error: Exception
-) -> GivenUp:
-    """Return which problem it is whose notebook can't be made."""
+) -> FailedSlot:
+    """Return the problem whose notebook can't be made."""
     for slot, problem in problems:
         try:
             _notebooks(assignment, student, [(slot, problem)])
         except Exception as its_own:
-            return GivenUp(student, slot, problem.id.family, own_failure(its_own))
-    return GivenUp(student, problems[0][0], problems[0][1].id.family, own_failure(error))
+            return FailedSlot(student, slot, problem.id.family, describe_own_failure(its_own))
+    return FailedSlot(student, problems[0][0], problems[0][1].id.family, describe_own_failure(error))
 
 
 def _notebooks(
@@ -172,33 +180,33 @@ def _notebook(
 
 
 def is_up_to_date(assignment: Assignment, student: str) -> bool:
-    """Return whether a student's notebooks and certificate are all there, from this very assignment."""
+    """Return whether a student's notebooks and certificate all exist and are from the current assignment."""
     paths = [*(notebook_path(assignment, student, kind) for kind in KINDS), certificate_path(assignment, student)]
     return all(_edition(path) == assignment.edition_of(student) for path in paths)
 
 
 def is_released(assignment: Assignment, student: str) -> bool:
-    """Return whether a student's notebook is in released/, from this very assignment."""
+    """Return whether a student's notebook in released/ exists and is from the current assignment."""
     return _edition(notebook_path(assignment, student)) == assignment.edition_of(student)
 
 
 def released_text(assignment: Assignment, student: str) -> str:
-    """Return a student's notebook as it is in released/."""
+    """Return the text of a student's notebook in released/."""
     return _content(notebook_path(assignment, student)) or ""
 
 
 def new_handout(assignment: Assignment, student: str) -> str:
-    """Return the notebook to hand out, made of a student's problems, which have been certified (`drawing.settled`)."""
+    """Return a new notebook to hand out, from a student's certified problems (`draws.settle_problems`)."""
     return notebook_text(handout(assignment, student, assignment.problems(student)))
 
 
 def handout(assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]]) -> "NotebookNode":
-    """Return the notebook that holds these problems of a student, as it would be handed out."""
+    """Return the notebook to hand out with these problems of a student."""
     return _notebook(student_notebook, assignment, student, problems)
 
 
 def _content(path: Path) -> str | None:
-    """Return the text of a file as it stands, None where there is no file; what can't be read is empty."""
+    """Return the text of a file, None if there is no file, and "" if it can't be read."""
     try:
         return path.read_bytes().decode(errors="replace")
     except (FileNotFoundError, NotADirectoryError):
@@ -208,17 +216,19 @@ def _content(path: Path) -> str | None:
 
 
 def _edition(path: Path) -> str:
-    """Return the edition that a notebook or a certificate was made from, empty where there is none to be read."""
+    """Return the edition in a notebook or certificate, "" if there is none."""
     match = re.search(r'"edition": "([^"]*)"', _content(path) or "")
     return match.group(1) if match else ""
 
 
-def release(assignment: Assignment, certifier: Certifier, jobs: int, each: Callable[[Released], None]) -> Assignment:
+def release(
+    assignment: Assignment, certifier: Certifier, jobs: int, each: Callable[[ReleaseResult], None]
+) -> Assignment:
     """Write the notebooks of the whole class on `jobs` processes, and return the assignment with its draws.
 
-    `each` is told of every student, in roster order, those whose problems are drawn anew after the others: their
-    draws are in redrawn.csv before their notebooks are anywhere. A rerun after a stop goes on where it was: what is up
-    to date is kept, and files that it had only begun are removed.
+    `each` is called for every student in roster order; students with regenerated problems come last, because their
+    draws are recorded in redrawn.csv before any notebook is written. A rerun after an interruption continues: files
+    that are up to date are kept, and partly written ones are removed.
     """
     students = [student.id for student in assignment.roster]
     notebooks = [notebook_path(assignment, student, kind) for student in students for kind in KINDS]
@@ -229,19 +239,19 @@ def release(assignment: Assignment, certifier: Certifier, jobs: int, each: Calla
     ):
         while students:
             again: list[str] = []
-            with closing(ordered_map(release_one, students, jobs, _both, (assignment, certifier))) as every:
-                for released in every:
+            with closing(ordered_map(release_student, students, jobs, _keep_state, (assignment, certifier))) as every:
+                for result in every:
                     now_and_then()
-                    if released.outcome == "redrawn":
-                        assignment = recorded(assignment, released.student, released.redrawn)
-                        again.append(released.student)
+                    if result.outcome == "redrawn":
+                        assignment = record_redraws(assignment, result.student, result.redrawn)
+                        again.append(result.student)
                     else:
-                        each(released)
+                        each(result)
             students = again
     return assignment
 
 
-def _both(assignment: Assignment, certifier: Certifier) -> tuple[Assignment, Certifier]:
+def _keep_state(assignment: Assignment, certifier: Certifier) -> tuple[Assignment, Certifier]:
     return assignment, certifier
 
 

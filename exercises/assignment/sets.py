@@ -1,6 +1,6 @@
 """Ready-made sets of problems, from which `qdot init --set NAME` makes an assignment: templates/init/sets/NAME.toml.
 
-Each begins plain and climbs: variation and difficulty of its problems grow, and the last part asks what it means.
+Variation and difficulty increase within a set, and its last part asks for the meaning of a result.
 """
 
 import tomllib
@@ -14,10 +14,9 @@ from qdot.exercises.writing.render import template_folder
 
 @dataclass(frozen=True)
 class ProblemSet:
-    """A set: its name, a title for the assignment, what it is for, the minutes it should take.
+    """A set: its name, a title for the assignment, its purpose, and the minutes it should take.
 
-    `note` tells the staff how it is handed out, where that is not by notebooks alone; `variation` is that of problems
-    that name none.
+    `note` tells the staff how to hand it out, if not only as notebooks; `variation` is the default of its problems.
     """
 
     name: str
@@ -29,7 +28,7 @@ class ProblemSet:
 
     @cached_property
     def text(self) -> str:
-        """Its [[problem]] tables, as they go into assignment.toml."""
+        """Its [[problem]] tables for assignment.toml."""
         return (template_folder() / "init" / "sets" / f"{self.name}.toml").read_text(encoding="utf-8")
 
     @property
@@ -39,7 +38,7 @@ class ProblemSet:
 
     @property
     def points(self) -> float:
-        """What all its parts are worth."""
+        """The total points of its parts."""
         return sum(
             sum(entry.get("points") or (ASKED[name].points for name in entry["questions"]))
             for entry in tomllib.loads(self.text)["problem"]
@@ -49,8 +48,8 @@ class ProblemSet:
 DEFAULT_SET = "overview"
 
 SETS = {
-    one.name: one
-    for one in (
+    problem_set.name: problem_set
+    for problem_set in (
         ProblemSet(DEFAULT_SET, "Velocity kinematics", "a first week with a problem of each kind", 120),
         ProblemSet(
             "chapter", "Examples 6.1 to 6.4", "the chapter's examples, for class and practice; numbers differ", 120,
@@ -73,11 +72,11 @@ SETS = {
         ),
     )
 }  # fmt: skip
-"""Every set by name; the first is what `qdot init` takes."""
+"""All sets by name; the first is the default of `qdot init`."""
 
 
-def set_named(name: str) -> ProblemSet:
-    """Return a set. Raises QdotError where there is none of that name."""
+def find_set(name: str) -> ProblemSet:
+    """Return the set with this name. Raises QdotError if there is none."""
     if name not in SETS:
         raise unknown("set", name, list(SETS))
     return SETS[name]

@@ -1,7 +1,7 @@
-"""What was worked out when notebooks were made, kept so that grading need not derive and draw it again.
+"""Stores problems, figures and texts when notebooks are made, so that grading need not derive and draw them again.
 
-A file of DIR/.qdot can be deleted at any time: everything in it is made anew from the assignment and its secret. It is
-signed with the secret and belongs to this very code, assignment and student; any other is not looked into.
+A file of DIR/.qdot can be deleted at any time: everything in it can be regenerated from the assignment and its secret.
+It is signed with the secret and valid for this code, assignment and student only; others are ignored.
 """
 
 import base64
@@ -35,10 +35,10 @@ FOLDER = ".qdot"
 
 
 @dataclass(frozen=True)
-class Kept:
-    """The problems of a student, each with its slot, and by slot or slot-part figures (SVG) and what is given or asked.
+class StoredProblems:
+    """The problems of a student with their slots, and figures (SVG) and texts by slot or slot-part.
 
-    There are none where these were not drawn and written.
+    Figures and texts may be missing.
     """
 
     problems: list[tuple[str, Problem]]
@@ -49,33 +49,33 @@ class Kept:
         """Return the figure of a problem's arm."""
         return self.figures[slot] if slot in self.figures else figure_svg(problem.chain, slot)
 
-    def given(self, slot: str, problem: Problem) -> str:
-        """Return what is given of a problem's arm, as HTML."""
-        return self.wording[slot] if slot in self.wording else given_html(problem)
+    def statement(self, slot: str, problem: Problem) -> str:
+        """Return the statement of a problem as HTML."""
+        return self.wording[slot] if slot in self.wording else statement_html(problem)
 
-    def asked(self, slot: str, problem: Problem, part: str) -> str:
-        """Return what is asked in a part, as HTML."""
+    def prompt(self, slot: str, problem: Problem, part: str) -> str:
+        """Return the prompt of a part as HTML."""
         name = f"{slot}-{part}"
         return self.wording[name] if name in self.wording else to_html(prompt(problem, problem[part]))
 
     def part_figure(self, slot: str, problem: Problem, part: str) -> str:
-        """Return the figure of a part, empty where it has none."""
+        """Return the figure of a part, "" if it has none."""
         name = f"{slot}-{part}"
-        if slot in self.figures:  # what has no figure of its own is not kept
+        if slot in self.figures:  # parts without a figure are not stored
             return self.figures.get(name, "")
-        return part_svg(problem.chain, next(one for one in problem.parts if one.name == part), name)
+        return part_svg(problem.chain, next(candidate for candidate in problem.parts if candidate.name == part), name)
 
 
-def given_html(problem: Problem) -> str:
-    """Return the table of an arm and what else is given, as HTML."""
+def statement_html(problem: Problem) -> str:
+    """Return the statement of a problem as HTML: the table of its arm and other given values."""
     return to_html(statement(problem, "", typed=False))
 
 
-def keep(assignment: Assignment, student: str, problems: list[tuple[str, Problem]]) -> None:
-    """Keep the problems of a student with their figures; a disk that is full or read-only is no reason to stop."""
+def store_problems(assignment: Assignment, student: str, problems: list[tuple[str, Problem]]) -> None:
+    """Store the problems of a student with their figures; do nothing if the disk is full or read-only."""
     figures, wording = {}, {}
     for slot, problem in problems:
-        wording[slot] = given_html(problem)
+        wording[slot] = statement_html(problem)
         wording.update({f"{slot}-{part.name}": to_html(prompt(problem, part)) for part in problem.parts})
         figures[slot] = figure_svg(problem.chain, slot)
         drawn = {f"{slot}-{part.name}": part_svg(problem.chain, part, f"{slot}-{part.name}") for part in problem.parts}
@@ -83,7 +83,7 @@ def keep(assignment: Assignment, student: str, problems: list[tuple[str, Problem
     answers = [part.answer for _, problem in problems for part in problem.parts]
     texts = [(entry, text_of(entry)) for answer in answers for entry in answer.entries()]
     minors = [_minors(problem) for _, problem in problems]
-    payload = zlib.compress(_pickled((problems, figures, wording, texts, minors)), 1)
+    payload = zlib.compress(_pickle_content((problems, figures, wording, texts, minors)), 1)
     text = f"{_signature(assignment, student, payload)}\n{base64.b64encode(payload).decode()}\n"
     try:
         write_atomically(store_path(assignment, student), text, mode=0o600, lasting=False)
@@ -92,7 +92,7 @@ def keep(assignment: Assignment, student: str, problems: list[tuple[str, Problem
 
 
 class _Pickler(pickle.Pickler):
-    """Keeps sums, products and powers as they are: SymPy's own way is to work each out again when it is read."""
+    """Restores sums, products and powers unchanged; by default SymPy would evaluate each one again on loading."""
 
     def reducer_override(self, value: object) -> Any:
         if isinstance(value, (sp.Add, sp.Mul)):
@@ -111,29 +111,29 @@ def _power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
 
 
 def _minors(problem: Problem) -> bytes:
-    """Return the minors of J, if they were worked out, to be read where a mistake is looked for and nowhere else."""
+    """Return the pickled minors of J if they were computed; they are loaded only for the diagnosis of mistakes."""
     derived = derive(problem.chain)
-    return _pickled(derived.generic_minors) if "generic_minors" in vars(derived) else b""
+    return _pickle_content(derived.generic_minors) if "generic_minors" in vars(derived) else b""
 
 
-def _pickled(content: object) -> bytes:
+def _pickle_content(content: object) -> bytes:
     pickled = io.BytesIO()
     _Pickler(pickled, protocol=5).dump(content)
     return pickled.getvalue()
 
 
-def kept_text(assignment: Assignment, student: str) -> str:
-    """Return what was kept of a student as it stands in its file, to be sent elsewhere; empty where nothing is."""
+def read_stored_text(assignment: Assignment, student: str) -> str:
+    """Return the text of a student's stored file, to be sent to another machine; "" if there is none."""
     try:
         return store_path(assignment, student).read_text(encoding="ascii")
     except (OSError, ValueError):
         return ""
 
 
-def kept(assignment: Assignment, student: str, text: str | None = None) -> Kept:
-    """Return what was kept of a student, or the problems worked out anew; with `text`, no file is read."""
+def load_stored_problems(assignment: Assignment, student: str, text: str | None = None) -> StoredProblems:
+    """Return a student's stored problems, or generate them again; with `text`, no file is read."""
     try:
-        signature, encoded = (kept_text(assignment, student) if text is None else text).split("\n")[:2]
+        signature, encoded = (read_stored_text(assignment, student) if text is None else text).split("\n")[:2]
         payload = base64.b64decode(encoded, validate=True)
         if hmac.compare_digest(signature, _signature(assignment, student, payload)):
             problems, figures, wording, texts, minors = pickle.loads(zlib.decompress(payload))  # noqa: S301 - signed with the secret
@@ -141,28 +141,28 @@ def kept(assignment: Assignment, student: str, text: str | None = None) -> Kept:
             for (_, problem), kept_minors in zip(problems, minors, strict=True):
                 if kept_minors:
                     store_minors(problem.chain, partial(pickle.loads, kept_minors))
-            return Kept(problems, figures, wording)
+            return StoredProblems(problems, figures, wording)
     except ValueError:
-        pass  # nothing kept, or damaged
-    return Kept(assignment.problems(student))
+        pass  # nothing is stored, or it is damaged
+    return StoredProblems(assignment.problems(student))
 
 
 def store_path(assignment: Assignment, student: str) -> Path:
-    """Return where what was worked out for a student is kept."""
+    """Return the path of a student's stored problems."""
     return assignment.folder / FOLDER / "problems" / hashlib.sha256(student.encode()).hexdigest()[:24]
 
 
 def _signature(assignment: Assignment, student: str, payload: bytes) -> str:
-    about = repr((code(), assignment.edition_of(student), assignment.marking, student)).encode()
+    about = repr((code_digest(), assignment.edition_of(student), assignment.marking, student)).encode()
     return hmac.new(assignment.secret.encode(), about + b"\0" + payload, hashlib.sha256).hexdigest()
 
 
 @cache
-def code() -> str:
-    """Return a digest of the code and the versions by which problems are worked out and drawn."""
+def code_digest() -> str:
+    """Return a digest of the code and the library versions that determine problems and figures."""
     digest = hashlib.sha256(repr((sys.version_info[:2], sp.__version__, np.__version__)).encode())
     here = Path(__file__).resolve().parents[1]
-    own = [path for kind in ("py", "txt", "json") for path in here.rglob(f"*.{kind}")]
-    for path in sorted([*own, *template_folder().rglob("*.svg.j2")]):
+    sources = [path for kind in ("py", "txt", "json") for path in here.rglob(f"*.{kind}")]
+    for path in sorted([*sources, *template_folder().rglob("*.svg.j2")]):
         digest.update(path.name.encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()

@@ -1,14 +1,13 @@
-"""The pages of docs/ that are made from the code: the families with a thumbnail each, the questions, and the
-chapter's examples.
+"""The pages of docs/ that are generated from the code, such as the families, the questions, and the chapter's examples.
 
-`python -m qdot.exercises.docs` writes them all; a test says when they are out of date.
+`python -m qdot.exercises.docs` writes them all; a test fails if they are out of date.
 
-    errata              where the chapter is wrong as printed
-    structures          how many arms there are
-    sharing             how many students would share an answer: measured, and kept
-    shipped             what structures of the families give, worked out for arm.shipped (`make shipped`)
-    robots              the table of real robots, and where they are singular
-    dependencies        every library with its reason; how qdot is installed, in words
+    errata              errors in the printed chapter
+    structures          the number of different arms
+    sharing             how many students would share an answer, measured and stored
+    shipped             precomputed results for the families' structures, for arm.shipped (`make shipped`)
+    robots              the table of real robots, and their singular configurations
+    dependencies        every library with its reason; instructions to install qdot
 """
 
 import json
@@ -25,7 +24,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.common.variation import DEFAULT, STEPS
 from qdot.exercises.docs.errata import Erratum, errata
 from qdot.exercises.docs.robots import robots_page
-from qdot.exercises.docs.sharing import GROUPS, known
+from qdot.exercises.docs.sharing import GROUPS, load_measured
 from qdot.exercises.docs.structures import structures_page
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.listing import LISTING, FamilyListing
@@ -108,7 +107,7 @@ def families_page() -> str:
 def questions_page() -> str:
     """Return docs/questions.md."""
     asked: dict[str, int | str] = {
-        name: sum(name in listed.questions for listed in found_out().values()) for name in QUESTIONS
+        name: sum(name in listed.questions for listed in list_families().values()) for name in QUESTIONS
     }
     for question in QUESTIONS.values():
         if CONVENTIONS[0] not in question.conventions:
@@ -138,7 +137,7 @@ AXES_IN_WORDS = {
 
 def variation_page() -> str:
     """Return docs/variation.md, of what was measured (`sharing.json`) and listed."""
-    measured = known()
+    measured = load_measured()
     asked = {name for steps in measured["asked"]["families"].values() for counts in steps.values() for name in counts}
     return render(
         "docs/variation.md.j2",
@@ -152,7 +151,7 @@ def variation_page() -> str:
         sharing=measured["formulas"],
         varied=[name for name, family in FAMILIES.items() if family.varied],
         asked=measured["asked"] | {"questions": [name for name in QUESTIONS if name in asked]},
-        difficulty={name: listed.by_variation for name, listed in found_out().items() if listed.by_variation},
+        difficulty={name: listed.by_variation for name, listed in list_families().items() if listed.by_variation},
         has={name: FAMILIES[name].has_axes for name in FAMILIES},
     )
 
@@ -189,7 +188,7 @@ def thumbnails(family: str) -> tuple[dict[str, str], dict[str, str]]:
 
 
 def _entry(name: str) -> FamilyEntry:
-    family, listed = FAMILIES[name], found_out()[name]
+    family, listed = FAMILIES[name], list_families()[name]
     return FamilyEntry(
         name=name,
         title=family.title,
@@ -205,14 +204,14 @@ def _entry(name: str) -> FamilyEntry:
 
 
 @cache
-def found_out() -> dict[str, FamilyListing]:
+def list_families() -> dict[str, FamilyListing]:
     """Return what is to be listed of each family, found out from its arms."""
     return {name: find_out(family) for name, family in FAMILIES.items()}
 
 
 def listing_text() -> str:
     """Return the file that `families.listing` reads."""
-    return json.dumps({name: asdict(listed) for name, listed in found_out().items()}, indent=1) + "\n"
+    return json.dumps({name: asdict(listed) for name, listed in list_families().items()}, indent=1) + "\n"
 
 
 # --- the chapter's examples ---
@@ -290,7 +289,7 @@ def examples(language: str = ENGLISH) -> tuple[Example, ...]:
     arms = {"planar-2r": planar_2r(), "scorbot": scorbot_arm()}
     worked_out: list[Example] = []
     for number, title, key, questions in EXAMPLES:
-        steps = tuple((words.question(QUESTIONS[name].title), _solved(arms[key], name, language)) for name in questions)
+        steps = tuple((words.question(QUESTIONS[name].title), _solve(arms[key], name, language)) for name in questions)
         drawn = all(before.key != key for before in worked_out)
         worked_out.append(
             Example(number, words.gettext(title), key, arms[key], steps, drawn, "singular-angles" in questions)
@@ -310,13 +309,13 @@ def examples_page() -> str:
 
 
 @cache
-def _solved(chain: Chain, name: str, language: str) -> str:
+def _solve(chain: Chain, name: str, language: str) -> str:
     answer, details = QUESTIONS[name].ask(chain, Stream("docs"))
     part = Part(name, name, answer, details=details)
-    return worked_solution(Problem(ProblemId(chain.name, 0), _as_drawn(chain), (part,)), part, language)
+    return worked_solution(Problem(ProblemId(chain.name, 0), _with_family_title(chain), (part,)), part, language)
 
 
-def _as_drawn(chain: Chain) -> Chain:
+def _with_family_title(chain: Chain) -> Chain:
     """Return an arm with the title that its family gives to it."""
     plain = FAMILIES[chain.name].plain
     return chain if plain is None else replace(chain, title=plain.title)

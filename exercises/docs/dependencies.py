@@ -37,15 +37,15 @@ OWN = re.compile(r"""pip install (['"]?)(?:qdot|\.)(?:\[([a-z,]+)\])?\1(?![\w=./
 
 def with_install_words(page: str) -> str:
     """Return a page with the words by which qdot is installed as they hold now; steps of a CI stay as they are."""
-    lines = (line if "- run:" in line else OWN.sub(lambda found: install_words(found[2] or ""), line) for line in
+    lines = (line if "- run:" in line else OWN.sub(lambda match: install_words(match[2] or ""), line) for line in
              page.split("\n"))  # fmt: skip
     return "\n".join(lines)
 
 
 def dependencies_page() -> str:
     """Return docs/dependencies.md."""
-    found: dict[str, dict[str, Any]] = json.loads(DATA.read_text(encoding="utf-8"))
-    rows = [{"name": name, "why": why, **found["libraries"][name]} for name, why in WHY.items()]
+    measured: dict[str, dict[str, Any]] = json.loads(DATA.read_text(encoding="utf-8"))
+    rows = [{"name": name, "why": why, **measured["libraries"][name]} for name, why in WHY.items()]
     base = [row for row in rows if not row["extra"]]
     by_extra = {extra: [row for row in rows if row["extra"] == extra.name] for extra in EXTRAS.values()}
-    return render("docs/dependencies.md.j2", base=base, by_extra=by_extra, found=found, words=install_words)
+    return render("docs/dependencies.md.j2", base=base, by_extra=by_extra, found=measured, words=install_words)

@@ -53,16 +53,21 @@ class Erratum:
 
 def errata(planar: Chain, scorbot: Chain, words: Catalogue) -> tuple[Erratum, ...]:
     """Return the corrections in the chapter's order and in a language; the arms are those of Examples 6.1 and 6.3."""
-    said = (*_of_6_1(planar, words), _inverse(planar, words), *_of_6_3(scorbot, words), *_of_the_text(planar, words))
-    return tuple(_with_decimals(each, words) for each in said)
+    corrections = (
+        *_example_6_1(planar, words),
+        _example_6_2(planar, words),
+        *_example_6_3(scorbot, words),
+        *_text_errata(planar, words),
+    )
+    return tuple(_with_decimals(each, words) for each in corrections)
 
 
-def _with_decimals(said: Erratum, words: Catalogue) -> Erratum:
+def _with_decimals(erratum: Erratum, words: Catalogue) -> Erratum:
     """Return a correction with the decimal sign of a language, also of the numbers that stand in no formula."""
-    own = words.with_decimals
+    convert = words.with_decimals
     return replace(
-        said, printed=own(said.printed), right=own(said.right), at=own(said.at),
-        values=tuple((own(what), words.with_decimal(value)) for what, value in said.values),
+        erratum, printed=convert(erratum.printed), right=convert(erratum.right), at=convert(erratum.at),
+        values=tuple((convert(what), words.with_decimal(value)) for what, value in erratum.values),
     )  # fmt: skip
 
 
@@ -76,7 +81,7 @@ def number(value: sp.Expr | float) -> str:
     return "0" if abs(double) < 1e-12 else f"{double:.4g}".replace("-", "−")
 
 
-def shown(numbers: Numbers) -> str:
+def configuration_text(numbers: Numbers) -> str:
     """Return a configuration in words: lengths in metres, angles in degrees, rates in rad/s."""
     texts = []
     for symbol, value in numbers.items():
@@ -88,7 +93,7 @@ def shown(numbers: Numbers) -> str:
     return ", ".join(texts)
 
 
-def _of_6_1(planar: Chain, words: Catalogue) -> tuple[Erratum, ...]:
+def _example_6_1(planar: Chain, words: Catalogue) -> tuple[Erratum, ...]:
     gettext, pgettext = words.gettext, words.pgettext
     d = derive(planar)
     rotation = d.rotations[2].xreplace(TWO_R)
@@ -107,7 +112,7 @@ def _of_6_1(planar: Chain, words: Catalogue) -> tuple[Erratum, ...]:
                 "The columns of a rotation have length 1 and are square to each other. Whoever copies the entry "
                 "works with a matrix that stretches, and every frame behind it is misplaced."
             ),
-            shown(TWO_R),
+            configuration_text(TWO_R),
             (
                 (
                     gettext("length of the first column with $c_{12}$ there"),
@@ -125,13 +130,13 @@ def _of_6_1(planar: Chain, words: Catalogue) -> tuple[Erratum, ...]:
                 "Without the bracket a rate in rad/s is added to a velocity in m/s, and joint 2 would move $P$ "
                 "equally fast whatever the length of its link."
             ),
-            shown(moving),
+            configuration_text(moving),
             ((gettext("$v_x$ as printed"), f"{number(printed)} m/s"), ("$v_x$", f"{number(right)} m/s")),
         ),
     )
 
 
-def _inverse(planar: Chain, words: Catalogue) -> Erratum:
+def _example_6_2(planar: Chain, words: Catalogue) -> Erratum:
     gettext, pgettext = words.gettext, words.pgettext
     jacobian = derive(planar).jacobian
     right = jacobian.inv().xreplace(TWO_R).evalf()
@@ -149,7 +154,7 @@ def _inverse(planar: Chain, words: Catalogue) -> Erratum:
             "$J J^{-1}$ is no longer the identity: an arm that is told to move along $y$ with the printed "
             "inverse moves another way. Multiplying the two matrices finds such a slip."
         ),
-        gettext("%(arm)s, wanted $v_x = 0$, $v_y = 0.2$ m/s", arm=shown(TWO_R)),
+        gettext("%(arm)s, wanted $v_x = 0$, $v_y = 0.2$ m/s", arm=configuration_text(TWO_R)),
         (
             (gettext("$v_x$ reached with the printed inverse"), f"{number(reached[0])} m/s"),
             (gettext("$v_y$ reached"), f"{number(reached[1])} m/s"),
@@ -161,7 +166,7 @@ def _inverse(planar: Chain, words: Catalogue) -> Erratum:
     )
 
 
-def _of_6_3(scorbot: Chain, words: Catalogue) -> tuple[Erratum, ...]:
+def _example_6_3(scorbot: Chain, words: Catalogue) -> tuple[Erratum, ...]:
     gettext, pgettext = words.gettext, words.pgettext
     d = derive(scorbot)
     right = d.geometric[1, 1].xreplace(ELBOW)
@@ -183,7 +188,7 @@ def _of_6_3(scorbot: Chain, words: Catalogue) -> tuple[Erratum, ...]:
                 "The derivative of $c_{23}$ is $-s_{23}$. A finite difference of the position, worked out with "
                 "numbers, shows the slip at once."
             ),
-            shown(ELBOW),
+            configuration_text(ELBOW),
             (
                 (gettext("as printed"), number(printed)),
                 (pgettext("erratum", "right"), number(right)),
@@ -196,7 +201,7 @@ def _of_6_3(scorbot: Chain, words: Catalogue) -> tuple[Erratum, ...]:
             gettext("five terms, left as a sum"),
             "$a_2 a_3 s_3 (a_1 + a_2 c_2 + a_3 c_{23})$",
             gettext("Only the factors tell where the arm is singular; from the sum nothing can be read."),
-            shown(ELBOW),
+            configuration_text(ELBOW),
             (
                 (gettext("terms of the determinant, multiplied out and not tidied"), str(len(sp.Add.make_args(terms)))),
                 (gettext("the sum"), number(terms.xreplace(ELBOW))),
@@ -240,7 +245,7 @@ def _rank(chain: Chain, numbers: Numbers) -> int:
     return int(np.linalg.matrix_rank(jacobian, tol=1e-9))
 
 
-def _of_the_text(planar: Chain, words: Catalogue) -> tuple[Erratum, ...]:
+def _text_errata(planar: Chain, words: Catalogue) -> tuple[Erratum, ...]:
     gettext, pgettext = words.gettext, words.pgettext
     determinant = derive(planar).determinant
     stretched, folded = ({**TWO_R, T2: angle} for angle in (sp.S.Zero, sp.pi))

@@ -1,6 +1,6 @@
-"""The table of real robots in docs/robots.md, and in words where each is singular: worked out once, and kept.
+"""The table of real robots in docs/robots.md, with their singular configurations in words, computed once and stored.
 
-`python -m qdot.exercises.docs.robots` works them out (a minute) and keeps them in robots.json. The rest of the page is
+`python -m qdot.exercises.docs.robots` computes them (a minute) and stores them in robots.json. The rest of the page is
 written by hand.
 """
 
@@ -27,40 +27,40 @@ MOST_TERMS = 10
 
 
 def robots_page() -> str:
-    """Return docs/robots.md with its section on real robots as it has to be."""
+    """Return docs/robots.md with an up-to-date section on real robots."""
     text = PAGE.read_text(encoding="utf-8")
-    before, found, after = text.partition(SECTION)
-    assert found, f"docs/robots.md has no section {SECTION.strip()!r}"
+    before, heading, after = text.partition(SECTION)
+    assert heading, f"docs/robots.md has no section {SECTION.strip()!r}"
     _, end, rest = after.partition(NEXT)
     groups: dict[tuple[str, ...], list[str]] = {}
-    for name, words in kept().items():
+    for name, words in load_singular_words().items():
         groups.setdefault(words, []).append(name)
     section = render("docs/robots.md.j2", robots=robots().values(), conventions=REGISTRY, groups=groups)
     return f"{before}{SECTION}{section.rstrip()}\n{end}{rest}"
 
 
 @cache
-def kept() -> Mapping[str, tuple[str, ...]]:
-    """Return in words where each robot is singular, as it is kept; nothing where that takes more than words."""
+def load_singular_words() -> Mapping[str, tuple[str, ...]]:
+    """Return the stored descriptions of each robot's singular configurations; empty if there is no short one."""
     return {name: tuple(words) for name, words in json.loads(KEPT.read_text(encoding="utf-8")).items()}
 
 
-def singular_in_words(name: str) -> tuple[str, ...]:
-    """Return what the singular configurations of a robot look like, a text for each component of the singular set."""
+def describe_singular_set(name: str) -> tuple[str, ...]:
+    """Describe the singular configurations of a robot, with a text for each component of the singular set."""
     if name in LONG:
         return ()
     chain = read_robot_file(robots()[name].path).chain
-    found = solve(chain).singular or ()
-    if any(len(condition.args) > MOST_TERMS for one in found for condition in one.conditions):
+    components = solve(chain).singular or ()
+    if any(len(condition.args) > MOST_TERMS for component in components for condition in component.conditions):
         return ()
-    return tuple(convention_of(chain).rename_origins(one.kind.meaning) for one in found)
+    return tuple(convention_of(chain).rename_origins(component.kind.meaning) for component in components)
 
 
-def kept_text() -> str:
+def singular_words_text() -> str:
     """Return the file that `kept` reads, worked out anew."""
-    return json.dumps({name: singular_in_words(name) for name in robots()}, indent=1) + "\n"
+    return json.dumps({name: describe_singular_set(name) for name in robots()}, indent=1) + "\n"
 
 
 if __name__ == "__main__":
-    write_atomically(KEPT, kept_text())
+    write_atomically(KEPT, singular_words_text())
     say(f"wrote {KEPT.name}")

@@ -1,8 +1,8 @@
 """How many students of a class would share an answer, measured for docs/variation.md (`make sharing`, minutes).
 
-An answer in formulas depends on the arm only. So a class's arms are drawn, and those are put together whose formulas
-have the same values where symbols and joints have some fixed ones. Parts that draw something of their own, and those in
-numbers, are asked of a smaller class as they are handed out.
+An answer in formulas depends only on the arm. So the arms of a class are sampled and grouped by the values of their
+formulas at fixed values of symbols and joints. Parts with numbers, or with other sampled data, are generated for a
+smaller class.
 """
 
 import json
@@ -71,10 +71,10 @@ def _determinant(w: Working) -> np.ndarray:
 
 
 def keys_in_formulas(arms: Sequence[Chain], groups: Sequence[str]) -> dict[str, list[Key]]:
-    """Return, by group, what tells each arm's answers: values of formulas where symbols and joints have fixed ones.
+    """Return keys of each arm's answers by group: values of formulas at fixed values of symbols and joints.
 
-    Arms of one structure are evaluated together. Conditions on joints are the same where determinants are a constant
-    multiple of one another.
+    Arms of one structure are evaluated together. Conditions on joints are equal if determinants differ by a constant
+    factor.
     """
     keys: dict[str, list[Key]] = {group: [()] * len(arms) for group in groups}
     known = [structure(arm) for arm in arms]
@@ -82,7 +82,7 @@ def keys_in_formulas(arms: Sequence[Chain], groups: Sequence[str]) -> dict[str, 
     for index, its in enumerate(known):
         alike.setdefault(its.chain, []).append(index)
     for generic, members in alike.items():
-        working = _evaluated(generic, [dict(known[index].values) for index in members])
+        working = _evaluate(generic, [dict(known[index].values) for index in members])
         for group in groups:
             outcome = GROUPS[group][1](working).reshape(-1, len(members), POSES)
             if group == "singular":
@@ -93,7 +93,7 @@ def keys_in_formulas(arms: Sequence[Chain], groups: Sequence[str]) -> dict[str, 
     return keys
 
 
-def _evaluated(generic: Chain, stand_for: Sequence[dict[sp.Symbol, sp.Expr]]) -> Working:
+def _evaluate(generic: Chain, stand_for: Sequence[dict[sp.Symbol, sp.Expr]]) -> Working:
     """Return the working for arms of one structure, each in the same configurations."""
     values = {
         symbol.name: np.array(
@@ -114,8 +114,8 @@ def _value(expression: sp.Expr, pose: int, joints: tuple[sp.Symbol, ...]) -> flo
     return float(expression.subs(fixed))
 
 
-def sharing(keys: Iterable[Hashable]) -> int:
-    """Return how many have their key in common with another.
+def count_sharing(keys: Iterable[Hashable]) -> int:
+    """Return the number of keys that occur more than once, with multiplicity.
 
     >>> sharing("abcab")
     4
@@ -124,20 +124,20 @@ def sharing(keys: Iterable[Hashable]) -> int:
 
 
 def known_share(family: str, step: str, question: str) -> tuple[int, int] | None:
-    """Return how many of how many students were found to share an answer; None where that was not measured.
+    """Return how many students share an answer, and of how many; None if it was not measured.
 
     >>> known_share("planar-2r", "chapter", "jacobian")
     (500, 500)
     """
-    found = known()["formulas"].get(family, {"students": 0, "steps": {}})
-    groups = found["steps"].get(step, {})
+    family_shares = load_measured()["formulas"].get(family, {"students": 0, "steps": {}})
+    groups = family_shares["steps"].get(step, {})
     counts = [groups[group] for group, (names, _) in GROUPS.items() if question in names and group in groups]
-    return (counts[0], found["students"]) if counts else None
+    return (counts[0], family_shares["students"]) if counts else None
 
 
 @cache
-def known() -> dict[str, Any]:
-    """Return what was measured."""
+def load_measured() -> dict[str, Any]:
+    """Return the stored measurements."""
     content: dict[str, Any] = json.loads(MEASURED.read_text(encoding="utf-8"))
     return content
 
@@ -150,20 +150,22 @@ def arms_of(family: str, step: str, size: int) -> list[Chain]:
     return [sample_chain(ProblemId(family, seed, variation=step)) for seed in range(size)]
 
 
-def measured_in_formulas(family: str, size: int = CLASS) -> dict[str, dict[str, int]]:
+def measure_formulas(family: str, size: int = CLASS) -> dict[str, dict[str, int]]:
     """Return how many of a class share the answers of each group, by step."""
     asked = set(questions_of(family))
     plain = FAMILIES[family].plain
     square = plain is None or len(plain.task) == plain.n
     groups = [group for group, (names, _) in GROUPS.items() if asked & set(names) and (square or group != "singular")]
     return {
-        step: {group: sharing(keys) for group, keys in keys_in_formulas(arms_of(family, step, size), groups).items()}
+        step: {
+            group: count_sharing(keys) for group, keys in keys_in_formulas(arms_of(family, step, size), groups).items()
+        }
         for step in STEPS
     }
 
 
-def measured_as_asked(family: str, step: str, questions: Sequence[str], size: int = ASKED_CLASS) -> dict[str, int]:
-    """Return how many of a small class have a part in common with another, as `qdot generate` counts them."""
+def measure_asked(family: str, step: str, questions: Sequence[str], size: int = ASKED_CLASS) -> dict[str, int]:
+    """Return how many students of a small class share a part, counted as in `qdot generate`."""
     shared = {}
     arms = arms_of(family, step, size)
     for name in questions:
@@ -171,44 +173,44 @@ def measured_as_asked(family: str, step: str, questions: Sequence[str], size: in
         for seed, arm in enumerate(arms):
             identity = ProblemId(family, seed, (name,), variation=step)
             asked.append(digest_of_asked(identity, arm, name))
-        shared[name] = sharing(asked)
+        shared[name] = count_sharing(asked)
     return shared
 
 
 def digest_of_asked(identity: ProblemId, arm: Chain, name: str) -> str:
-    """Return the digest of a part that is asked of an arm that is there."""
-    answer, details = QUESTIONS[name].ask(arm, Stream(f"qdot/{identity.engine}/{identity.seeded}/{name}"))
+    """Return the digest of a part for a given arm."""
+    answer, details = QUESTIONS[name].ask(arm, Stream(f"qdot/{identity.engine}/{identity.family_and_seed}/{name}"))
     problem = Problem(identity, arm, (Part(name, name, answer, details=details),))
-    return str(digests(problem)["parts"][name])
+    return digests(problem).parts[name]
 
 
-def others(family: str) -> list[str]:
-    """Return the questions of a family whose answers do not follow from the arm alone."""
+def questions_beyond_arm(family: str) -> list[str]:
+    """Return the questions of a family whose answers do not depend on the arm alone."""
     in_formulas = {name for names, _ in GROUPS.values() for name in names} | ALIKE
     return [name for name in questions_of(family) if name not in in_formulas]
 
 
-def measured(family: str) -> dict[str, Any]:
-    """Return what is measured of one family."""
+def measure_family(family: str) -> dict[str, Any]:
+    """Measure one family."""
     size = CLASS_OF_VARIED if FAMILIES[family].varied else CLASS
-    return {"students": size, "steps": measured_in_formulas(family, size)}
+    return {"students": size, "steps": measure_formulas(family, size)}
 
 
 def measure() -> dict[str, Any]:
-    """Return all that is measured, as sharing.json holds it."""
-    formulas = {family: measured(family) for family in FAMILIES}
+    """Measure all families, and return the content of sharing.json."""
+    formulas = {family: measure_family(family) for family in FAMILIES}
     asked = {
-        family: {step: measured_as_asked(family, step, others(family)) for step in ASKED_STEPS}
+        family: {step: measure_asked(family, step, questions_beyond_arm(family)) for step in ASKED_STEPS}
         for family in ASKED_FAMILIES
     }
     return {"formulas": formulas, "asked": {"students": ASKED_CLASS, "families": asked}}
 
 
-def text_of_measured(content: dict[str, Any]) -> str:
+def measurement_text(content: dict[str, Any]) -> str:
     """Return the file that the page reads."""
     return json.dumps(content, indent=1) + "\n"
 
 
 if __name__ == "__main__":
-    write_atomically(MEASURED, text_of_measured(measure()))
+    write_atomically(MEASURED, measurement_text(measure()))
     say(f"wrote {MEASURED.name}")

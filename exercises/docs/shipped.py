@@ -1,8 +1,7 @@
-"""`python -m qdot.exercises.docs.shipped`: work out what structures of the registered families give, to be shipped.
+"""`python -m qdot.exercises.docs.shipped`: compute the results for structures of the registered families, to ship them.
 
-They are those of all arms at each step of variation, as far as so many draws find them; of the arms as the chapter
-draws them, also told in the other conventions; of random arms all clean structures, as they stand in the table; and of
-all real robots.
+These are the structures of arms at each step of variation, as far as DRAWS draws find them; of the chapter's arms in
+all conventions; of random arms, all clean structures; and of all real robots.
 """
 
 from collections.abc import Callable, Iterator
@@ -28,66 +27,66 @@ BY_TRANSFORMS: tuple[tuple[str, Callable[[Chain], object], *tuple[Callable[[Chai
     ("transform", terms_of_last_pose, poses),
     ("tool-jacobian", terms_in_tool_frame, seen_from_tool, in_tool_frame),
 )
-"""Questions, what counts the terms of the answer, and what else is wanted where these are not too many.
+"""Questions, the function that counts the terms of the answer, and further functions if there are not too many terms.
 
-Of random arms it is not: it would be half of the file.
+Random arms don't need these, which would be half of the file.
 """
 DRAWS = 300
-"""Draws of each family and step in which structures are looked for."""
+"""Number of draws of each family and step that are searched for structures."""
 
 
 def arms() -> Iterator[Chain]:
     """Yield an arm of each structure."""
     seen = set()
-    for arm in _drawn():
+    for arm in _all_arms():
         its = structure(arm).chain
         if its not in seen:
             seen.add(its)
             yield arm
 
 
-def _drawn() -> Iterator[Chain]:
+def _all_arms() -> Iterator[Chain]:
     for name, family in FAMILIES.items():
         if not family.varied:
             yield from (sample_chain(ProblemId(name, 1, convention=convention)) for convention in CONVENTIONS)
             for step in STEPS:
                 yield from (sample_chain(ProblemId(name, seed, variation=step)) for seed in range(1, DRAWS + 1))
     for n, clean in clean_structures().items():
-        yield from (chain_of(one.rows, one.task, f"random-{n}") for one in clean)
+        yield from (chain_of(clean_structure.rows, clean_structure.task, f"random-{n}") for clean_structure in clean)
     yield from (read_robot(robot_path(name)) for name in robots())
 
 
 def lines(arm: Chain) -> dict[bytes, str]:
     """Return the lines of an arm's structure and of those of its first joints, by their keys."""
-    found = {structure_key(structure(arm).chain): results_to_text(all_of(arm))}
+    by_key = {structure_key(structure(arm).chain): results_to_text(results_of(arm))}
     for joints in range(1, arm.n):
         part = structure(convention_of(arm).first_joints(joints)).chain
-        found.setdefault(structure_key(part), results_to_text(results(part)))
-    return found
+        by_key.setdefault(structure_key(part), results_to_text(results(part)))
+    return by_key
 
 
-def all_of(arm: Chain) -> dict[str, object]:
-    """Return what is found out of a whole arm's structure, as far as its questions may want it."""
+def results_of(arm: Chain) -> dict[str, object]:
+    """Return the results for an arm's structure that its questions may need."""
     its = structure(arm).chain
     has_minors = arm.name in FAMILIES or arm.n <= len(TASK_ROWS)  # else it is solved by elimination
     is_inverted = has_minors and QUESTIONS["inverse-jacobian"].refusal(arm) is None
-    found = results(its, has_minors, is_inverted)
+    outcome = results(its, has_minors, is_inverted)
     for name, count, *more in BY_TRANSFORMS:
         if arm.n <= MOST_JOINTS and QUESTIONS[name].objects(arm) is None:
             is_random = arm.name in FAMILIES and FAMILIES[arm.name].varied
             is_asked = QUESTIONS[name].too_long(arm) is None and not is_random
             wanted = [count, *more] if is_asked else [count]
-            found |= {work.__name__: work(its) for work in wanted}
-    return found
+            outcome |= {work.__name__: work(its) for work in wanted}
+    return outcome
 
 
 def text() -> str:
     """Return the file."""
-    found: dict[bytes, str] = {}
+    by_key: dict[bytes, str] = {}
     for arm in arms():
         for its_key, line in lines(arm).items():  # of an arm that is the first joints of another, all is kept
-            found[its_key] = max(found.get(its_key, ""), line, key=len)
-    return "\n".join([code_digest(), *(f"{its_key.decode()} {line}" for its_key, line in sorted(found.items())), ""])
+            by_key[its_key] = max(by_key.get(its_key, ""), line, key=len)
+    return "\n".join([code_digest(), *(f"{its_key.decode()} {line}" for its_key, line in sorted(by_key.items())), ""])
 
 
 if __name__ == "__main__":

@@ -1,15 +1,15 @@
 """Every form but notebooks in which an assignment is handed out: quizzes for learning platforms, paper, CI.
 
-Beside the outlets, which stand in `registry`:
+One module per export format, all listed in `registry`. They share:
 
-    outlet                      what an outlet is, and what it is given
+    export_format               what an export format is, and the order that it gets
     bank, handouts              certified variants of an assignment's problems; the notebooks of its class
-    items, numbers, markup      what platforms ask: options, matches, formulas asked for in numbers; texts and archives
-    known_wrong                 what mistakes make of an answer
-    stack_parts, stack_maxima   a part as STACK asks and marks it; what marking calls in Maxima
-    stack_cost                  what marking costs
+    items, numbers, markup      quiz items; formulas asked for as numbers; HTML and archives
+    known_wrong                 wrong answers that known mistakes lead to
+    stack_parts, stack_maxima   a part as STACK asks and marks it; the Maxima functions for marking
+    stack_cost                  the processor time that marking takes
     moodle_quiz                 a quiz as Moodle restores it
-    sheet, boxes, marking       a sheet of paper as data; where answers are written; what earns which points
-    wheel                       qdot itself, to be carried along
-    registry                    the outlets by name
+    sheet, boxes, marking       a sheet of paper as data; boxes for answers; which answers earn which points
+    wheel                       qdot itself as a wheel
+    registry                    the export formats by name
 """

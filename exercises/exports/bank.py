@@ -1,4 +1,4 @@
-"""A bank of problems: so many different variants of each of an assignment's, certified, the same at every export."""
+"""A bank of problems: several certified variants of each problem of an assignment, the same at every export."""
 
 from collections.abc import Callable, Generator
 from contextlib import closing
@@ -7,11 +7,12 @@ from functools import partial
 from typing import Generic, TypeVar
 
 from qdot.exercises.assignment.assignment import Slot
-from qdot.exercises.assignment.draws import GivenUp, Variant, attempt, instead, vouching
+from qdot.exercises.assignment.draws import FailedSlot, Variant, attempt, certify_by, suggest_replacement
 from qdot.exercises.assignment.redrawn import DRAWS
 from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.json_form import as_json
 from qdot.exercises.common.parallel import ordered_map
-from qdot.exercises.exports.outlet import Order
+from qdot.exercises.exports.export_format import Order
 from qdot.exercises.families.base import describe_variation
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.problem.record import digests
@@ -19,36 +20,37 @@ from qdot.exercises.problem.record import digests
 Made = TypeVar("Made")
 
 PATIENCE = 10
-"""So many times as many problems as are wanted are drawn where a family has few that differ."""
+"""How many problems to sample for each one that is wanted, if a family has few that differ."""
 
 
 Work = Callable[[Order, Slot, Problem], Made]
-"""What is made of a problem, whatever its number will be; it is handed to other processes: a function of a module."""
+"""Turns a problem into what an export needs. It is pickled for other processes, so it is a function of a module."""
 
 
 def bank(order: Order) -> Generator[Variant, None, None]:
-    """Yield the variants of every place in turn. A bank of 20 is how a bank of 50 begins.
+    """Yield the variants of every slot in turn. A bank of 50 begins with the bank of 20.
 
-    They are drawn with the assignment's secret, so that who has qdot can't draw them again; no student has the same
-    ones but by chance. What does not pass its certificate is passed over. Raises QdotError where nothing passes.
+    They are generated from the assignment's secret: nobody can regenerate them without it, and students get the same
+    ones only by chance. Problems that fail their certificate are skipped. Raises QdotError if none passes.
     """
-    for variant, _ in worked_out(order, _nothing_else):
+    for variant, _ in process_bank(order, _add_nothing):
         yield variant
 
 
-def worked_out(order: Order, work: Work[Made]) -> Generator[tuple[Variant, Made], None, None]:
-    """Yield the variants of a bank with what `work` makes of each, in the process that has drawn and certified it.
+def process_bank(order: Order, work: Work[Made]) -> Generator[tuple[Variant, Made], None, None]:
+    """Yield the variants of a bank, each with the result of `work`.
 
-    So the many processes of an order share all of the work, and what was derived of an arm is derived once.
+    `work` runs in the process that has sampled and certified the problem: so the processes share the work evenly, and
+    each arm is derived only once.
     """
     for slot in order.assignment.slots:
         count, failed = 0, list[str]()
-        for problem, made in _different(order, slot, work, failed):
+        for problem, made in _distinct_problems(order, slot, work, failed):
             count += 1
             order.each()
             yield Variant(slot, count, problem), made
         if not count:
-            raise _nothing_passes(order, slot, failed[0])
+            raise _no_variant_error(order, slot, failed[0])
         if failed:
             order.note(f"{slot.name}: {len(failed)} draws did not pass, and others were taken; the first: {failed[0]}")
         if count < order.variants:
@@ -59,63 +61,63 @@ def worked_out(order: Order, work: Work[Made]) -> Generator[tuple[Variant, Made]
             order.each()
 
 
-def _nothing_else(order: Order, slot: Slot, problem: Problem) -> None:
-    """Make nothing of a problem but itself."""
+def _add_nothing(order: Order, slot: Slot, problem: Problem) -> None:
+    """Add nothing to a problem."""
 
 
-def _different(
+def _distinct_problems(
     order: Order, slot: Slot, work: Work[Made], failed: list[str]
 ) -> Generator[tuple[Problem, Made], None, None]:
-    """Yield problems that pass, no two of them the same; what is wrong with others goes into `failed`."""
+    """Yield distinct problems that pass; append to `failed` what is wrong with the others."""
     seen: set[str] = set()
     drawn = 0
     while len(seen) < order.variants and drawn < PATIENCE * order.variants and (seen or len(failed) < DRAWS):
         numbers = range(drawn, drawn + order.variants - len(seen))
         drawn = numbers.stop
-        drawing = (order.untold, slot, work, frozenset(seen))
-        with closing(ordered_map(_draw, numbers, order.jobs, _Drawing, drawing)) as every:
-            for found in every:
-                if isinstance(found, str):
-                    failed.append(found)
-                elif found is not None and found.known_by not in seen:
-                    seen.add(found.known_by)
-                    yield found.problem, found.made
+        state = (order.without_callbacks, slot, work, frozenset(seen))
+        with closing(ordered_map(_draw_candidate, numbers, order.jobs, _WorkerState, state)) as every:
+            for candidate in every:
+                if isinstance(candidate, str):
+                    failed.append(candidate)
+                elif candidate is not None and candidate.known_by not in seen:
+                    seen.add(candidate.known_by)
+                    yield candidate.problem, candidate.made
 
 
-def _nothing_passes(order: Order, slot: Slot, why: str) -> QdotError:
-    given_up = GivenUp("", slot.name, slot.family.name, why)
-    ways = instead(order.assignment, given_up, vouching(order.failures))
+def _no_variant_error(order: Order, slot: Slot, why: str) -> QdotError:
+    given_up = FailedSlot("", slot.name, slot.family.name, why)
+    ways = suggest_replacement(order.assignment, given_up, certify_by(order.failures))
     return QdotError(f"{given_up}. Nothing is exported. {ways}")
 
 
 @dataclass(frozen=True)
-class _Found(Generic[Made]):
+class _Candidate(Generic[Made]):
     problem: Problem
     known_by: str
     made: Made
 
 
-class _Drawing(Generic[Made]):
-    """What a process knows: what it is to make, and which problems there are already, those of its own included."""
+class _WorkerState(Generic[Made]):
+    """What a worker process knows: its task, and the problems that exist already, including its own."""
 
     def __init__(self, order: Order, slot: Slot, work: Work[Made], seen: frozenset[str]) -> None:
         self.order, self.slot, self.work, self.seen = order, slot, work, set(seen)
 
 
-def _draw(drawing: _Drawing[Made], number: int) -> _Found[Made] | str | None:
-    """Return a problem that passes, with what is made of it, or what is wrong with it; None of one that was there.
+def _draw_candidate(state: _WorkerState[Made], number: int) -> _Candidate[Made] | str | None:
+    """Return a problem that passes, with the result of `work`, or what is wrong with it; None if it exists already.
 
-    A process draws the numbers that it gets in their order, so that whoever puts them in order sees the one first of
-    which something was made.
+    A process works through its numbers in ascending order. So if two of them give the same problem, the caller sees
+    the one with a result first.
     """
-    order, slot = drawing.order, drawing.slot
+    order, slot = state.order, state.slot
     make = partial(slot.problem, order.assignment.secret, f"bank/{number}")  # no student's identifier has a slash
-    tried = attempt(make, vouching(order.failures))
+    tried = attempt(make, certify_by(order.failures))
     if isinstance(tried, str):
         return tried
     problem = tried[0]
-    known_by = repr(digests(problem))
-    if known_by in drawing.seen:
+    known_by = repr(as_json(digests(problem)))
+    if known_by in state.seen:
         return None
-    drawing.seen.add(known_by)
-    return _Found(problem, known_by, drawing.work(order, slot, problem))
+    state.seen.add(known_by)
+    return _Candidate(problem, known_by, state.work(order, slot, problem))

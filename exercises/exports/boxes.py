@@ -1,4 +1,4 @@
-"""Where an answer is written on paper: a square to tick, a line with its unit, cells for entries, and room to work."""
+"""Where an answer is written on paper: a box to tick, a line with its unit, cells for entries, and working space."""
 
 import math
 import re
@@ -31,30 +31,29 @@ from qdot.exercises.writing.short_answer import unit_text
 from qdot.exercises.writing.statement import option_text
 
 ROW, LINE = 8, 4
-"""Millimetres of height of a row of a box, and of each further line that an entry takes in it."""
+"""Height of a row of a box, and of each further line of an entry, in mm."""
 PAGE = 165
-"""Millimetres of width of a box, about."""
+"""Approximate width of a box in mm."""
 WRITTEN = 4.8
-"""Millimetres of width that handwriting takes for one em of print."""
+"""Width of handwriting for one em of print, in mm."""
 LEAST, PER_LETTER, MOST = 8, 0.014, 40
-"""Millimetres left for working: the least, more for each character of the worked solution, and the most."""
+"""Working space in mm: minimum, increase per character of the worked solution, and maximum."""
 LEAST_SHARE, PACKED_SHARE = 0.65, 0.25
-"""The least share of it where a sheet would take many pages, and where what is left of each page goes back to it."""
+"""Minimum share of the working space that is kept on a long sheet, and on a sheet whose pages are filled up."""
 STEP = 5
-"""Millimetres to which that is rounded, so that it tells nothing more."""
+"""Working space is rounded to this many mm, so that it does not reveal how long the solution is."""
 EM, PROSE = 39.0, 0.46
-"""How wide a line of options is, in em, and how wide a character of prose is."""
+"""Width of a line of options, and of a character of prose, in em."""
 TICK = 2.2
-"""What an option's square, its letter and the room beside it take, in em."""
+"""Width of an option's tick box, its letter and the space around them, in em."""
 
 
 @dataclass(frozen=True)
 class Box:
-    """Where an answer is written: `working` mm of room, then rows of cells, or a square for each letter if `letters`.
+    """Where an answer is written: `working` mm of space, then rows of cells, or one cell per letter if `letters`.
 
-    Where pages are filled, the room is `packed` mm and a share of what is left of the page, by `working`.
-    `height` is that of a row in mm. `labels` (LaTeX) stand before the entries of numbers or above letters, `units`
-    behind numbers.
+    If pages are filled up, the space is `packed` mm plus a share of the rest of the page, in proportion to `working`.
+    `height` is that of a row in mm. `labels` (LaTeX) stand before numbers or above letters, `units` after numbers.
     """
 
     working: int
@@ -68,11 +67,11 @@ class Box:
 
     @property
     def is_numbers(self) -> bool:
-        """Whether each row is a number with its unit: a short line, of which several stand side by side."""
+        """Whether each row is a number with its unit; several of these short lines fit side by side."""
         return bool(self.units)
 
     @property
-    def beside(self) -> int:
+    def cells_per_row(self) -> int:
         """How many cells stand side by side."""
         return (2 if self.rows == 4 else min(self.rows, 3)) if self.is_numbers else self.columns
 
@@ -83,14 +82,14 @@ class Box:
 
     @property
     def room(self) -> int:
-        """Millimetres of height of all of it, with its frame and a heading."""
-        rows = math.ceil(self.rows / self.beside) if self.is_numbers else self.rows
+        """Total height in mm, with frame and heading."""
+        rows = math.ceil(self.rows / self.cells_per_row) if self.is_numbers else self.rows
         return self.working + rows * self.height + 5
 
 
 @dataclass(frozen=True)
 class PaperOption:
-    """An option in Markdown, and the letter before it, none where it says itself what it is."""
+    """An option in Markdown and the letter before it; the letter is empty for true and false."""
 
     letter: str
     text: str
@@ -98,7 +97,7 @@ class PaperOption:
 
 @dataclass(frozen=True)
 class PaperOptions:
-    """Options, so many side by side; each has a square to tick, but where letters are to be written elsewhere."""
+    """Options in `columns`; each has a box to tick, unless letters are written into cells (`ticked` is False)."""
 
     offered: tuple[PaperOption, ...]
     columns: int = 1
@@ -109,7 +108,7 @@ class PaperOptions:
 
 
 def options_of(problem: Problem, part: Part, share: float = 1.0) -> PaperOptions | None:
-    """Return the options of a part for a share of a page's width, None where an answer is worked out."""
+    """Return the options of a part, laid out for a share of the page's width; None if the part offers no options."""
     answer = part.answer
     if not answer.offered:
         return None
@@ -138,29 +137,29 @@ def _width(text: str) -> float:
 # --- boxes ---
 
 
-def shrunk(boxes: Sequence[Box], fixed: int, page: int) -> float:
-    """Return the share of the room for working that is left to these boxes, so that all fit on a page.
+def share_that_fits(boxes: Sequence[Box], fixed: int, page: int) -> float:
+    """Return the share of their working space that lets these boxes fit on a page, at least `LEAST_SHARE`.
 
-    All in millimetres: what takes `fixed` of the height can't shrink, and `LEAST_SHARE` of the room is left at least.
+    `fixed` is the height that can't shrink, in mm like all heights here.
     """
     wanted = sum(box.working for box in boxes)
     return 1.0 if not wanted else min(1.0, max(LEAST_SHARE, (page - fixed) / wanted))
 
 
-def with_share(box: Box, share: float) -> Box:
-    """Return a box with a share of its room for working; one that has all of it keeps all where pages are filled."""
+def scale_working_room(box: Box, share: float) -> Box:
+    """Return a box with a share of its working space; a box with all of it keeps all when pages are filled up."""
     packed = box.working if share == 1 else round(PACKED_SHARE * box.working)
     return replace(box, working=round(share * box.working), packed=packed)
 
 
-def working(solution: str) -> int:
-    """Return the millimetres of room for what takes this worked solution."""
+def working_room(solution: str) -> int:
+    """Return the working space in mm for a question with this worked solution."""
     return min(MOST, STEP * round((LEAST + PER_LETTER * len(solution)) / STEP))
 
 
 def box_of(problem: Problem, part: Part, solution: str = "") -> Box | None:
-    """Return a box that the answer fits into, and above it the room that its worked solution takes; None for a tick."""
-    return part.answer.told_to(_Boxes(problem, part, working(solution)))
+    """Return a box that fits the answer, with working space for its solution; None if an option is ticked."""
+    return part.answer.told_to(_Boxes(problem, part, working_room(solution)))
 
 
 @dataclass(frozen=True)

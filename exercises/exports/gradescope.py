@@ -1,20 +1,20 @@
 """Gradescope's autograder: a zip with the assignment, its secret and qdot itself, for the staff to upload.
 
-Students never see the zip. Their code runs in the same container, as another user, contained as anywhere; what is in
-the zip is made unreadable to others than root when it is set up.
+Students never see the zip. Their code runs in the same container, as another user and in the usual sandbox; the setup
+script makes the contents of the zip readable by root only.
 """
 
 from collections.abc import Generator
 
+from qdot.exercises.exports.export_format import File, Order
 from qdot.exercises.exports.handouts import handouts
-from qdot.exercises.exports.outlet import File, Order
 from qdot.exercises.exports.repositories import assignment_files
-from qdot.exercises.exports.wheel import versions, wheel, zipped
+from qdot.exercises.exports.wheel import versions, wheel, zip_files
 from qdot.exercises.writing.render import render
 
 
 def gradescope(order: Order) -> Generator[File, None, None]:
-    """Yield the autograder's zip, how to set it up, and every student's notebook."""
+    """Yield the autograder's zip, a README on how to set it up, and every student's notebook."""
     notebooks = handouts(order)
     assignment = notebooks.assignment
     name, content = wheel()
@@ -27,7 +27,7 @@ def gradescope(order: Order) -> Generator[File, None, None]:
         (name, content, 0o644),
         ("versions.txt", versions().encode(), 0o644),
     ]
-    yield File("autograder.zip", zipped(files), private=True)
+    yield File("autograder.zip", zip_files(files), private=True)
     yield File("README.md", render("exports/gradescope-readme.md.j2", **about))
     for student, notebook in notebooks.all():
         yield File(f"students/{student.id}/{assignment.key}.ipynb", notebook)

@@ -1,19 +1,19 @@
-"""The notebooks that outlets hand out: those in released/ as they are, all others made now of certified problems."""
+"""The notebooks that exports contain: those in released/ unchanged, and new ones for everybody else."""
 
 from collections.abc import Generator
 from dataclasses import dataclass
 
 from qdot.exercises.assignment.assignment import Assignment, Student
-from qdot.exercises.assignment.draws import settled
+from qdot.exercises.assignment.draws import settle_problems
 from qdot.exercises.assignment.release import is_released, new_handout, released_text
-from qdot.exercises.exports.outlet import Order
+from qdot.exercises.exports.export_format import Order
 
 
 @dataclass(frozen=True)
 class Handouts:
-    """The notebooks of a class whose draws are settled; in `students` are those who have one.
+    """The notebooks of a class. `students` lists everybody who has one.
 
-    `order.each` has been told of the others, and of those whose problems were drawn just now.
+    `order.each` has already been called for everybody else, and for the students in `settled_now`.
     """
 
     order: Order
@@ -32,11 +32,11 @@ class Handouts:
 
 
 def handouts(order: Order) -> Handouts:
-    """Settle which draws the students have, before anything of the assignment is handed out or copied."""
+    """Record which problems the students have, before any file of the assignment is handed out or copied."""
     new = [student.id for student in order.assignment.roster if not is_released(order.assignment, student.id)]
-    assignment, given_up = settled(order.assignment, new, order.failures, order.jobs, order.each)
-    for given in given_up:
-        order.left_out(given)
-    without = {given.student for given in given_up}
+    assignment, given_up = settle_problems(order.assignment, new, order.failures, order.jobs, order.each)
+    for failure in given_up:
+        order.left_out(failure)
+    without = {failure.student for failure in given_up}
     students = tuple(student for student in assignment.roster if student.id not in without)
     return Handouts(order, assignment, students, frozenset(new))

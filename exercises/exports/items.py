@@ -1,7 +1,7 @@
-"""Quiz items, the middle between problems and learning platforms: what is asked, in which form, and what is right.
+"""Quiz items, the common form of questions for all learning platforms: text, form of answer, and right answer.
 
-Texts are our Markdown with LaTeX; figures stand where they are shown. Platforms that compare no formulas ask for their
-values at a configuration (`exports.numbers`); what can't be asked at all is told by `order.note`.
+Texts are Markdown with LaTeX, figures stand between them. Platforms can't compare formulas, so items ask for their
+values at a configuration (`exports.numbers`). `order.note` reports questions that can't be asked at all.
 """
 
 import re
@@ -16,9 +16,9 @@ from qdot.exercises.assignment.assignment import Slot
 from qdot.exercises.assignment.draws import Variant
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.exports.bank import worked_out
-from qdot.exercises.exports.numbers import InNumbers, in_numbers
-from qdot.exercises.exports.outlet import Order
+from qdot.exercises.exports.bank import process_bank
+from qdot.exercises.exports.export_format import Order
+from qdot.exercises.exports.numbers import NumericPart, ask_in_numbers
 from qdot.exercises.figure import alt_text, figure_svg, part_alt, part_svg
 from qdot.exercises.notebook.notebook import solution_figure
 from qdot.exercises.problem.problem import Part, Problem
@@ -29,14 +29,14 @@ from qdot.exercises.writing.render import render
 from qdot.exercises.writing.statement import hints, option_text, prompt, statement, worked_solution
 
 MOST_WRONG = 6
-"""Mistakes that are told of one number: more would be met by chance."""
+"""Most wrong values that are recognised for one number; more would be met by chance."""
 SHORT_QUESTIONS = ("singular-angles-choice", "singular-configurations", "singular-drawing")
-"""What is asked in place of a set of singular configurations, the first that the arm allows."""
+"""Questions asked instead of one for the set of singular configurations: the first that the arm allows."""
 
 
 @dataclass(frozen=True)
 class Picture:
-    """A drawing where it stands in a text: its name in the item, SVG, and what it shows in words."""
+    """A figure in a text: its name within the item, its SVG, and a description in words."""
 
     name: str
     svg: str
@@ -45,7 +45,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class Option:
-    """An option: its text, whether it is right, and what is said to who takes it."""
+    """An option: its text, whether it is right, and the feedback for choosing it."""
 
     text: str
     right: bool
@@ -54,7 +54,7 @@ class Option:
 
 @dataclass(frozen=True)
 class Choose:
-    """One option of several, or all that are right. Those that a drawing shows by their letters keep their order."""
+    """Options to choose one from, or `several`. They keep their order (`fixed`) if a figure shows their letters."""
 
     options: tuple[Option, ...]
     several: bool = False
@@ -62,37 +62,40 @@ class Choose:
 
     @property
     def is_true_or_false(self) -> bool:
-        """Whether a statement is judged."""
+        """Whether the options are true and false."""
         return tuple(option.text for option in self.options) == TRUE_FALSE
 
     @property
-    def shown(self) -> tuple[str, ...]:
-        """The texts with the letters by which solutions call them; those of a drawing have it, true and false none."""
+    def lettered_texts(self) -> tuple[str, ...]:
+        """The texts with the letters that solutions refer to; options of a figure have theirs, true and false none."""
         texts = tuple(option.text for option in self.options)
-        return texts if self.fixed else _lettered(texts)
+        return texts if self.fixed else _add_letters(texts)
 
 
 @dataclass(frozen=True)
 class Match:
-    """To each of `stems` (LaTeX) its option (plain text), by its number from 0; options may be left over."""
+    """Stems (LaTeX) to match with options (plain text): `correct` has the option's index for each stem, from 0.
+
+    Some options may belong to no stem.
+    """
 
     stems: tuple[str, ...]
     options: tuple[str, ...]
     correct: tuple[int, ...]
 
     @property
-    def shown(self) -> tuple[str, ...]:
-        """The stems with the letters by which solutions call them."""
-        return _lettered(self.stems)
+    def lettered_stems(self) -> tuple[str, ...]:
+        """The stems with the letters that solutions refer to."""
+        return _add_letters(self.stems)
 
 
-def _lettered(texts: Sequence[str]) -> tuple[str, ...]:
+def _add_letters(texts: Sequence[str]) -> tuple[str, ...]:
     return tuple(f"{letter}. {text}" for letter, text in zip(LETTERS, texts, strict=False))
 
 
 @dataclass(frozen=True)
-class Wrong:
-    """A value that a mistake gives: its title, and what is said to who made it."""
+class WrongValue:
+    """A value that a mistake leads to, the mistake's title, and the feedback for it."""
 
     value: float
     tolerance: float
@@ -102,19 +105,19 @@ class Wrong:
 
 @dataclass(frozen=True)
 class Field:
-    """A number to be typed: LaTeX and words for it, its value, what it may be off, its unit, wrong values."""
+    """A number to be typed: its name in LaTeX and in words, value, tolerance, unit, and known wrong values."""
 
     label: str
     words: str
     value: float
     tolerance: float
     unit: str
-    wrong: tuple[Wrong, ...]
+    wrong: tuple[WrongValue, ...]
 
 
 @dataclass(frozen=True)
 class Numeric:
-    """Numbers to be typed, by rows; nothing is typed where there is no field, but the text that stands there."""
+    """Numbers to be typed, in rows; entries that are not fields are shown as fixed text."""
 
     rows: tuple[tuple[Field | str, ...], ...]
 
@@ -126,9 +129,10 @@ class Numeric:
 
 @dataclass(frozen=True)
 class Item:
-    """A question as platforms ask it. `key` is no other's and stays; `category` is assignment, place, question.
+    """A question as platforms ask it. `key` is unique and permanent; `category` is assignment, slot, question.
 
-    `number` asks for a single number of several, for platforms that take one; None where there is but one, or none.
+    `number` is the same question for platforms that take one number only: it asks for one of several numbers. It is
+    None if the item asks for at most one.
     """
 
     key: str
@@ -143,50 +147,50 @@ class Item:
 
 
 def items(order: Order) -> Generator[Item, None, None]:
-    """Yield every variant's parts as items, by place and variant. What can't be asked is noted once for a place."""
-    told: set[str] = set()
-    for variant, made in worked_out(order, _items_of):
-        for part, one in zip(variant.problem.parts, made, strict=True):
-            if one is not None:
-                yield _numbered(one, variant)
+    """Yield the parts of every variant as items, by slot and variant. Note once per slot what can't be asked."""
+    noted: set[str] = set()
+    for variant, made in process_bank(order, _items_of):
+        for part, item in zip(variant.problem.parts, made, strict=True):
+            if item is not None:
+                yield _add_variant_key(item, variant)
                 continue
-            said = f"{variant.slot.name}: {part.name} can't be asked on a platform that compares no formulas"
-            if said not in told:
-                told.add(said)
-                order.note(said)
+            note = f"{variant.slot.name}: {part.name} can't be asked on a platform that compares no formulas"
+            if note not in noted:
+                noted.add(note)
+                order.note(note)
 
 
 def _items_of(order: Order, slot: Slot, problem: Problem) -> list[Item | None]:
-    """Return the parts of a problem as items whose keys and titles lack the variant's."""
+    """Return the parts of a problem as items; their keys and titles do not name the variant yet."""
     return [_item(order, slot, problem, part) for part in problem.parts]
 
 
-def _numbered(one: Item, variant: Variant) -> Item:
-    """Return an item with the key and the title by which its variant is told from others."""
-    number = one.number and _numbered(one.number, variant)
-    return replace(one, key=f"{variant.key}-{one.key}", title=f"{one.title} ({variant.key})", number=number)
+def _add_variant_key(item: Item, variant: Variant) -> Item:
+    """Return an item with the variant's key in its key and title."""
+    number = item.number and _add_variant_key(item.number, variant)
+    return replace(item, key=f"{variant.key}-{item.key}", title=f"{item.title} ({variant.key})", number=number)
 
 
-def as_told(order: Order) -> Generator[Item, None, None]:
-    """Yield the items for a platform without levels of feedback: solutions only where students may have them."""
-    for one in items(order):
-        number = one.number and replace(one.number, solution=())
-        yield one if order.solutions or order.tells("solutions") else replace(one, solution=(), number=number)
+def items_without_hidden_solutions(order: Order) -> Generator[Item, None, None]:
+    """Yield the items for a platform without levels of feedback, with solutions only if students may see them."""
+    for item in items(order):
+        number = item.number and replace(item.number, solution=())
+        yield item if order.solutions or order.tells("solutions") else replace(item, solution=(), number=number)
 
 
 def _item(order: Order, slot: Slot, problem: Problem, part: Part) -> Item | None:
-    """Return a part of a problem as an item without its variant's number, None where it can't be asked."""
+    """Return a part of a problem as an item without its variant's number; None if it can't be asked."""
     if part.answer.is_a_set:
-        short = _in_short(problem, part, order)
+        short = _ask_short_question(problem, part, order)
         if short is None:
             return None
         problem, (part,) = short, short.parts
-    told = order.tells("mistake")
-    return _Maker(slot, problem, part, order.assignment.title, order.assignment.hints, told).item()
+    tells_mistakes = order.tells("mistake")
+    return _Maker(slot, problem, part, order.assignment.title, order.assignment.hints, tells_mistakes).item()
 
 
-def _in_short(problem: Problem, part: Part, order: Order) -> Problem | None:
-    """Return a problem with a short question on singular configurations in place of one that asks for all of them."""
+def _ask_short_question(problem: Problem, part: Part, order: Order) -> Problem | None:
+    """Return a problem with a short question on singular configurations instead of one that asks for all of them."""
     for name in SHORT_QUESTIONS:
         question = ASKED[name]
         if question.refusal(problem.chain) is not None:
@@ -212,7 +216,7 @@ _TYPED = (
     (re.compile(r", in the joint variables and `[^.]*`"), ""),
     (re.compile(r", its last row `\[0, 0, 0, 1\]`"), ", its last row 0, 0, 0, 1"),
 )  # fmt: skip
-"""What prompts say of how formulas are typed."""
+"""Phrases of prompts on how to type formulas, which are removed."""
 
 
 def question_alone(problem: Problem, part: Part) -> str:
@@ -231,7 +235,7 @@ def entry_labels(problem: Problem, part: Part, shape: tuple[int, ...]) -> tuple[
 
 @dataclass(frozen=True)
 class _Options(Forms[Choose | Match]):
-    """How a platform is told of options."""
+    """Converts an answer with options to the form that platforms use."""
 
     problem: Problem
     part: Part
@@ -278,39 +282,45 @@ class _Maker:
         answer = self.part.answer
         if answer.offered:
             form = answer.told_to(_Options(self.problem, self.part, self.tells_mistakes))
-            return self._made(question_alone(self.problem, self.part), form)
-        in_figures = in_numbers(self.problem, self.part)
-        if in_figures is None:
+            return self._build_item(question_alone(self.problem, self.part), form)
+        numeric_part = ask_in_numbers(self.problem, self.part)
+        if numeric_part is None:
             return None
-        numeric = self._numeric(in_figures)
-        whole = self._made(self._in_words(in_figures, numeric.fields, len(numeric.fields)), numeric, in_figures)
+        numeric = self._numeric(numeric_part)
+        whole = self._build_item(
+            self._question_text(numeric_part, numeric.fields, len(numeric.fields)), numeric, numeric_part
+        )
         if len(numeric.fields) == 1:
             return whole
-        one = self._telling(numeric.fields)
-        single = self._made(self._in_words(in_figures, (one,), len(numeric.fields)), Numeric(((one,),)), in_figures)
+        field = self._most_telling_field(numeric.fields)
+        single = self._build_item(
+            self._question_text(numeric_part, (field,), len(numeric.fields)), Numeric(((field,),)), numeric_part
+        )
         return replace(whole, number=single)
 
-    def _made(self, asked: str, form: Choose | Match | Numeric, found: InNumbers | None = None) -> Item:
+    def _build_item(
+        self, question: str, form: Choose | Match | Numeric, numeric_part: NumericPart | None = None
+    ) -> Item:
         problem, part, slot = self.problem, self.part, self.slot
         arm = Picture("arm", figure_svg(problem.chain), alt_text(problem.chain))
         svg = part_svg(problem.chain, part, part.name)
-        own = (Picture(part.name, svg, part_alt(problem.chain, part)),) if svg else ()
+        part_figure = (Picture(part.name, svg, part_alt(problem.chain, part)),) if svg else ()
         title = ASKED[part.kind].title
         return Item(
             key=part.name,
             title=title,
             category=(self.title, f"{slot.name} {slot.family.name}", title),
-            body=(arm, statement(problem, "", typed=False), *own, asked),
+            body=(arm, statement(problem, "", typed=False), *part_figure, question),
             form=form,
             points=part.points,
-            solution=self._solution(found),
+            solution=self._solution(numeric_part),
             hints=hints(problem, part) if self.hinted else (),
         )
 
-    def _solution(self, found: InNumbers | None) -> tuple[str | Picture, ...]:
+    def _solution(self, numeric_part: NumericPart | None) -> tuple[str | Picture, ...]:
         text = worked_solution(self.problem, self.part)
-        if found is not None and (found.given is not None or found.unit is not None):
-            rows = [[f"{value:.4g}" for value in row] for row in found.values]
+        if numeric_part is not None and (numeric_part.given_values is not None or numeric_part.unit is not None):
+            rows = [[f"{value:.4g}" for value in row] for row in numeric_part.values]
             text += "\n" + render("exports/solution.md.j2", rows=rows)
         svg = solution_figure(self.problem, self.part, "solution")
         drawn = Picture("solution", svg, "The arm in a regular and in its singular configurations") if svg else None
@@ -318,12 +328,14 @@ class _Maker:
 
     # --- numbers ---
 
-    def _numeric(self, found: InNumbers) -> Numeric:
-        rows, columns = found.values.shape
-        labels = entry_labels(self.problem, self.part, found.values.shape)
+    def _numeric(self, numeric_part: NumericPart) -> Numeric:
+        rows, columns = numeric_part.values.shape
+        labels = entry_labels(self.problem, self.part, numeric_part.values.shape)
         made = [
             [
-                "1" if found.unit == r * columns + c else self._field(found, r, c, labels[r * columns + c])
+                "1"
+                if numeric_part.unit == r * columns + c
+                else self._field(numeric_part, r, c, labels[r * columns + c])
                 for c in range(columns)
             ]
             for r in range(rows)
@@ -332,26 +344,26 @@ class _Maker:
             made[-1] = list(last_row)
         return Numeric(tuple(tuple(row) for row in made))
 
-    def _field(self, found: InNumbers, row: int, column: int, label: str) -> Field:
-        answer = found.part.of(Number)
-        rows, columns = found.values.shape
-        value = float(found.values[row, column])
+    def _field(self, numeric_part: NumericPart, row: int, column: int, label: str) -> Field:
+        answer = numeric_part.part.of(Number)
+        rows, columns = numeric_part.values.shape
+        value = float(numeric_part.values[row, column])
         tolerance = self._tolerance(answer, value)
-        kept: list[Wrong] = []
-        for title, advice, values in found.wrong if self.tells_mistakes else ():
-            if values.shape != found.values.shape or not np.isfinite(values[row, column]):
+        wrong_values: list[WrongValue] = []
+        for title, advice, values in numeric_part.wrong if self.tells_mistakes else ():
+            if values.shape != numeric_part.values.shape or not np.isfinite(values[row, column]):
                 continue
-            other = float(values[row, column])
-            one = Wrong(other, self._tolerance(answer, other), title, advice)
-            if self._tells(one, value, tolerance, kept, answer.tolerance < 1e-6):
-                kept.append(one)
+            wrong_value = float(values[row, column])
+            candidate = WrongValue(wrong_value, self._tolerance(answer, wrong_value), title, advice)
+            if self._is_distinctive(candidate, value, tolerance, wrong_values, answer.tolerance < 1e-6):
+                wrong_values.append(candidate)
         place = f"row {row + 1}, column {column + 1}" if columns > 1 else f"entry {row + 1}" if rows > 1 else ""
         words = f"that in {place} of the matrix" if columns > 1 else f"${label}$ ({place})" if place else f"${label}$"
         unit = answer.units[row * columns + column]
-        return Field(label, words, value, tolerance, unit, tuple(kept[:MOST_WRONG]))
+        return Field(label, words, value, tolerance, unit, tuple(wrong_values[:MOST_WRONG]))
 
     def _tolerance(self, answer: Number, value: float) -> float:
-        """Return what a number may be off, for a platform that is told so in its own unit."""
+        """Return the tolerance of a number, in the number's unit."""
         allowed = self.part.rounding
         if answer.tolerance < 1e-6:  # a count
             return 0.0
@@ -360,31 +372,42 @@ class _Maker:
         return max(answer.tolerance * abs(value), answer.floor)
 
     @staticmethod
-    def _tells(one: Wrong, value: float, tolerance: float, kept: Iterable[Wrong], count: bool) -> bool:
-        """Whether a wrong value is none that is right, or that an earlier mistake gives, or 0, which many get to."""
-        if abs(one.value - value) <= tolerance + one.tolerance or (abs(one.value) <= 1e-9 and not count):
-            return False
-        return all(abs(one.value - other.value) > one.tolerance + other.tolerance for other in kept)
+    def _is_distinctive(
+        candidate: WrongValue, value: float, tolerance: float, wrong_values: Iterable[WrongValue], count: bool
+    ) -> bool:
+        """Whether a wrong value differs from the right one, from those of earlier mistakes, and from 0.
 
-    def _telling(self, fields: tuple[Field, ...]) -> Field:
-        """Return the field that tells most mistakes apart; where several do, one of them is drawn."""
+        Many mistakes lead to 0.
+        """
+        if abs(candidate.value - value) <= tolerance + candidate.tolerance or (
+            abs(candidate.value) <= 1e-9 and not count
+        ):
+            return False
+        return all(
+            abs(candidate.value - earlier.value) > candidate.tolerance + earlier.tolerance for earlier in wrong_values
+        )
+
+    def _most_telling_field(self, fields: tuple[Field, ...]) -> Field:
+        """Return the field that distinguishes most mistakes; choose at random among several."""
         asking = [field for field in fields if round(abs(field.value), 9) not in (0, 1)] or list(fields)
         most = max(len(field.wrong) for field in asking)
         best = [field for field in asking if len(field.wrong) == most]
         return Stream(f"{self.problem.id}/{self.part.name}/one number").choice(best)
 
-    def _in_words(self, found: InNumbers, fields: tuple[Field, ...], entries: int) -> str:
+    def _question_text(self, numeric_part: NumericPart, fields: tuple[Field, ...], entries: int) -> str:
         text = prompt(self.problem, self.part)
-        said = _ANSWER.search(text)
-        convention = "" if said is None or self.part.type in ("expression", "direction") else said[1].strip()
+        answer_line = _ANSWER.search(text)
+        convention = (
+            "" if answer_line is None or self.part.type in ("expression", "direction") else answer_line[1].strip()
+        )
         for pattern, instead in _TYPED:
             convention = pattern.sub(instead, convention)
-        labels = entry_labels(self.problem, self.part, found.values.shape)
+        labels = entry_labels(self.problem, self.part, numeric_part.values.shape)
         return render(
             "exports/question.md.j2",
             asked=_ANSWER.sub("", text).strip(),
-            given=found.given,
-            unit="" if found.unit is None else f"its entry ${labels[found.unit]}$",
+            given=numeric_part.given_values,
+            unit="" if numeric_part.unit is None else f"its entry ${labels[numeric_part.unit]}$",
             convention=convention,
             fields=fields,
             entries=entries,

@@ -1,6 +1,6 @@
-"""What mistakes of the catalogue make of an answer, written out, for platforms that compare with given answers.
+"""Wrong answers that mistakes of the catalogue lead to, for platforms that compare submissions with fixed answers.
 
-Each is proved to be wrong, by the same comparison that grades, and differs from the others.
+Each is proved to be wrong by the comparison that grades submissions, and differs from the others.
 """
 
 from collections.abc import Iterable, Iterator
@@ -34,20 +34,20 @@ from qdot.exercises.quizzes.wrong import MOST_JOINTS, NO_NUMBER, differ, in_form
 
 POINTS = 5
 LONGEST = 1500
-"""Characters of a wrong answer, all entries together; a longer one is left out."""
+"""Maximum length of a wrong answer in characters, all entries together; longer ones are left out."""
 LONGEST_RAW = 20_000
-"""Characters before it is put into its shortest form, which would take too long beyond."""
+"""Maximum length before simplification, which would take too long for longer ones."""
 LEAST = 1e-9
-"""Answers that are smaller are zero, which is nobody's mistake."""
+"""Answers smaller than this are zero, and zero identifies no mistake."""
 TRIED = 3
-"""So many times as many mistakes as are wanted are written out, as some turn out too long."""
+"""How many mistakes to write out for each one wanted, as some turn out too long."""
 CLEARLY = 3
-"""So many times what a number may be off, a wrong one is off at least."""
+"""A wrong number is off by at least this multiple of the tolerance."""
 
 
 @dataclass(frozen=True)
-class Known:
-    """A wrong answer: the mistake and its sentence, the answer, and which of its entries are right nevertheless."""
+class KnownWrongAnswer:
+    """A wrong answer: the mistake and its sentence, the answer, and which of its entries are still right."""
 
     mistake: str
     title: str
@@ -56,24 +56,24 @@ class Known:
     equal: tuple[bool, ...] = ()
 
 
-def known_wrong(problem: Problem, part: Part, most: int) -> tuple[Known, ...]:
-    """Return at most so many wrong answers to a part, the likely ones first, each by another mistake."""
+def known_wrong(problem: Problem, part: Part, most: int) -> tuple[KnownWrongAnswer, ...]:
+    """Return at most `most` wrong answers to a part, each by a different mistake, the likely ones first."""
     if part.answer.is_a_set:
-        return tuple(_sets(problem, part))[:most]
+        return tuple(_wrong_sets(problem, part))[:most]
     if not is_derived(part):
         return ()
     if part.answer.units_due:
-        return tuple(_numbers(problem, part, most))
+        return tuple(_wrong_numbers(problem, part, most))
     if not part.answer.is_formulas:
         return ()
     which = part.details if isinstance(part.details, OneOfSeveral) else None
     subject = _Subject(structure(problem.chain).chain, part.kind, which, part)
-    slips = (_slip(subject, index) for index in range(min(TRIED * most, len(_wrongs(subject)))))
-    return tuple(islice(_filled(problem, part, filter(None, slips)), most))
+    mistakes = (_apply_mistake(subject, index) for index in range(min(TRIED * most, len(_wrong_in_numbers(subject)))))
+    return tuple(islice(_for_this_arm(problem, part, filter(None, mistakes)), most))
 
 
 def domain_of(problem: Problem) -> Domain:
-    """Return what each open symbol of a problem may be; its references hold no length that is given as a number."""
+    """Return the domain of each symbol that has no value; given lengths appear in references as numbers."""
     kinds = {"length": "length", "angle": "angle", "joint rad": "angle"}
     roles: dict[str, str | float | Fraction] = {}
     for name, info in problem.symbols().items():
@@ -83,14 +83,14 @@ def domain_of(problem: Problem) -> Domain:
     return Domain(roles)
 
 
-def _that_differ(right: np.ndarray, wrongs: Iterable[Wrong]) -> Iterator[Wrong]:
-    """Yield a wrong answer of each mistake, in numbers: finite, of the right shape, and none that was there before."""
+def _distinct_wrong_answers(right: np.ndarray, wrongs: Iterable[Wrong]) -> Iterator[Wrong]:
+    """Yield one wrong answer per mistake, in numbers: finite, of the right shape, and different from earlier ones."""
     seen, mistakes = [right], set[str]()
     for wrong in wrongs:
         answer = wrong.answer
         if wrong.mistake.name in mistakes or answer.shape != right.shape or not np.isfinite(answer).all():
             continue
-        if np.abs(answer).max() > LEAST and all(differ(answer, other) for other in seen):
+        if np.abs(answer).max() > LEAST and all(differ(answer, earlier) for earlier in seen):
             seen.append(answer)
             mistakes.add(wrong.mistake.name)
             yield wrong
@@ -101,7 +101,7 @@ def _that_differ(right: np.ndarray, wrongs: Iterable[Wrong]) -> Iterator[Wrong]:
 
 @dataclass(frozen=True)
 class _Subject:
-    """A question about a structure; `which` tells those apart that ask for another of its results."""
+    """A question about a structure; `which` distinguishes questions of one kind that ask for different results."""
 
     generic: Chain
     kind: str
@@ -110,8 +110,8 @@ class _Subject:
 
 
 @dataclass(frozen=True)
-class _Slip:
-    """A mistake on a structure, and what it makes of the answer there; None of it where it only alters the result."""
+class _GenericMistake:
+    """A mistake on a structure and the answer that it leads to; `answer` is None if it only alters the result."""
 
     mistake: Mistake
     says: str
@@ -120,55 +120,55 @@ class _Slip:
 
 
 @lru_cache(maxsize=512)
-def _wrongs(subject: _Subject) -> tuple[Wrong, ...]:
+def _wrong_in_numbers(subject: _Subject) -> tuple[Wrong, ...]:
     """Return the mistakes that change the answer, in numbers."""
     generic, part = subject.generic, subject.part
     roles = classification.domain_of(generic).roles
     names = {*roles, *(rate.name for rate in generic.rates), *generic.task, *part.symbols}
     drawn = Domain(roles).sample(names, READABLE + POINTS, Stream(f"known/{subject.kind}"))
     w = numbers(generic, {name: values[READABLE:] for name, values in drawn.items()})
-    return tuple(_that_differ(result(w, part), wrong_answers(w, part)))
+    return tuple(_distinct_wrong_answers(result(w, part), wrong_answers(w, part)))
 
 
 @lru_cache(maxsize=2048)
-def _slip(subject: _Subject, index: int) -> _Slip | None:
-    """Return what a mistake makes of an answer in formulas, None where it can't be written."""
-    generic, part, wrong = subject.generic, subject.part, _wrongs(subject)[index]
+def _apply_mistake(subject: _Subject, index: int) -> _GenericMistake | None:
+    """Return the answer in formulas that a mistake leads to, None if it can't be written."""
+    generic, part, wrong = subject.generic, subject.part, _wrong_in_numbers(subject)[index]
     changes = wrong.working.changes
     if all(stage == RESULT for stage, _ in changes):
-        return _Slip(wrong.mistake, wrong.sentence, None, tuple(change for _, change in changes))
+        return _GenericMistake(wrong.mistake, wrong.sentence, None, tuple(change for _, change in changes))
     if generic.n > MOST_JOINTS and QUESTIONS[part.kind].is_made_of_minors:
         return None  # it would take minutes
     formulas = as_formulas(result(in_formulas(generic).with_mistakes(dict(changes)), part))
     if formulas.has(*NO_NUMBER) or len(str(formulas.tolist())) > LONGEST_RAW:
         return None
     try:
-        return _Slip(wrong.mistake, wrong.sentence, formulas.applyfunc(tidy_entry))
+        return _GenericMistake(wrong.mistake, wrong.sentence, formulas.applyfunc(tidy_entry))
     except (TypeError, ValueError, BasePolynomialError):  # no trigonometric polynomial
         return None
 
 
-def _filled(problem: Problem, part: Part, slips: Iterable[_Slip]) -> Iterator[Known]:
-    """Yield the wrong answers with an arm's own numbers, those that are short and prove to be wrong."""
+def _for_this_arm(problem: Problem, part: Part, mistakes: Iterable[_GenericMistake]) -> Iterator[KnownWrongAnswer]:
+    """Yield the wrong answers with the numbers of this arm, if they are short and proved to be wrong."""
     reference, fill = _reference(part), derive(problem.chain).fill_matrix
-    for slip in slips:
-        if slip.answer is None:
+    for mistake in mistakes:
+        if mistake.answer is None:
             entries = np.array(reference.tolist(), dtype=object)[..., None]
-            for change in slip.changes:
+            for change in mistake.changes:
                 entries = change(formulas(problem.chain), entries)
             answer = as_formulas(entries)
         else:
-            answer = fill(slip.answer)
+            answer = fill(mistake.answer)
         if answer.shape == reference.shape and len(str(answer.tolist())) <= LONGEST:
             equal = same_entries(problem, answer, reference)
             if not all(equal):
-                yield Known(slip.mistake.name, slip.mistake.title, slip.says, answer, equal)
+                yield KnownWrongAnswer(mistake.mistake.name, mistake.mistake.title, mistake.says, answer, equal)
 
 
-def same_entries(problem: Problem, one: sp.Matrix, other: sp.Matrix) -> tuple[bool, ...]:
-    """Tell of each entry, row by row, whether two matrices are the same function there, as grading would."""
+def same_entries(problem: Problem, first: sp.Matrix, second: sp.Matrix) -> tuple[bool, ...]:
+    """Return for each entry, row by row, whether grading would take both matrices for the same function there."""
     domain = domain_of(problem)
-    left, right = ([read(text_of(entry), domain.roles) for entry in matrix] for matrix in (one, other))
+    left, right = ([read(text_of(entry), domain.roles) for entry in matrix] for matrix in (first, second))
     return compare_entries(left, right, domain, f"known/{problem.id}").equal
 
 
@@ -179,35 +179,35 @@ def _reference(part: Part) -> sp.Matrix:
 # --- numbers and sets ---
 
 
-def _numbers(problem: Problem, part: Part, most: int) -> Iterator[Known]:
+def _wrong_numbers(problem: Problem, part: Part, most: int) -> Iterator[KnownWrongAnswer]:
     values = sample_configurations(
         problem.chain, part, domain_of(problem), POINTS, Stream(f"known/{problem.id}/{part.name}")
     )
     w = numbers(problem.chain, values)
-    wrongs = _that_differ(result(w, part), wrong_answers(w, part))
-    due = [float(value) for value in part.answer.as_matrix()]
-    room = room_of(part)
-    seen = [due]
+    wrongs = _distinct_wrong_answers(result(w, part), wrong_answers(w, part))
+    expected = [float(value) for value in part.answer.as_matrix()]
+    room = tolerances_of(part)
+    seen = [expected]
     for wrong in wrongs:
         typed = [float(value) for value in wrong.answer[..., 0].ravel()]
-        if all(_is_off(typed, other, room) for other in seen) and len(seen) <= most:
+        if all(_is_off(typed, earlier, room) for earlier in seen) and len(seen) <= most:
             seen.append(typed)
-            near = [abs(value - right) <= allowed for value, right, allowed in zip(typed, due, room, strict=True)]
+            near = [abs(value - right) <= allowed for value, right, allowed in zip(typed, expected, room, strict=True)]
             shown = sp.Matrix([sp.Rational(f"{value:.6g}") for value in typed])
-            yield Known(wrong.mistake.name, wrong.mistake.title, wrong.sentence, shown, tuple(near))
+            yield KnownWrongAnswer(wrong.mistake.name, wrong.mistake.title, wrong.sentence, shown, tuple(near))
 
 
-def _is_off(found: list[float], other: list[float], room: list[float]) -> bool:
-    return any(abs(a - b) > CLEARLY * allowed for a, b, allowed in zip(found, other, room, strict=True))
+def _is_off(values: list[float], earlier: list[float], room: list[float]) -> bool:
+    return any(abs(a - b) > CLEARLY * allowed for a, b, allowed in zip(values, earlier, room, strict=True))
 
 
-def room_of(part: Part) -> list[float]:
-    """Return what each number of an answer may be off, as grading allows."""
+def tolerances_of(part: Part) -> list[float]:
+    """Return the tolerance of each number of an answer, as in grading."""
     return part.of(Number).room(part.rounding)
 
 
-def _sets(problem: Problem, part: Part) -> Iterator[Known]:
-    """Yield wrong sets, of which no two list the same conditions."""
+def _wrong_sets(problem: Problem, part: Part) -> Iterator[KnownWrongAnswer]:
+    """Yield wrong sets with different conditions."""
     answer = part.of(ConditionSet)
     seen, mistakes = [_conditions(answer)], set[str]()
     for mistake, slip in mistaken_answers(problem.chain, part):
@@ -217,25 +217,25 @@ def _sets(problem: Problem, part: Part) -> Iterator[Known]:
                 seen.append(conditions)
                 mistakes.add(mistake.name)
                 says = mistake.sentence(slip.words)
-                yield Known(mistake.name, mistake.title, says, slip.answer.components)
+                yield KnownWrongAnswer(mistake.name, mistake.title, says, slip.answer.components)
 
 
 def _conditions(answer: ConditionSet) -> frozenset[str]:
-    """Return the pieces of a set with angles in one turn, so that pi and -pi are the same."""
+    """Return the pieces of a set with wrapped angles, so that pi and -pi are the same."""
     turned = [
         component
         if component.solutions is None
         else replace(
             component,
-            solutions=tuple((joint, tuple(map(in_one_turn, values))) for joint, values in component.solutions),
+            solutions=tuple((joint, tuple(map(wrap_angle, values))) for joint, values in component.solutions),
         )
         for component in answer.components
     ]
     return frozenset(chained.from_iterable(component.pieces() for component in turned))
 
 
-def in_one_turn(angle: sp.Expr) -> sp.Expr:
-    """Return an angle that is a share of pi in (-pi, pi], others as they are."""
+def wrap_angle(angle: sp.Expr) -> sp.Expr:
+    """Return a rational multiple of pi wrapped to (-pi, pi], other angles unchanged."""
     turns = angle / (2 * sp.pi)
     if not turns.is_Rational:
         return angle

@@ -1,6 +1,6 @@
-"""What marks a part on paper: the right answer, what known mistakes earn, and the rule for all that is right in part.
+"""How to mark a part on paper: the right answer, what known mistakes earn, and the rule for partial credit.
 
-What an answer earns is asked of the grader, so that a sheet of paper is marked as a notebook is.
+The grader decides what an answer earns, so paper and notebooks are marked alike.
 """
 
 import re
@@ -23,8 +23,8 @@ from qdot.exercises.answers import (
     Number,
     Selection,
 )
-from qdot.exercises.exports.known_wrong import Known, known_wrong
-from qdot.exercises.exports.outlet import Earns
+from qdot.exercises.exports.export_format import Earns
+from qdot.exercises.exports.known_wrong import KnownWrongAnswer, known_wrong
 from qdot.exercises.formula.latex import parsed
 from qdot.exercises.problem.credit import AMISS, HALF, OWN
 from qdot.exercises.problem.problem import Part, Problem
@@ -34,17 +34,17 @@ from qdot.exercises.writing.fit import fitted, width
 from qdot.exercises.writing.short_answer import short_answer
 
 MOST = 4
-"""Known mistakes that a sheet lists for a part."""
+"""Maximum number of known mistakes that a sheet lists for a part."""
 LONGEST = 400
-"""Characters of a wrong answer that is shown; of a longer one, only the mistake is told, and that it is longer."""
+"""Maximum length of a wrong answer that is shown, in characters; for longer ones only the mistake is named."""
 TOO_LONG = "too long to be shown"
 ROOM, LEGIBLE = 22.0, 1.25
-"""How wide a formula may be on a sheet, in em of the text; what is so many times as wide would be too small to read."""
+"""Width of a formula on a sheet, in em of the text, and the multiple of it beyond which it would shrink too much."""
 
 
 @dataclass(frozen=True)
 class Mark:
-    """A line of a marking sheet: what was answered (in Markdown, "" if it is not shown), why, and what it earns."""
+    """A line of a marking sheet: why an answer is given, the answer (Markdown, "" if not shown), and what it earns."""
 
     says: str
     answer: str
@@ -53,23 +53,23 @@ class Mark:
 
 @dataclass(frozen=True)
 class Marking:
-    """The lines of a part, that of the right answer first, and the rule for what stands in none of them."""
+    """The lines of a part, the right answer first, and the rule for all other answers."""
 
     marks: tuple[Mark, ...]
     rule: str
 
 
 def marking(problem: Problem, part: Part, earns: Earns) -> Marking:
-    """Return how a part is marked; `earns` is the share that the grader gives for an answer as it is typed."""
-    right = Mark("Right", _legible(short_answer(problem, part)) or "see the key", _points(part, Fraction(1)))
+    """Return how a part is marked; `earns` returns the share of the points for a typed answer."""
+    right = Mark("Right", _drop_illegible(short_answer(problem, part)) or "see the key", _points(part, Fraction(1)))
     meanings = right.answer.partition("$$")[0]  # of names of angles, which need not be said again
     wrong = _options(part) if part.answer.offered else _mistakes(problem, part, earns)
     marks = (replace(mark, answer=mark.answer.removeprefix(meanings)) for mark in wrong)
     return Marking((right, *marks), part.answer.told_to(_Rules(part)))
 
 
-def _legible(answer: str) -> str:
-    """Return an answer, nothing where its formulas would have to be made too small for the sheet."""
+def _drop_illegible(answer: str) -> str:
+    """Return an answer, or "" if its formulas would become too small to read on the sheet."""
     formulas = (parsed(latex) for latex in re.findall(r"\$\$(.*?)\$\$", answer, re.DOTALL))
     return answer if all(width(fitted(each, ROOM)) <= LEGIBLE * ROOM for each in formulas) else ""
 
@@ -79,7 +79,7 @@ def _points(part: Part, share: Fraction) -> str:
 
 
 def _options(part: Part) -> Iterator[Mark]:
-    """Yield the options that mistakes lead to, where one is right."""
+    """Yield the wrong options that known mistakes lead to, if exactly one option is right."""
     if not isinstance(part.answer, Choice):
         return
     for index, letter in zip(range(len(part.answer.options)), LETTERS, strict=False):
@@ -89,11 +89,11 @@ def _options(part: Part) -> Iterator[Mark]:
 
 
 def _mistakes(problem: Problem, part: Part, earns: Earns) -> Iterator[Mark]:
-    """Yield what known mistakes give, as far as that is shown in short, and what it earns."""
+    """Yield the answers that known mistakes lead to, with what they earn."""
     for known in known_wrong(problem, part, MOST):
         wrong = replace(part, answer=part.answer.told_to(_Wrong(known)))
         typed = wrong.answer.as_typed()
-        shown = _legible(short_answer(problem, wrong)) if len(typed) <= LONGEST else ""
+        shown = _drop_illegible(short_answer(problem, wrong)) if len(typed) <= LONGEST else ""
         yield Mark(known.title, shown or TOO_LONG, _points(part, earns(problem, part, typed)))
 
 
@@ -101,7 +101,7 @@ def _mistakes(problem: Problem, part: Part, earns: Earns) -> Iterator[Mark]:
 class _Wrong(Forms[Answer]):
     """A wrong answer in the form of the right one."""
 
-    known: Known
+    known: KnownWrongAnswer
 
     def formula(self, answer: Expression) -> Answer:
         assert isinstance(self.known.answer, sp.MatrixBase)
@@ -122,7 +122,7 @@ class _Wrong(Forms[Answer]):
 
 @dataclass(frozen=True)
 class _Rules(Forms[str]):
-    """What is earned by what is right in part, in a sentence, as docs/partial-credit.md has it."""
+    """States the rule for partial credit in a sentence, as in docs/partial-credit.md."""
 
     part: Part
 
@@ -132,7 +132,7 @@ class _Rules(Forms[str]):
             "than right."
         )
         both = self._worth(1 - 2 * AMISS)
-        return self._ruled(
+        return self._apply_policy(
             f"Only the sign or a constant factor wrong: {self._worth(1 - AMISS)}; both: {both}; one other mistake: "
             f"{self._worth(HALF)}.{factors * is_product(self.part)}"
         )
@@ -140,28 +140,27 @@ class _Rules(Forms[str]):
     def matrix(self, answer: Matrix) -> str:
         columns = [k for k in range(answer.reference.cols) if any(answer.reference.col(k))]
         if (self.part.credit or OWN).by == "columns" and answer.reference.cols > 1:
-            return self._ruled(f"Each column that is right: {self._worth(Fraction(1, len(columns)))}.")
-        return self._ruled(self._entries(answer.reference))
+            return self._apply_policy(f"Each column that is right: {self._worth(Fraction(1, len(columns)))}.")
+        return self._apply_policy(self._entries(answer.reference))
 
     def numbers(self, answer: Number) -> str:
         if len(answer.reference) == 1:
             return self.other(answer)
-        return self._ruled(self._entries(answer.reference))
+        return self._apply_policy(self._entries(answer.reference))
 
     def _entries(self, reference: sp.Matrix) -> str:
-        due = sum(entry != 0 for entry in reference) or len(reference)
-        each = self._worth(Fraction(1, due))
+        count = sum(entry != 0 for entry in reference) or len(reference)
+        each = self._worth(Fraction(1, count))
         spoiled = " One that is zero, and answered with something else, takes off as much." if 0 in reference else ""
         whole = (
             f" Only signs wrong, or only a common factor: {self._worth(1 - AMISS)}. One other mistake throughout: "
             f"{self._worth(HALF)}."
         )
-        return (
-            f"Each of the {due} entries that {'are not zero' if 0 in reference else 'are due'}: {each}.{spoiled}{whole}"
-        )
+        counted = "are not zero" if 0 in reference else "are due"
+        return f"Each of the {count} entries that {counted}: {each}.{spoiled}{whole}"
 
     def conditions(self, answer: ConditionSet) -> str:
-        return self._ruled(
+        return self._apply_policy(
             "A condition that is forgotten halves it, and so does each that is not singular (all values of a joint are "
             "one); values of a condition that are forgotten leave two thirds. Nothing if more are wrong than right."
         )
@@ -170,10 +169,10 @@ class _Rules(Forms[str]):
         each = self._worth(Fraction(1, len(answer.correct)))
         left = len(answer.options) - len(answer.correct)
         off = f"; each wrong one takes off {self._worth(Fraction(1, left))}" if left else ""
-        return self._ruled(f"Each right letter: {each}{off}.")
+        return self._apply_policy(f"Each right letter: {each}{off}.")
 
     def matching(self, answer: Matching) -> str:
-        return self._ruled(
+        return self._apply_policy(
             f"Each right letter: {self._worth(Fraction(1, len(answer.items)))}; one given twice is none."
         )
 
@@ -183,6 +182,6 @@ class _Rules(Forms[str]):
     def _worth(self, share: Fraction) -> str:
         return _points(self.part, share * (self.part.credit or OWN).worth)
 
-    def _ruled(self, rule: str) -> str:
+    def _apply_policy(self, rule: str) -> str:
         policy = self.part.credit or OWN
         return "Everything or nothing." if policy.by == "whole" or not policy.worth else rule

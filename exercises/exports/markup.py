@@ -1,4 +1,4 @@
-"""What outlets for platforms share: texts with figures as HTML, numbers as text, archives of the same bytes."""
+"""What exports for platforms share: texts with figures as HTML, numbers as text, reproducible archives."""
 
 import hashlib
 import io
@@ -15,10 +15,10 @@ from qdot.exercises.writing.markup import SCREEN, to_html, to_html_for_mathjax
 from qdot.exercises.writing.render import render
 
 DIGITS = 10
-"""Significant digits to which right values are given to platforms."""
+"""Significant digits of right values in exports."""
 
 SetFormula = Callable[[Layout, bool], str]
-"""Prints a formula for a platform, told whether it stands on lines of its own; without one, MathJax sets LaTeX."""
+"""Prints a formula for a platform; the flag says whether it is a block. Without it, MathJax typesets the LaTeX."""
 
 
 def text_html(text: str, set_formula: SetFormula | None = None) -> str:
@@ -42,7 +42,7 @@ def line_html(text: str, set_formula: SetFormula | None = None) -> str:
 def body_html(
     body: Sequence[str | Picture], source: Callable[[Picture], str], set_formula: SetFormula | None = None
 ) -> str:
-    """Return a text with its figures as HTML; `source` says where a picture's file is."""
+    """Return a text with its figures as HTML; `source` returns the address of a picture's file."""
     pieces = [
         {"picture": piece, "source": source(piece), "html": ""}
         if isinstance(piece, Picture)
@@ -58,17 +58,17 @@ def pictures(body: Sequence[str | Picture]) -> list[Picture]:
 
 
 def file_name(picture: Picture) -> str:
-    """Return a file name that other drawings don't have, and that the same drawing has in every question."""
+    """Return a file name that depends on the figure alone, so that questions share the files of equal figures."""
     return f"{picture.name}-{hashlib.sha256(picture.svg.encode()).hexdigest()[:12]}.svg"
 
 
 def svg_file(picture: Picture) -> bytes:
-    """Return a figure as a file of its own."""
+    """Return the content of a figure's file."""
     return ('<?xml version="1.0" encoding="UTF-8"?>\n' + picture.svg.strip() + "\n").encode()
 
 
 def decimal(value: float, digits: int = DIGITS) -> str:
-    """Return a number as platforms read it: digits and a point, no exponent.
+    """Return a number in decimal notation without an exponent, as platforms read it.
 
     >>> decimal(-0.00000012345), decimal(3.0), decimal(0.1 + 0.2)
     ('-0.00000012345', '3', '0.3')
@@ -78,7 +78,7 @@ def decimal(value: float, digits: int = DIGITS) -> str:
 
 
 def allowance(tolerance: float) -> str:
-    """Return a tolerance as platforms read it, to four digits, never less than it is.
+    """Return a tolerance rounded up to four digits, as platforms read it.
 
     >>> allowance(0.00123456), allowance(0)
     ('0.001235', '0')
@@ -90,24 +90,24 @@ def allowance(tolerance: float) -> str:
 
 
 def limits(value: float, tolerance: float) -> tuple[str, str]:
-    """Return the least and the greatest value that count."""
+    """Return the least and the greatest value that count as right."""
     return decimal(value - float(allowance(tolerance))), decimal(value + float(allowance(tolerance)))
 
 
-def by_category(items: Sequence[Item]) -> dict[tuple[str, str, str], list[Item]]:
-    """Return items by category, categories in the order in which they come up."""
+def group_by_category(items: Sequence[Item]) -> dict[tuple[str, str, str], list[Item]]:
+    """Return the items of each category, categories in order of appearance."""
     groups: dict[tuple[str, str, str], list[Item]] = {}
-    for one in items:
-        groups.setdefault(one.category, []).append(one)
+    for item in items:
+        groups.setdefault(item.category, []).append(item)
     return groups
 
 
 def archive(files: dict[str, str | bytes]) -> bytes:
-    """Return a zip archive whose bytes depend on the files alone."""
+    """Return a zip archive whose bytes depend only on the files."""
     out = io.BytesIO()
-    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as made:
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as zip_file:
         for path, content in files.items():
             info = zipfile.ZipInfo(path, date_time=(1980, 1, 1, 0, 0, 0))
             info.compress_type, info.external_attr = zipfile.ZIP_DEFLATED, 0o644 << 16
-            made.writestr(info, content.encode() if isinstance(content, str) else content)
+            zip_file.writestr(info, content.encode() if isinstance(content, str) else content)
     return out.getvalue()

@@ -1,6 +1,6 @@
-"""Moodle: a question bank as Moodle XML, and a quiz that is ready, which draws a variant of every question.
+"""Moodle: a question bank as Moodle XML, and a complete quiz, which picks a variant of every question.
 
-The bank has a category for every place and question, a question for every variant. The quiz is in moodle_quiz.
+The bank has a category for every slot and question, and a question for every variant. The quiz is in moodle_quiz.
 """
 
 import base64
@@ -8,55 +8,55 @@ import html
 import math
 from collections.abc import Generator, Sequence
 
+from qdot.exercises.exports.export_format import File, Order
 from qdot.exercises.exports.items import Choose, Field, Item, Match, Numeric, Picture, items
 from qdot.exercises.exports.markup import (
     allowance,
     body_html,
-    by_category,
     decimal,
+    group_by_category,
     line_html,
     pictures,
     svg_file,
     text_html,
 )
 from qdot.exercises.exports.moodle_quiz import Answer, Box, Category, Question, quiz_backup
-from qdot.exercises.exports.outlet import File, Order
 from qdot.exercises.writing.render import render
 
 FRACTIONS = {1: "100", 2: "50", 3: "33.33333", 4: "25", 5: "20", 6: "16.66667", 7: "14.28571", 8: "12.5"}
-"""The share of each of so many right options, as Moodle's list of grades has it."""
+"""The share of each right option by their number, as in Moodle's list of grades."""
 
 WEIGHTS = {True: 1, False: 2}
-"""The weight of a field whose value is zero, and of any other: zeros are often seen at once."""
+"""The weight of a field whose value is zero, and of any other: zeros are often obvious."""
 
 DIGITS = 14
-"""Significant digits that Moodle keeps of a number."""
+"""Significant digits of a number in Moodle."""
 
 WIDTH = 12
-"""How many characters the widest number is long that a box is to be made for, unless one of its question is longer."""
+"""Minimum width of a box, in characters; a longer number in the question makes it wider."""
 
 NAMES = str.maketrans("<>", "‹›")
-"""What stands for the signs that Moodle takes for a tag in a name, and cuts."""
+"""Replacements for the characters that Moodle would take for a tag in a name, and remove."""
 
 LONGEST, LONGEST_ID = 255, 100
-"""How many characters Moodle stores of a name and of an id."""
+"""Maximum length of a name and of an id in Moodle, in characters."""
 
 
 def moodle_files(order: Order) -> Generator[File, None, None]:
     """Yield two files: what Moodle imports into a question bank, and a backup of a quiz, which it restores."""
     assignment = order.assignment
     categories = [
-        Category(tuple(moodle_name(name) for name in names), tuple(_question(one, assignment.key) for one in group))
-        for names, group in by_category(list(items(order))).items()
+        Category(tuple(moodle_name(name) for name in names), tuple(_question(item, assignment.key) for item in group))
+        for names, group in group_by_category(list(items(order))).items()
     ]
-    told = [{"path": category_path(category.names), "questions": category.questions} for category in categories]
-    page = render("exports/moodle.xml.j2", categories=told, title=assignment.title)
+    groups = [{"path": category_path(category.names), "questions": category.questions} for category in categories]
+    page = render("exports/moodle.xml.j2", categories=groups, title=assignment.title)
     yield File(f"{assignment.key}.xml", page, private=True)
     yield File(f"{assignment.key}.mbz", quiz_backup(order, categories), private=True)
 
 
 def moodle_name(text: str) -> str:
-    """Return a name that Moodle stores as it is: without tags, and short enough for its column."""
+    """Return a name that Moodle stores unchanged: without tags, and short enough for its column."""
     shown = text.translate(NAMES)
     return shown if len(shown) <= LONGEST else f"{shown[: LONGEST - 1].rstrip()}…"
 
@@ -66,21 +66,21 @@ def category_path(names: Sequence[str]) -> str:
     return "/".join(["$course$", "top", *(name.replace("/", "//") for name in names)])
 
 
-def _question(one: Item, key: str) -> Question:
-    form, body = one.form, _html(one.body)
+def _question(item: Item, key: str) -> Question:
+    form, body = item.form, _html(item.body)
     boxes = _boxes(form) if isinstance(form, Numeric) else ()
     return Question(
-        name=moodle_name(one.title),
+        name=moodle_name(item.title),
         type=_type(form),
-        body=_with_boxes(body, form, [box.notation for box in boxes]),
-        numbered=_with_boxes(body, form, [f"{{#{number}}}" for number in range(1, len(boxes) + 1)]),
-        files=_files(one.body),
-        solution=_html(one.solution),
-        solution_files=_files(one.solution),
-        points=one.points,
-        idnumber=f"{key}-{one.key}"[-LONGEST_ID:],
-        tags=("qdot", one.category[1], one.category[2]),
-        hints=tuple(text_html(hint) for hint in one.hints),
+        body=_insert_boxes(body, form, [box.notation for box in boxes]),
+        numbered=_insert_boxes(body, form, [f"{{#{number}}}" for number in range(1, len(boxes) + 1)]),
+        files=_files(item.body),
+        solution=_html(item.solution),
+        solution_files=_files(item.solution),
+        points=item.points,
+        idnumber=f"{key}-{item.key}"[-LONGEST_ID:],
+        tags=("qdot", item.category[1], item.category[2]),
+        hints=tuple(text_html(hint) for hint in item.hints),
         answers=_options(form) if isinstance(form, Choose) else (),
         several=isinstance(form, Choose) and form.several,
         pairs=_pairs(form) if isinstance(form, Match) else (),
@@ -101,7 +101,7 @@ def _html(body: Sequence[str | Picture]) -> str:
 
 
 def _files(body: Sequence[str | Picture]) -> tuple[tuple[str, str], ...]:
-    return tuple((f"{one.name}.svg", base64.b64encode(svg_file(one)).decode()) for one in pictures(body))
+    return tuple((f"{picture.name}.svg", base64.b64encode(svg_file(picture)).decode()) for picture in pictures(body))
 
 
 def _options(form: Choose) -> tuple[Answer, ...]:
@@ -114,12 +114,14 @@ def _options(form: Choose) -> tuple[Answer, ...]:
             share if option.right else wrong,
             html.escape(option.feedback),
         )
-        for text, option in zip(form.shown, form.options, strict=True)
+        for text, option in zip(form.lettered_texts, form.options, strict=True)
     )
 
 
 def _pairs(form: Match) -> tuple[tuple[str, str], ...]:
-    pairs = [(line_html(stem), form.options[index]) for stem, index in zip(form.shown, form.correct, strict=True)]
+    pairs = [
+        (line_html(stem), form.options[index]) for stem, index in zip(form.lettered_stems, form.correct, strict=True)
+    ]
     left = [option for index, option in enumerate(form.options) if index not in form.correct]
     return (*pairs, *(("", option) for option in left))
 
@@ -128,36 +130,42 @@ def _pairs(form: Match) -> tuple[tuple[str, str], ...]:
 
 
 def _boxes(form: Numeric) -> tuple[Box, ...]:
-    """Return what is known of every box.
+    """Return the box of every field.
 
-    Moodle makes one of several boxes as wide as the longest number that it knows for it: each is told of one as long.
+    If there are several, Moodle makes each as wide as the longest number among its answers; a filler answer in each
+    makes them equally wide.
     """
     numbers = [_numbers(field) for field in form.fields]
-    longest = max(WIDTH, *(len(one.text) for answers in numbers for one in answers))
-    nobodys = Answer(_of_length(longest), "0", "", "0")
+    longest = max(WIDTH, *(len(answer.text) for answers in numbers for answer in answers))
+    filler = Answer(_filler_number(longest), "0", "", "0")
     return tuple(
-        _box(field, (*answers, nobodys) if len(numbers) > 1 else answers)
+        _box(field, (*answers, filler) if len(numbers) > 1 else answers)
         for field, answers in zip(form.fields, numbers, strict=True)
     )
 
 
 def _box(field: Field, answers: tuple[Answer, ...]) -> Box:
     weight = WEIGHTS[round(field.value, 9) == 0]
-    told = [(one, _quoted(one.feedback)) for one in answers]
-    return Box(answers, weight, render("exports/moodle-box.txt.j2", weight=weight, answers=told).strip())
+    quoted_answers = [(answer, _escape_feedback(answer.feedback)) for answer in answers]
+    return Box(answers, weight, render("exports/moodle-box.txt.j2", weight=weight, answers=quoted_answers).strip())
 
 
 def _numbers(field: Field) -> tuple[Answer, ...]:
     right = Answer(_number(field.value, field.tolerance), "100", "", allowance(field.tolerance))
     wrong = (
-        Answer(_number(one.value, one.tolerance), "0", html.escape(one.advice, quote=False), allowance(one.tolerance))
-        for one in field.wrong
+        Answer(
+            _number(wrong.value, wrong.tolerance),
+            "0",
+            html.escape(wrong.advice, quote=False),
+            allowance(wrong.tolerance),
+        )
+        for wrong in field.wrong
     )
     return (right, *wrong)
 
 
 def _number(value: float, tolerance: float) -> str:
-    """Return a number to a thousandth of what it may be off, as Moodle shows it after the attempt.
+    """Return a number rounded to a thousandth of its tolerance, as Moodle shows it after the attempt.
 
     >>> _number(-0.70710678118, 0.0035), _number(2.0, 0.0), _number(0.70710678118, 5e-12)
     ('-0.707107', '2', '0.70710678118')
@@ -166,8 +174,8 @@ def _number(value: float, tolerance: float) -> str:
     return decimal(rounded, DIGITS)
 
 
-def _of_length(characters: int) -> str:
-    """Return a number of so many characters, as Moodle stores it, that is nobody's answer.
+def _filler_number(characters: int) -> str:
+    """Return a number with this many characters, in Moodle's notation, that nobody would answer.
 
     >>> _of_length(12)
     '-1.23456E+99'
@@ -175,8 +183,8 @@ def _of_length(characters: int) -> str:
     return f"-1.{'23456789' * 3}"[: characters - 4] + "E+99"
 
 
-def _with_boxes(body: str, form: Choose | Match | Numeric, shown: Sequence[str]) -> str:
-    """Return a text with its boxes in it, where there are several: a column of names, or a matrix."""
+def _insert_boxes(body: str, form: Choose | Match | Numeric, shown: Sequence[str]) -> str:
+    """Return a text with its boxes if there are several, as a column with names or as a matrix."""
     if not isinstance(form, Numeric) or len(shown) < 2:
         return body
     boxes = iter(shown)
@@ -193,10 +201,10 @@ def _with_boxes(body: str, form: Choose | Match | Numeric, shown: Sequence[str])
     return f"{body}\n{fields.strip()}"
 
 
-def _quoted(feedback: str) -> str:
-    r"""Return HTML as it may stand behind an embedded answer, which `}`, `#` and `~` would end.
+def _escape_feedback(feedback: str) -> str:
+    r"""Return HTML as feedback of an embedded answer, which `}`, `#` and `~` would end.
 
-    Moodle takes entities for the signs that they stand for, and the backslash away before the first two signs only.
+    Moodle resolves entities, and removes the backslash only before the first two of these characters.
 
     >>> _quoted("R_{1} ~ 2 &lt; 3")
     'R_{1\\} ∼ 2 &amp;lt; 3'

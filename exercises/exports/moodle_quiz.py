@@ -1,7 +1,7 @@
-"""A quiz that is ready, as the backup of an activity, which Moodle 4 restores into any course with its questions.
+"""A complete quiz as the backup of an activity, which Moodle 4 restores into any course with its questions.
 
-Moodle has no other file that holds a quiz. The questions are in a bank of the quiz's own. Each slot draws one of the
-variants of a question and carries its points, which an embedded answer can't carry: it counts its boxes.
+Moodle has no other file format for quizzes. The questions are in the quiz's own bank. Each slot picks one variant of a
+question at random and holds its points, because an embedded answer counts its boxes instead.
 """
 
 import base64
@@ -13,13 +13,13 @@ from itertools import count
 from typing import Any
 
 from qdot.exercises.assignment.assignment import Assignment
-from qdot.exercises.assignment.lateness import aware
+from qdot.exercises.assignment.lateness import with_zone
+from qdot.exercises.exports.export_format import Order
 from qdot.exercises.exports.markup import archive
-from qdot.exercises.exports.outlet import Order
 from qdot.exercises.writing.render import render
 
 RELEASE, VERSION = "4.0", 2022041900
-"""The oldest Moodle that reads the backup: later ones keep questions and draws from a bank in the same way."""
+"""The oldest Moodle that restores the backup; later ones store questions and random slots in the same way."""
 QUIZ, CONTEXT = 1, 2
 """Ids of the quiz, and of the context to which its bank belongs."""
 HIGHEST, LAST = 1, 4
@@ -27,9 +27,9 @@ HIGHEST, LAST = 1, 4
 CLOSED = 0x00010
 AFTER = 0x01100 | CLOSED
 ALWAYS = 0x10000 | AFTER
-"""When something is shown of an attempt: once the quiz is closed; right after the attempt, too; during it, too."""
+"""When a part of the review is shown: once the quiz is closed; also right after the attempt; also during it."""
 TYPES = {"cloze": "multianswer", "matching": "match"}
-"""What types of questions are called inside Moodle, where that is not the name in XML."""
+"""Moodle's internal names of question types, if they differ from those in XML."""
 OF_BACKUP, OF_QUIZ = ("moodle_backup", "questions", "files"), ("quiz", "module", "inforef", "grades")
 EMPTY = {
     "roles": "roles_definition", "users": "users", "groups": "groups", "scales": "scales_definition",
@@ -41,14 +41,14 @@ EMPTY_OF_QUIZ = {
     "completion": "completions", "competencies": "course_module_competencies", "xapistate": "states",
     "grade_history": "grade_history",
 }  # fmt: skip
-"""Files that a backup has to have, of the whole and of the quiz; of the empty ones also what they hold nothing of."""
+"""Files that a backup and its quiz must have; for empty ones, with the name of their root element."""
 
 Json = dict[str, Any]
 
 
 @dataclass(frozen=True)
 class Answer:
-    """An answer that Moodle knows: its text or number, per cent of the marks, HTML on it, what a number may be off."""
+    """An answer that Moodle knows: its text or number, per cent of the marks, feedback (HTML), and tolerance."""
 
     text: str
     fraction: str
@@ -58,7 +58,7 @@ class Answer:
 
 @dataclass(frozen=True)
 class Box:
-    """A number to be typed: the answers that are known, its weight, and both in Moodle's notation for a text."""
+    """A number to be typed: its known answers, its weight, and both in Moodle's notation for embedded answers."""
 
     answers: tuple[Answer, ...]
     weight: int
@@ -67,9 +67,9 @@ class Box:
 
 @dataclass(frozen=True)
 class Question:
-    """A question as Moodle has it, in HTML: its `body` with boxes in Moodle's notation, or their numbers (`numbered`).
+    """A question as Moodle stores it, in HTML; boxes are in Moodle's notation (`body`) or numbered (`numbered`).
 
-    Files are names with their content in base 64; `pairs` are stems and options, stems empty where an option is wrong.
+    Files are names with their content in base 64. `pairs` are stems and options; wrong options have an empty stem.
     """
 
     name: str
@@ -91,22 +91,22 @@ class Question:
 
 @dataclass(frozen=True)
 class Category:
-    """The variants of a question, and the names of their category and of those that it is in, the outermost first."""
+    """The variants of a question, and the path of names of their category, the outermost first."""
 
     names: tuple[str, ...]
     questions: tuple[Question, ...]
 
 
 def quiz_backup(order: Order, categories: Sequence[Category]) -> bytes:
-    """Return a backup of a quiz that draws one question from each category, in this order, for its points.
+    """Return a backup of a quiz that picks one question from each category, in this order, for its points.
 
-    Values and solutions that the assignment does not tell are shown when nobody can answer any more.
+    Values and solutions that the assignment hides are shown once the quiz is closed.
     """
     assignment = order.assignment
     folders = _folders(assignment.key, categories)
-    drawn = [folder for folder in folders if folder["questions"]]
-    files = [file for folder in drawn for entry in folder["questions"] for file in _files(entry)]
-    told = {
+    question_folders = [folder for folder in folders if folder["questions"]]
+    files = [file for folder in question_folders for entry in folder["questions"] for file in _files(entry)]
+    context = {
         "title": categories[0].names[0],
         "key": assignment.key,
         "release": RELEASE,
@@ -115,7 +115,10 @@ def quiz_backup(order: Order, categories: Sequence[Category]) -> bytes:
         "context": CONTEXT,
         "folders": folders,
         "files": files,
-        "slots": [{"draws": _draws(folder), "points": folder["questions"][0]["question"].points} for folder in drawn],
+        "slots": [
+            {"draws": _draws(folder), "points": folder["questions"][0]["question"].points}
+            for folder in question_folders
+        ],
         "points": sum(category.questions[0].points for category in categories),
         "types": TYPES,
         "after": AFTER,
@@ -125,12 +128,12 @@ def quiz_backup(order: Order, categories: Sequence[Category]) -> bytes:
         **_attempts(assignment),
     }
     activity = f"activities/quiz_{QUIZ}"
-    made: dict[str, str | bytes] = {f"files/{file['hash'][:2]}/{file['hash']}": file["content"] for file in files}
-    made |= {f"{name}.xml": render(f"exports/moodle-quiz/{name}.xml.j2", **told) for name in OF_BACKUP}
-    made |= {f"{activity}/{name}.xml": render(f"exports/moodle-quiz/{name}.xml.j2", **told) for name in OF_QUIZ}
-    made |= {f"{name}.xml": _empty(root) for name, root in EMPTY.items()}
-    made |= {f"{activity}/{name}.xml": _empty(root) for name, root in EMPTY_OF_QUIZ.items()}
-    return archive(made)
+    contents: dict[str, str | bytes] = {f"files/{file['hash'][:2]}/{file['hash']}": file["content"] for file in files}
+    contents |= {f"{name}.xml": render(f"exports/moodle-quiz/{name}.xml.j2", **context) for name in OF_BACKUP}
+    contents |= {f"{activity}/{name}.xml": render(f"exports/moodle-quiz/{name}.xml.j2", **context) for name in OF_QUIZ}
+    contents |= {f"{name}.xml": _empty(root) for name, root in EMPTY.items()}
+    contents |= {f"{activity}/{name}.xml": _empty(root) for name, root in EMPTY_OF_QUIZ.items()}
+    return archive(contents)
 
 
 def _empty(root: str) -> str:
@@ -138,24 +141,24 @@ def _empty(root: str) -> str:
 
 
 def _draws(folder: Json) -> str:
-    """Return from where a slot draws, as Moodle 4.0 wrote it and later ones read it, too."""
+    """Return the category from which a slot picks, in the notation of Moodle 4.0, which later versions read, too."""
     return json.dumps({"questioncategoryid": str(folder["id"]), "includingsubcategories": "0", "tags": []})
 
 
 def _attempts(assignment: Assignment) -> Json:
-    """Return how many attempts there are (0 is any number), which counts, and how long one waits for the next."""
-    several, due = assignment.attempts, assignment.due
+    """Return the number of attempts (0 means unlimited), which one counts, and the delay between two."""
+    several, due_date = assignment.attempts, assignment.due_date
     best = several.best_of is not None
     return {
         "attempts": several.best_of or 0,
         "counts": HIGHEST if best else LAST,
         "apart": several.apart if best else 0,
-        "closes": 0 if due is None else int(aware(due).timestamp()),
+        "closes": 0 if due_date is None else int(with_zone(due_date).timestamp()),
     }
 
 
 def _folders(key: str, categories: Sequence[Category]) -> list[Json]:
-    """Return the bank's tree, every category behind the one that it is in; what is asked of it has ids of its own."""
+    """Return the bank's tree, every category after its parent; their questions have ids of the same sequence."""
     ids = count(1)
     made: dict[tuple[str, ...], Json] = {(): {"id": next(ids), "name": "top", "parent": 0, "questions": []}}
     for category in categories:
@@ -172,12 +175,12 @@ def _folders(key: str, categories: Sequence[Category]) -> list[Json]:
 
 
 def _entry(question: Question, ids: Iterator[int]) -> Json:
-    """Return a question with ids for it, its answers, and the questions that its boxes are to Moodle."""
+    """Return a question with ids for itself, its answers and its boxes, which are questions to Moodle."""
     whole = sum(box.weight for box in question.boxes)
     boxes = [
         {
             "id": next(ids), "question": question, "box": box, "points": question.points * box.weight / whole,
-            "answers": _numbered(box.answers, ids),
+            "answers": _number_answers(box.answers, ids),
         }
         for box in question.boxes
     ]  # fmt: skip
@@ -186,13 +189,13 @@ def _entry(question: Question, ids: Iterator[int]) -> Json:
         "id": next(ids),
         "question": question,
         "boxes": boxes if several else [],
-        "answers": _numbered(question.boxes[0].answers if boxes and not several else question.answers, ids),
+        "answers": _number_answers(question.boxes[0].answers if boxes and not several else question.answers, ids),
         "hints": [(next(ids), hint) for hint in question.hints],
         "pairs": [(next(ids), *pair) for pair in question.pairs],
     }
 
 
-def _numbered(answers: Sequence[Answer], ids: Iterator[int]) -> list[Json]:
+def _number_answers(answers: Sequence[Answer], ids: Iterator[int]) -> list[Json]:
     return [{"id": next(ids), "share": float(answer.fraction) / 100, "answer": answer} for answer in answers]
 
 

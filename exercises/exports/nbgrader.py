@@ -1,7 +1,8 @@
-"""An nbgrader course: one pattern from which nbgrader learns the cells and their points, a notebook for each student.
+"""An nbgrader course: a source notebook with the cells and their points, and a notebook for each student.
 
-nbgrader hands one notebook to everybody; here everybody has problems of their own, with the same parts. So the pattern
-holds no problem, and students' notebooks are handed out beside nbgrader: their cells have the pattern's names.
+nbgrader releases the same notebook to everybody, but here students have different problems with the same parts. So the
+source notebook contains no problem, and the students' notebooks are handed out by other means. The cells of both have
+the same names.
 """
 
 import csv
@@ -12,8 +13,8 @@ from collections.abc import Generator, Sequence
 from typing import Any
 
 from qdot.exercises.assignment.assignment import SECRET_FILE, Slot, Student
+from qdot.exercises.exports.export_format import File, Order
 from qdot.exercises.exports.handouts import handouts
-from qdot.exercises.exports.outlet import File, Order
 from qdot.exercises.exports.repositories import assignment_files
 from qdot.exercises.exports.wheel import wheel
 from qdot.exercises.notebook.notebook import KERNEL, notebook_text, points_text
@@ -25,13 +26,13 @@ Cell = dict[str, Any]
 SCHEMA = 3
 """The version of nbgrader's metadata that is written."""
 ANSWER = "-answer"
-"""What an answer cell is called more than the cell that holds its marks, whose name is in nbgrader's gradebook."""
+"""The suffix of an answer cell's name; nbgrader's gradebook has the name of the cell with the marks, without it."""
 SIGN = "# Marked by qdot"
-"""How the source of a cell with marks begins; no other notebook's does."""
+"""The first line of a cell with marks; no other cell begins with it."""
 
 
 def nbgrader(order: Order) -> Generator[File, None, None]:
-    """Yield the course: its configuration, the pattern, what decides the answers, and every student's notebook."""
+    """Yield the course: configuration, source notebook, the assignment with its secret, and students' notebooks."""
     notebooks = handouts(order)
     assignment = notebooks.assignment
     key = assignment.key
@@ -56,7 +57,7 @@ def nbgrader(order: Order) -> Generator[File, None, None]:
 
 
 def _names(roster: Sequence[Student]) -> str:
-    """Return the roster as `nbgrader db student import` reads it, the last word of a name being the last name."""
+    """Return the roster for `nbgrader db student import`; the last word of a name is the last name."""
     out = io.StringIO()
     table = csv.writer(out, lineterminator="\n")
     table.writerow(["id", "first_name", "last_name", "email"])
@@ -67,7 +68,7 @@ def _names(roster: Sequence[Student]) -> str:
 
 
 def grade_id(part: str) -> str:
-    """Return what nbgrader calls a part.
+    """Return nbgrader's name of a part.
 
     >>> grade_id("p1.rank-at")
     'p1-rank-at'
@@ -76,7 +77,7 @@ def grade_id(part: str) -> str:
 
 
 def checksum(cell: Cell) -> str:
-    """Return the digest by which nbgrader knows that a cell is as it was handed out."""
+    """Return the digest by which nbgrader recognises that a cell is unchanged."""
     about = cell["metadata"]["nbgrader"]
     flags = (about["grade"], about["solution"], about["locked"])
     worth = str(float(about["points"])) if about["grade"] else ""
@@ -85,15 +86,15 @@ def checksum(cell: Cell) -> str:
 
 
 def answer_metadata(part: str) -> dict[str, Any]:
-    """Return nbgrader's metadata of the cell in which a part is answered."""
+    """Return nbgrader's metadata of the answer cell of a part."""
     return _metadata(f"{grade_id(part)}{ANSWER}", solution=True)
 
 
 def marks_cell(part: str, points: float) -> Cell:
     """Return the cell that holds the marks of a part.
 
-    Its value is 0 points wherever it is run, so that nothing is earned where qdot didn't mark it. It raises nothing:
-    a student who runs all cells gets to the end.
+    It evaluates to 0 points, so that nothing is earned unless qdot has marked the part. It raises no error: students
+    can run all cells to the end.
     """
     about = _metadata(grade_id(part), grade=True, locked=True)
     about["nbgrader"]["points"] = points
@@ -109,7 +110,7 @@ def _metadata(name: str, **flags: bool) -> Cell:
 
 
 def _with_marks(cell: Cell, points: dict[str, float]) -> list[Cell]:
-    """Return a cell of a student's notebook, and what is to follow it."""
+    """Return a cell of a student's notebook, followed by the cell with its marks if it is an answer cell."""
     part = cell["metadata"].get("qdot", {}).get("part")
     if part is None:
         return [cell]

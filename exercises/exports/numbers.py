@@ -1,7 +1,8 @@
-"""Formulas asked for in numbers, for platforms that compare no formulas: at a configuration that tells mistakes apart.
+"""Formulas asked for as numbers at a configuration, for platforms that can't compare formulas.
 
-Lengths and a configuration are drawn from a stream of the problem's own: away from singularities, no entry tiny or
-zero by chance. The numbers are worked out twice, from the reference and by a derivation in numbers.
+Lengths and the configuration are sampled from the problem's own stream, away from singularities, so that no entry is
+tiny or zero by chance and the numbers distinguish as many mistakes as possible. They are computed twice: from the
+reference and by a numeric derivation.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -36,24 +37,24 @@ from qdot.exercises.writing.latex import tex, tex_angle, tex_length, tex_value
 from qdot.exercises.writing.wording import Wording
 
 DRAWS = 12
-"""Configurations that are drawn; the one that tells most mistakes apart is taken."""
+"""How many configurations are sampled; the one that distinguishes most mistakes is used."""
 TINY = 0.02
-"""Share of the largest entry below which an entry is hard to give to three digits."""
+"""An entry below this share of the largest one is hard to give to three digits."""
 LEAST = 0.001
-"""Share of the largest entry that any entry may be off, those that are zero above all."""
+"""Absolute tolerance of any entry as a share of the largest one; it matters for zeros."""
 APART = 0.03
-"""Share of the largest entry by which a mistake must change some entry to count as told apart."""
+"""A mistake is distinguishable if it changes some entry by this share of the largest one."""
 MOST_JOINTS = 4
-"""Joints of the largest arm of which all mistakes behind J are worked out; it takes many seconds beyond."""
+"""Maximum number of joints for which all mistakes after J are computed; larger arms would take many seconds."""
 SAME = 1e-8
-"""Share of the largest entry by which both ways to the numbers may differ."""
+"""Both computations of the numbers may differ by this share of the largest entry."""
 
 
 @dataclass(frozen=True)
-class Given:
-    """What is told of a configuration, as LaTeX: names and values in the order in which they are told.
+class GivenValues:
+    """The given values of a configuration in LaTeX: names and values in the order of the question.
 
-    `values` are all symbols in numbers.
+    `values` has the numeric value of every symbol.
     """
 
     joints: tuple[tuple[str, str], ...]
@@ -62,33 +63,35 @@ class Given:
 
 
 @dataclass(frozen=True)
-class InNumbers:
-    """A part whose answer is numbers, (rows, columns), what is given for it, and what mistakes make of the answer.
+class NumericPart:
+    """A part whose answer is numbers, (rows, columns), with given values, and the answers that mistakes lead to.
 
-    The entry of a direction that is to be 1 is `unit`, counted from 0; None for other answers.
+    `unit` is the index of the entry of a direction that is scaled to 1, from 0; None for other answers.
     """
 
     part: Part
     values: np.ndarray
-    given: Given | None
+    given_values: GivenValues | None
     wrong: tuple[tuple[str, str, np.ndarray], ...]
     unit: int | None = None
 
 
-def in_numbers(problem: Problem, part: Part) -> InNumbers | None:
-    """Return a part with numbers as its answer; None where there is no way to ask for it in numbers.
+def ask_in_numbers(problem: Problem, part: Part) -> NumericPart | None:
+    """Return a part with numbers as its answer; None if it can't be asked in numbers.
 
-    Raises QdotError where the two ways to the numbers do not agree.
+    Raises QdotError if the two computations of the numbers do not agree.
     """
     answer = part.answer
     if answer.is_in_numbers and not answer.counts_up_to_a_factor:
-        return _of_numbers(problem, part)
+        return _from_numbers(problem, part)
     if answer.is_in_numbers:
-        return _scaled(_of_numbers(problem, replace(part, answer=_as_number(part, answer.as_matrix())), direction=True))
+        return _scale_direction(
+            _from_numbers(problem, replace(part, answer=_as_number(part, answer.as_matrix())), direction=True)
+        )
     if not answer.entries() or not is_derived(part):
         return None
-    asked = _of_formulas(problem, part)
-    return _scaled(asked) if answer.counts_up_to_a_factor and asked is not None else asked
+    asked = _from_formulas(problem, part)
+    return _scale_direction(asked) if answer.counts_up_to_a_factor and asked is not None else asked
 
 
 def _as_number(part: Part, values: sp.Matrix) -> Number:
@@ -96,7 +99,7 @@ def _as_number(part: Part, values: sp.Matrix) -> Number:
     return Number(values, part.details.units or ("",) * len(values), THREE_DIGITS, floor)
 
 
-def _of_numbers(problem: Problem, part: Part, direction: bool = False) -> InNumbers:
+def _from_numbers(problem: Problem, part: Part, direction: bool = False) -> NumericPart:
     answer = part.of(Number)
     right = np.array(answer.reference.tolist(), dtype=float)
     wrong = [
@@ -108,25 +111,29 @@ def _of_numbers(problem: Problem, part: Part, direction: bool = False) -> InNumb
         domain = _domain(problem, part)
         where = sample_configurations(problem.chain, part, domain, 1, Stream(f"{problem.id}/{part.name}/wrong"))
         w = numbers(problem.chain, where)
-        _hold(problem, part, right, result(w, part)[..., 0], direction)
-        wrong += [_told(one, one.answer[..., 0]) for one in _mistakes(w, part)]
-    return InNumbers(part, right, None, tuple(wrong))
+        _check_agreement(problem, part, right, result(w, part)[..., 0], direction)
+        wrong += [
+            _describe_wrong(mistake_result, mistake_result.answer[..., 0]) for mistake_result in _mistakes(w, part)
+        ]
+    return NumericPart(part, right, None, tuple(wrong))
 
 
-def _told(wrong: Wrong, values: np.ndarray) -> tuple[str, str, np.ndarray]:
+def _describe_wrong(wrong: Wrong, values: np.ndarray) -> tuple[str, str, np.ndarray]:
     return wrong.mistake.title, wrong.sentence, values
 
 
-def _hold(problem: Problem, part: Part, one: np.ndarray, other: np.ndarray, direction: bool) -> None:
-    """Hold the numbers of one way against those of another; directions up to a factor. Raises QdotError."""
-    if one.shape == other.shape and direction:
-        one, other = (vector / vector.ravel()[np.abs(one).argmax()] for vector in (one, other))
-    if one.shape != other.shape or not np.abs(one - other).max() <= SAME * max(np.abs(one).max(), 1e-9):
+def _check_agreement(problem: Problem, part: Part, reference: np.ndarray, derived: np.ndarray, direction: bool) -> None:
+    """Raise QdotError unless both computations agree; directions are compared up to a factor."""
+    if reference.shape == derived.shape and direction:
+        reference, derived = (vector / vector.ravel()[np.abs(reference).argmax()] for vector in (reference, derived))
+    if reference.shape != derived.shape or not np.abs(reference - derived).max() <= SAME * max(
+        np.abs(reference).max(), 1e-9
+    ):
         raise QdotError(f"{problem.id}: {part.name}: its numbers do not agree; please report it")
 
 
 def _mistakes(w: Working, part: Part) -> list[Wrong]:
-    """Return what mistakes make of an answer; of long derivations only those that a single number shows."""
+    """Return the answers that mistakes lead to; for long derivations, only mistakes that are sought in one number."""
     if not is_derived(part):
         return []
     if w.n > MOST_JOINTS and is_made_of_jacobian(part):
@@ -142,120 +149,124 @@ def _mistakes(w: Working, part: Part) -> list[Wrong]:
 # --- formulas ---
 
 
-def _of_formulas(problem: Problem, part: Part) -> InNumbers | None:
-    """Return a part with its formulas evaluated at the best of some configurations."""
+def _from_formulas(problem: Problem, part: Part) -> NumericPart | None:
+    """Return a part with its formulas evaluated at the best of several sampled configurations."""
     chain, stream = problem.chain, Stream(f"qdot/{problem.id.engine}/{problem.id}/{part.name}/in numbers")
     reference = part.answer.as_matrix()
-    drawn = list(_configurations(chain, part, stream))
-    values = _columns(chain, part, drawn)
+    sampled = list(_configurations(chain, part, stream))
+    values = _values_by_symbol(chain, part, sampled)
     as_number = replace(part, answer=_as_number(part, sp.ones(*reference.shape)))
     w = numbers(chain, values)
     right = result(w, as_number)
-    mistakes = [one for one in _mistakes(w, as_number) if one.answer.shape == right.shape]
-    best = _best(right, mistakes)
+    mistakes = [wrong_answer for wrong_answer in _mistakes(w, as_number) if wrong_answer.answer.shape == right.shape]
+    best = _best_configuration(right, mistakes)
     if best is None:
         return None
-    exact = _precise(reference, _exact(part, drawn[best]))
+    exact = _evaluate_reference(reference, _add_given_joints(part, sampled[best]))
     as_number = replace(part, answer=_as_number(part, exact))
     doubles = np.array(exact.tolist(), dtype=float)
-    _hold(problem, part, doubles, right[..., best], part.answer.counts_up_to_a_factor)
-    wrong = tuple(_told(one, one.answer[..., best]) for one in mistakes)
-    return InNumbers(as_number, doubles, _given(chain, part, drawn[best], reference), wrong)
+    _check_agreement(problem, part, doubles, right[..., best], part.answer.counts_up_to_a_factor)
+    wrong = tuple(_describe_wrong(wrong_answer, wrong_answer.answer[..., best]) for wrong_answer in mistakes)
+    return NumericPart(as_number, doubles, _given_values(chain, part, sampled[best], reference), wrong)
 
 
-Drawn = dict[sp.Symbol, sp.Expr]
+Configuration = dict[sp.Symbol, sp.Expr]
 
 
-def _configurations(chain: Chain, part: Part, stream: Stream) -> Iterator[Drawn]:
-    """Yield numbers for every symbol; joints are where J is well conditioned, if that can be had."""
+def _configurations(chain: Chain, part: Part, stream: Stream) -> Iterator[Configuration]:
+    """Yield numbers for every symbol, at joint values with a well-conditioned J if possible."""
     full = min(len(chain.task), chain.n) and not part.details.given_joints
     for _ in range(DRAWS):
         for _ in range(30):
             lengths = {
-                symbol: _angle(stream) if symbol.name.startswith(("alpha", "beta")) else value
+                symbol: _draw_angle(stream) if symbol.name.startswith(("alpha", "beta")) else value
                 for symbol, value in distinct_lengths(chain, stream).items()
             }
             joints = sample_pose(chain, stream)
             if not full or conditioning(chain, lengths, joints) > well_conditioned(chain) / 2:
                 break
-        rates = {rate: sp.Rational(_some(stream, 9), 10) for rate in chain.rates}
-        velocity = {sp.Symbol(row): sp.Rational(_some(stream, 8), 20) for row in chain.task}
-        loads = {sp.Symbol(name): sp.Integer(_some(stream, 20)) for name in part.symbols}
+        rates = {rate: sp.Rational(_draw_nonzero(stream, 9), 10) for rate in chain.rates}
+        velocity = {sp.Symbol(row): sp.Rational(_draw_nonzero(stream, 8), 20) for row in chain.task}
+        loads = {sp.Symbol(name): sp.Integer(_draw_nonzero(stream, 20)) for name in part.symbols}
         yield {**lengths, **joints, **rates, **velocity, **loads}
 
 
-def _angle(stream: Stream) -> sp.Expr:
-    return sp.pi * sp.Rational(_some(stream, 16), 18)
+def _draw_angle(stream: Stream) -> sp.Expr:
+    return sp.pi * sp.Rational(_draw_nonzero(stream, 16), 18)
 
 
-def _some(stream: Stream, most: int) -> int:
-    """Draw a whole number other than zero."""
+def _draw_nonzero(stream: Stream, most: int) -> int:
+    """Return a random whole number other than zero."""
     return stream.choice([k for k in range(-most, most + 1) if k])
 
 
-def _exact(part: Part, drawn: Drawn) -> Drawn:
-    """Return a draw with the joint values that the question gives in it."""
-    return {**drawn, **{q: value.xreplace(drawn) for q, value in part.details.given_joints.items()}}
+def _add_given_joints(part: Part, configuration: Configuration) -> Configuration:
+    """Return a configuration with the joint values that the question gives."""
+    return {**configuration, **{q: value.xreplace(configuration) for q, value in part.details.given_joints.items()}}
 
 
-def _columns(chain: Chain, part: Part, drawn: Sequence[Drawn]) -> Values:
+def _values_by_symbol(chain: Chain, part: Part, configurations: Sequence[Configuration]) -> Values:
     """Return the values of each symbol at all configurations, (N,)."""
-    exact = [_exact(part, one) for one in drawn]
-    columns = {symbol.name: np.array([float(one[symbol]) for one in exact]) for symbol in exact[0]}
+    exact = [_add_given_joints(part, configuration) for configuration in configurations]
+    columns = {symbol.name: np.array([float(configuration[symbol]) for configuration in exact]) for symbol in exact[0]}
     others = {*domain_of(chain).roles} - set(columns)
-    return columns | {name: np.ones(len(drawn)) for name in sorted(others)}
+    return columns | {name: np.ones(len(configurations)) for name in sorted(others)}
 
 
-def _precise(reference: sp.Matrix, values: Drawn) -> sp.Matrix:
+def _evaluate_reference(reference: sp.Matrix, values: Configuration) -> sp.Matrix:
     return reference.applyfunc(lambda entry: ten_digits(numeric(entry.xreplace(values))))
 
 
-def _best(right: np.ndarray, mistakes: Sequence[Wrong]) -> int | None:
-    """Return the configuration with the fewest entries that are tiny, and of these the one that tells most apart."""
+def _best_configuration(right: np.ndarray, mistakes: Sequence[Wrong]) -> int | None:
+    """Return the configuration with the fewest tiny entries; among these, the one that distinguishes most mistakes."""
     size = np.abs(right).max(axis=(0, 1))
     somewhere = np.nan_to_num(np.abs(right)).max(axis=-1)
     always = somewhere > SAME * somewhere.max()
     small = ((np.abs(right) < TINY * size) & always[..., None]).sum(axis=(0, 1))
-    told = np.zeros(right.shape[-1], dtype=int)
-    for one in mistakes:
-        apart = np.abs(one.answer - right)
-        told += np.where(np.isfinite(apart), apart, 0.0).max(axis=(0, 1)) > APART * size
+    told_apart = np.zeros(right.shape[-1], dtype=int)
+    for mistake_result in mistakes:
+        apart = np.abs(mistake_result.answer - right)
+        told_apart += np.where(np.isfinite(apart), apart, 0.0).max(axis=(0, 1)) > APART * size
     usable = np.isfinite(right).all(axis=(0, 1)) & (size > SAME)
-    order = [(small[k], -told[k], k) for k in range(right.shape[-1]) if usable[k]]
+    order = [(small[k], -told_apart[k], k) for k in range(right.shape[-1]) if usable[k]]
     return min(order)[2] if order else None
 
 
-def _scaled(found: InNumbers) -> InNumbers:
-    """Return a direction with its largest entry made 1: it counts up to a factor."""
-    unit = int(np.abs(np.round(found.values, 6)).argmax())
-    values = found.values / found.values.ravel()[unit]
+def _scale_direction(direction: NumericPart) -> NumericPart:
+    """Return a direction scaled so that its largest entry is 1, as it is right up to a factor."""
+    unit = int(np.abs(np.round(direction.values, 6)).argmax())
+    values = direction.values / direction.values.ravel()[unit]
     with np.errstate(all="ignore"):
-        wrong = tuple((title, says, answer / answer.ravel()[unit]) for title, says, answer in found.wrong)
+        wrong = tuple((title, says, answer / answer.ravel()[unit]) for title, says, answer in direction.wrong)
     reference = sp.Matrix(values.tolist())
-    part = replace(found.part, answer=Number(reference, ("",) * len(reference), THREE_DIGITS, LEAST))
-    return InNumbers(part, values, found.given, wrong, unit)
+    part = replace(direction.part, answer=Number(reference, ("",) * len(reference), THREE_DIGITS, LEAST))
+    return NumericPart(part, values, direction.given_values, wrong, unit)
 
 
 # --- words ---
 
 
-def _given(chain: Chain, part: Part, drawn: Drawn, reference: sp.Matrix) -> Given:
-    """Return what is told: all joints but those that the question gives, and what the formulas or mistakes need."""
+def _given_values(chain: Chain, part: Part, configuration: Configuration, reference: sp.Matrix) -> GivenValues:
+    """Return the given values: joints that the question does not give itself, and what formulas and mistakes need."""
     w, used = Wording(chain), reference.free_symbols
-    joints = tuple((tex(q), tex_value(drawn[q], q)) for q in chain.q if q not in part.details.given_joints)
+    joints = tuple((tex(q), tex_value(configuration[q], q)) for q in chain.q if q not in part.details.given_joints)
     others: list[tuple[str, str]] = []
     if used & set(chain.rates):
         units = zip(chain.rates, w.rate_units, strict=True)
-        others += [(tex(rate, chain), rf"{tex(drawn[rate])}\,\text{{{unit}}}") for rate, unit in units]
+        others += [(tex(rate, chain), rf"{tex(configuration[rate])}\,\text{{{unit}}}") for rate, unit in units]
     rows = [sp.Symbol(row) for row in chain.task]
     if used & set(rows):
-        others += [(tex(row), w.velocity_value(row, drawn[row])) for row in rows]
+        others += [(tex(row), w.velocity_value(row, configuration[row])) for row in rows]
     others += [
-        (tex(sp.Symbol(name)), rf"{tex(drawn[sp.Symbol(name)])}\,\text{{{info.unit}}}")
+        (tex(sp.Symbol(name)), rf"{tex(configuration[sp.Symbol(name)])}\,\text{{{info.unit}}}")
         for name, info in part.symbols.items()
     ]
-    others += [(tex(symbol), _value(symbol, drawn[symbol])) for symbol in chain.parameters]
-    return Given(joints, tuple(others), {symbol.name: float(value) for symbol, value in _exact(part, drawn).items()})
+    others += [(tex(symbol), _value(symbol, configuration[symbol])) for symbol in chain.parameters]
+    return GivenValues(
+        joints,
+        tuple(others),
+        {symbol.name: float(value) for symbol, value in _add_given_joints(part, configuration).items()},
+    )
 
 
 def _value(symbol: sp.Symbol, value: sp.Expr) -> str:
@@ -263,6 +274,6 @@ def _value(symbol: sp.Symbol, value: sp.Expr) -> str:
 
 
 def _domain(problem: Problem, part: Part) -> Domain:
-    """Return the domain of a problem's symbols, those that the part brings with it included."""
+    """Return the domain of a problem's symbols, including those of the part."""
     roles: Mapping[str, Any] = domain_of(problem.chain).roles
     return Domain({**roles, **dict.fromkeys(part.symbols, "signed")})

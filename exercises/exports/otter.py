@@ -1,8 +1,9 @@
-"""A source notebook for `otter assign`, whose autograder marks by qdot, and every student's notebook for Otter.
+"""A source notebook for `otter assign`, whose autograder marks with qdot, and every student's notebook for Otter.
 
-Otter hands one notebook to everybody; here everybody has problems of their own, with the same parts. So the source
-holds no problem: of it `otter assign` makes the autograder, with a test for each part, and students' notebooks are
-handed out beside it. They know the same tests, which tell on a student's machine only whether an answer is given.
+Otter releases the same notebook to everybody, but here students have different problems with the same parts. So the
+source notebook contains no problem: `otter assign` makes the autograder from it, with a test for each part, and the
+students' notebooks are handed out separately. They contain the same tests, which only report on a student's machine
+whether an answer is given.
 """
 
 import json
@@ -13,9 +14,9 @@ import nbformat
 from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook, new_raw_cell
 
 from qdot.exercises.assignment.assignment import SECRET_FILE, Assignment
+from qdot.exercises.exports.export_format import File, Order
 from qdot.exercises.exports.handouts import handouts
 from qdot.exercises.exports.nbgrader import grade_id
-from qdot.exercises.exports.outlet import File, Order
 from qdot.exercises.exports.repositories import assignment_files
 from qdot.exercises.exports.wheel import wheel
 from qdot.exercises.notebook.notebook import KERNEL, notebook_text, points_text
@@ -24,14 +25,14 @@ from qdot.exercises.quizzes import ASKED
 from qdot.exercises.writing.render import plain, render
 
 FOLDER = "qdot"
-"""The folder in the autograder by which it marks."""
+"""The folder in the autograder that holds the assignment."""
 PLUGIN = "qdot.grader.integrations.otter_plugin.Marks"
-"""What Otter calls before and after it runs a notebook."""
+"""The plugin that Otter calls before and after it runs a notebook."""
 Part = tuple[str, str, float, str]
 
 
 def otter(order: Order) -> Generator[File, None, None]:
-    """Yield the source for `otter assign`, what the autograder needs, and every student's notebook."""
+    """Yield the source for `otter assign`, the files of the autograder, and every student's notebook."""
     notebooks = handouts(order)
     assignment, (name, content) = notebooks.assignment, wheel()
     private = [*assignment_files(order), (SECRET_FILE, f"{assignment.secret}\n".encode())]
@@ -45,11 +46,11 @@ def otter(order: Order) -> Generator[File, None, None]:
     for path, data in private:
         yield File(f"{FOLDER}/{path}", data, private=True)
     for student, text in notebooks.all():
-        yield File(f"students/{student.id}/{assignment.key}.ipynb", _with_tests(assignment, text))
+        yield File(f"students/{student.id}/{assignment.key}.ipynb", _add_tests(assignment, text))
 
 
 def parts_of(assignment: Assignment) -> list[Part]:
-    """Return the parts as a student has them: name, Otter's name, points, title."""
+    """Return the parts of an assignment: name, Otter's name, points, title."""
     return [
         (f"{slot.name}.{kind}", grade_id(f"{slot.name}.{kind}"), points, ASKED[kind].title)
         for slot in assignment.slots
@@ -84,14 +85,14 @@ def _source(assignment: Assignment, config: str) -> str:
 # --- what students are given ---
 
 
-def _with_tests(assignment: Assignment, text: str) -> str:
-    """Return a student's notebook that Otter knows: its metadata has the tests, and its answers are tagged."""
+def _add_tests(assignment: Assignment, text: str) -> str:
+    """Return a student's notebook with tests in its metadata and tagged answer cells, as Otter needs it."""
     notebook = json.loads(text)
     parts = parts_of(assignment)
     notebook["metadata"]["otter"] = {
         "OK_FORMAT": True,
         "assignment_name": assignment.key,
-        "tests": {name: _is_given(part, name, points) for part, name, points, _ in parts},
+        "tests": {name: _presence_test(part, name, points) for part, name, points, _ in parts},
     }
     for cell in notebook["cells"]:
         if "qdot" in cell["metadata"]:
@@ -100,8 +101,8 @@ def _with_tests(assignment: Assignment, text: str) -> str:
     return notebook_text(made)  # type: ignore[arg-type]
 
 
-def _is_given(part: str, name: str, points: float) -> dict[str, Any]:
-    """Return a test by which a student's own `grader.check` says whether an answer is given, and no more."""
+def _presence_test(part: str, name: str, points: float) -> dict[str, Any]:
+    """Return a test that only checks whether an answer is given, for students' own `grader.check`."""
     case = {
         "code": f">>> 'blank' in str({variable(*part.split('.', 1))})\nFalse",
         "hidden": False,

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.extras import explain_missing, need
-from qdot.exercises.exports.outlet import File, Order
+from qdot.exercises.exports.export_format import File, Order
 from qdot.exercises.exports.sheet import Sheet, sheets
 from qdot.exercises.figure.tikz import tikz
 from qdot.exercises.formula.printers.typst import typst_string
@@ -18,14 +18,14 @@ NARROW = 0.8
 STAFF = ("key", "marking")
 """Sheets that hold answers."""
 VERSION_TICKS = 8
-"""Students whose answers are ticked on the marking sheet of a version; a student's own has one column."""
+"""Columns to tick on the marking sheet of a version, one for each student; a student's own sheet has one."""
 LAST = 60
-"""What the end of a sheet takes of its last page, where a part takes as much as it has millimetres for working."""
+"""Weight of the end of a sheet when the free space of the last page is shared out; a part weighs its working space."""
 
 
 @dataclass(frozen=True)
 class PaperQuestion:
-    """A part of an assignment with everybody's answer, for who marks one question after the other."""
+    """A part of an assignment with everybody's answers, for marking one question after the other."""
 
     label: str
     title: str
@@ -34,28 +34,28 @@ class PaperQuestion:
 
 
 def html(order: Order) -> Generator[File, None, None]:
-    """Yield a page for every student or version, and for a key the class's."""
+    """Yield a page for every student or version, and for a key one for the class."""
     return _files(order, "html", _html, whole=False)
 
 
 def latex(order: Order) -> Generator[File, None, None]:
-    """Yield LaTeX source that needs no other files, for every student or version, and for a key the class's."""
+    """Yield self-contained LaTeX source for every student or version, and for a key one for the class."""
     return _files(order, "tex", _latex, whole=False)
 
 
 def pdf(order: Order) -> Generator[File, None, None]:
-    """Yield a PDF for every student or version, and one of all of them to print. Raises QdotError without typst."""
+    """Yield a PDF for every student or version, and one PDF of all to print. Raises QdotError without typst."""
     need("pdf", "PDF")
-    return _files(order, "pdf", lambda *given: compile_pdf(typst_source(*given)), whole=True)
+    return _files(order, "pdf", lambda *arguments: compile_pdf(typst_source(*arguments)), whole=True)
 
 
 def missing_for_pdf() -> str:
-    """Return that the library that sets PDF is not here, and how to get it, or ""."""
+    """Return how to install the library that makes PDF if it is missing, else ""."""
     return explain_missing("pdf", "PDF")
 
 
 def check_sheet(order: Order) -> None:
-    """Raise QdotError for a sheet that can't be as it is asked for."""
+    """Raise QdotError if the sheet can't be made as ordered."""
     if order.sheet == "marking" and order.earns is None:
         raise QdotError("a marking sheet needs the grader, which says what answers earn: qdot export … --sheet marking")
     if order.sheet in STAFF and order.solutions:
@@ -68,7 +68,7 @@ Write = Callable[[Order, Sequence[Sheet], Sequence[PaperQuestion]], str | bytes]
 
 
 def _files(order: Order, ending: str, write: Write, whole: bool) -> Generator[File, None, None]:
-    """Yield a file for each sheet, then one of all: of a key everybody's answers by question, else all, if `whole`."""
+    """Yield a file for each sheet, then one for the class: a key's answers by question, else all sheets if `whole`."""
     key = order.sheet == "key"
     check_sheet(order)
     private = order.sheet in STAFF or order.solutions
@@ -85,18 +85,18 @@ def _files(order: Order, ending: str, write: Write, whole: bool) -> Generator[Fi
         yield File(f"{stem}-all.{ending}", write(order, made, ()), private)
 
 
-def questions(made: Sequence[Sheet]) -> tuple[PaperQuestion, ...]:
-    """Return every part with the answers of all sheets to it."""
+def questions(sheets_done: Sequence[Sheet]) -> tuple[PaperQuestion, ...]:
+    """Return every part with its answers from all sheets."""
     return tuple(
         PaperQuestion(part.label, part.title, part.points, tuple(
-            (sheet.student or sheet.name, other.answer)
-            for sheet in made for other in sheet.parts if other.label == part.label
+            (sheet.student or sheet.name, sheet_part.answer)
+            for sheet in sheets_done for sheet_part in sheet.parts if sheet_part.label == part.label
         ))
-        for part in made[0].parts
+        for part in sheets_done[0].parts
     )  # fmt: skip
 
 
-def _given(order: Order, made: Sequence[Sheet], asked: Sequence[PaperQuestion]) -> dict[str, object]:
+def _template_context(order: Order, made: Sequence[Sheet], asked: Sequence[PaperQuestion]) -> dict[str, object]:
     return {
         "title": order.assignment.title, "kind": order.sheet, "solutions": order.solutions, "page": order.page,
         "sheets": made, "questions": asked, "ticks": VERSION_TICKS if order.versions else 1,
@@ -110,15 +110,15 @@ def _given(order: Order, made: Sequence[Sheet], asked: Sequence[PaperQuestion]) 
 def typst_source(order: Order, made: Sequence[Sheet], asked: Sequence[PaperQuestion]) -> str:
     """Return the Typst document of some sheets."""
     return render(
-        "exports/paper.typ.j2", **_given(order, made, asked), markup=to_typst, plain=typst_escaped, string=typst_string,
-        narrow=NARROW,
+        "exports/paper.typ.j2", **_template_context(order, made, asked), markup=to_typst, plain=typst_escaped,
+        string=typst_string, narrow=NARROW,
     )  # fmt: skip
 
 
 def compile_pdf(source: str) -> bytes:
-    """Return a Typst document as PDF/UA-1; the same bytes on every machine: only fonts of the library, no date.
+    """Return a Typst document as PDF/UA-1. Its bytes are the same on every machine: library fonts only, no date.
 
-    It needs the library (`missing_for_pdf`).
+    It needs the library typst (`missing_for_pdf`).
     """
     import typst
 
@@ -130,8 +130,8 @@ def compile_pdf(source: str) -> bytes:
 
 def _latex(order: Order, made: Sequence[Sheet], asked: Sequence[PaperQuestion]) -> str:
     return render(
-        "exports/paper.tex.j2", **_given(order, made, asked), markup=to_latex, plain=latex_escaped, draw=tikz,
-        narrow=NARROW,
+        "exports/paper.tex.j2", **_template_context(order, made, asked), markup=to_latex, plain=latex_escaped,
+        draw=tikz, narrow=NARROW,
     )  # fmt: skip
 
 
@@ -139,4 +139,4 @@ def _html(order: Order, made: Sequence[Sheet], asked: Sequence[PaperQuestion]) -
     def markup(text: str, share: float = 1.0) -> str:
         return to_html(text, share=share)
 
-    return render("exports/paper.html.j2", **_given(order, made, asked), markup=markup, narrow=NARROW)
+    return render("exports/paper.html.j2", **_template_context(order, made, asked), markup=markup, narrow=NARROW)

@@ -1,4 +1,4 @@
-"""A PrairieLearn course folder: a question for every place of an assignment, with qdot behind it, and assessments."""
+"""A PrairieLearn course folder: a question for every slot of an assignment, which calls qdot, and assessments."""
 
 import hashlib
 import json
@@ -9,22 +9,22 @@ from collections.abc import Generator, Mapping, Sequence
 from qdot.exercises.answers import Answer, Forms, Number
 from qdot.exercises.assignment.assignment import SECRET_FILE, Assignment, Slot
 from qdot.exercises.exports.bank import bank
-from qdot.exercises.exports.outlet import File, Order, robots
+from qdot.exercises.exports.export_format import File, Order, robots
 from qdot.exercises.notebook.notebook import points_text
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.quizzes import ASKED
 from qdot.exercises.writing.render import render
 
 BANK_FILE = "bank.json"
-"""The seeds of the certified variants, by place."""
+"""The file with the seeds of the certified variants, by slot."""
 TOPIC = "Velocity kinematics"
 COURSE_INSTANCE = "courseInstances/qdot"
 TRIES = 3
-"""Attempts at a variant, where the assignment does not limit them itself: feedback tells no value."""
+"""Attempts at a variant, unless the assignment limits them; feedback shows no values."""
 
 
-def course(order: Order) -> Generator[File, None, None]:
-    """Yield the course's files; the secret is not among them, the seeds of the bank's problems are."""
+def course_files(order: Order) -> Generator[File, None, None]:
+    """Yield the course's files. They contain the seeds of the bank's problems, but not the secret."""
     assignment = order.assignment
     key = assignment.key.lower()
     seeds: dict[str, list[str]] = {slot.name: [] for slot in assignment.slots}
@@ -46,7 +46,7 @@ def _question_files(assignment: Assignment, slot: Slot, parts: tuple[Part, ...])
     folder, title = f"questions/{qid}", f"{assignment.title}: {slot.name} ({slot.family.name})"
     info = {"uuid": question_uuid(assignment, slot), "title": title, "topic": TOPIC, "tags": ["qdot"], "type": "v3"}
     yield File(f"{folder}/info.json", _json(info))
-    told = [
+    elements = [
         {
             "name": part.name,
             "title": ASKED[part.kind].title,
@@ -56,7 +56,7 @@ def _question_files(assignment: Assignment, slot: Slot, parts: tuple[Part, ...])
         }
         for part in parts
     ]
-    yield File(f"{folder}/question.html", render("exports/prairielearn/question.html.j2", parts=told))
+    yield File(f"{folder}/question.html", render("exports/prairielearn/question.html.j2", parts=elements))
     words = {"title": title.replace("\\", " ").replace('"', "'"), "slot": slot.name, "folder": f"qdot/{key}"}
     yield File(f"{folder}/server.py", render("exports/prairielearn/server.py.j2", **words))
 
@@ -65,7 +65,7 @@ def _question_files(assignment: Assignment, slot: Slot, parts: tuple[Part, ...])
 
 
 class _Element(Forms[str]):
-    """What an answer is given in: a family of PrairieLearn's elements."""
+    """Returns the kind of PrairieLearn elements for a type of answer."""
 
     def one_of(self, answer: Answer) -> str:
         return "choice"
@@ -84,18 +84,18 @@ class _Element(Forms[str]):
 
 
 EXACTLY = 1e-6
-"""A relative tolerance below which numbers are counts."""
+"""Numbers with a smaller relative tolerance are counts."""
 
 
 def element_of(answer: Answer) -> str:
-    """Return in which element of question.html an answer is given: the same one in all variants of a place."""
+    """Return the element of question.html in which an answer is given; all variants of a slot have the same."""
     return answer.told_to(_Element())
 
 
 def input_names(part: Part) -> list[str]:
-    """Return the names of the inputs of a part: its own, or one for each number of several, or each item matched.
+    """Return the names of the inputs of a part: its own name, or one for each of several numbers or matched items.
 
-    Those of a match are as pl-matching has them.
+    Those of a match follow the rule of pl-matching.
     """
     if part.answer.matched:
         return [f"{part.name}-dropdown-{index}" for index in range(len(part.answer.matched))]
@@ -113,28 +113,28 @@ def _server_files(order: Order, folder: str, seeds: dict[str, list[str]]) -> Gen
     for name in sorted(robots(order)):
         yield File(f"{folder}/{name}", (assignment.folder / name).read_text(encoding="utf-8"), private=True)
     yield File(f"{folder}/roster.csv", "student\nprairielearn\n", private=True)
-    yield File(f"{folder}/{SECRET_FILE}", _derived(assignment, "seed") + "\n", private=True)
+    yield File(f"{folder}/{SECRET_FILE}", _derive_text(assignment, "seed") + "\n", private=True)
     yield File(f"{folder}/{BANK_FILE}", _json({"digest": assignment.edition, "seeds": seeds}), private=True)
     yield File(f"{folder}/README.md", render("exports/prairielearn/assignment-README.md.j2"))
 
 
-def _derived(assignment: Assignment, use: str) -> str:
-    """Return a text from which nobody finds the secret, other for each use."""
+def _derive_text(assignment: Assignment, use: str) -> str:
+    """Return a text that depends on the secret and the use, but does not reveal the secret."""
     return hashlib.sha256(f"qdot/prairielearn/{use}/{assignment.secret}".encode()).hexdigest()
 
 
 def question_id(assignment: Assignment, slot: Slot) -> str:
-    """Return the name of the question's folder, by which assessments ask for it."""
+    """Return the name of the question's folder, which assessments refer to."""
     return f"{assignment.key.lower()}-{slot.name}"
 
 
 def question_uuid(assignment: Assignment, slot: Slot) -> str:
-    """Return the question's UUID: the same at every export of a place of an assignment, whatever it asks."""
+    """Return the question's UUID: the same at every export, even if the slot asks something else."""
     return _uuid(assignment, slot.name)
 
 
 def _uuid(assignment: Assignment, name: str) -> str:
-    return str(uuid.uuid5(uuid.NAMESPACE_URL, f"qdot:{_derived(assignment, 'uuid')}:{assignment.key}:{name}"))
+    return str(uuid.uuid5(uuid.NAMESPACE_URL, f"qdot:{_derive_text(assignment, 'uuid')}:{assignment.key}:{name}"))
 
 
 def _course(assignment: Assignment) -> dict[str, object]:
@@ -148,7 +148,7 @@ def _course_instance(assignment: Assignment) -> dict[str, object]:
 
 
 def _assessments(assignment: Assignment) -> dict[str, dict[str, object]]:
-    """Return two: new variants for practice, and one variant that a student keeps. The best attempt counts."""
+    """Return a homework with new variants for practice, and an exam with one fixed variant. The best attempt counts."""
     tries = assignment.attempts.best_of or TRIES
     worth = {question_id(assignment, slot): sum(slot.max_points) for slot in assignment.slots}
     practice = [{"id": qid, "autoPoints": points, "triesPerVariant": tries} for qid, points in worth.items()]
@@ -171,12 +171,12 @@ def _assessment(assignment: Assignment, kind: str, questions: Sequence[Mapping[s
 
 
 def number_of(assignment: Assignment) -> str:
-    """Return which homework or exam it is, as its title or its key says it: `6` of "Homework 6", else `1`.
+    """Return the number of the homework or exam from its title or key: `6` of "Homework 6", else `1`.
 
     PrairieLearn writes it right after the letters of a set: HW6.
     """
-    told = re.search(r"(?<![\w.,-])\d+(?!\w)", assignment.title) or re.search(r"\d+$", assignment.key)
-    return told[0] if told else "1"
+    number = re.search(r"(?<![\w.,-])\d+(?!\w)", assignment.title) or re.search(r"\d+$", assignment.key)
+    return number[0] if number else "1"
 
 
 def _json(content: object) -> str:

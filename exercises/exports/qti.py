@@ -1,14 +1,15 @@
-"""A test and its items as a QTI 2.1 package: mathematics as MathML, a section for each place, of its variants.
+"""A test and its items as a QTI 2.1 package: formulas as MathML, and a section with the variants of each slot.
 
-Of each place one variant is drawn, with all of its parts in their order. Where the assignment tells solutions, one is
-told when an item has full marks, or has been tried as often as it may be.
+From each slot one variant is picked at random, with all of its parts in order. If the assignment shows solutions, a
+student sees the solution of an item after full marks or after the last attempt.
 """
 
 import re
 from collections.abc import Generator
 
 from qdot.exercises.answers import LETTERS
-from qdot.exercises.exports.items import Choose, Field, Item, Match, Numeric, Picture, as_told
+from qdot.exercises.exports.export_format import File, Order
+from qdot.exercises.exports.items import Choose, Field, Item, Match, Numeric, Picture, items_without_hidden_solutions
 from qdot.exercises.exports.markup import (
     allowance,
     archive,
@@ -19,23 +20,22 @@ from qdot.exercises.exports.markup import (
     pictures,
     svg_file,
 )
-from qdot.exercises.exports.outlet import File, Order
 from qdot.exercises.formula.printers.mathml import plain_mathml
 from qdot.exercises.writing.render import render
 
 MOST_FIELDS = 4
-"""Fields of an item up to which a wrong number is told the mistake behind it; it is long otherwise."""
+"""Items with more fields name no mistakes behind wrong numbers, as they would become too long."""
 
 TRIES = 3
-"""Attempts at an item, where the assignment does not limit them itself."""
+"""Attempts at an item, unless the assignment limits them."""
 NEARLY = 1e-6
-"""What shares that are rounded may lack of full marks."""
+"""Rounded shares may fall short of full marks by this share."""
 
 _STYLE = re.compile(r' style="[^"]*"')
 
 
 def qti_zip(order: Order) -> Generator[File, None, None]:
-    """Yield one package of a test, its items and their figures."""
+    """Yield a package with the test, its items and their figures."""
     assignment = order.assignment
     files: dict[str, str | bytes] = {}
     images: dict[str, str | bytes] = {}
@@ -43,15 +43,15 @@ def qti_zip(order: Order) -> Generator[File, None, None]:
     places: dict[str, dict[str, list[str]]] = {}
     titles: dict[str, str] = {}
     tries, total = assignment.attempts.best_of or TRIES, dict[str, float]()
-    for one in as_told(order):
-        files[f"items/{one.key}.xml"] = render("exports/qti-item.xml.j2", tries=tries, **_item(one))
-        drawn = {file_name(p): svg_file(p) for p in (*pictures(one.body), *pictures(one.solution))}
+    for item in items_without_hidden_solutions(order):
+        files[f"items/{item.key}.xml"] = render("exports/qti-item.xml.j2", tries=tries, **_item(item))
+        drawn = {file_name(p): svg_file(p) for p in (*pictures(item.body), *pictures(item.solution))}
         images |= {f"images/{name}": content for name, content in drawn.items()}
-        resources.append({"ident": one.key, "images": sorted(drawn)})
-        place, number, kind = one.key.split("-", 2)
-        places.setdefault(place, {}).setdefault(f"{place}-{number}", []).append(one.key)
-        titles[place] = one.category[1]
-        total[f"{place}-{kind}"] = one.points
+        resources.append({"ident": item.key, "images": sorted(drawn)})
+        place, number, kind = item.key.split("-", 2)
+        places.setdefault(place, {}).setdefault(f"{place}-{number}", []).append(item.key)
+        titles[place] = item.category[1]
+        total[f"{place}-{kind}"] = item.points
     sections = [
         {"ident": place, "title": titles[place], "variants": list(variants.items())}
         for place, variants in places.items()
@@ -70,7 +70,7 @@ def _source(picture: Picture) -> str:
 
 
 def _html(body: tuple[str | Picture, ...]) -> str:
-    """Return a text as QTI's own part of XHTML: blocks, and no style."""
+    """Return a text in QTI's subset of XHTML: blocks, and no style."""
     return _STYLE.sub("", body_html(body, _source, plain_mathml))
 
 
@@ -78,16 +78,16 @@ def _line(text: str) -> str:
     return _STYLE.sub("", line_html(text, plain_mathml))
 
 
-def _item(one: Item) -> dict[str, object]:
-    """Return an item as the template shows it."""
-    form = one.form
-    told: dict[str, object] = {
-        "ident": one.key,
-        "title": one.title,
-        "points": decimal(one.points),
-        "full": decimal(one.points * (1 - NEARLY)),
-        "body": _html(one.body),
-        "solution": _html(one.solution),
+def _item(item: Item) -> dict[str, object]:
+    """Return the template context of an item."""
+    form = item.form
+    context: dict[str, object] = {
+        "ident": item.key,
+        "title": item.title,
+        "points": decimal(item.points),
+        "full": decimal(item.points * (1 - NEARLY)),
+        "body": _html(item.body),
+        "solution": _html(item.solution),
         "feedback": [],
         "type": "",
         "form": form,
@@ -100,26 +100,26 @@ def _item(one: Item) -> dict[str, object]:
                 "right": option.right,
                 "feedback": option.feedback,
             }
-            for letter, text, option in zip(LETTERS, form.shown, form.options, strict=False)
+            for letter, text, option in zip(LETTERS, form.lettered_texts, form.options, strict=False)
         ]
         right = sum(option.right for option in form.options)
-        told |= {
+        context |= {
             "type": "choose",
             "options": options,
-            "share": decimal(one.points / right),
+            "share": decimal(item.points / right),
             "feedback": [(f"wrong-{option['ident']}", option["feedback"]) for option in options if option["feedback"]],
         }
     elif isinstance(form, Match):
-        told |= {
+        context |= {
             "type": "match",
-            "stems": [(f"S{k}", _line(stem)) for k, stem in enumerate(form.shown)],
+            "stems": [(f"S{k}", _line(stem)) for k, stem in enumerate(form.lettered_stems)],
             "targets": [(f"T{number}", option) for number, option in enumerate(form.options)],
             "pairs": [f"S{number} T{index}" for number, index in enumerate(form.correct)],
-            "share": decimal(one.points / len(form.stems)),
+            "share": decimal(item.points / len(form.stems)),
         }
     else:
-        told |= _numbers(form, one.points)
-    return told
+        context |= _numbers(form, item.points)
+    return context
 
 
 def _numbers(form: Numeric, points: float) -> dict[str, object]:
@@ -144,11 +144,11 @@ def _field(entry: Field | str, number: int, telling: bool) -> dict[str, object]:
     wrong = [
         {
             "ident": f"wrong-{number}-{k}",
-            "value": decimal(one.value),
-            "tolerance": allowance(one.tolerance),
-            "advice": one.advice,
+            "value": decimal(wrong_value.value),
+            "tolerance": allowance(wrong_value.tolerance),
+            "advice": wrong_value.advice,
         }
-        for k, one in enumerate(entry.wrong if telling else (), 1)
+        for k, wrong_value in enumerate(entry.wrong if telling else (), 1)
     ]
     return {
         "ident": f"R{number}",

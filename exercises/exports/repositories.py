@@ -1,7 +1,7 @@
-"""Repositories for GitHub and GitLab: one in which the staff grade, and one for every student, which holds no key.
+"""Repositories for GitHub and GitLab: one in which the staff grade, and one for every student, without the secret.
 
-Whoever may push to a repository can print every secret that its jobs are given, by changing what the jobs do. So the
-secret is never given to a student's repository: the staff's fetches what was pushed, grades it and hands feedback back.
+Anybody who may push to a repository can change its jobs, and so print every secret that they get. So students'
+repositories never get the secret: the staff's repository fetches what they pushed, grades it and returns feedback.
 """
 
 import re
@@ -10,13 +10,13 @@ from collections.abc import Generator
 
 from qdot.exercises.assignment.redrawn import REDRAWN
 from qdot.exercises.common.errors import QdotError
+from qdot.exercises.exports.export_format import File, Order, robots
 from qdot.exercises.exports.handouts import handouts
-from qdot.exercises.exports.outlet import File, Order, robots
 from qdot.exercises.exports.wheel import versions, wheel
 from qdot.exercises.writing.render import render
 
 PLATFORMS = {"github": ".github/workflows", "gitlab": ""}
-"""Where each platform looks for what it is to run."""
+"""The folder in which each platform looks for its workflows."""
 
 ACTIONS = {
     "checkout": "actions/checkout@d23441a48e516b6c34aea4fa41551a30e30af803  # v6.1.0",
@@ -24,9 +24,9 @@ ACTIONS = {
     "cache": "actions/cache@27d5ce7f107fe9357f9df03efb73ab90386fccae  # v5.0.5",
     "upload_artifact": "actions/upload-artifact@b7c566a772e6b6bfb58ed0dc250532a479d7789f  # v6.0.0",
 }
-"""What our workflows on GitHub use, each by its commit: a tag can be moved, and a job here is given the answer key."""
+"""The actions of our workflows, pinned by commit: tags can be moved, and these jobs can read the answer key."""
 LOGIN = re.compile(r"[A-Za-z0-9](?:[A-Za-z0-9-]{0,37}[A-Za-z0-9])?")
-"""A login of GitHub's."""
+"""A GitHub login."""
 
 
 def github(order: Order) -> Generator[File, None, None]:
@@ -40,7 +40,7 @@ def gitlab(order: Order) -> Generator[File, None, None]:
 
 
 def assignment_files(order: Order) -> list[tuple[str, bytes]]:
-    """Return the files of an assignment folder by which it is graded, but the secret. Raises QdotError."""
+    """Return the files of an assignment folder that grading needs, except for the secret. Raises QdotError."""
     folder = order.assignment.folder
     names = ["assignment.toml", "roster.csv"]
     names += [name for name in (REDRAWN, "overrides.csv") if (folder / name).exists()]
@@ -61,7 +61,7 @@ def _repositories(order: Order, platform: str, grade: str, check: str) -> Genera
         "python": python,
     }
     about["actions"] = ACTIONS
-    own = versions()
+    constraints = versions()
     place = f"{PLATFORMS[platform]}/" if PLATFORMS[platform] else ""
     yield File("README.md", render("exports/repositories.md.j2", **about))
     if platform == "github":
@@ -75,20 +75,20 @@ def _repositories(order: Order, platform: str, grade: str, check: str) -> Genera
         yield File(f"grading/{path}", render(f"exports/{template}", **about))
     yield File("grading/repositories.csv", _listing(order, platform))
     yield File(f"grading/{name}", content)
-    yield File("grading/versions.txt", own)
+    yield File("grading/versions.txt", constraints)
     for student, notebook in notebooks.all():
         folder = f"students/{student.id}"
         yield File(f"{folder}/{assignment.key}.ipynb", notebook)
         yield File(f"{folder}/README.md", render("exports/student-readme.md.j2", **about))
         yield File(f"{folder}/{place}{check}", render(f"exports/{platform}-check.yml.j2", **about))
         yield File(f"{folder}/.qdot/{name}", content)
-        yield File(f"{folder}/.qdot/versions.txt", own)
+        yield File(f"{folder}/.qdot/versions.txt", constraints)
 
 
 def _listing(order: Order, platform: str) -> str:
-    """Return which repository is whose: by the roster's column `repository`, else called KEY-STUDENT.
+    """Return a table of repositories and students; a repository is KEY-STUDENT unless the roster has a column for it.
 
-    The third column is the student's login, by the roster's column of the platform's name. Raises QdotError for none.
+    The third column is the login, from the roster's column with the platform's name. Raises QdotError if it is invalid.
     """
     lines = [f"repository,student,{platform}"]
     for student in order.assignment.roster:

@@ -1,4 +1,4 @@
-"""A sheet of paper as data: a student's problems in Markdown, with figures, and boxes to write in; no layout yet."""
+"""A sheet of paper as data: a student's problems in Markdown, figures, and boxes to write in, but no layout."""
 
 import math
 import re
@@ -7,13 +7,13 @@ from contextlib import closing
 from dataclasses import dataclass, field, replace
 
 from qdot.exercises.assignment.assignment import Assignment
-from qdot.exercises.assignment.draws import Failures, GivenUp, draws_of, recorded, vouching
+from qdot.exercises.assignment.draws import FailedSlot, Failures, certify_by, generate_student_problems, record_redraws
 from qdot.exercises.assignment.redrawn import Redraw
 from qdot.exercises.common.parallel import ordered_map
 from qdot.exercises.exports.bank import bank
-from qdot.exercises.exports.boxes import Box, PaperOptions, box_of, options_of, shrunk, with_share
+from qdot.exercises.exports.boxes import Box, PaperOptions, box_of, options_of, scale_working_room, share_that_fits
+from qdot.exercises.exports.export_format import Earns, Order
 from qdot.exercises.exports.marking import Marking, marking
-from qdot.exercises.exports.outlet import Earns, Order
 from qdot.exercises.figure import alt_text, figure_svg, part_alt, part_svg
 from qdot.exercises.notebook.notebook import points_text, solution_figure
 from qdot.exercises.problem.problem import Part, Problem
@@ -23,19 +23,19 @@ from qdot.exercises.writing.short_answer import short_answer
 from qdot.exercises.writing.statement import hints, prompt, statement, worked_solutions
 
 FIGURE = 50
-"""Millimetres of height of a figure, at most."""
+"""Maximum height of a figure in mm."""
 STATEMENT, PART = 78, 92
-"""Millimetres of height that a statement takes, and that a part may take with its share of the statement."""
+"""Height of a statement, and maximum height of a part with its share of the statement, in mm."""
 BESIDE = 0.58
-"""The share of a page's width that is left for a prompt beside its figure."""
+"""The share of the page's width for a prompt beside its figure."""
 PROBLEMS = ("handout", "exam")
-"""Sheets on which the problems stand, and not their answers alone."""
+"""Sheets that show the problems, not only the answers."""
 VERSIONS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
 
 
 @dataclass(frozen=True)
 class Figure:
-    """A drawing as SVG, and what it shows in words."""
+    """A figure as SVG, and its description in words."""
 
     svg: str
     alt: str
@@ -43,9 +43,9 @@ class Figure:
 
 @dataclass(frozen=True)
 class SheetPart:
-    """A part: Markdown and figures. Of `solution` and `answer` only what the sheet shows is filled in.
+    """A part: Markdown and figures. `solution` and `answer` are empty unless the sheet shows them.
 
-    Its `figure` stands beside the prompt, unless it is as wide as the page. What is `scored` has room for its points.
+    Its `figure` stands beside the prompt, unless it is `wide`. A `scored` part has room for its points.
     """
 
     label: str
@@ -66,7 +66,7 @@ class SheetPart:
 
     @property
     def room(self) -> int:
-        """About how many millimetres of height a part takes that is scored on the sheet."""
+        """Approximate height in mm of a part that is scored on the sheet."""
         options = 8 * math.ceil(len(self.options.offered) / self.options.columns) if self.options else 0
         box = self.box.room if self.box else 0
         if self.figure is None or self.wide or self.box is None or not self.box.is_narrow:
@@ -76,7 +76,7 @@ class SheetPart:
 
 @dataclass(frozen=True)
 class SheetProblem:
-    """A problem: what is given, and the parts. The table stands beside the figure, other facts below both."""
+    """A problem: its statement and parts. The table stands beside the figure, other facts below both."""
 
     number: int
     title: str
@@ -94,7 +94,7 @@ class SheetProblem:
 
 @dataclass(frozen=True)
 class Sheet:
-    """A student's sheet, or a version's, whose `name` is empty; `file` is what its file is called."""
+    """The sheet of a student or of a version, which has no `student`; `file` is the stem of its file name."""
 
     file: str
     name: str
@@ -113,13 +113,13 @@ class Sheet:
 
     @property
     def has_hints(self) -> bool:
-        """Whether there are hints to any part."""
+        """Whether any part has hints."""
         return any(part.hints for part in self.parts)
 
 
 @dataclass(frozen=True)
-class _Named:
-    """Whose problems a sheet shows; `problems` are None where they are still to be drawn, from the roster."""
+class _SheetRequest:
+    """The student or version of a sheet; `problems` are None if they still have to be generated for the student."""
 
     file: str
     name: str
@@ -129,7 +129,7 @@ class _Named:
 
 @dataclass(frozen=True)
 class _State:
-    """What the processes that make sheets are told."""
+    """What a process needs to make sheets."""
 
     assignment: Assignment
     failures: Failures
@@ -139,75 +139,77 @@ class _State:
 
 
 @dataclass(frozen=True)
-class _Made:
-    """A sheet, None where a problem had to be given up; and the draws of it that are not on record yet."""
+class _SheetResult:
+    """A sheet, None if no problem was possible for some slot, and its replaced problems that are not recorded yet."""
 
     sheet: Sheet | None
     redrawn: Mapping[str, Redraw] = field(default_factory=dict)
-    given_up: tuple[GivenUp, ...] = ()
+    given_up: tuple[FailedSlot, ...] = ()
 
 
 def sheets(order: Order) -> Generator[Sheet, None, None]:
-    """Yield a sheet for everybody on the roster, or for each of `order.versions`; several are made at a time."""
-    wanted = _versions(order) if order.versions else [_Named(s.id, s.name, s.id) for s in order.assignment.roster]
+    """Yield a sheet for everybody on the roster, or for each of `order.versions`, made in parallel."""
+    wanted = (
+        _versions(order) if order.versions else [_SheetRequest(s.id, s.name, s.id) for s in order.assignment.roster]
+    )
     state = _State(order.assignment, order.failures, order.sheet, order.solutions, order.earns)
     assignment = order.assignment
-    with closing(ordered_map(_sheet, wanted, order.jobs, _same, (state,))) as every:
-        for named, made in zip(wanted, every, strict=True):
+    with closing(ordered_map(_make_sheet, wanted, order.jobs, _keep_state, (state,))) as every:
+        for request, result in zip(wanted, every, strict=True):
             order.each()
-            for given in made.given_up:
-                order.left_out(given)
-            if made.redrawn:  # on record before anybody has the sheet
-                assignment = recorded(assignment, named.student, made.redrawn)
-            if made.sheet is not None:
-                yield made.sheet
+            for failure in result.given_up:
+                order.left_out(failure)
+            if result.redrawn:  # on record before anybody has the sheet
+                assignment = record_redraws(assignment, request.student, result.redrawn)
+            if result.sheet is not None:
+                yield result.sheet
 
 
-def _versions(order: Order) -> list[_Named]:
-    """Return versions A, B, … made of the bank's variants; a place with few of them repeats these."""
+def _versions(order: Order) -> list[_SheetRequest]:
+    """Return versions A, B, … made from the bank's variants, which are repeated if a slot has too few."""
     versions: dict[str, list[Problem]] = {}
     for variant in bank(replace(order, variants=order.versions, each=lambda: None)):
         versions.setdefault(variant.slot.name, []).append(variant.problem)
     return [
-        _Named(letter, f"Version {letter}", "", tuple(drawn[number % len(drawn)] for drawn in versions.values()))
+        _SheetRequest(letter, f"Version {letter}", "", tuple(drawn[number % len(drawn)] for drawn in versions.values()))
         for number, letter in enumerate(VERSIONS[: order.versions])
     ]
 
 
-def _same(state: _State) -> _State:
+def _keep_state(state: _State) -> _State:
     return state
 
 
-def _sheet(state: _State, named: _Named) -> _Made:
-    if named.problems is not None:
-        return _Made(_of_problems(state, named, named.problems))
-    draws = draws_of(state.assignment, named.student, vouching(state.failures))
+def _make_sheet(state: _State, request: _SheetRequest) -> _SheetResult:
+    if request.problems is not None:
+        return _SheetResult(_sheet_of_problems(state, request, request.problems))
+    draws = generate_student_problems(state.assignment, request.student, certify_by(state.failures))
     if draws.given_up:
-        return _Made(None, given_up=draws.given_up)
-    problems = [drawn.problem for drawn in draws.drawn.values()]
-    return _Made(_of_problems(state, named, problems), draws.redrawn(state.assignment))
+        return _SheetResult(None, given_up=draws.given_up)
+    problems = [drawn.problem for drawn in draws.certified.values()]
+    return _SheetResult(_sheet_of_problems(state, request, problems), draws.new_redraws(state.assignment))
 
 
-def _of_problems(state: _State, named: _Named, problems: Sequence[Problem]) -> Sheet:
-    given = tuple(_given(state, n, p) for n, p in enumerate(problems, 1))
-    return Sheet(named.file, named.name, named.student, _shrunk(given))
+def _sheet_of_problems(state: _State, request: _SheetRequest, problems: Sequence[Problem]) -> Sheet:
+    numbered = tuple(_sheet_problem(state, n, p) for n, p in enumerate(problems, 1))
+    return Sheet(request.file, request.name, request.student, _shrink_boxes(numbered))
 
 
-def _shrunk(problems: tuple[SheetProblem, ...]) -> tuple[SheetProblem, ...]:
-    """Return an exam with less room for working, where it would take more than two pages for some five parts."""
+def _shrink_boxes(problems: tuple[SheetProblem, ...]) -> tuple[SheetProblem, ...]:
+    """Return problems with less working space if they would take more than about two pages for five parts."""
     parts = [part for problem in problems for part in problem.parts]
     boxes = [part.box for part in parts if part.box is not None]
     fixed = STATEMENT * len(problems) + sum(part.room for part in parts) - sum(box.working for box in boxes)
-    share = shrunk(boxes, fixed, PART * len(parts))
+    share = share_that_fits(boxes, fixed, PART * len(parts))
 
     def smaller(part: SheetPart) -> SheetPart:
-        return part if part.box is None else replace(part, box=with_share(part.box, share))
+        return part if part.box is None else replace(part, box=scale_working_room(part.box, share))
 
     return tuple(replace(problem, parts=tuple(map(smaller, problem.parts))) for problem in problems)
 
 
-def _given(state: _State, number: int, problem: Problem) -> SheetProblem:
-    intro, table, facts = _pieces(on_paper(statement(problem, ""), problem))
+def _sheet_problem(state: _State, number: int, problem: Problem) -> SheetProblem:
+    intro, table, facts = _split_statement(on_paper(statement(problem, ""), problem))
     drawn = state.kind in PROBLEMS
     needed = state.solutions or state.kind == "exam"  # an exam has as much room as a solution takes
     solved = worked_solutions(problem) if needed else {}
@@ -219,21 +221,21 @@ def _given(state: _State, number: int, problem: Problem) -> SheetProblem:
         facts,
         Figure(figure_svg(problem.chain, f"p{number}"), alt_text(problem.chain)) if drawn else None,
         tuple(
-            _asked(state, f"{number}.{index}", problem, part, solved.get(part.name, ""))
+            _sheet_part(state, f"{number}.{index}", problem, part, solved.get(part.name, ""))
             for index, part in enumerate(problem.parts, 1)
         ),
     )
 
 
-def _pieces(text: str) -> tuple[str, str, str]:
-    """Return what stands before the DH table of a statement, the table, and what stands behind it."""
-    found = re.search(r"^(?:\|.*\n)+", text, re.MULTILINE)
-    if found is None:
+def _split_statement(text: str) -> tuple[str, str, str]:
+    """Return the text before the table of a statement, the table, and the text after it."""
+    table = re.search(r"^(?:\|.*\n)+", text, re.MULTILINE)
+    if table is None:
         return text, "", ""
-    return text[: found.start()], found[0], text[found.end() :]
+    return text[: table.start()], table[0], text[table.end() :]
 
 
-def _asked(state: _State, label: str, problem: Problem, part: Part, solution: str) -> SheetPart:
+def _sheet_part(state: _State, label: str, problem: Problem, part: Part, solution: str) -> SheetPart:
     kind, solutions = state.kind, state.solutions
     text = on_paper(prompt(problem, part), problem)
     name = f"p{label.replace('.', '-')}"

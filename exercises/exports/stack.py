@@ -1,9 +1,9 @@
 """STACK questions in one Moodle XML file: a question for every part of every variant, and its question tests.
 
-A part is a question of its own, as STACK has a time limit for all that it does at a time. So is a variant, in a
-category for each part of each place of the assignment, from which a quiz draws one at random: a question that holds all
-variants and picks one by its seed could not have the mistakes of each arm as nodes of its tree, as other arms make
-other mistakes give the same answer.
+Each part is a question, because STACK limits the time for one question. Each variant is a question, too, in a category
+for its slot and part, from which a quiz picks one at random. One question with all variants, picked by a seed, could
+not have the mistakes of each arm as nodes of its response tree, as the same answer means different mistakes for
+different arms.
 """
 
 import base64
@@ -13,11 +13,11 @@ from dataclasses import dataclass, replace
 from qdot.exercises.assignment.assignment import Slot
 from qdot.exercises.assignment.draws import Variant
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.exports.bank import worked_out
+from qdot.exercises.exports.bank import process_bank
+from qdot.exercises.exports.export_format import File, Order
 from qdot.exercises.exports.moodle import LONGEST_ID, category_path, moodle_name
-from qdot.exercises.exports.outlet import File, Order
 from qdot.exercises.exports.stack_cost import LIMIT, costs
-from qdot.exercises.exports.stack_parts import Case, StackPart, asked, without_rounding
+from qdot.exercises.exports.stack_parts import Case, StackPart, stack_part_of, without_rounding
 from qdot.exercises.figure import alt_text, figure_svg, part_alt, part_svg
 from qdot.exercises.notebook.notebook import solution_figure
 from qdot.exercises.problem.problem import Part, Problem
@@ -28,7 +28,7 @@ from qdot.exercises.writing.render import render
 from qdot.exercises.writing.statement import hints, prompt, statement, worked_solution
 
 VERSION = "2023060500"
-"""The version of STACK whose features the questions use."""
+"""The version of STACK that the questions need."""
 PENALTY = 0.1
 NOT_READ = Case("what can't be read is not marked", "qdot_unknown(1)", None, "NULL")
 SOLVED = "The arm in a regular and in its singular configurations"
@@ -37,7 +37,7 @@ NOT_MEASURED = "what marking costs was not measured, as no Maxima runs here; STA
 
 @dataclass(frozen=True)
 class Picture:
-    """A drawing that a text shows: name of the file, SVG in base64, and what it shows in words."""
+    """A figure of a text: file name, SVG in base64, and a description in words."""
 
     name: str
     data: str
@@ -46,7 +46,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class StackQuestion:
-    """A part of a variant as the template writes it: STACK's terms, and texts as HTML."""
+    """A part of a variant as the template needs it: in STACK's terms, with texts as HTML."""
 
     asked: StackPart
     name: str
@@ -65,73 +65,73 @@ class StackQuestion:
 
 
 @dataclass(frozen=True)
-class _Made:
-    """A problem's questions, each with the seconds that marking it takes, and what is to be told of their place."""
+class _ProblemQuestions:
+    """A problem's questions, each with the seconds that marking takes, and notes on their slot."""
 
     questions: list[tuple[StackQuestion, float]]
     notes: dict[str, None]
 
 
 def stack_questions(order: Order) -> Generator[File, None, None]:
-    """Yield the file; what STACK can't ask or judges otherwise is told once for each place."""
+    """Yield the file; note once per slot what STACK can't ask or judges differently."""
     notes: dict[str, None] = {}
     questions: dict[str, list[StackQuestion]] = {}
-    for variant, made in worked_out(order, _questions):
-        notes |= made.notes
-        for question, seconds in made.questions:
+    for variant, result in process_bank(order, _questions):
+        notes |= result.notes
+        for question, seconds in result.questions:
             if seconds > LIMIT:
-                notes[_too_dear(variant, question.asked.part, seconds)] = None
+                notes[_cost_note(variant, question.asked.part, seconds)] = None
             else:
-                questions.setdefault(question.category, []).append(_numbered(order, variant, question))
-    for said in notes:
-        order.note(said)
+                questions.setdefault(question.category, []).append(_add_variant_name(order, variant, question))
+    for note in notes:
+        order.note(note)
     if not questions:
         raise QdotError("STACK can ask nothing of this assignment; `qdot export --help` lists other outlets")
     text = render("exports/stack.xml.j2", categories=questions, version=VERSION, penalty=PENALTY)
     yield File(f"{order.assignment.key}-stack.xml", text, private=True)
 
 
-def _too_dear(variant: Variant, part: Part, seconds: float) -> str:
+def _cost_note(variant: Variant, part: Part, seconds: float) -> str:
     return (
         f"{variant.key}: {part.name!r} is left out: its marking takes {seconds:.0f} s of processor time in "
         f"Maxima, and with more than {LIMIT:g} s STACK may give up on it"
     )
 
 
-def _questions(order: Order, slot: Slot, problem: Problem) -> _Made:
-    """Return the questions of a problem but for those that STACK can't ask, without the names of their variant."""
+def _questions(order: Order, slot: Slot, problem: Problem) -> _ProblemQuestions:
+    """Return the questions of a problem that STACK can ask; their names do not name the variant yet."""
     notes: dict[str, None] = {}
-    parts = list(_asked(slot, problem, notes))
+    parts = list(_stack_parts(slot, problem, notes))
     seconds = costs(parts)
     if seconds is None:
         notes[NOT_MEASURED] = None
         seconds = [0.0] * len(parts)
     questions = [_question(order, slot, problem, part) for part in parts]
-    return _Made(list(zip(questions, seconds, strict=True)), notes)
+    return _ProblemQuestions(list(zip(questions, seconds, strict=True)), notes)
 
 
-def _asked(slot: Slot, problem: Problem, notes: dict[str, None]) -> Iterator[StackPart]:
+def _stack_parts(slot: Slot, problem: Problem, notes: dict[str, None]) -> Iterator[StackPart]:
     for part in problem.parts:
-        one = asked(problem, without_rounding(part))
-        if isinstance(one, str):
-            notes[f"{slot.name}: STACK does not ask {part.name!r}: {one}"] = None
+        stack_part = stack_part_of(problem, without_rounding(part))
+        if isinstance(stack_part, str):
+            notes[f"{slot.name}: STACK does not ask {part.name!r}: {stack_part}"] = None
             continue
         if part.rounding is not None and without_rounding(part) is not part:
             words = part.rounding.words
             notes[f"{slot.name}: STACK takes no rounded decimals in {part.name!r}; qdot would, {words}"] = None
         if is_product(part):
             notes[f"{slot.name}: in STACK {part.name!r} is right or wrong; factors that are right earn nothing"] = None
-        yield one
+        yield stack_part
 
 
-def _question(order: Order, slot: Slot, problem: Problem, one: StackPart) -> StackQuestion:
-    assignment, part = order.assignment, one.part
-    number = [other.name for other in problem.parts].index(part.name) + 1
+def _question(order: Order, slot: Slot, problem: Problem, stack_part: StackPart) -> StackQuestion:
+    assignment, part = order.assignment, stack_part.part
+    number = [problem_part.name for problem_part in problem.parts].index(part.name) + 1
     title = ASKED[part.kind].title
     drawn = part_svg(problem.chain, part, part.name)
     solved = solution_figure(problem, part, f"{part.name}-solution")
     return StackQuestion(
-        asked=one,
+        asked=stack_part,
         name=part.name,
         id=part.name,
         category=category_path([moodle_name(name) for name in (assignment.title, slot.name, f"{number}. {title}")]),
@@ -144,12 +144,12 @@ def _question(order: Order, slot: Slot, problem: Problem, one: StackPart) -> Sta
         picture=_picture("arm", figure_svg(problem.chain), alt_text(problem.chain)),
         part_picture=_picture(part.name, drawn, part_alt(problem.chain, part)) if drawn else None,
         solution_picture=_picture(f"{part.name}-solution", solved, SOLVED) if solved else None,
-        tests=(*one.cases, *([NOT_READ] if one.is_typed else [])),
+        tests=(*stack_part.cases, *([NOT_READ] if stack_part.is_typed else [])),
     )
 
 
-def _numbered(order: Order, variant: Variant, question: StackQuestion) -> StackQuestion:
-    """Return a question with the names by which its variant is told from others."""
+def _add_variant_name(order: Order, variant: Variant, question: StackQuestion) -> StackQuestion:
+    """Return a question with the variant's key in its name, id and note."""
     return replace(
         question,
         name=moodle_name(f"{variant.key}, {question.name}: {order.assignment.title}"),
@@ -159,7 +159,7 @@ def _numbered(order: Order, variant: Variant, question: StackQuestion) -> StackQ
 
 
 def _html(text: str) -> str:
-    """Return HTML in which nothing is taken for a block or a variable of CASText."""
+    """Return HTML with escaped brackets, so that STACK finds no block or variable of CASText in it."""
     return to_html_for_mathjax(text).replace("[[", "&#91;&#91;").replace("]]", "&#93;&#93;").replace("{@", "{&#64;")
 
 
@@ -168,12 +168,12 @@ def _picture(name: str, svg: str, alt: str) -> Picture:
 
 
 def _prompt(problem: Problem, part: Part) -> str:
-    """Return what is asked, without how it would be typed in Python where that is another thing in STACK."""
+    """Return the prompt, without how to type the answer in Python if STACK's input differs."""
     text = prompt(problem, part)
     return text.split("**Answer:**")[0] if (part.answer.offered or part.answer.is_a_set) else text
 
 
 def _note(problem: Problem) -> str:
-    """Return what tells an arm from others, in one line."""
-    given = ", ".join(f"{name} = {info.value}" for name, info in problem.symbols().items() if info.value is not None)
-    return f"{problem.chain.title or 'arm'}{'; ' if given else ''}{given}"
+    """Return a line that identifies the arm: its title and given values."""
+    values = ", ".join(f"{name} = {info.value}" for name, info in problem.symbols().items() if info.value is not None)
+    return f"{problem.chain.title or 'arm'}{'; ' if values else ''}{values}"

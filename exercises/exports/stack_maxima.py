@@ -1,20 +1,19 @@
-"""What marking calls in Maxima, defined among the variables of a STACK question, as far as its kind of answer needs it.
+"""Maxima functions for marking, defined among the variables of a STACK question if its kind of answer needs them.
 
-Formulas are compared by their values at a few points that the exporter draws. That costs milliseconds whatever the
-form of an answer; to prove each entry the same, as STACK's AlgEquiv does, costs seconds an entry, of the 30 that STACK
-allows for all it does.
+Formulas are compared by their values at a few points that the exporter samples. That takes milliseconds for any form
+of an answer. A proof for each entry, as by STACK's AlgEquiv, takes seconds, of the 30 that STACK allows in total.
 
-    points          for each point the values of all symbols; the first two differ in what moves only
-    short, given    names that are put in for what they stand for: c12, and lengths that are numbers
+    points          for each point the values of all symbols; the first two differ in the configuration only
+    short, given    names and what is substituted for them: c12, and lengths that are given as numbers
     turning         the joints whose values are angles
-    u, w            what was answered and what is right: for each point a list of entries, false for what is no number
+    u, w            submitted and right answer: for each point a list of entries, false for an entry that is no number
 """
 
 from qdot.exercises.formula.printers.maxima import maxima_text
 from qdot.exercises.problem.problem import Problem
 
 MOST_JOINTS = 6
-"""Joints up to which sums of neighbouring angles have a short name, as c123."""
+"""Maximum number of joints in a short name for a sum of neighbouring angles, as c123."""
 
 COUNT = "qdot_count(l) := length(sublist(l, lambda([x], is(x = true))));"
 READ = "qdot_read(x) := subst(append(short, given), x);"
@@ -43,9 +42,9 @@ FORMULAS = (
     "elseif qdot_close(k[1], k[2]) and length(sublist(wrong, lambda([i], member(i, moving)))) > 0 then signs + 1 "
     "else 0));"),
 )  # fmt: skip
-"""`qdot_amiss` counts what is wrong if all that is wrong is right but for signs and a constant: signs, the constant.
+"""`qdot_amiss` counts what is wrong, signs and a constant factor, if the answer is right apart from these; else 0.
 
-`agree` tells which entries are right, `moving` are the indices of those that depend on the configuration.
+`agree` says which entries are right, `moving` are the indices of those that depend on the configuration.
 """
 
 NUMBERS = (COUNT, READ, "qdot_near(x, y, room) := is(abs(float(x) - y) <= room);")
@@ -68,16 +67,16 @@ SETS = (
 
 
 def names(problem: Problem) -> tuple[str, str]:
-    """Return the lines that say what is put in for a student's names: given lengths, sines and cosines."""
-    given = (
+    """Return the lines that define the substitutions for a student's names: given lengths, sines and cosines."""
+    given_values = (
         f"{name} = {maxima_text(info.value)}" for name, info in problem.symbols().items() if info.value is not None
     )
     short = (f"{name} = {meant}" for name, meant in short_names(problem).items())
-    return f"given: [{', '.join(given)}];", f"short: [{', '.join(short)}];"
+    return f"given: [{', '.join(given_values)}];", f"short: [{', '.join(short)}];"
 
 
 def short_names(problem: Problem) -> dict[str, str]:
-    """Return short names of sines and cosines of angles and of sums of neighbouring ones, with what they stand for."""
+    """Return short names for sines and cosines of angles and of sums of neighbouring angles, with their meanings."""
     known = problem.symbols()
     angles = {i: q for i, q in enumerate(problem.chain.q, 1) if q.name.startswith("theta")}
     short = {}

@@ -1,8 +1,8 @@
-"""A part as STACK asks and marks it: the input, Maxima for marking, the nodes of its response tree, question tests.
+"""A part as STACK asks and marks it: the input, Maxima for marking, nodes of the response tree, and question tests.
 
-Formulas are compared at a few points, matrices entry by entry with the share of qdot, numbers within their tolerance,
-sets of joint values modulo whole turns. What the question tests hand in are names of question variables: STACK keeps
-255 characters of it.
+Formulas are compared at a few points, matrices entry by entry with qdot's partial credit, numbers within their
+tolerance, and sets of joint values modulo whole turns. Question tests submit names of question variables, because STACK
+stores only 255 characters of an answer.
 """
 
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ import sympy as sp
 from qdot.exercises.answers import LETTERS, Answer, Choice, ConditionSet, Direction, Forms, Number
 from qdot.exercises.arm.singularity import Component
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.exports.known_wrong import Known, domain_of, known_wrong, room_of, same_entries
+from qdot.exercises.exports.known_wrong import KnownWrongAnswer, domain_of, known_wrong, same_entries, tolerances_of
 from qdot.exercises.exports.stack_maxima import FORMULAS, NUMBERS, SETS, names, short_names
 from qdot.exercises.formula.algebra import ONE, times
 from qdot.exercises.formula.expression import read
@@ -29,7 +29,7 @@ from qdot.exercises.problem.credit import (
     AMISS,
     HALF,
     OWN,
-    false_conditions,
+    count_false_conditions,
     share_but_for_a_factor,
     share_of_columns,
     share_of_entries,
@@ -40,20 +40,20 @@ from qdot.exercises.questions.results import divisor
 from qdot.exercises.quizzes.options import blames_of
 
 MOST = 6
-"""Mistakes that a part's response tree knows: each is one more node, and one more question test."""
+"""Maximum number of mistakes in a part's response tree: each adds a node and a question test."""
 RIGHT, OTHER = "prt1-right", "prt1-other"
-"""Answer notes: of what is right, and of what nobody's mistake is."""
+"""Answer notes for a right answer, and for one that no known mistake explains."""
 Places = list[tuple[int, int]]
 """Rows and columns of entries, counted from 1."""
 POINTS, TRIED = 3, 20
-"""Points at which formulas are compared, and how many times they are drawn where they turn out singular."""
+"""Number of points at which formulas are compared, and how often they are sampled if they turn out unusable."""
 CLEAR, HUGE = 1e-2, 1e4
-"""A point is taken where no entry of the answer is larger, and the one by which a factor is told is not smaller."""
+"""At a usable point, no entry of the answer exceeds HUGE, and the entry that determines a factor exceeds CLEAR."""
 
 
 @dataclass(frozen=True)
 class Node:
-    """A node of a response tree: what is compared, and note, score and feedback where it is the same."""
+    """A node of a response tree: what is compared, and the note, score and feedback if both are equal."""
 
     test: str
     left: str
@@ -66,7 +66,7 @@ class Node:
 
 @dataclass(frozen=True)
 class Case:
-    """An answer of the question tests, and the score (None: not marked at all) and note that it must get."""
+    """An answer of the question tests with its expected score (None: not marked at all) and note."""
 
     title: str
     value: str
@@ -76,7 +76,7 @@ class Case:
 
 @dataclass(frozen=True)
 class StackPart:
-    """A part in STACK's terms; `otherwise` is said (in CASText) where no node knows the answer."""
+    """A part in STACK's terms; `otherwise` is the feedback (CASText) if no node matches the answer."""
 
     part: Part
     kind: str
@@ -89,24 +89,24 @@ class StackPart:
     score: str = "0"
     box: int = 15
     checked: bool = True
-    """Whether STACK tells the student that the answer is of another type than is due."""
+    """Whether STACK reports an answer of an unexpected type to the student."""
     typing: str = ""
-    """How formulas are typed."""
+    """Instructions on how to type formulas."""
 
     @property
     def is_typed(self) -> bool:
-        """Whether the answer is typed into a single box, in which more can stand than STACK reads."""
+        """Whether the answer is typed into a single box, which can hold text that STACK can't parse."""
         return self.kind in ("algebraic", "numerical")
 
 
-def asked(problem: Problem, part: Part) -> StackPart | str:
-    """Return a part as STACK asks it, or why STACK can't."""
+def stack_part_of(problem: Problem, part: Part) -> StackPart | str:
+    """Return a part as STACK asks it, or why STACK can't ask it."""
     return part.answer.told_to(_Asking(problem, part))
 
 
 @dataclass(frozen=True)
 class _Asking(Forms["StackPart | str"]):
-    """How STACK asks for each form of answer, or why it can't."""
+    """Returns how STACK asks for each form of answer, or why it can't."""
 
     problem: Problem
     part: Part
@@ -131,9 +131,9 @@ class _Asking(Forms["StackPart | str"]):
 
 
 def share_of(problem: Problem, part: Part, answer: sp.Matrix, equal: Sequence[bool], is_known: bool = False) -> float:
-    """Return the share of formulas that are not all right, as `qdot grade` marks them but for lost factors.
+    """Return the share that formulas earn, as `qdot grade` marks them, apart from lost factors.
 
-    What a single mistake gives that `is_known` earns half at least.
+    The answer of a single known mistake (`is_known`) earns at least half.
     """
     if all(equal):
         return 1.0
@@ -143,14 +143,14 @@ def share_of(problem: Problem, part: Part, answer: sp.Matrix, equal: Sequence[bo
     reference = part.answer.as_matrix()
     share = _share_of_known(problem, part, answer) if is_known else Fraction(0)
     if part.shape is not None:
-        _, zeros = _counted(reference)
+        _, zeros = _places_that_count(reference)
         columns = reference.cols
         right = {(k // columns + 1, k % columns + 1) for k, same in enumerate(equal) if same}
         if credit.by == "columns" and columns > 1:
             counted = share_of_columns([set(group) <= right for group in _columns(reference)])
         else:
             counted = share_of_entries(equal, [(k // columns + 1, k % columns + 1) in zeros for k in range(len(equal))])
-        varying = _varying(problem, reference)
+        varying = _varying_places(problem, reference)
         if not varying or set(varying) & right:
             share = max(share, counted)
     if _pivot(problem, reference) is not None:
@@ -159,9 +159,9 @@ def share_of(problem: Problem, part: Part, answer: sp.Matrix, equal: Sequence[bo
 
 
 def _share_of_known(problem: Problem, part: Part, answer: sp.Matrix) -> Fraction:
-    """Return what formulas earn at least that a single known mistake gives."""
+    """Return the least that the answer of a single known mistake earns."""
     reference = part.answer.as_matrix()
-    moves = _varying(problem, reference) and _varying(problem, answer)
+    moves = _varying_places(problem, reference) and _varying_places(problem, answer)
     if not (part.credit or OWN).is_by_mistakes or not moves:
         return Fraction(0)
     det = divisor(problem.chain, part, domain_of(problem).roles)
@@ -172,19 +172,23 @@ def _share_of_known(problem: Problem, part: Part, answer: sp.Matrix) -> Fraction
 def _share_but_for_a_factor(
     problem: Problem, answer: sp.Matrix, reference: sp.Matrix, equal: Sequence[bool], common: Tree = ONE
 ) -> Fraction:
-    """Return the share of what is right but for signs and a constant in all that is wrong, beside a `common` factor."""
-    domain, moving = domain_of(problem), set(_varying(problem, reference))
+    """Return the share of an answer whose wrong entries differ by signs, a constant and a `common` factor only."""
+    domain, moving = domain_of(problem), set(_varying_places(problem, reference))
     wrong = [k for k, same in enumerate(equal) if not same]
-    own, due = ([read(text_of(matrix[k]), domain.roles) for k in wrong] for matrix in (answer, reference))
-    due = [times(entry, common) for entry in due]
-    factor = constant_factor(own, due, domain, set(domain.roles) - problem.constants, f"stack/{problem.id}")
+    answer_entries, reference_entries = (
+        [read(text_of(matrix[k]), domain.roles) for k in wrong] for matrix in (answer, reference)
+    )
+    reference_entries = [times(entry, common) for entry in reference_entries]
+    factor = constant_factor(
+        answer_entries, reference_entries, domain, set(domain.roles) - problem.constants, f"stack/{problem.id}"
+    )
     moves = any((k // reference.cols + 1, k % reference.cols + 1) in moving for k in wrong)
     if factor is None or (factor.is_other and not moves):
         return Fraction(0)
     return share_but_for_a_factor(factor.is_negative, factor.is_other or common != ONE)
 
 
-def _varying(problem: Problem, reference: sp.Matrix) -> "Places":
+def _varying_places(problem: Problem, reference: sp.Matrix) -> "Places":
     """Return the places of entries that depend on the configuration or its velocity."""
     return [
         (i + 1, j + 1)
@@ -195,13 +199,13 @@ def _varying(problem: Problem, reference: sp.Matrix) -> "Places":
 
 
 def _pivot(problem: Problem, reference: sp.Matrix) -> int | None:
-    """Return an entry by which a constant factor is told, counted from 1; None where a single number is due."""
+    """Return an entry that determines a constant factor, from 1; None if the reference is a single number."""
     filled = [k for k, entry in enumerate(reference, 1) if entry != 0]
-    return None if not filled or (len(filled) == 1 and not _varying(problem, reference)) else filled[0]
+    return None if not filled or (len(filled) == 1 and not _varying_places(problem, reference)) else filled[0]
 
 
-def _counted(reference: sp.Matrix) -> tuple[Places, Places]:
-    """Return the places of entries that count, those that are not zero if there are any, and of the zeros."""
+def _places_that_count(reference: sp.Matrix) -> tuple[Places, Places]:
+    """Return the places of entries that count (those that are not zero, if there are any), and of the zeros."""
     places = [(i + 1, j + 1) for i in range(reference.rows) for j in range(reference.cols)]
     filled = [(i, j) for i, j in places if reference[i - 1, j - 1] != 0]
     return (filled, [place for place in places if place not in filled]) if filled else (places, [])
@@ -224,27 +228,27 @@ def _formulas(problem: Problem, part: Part) -> StackPart | str:
     points = _points(problem, reference, _pivot(problem, reference) or 1)
     if points is None:
         return "no configurations were found at which formulas could be compared"
-    variables = [*names(problem), points, *FORMULAS, f"ta1: {_shown(reference, single)};", "other1: 0*ta1 + 7;"]
+    variables = [*names(problem), points, *FORMULAS, f"ta1: {_maxima_of(reference, single)};", "other1: 0*ta1 + 7;"]
     marking = ["said: qdot_values(qdot_read(ans1));", "due: qdot_values(ta1);", "agree: qdot_agree(said, due);"]
     marking.append(f"same: if qdot_count(agree) = {len(reference)} then 1 else 0;")
     score, otherwise = "0", ""
     if (part.credit or OWN).by != "whole":
-        lines, otherwise = _in_part(problem, part, reference)
+        lines, otherwise = _partial_credit_lines(problem, part, reference)
         marking += lines
         score = "share"
     nodes, cases = [Node("AlgEquiv", "same", "1", RIGHT, "1")], [Case("the reference", "ta1", 1.0, RIGHT)]
     for index, wrong in enumerate(known_wrong(problem, part, MOST), 1):
         name, note = f"wrong{index}", f"prt1-{wrong.mistake}"
-        variables.append(f"{name}: {_shown(wrong.answer, single)};")
+        variables.append(f"{name}: {_maxima_of(wrong.answer, single)};")
         marking.append(f"like{index}: qdot_same(said, {name});")
         nodes.append(Node("AlgEquiv", f"like{index}", "1", note, score, wrong.says))
         assert isinstance(wrong.answer, sp.MatrixBase)
         if least := _share_of_known(problem, part, wrong.answer):
-            marking.append(_at_least(part, least, f"like{index} = 1"))
+            marking.append(_minimum_share_line(part, least, f"like{index} = 1"))
         cases.append(Case(wrong.title, name, share_of(problem, part, wrong.answer, wrong.equal, is_known=True), note))
-    unusual = _unusual(problem, reference)
+    unusual = _unusual_form(problem, reference)
     if unusual is not None:
-        variables.append(f"form1: {_shown(unusual, single)};")
+        variables.append(f"form1: {_maxima_of(unusual, single)};")
         cases.append(Case("another form of the reference", "form1", 1.0, RIGHT))
     nothing = reference * 0 + sp.ones(*reference.shape) * sp.Integer(7)
     share = share_of(problem, part, nothing, same_entries(problem, nothing, reference))
@@ -255,27 +259,27 @@ def _formulas(problem: Problem, part: Part) -> StackPart | str:
     kind = "algebraic" if single else "matrix"
     return StackPart(
         part, kind, words, tuple(variables), tuple(marking), tuple(nodes), tuple(cases), otherwise, score, box,
-        typing=typing(problem),
+        typing=typing_help(problem),
     )  # fmt: skip
 
 
-def typing(problem: Problem) -> str:
-    """Return how formulas are typed, with names of this arm."""
+def typing_help(problem: Problem) -> str:
+    """Return instructions on how to type formulas, with names of this arm."""
     joint = problem.chain.q[0]
-    said = f"Names are typed as they stand in the statement, as {joint}; a product needs its star, as in 2*{joint}."
+    rule = f"Names are typed as they stand in the statement, as {joint}; a product needs its star, as in 2*{joint}."
     short = short_names(problem)
     examples = [name for digits in (1, 2) for name in [name for name in short if len(name) == 1 + digits][:2]]
     meant = ", ".join(f"{name} stands for {short[name]}" for name in examples)
-    return f"{said} {meant}." if meant else said
+    return f"{rule} {meant}." if meant else rule
 
 
-def _shown(matrix: sp.Matrix | tuple[Component, ...], single: bool) -> str:
+def _maxima_of(matrix: sp.Matrix | tuple[Component, ...], single: bool) -> str:
     assert isinstance(matrix, sp.MatrixBase)
     return maxima_text(matrix[0]) if single else maxima_matrix(matrix)
 
 
 def _points(problem: Problem, reference: sp.Matrix, pivot: int) -> str | None:
-    """Return the line with the points at which formulas are compared; None where none is found.
+    """Return the line with the points at which formulas are compared; None if none are usable.
 
     The first two have the same lengths: a factor that is the same at both is a constant.
     """
@@ -292,7 +296,7 @@ def _points(problem: Problem, reference: sp.Matrix, pivot: int) -> str | None:
 
 
 def _are_usable(program: Program, points: Sequence[dict[str, float]], pivot: int | None) -> bool:
-    """Tell whether the entries are numbers of middling size at all points, and the pivot is nowhere nearly zero."""
+    """Whether all entries are numbers of moderate size at all points, and the pivot is clearly not zero."""
     at = {name: np.array([point[name] for point in points]) for name in points[0]}
     values = evaluate(program, at, len(points))[0]
     if not (np.isfinite(values).all() and (values.imag == 0).all() and (np.abs(values) < HUGE).all()):
@@ -300,36 +304,36 @@ def _are_usable(program: Program, points: Sequence[dict[str, float]], pivot: int
     return pivot is None or bool((np.abs(values[pivot]) > CLEAR).all())
 
 
-def _at_least(part: Part, least: Fraction, condition: str) -> str:
-    """Return the line by which what a single known mistake gives earns so much at least."""
+def _minimum_share_line(part: Part, least: Fraction, condition: str) -> str:
+    """Return the line that raises the share of a known mistake's answer to at least this much."""
     return f"share: if {condition} then max(share, {least * (part.credit or OWN).worth}) else share;"
 
 
-def _in_part(problem: Problem, part: Part, reference: sp.Matrix) -> tuple[list[str], str]:
-    """Return the lines that work out the share of formulas that are right in part, and what is said of them."""
-    lines, said = (["share: 0;"], "") if part.shape is None else _entries(problem, part, reference)
+def _partial_credit_lines(problem: Problem, part: Part, reference: sp.Matrix) -> tuple[list[str], str]:
+    """Return the lines that compute the share of partly right formulas, and the feedback on them."""
+    lines, feedback = (["share: 0;"], "") if part.shape is None else _entries(problem, part, reference)
     if _pivot(problem, reference) is None:
-        return lines, said
+        return lines, feedback
     worth = (part.credit or OWN).worth
-    moving = [(i - 1) * reference.cols + j for i, j in _varying(problem, reference)]
+    moving = [(i - 1) * reference.cols + j for i, j in _varying_places(problem, reference)]
     lines += [
         f"amiss: qdot_amiss(said, due, agree, {moving});",
         f"share: max(share, if amiss = 0 then 0 else {worth}*(1 - {AMISS}*amiss));",
     ]
     factor = "It is right but for signs, a common factor, or both."
-    return lines, said + f'[[if test="amiss>0"]]<p>{factor}</p>[[/if]]'
+    return lines, feedback + f'[[if test="amiss>0"]]<p>{factor}</p>[[/if]]'
 
 
 def _entries(problem: Problem, part: Part, reference: sp.Matrix) -> tuple[list[str], str]:
-    """Return the lines that work out the share of a matrix, and what is said of it."""
+    """Return the lines that compute the share of a matrix, and the feedback on it."""
     credit = part.credit or OWN
-    counted, zeros = _counted(reference)
+    counted, zeros = _places_that_count(reference)
 
     def agreeing(places: Places) -> str:
         return f"qdot_count(makelist(agree[i], i, {[(i - 1) * reference.cols + j for i, j in places]}))"
 
     worth = "" if credit.worth == 1 else f"*{credit.worth}"
-    varying = _varying(problem, reference)
+    varying = _varying_places(problem, reference)
     constant = [f"share: if share > 0 and {agreeing(varying)} = 0 then 0 else share;"] if varying else []
     if credit.by == "columns" and reference.cols > 1:
         groups = _columns(reference)
@@ -351,18 +355,18 @@ def _entries(problem: Problem, part: Part, reference: sp.Matrix) -> tuple[list[s
     return lines, f"<p>{{@right@}} of {which} are right{also}.</p>"
 
 
-def _unusual(problem: Problem, reference: sp.Matrix) -> sp.Matrix | None:
-    """Return the reference in a form that few would write, proved to be the same; None where there is none."""
+def _unusual_form(problem: Problem, reference: sp.Matrix) -> sp.Matrix | None:
+    """Return the reference in an unusual form, proved to be equal; None if there is none."""
     first = next((q for q in problem.chain.q if q.name.startswith("theta")), None)
     if first is None:
         return None
-    one = sp.sin(first) ** 2 + sp.cos(first) ** 2
-    expanded = reference.applyfunc(lambda entry: sp.expand_trig(entry) * one if entry != 0 else entry)
+    unit = sp.sin(first) ** 2 + sp.cos(first) ** 2
+    expanded = reference.applyfunc(lambda entry: sp.expand_trig(entry) * unit if entry != 0 else entry)
     return expanded if all(same_entries(problem, expanded, reference)) else None
 
 
 def _direction(problem: Problem, part: Part) -> StackPart | str:
-    """Ask for a vector that is right wherever it is along the reference, and not zero."""
+    """Ask for a vector that is right if it is a nonzero multiple of the reference."""
     reference = part.of(Direction).reference
     pivot = next(i for i, entry in enumerate(reference, 1) if entry != 0)
     points = _points(problem, reference, pivot)
@@ -389,7 +393,7 @@ def _direction(problem: Problem, part: Part) -> StackPart | str:
         marking,
         (Node("AlgEquiv", "same", "1", RIGHT, "1"),),
         cases,
-        typing=typing(problem),
+        typing=typing_help(problem),
     )
 
 
@@ -399,14 +403,14 @@ def _direction(problem: Problem, part: Part) -> StackPart | str:
 def _numbers(problem: Problem, part: Part) -> StackPart:
     answer = part.of(Number)
     single, n = len(answer.reference) == 1, len(answer.reference)
-    room = [sp.Rational(f"{allowed:.12g}") for allowed in room_of(part)]
+    room = [sp.Rational(f"{allowed:.12g}") for allowed in tolerances_of(part)]
     known = known_wrong(problem, part, MOST)
     truth = sp.Matrix([sp.Rational(f"{float(value):.12g}") for value in answer.reference])
     value = "said" if single else "said[i, 1]"
 
     def near(matrix: str) -> str:
-        other = f"float({matrix})" if single else f"float({matrix}[i, 1])"
-        return f"qdot_count(makelist(qdot_near({value}, {other}, room[i]), i, 1, {n}))"
+        compared = f"float({matrix})" if single else f"float({matrix}[i, 1])"
+        return f"qdot_count(makelist(qdot_near({value}, {compared}, room[i]), i, 1, {n}))"
 
     zeros = [abs(float(v)) <= answer.allowed(part.rounding)[1] for v in answer.reference]
     lines = ["said: qdot_read(ans1);", f"room: [{', '.join(map(maxima_text, room))}];", f"right: {near('ta1')};"]
@@ -423,14 +427,14 @@ def _numbers(problem: Problem, part: Part) -> StackPart:
         variables.append(f"{name}: {_floats(wrong.answer, single)};")
         lines.append(f"like{index}: {near(name)};")
         if not single and (part.credit or OWN).is_by_mistakes:
-            lines.append(_at_least(part, HALF, f"like{index} = {n}"))
+            lines.append(_minimum_share_line(part, HALF, f"like{index} = {n}"))
         nodes.append(Node("AlgEquiv", f"like{index}", str(n), note, "share", wrong.says))
-        cases.append(Case(wrong.title, name, _share_of_typed(part, wrong, zeros), note))
+        cases.append(Case(wrong.title, name, _share_of_wrong_numbers(part, wrong, zeros), note))
     off = truth + sp.Matrix([50 * r for r in room])
     inside = truth + sp.Matrix([r / 2 for r in room])
     variables.append(f"form1: {_floats(inside, single)};")
     cases.append(Case("off by half of what is allowed", "form1", 1.0, RIGHT))
-    if not any(_meets(off, wrong, room) for wrong in known):
+    if not any(_is_near(off, wrong, room) for wrong in known):
         variables.append(f"other1: {_floats(off, single)};")
         cases.append(Case("nobody's mistake", "other1", 0.0, OTHER))
     unit = "; ".join(dict.fromkeys(unit for unit in answer.units if unit))
@@ -443,7 +447,7 @@ def _numbers(problem: Problem, part: Part) -> StackPart:
 
 
 def _share_of_numbers(part: Part, zeros: Sequence[bool]) -> list[str]:
-    """Return the lines that work out the share of numbers that are not all right."""
+    """Return the lines that compute the share of numbers that are not all right."""
     n = len(zeros)
     if n == 1 or (part.credit or OWN).by == "whole":
         return ["share: 0;"]
@@ -464,14 +468,14 @@ def _share_of_numbers(part: Part, zeros: Sequence[bool]) -> list[str]:
     return lines if worth == 1 else [*lines, f"share: share*{worth};"]
 
 
-def _share_of_typed(part: Part, wrong: Known, zeros: Sequence[bool]) -> float:
-    """Return the share of numbers that a mistake gives."""
+def _share_of_wrong_numbers(part: Part, wrong: KnownWrongAnswer, zeros: Sequence[bool]) -> float:
+    """Return the share that the numbers of a known mistake earn."""
     credit = part.credit or OWN
     if len(zeros) == 1 or credit.by == "whole":
         return 0.0
     share = max(share_of_entries(wrong.equal, zeros), HALF * credit.is_by_mistakes)
     assert isinstance(wrong.answer, sp.MatrixBase)
-    pairs = zip(wrong.answer, part.answer.as_matrix(), room_of(part), strict=True)
+    pairs = zip(wrong.answer, part.answer.as_matrix(), tolerances_of(part), strict=True)
     if (
         all(part.answer.units_due)
         and not all(zeros)
@@ -490,7 +494,7 @@ def _floats(matrix: sp.Matrix | tuple[Component, ...], single: bool) -> str:
     return values[0] if single else f"matrix({', '.join(f'[{value}]' for value in values)})"
 
 
-def _meets(values: sp.Matrix, wrong: Known, room: Sequence[sp.Expr]) -> bool:
+def _is_near(values: sp.Matrix, wrong: KnownWrongAnswer, room: Sequence[sp.Expr]) -> bool:
     assert isinstance(wrong.answer, sp.MatrixBase)
     return all(abs(a - b) <= 2 * r for a, b, r in zip(values, wrong.answer, room, strict=True))
 
@@ -520,7 +524,7 @@ def _choice(part: Part) -> StackPart:
 
 
 def _values(problem: Problem, part: Part) -> StackPart | str:
-    """Ask for a set of equations, a joint on the left and its value on the right."""
+    """Ask for a set of equations with a joint on the left and its value on the right."""
     answer = part.of(ConditionSet)
     if not all(_is_of_values(component) for component in answer.components):
         return "its singular configurations are no values of single joints, which STACK could judge fairly"
@@ -535,12 +539,12 @@ def _values(problem: Problem, part: Part) -> StackPart | str:
         ]
         return "{" + ", ".join(dict.fromkeys(shown)) + "}"
 
-    found = [f"[qdot_covered(said, args({equations((c,))})), {_count(c)}]" for c in answer.components]
+    coverage = [f"[qdot_covered(said, args({equations((c,))})), {_count(c)}]" for c in answer.components]
     lines = [
         "said: qdot_read(if setp(ans1) or listp(ans1) then args(ans1) else [ans1]);",
         "right: qdot_covered(said, args(ta1));",
         "beyond: qdot_beyond(said, args(ta1));",
-        f"share: qdot_set_share([{', '.join(found)}], beyond);",
+        f"share: qdot_set_share([{', '.join(coverage)}], beyond);",
     ]
     worth = (part.credit or OWN).worth if (part.credit or OWN).by != "whole" else 0
     lines += [] if worth == 1 else [f"share: share*{worth};"]
@@ -559,8 +563,8 @@ def _values(problem: Problem, part: Part) -> StackPart | str:
         lines.append(f"like{index}: [qdot_covered{against} - length({name}), qdot_beyond{against}];")
         claimed = _claims(wrong.answer)
         each = [_claims((component,)) for component in answer.components]
-        false = false_conditions([q for q, _ in claimed - truth], [q for q, _ in claimed & truth])
-        share = float(share_of_set([(len(claimed & due), len(due)) for due in each], false) * worth)
+        false = count_false_conditions([q for q, _ in claimed - truth], [q for q, _ in claimed & truth])
+        share = float(share_of_set([(len(claimed & expected), len(expected)) for expected in each], false) * worth)
         nodes.append(Node("AlgEquiv", f"like{index}", "[0, 0]", note, "share", wrong.says))
         cases.append(Case(wrong.title, name, share, note))
     variables += [f"form1: {equations(answer.components, 1)};", f"other1: {{{problem.chain.q[0]} = 1/7}};"]
@@ -583,7 +587,7 @@ def _is_angle(joint: sp.Symbol) -> bool:
 
 
 def _set_words(problem: Problem) -> str:
-    """Return how a set is typed, with an example of each kind of joint that the arm has."""
+    """Return how to type a set, with an example for each kind of joint of the arm."""
     turning = [q.name for q in problem.chain.q if _is_angle(q)]
     sliding = [q.name for q in problem.chain.q if not _is_angle(q)]
     units = ([", angles in radians, one turn"] if turning else []) + ([", lengths in metres"] if sliding else [])
@@ -597,12 +601,12 @@ def _set_words(problem: Problem) -> str:
 
 
 def _count(component: Component) -> int:
-    """Return how many values a component gives."""
+    """Return the number of values of a component."""
     return len(_claims((component,)))
 
 
 def _is_of_values(component: Component) -> bool:
-    """Tell whether a component gives values, which are numbers, of one joint alone."""
+    """Whether a component consists of numeric values of a single joint."""
     return (
         component.solutions is not None
         and len(component.solutions) == 1
@@ -611,7 +615,7 @@ def _is_of_values(component: Component) -> bool:
 
 
 def _claims(components: tuple[Component, ...]) -> set[tuple[str, float]]:
-    """Return joints and values, rounded, angles within one turn."""
+    """Return joints and rounded values, with angles wrapped to one turn."""
     claims = set()
     for component in components:
         for joint, values in component.solutions or ():
@@ -623,5 +627,5 @@ def _claims(components: tuple[Component, ...]) -> set[tuple[str, float]]:
 
 
 def without_rounding(part: Part) -> Part:
-    """Return a part of formulas as STACK judges it: decimals mean what they say."""
+    """Return a part without tolerance for rounding if its answer is exact, as STACK judges it."""
     return replace(part, rounding=None) if part.answer.is_exact else part

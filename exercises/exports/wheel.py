@@ -1,7 +1,7 @@
-"""qdot itself as a wheel, and the versions of its libraries, for places to which the package index has no qdot to give.
+"""qdot as a wheel, and the versions of its libraries, for machines that can't install it from a package index.
 
-The wheel is made of what is installed here, by the rules of the format (packaging.python.org), and so that the same
-files give the same bytes. It holds no assignment, and nothing by which answers could be found.
+The wheel is made from the installed files according to the format (packaging.python.org); the same files give the same
+bytes. It contains no assignment, and nothing that reveals answers.
 """
 
 import base64
@@ -19,13 +19,13 @@ from qdot.exercises.common.extras import DISTRIBUTION
 from qdot.exercises.writing.render import template_folder
 
 PACKAGE = Path(__file__).parents[2]
-"""The one package; in a checkout, `exercises` and `grader` are links in it."""
+"""The package; in a checkout, `exercises` and `grader` are links in it."""
 DATE = (1980, 1, 1, 0, 0, 0)
-"""The date of every file in an archive: the earliest that a zip can have."""
+"""The date of every file in an archive: the earliest possible one in a zip."""
 
 
-def zipped(files: Iterable[tuple[str, bytes, int]]) -> bytes:
-    """Return a zip archive of files (name, content, permissions), in this order, that depends on nothing else."""
+def zip_files(files: Iterable[tuple[str, bytes, int]]) -> bytes:
+    """Return a zip archive of files (name, content, permissions), in this order; its bytes depend on nothing else."""
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
         for name, content, mode in files:
@@ -50,11 +50,11 @@ def wheel() -> tuple[str, bytes]:
     ]
     record = "".join(f"{name},sha256={_digest(data)},{len(data)}\n" for name, data in files)
     files.append((f"{about}/RECORD", f"{record}{about}/RECORD,,\n".encode()))
-    return f"{name}-py3-none-any.whl", zipped((name, data, 0o644) for name, data in files)
+    return f"{name}-py3-none-any.whl", zip_files((name, data, 0o644) for name, data in files)
 
 
 def _modules() -> list[tuple[str, bytes]]:
-    """Return the files of the package, and the templates as a wheel has them: inside `exercises`."""
+    """Return the files of the package; the templates are inside `exercises`, as in a wheel."""
     folders = [(f"qdot/{name}", (PACKAGE / name).resolve()) for name in ("exercises", "grader")]
     names = {path: f"{name}/{path.relative_to(root).as_posix()}" for name, root in folders for path in root.rglob("*")}
     names |= {path: f"qdot/{path.name}" for path in PACKAGE.glob("*") if path.is_file()}
@@ -74,7 +74,7 @@ def _digest(data: bytes) -> str:
 
 
 def versions() -> str:
-    """Return the versions of the libraries that qdot runs with here, a line each, as pip takes them for constraints."""
+    """Return the versions of the libraries installed here, one per line, as a constraints file for pip."""
     pinned: dict[str, str] = {}
     waiting = [distribution(DISTRIBUTION)]
     while waiting:
@@ -86,7 +86,7 @@ def versions() -> str:
 
 
 def _needed_by(package: Distribution) -> list[Distribution]:
-    """Return what a package needs and is installed; what only one of its extras needs is not meant."""
+    """Return the installed dependencies of a package, without those of its extras."""
     needed = []
     for line in package.requires or ():
         name, _, marker = line.partition(";")

@@ -1,17 +1,17 @@
 """The drawing of an arm as in a robotics textbook, made from its DH table: shapes in numbers, SVG, and words.
 
-Planar arms are drawn flat, from +z_w; others in one fixed axonometric view, but in a told pose, where links and axes
-may lie over one another, from the side from which they are seen apart, and with fewer names. What is drawn for joint i
-is the entry of the table, theta_i or d_i with its offset. Lengths are brought nearer to each other, so that small ones
-are seen.
+Planar arms are drawn flat, seen from +z_w. Spatial arms are drawn in one fixed axonometric view. In a given pose, links
+and axes may overlap: there the view that separates them best is used, with fewer names. The drawing shows the entry of
+the table for joint i, theta_i or d_i with its offset. Differences in length are reduced, so that small lengths are
+visible.
 
     shapes, view            plain shapes in pixels; from metres to pixels
-    plane, aspect, pose     which way an arm is looked at, in general and in a told pose; the pose in which it is drawn
-    model                   the arm that is drawn in the place of others that look alike, but for their labels
-    arm, frames, body       links and joints; axes, origins and the base's place; an arm without lettering
-    ink, places, labels     the lines of a drawing as points; the places of one label; where all labels go
+    plane, aspect, pose     the view of an arm, in general and in a given pose; the pose in which it is drawn
+    model                   the arm that is drawn in place of others that differ only in their labels
+    arm, frames, body       links and joints; axes, origins and the base's position; an arm without lettering
+    ink, places, labels     the lines of a drawing as points; the places for one label; the layout of all labels
     small                   thumbnails, and singular configurations beside a regular one
-    tikz, words             the drawing for LaTeX; what it shows, in words
+    tikz, words             the drawing for LaTeX; its description in words
 """
 
 import math
@@ -27,15 +27,25 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.figure import frames
 from qdot.exercises.figure.arm import joint_angle, scene, slide
-from qdot.exercises.figure.aspect import sides
-from qdot.exercises.figure.body import body, fitted
+from qdot.exercises.figure.aspect import best_views
+from qdot.exercises.figure.body import body, fit_drawing
 from qdot.exercises.figure.labels import Layout
 from qdot.exercises.figure.model import model_of
 from qdot.exercises.figure.plane import camera, exact, is_flat
-from qdot.exercises.figure.pose import HEIGHT, LONG, ROOM, WIDTH, Skeleton, best_poses, drawn_chain, skeleton, told_pose
-from qdot.exercises.figure.shapes import FONT, Figure, extent, fixed, path, roman
-from qdot.exercises.figure.small import PANEL, cells, posed, singular_panel, thumbnail
-from qdot.exercises.figure.view import Drawn, View
+from qdot.exercises.figure.pose import (
+    HEIGHT,
+    LONG,
+    ROOM,
+    WIDTH,
+    Skeleton,
+    best_poses,
+    drawn_chain,
+    entries_of_pose,
+    skeleton,
+)
+from qdot.exercises.figure.shapes import FONT, Figure, extent, one_decimal, path, roman
+from qdot.exercises.figure.small import PANEL, cells, figure_in_pose, singular_panel, thumbnail
+from qdot.exercises.figure.view import Drawing, View
 from qdot.exercises.figure.words import alt_text, panels_text, panels_title, title_text
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.quizzes.places import drawn_options
@@ -49,7 +59,7 @@ __all__ = [
     "examples_svg",
     "figure_pose",
     "figure_svg",
-    "fixed",
+    "one_decimal",
     "options_svg",
     "part_alt",
     "part_svg",
@@ -59,78 +69,77 @@ __all__ = [
 ]
 
 MARGIN = (34.0, 26.0)
-"""Pixels kept free at the left and right, and above and below, for labels outside of all lines."""
+"""Margins for labels outside of all lines, left and right, and above and below, in pixels."""
 TRIED = {False: 7, True: 16}
-"""How many of the best poses are drawn in full at most, to take the one whose labels find the best places."""
+"""Maximum number of best poses that are drawn completely, to choose the one with the best places for labels."""
 DELAY = 6.0
-"""What a pose costs for each better one before it, as labels cost (see `labels`)."""
+"""Cost of a pose for each better pose before it, comparable to the costs of labels (see `labels`)."""
 GOOD = 8.0
-"""What a label may cost on average in a pose that is taken without looking at others; more after each look."""
+"""Average cost of a label up to which a pose is used without trying others; it grows with each pose tried."""
 CLEARLY = 0.2
-"""By so much a drawing must cost more than another to be given up before it is complete; costs are rounded to 0.1."""
+"""A drawing is abandoned if it costs this much more than another one; costs are rounded to 0.1."""
 ROUNDS = 3
-"""How often the labels of the pose that is taken are placed, each time with all others in sight."""
+"""How often the labels of the chosen pose are placed, each time in view of all others."""
 SIDES, CLEAR = 5, {True: 30.0, False: 16.0}
-"""From so many sides an arm in a told pose is drawn in space; what a label may cost on average there with all names.
-
-More in a flat drawing, where labels have more room and no arrow points towards the reader.
+"""Number of views that are tried for a spatial arm in a given pose, and average cost of a label up to which all names
+are shown; it is higher in a flat drawing, where labels have more room and no arrow points towards the reader.
 """
 STRETCHES = (1.0, 1.3, 1.6, 0.75, 2.0)
-"""Factors for the base's distance from the world's origin, tried one by one while origins are drawn at one place."""
+"""Factors for the base's distance from the world's origin, tried in turn while origins coincide in the drawing."""
 
-Composed = tuple[Drawn, Layout]
-"""A drawing, and its labels as they are placed so far."""
+Composed = tuple[Drawing, Layout]
+"""A drawing and the current layout of its labels."""
 
 SHRUNK, GAP, LINE, LETTER = 60, 12, 20, 8
-"""Small drawings are shown at so many per cent; pixels between them, for the line of a caption, and for a letter."""
+"""Size of small drawings in per cent; pixels between them, for a caption's line, and for a letter."""
 
 
 def arm_figure(chain: Chain, pose: Mapping[str, float] | None = None) -> Figure:
     """Draw an arm.
 
-    `pose` tells the joint variables by name ("theta1" in rad, "d2" in m); without it the clearest of a fixed list of
-    poses is taken. The figure is in pixels, y down; it is kept for those who show it again, under other names.
+    `pose` has the joint variables by name ("theta1" in rad, "d2" in m); without it, the clearest of a fixed list of
+    poses is used. The figure is in pixels, y down, and is cached.
     """
-    return _shown(chain, None if pose is None else tuple(pose.items()))[0]
+    return _draw_with_labels(chain, None if pose is None else tuple(pose.items()))[0]
 
 
 def figure_pose(chain: Chain) -> dict[str, float]:
-    """Return the joint variables by name (rad, m) in the pose in which `figure_svg` draws an arm of its own accord."""
+    """Return the joint variables by name (rad, m) in the default pose of `figure_svg`."""
     zero = {q.name: 0.0 for q in chain.q}
     if not convention_of(chain).has_frames:
         return zero
-    entries, offsets = _shown(chain, None)[1], told_pose(chain, zero)
+    entries, offsets = _draw_with_labels(chain, None)[1], entries_of_pose(chain, zero)
     return {name: round(float(entry - offset), 9) for name, entry, offset in zip(zero, entries, offsets, strict=True)}
 
 
 @lru_cache(maxsize=64)
-def _shown(chain: Chain, pose: tuple[tuple[str, float], ...] | None) -> tuple[Figure, tuple[float, ...]]:
-    """Return the drawing, and the entries of the table (n) in its pose: the model's, with the arm's own labels."""
+def _draw_with_labels(chain: Chain, pose: tuple[tuple[str, float], ...] | None) -> tuple[Figure, tuple[float, ...]]:
+    """Return the model's drawing with the arm's own labels, and the table's entries (n) in its pose."""
     model = model_of(exact(chain))
-    figure, entries = _drawn(model.chain, None if pose is None else model.pose(dict(pose)))
-    return model.lettered(figure), model.entries(entries)
+    figure, entries = _draw_model(model.chain, None if pose is None else model.pose(dict(pose)))
+    return model.relabel(figure), model.entries(entries)
 
 
 @lru_cache(maxsize=1024)
-def _drawn(chain: Chain, pose: tuple[tuple[str, float], ...] | None) -> tuple[Figure, tuple[float, ...]]:
-    """Return the drawing of a model, and the entries of its table (n)."""
+def _draw_model(chain: Chain, pose: tuple[tuple[str, float], ...] | None) -> tuple[Figure, tuple[float, ...]]:
+    """Return the drawing of a model, and its table's entries (n)."""
     if pose is None:
-        (part, layout), entries = _own(chain)
+        (part, layout), entries = _draw_in_clearest_pose(chain)
     else:
-        entries = told_pose(chain, dict(pose))
-        part, layout = _told(chain, entries)
+        entries = entries_of_pose(chain, dict(pose))
+        part, layout = _draw_in_given_pose(chain, entries)
     for _ in range(1, ROUNDS):
         layout.place_all()
     placed = layout.placement
     return Figure(WIDTH, HEIGHT, part.shapes + placed.leaders, placed.texts), tuple(map(float, entries))
 
 
-def _own(chain: Chain) -> tuple[Composed, np.ndarray]:
-    """Return the drawing in the clearest of a fixed list of poses, and that pose."""
+def _draw_in_clearest_pose(chain: Chain) -> tuple[Composed, np.ndarray]:
+    """Return the drawing in the clearest of a fixed list of poses, and the table's entries (n) in it."""
     best: tuple[float, Composed, np.ndarray] | None = None
     for order, entries in enumerate(best_poses(chain, drawn_chain(chain), TRIED[chain.n > LONG])):
         most = math.inf if best is None else best[0] - DELAY * order
-        composed, cost = _compose(chain, _choices(chain, entries), most)
+        composed, cost = _compose(chain, _base_distances(chain, entries), most)
         cost = round(cost + DELAY * order, 1)  # rounded: a tie goes to the first on every machine
         if best is None or cost < best[0]:
             best = (cost, composed, entries)
@@ -140,15 +149,15 @@ def _own(chain: Chain) -> tuple[Composed, np.ndarray]:
     return best[1:]
 
 
-def _told(chain: Chain, entries: np.ndarray) -> Composed:
-    """Return the drawing in a told pose: with all names if it is clear from some side, else with few of them."""
+def _draw_in_given_pose(chain: Chain, entries: np.ndarray) -> Composed:
+    """Return the drawing in a given pose: with all names if it is clear from some side, else with few of them."""
     flat = is_flat(chain)
-    views = [camera(chain)] if flat else sides(drawn_chain(chain), entries, SIDES)
+    views = [camera(chain)] if flat else best_views(drawn_chain(chain), entries, SIDES)
     for sparse in (False, True) if chain.n <= LONG else (True,):
         best: tuple[float, Composed] | None = None
         for axes in views:
             most = math.inf if best is None else best[0]
-            composed, cost = _compose(chain, _choices(chain, entries), most, axes, sparse)
+            composed, cost = _compose(chain, _base_distances(chain, entries), most, axes, sparse)
             if best is None or round(cost, 1) < best[0]:
                 best = (round(cost, 1), composed)
         assert best is not None
@@ -161,29 +170,29 @@ def _told(chain: Chain, entries: np.ndarray) -> Composed:
 def figure_svg(chain: Chain, name: str = "arm", pose: Mapping[str, float] | None = None) -> str:
     """Return the drawing as a self-contained SVG element; `name` makes its ids unique in a page.
 
-    An arm that is told by its axes is drawn at home, unless another pose is told.
+    An arm described by its axes is drawn in its home position, unless a pose is given.
     """
     if pose is None and not convention_of(chain).has_frames:
         pose = {q.name: 0.0 for q in chain.q}
-    return _svg(chain, name, None if pose is None else tuple(pose.items()))
+    return _render_svg(chain, name, None if pose is None else tuple(pose.items()))
 
 
 @lru_cache(maxsize=64)
-def _svg(chain: Chain, name: str, pose: tuple[tuple[str, float], ...] | None) -> str:
-    """Return the same, kept for those who show it again at once: the staff's notebook, the store."""
+def _render_svg(chain: Chain, name: str, pose: tuple[tuple[str, float], ...] | None) -> str:
+    """Return the drawing as SVG; cached, as the staff's notebook and the store need it right after each other."""
     return render(
         "figure/arm.svg.j2",
-        figure=_shown(chain, pose)[0],
+        figure=_draw_with_labels(chain, pose)[0],
         name=name,
         title=title_text(chain),
         description=alt_text(chain, pose is not None and any(value for _, value in pose)),
-        fixed=fixed,
+        fixed=one_decimal,
         path=path,
     )
 
 
 def part_svg(chain: Chain, part: Part, name: str) -> str:
-    """Return the figure under a part's prompt: its configuration, or those to choose from; nothing if there is none."""
+    """Return the figure under a part's prompt: its configuration, or those to choose from; "" if there is none."""
     options = drawn_options(chain, part)
     if options is not None:
         return options_svg(*options, name)
@@ -201,7 +210,7 @@ def thumbnail_svg(chain: Chain, name: str = "arm") -> str:
         size=size,
         title=title_text(chain),
         description=alt_text(chain, posed=True),
-        fixed=fixed,
+        fixed=one_decimal,
         path=path,
     )
 
@@ -209,18 +218,18 @@ def thumbnail_svg(chain: Chain, name: str = "arm") -> str:
 def singular_svg(chain: Chain, name: str = "singular", language: str = ENGLISH) -> str:
     """Return drawings of a regular and the singular configurations side by side as a self-contained SVG element.
 
-    It is empty where there is nothing to draw: an arm without singular, or without regular configurations.
+    It is empty for an arm without singular configurations or without regular ones.
     """
     panel, words = singular_panel(chain, language), catalogue(language)
     if not panel.drawings:
         return ""
     captions = [caption for caption, _ in panel.drawings]
     description = panels_text(captions, panel.key, panel.remark, words, panel.has_lost)
-    return _side_by_side(panel.drawings, f"{panel.key} {panel.remark}", name, panels_title(chain, words), description)
+    return _arrange(panel.drawings, f"{panel.key} {panel.remark}", name, panels_title(chain, words), description)
 
 
 def part_alt(chain: Chain, part: Part) -> str:
-    """Return the figure under a part's prompt in words."""
+    """Return a description of the figure under a part's prompt."""
     options = drawn_options(chain, part)
     return (
         alt_text(chain, posed=True) if options is None else f"Configurations to choose from. {options_text(options[1])}"
@@ -229,14 +238,14 @@ def part_alt(chain: Chain, part: Part) -> str:
 
 def options_svg(chain: Chain, poses: Sequence[Mapping[str, float]], name: str = "options") -> str:
     """Return drawings of an arm in numbers in several configurations, with the letters A, B, … under them."""
-    drawings = [(LETTERS[k], posed(chain, pose)) for k, pose in enumerate(poses)]
+    drawings = [(LETTERS[k], figure_in_pose(chain, pose)) for k, pose in enumerate(poses)]
     title = f"{title_text(chain)}: configurations to choose from"
-    return _side_by_side(drawings, "", name, title, options_text(poses))
+    return _arrange(drawings, "", name, title, options_text(poses))
 
 
 @dataclass(frozen=True)
 class Example:
-    """A configuration to be shown: its caption, an arm in numbers, joint values by name, and what leads to a point."""
+    """A configuration to show: caption, arm in numbers, joint values by name, and the vector from P to a mark."""
 
     caption: str
     chain: Chain
@@ -245,25 +254,28 @@ class Example:
 
 
 def examples_svg(examples: Sequence[Example], name: str, below: str = "") -> str:
-    """Return arms in numbers in told configurations side by side, each with its caption, to scale."""
-    drawings = [(one.caption, posed(one.chain, one.pose, one.beside)) for one in examples]
-    said = (f"{one.caption}: {', '.join(_in_words(q, value) for q, value in one.pose.items())}" for one in examples)
+    """Return arms in numbers in given configurations side by side, to scale, each with its caption."""
+    drawings = [(example.caption, figure_in_pose(example.chain, example.pose, example.beside)) for example in examples]
+    descriptions = (
+        f"{example.caption}: {', '.join(_describe_joint_value(q, value) for q, value in example.pose.items())}"
+        for example in examples
+    )
     title = f"{title_text(examples[0].chain)}: where the answer differs"
-    return _side_by_side(drawings, below, name, title, f"{'; '.join(said)}.")
+    return _arrange(drawings, below, name, title, f"{'; '.join(descriptions)}.")
 
 
 def options_text(poses: Sequence[Mapping[str, float]]) -> str:
-    """Return what drawings to choose from show, in words."""
-    said = (", ".join(_in_words(q, value) for q, value in pose.items()) for pose in poses)
-    return "; ".join(f"{letter}: {pose}" for letter, pose in zip(LETTERS, said, strict=False)) + "."
+    """Return a description of drawings to choose from."""
+    descriptions = (", ".join(_describe_joint_value(q, value) for q, value in pose.items()) for pose in poses)
+    return "; ".join(f"{letter}: {pose}" for letter, pose in zip(LETTERS, descriptions, strict=False)) + "."
 
 
-def _in_words(joint: str, value: float) -> str:
+def _describe_joint_value(joint: str, value: float) -> str:
     return f"{joint} = {value * 180 / np.pi:.4g} degrees" if joint.startswith("theta") else f"{joint} = {value:.4g} m"
 
 
-def _side_by_side(drawings: Sequence[tuple[str, Figure]], below: str, name: str, title: str, description: str) -> str:
-    """Return drawings with captions, as wide as an arm's own figure: where both are shown, they are lettered alike."""
+def _arrange(drawings: Sequence[tuple[str, Figure]], below: str, name: str, title: str, description: str) -> str:
+    """Return drawings with captions, as wide as an arm's figure, so that both have lettering of the same size."""
     columns, rows = cells(len(drawings), max(extent(roman(caption))[0] for caption, _ in drawings), WIDTH)
     wide, high = (SHRUNK * length // 100 for length in PANEL)
     high += GAP
@@ -295,13 +307,13 @@ def _side_by_side(drawings: Sequence[tuple[str, Figure]], below: str, name: str,
         scale=SHRUNK / 100,
         title=title,
         description=description,
-        fixed=fixed,
+        fixed=one_decimal,
         path=path,
     )
 
 
-def _choices(chain: Chain, entries: np.ndarray) -> Iterator[Skeleton]:
-    """Yield the arm in a pose (n) with the base in different distances, worked out when they are asked for."""
+def _base_distances(chain: Chain, entries: np.ndarray) -> Iterator[Skeleton]:
+    """Yield the arm in a pose (n) with the base at different distances, computed on demand."""
     for stretch in STRETCHES if any(chain.base.position) else STRETCHES[:1]:
         yield skeleton(drawn_chain(chain, stretch), entries)
 
@@ -309,31 +321,33 @@ def _choices(chain: Chain, entries: np.ndarray) -> Iterator[Skeleton]:
 def _compose(
     chain: Chain, choices: Iterable[Skeleton], most: float, axes: np.ndarray | None = None, sparse: bool = False
 ) -> tuple[Composed, float]:
-    """Return the drawing of one pose with its labels placed once, and how badly labels and origins are placed.
+    """Return the drawing of one pose with its labels placed once, and the cost of the places of labels and origins.
 
-    `choices` are the pose in different lengths: the first is taken in which no origin is drawn at the world's. What
-    costs clearly more than `most` is not completed; its cost is infinite.
+    `choices` are the pose with different lengths: the first one is used whose origins are apart from the world's. A
+    drawing that costs clearly more than `most` is not completed; its cost is infinite.
     """
-    layers: list[tuple[float, float, Drawn]] = []
+    layers: list[tuple[float, float, Drawing]] = []
     for bones in choices:
-        part, view = fitted(chain, bones, partial(_parts, chain, bones, sparse), ROOM, (WIDTH, HEIGHT), MARGIN, axes)
-        own, world = frames.crowding(scene(chain, bones, view))
-        layers.append((round(world, 1), own, part))
+        part, view = fit_drawing(
+            chain, bones, partial(_draw_parts, chain, bones, sparse), ROOM, (WIDTH, HEIGHT), MARGIN, axes
+        )
+        arm_cost, world = frames.crowding(scene(chain, bones, view))
+        layers.append((round(world, 1), arm_cost, part))
         if world == 0.0:
             break
-    world, own, part = min(layers, key=lambda one: one[0])
+    world, arm_cost, part = min(layers, key=lambda layer: layer[0])
     layout = Layout(part.labels, part.shapes, (WIDTH, HEIGHT))
-    complete = layout.place_all(most + CLEARLY - own - world)
-    return (part, layout), layout.cost + own + world if complete else math.inf
+    complete = layout.place_all(most + CLEARLY - arm_cost - world)
+    return (part, layout), layout.cost + arm_cost + world if complete else math.inf
 
 
-def _parts(chain: Chain, bones: Skeleton, sparse: bool, view: View) -> Drawn:
+def _draw_parts(chain: Chain, bones: Skeleton, sparse: bool, view: View) -> Drawing:
     """Return all parts from back to front."""
     stage = scene(chain, bones, view, sparse)
     on_top = not convention_of(chain).has_frames  # at home, a link may run along an axis of the space frame
-    before, behind = (Drawn(), frames.world(stage)) if on_top else (frames.world(stage), Drawn())
+    before, behind = (Drawing(), frames.world(stage)) if on_top else (frames.world(stage), Drawing())
     if sparse:
-        part = before + Drawn(body(stage).shapes) + behind
+        part = before + Drawing(body(stage).shapes) + behind
     else:
         part = before + body(stage) + behind
         for i in range(1, chain.n + 1):

@@ -1,6 +1,6 @@
 """The parts of an arm's drawing: links, joints, ground, joint angles and sliding lengths.
 
-Joint i turns or slides about z_{i-1}; its glyph stands on that axis where no other glyph is.
+Joint i rotates about z_{i-1} or slides along it; its glyph stands on that axis where no other glyph is.
 """
 
 import math
@@ -14,26 +14,26 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.figure.labels import Request
 from qdot.exercises.figure.plane import is_flat
-from qdot.exercises.figure.pose import Skeleton, told_pose
+from qdot.exercises.figure.pose import Skeleton, entries_of_pose
 from qdot.exercises.figure.shapes import Circle, Glyph, Pair, Polyline, Shape, TextRun, magnitude, with_offset
-from qdot.exercises.figure.view import Drawn, View, across, box, cylinder, tip, turned
+from qdot.exercises.figure.view import Drawing, View, box, cylinder, direction_at, perpendicular_vectors, tip
 
 JOINT, HALF, SLEEVE = 9.0, 11.0, 19.0
-"""Pixels: radius of a revolute joint, half its length in space, half the length of a sleeve."""
+"""Radius of a revolute joint, half its length in space, and half the length of a sleeve, in pixels."""
 APART, AWAY = 27.0, 82.0
-"""Pixels: least distance of two glyphs, and their distance in an arm without links."""
+"""Minimum distance of two glyphs, and their distance in an arm without links, in pixels."""
 FEW = 3
-"""Joints of a wrist: the axes of so many frames can be told apart in one point."""
+"""Number of joints of a wrist: the axes of this many frames can be distinguished at one point."""
 ARC = {True: 31.0, False: 34.0}
 
 
 @dataclass(frozen=True)
 class Scene:
-    """An arm, its skeleton in the pose to draw, the view, and where the glyphs of the joints stand (n x 3).
+    """An arm, its skeleton in the pose to draw, the view, and the places of the joints' glyphs (n x 3).
 
-    `frames` are those that the arm's convention puts on its links (n+1 x 4 x 4), `bare` those of them whose x axes are
-    left out, because too many axes start at one point. A `sparse` drawing has the arm, its origins, its z axes and its
-    first and last frame only; a planar one is drawn flat. At home, all joint variables are zero.
+    `frames` are the link frames by the arm's convention (n+1 x 4 x 4). `without_x` lists those drawn without their x
+    axis, because too many axes start at one point. A `sparse` drawing has only the arm, its origins, its z axes, and
+    its first and last frame. A planar arm is drawn flat. At home, all joint variables are zero.
     """
 
     chain: Chain
@@ -41,7 +41,7 @@ class Scene:
     view: View
     places: tuple[np.ndarray, ...]
     offsets: tuple[sp.Expr, ...]
-    bare: frozenset[int]
+    without_x: frozenset[int]
     is_planar: bool
     frames: np.ndarray
     sparse: bool = False
@@ -56,85 +56,85 @@ class Scene:
         return self.view.is_end_on(self.axis(i))
 
     def is_beside(self, i: int) -> bool:
-        """Whether the glyph of joint i stands where no link runs: on its axis, away from the origin."""
+        """Whether the glyph of joint i stands on its axis beside the link, away from the origin."""
         start, place = self.bones.origins[i - 1], self.places[i - 1]
         along, reach = float((place - start) @ self.axis(i)), self.bones.corners[i - 1] - start
-        share = along / float(reach @ self.axis(i)) if _movable(self.bones, i - 1) else np.inf
+        share = along / float(reach @ self.axis(i)) if _is_movable(self.bones, i - 1) else np.inf
         return abs(along) > 1e-9 and not 0.0 <= share <= 1.0
 
 
 def scene(chain: Chain, bones: Skeleton, view: View, sparse: bool = False) -> Scene:
     """Return the scene with a free place for each glyph."""
     taken: list[np.ndarray] = []
-    order = sorted(range(chain.n), key=lambda i: _movable(bones, i) and i > 0)
+    order = sorted(range(chain.n), key=lambda i: _is_movable(bones, i) and i > 0)
     places: dict[int, np.ndarray] = {}
     for i in order:
-        places[i] = _free(bones, view, i, taken)
+        places[i] = _free_place(bones, view, i, taken)
         taken.append(places[i])
     standing = tuple(places[i] for i in range(chain.n))
-    flat, frames = is_flat(chain), told_frames(chain, bones)
-    bare = frozenset[int]() if flat or _has_room(chain) else _bare(frames[:, :3, 3])
+    flat, frames = is_flat(chain), convention_frames(chain, bones)
+    bare = frozenset[int]() if flat or _has_room(chain) else _crowded_frames(frames[:, :3, 3])
     if sparse:
         bare = frozenset(range(1, chain.n))
-    home = told_pose(chain, {q.name: 0.0 for q in chain.q})
+    home = entries_of_pose(chain, {q.name: 0.0 for q in chain.q})
     is_home = bool(np.allclose(bones.entries, home, atol=1e-9))
     return Scene(chain, bones, view, standing, chain.offsets, bare, flat, frames, sparse, is_home)
 
 
-def told_frames(chain: Chain, bones: Skeleton) -> np.ndarray:
-    """Return the frames that an arm's convention puts on its links (n+1 x 4 x 4)."""
+def convention_frames(chain: Chain, bones: Skeleton) -> np.ndarray:
+    """Return the link frames of an arm by its convention (n+1 x 4 x 4)."""
     convention = convention_of(chain)
-    place = np.zeros(3) if convention.base.is_world else bones.origins[0]  # as far from the world as the arm is drawn
+    place = np.zeros(3) if convention.base.is_world else bones.origins[0]  # at the drawn distance from the world
     return convention.frames_in_numbers(bones.frames, bones.corners, place)
 
 
-def _movable(bones: Skeleton, i: int) -> bool:
-    """Whether a link runs along the axis of joint i, on which its glyph may slide."""
+def _is_movable(bones: Skeleton, i: int) -> bool:
+    """Whether a link runs along the axis of joint i, so that its glyph can be moved along the link."""
     return bool(np.linalg.norm(bones.corners[i] - bones.origins[i]) > 1e-6)
 
 
 def _has_room(chain: Chain) -> bool:
-    """Whether all x axes are drawn, though too many start at one point: a wrist's, in frames on its joints' axes."""
+    """Whether all x axes are drawn even if many start at one point, as for a wrist in modified DH."""
     return convention_of(chain).has_frames_of_joints and chain.n <= FEW
 
 
-def _bare(origins: np.ndarray) -> frozenset[int]:
-    """Return the frames between others at one origin, but the first and the last frame of the arm."""
+def _crowded_frames(origins: np.ndarray) -> frozenset[int]:
+    """Return the frames that share their origin with at least two others, except the arm's first and last frame."""
     apart = np.linalg.norm(origins[:, None] - origins[None], axis=2)
     crowded = np.sum(apart < 1e-6, axis=1) > 2
     return frozenset(i for i in range(1, len(crowded) - 1) if crowded[i])
 
 
-def _free(bones: Skeleton, view: View, i: int, taken: list[np.ndarray]) -> np.ndarray:
+def _free_place(bones: Skeleton, view: View, i: int, taken: list[np.ndarray]) -> np.ndarray:
     origin, along = bones.origins[i], bones.corners[i] - bones.origins[i]
     z = bones.frames[i, :3, 2]
     spots = [origin + share * along for share in (0.0, 0.45, 0.6, 0.3)]
     if not view.is_end_on(z):
         steps: tuple[float, ...] = (-APART, APART) if i == 0 else (APART, -APART)
-        if not _movable(bones, i) and is_point(bones):
+        if not _is_movable(bones, i) and is_point(bones):
             steps = (-AWAY, AWAY) if i == 0 else (AWAY, AWAY / 2, -AWAY, -AWAY / 2)
         spots += [origin + step / view.scale * z for step in (*steps, 2 * steps[0], 2 * steps[1])]
         if i == 0 and _shares_origin(bones):
             spots = spots[4:]
     for spot in spots:
         place = view.px(spot)
-        if all(math.dist(place, view.px(other)) >= APART - 3 for other in taken):
+        if all(math.dist(place, view.px(taken_place)) >= APART - 3 for taken_place in taken):
             return np.asarray(spot)
     return np.asarray(spots[0])
 
 
 def is_point(bones: Skeleton) -> bool:
-    """Whether the arm has no link at all, as a wrist has none."""
+    """Whether the arm has no links, like a wrist."""
     return bool(np.ptp(np.vstack([bones.origins, bones.corners, bones.path]), axis=0).max() < 1e-6)
 
 
 def _shares_origin(bones: Skeleton) -> bool:
-    """Whether joint 2 stands on joint 1 and neither can make way along a link."""
+    """Whether joints 1 and 2 have the same origin and neither can be moved along a link."""
     apart = np.linalg.norm(bones.origins[1] - bones.origins[0])
-    return len(bones.corners) > 1 and bool(apart < 1e-6) and not (_movable(bones, 0) or _movable(bones, 1))
+    return len(bones.corners) > 1 and bool(apart < 1e-6) and not (_is_movable(bones, 0) or _is_movable(bones, 1))
 
 
-def link(scene: Scene, i: int) -> Drawn:
+def link(scene: Scene, i: int) -> Drawing:
     """Return the bars of link i, with its lengths and, if it carries P, the way to P."""
     bones, joint = scene.bones, scene.chain.joints[i - 1]
     start, corner, end = bones.origins[i - 1], bones.corners[i - 1], bones.origins[i]
@@ -150,16 +150,16 @@ def link(scene: Scene, i: int) -> Drawn:
         shapes += _bar(scene.view, [start, corner, end], "link")
         labels += _length(scene.view, start, corner, magnitude(joint.d))
     labels += _length(scene.view, corner, end, magnitude(joint.a))
-    return Drawn(shapes, tuple(labels))
+    return Drawing(shapes, tuple(labels))
 
 
-def way_to_point(scene: Scene) -> Drawn:
+def way_to_point(scene: Scene) -> Drawing:
     """Return the bar from O_k to the point P, with its lengths."""
     path = scene.bones.path
     labels: list[Request] = []
     for k, value in enumerate(scene.chain.point.offset):
         labels += _length(scene.view, path[k], path[k + 1], magnitude(value))
-    return Drawn(_bar(scene.view, list(path), "link"), tuple(labels))
+    return Drawing(_bar(scene.view, list(path), "link"), tuple(labels))
 
 
 def _bar(view: View, points: list[np.ndarray], style: str) -> tuple[Shape, ...]:
@@ -175,10 +175,10 @@ def _length(view: View, start: np.ndarray, end: np.ndarray, pieces: tuple[TextRu
     """Return a label beside the middle of a straight piece, on either side of it."""
     if np.linalg.norm(end - start) < 1e-9:
         return []
-    return [Request(pieces, beside(view.px(start), view.px(end)), gap=8.0, rank=1)]
+    return [Request(pieces, anchors_beside(view.px(start), view.px(end)), gap=8.0, rank=1)]
 
 
-def beside(first: Pair, second: Pair) -> tuple[tuple[Pair, Pair], ...]:
+def anchors_beside(first: Pair, second: Pair) -> tuple[tuple[Pair, Pair], ...]:
     """Return anchors along a drawn line, with directions to both of its sides."""
     dx, dy = second[0] - first[0], second[1] - first[1]
     size = max(math.hypot(dx, dy), 1e-9)
@@ -190,22 +190,22 @@ def beside(first: Pair, second: Pair) -> tuple[tuple[Pair, Pair], ...]:
     return tuple((spot, side) for spot in spots for side in (up, down))
 
 
-def joint(scene: Scene, i: int) -> Drawn:
+def joint(scene: Scene, i: int) -> Drawing:
     """Return the glyph of joint i."""
     kind, place, z, view = scene.chain.joints[i - 1].kind, scene.places[i - 1], scene.axis(i), scene.view
     shapes: tuple[Polyline | Circle, ...]
     if scene.is_flat(i) and kind == "R":
         center = view.px(place)
-        shapes = (Circle(center, JOINT, "joint-face"), *_seen_end_on(center, view.toward(z) > 0))
+        shapes = (Circle(center, JOINT, "joint-face"), *_end_on_mark(center, view.toward(z) > 0))
     elif kind == "R":
         shapes = cylinder(view, place, z, JOINT, HALF)
     else:
         half = min(SLEEVE, 0.4 * view.scale * float(np.linalg.norm(scene.bones.corners[i - 1] - place)))
         shapes = box(view, place, z, max(half, 8.0), 9.0 if scene.is_planar else 8.0)
-    return Drawn((Glyph(i, kind, shapes),))
+    return Drawing((Glyph(i, kind, shapes),))
 
 
-def _seen_end_on(center: Pair, out: bool) -> tuple[Polyline | Circle, ...]:
+def _end_on_mark(center: Pair, out: bool) -> tuple[Polyline | Circle, ...]:
     """Return a dot for an axis that comes out of the page, a cross for one that goes into it."""
     if out:
         return (Circle(center, 2.4, "dot"),)
@@ -216,7 +216,7 @@ def _seen_end_on(center: Pair, out: bool) -> tuple[Polyline | Circle, ...]:
     )
 
 
-def ground(scene: Scene) -> Drawn:
+def ground(scene: Scene) -> Drawing:
     """Return the hatched ground that carries the base: a line in a flat drawing, a plate in space."""
     view, frame = scene.view, scene.bones.frames[0]
     x, y, z, origin = frame[:3, 0], frame[:3, 1], frame[:3, 2], frame[:3, 3]
@@ -225,23 +225,25 @@ def ground(scene: Scene) -> Drawn:
     half = HALF if scene.chain.joints[0].kind == "R" else SLEEVE
     low = min(float((scene.places[0] - origin) @ z) * view.scale, 0.0) - half
     if scene.is_planar:
-        return Drawn(_hatched(view, origin + low / view.scale * z, x if view.lies_flat(x) else y, -z))
+        return Drawing(_hatched_line(view, origin + low / view.scale * z, x if view.lies_flat(x) else y, -z))
     size, middle = 28.0 / view.scale, origin + low / view.scale * z
     corners = [middle + size * (a * x + b * y) for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))]
     shapes: list[Shape] = [Polyline(view.path(corners), "plate", True)]
     for k in np.linspace(-1.5, 1.5, 9):  # the lines a + b = k of the square
         ends = [(min(1.0, k + 1), max(-1.0, k - 1)), (max(-1.0, k - 1), min(1.0, k + 1))]
         shapes.append(Polyline(view.path([middle + size * (a * x + b * y) for a, b in ends]), "hatch"))
-    return Drawn(tuple(shapes))
+    return Drawing(tuple(shapes))
 
 
-def _ground_line(view: View, origin: np.ndarray, x: np.ndarray, down: np.ndarray) -> Drawn:
+def _ground_line(view: View, origin: np.ndarray, x: np.ndarray, down: np.ndarray) -> Drawing:
     unit = 1.0 / view.scale
     foot = [origin, origin + unit * (24 * down - 13 * x), origin + unit * (24 * down + 13 * x)]
-    return Drawn((Polyline(view.path(foot), "pedestal", True), *_hatched(view, origin + unit * 24 * down, x, down)))
+    return Drawing(
+        (Polyline(view.path(foot), "pedestal", True), *_hatched_line(view, origin + unit * 24 * down, x, down))
+    )
 
 
-def _hatched(view: View, middle: np.ndarray, x: np.ndarray, down: np.ndarray) -> tuple[Shape, ...]:
+def _hatched_line(view: View, middle: np.ndarray, x: np.ndarray, down: np.ndarray) -> tuple[Shape, ...]:
     """Return a line along x with hatching below it."""
     unit = 1.0 / view.scale
     ticks = [
@@ -251,58 +253,54 @@ def _hatched(view: View, middle: np.ndarray, x: np.ndarray, down: np.ndarray) ->
     return (*ticks, Polyline(view.path([middle - unit * 30 * x, middle + unit * 30 * x]), "ground"))
 
 
-def joint_angle(scene: Scene, i: int) -> Drawn:
-    """Return the arc of theta_i from x_{i-1} to x_i about z_{i-1}, with dashed lines where no line is drawn yet."""
+def joint_angle(scene: Scene, i: int) -> Drawing:
+    """Return the arc of theta_i from x_{i-1} to x_i about z_{i-1}, with dashed lines for axes that are not drawn."""
     table, bones, view = scene.chain.joints[i - 1], scene.bones, scene.view
-    if (
-        table.kind != "R" or not convention_of(scene.chain).has_frames
-    ):  # there are no x axes from which it would be counted
-        return Drawn()
+    convention = convention_of(scene.chain)
+    if table.kind != "R" or not convention.has_frames:  # there are no x axes from which to measure it
+        return Drawing()
     angle = float(np.arctan2(np.sin(bones.entries[i - 1]), np.cos(bones.entries[i - 1])))
     x, y, center = bones.frames[i - 1, :3, 0], bones.frames[i - 1, :3, 1], scene.places[i - 1]
     label = with_offset(scene.chain.q[i - 1], scene.offsets[i - 1], angle=True)
     dashed = []
-    if (
-        np.linalg.norm(center - bones.origins[i - 1]) > 1e-9
-        or i - 1 in scene.bare
-        or convention_of(scene.chain).has_frames_of_joints
-    ):
+    is_apart = bool(np.linalg.norm(center - bones.origins[i - 1]) > 1e-9)
+    if is_apart or i - 1 in scene.without_x or convention.has_frames_of_joints:
         dashed.append(x)
     if np.linalg.norm(bones.corners[i - 1] - center) > 1e-9 or table.a == 0:
-        dashed.append(turned(x, y, angle))
+        dashed.append(direction_at(x, y, angle))
     radius = ARC[scene.is_planar] + (5.0 if i == 1 and not scene.is_planar else 0.0)
-    return arc(view, center, (x, y), angle, radius, Request(label, (), "angle")) + Drawn(
+    return arc(view, center, (x, y), angle, radius, Request(label, (), "angle")) + Drawing(
         tuple(Polyline(view.path([center, center + v * (radius + 14) / view.scale]), "dashed") for v in dashed)
     )
 
 
 def arc(
     view: View, center: np.ndarray, xy: tuple[np.ndarray, np.ndarray], angle: float, radius: float, label: Request
-) -> Drawn:
-    """Return an arc with an arrowhead from x towards y (sizes in pixels), labelled outside of it."""
+) -> Drawing:
+    """Return an arc with an arrowhead from x towards y (sizes in pixels), with its label outside."""
     count = max(8, int(abs(angle) * 12 + 1e-6))
     turns = angle * np.arange(count + 1)[:, None] / count
-    points = view.path(center + turned(*xy, turns) * radius / view.scale)
+    points = view.path(center + direction_at(*xy, turns) * radius / view.scale)
     anchors = []
     for share in (0.5, 0.35, 0.65, 0.2, 0.8):
-        out = turned(*xy, share * angle)
+        out = direction_at(*xy, share * angle)
         anchors.append((view.px(center + out * radius / view.scale), view.heading(out)))
     reach = points[:: max(1, count // 8)]
     request = Request(label.pieces, tuple(anchors), label.style, gap=4.0, kind="angle", reach=reach)
-    return Drawn(tip(points, "arc", 7.0), (request,))
+    return Drawing(tip(points, "arc", 7.0), (request,))
 
 
-def slide(scene: Scene, i: int) -> Drawn:
-    """Return the dimension line of a prismatic joint, from O_{i-1} along z_{i-1} to where d_i ends."""
+def slide(scene: Scene, i: int) -> Drawing:
+    """Return the dimension line of d_i of a prismatic joint, from O_{i-1} along z_{i-1}."""
     if scene.chain.joints[i - 1].kind != "P" or not convention_of(scene.chain).has_frames:
-        return Drawn()
+        return Drawing()
     start, end = scene.bones.origins[i - 1], scene.bones.corners[i - 1]
     moved = np.linalg.norm(scene.places[i - 1] - start) > 1e-9  # then there is a joint with its arc at O_{i-1}
     label = with_offset(scene.chain.q[i - 1], scene.offsets[i - 1], angle=False)
     return dimension(scene, start, end, label, ARC[scene.is_planar] + 9.0 if moved else 23.0)
 
 
-def dimension(scene: Scene, start: np.ndarray, end: np.ndarray, label: tuple[TextRun, ...], away: float) -> Drawn:
+def dimension(scene: Scene, start: np.ndarray, end: np.ndarray, label: tuple[TextRun, ...], away: float) -> Drawing:
     """Return a dimension line between two points (3, m), `away` pixels aside, on the side without the arm."""
     view, side = scene.view, _side(scene, start, end) / scene.view.scale
     first, second = view.path([point + side * away for point in (start, end)])
@@ -311,16 +309,16 @@ def dimension(scene: Scene, start: np.ndarray, end: np.ndarray, label: tuple[Tex
         Polyline(view.path([point + side * 6.0, point + side * (away + 5.0)]), "extension") for point in (start, end)
     )
     arrows = (*tip((middle, first), "dimension", 7.0), *tip((middle, second), "dimension", 7.0))
-    anchors = tuple((spot, view.heading(side)) for spot, _ in beside(first, second)[::2])
-    return Drawn((*lines, *arrows), (Request(label, anchors, gap=4.0),))
+    anchors = tuple((spot, view.heading(side)) for spot, _ in anchors_beside(first, second)[::2])
+    return Drawing((*lines, *arrows), (Request(label, anchors, gap=4.0),))
 
 
 def _side(scene: Scene, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """Return the unit vector square to a line, in the plane of the drawing, that leads away from the arm."""
+    """Return the unit vector perpendicular to a line, in the plane of the drawing, that points away from the arm."""
     toward = scene.view.axes[2]
     side = np.cross(toward, end - start)
     if np.linalg.norm(side) < 1e-9:
-        side = across(toward)[0]
+        side = perpendicular_vectors(toward)[0]
     side = side / np.linalg.norm(side)
     middle = np.mean(np.vstack([scene.bones.origins, scene.bones.corners]), axis=0)
     return np.asarray(-side if float(side @ (middle - start)) > 1e-9 else side)

@@ -1,7 +1,7 @@
-"""From which side an arm in a told pose is looked at: where its joints and axes are drawn apart.
+"""The view of an arm in a given pose: the one that separates joints and axes best.
 
-A pose that is told can't be chosen, as that of the arm's own figure is; what can be chosen is where the reader stands.
-The sides are turns of the usual view about the upright axis, from a few heights, so that up stays up.
+The pose is fixed, unlike the pose of the arm's own figure, so the view is chosen instead. The views are rotations of
+the usual view about the vertical axis, from a few heights, so that up stays up.
 """
 
 import itertools
@@ -13,19 +13,19 @@ from qdot.exercises.figure.plane import SPACE, axonometric
 from qdot.exercises.figure.pose import ROOM, clearance, segments, skeletons
 
 AZIMUTHS, ELEVATIONS = range(0, 360, 15), (24, 12, 40)
-"""Degrees from the usual view, and above the horizon."""
+"""Angles from the usual view, and above the horizon, in degrees."""
 NEAR, REACH = 44.0, 54.0
-"""Pixels below which two origins or ends of axes crowd each other, and the length of an axis."""
+"""Distance in pixels below which two origins or ends of axes crowd each other, and length of an axis."""
 SEEN = 0.45
-"""The part of a z axis that should be seen."""
+"""The share of a z axis that should be visible."""
 USUAL = 0.3
-"""What the usual view is liked better, as the arm's own figure is drawn in it."""
+"""Bonus for the usual view, because the arm's own figure has it."""
 
 
-def sides(drawn: Chain, entries: np.ndarray, count: int) -> list[np.ndarray]:
+def best_views(drawn: Chain, entries: np.ndarray, count: int) -> list[np.ndarray]:
     """Return the `count` best views (right, up, towards the reader; 3 x 3) of an arm with numbers, the best first.
 
-    `entries` (n) are those of the table. Scores are rounded: a tie goes to the same view on every machine.
+    `entries` (n) are those of the table. Scores are rounded, so that ties are broken alike on every machine.
     """
     turns = itertools.product(ELEVATIONS, AZIMUTHS)
     views = np.array([axonometric(np.radians(36.0 + turn), np.radians(height)) for height, turn in turns])
@@ -36,7 +36,7 @@ def sides(drawn: Chain, entries: np.ndarray, count: int) -> list[np.ndarray]:
 
 
 def _scores(drawn: Chain, entries: np.ndarray, views: np.ndarray) -> np.ndarray:
-    """Return how well an arm is seen in views (k x 3 x 3): its links, its origins, its z axes."""
+    """Return how clearly views (k x 3 x 3) show the links, the origins and the z axes of an arm."""
     frames, corners, path = skeletons(drawn, entries[None])
     pieces = segments(frames, corners, path, drawn.point.frame)[0]
     flat = np.einsum("spx,kyx->kspy", pieces, views[:, :2])
@@ -50,13 +50,13 @@ def _scores(drawn: Chain, entries: np.ndarray, views: np.ndarray) -> np.ndarray:
     clear = np.clip(clearance(np.concatenate([flat, last], axis=1), 1) * scale / 50, 0, 1)
     short = np.minimum(np.linalg.norm(ways, axis=2) / SEEN, 1)
     behind = np.round(views[:, 2] @ z[0], 6) < 0  # the wall that carries the arm hides it
-    return np.asarray(2.0 * clear + 0.6 * (short - 1).sum(axis=1) - _crowd(origins, z, places, ways) - behind)
+    return np.asarray(2.0 * clear + 0.6 * (short - 1).sum(axis=1) - _count_crowded(origins, z, places, ways) - behind)
 
 
-def _crowd(origins: np.ndarray, z: np.ndarray, places: np.ndarray, ways: np.ndarray) -> np.ndarray:
-    """Return how many pairs of origins and ends of z axes are drawn at nearly one place (k); more for two origins.
+def _count_crowded(origins: np.ndarray, z: np.ndarray, places: np.ndarray, ways: np.ndarray) -> np.ndarray:
+    """Return a weighted count of pairs of origins and ends of z axes that are drawn close together (k).
 
-    Given are both in the world (n+1 x 3), and how they are drawn (k x n+1 x 2). What is at one place is left out.
+    The arguments are both in the world (n+1 x 3) and in the drawing (k x n+1 x 2). Coincident points don't count.
     """
     spots = np.concatenate([origins, origins + 0.37 * z])
     drawn, count = np.concatenate([places, places + REACH * ways], axis=1), len(origins)

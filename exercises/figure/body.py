@@ -1,4 +1,4 @@
-"""The arm by itself, without frames and lettering, and the view that fits a drawing into its box."""
+"""The arm without frames and lettering, and the view that fits a drawing into its box."""
 
 from collections.abc import Callable
 
@@ -9,14 +9,14 @@ from qdot.exercises.figure.arm import Scene, ground, joint, link, way_to_point
 from qdot.exercises.figure.plane import camera
 from qdot.exercises.figure.pose import Skeleton
 from qdot.exercises.figure.shapes import Circle, Glyph, Pair, Shape
-from qdot.exercises.figure.view import Drawn, View
+from qdot.exercises.figure.view import Drawing, View
 
 
-def body(stage: Scene) -> Drawn:
+def body(stage: Scene) -> Drawing:
     """Return ground, links and joints from back to front, with the lengths of the links."""
     chain, bones, view = stage.chain, stage.bones, stage.view
     hides = not stage.is_planar and view.toward(bones.frames[0, :3, 2]) < -1e-9
-    part = Drawn() if hides else ground(stage)
+    part = Drawing() if hides else ground(stage)
     for i in range(1, chain.n + 1):
         along = view.toward(bones.corners[i - 1] - bones.origins[i - 1])
         pair = [joint(stage, i), link(stage, i)]
@@ -28,19 +28,19 @@ def body(stage: Scene) -> Drawn:
     return part
 
 
-def fitted(
+def fit_drawing(
     chain: Chain,
     bones: Skeleton,
-    draw: Callable[[View], Drawn],
+    draw: Callable[[View], Drawing],
     room: Pair,
     size: Pair,
     margin: Pair,
     axes: np.ndarray | None = None,
-) -> tuple[Drawn, View]:
-    """Return what is drawn and the view in which that is: fitted into `size` less `margin` on each side.
+) -> tuple[Drawing, View]:
+    """Return a drawing that fits into `size` less `margin` on each side, and its view.
 
-    The skeleton takes `room` at most. `axes` are the view's directions right, up and towards the reader (rows), if it
-    is not the usual one.
+    The skeleton takes at most `room`. `axes` are the view's directions right, up and towards the reader (rows), if it
+    is not the usual view.
     """
     view = _first_view(chain, bones, room, camera(chain) if axes is None else axes)
     for _ in range(3):
@@ -51,7 +51,7 @@ def fitted(
         by = (size[0] / 2 - (low[0] + high[0]) / 2, size[1] / 2 - (low[1] + high[1]) / 2)
         shift = (by[0] + view.shift[0], by[1] + view.shift[1])
         if shrink >= 0.999:
-            return part.moved(by), View(view.axes, view.scale, shift)
+            return part.shift(by), View(view.axes, view.scale, shift)
         view = View(view.axes, view.scale * shrink, shift)
     return draw(view), view
 

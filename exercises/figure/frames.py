@@ -6,24 +6,36 @@ from itertools import combinations
 import numpy as np
 
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.figure.arm import Scene, arc, beside, dimension, is_point
+from qdot.exercises.figure.arm import Scene, anchors_beside, arc, dimension, is_point
 from qdot.exercises.figure.labels import Request
-from qdot.exercises.figure.pose import told_pose
-from qdot.exercises.figure.shapes import Circle, Pair, Polyline, Shape, TextRun, magnitude, roman, signed, symbol
-from qdot.exercises.figure.view import Drawn, View, arrow
+from qdot.exercises.figure.pose import entries_of_pose
+from qdot.exercises.figure.shapes import (
+    Circle,
+    Pair,
+    Polyline,
+    Shape,
+    TextRun,
+    magnitude,
+    roman,
+    sign_and_lettering,
+    symbol,
+)
+from qdot.exercises.figure.view import Drawing, View, arrow
 
 AXIS = {True: 52.0, False: 54.0}
-"""Pixels: length of a frame's axis in a flat drawing and in space."""
+"""Length of a frame's axis in a flat drawing and in space, in pixels."""
 BODY = 44.0
-"""The same of the body frame, whose axes are those of the space frame once more."""
+"""Length of the axes of the body frame, which are parallel to those of the space frame."""
 LONG = 96.0
-"""The same in the drawing of an arm that has no links."""
+"""Length of an axis of an arm without links."""
 NAMES = "xyz"
 ROOMY, TOUCHING, CROWDED_COST = 34.0, 12.0, 120.0
-"""Pixels between two origins, and between one and an axis of the world, below which they cost, at most so much."""
+"""Distance in pixels between two origins, and from an origin to an axis of the world, below which they cost, and the
+maximum cost.
+"""
 
 
-def axes(scene: Scene) -> Drawn:
+def axes(scene: Scene) -> Drawing:
     """Return the axes of frames 0 ... n; axes that coincide are drawn once, with all their names."""
     if not convention_of(scene.chain).has_frames:
         return _joint_axes(scene)
@@ -35,25 +47,25 @@ def axes(scene: Scene) -> Drawn:
         for k, name in enumerate(NAMES):
             axis, origin = frame[:3, k], frame[:3, 3]
             shown = view.lies_flat(axis) if flat else name != "y" or (i == 0 and base.is_world)
-            if not shown or (i in scene.bare and (name == "x" or (name == "y" and scene.sparse))):
+            if not shown or (i in scene.without_x and (name == "x" or (name == "y" and scene.sparse))):
                 continue
             key = tuple(round(part) for part in (*(origin * view.scale / 2).tolist(), *(axis * 10).tolist()))
             before = drawn[key][3] + roman(", ") if key in drawn else ()
             drawn.setdefault(key, (origin, axis, name, ()))
             drawn[key] = (*drawn[key][:3], (*before, *symbol(name, str(i))))
-    part = Drawn()
+    part = Drawing()
     for origin, axis, name, pieces in drawn.values():
         part += _axis(view, origin, axis, name, pieces, length)
     return part
 
 
-def _joint_axes(scene: Scene) -> Drawn:
-    """Return the direction of every joint where its glyph stands: an arrow, or its name alone where it is end-on.
+def _joint_axes(scene: Scene) -> Drawing:
+    """Return the direction of every joint at its glyph: an arrow, or only its name if it is seen end-on.
 
-    The name has a prime where the arm does not stand at home.
+    The name has a prime if the arm is not at home.
     """
-    view, part = scene.view, Drawn()
-    home = told_pose(scene.chain, {q.name: 0.0 for q in scene.chain.q})
+    view, part = scene.view, Drawing()
+    home = entries_of_pose(scene.chain, {q.name: 0.0 for q in scene.chain.q})
     moved = () if np.allclose(scene.bones.entries, home) else roman("′")
     for i, joint in enumerate(scene.chain.joints, 1):
         name, axis, place = symbol("ω" if joint.kind == "R" else "v", str(i)), scene.axis(i), scene.places[i - 1]
@@ -63,35 +75,35 @@ def _joint_axes(scene: Scene) -> Drawn:
             continue
         spot = view.px(place)
         wishes = tuple((spot, wish) for wish in ((0.7, -0.7), (-0.7, -0.7), (0.7, 0.7), (-0.7, 0.7)))
-        part += Drawn((), (Request(name, wishes, "z", gap=13.0, rank=2, kind="axis"),))
+        part += Drawing((), (Request(name, wishes, "z", gap=13.0, rank=2, kind="axis"),))
     return part
 
 
 def _axis(
     view: View, origin: np.ndarray, axis: np.ndarray, name: str, pieces: tuple[TextRun, ...], length: float
-) -> Drawn:
+) -> Drawing:
     end = origin + axis * length / view.scale
     reach = view.path([origin + share * (end - origin) for share in (0.85, 0.7, 0.55)])
     request = Request(pieces, ((view.px(end), view.heading(axis)),), name, gap=3.0, rank=2, kind="axis", reach=reach)
-    return Drawn(arrow(view, origin, end, f"axis-{name}"), (request,))
+    return Drawing(arrow(view, origin, end, f"axis-{name}"), (request,))
 
 
-def body_frame(scene: Scene) -> Drawn:
-    """Return the body frame {b} in P of an arm that is told by its axes, at home, where it is parallel to {s}.
+def body_frame(scene: Scene) -> Drawing:
+    """Return the body frame {b} at P of an arm described by its axes, at home, where it is parallel to {s}.
 
-    In another configuration, or where P is not on the last link, none is drawn. In the world's origin, it is named
+    In another configuration, or if P is not on the last link, it is not drawn. At the world's origin, its names stand
     beside the axes of {s}.
     """
     if not has_body_frame(scene) or _is_at_world(scene):
-        return Drawn()
-    view, point, part = scene.view, scene.bones.path[-1], Drawn()
+        return Drawing()
+    view, point, part = scene.view, scene.bones.path[-1], Drawing()
     for k in [k for k in range(3) if not scene.is_planar or view.lies_flat(np.eye(3)[k])]:
         part += _axis(view, point, np.eye(3)[k], "w", symbol(NAMES[k], "b"), BODY)
     return part
 
 
 def has_body_frame(scene: Scene) -> bool:
-    """Whether the body frame is drawn, or named: at home, if P is on the last link."""
+    """Whether the body frame is drawn or named: at home, if P is on the last link."""
     return not convention_of(scene.chain).has_frames and scene.is_home and scene.chain.point.frame == scene.chain.n
 
 
@@ -99,17 +111,17 @@ def _is_at_world(scene: Scene) -> bool:
     return float(np.linalg.norm(scene.bones.path[-1])) * scene.view.scale < 1.0
 
 
-def origins(scene: Scene) -> Drawn:
-    """Return the names of the origins O_0 ... O_n and the point P, those that coincide in one label."""
+def origins(scene: Scene) -> Drawing:
+    """Return the names of the origins O_0 ... O_n and of P; coincident points share a label."""
     names: list[tuple[np.ndarray, tuple[TextRun, ...]]] = []
     point = scene.bones.path[-1]
-    shown = [] if not convention_of(scene.chain).has_frames else list(enumerate(scene.frames[:, :3, 3]))
+    shown = list(enumerate(scene.frames[:, :3, 3])) if convention_of(scene.chain).has_frames else []
     body = roman(", {b}") if has_body_frame(scene) else ()
     marks = [(point, (*symbol("P"), *body))] + [(o, symbol("O", str(i))) for i, o in shown]
     for place, pieces in marks:
-        for k, (other, before) in enumerate(names):
-            if np.linalg.norm(place - other) * scene.view.scale < 1.0:
-                names[k] = (other, (*before, *roman(" = "), *pieces))
+        for k, (earlier_place, before) in enumerate(names):
+            if np.linalg.norm(place - earlier_place) * scene.view.scale < 1.0:
+                names[k] = (earlier_place, (*before, *roman(" = "), *pieces))
                 break
         else:
             names.append((place, pieces))
@@ -119,63 +131,63 @@ def origins(scene: Scene) -> Drawn:
         wishes = tuple((spot, wish) for wish in ((0.6, 0.8), (-0.6, 0.8), (0.7, -0.7), (-0.7, -0.7)))
         labels.append(Request(pieces, wishes, gap=11.0, rank=1 if number == 0 else 3, kind="origin"))
     dot = (Circle(scene.view.px(point), 4.6, "point"),)
-    return Drawn(dot, tuple(labels))
+    return Drawing(dot, tuple(labels))
 
 
 def crowding(scene: Scene) -> tuple[float, float]:
-    """Return what it costs that origins are drawn at nearly one place: those of the arm, and the world's with those.
+    """Return the cost of origins that are drawn close together: the arm's among themselves, and the world's with them.
 
-    An origin upon an axis of the world frame costs too. 0 means that all are apart.
+    An origin on an axis of the world frame costs, too. 0 means that all are apart.
     """
     view, base = scene.view, convention_of(scene.chain).base
-    spots = [view.px(place) for place in _distinct(scene)]
-    own = sum(_nearly(math.dist(p, q), ROOMY) for p, q in combinations(spots, 2))
+    spots = [view.px(place) for place in _distinct_origins(scene)]
+    arm_cost = sum(_closeness_cost(math.dist(p, q), ROOMY) for p, q in combinations(spots, 2))
     if not any(base.position):
-        return own, 0.0
+        return arm_cost, 0.0
     world, cost = view.px(np.zeros(3)), 0.0
     for axis in [axis for axis in np.eye(3) if not scene.is_planar or view.lies_flat(axis)]:
         end = view.px(AXIS[scene.is_planar] / view.scale * axis)
-        cost += sum(_nearly(_distance(spot, world, end), TOUCHING) for spot in spots)
-    return own, cost + sum(_nearly(math.dist(spot, world), ROOMY) for spot in spots)
+        cost += sum(_closeness_cost(_distance(spot, world, end), TOUCHING) for spot in spots)
+    return arm_cost, cost + sum(_closeness_cost(math.dist(spot, world), ROOMY) for spot in spots)
 
 
-def _nearly(distance: float, room: float) -> float:
+def _closeness_cost(distance: float, room: float) -> float:
     return CROWDED_COST * max(0.0, 1.0 - distance / room)
 
 
 def _distance(point: Pair, start: Pair, end: Pair) -> float:
-    """Return the distance of a point from a piece of a line."""
+    """Return the distance of a point from a line segment."""
     (x, y), (u, v) = (point[0] - start[0], point[1] - start[1]), (end[0] - start[0], end[1] - start[1])
     share = min(max((x * u + y * v) / (u * u + v * v), 0.0), 1.0)
     return math.hypot(x - share * u, y - share * v)
 
 
-def _distinct(scene: Scene) -> list[np.ndarray]:
-    """Return the origins of the arm's frames (3, m), once where the table says that they are one."""
+def _distinct_origins(scene: Scene) -> list[np.ndarray]:
+    """Return the distinct origins of the arm's frames (3, m), according to the table."""
     rows, places = convention_of(scene.chain).rows, scene.frames[:, :3, 3]
     apart = [True, *(row.kind == "P" or row.a != 0 or row.d != 0 for row in rows)]
     return [place for place, is_new in zip(places, apart, strict=True) if is_new]
 
 
-def page_normals(scene: Scene) -> Drawn:
-    """Return the names of the z axes seen end-on, where some z axis of a flat drawing points otherwise than to us."""
+def page_normals(scene: Scene) -> Drawing:
+    """Return the names of z axes seen end-on, if not all z axes of a flat drawing point towards the reader."""
     view, n = scene.view, scene.chain.n
     signs = [view.toward(frame[:3, 2]) for frame in scene.frames]
     if not scene.is_planar or min(signs) > 0.9 or not convention_of(scene.chain).has_frames:
-        return Drawn()
-    labels, named = [], range(n) if min(map(abs, signs)) > 0.9 else range(n + 1)
+        return Drawing()
+    labels, labelled = [], range(n) if min(map(abs, signs)) > 0.9 else range(n + 1)
     if convention_of(scene.chain).has_frames_of_joints:
-        named = range(1, n + 1)
-    for i in named:
+        labelled = range(1, n + 1)
+    for i in labelled:
         if abs(signs[i]) > 0.9:
             spot = view.px(scene.frames[i, :3, 3])
             wishes = tuple((spot, wish) for wish in ((-0.7, -0.7), (0.7, 0.7), (-0.7, 0.7), (0.7, -0.7)))
             labels.append(Request(symbol("z", str(i)), wishes, "z", gap=11.0, rank=2, kind="axis"))
-    return Drawn((), tuple(labels))
+    return Drawing((), tuple(labels))
 
 
-def world(scene: Scene) -> Drawn:
-    """Return the world frame, the base's position in it as dashed legs, and the base's yaw; nothing if they agree."""
+def world(scene: Scene) -> Drawing:
+    """Return the world frame, the base's position as dashed lines, and the base's yaw; nothing if the frames agree."""
     view, base = scene.view, convention_of(scene.chain).base
     by_axes = not convention_of(scene.chain).has_frames
     if base.is_world and not by_axes:
@@ -184,52 +196,52 @@ def world(scene: Scene) -> Drawn:
     place = scene.frames[0, :3, 3]
     apart = float(np.linalg.norm(place)) * view.scale > 1.0
     length = AXIS[scene.is_planar] + (0.0 if apart else 18.0)
-    part, corner = Drawn(), np.zeros(3)
+    part, corner = Drawing(), np.zeros(3)
     for k in [k for k in range(3) if not scene.is_planar or view.lies_flat(np.eye(3)[k])]:
         also = (*roman(", "), *symbol(NAMES[k], "b")) if has_body_frame(scene) and _is_at_world(scene) else ()
         part += _axis(view, np.zeros(3), np.eye(3)[k], "w", (*symbol(NAMES[k], name), *also), length)
         leg = np.eye(3)[k] * place[k]
         if scene.sparse:
-            part += Drawn((Polyline(view.path([corner, corner + leg]), "leg"),) if base.position[k] != 0 else ())
-        elif base.position[k] != 0 and _covered(scene, k):
+            part += Drawing((Polyline(view.path([corner, corner + leg]), "leg"),) if base.position[k] != 0 else ())
+        elif base.position[k] != 0 and _is_along_first_link(scene, k):
             part += dimension(scene, corner, corner + leg, magnitude(base.position[k]), 46.0)
         elif base.position[k] != 0:
             line = Polyline(view.path([corner, corner + leg]), "leg")
-            wishes = beside(*view.path([corner, corner + leg]))
-            part += Drawn((line,), (Request(magnitude(base.position[k]), wishes, "text", gap=4.0, rank=1),))
+            wishes = anchors_beside(*view.path([corner, corner + leg]))
+            part += Drawing((line,), (Request(magnitude(base.position[k]), wishes, "text", gap=4.0, rank=1),))
         corner = corner + leg
     if apart:
         spot = view.px(np.zeros(3))
         wishes = ((spot, (-0.7, 0.7)), (spot, (0.7, 0.7)))
-        part += Drawn((), (Request(symbol("O", name), wishes, gap=6.0, rank=3, kind="origin"),))
+        part += Drawing((), (Request(symbol("O", name), wishes, gap=6.0, rank=3, kind="origin"),))
     return part if by_axes else part + _yaw(scene, apart)
 
 
-def _first_length(scene: Scene) -> Drawn:
-    """Return a dashed leg from O_0 to the axis of joint 1, where the first row of a modified table has a length a_0."""
+def _first_length(scene: Scene) -> Drawing:
+    """Return a dashed line from O_0 to the axis of joint 1, if the first row of a modified table has a length a_0."""
     _, length = convention_of(scene.chain).from_standard(0)
     if length == 0:
-        return Drawn()
+        return Drawing()
     ends = scene.view.path([scene.frames[0, :3, 3], scene.bones.origins[0]])
-    labels = () if scene.sparse else (Request(magnitude(length), beside(*ends), "text", gap=4.0, rank=1),)
-    return Drawn((Polyline(ends, "leg"),), labels)
+    labels = () if scene.sparse else (Request(magnitude(length), anchors_beside(*ends), "text", gap=4.0, rank=1),)
+    return Drawing((Polyline(ends, "leg"),), labels)
 
 
-def _covered(scene: Scene, k: int) -> bool:
-    """Whether the leg along axis k of the world frame ends at O_0 and the first link runs along it."""
+def _is_along_first_link(scene: Scene, k: int) -> bool:
+    """Whether the dashed line along axis k of the world frame ends at O_0 and the first link runs along it."""
     rest, link = convention_of(scene.chain).base.position[k + 1 :], scene.bones.corners[0] - scene.bones.origins[0]
     return not any(rest) and abs(float(link[k])) > 0.99 * float(np.linalg.norm(link)) > 0
 
 
-def _yaw(scene: Scene, apart: bool) -> Drawn:
+def _yaw(scene: Scene, apart: bool) -> Drawing:
     base, view, frame = convention_of(scene.chain).base, scene.view, scene.frames[0]
     if base.yaw == 0 or scene.sparse:
-        return Drawn()
+        return Drawing()
     x, origin = frame[:3, 0], frame[:3, 3]
     angle = float(np.arctan2(x[1], x[0]))
     radius = AXIS[scene.is_planar] - 7.0
     end = origin + np.eye(3)[0] * (radius + 16) / view.scale
     dashed: tuple[Shape, ...] = (Polyline(view.path([origin, end]), "dashed"),) if apart else ()
-    sign, letters = signed(base.yaw, angle=True)
+    sign, letters = sign_and_lettering(base.yaw, angle=True)
     label = Request((*(roman("−") if sign == "−" else ()), *letters), (), "angle")
-    return Drawn(dashed) + arc(view, origin, (np.eye(3)[0], np.eye(3)[1]), angle, radius, label)
+    return Drawing(dashed) + arc(view, origin, (np.eye(3)[0], np.eye(3)[1]), angle, radius, label)

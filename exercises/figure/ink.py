@@ -1,4 +1,4 @@
-"""The lines of a drawing as points, sorted so that those in a box are counted fast."""
+"""The lines of a drawing as points, sorted so that the points in a box can be counted fast."""
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable
@@ -20,19 +20,24 @@ def _bits(count: int) -> tuple[int, ...]:
     return tuple(1 << k for k in range(count))
 
 
-def _sorted(values: np.ndarray) -> tuple[list[float], list[int]]:
-    """Return numbers in order, and for each count of them the set of the first: an integer with a bit for each."""
+def _sort_with_sets(values: np.ndarray) -> tuple[list[float], list[int]]:
+    """Return sorted numbers, and for each k the set of the indices of the k smallest, as the bits of an integer."""
     order = np.argsort(values)
     bits = _bits(1 << len(values).bit_length())
     return values[order].tolist(), [0, *accumulate(map(bits.__getitem__, order.tolist()), or_)]
 
 
 class Ink:
-    """Points on the lines of shapes, each with the room that its line takes around it."""
+    """Points on the lines of shapes, each with half the width of its line."""
 
     def __init__(self, shapes: Iterable[Shape]) -> None:
         x, y, half = samples(shapes).T
-        self._edges = (*_sorted(x - half), *_sorted(x + half), *_sorted(y - half), *_sorted(y + half))
+        self._edges = (
+            *_sort_with_sets(x - half),
+            *_sort_with_sets(x + half),
+            *_sort_with_sets(y - half),
+            *_sort_with_sets(y + half),
+        )
 
     def hits(self, box: Box) -> int:
         """Return how many points a box covers."""
@@ -55,10 +60,12 @@ def samples(shapes: Iterable[Shape]) -> np.ndarray:
                 half = HALF_WIDTH.get(inner.style, THIN)
                 points = (*inner.points, inner.points[0]) if inner.closed else inner.points
                 pieces += [(*start, *end, half) for start, end in pairwise(points)]
-    return np.concatenate([np.array(circles, dtype=float).reshape(-1, 3), _along(np.array(pieces).reshape(-1, 5))])
+    return np.concatenate(
+        [np.array(circles, dtype=float).reshape(-1, 3), _points_along(np.array(pieces).reshape(-1, 5))]
+    )
 
 
-def _along(pieces: np.ndarray) -> np.ndarray:
+def _points_along(pieces: np.ndarray) -> np.ndarray:
     """Return points on straight pieces given as x, y, x, y, half width (k x 5), ends included."""
     start, way, half = pieces[:, :2], pieces[:, 2:4] - pieces[:, :2], pieces[:, 4:]
     counts = np.maximum(1, np.ceil(np.hypot(*way.T) / 4 - 1e-6)).astype(int)
@@ -80,7 +87,7 @@ class Line:
         self._low, self._high = (min(x0, x1) - THIN, min(y0, y1) - THIN), (max(x0, x1) + THIN, max(y0, y1) + THIN)
 
     def is_near(self, box: Box) -> bool:
-        """Whether a box may have anything of the line in it."""
+        """Whether the line may pass through a box."""
         left, top, right, bottom = box
         return right > self._low[0] and left < self._high[0] and bottom > self._low[1] and top < self._high[1]
 
@@ -90,22 +97,24 @@ class Line:
         return sum(left < x < right and top < y < bottom for x, y in self._ink)
 
     def is_under(self, box: Box) -> bool:
-        """Whether a box lies on the line."""
+        """Whether a box covers points of the line."""
         left, top, right, bottom = box
         return any(left - 1 < x < right + 1 and top - 1 < y < bottom + 1 for x, y in self._points)
 
     def crosses(self, start: Pair, end: Pair) -> bool:
         """Whether the line crosses another one."""
-        return _apart(start, end, self.start, self.end) and _apart(self.start, self.end, start, end)
+        return _lie_on_both_sides(start, end, self.start, self.end) and _lie_on_both_sides(
+            self.start, self.end, start, end
+        )
 
 
-def _apart(start: Pair, end: Pair, first: Pair, second: Pair) -> bool:
-    """Whether two points lie on different sides of a line, clearly."""
-    one, other = _side(start, end, first), _side(start, end, second)
-    return (one < 0 < other) or (other < 0 < one)
+def _lie_on_both_sides(start: Pair, end: Pair, first: Pair, second: Pair) -> bool:
+    """Whether two points lie clearly on different sides of a line."""
+    first_side, second_side = _side(start, end, first), _side(start, end, second)
+    return (first_side < 0 < second_side) or (second_side < 0 < first_side)
 
 
 def _side(start: Pair, end: Pair, point: Pair) -> int:
-    """Return on which side of a line a point lies: the sign says it. Rounded: it is the same on every machine."""
+    """Return the side of a line on which a point lies, as a sign. Rounded, so that it is the same on every machine."""
     (x0, y0), (x1, y1), (x, y) = start, end, point
     return round(((x1 - x0) * (y - y0) - (y1 - y0) * (x - x0)) * 1000)

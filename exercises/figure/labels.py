@@ -1,7 +1,7 @@
-"""Where labels go: each at the best place near its anchor that covers neither lines nor other labels.
+"""Places labels: each at the best place near its anchor that covers neither lines nor other labels.
 
-A label should be nearer to what it names than to anything else of that kind; one that is not, or that stands far off,
-gets a thin line that leads to it.
+A label should be nearer to the thing that it names than to others of that kind; otherwise, or if it is far away, a
+thin leader line connects them.
 """
 
 import math
@@ -10,17 +10,17 @@ from dataclasses import dataclass, replace
 
 from qdot.exercises.figure.ink import Ink, Line
 from qdot.exercises.figure.places import Places
-from qdot.exercises.figure.shapes import FONT, Box, Pair, Polyline, Shape, Text, TextRun, runs, shifted
+from qdot.exercises.figure.shapes import FONT, Box, Pair, Polyline, Shape, Text, TextRun, runs, shift_points
 
 FAR = 15.0
-"""Pixels from which on a label gets a leader."""
+"""Distance in pixels from which a label gets a leader."""
 
 
 @dataclass(frozen=True)
 class Request:
-    """A label that wants to stand `gap` pixels from one of its anchors, each with a wished direction (y down).
+    """A label to place `gap` pixels from one of its anchors, each with a preferred direction (y down).
 
-    `kind` says what it names; near `reach`, further points of that thing, no other label of the kind should be.
+    `kind` is the kind of thing that it names; no other label of the kind should be near `reach`, more points of it.
     """
 
     pieces: tuple[TextRun, ...]
@@ -33,24 +33,24 @@ class Request:
 
     @property
     def spots(self) -> tuple[Pair, ...]:
-        """The points that are named."""
+        """The points that the label names."""
         return tuple(dict.fromkeys(spot for spot, _ in self.anchors))
 
-    def moved(self, by: Pair) -> "Request":
-        """Return the same label at another place."""
-        spots = shifted(tuple([spot for spot, _ in self.anchors]), by)
+    def shift(self, by: Pair) -> "Request":
+        """Return the label shifted by a vector."""
+        spots = shift_points(tuple([spot for spot, _ in self.anchors]), by)
         anchors = tuple([(spot, wish) for spot, (_, wish) in zip(spots, self.anchors, strict=True)])
-        return replace(self, anchors=anchors, reach=shifted(self.reach, by))
+        return replace(self, anchors=anchors, reach=shift_points(self.reach, by))
 
     @property
     def far(self) -> float:
-        """The distance, in pixels, from which on the label needs a leader."""
+        """The distance in pixels from which the label needs a leader."""
         return max(FAR, self.gap + FAR - 3.0)
 
 
 @dataclass(frozen=True)
 class Placement:
-    """The labels and what their places cost: 0 is perfect, 400 or more means that two overlap."""
+    """The labels and the cost of their places: 0 is perfect, 400 or more means that two overlap."""
 
     texts: tuple[Text, ...]
     leaders: tuple[Polyline, ...]
@@ -58,10 +58,10 @@ class Placement:
 
 
 class Layout:
-    """Labels among shapes in a box of width x height pixels; what does not depend on other labels is worked out once.
+    """Labels among shapes in a box of width x height pixels; costs that don't depend on other labels are cached.
 
-    They are placed greedily, those of lowest rank first. In each further round every label takes the place that is best
-    when all others stay where they are.
+    Labels are placed greedily, lowest rank first. In each further round every label moves to its best place while all
+    others stay.
     """
 
     def __init__(self, requests: Sequence[Request], shapes: Sequence[Shape], size: Pair) -> None:
@@ -69,10 +69,10 @@ class Layout:
         reaches = [(*request.spots, *request.reach) for request in requests]
         self._requests = requests
         self._places: list[Places] = []
-        for i, one in enumerate(requests):
-            alike = (k for k, other in enumerate(requests) if other.kind == one.kind and k != i)
+        for i, request in enumerate(requests):
+            alike = (k for k, another in enumerate(requests) if another.kind == request.kind and k != i)
             rivals = [point for k in alike for point in reaches[k]]
-            self._places.append(Places(one.pieces, one.anchors, one.gap, one.far, rivals, ink, size))
+            self._places.append(Places(request.pieces, request.anchors, request.gap, request.far, rivals, ink, size))
         self._order = sorted(range(len(requests)), key=lambda k: requests[k].rank)
         self._boxes: dict[int, Box] = {}
         self._costs: dict[int, float] = {}
@@ -80,13 +80,13 @@ class Layout:
         self._seen: dict[int, tuple[dict[int, Box], dict[int, Polyline]]] = {}
 
     def place_all(self, most: float = math.inf) -> bool:
-        """Put each label where it is best among the others as they are now: the first time among those before it.
+        """Move each label to its best place among the others, in the first round among those before it.
 
-        Whether they cost `most` together at most, when placed the first time; what costs more is not placed to the end.
+        Return whether they cost at most `most` together in the first round; a layout that costs more is abandoned.
         """
         for i in self._order:
             boxes = {k: box for k, box in self._boxes.items() if k != i}
-            led = self._leaders.pop(i, None)
+            leader = self._leaders.pop(i, None)
             leaders = {k: line.shape for k, line in self._leaders.items()}
             if self._seen.get(i) != (boxes, leaders):
                 others = list(boxes.values()), list(self._leaders.values())
@@ -94,20 +94,20 @@ class Layout:
                 if place is None:
                     return False
                 self._boxes[i], self._costs[i] = place
-                led = self._led(i)
+                leader = self._leader_of(i)
                 self._seen[i] = boxes, leaders
-            if led is not None:
-                self._leaders[i] = led
+            if leader is not None:
+                self._leaders[i] = leader
         return True
 
-    def _led(self, i: int) -> Line | None:
-        """Return the line that leads from a label to what it names, None where it needs none."""
+    def _leader_of(self, i: int) -> Line | None:
+        """Return the leader from a label to the thing that it names, None if it needs none."""
         box, places = self._boxes[i], self._places[i]
-        return Line(_leader(box, places.nearest(box)[1])) if places.needs_leader(box) else None
+        return Line(_leader_line(box, places.nearest(box)[1])) if places.needs_leader(box) else None
 
     @property
     def placement(self) -> Placement:
-        """The labels where they are now."""
+        """The labels at their current places."""
         texts = tuple(self._text(i) for i in self._order)
         return Placement(texts, tuple(line.shape for line in self._leaders.values()), self.cost)
 
@@ -118,12 +118,12 @@ class Layout:
 
     @property
     def cost(self) -> float:
-        """What the labels' places cost together."""
+        """The total cost of the labels' places."""
         return sum(self._costs.values())
 
 
-def _leader(box: Box, spot: Pair) -> Polyline:
-    """Return a line from the edge of a box to a little before a point."""
+def _leader_line(box: Box, spot: Pair) -> Polyline:
+    """Return a line from the edge of a box to just before a point."""
     (x, y), (left, top, right, bottom) = spot, box
     u, v = min(max(x, left), right), min(max(y, top + 2), bottom - 2)
     share = max(0.0, 1.0 - 2.5 / max(math.hypot(x - u, y - v), 1e-9))

@@ -1,4 +1,4 @@
-"""The places that one label may take, and which of them is best among all others' labels and leaders."""
+"""The possible places of one label, and the best of them among the other labels and leaders."""
 
 import math
 from collections.abc import Sequence
@@ -9,56 +9,56 @@ from qdot.exercises.figure.shapes import Box, Pair, TextRun, extent
 
 ROUND = tuple(sorted(range(-160, 181, 20), key=abs))
 FURTHER = (0.0, 6.0, 14.0, 26.0, 42.0, 60.0, 80.0)
-"""Where a label may stand: turned away from the wished direction (degrees), and further from the anchor (pixels)."""
+"""Possible places of a label: angles from the preferred direction (degrees), and extra distances (pixels)."""
 BOX_COST, OUTSIDE_COST = 400_00, 400_00
 LEADER_COST, CONFUSED_COST, CROSSED_COST = 14_00, 70_00, 120_00
 INK_COST, INKED, MORE_INK_COST = 14_00, 10, 1_00
-"""In hundredths: for each label that is overlapped, for a place outside of the figure; what a leader costs, and one
-that is needed because something else of the kind is nearer, and one that crosses another label or its leader, as a
-label does that lies on a leader; for each of the first points of lines that are covered, and more for each of all."""
+"""Costs in hundredths: for each overlapped label, and for a place outside of the figure; for a leader, more if it is
+needed because another thing of the kind is nearer, and more if it crosses a label or leader (or a label lies on a
+leader); for each of the first INKED points of covered lines, and for each covered point."""
 CLEARLY = 2.0
-"""By so many pixels its own thing should be nearer to a label than others of the kind."""
+"""A label should be nearer to its own thing than to others of the kind by this many pixels."""
 EDGE = 4.0
-"""Pixels that are kept free at the edge of the figure."""
+"""Width of the free margin at the edge of the figure, in pixels."""
 WAY = (0.1, 0.3, 0.5, 0.7, 0.9)
 
 
 _Turn = tuple[float, float]
 """Cosine and sine."""
-_Listed = tuple[int, int, int, float, _Turn]
-"""A place: what it costs by itself (hundredths), its number, which anchor it is at, how far from it, where around."""
+_PlaceEntry = tuple[int, int, int, float, _Turn]
+"""A place: its base cost (hundredths), number, anchor, extra distance, and direction."""
 
 
 @lru_cache(maxsize=64)
-def _order(anchors: int) -> tuple[_Listed, ...]:
-    """Return the places around so many anchors, the cheapest first."""
-    listed: list[_Listed] = []
+def _order(anchors: int) -> tuple[_PlaceEntry, ...]:
+    """Return the places around this many anchors, the cheapest first."""
+    entries: list[_PlaceEntry] = []
     for anchor in range(anchors):
         for further in FURTHER:
             for turn in map(math.radians, ROUND):
                 cost = round(100 * (1.2 * further + 9.0 * abs(turn) + 1.5 * anchor))
-                listed.append((cost, len(listed), anchor, further, (math.cos(turn), math.sin(turn))))
-    return tuple(sorted(listed))
+                entries.append((cost, len(entries), anchor, further, (math.cos(turn), math.sin(turn))))
+    return tuple(sorted(entries))
 
 
 class _Place:
-    """A place for a label, and what is known of it whatever other labels do: found out when it is asked for.
+    """A place for a label, with costs that don't depend on other labels, computed on demand.
 
-    `own` is what it costs by itself, `inked` with the lines that it covers, `least` as far as is known.
+    `base_cost` is the cost of the place itself, `inked` includes covered lines, `least` is the known lower bound.
     """
 
-    __slots__ = ("box", "end", "hits", "inked", "leader", "least", "own")
+    __slots__ = ("base_cost", "box", "end", "hits", "inked", "leader", "least")
 
-    def __init__(self, box: Box, own: int) -> None:
-        self.box, self.own, self.least = box, own, own
+    def __init__(self, box: Box, base_cost: int) -> None:
+        self.box, self.base_cost, self.least = box, base_cost, base_cost
         self.hits = self.leader = -1
-        self.inked, self.end = own, (0.0, 0.0)
+        self.inked, self.end = base_cost, (0.0, 0.0)
 
 
 class Places:
-    """The places of one label that stands `gap` pixels from one of its anchors, each with a wished direction.
+    """The places of one label `gap` pixels from one of its anchors, each with a preferred direction.
 
-    `far` is the distance from which on it needs a leader; `rivals` are points of other things of the kind.
+    `far` is the distance from which it needs a leader; `rivals` are points of other things of the kind.
     """
 
     def __init__(
@@ -84,22 +84,22 @@ class Places:
         self._all: Box | None = None
 
     def best(self, taken: Sequence[Box], lines: Sequence[Line], most: float) -> tuple[Box, float] | None:
-        """Return the cheapest box and its cost: places by what they cost by themselves, until none can be cheaper.
+        """Return the cheapest box and its cost among other labels' boxes (`taken`) and leaders (`lines`).
 
-        Around it are other labels' boxes and leaders. Costs are whole hundredths, and a tie goes to the place with the
-        least number, on every machine. Nothing is returned where all cost more than `most`.
+        Places are tried by their base cost until no further place can be cheaper. Costs are whole hundredths, and a
+        tie goes to the place with the smallest number, on every machine. Returns None if all cost more than `most`.
         """
         x0, y0, x1, y1 = self._reach
         taken = [box for box in taken if box[0] < x1 and box[2] > x0 and box[1] < y1 and box[3] > y0]
         room = [(left - 2, top - 1, right + 2, bottom + 1) for left, top, right, bottom in taken]
         known = self._known
         best, least = -1, math.ceil(100 * min(most, 1e9)) + 1
-        for own, number, anchor, further, turn in _order(len(self._anchors)):
-            if own > least or (own == least and number > best):
+        for base_cost, number, anchor, further, turn in _order(len(self._anchors)):
+            if base_cost > least or (base_cost == least and number > best):
                 break
             place = known.get(number)
             if place is None:
-                place = known[number] = self._place(own, anchor, further, turn)
+                place = known[number] = self._place(base_cost, anchor, further, turn)
             if place.least > least:
                 continue
             left, top, right, bottom = place.box
@@ -109,10 +109,10 @@ class Places:
                     over += BOX_COST
             if over + place.least > least:
                 continue
-            cost = over + self._inked(place, lines)
+            cost = over + self._cost_with_lines(place, lines)
             if cost <= least:
                 if place.leader < 0:
-                    self._find_out(place)
+                    self._evaluate_leader(place)
                 cost += place.leader
                 if place.leader and cost <= least and _is_crossed(place.box, place.end, taken, lines):
                     cost += CROSSED_COST
@@ -120,7 +120,7 @@ class Places:
                     best, least = number, cost
         return (known[best].box, least / 100) if best >= 0 else None
 
-    def _place(self, own: int, anchor: int, further: float, turn: _Turn) -> _Place:
+    def _place(self, base_cost: int, anchor: int, further: float, turn: _Turn) -> _Place:
         """Return the place whose box touches a circle of radius gap + further around the anchor from outside."""
         (w, h), (x, y, u, v), (cos, sin) = self._half, self._anchors[anchor], turn
         c, s = u * cos - v * sin, v * cos + u * sin
@@ -129,50 +129,50 @@ class Places:
         x, y = x + c * reach, y + s * reach
         box = left, top, right, bottom = x - w, y - h, x + w, y + h
         inside = left >= EDGE and top >= EDGE and right <= self._right and bottom <= self._bottom
-        return _Place(box, own if inside else own + OUTSIDE_COST)
+        return _Place(box, base_cost if inside else base_cost + OUTSIDE_COST)
 
-    def _inked(self, place: _Place, lines: Sequence[Line]) -> int:
-        """Return what a place costs by itself and with the lines that it covers, other labels' leaders among them."""
+    def _cost_with_lines(self, place: _Place, lines: Sequence[Line]) -> int:
+        """Return the cost of a place with the lines that it covers, including other labels' leaders."""
         if place.hits < 0:
             place.hits = self._ink.hits(place.box)
-            place.least = place.inked = place.own + _ink_cost(place.hits)
+            place.least = place.inked = place.base_cost + _ink_cost(place.hits)
         near = [line for line in lines if line.is_near(place.box)] if lines else lines
         if not near:
             return place.inked
-        cost = place.own + _ink_cost(place.hits + sum(line.hits(place.box) for line in near))
+        cost = place.base_cost + _ink_cost(place.hits + sum(line.hits(place.box) for line in near))
         return cost + CROSSED_COST * any(line.is_under(place.box) for line in near)
 
-    def _find_out(self, place: _Place) -> None:
-        """Find out whether a place needs a leader, to where, and what that costs wherever others are."""
-        own, place.end = self.nearest(place.box)
-        if self._is_confused(place.box, own):
+    def _evaluate_leader(self, place: _Place) -> None:
+        """Determine whether a place needs a leader, its end, and its cost apart from other labels."""
+        distance, place.end = self.nearest(place.box)
+        if self._is_confused(place.box, distance):
             place.leader = LEADER_COST + CONFUSED_COST
         else:
-            place.leader = LEADER_COST if own > self._far else 0
+            place.leader = LEADER_COST if distance > self._far else 0
         place.least += place.leader
 
     def nearest(self, box: Box) -> tuple[float, Pair]:
-        """Return the distance of a box from what the label names, and the point of it that is nearest."""
+        """Return the distance of a box from the thing that the label names, and the nearest point of that thing."""
         gaps = [_gap(box, spot) for spot in self._spots]
-        own = min(gaps)
-        return own, self._spots[gaps.index(own)]
+        distance = min(gaps)
+        return distance, self._spots[gaps.index(distance)]
 
-    def _is_confused(self, box: Box, own: float) -> bool:
-        """Whether something else of the kind is not clearly further away than its own thing is."""
-        for rival in _near(box, self._rivals, own + CLEARLY):
+    def _is_confused(self, box: Box, distance: float) -> bool:
+        """Whether another thing of the kind is not clearly further away than the label's own thing."""
+        for rival in _points_near(box, self._rivals, distance + CLEARLY):
             gap = _gap(box, rival)
-            if own > gap - CLEARLY and (gap < self._far or self._is_around(rival)):
+            if distance > gap - CLEARLY and (gap < self._far or self._is_around(rival)):
                 return True
         return False
 
     def _is_around(self, rival: Pair) -> bool:
-        """Whether a point is within reach of any place: what is far from all of them confuses nobody."""
+        """Whether a point is near any place; a point far from all of them causes no confusion."""
         (x, y), far = rival, self._far
-        left, top, right, bottom = self._around()
+        left, top, right, bottom = self._bounding_box()
         return left - far < x < right + far and top - far < y < bottom + far
 
-    def _around(self) -> Box:
-        """Return the box of all places."""
+    def _bounding_box(self) -> Box:
+        """Return the bounding box of all places."""
         if self._all is None:
             last = [
                 self._place(0, anchor, further, turn).box
@@ -184,13 +184,15 @@ class Places:
         return self._all
 
     def needs_leader(self, box: Box) -> bool:
-        """Whether a label in a box stands far off, or nearer to something else of the kind."""
-        own, _ = self.nearest(box)
-        return own > self._far or any(_gap(box, rival) < own for rival in _near(box, self._rivals, own))
+        """Whether a label in a box is far from its own thing, or nearer to another thing of the kind."""
+        distance, _ = self.nearest(box)
+        return distance > self._far or any(
+            _gap(box, rival) < distance for rival in _points_near(box, self._rivals, distance)
+        )
 
 
 def _unit(wish: Pair) -> Pair:
-    """Return the unit vector along a direction; some, where a link seen end-on has none."""
+    """Return the unit vector along a direction; an arbitrary one for the zero vector of a link seen end-on."""
     turn = math.atan2(wish[1], wish[0])
     return math.cos(turn), math.sin(turn)
 
@@ -208,7 +210,7 @@ def _gap(box: Box, point: Pair) -> float:
     return round((math.hypot(aside, above) if aside and above else aside + above) * 1000) / 1000
 
 
-def _near(box: Box, points: Sequence[Pair], most: float) -> list[Pair]:
+def _points_near(box: Box, points: Sequence[Pair], most: float) -> list[Pair]:
     """Return the points that may be less than `most` away from a box."""
     left, top, right, bottom = box[0] - most - 0.01, box[1] - most - 0.01, box[2] + most + 0.01, box[3] + most + 0.01
     return [point for point in points if left < point[0] < right and top < point[1] < bottom]
@@ -220,7 +222,7 @@ def leader_start(box: Box, spot: Pair) -> Pair:
 
 
 def _is_crossed(box: Box, spot: Pair, taken: Sequence[Box], lines: Sequence[Line]) -> bool:
-    """Whether the way from a box to a point crosses other boxes or leaders."""
+    """Whether the segment from a box to a point crosses other boxes or leaders."""
     (x, y), (u, v) = start, _ = leader_start(box, spot), spot
     x0, x1, y0, y1 = min(x, u), max(x, u), min(y, v), max(y, v)
     for left, top, right, bottom in taken:

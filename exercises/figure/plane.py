@@ -1,4 +1,4 @@
-"""Which way an arm is looked at: square to the plane in which it moves, if there is one, else from above at a slant."""
+"""The view of an arm: perpendicular to the plane in which it moves, if there is one, else from above at a slant."""
 
 from dataclasses import replace
 from functools import lru_cache

@@ -1,6 +1,6 @@
 """The pose in which an arm is drawn: drawing lengths for its table, and candidate poses with a score.
 
-Poses are told by the entries of the DH table (theta_i or d_i with the offset), since that is what a figure shows.
+Poses are given by the entries of the DH table (theta_i or d_i with the offset), because a figure shows these.
 """
 
 import itertools
@@ -18,25 +18,25 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.figure.plane import camera, is_flat
 
 DEFAULT_LENGTH = 0.4
-"""Of a table without any number, in metres."""
+"""Length in metres for a table without any number."""
 WIDTH, HEIGHT = 520, 360
 ROOM = (380.0, 240.0)
-"""What the arm's skeleton may take of the figure, in pixels; the rest is for axes and labels."""
+"""Maximum size of the arm's skeleton in pixels; the rest of the figure is for axes and labels."""
 MANY, BATCH = 2000, 100
-"""Poses that are compared; of more combinations an even choice is taken; and how many at a time."""
+"""Maximum number of poses that are compared, an even selection if there are more; and how many at a time."""
 LONG = 4
-"""More joints than that make a long arm."""
+"""An arm with more joints is a long arm."""
 TIGHT, CLOSE = 0.4, 34.0
-"""What a pose loses for two labels that want to stand at one place, and the pixels below which two are near it."""
+"""Penalty for a pair of labels at nearly the same place, and the distance in pixels below which it applies."""
 CLEAR = {False: 1.8, True: 4.0}
-"""What a pose gains at most by keeping its links apart, and loses if two of them cross; more for a long arm."""
+"""Maximum bonus for links that are apart, and penalty if two of them cross; higher for a long arm."""
 
 
 @dataclass(frozen=True)
 class Skeleton:
     """The arm in a pose, world frame, metres: frames (n+1 x 4 x 4), corners (n x 3), table entries (n), path to P.
 
-    Corner i-1 is O_{i-1} + d_i z_{i-1}, where link i turns from z_{i-1} to x_i; `path` goes from O_k to P.
+    Corner i-1 is O_{i-1} + d_i z_{i-1}, where link i bends from z_{i-1} to x_i; `path` leads from O_k to P.
     """
 
     frames: np.ndarray
@@ -52,7 +52,7 @@ class Skeleton:
 
 @lru_cache(maxsize=16)
 def drawn_chain(chain: Chain, stretch: float = 1.0) -> Chain:
-    """Return the arm with numbers for all lengths, near enough to each other that the smallest can be seen.
+    """Return the arm with numbers for all lengths, of similar size, so that the smallest is visible.
 
     `stretch` is a factor for the base's distance from the world's origin.
     """
@@ -77,7 +77,7 @@ def drawn_chain(chain: Chain, stretch: float = 1.0) -> Chain:
         theta = variable if joint.kind == "R" else angle(joint.theta)
         return Joint(joint.kind, theta, d, length(joint.a), angle(joint.alpha))
 
-    near = (0.55, 1.0) if chain.n <= LONG else (0.3, 0.5)  # leaves more of the drawing to a long arm
+    near = (0.55, 1.0) if chain.n <= LONG else (0.3, 0.5)  # a long arm needs more of the drawing
     x, y, z = (stretch * length(value, *near) for value in chain.base.position)
     u, v, w = (length(value) for value in chain.point.offset)
     rows = tuple(row(joint, variable) for joint, variable in zip(chain.joints, chain.q, strict=True))
@@ -95,7 +95,7 @@ def symbol_values(chain: Chain, unit: float) -> dict[sp.Symbol, sp.Float]:
             values.setdefault(symbol, sp.Float(value))
 
     for index, joint in enumerate(chain.joints):
-        turns = joint.alpha not in (0, sp.pi)  # then a is a lateral offset, as a rule the smaller length
+        turns = joint.alpha not in (0, sp.pi)  # then a is a lateral offset, usually the smaller length
         for expression, small in ((joint.d, False), (joint.a, turns)):
             if expression.free_symbols - set(chain.q):
                 give(expression, unit * (0.5 if small else next(shares)))
@@ -111,14 +111,14 @@ def symbol_values(chain: Chain, unit: float) -> dict[sp.Symbol, sp.Float]:
 
 
 def example_values(chain: Chain) -> dict[sp.Symbol, sp.Float]:
-    """Return numbers for the open lengths and angles of an arm, in metres and radians, beside those that are given."""
-    given = [value for joint in chain.joints for value in (joint.a, joint.d)] + list(chain.point.offset)
-    sizes = [abs(float(value)) for value in given if value.is_number and value != 0]
+    """Return numbers for the open lengths and angles of an arm, in metres and radians, similar to the given ones."""
+    lengths = [value for joint in chain.joints for value in (joint.a, joint.d)] + list(chain.point.offset)
+    sizes = [abs(float(value)) for value in lengths if value.is_number and value != 0]
     return symbol_values(chain, max(sizes, default=DEFAULT_LENGTH))
 
 
-def told_pose(chain: Chain, pose: Mapping[str, float]) -> np.ndarray:
-    """Return the table's entries (n) for told joint values (rad, m), open symbols as drawn by default."""
+def entries_of_pose(chain: Chain, pose: Mapping[str, float]) -> np.ndarray:
+    """Return the table's entries (n) for joint values (rad, m), with default values for open symbols."""
     missing = [variable.name for variable in chain.q if variable.name not in pose]
     if missing:
         raise QdotError(f"{chain.name}: the pose lacks {', '.join(missing)}; it tells {', '.join(map(str, chain.q))}")
@@ -130,9 +130,9 @@ def told_pose(chain: Chain, pose: Mapping[str, float]) -> np.ndarray:
 
 
 def candidates(chain: Chain, drawn: Chain) -> np.ndarray:
-    """Return a fixed list of poses (k x n): every combination of a few values, or an even choice of them."""
+    """Return a fixed list of poses (k x n): every combination of a few values, or an even selection of them."""
     unit = max([abs(float(v)) for j in drawn.joints for v in (j.a, j.d) if v.is_number] + [0.0]) or DEFAULT_LENGTH
-    # only positive angles: the arrow of an arc is read as the positive sense
+    # only positive angles: readers take the arrow of an arc for the positive direction
     turns = (40, 50, 33, 65, 115, 130) if is_flat(chain) else (40, 60, 30, 70, 115, 130, 145, 155)
     slides = (1.7, 2.0) if chain.is_planar else (1.3, 1.0, 1.7) if is_flat(chain) else (1.0, 0.75, 0.55)
     choices = [
@@ -145,7 +145,7 @@ def candidates(chain: Chain, drawn: Chain) -> np.ndarray:
 
 @lru_cache(maxsize=64)
 def _digits(sizes: tuple[int, ...]) -> np.ndarray:
-    """Return which value each joint takes (n x k): all combinations, or an even choice of MANY of them."""
+    """Return the index of each joint's value (n x k): all combinations, or an even selection of MANY of them."""
     total = math.prod(sizes)
     step = 1 if total <= MANY else int(total * 0.6180339887) | 1
     index = np.arange(min(total, MANY)) * step % total
@@ -157,13 +157,13 @@ def _digits(sizes: tuple[int, ...]) -> np.ndarray:
 
 
 @lru_cache(maxsize=16)
-def _numeric(drawn: Chain) -> NumericChain:
+def _numeric_chain(drawn: Chain) -> NumericChain:
     return NumericChain(drawn, {})
 
 
 def skeletons(drawn: Chain, entries: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return frames (k x n+1 x 4 x 4), corners (k x n x 3) and paths to P (k x 4 x 3) for poses (k x n)."""
-    numeric = _numeric(drawn)
+    numeric = _numeric_chain(drawn)
     frames = numeric.frames(entries)
     lengths = np.stack(
         [entries[:, i] if kind == "P" else np.full(len(entries), numeric.fixed[i][0])
@@ -178,7 +178,7 @@ def skeletons(drawn: Chain, entries: np.ndarray) -> tuple[np.ndarray, np.ndarray
 
 
 def skeleton(drawn: Chain, entries: np.ndarray) -> Skeleton:
-    """Return the arm in one pose, told by the table's entries (n)."""
+    """Return the skeleton of the arm in one pose, given by the table's entries (n)."""
     frames, corners, path = skeletons(drawn, entries[None])
     return Skeleton(frames[0], corners[0], entries, path[0])
 
@@ -186,15 +186,15 @@ def skeleton(drawn: Chain, entries: np.ndarray) -> Skeleton:
 def best_poses(chain: Chain, drawn: Chain, count: int) -> np.ndarray:
     """Return the `count` candidate poses (count x n) whose bare skeletons are easiest to read, best first."""
     entries = candidates(chain, drawn)
-    return np.asarray(entries[_best(chain, drawn, entries, count)])
+    return np.asarray(entries[_best_indices(chain, drawn, entries, count)])
 
 
-def _best(chain: Chain, drawn: Chain, entries: np.ndarray, count: int) -> np.ndarray:
-    """Return which `count` of some poses (k x n) are easiest to read, best first.
+def _best_indices(chain: Chain, drawn: Chain, entries: np.ndarray, count: int) -> np.ndarray:
+    """Return the indices of the `count` poses (of k x n) that are easiest to read, best first.
 
-    Clearance is slow to work out; poses that even the best clearance could not bring among the best are left out.
+    Clearance is slow to compute, so poses that can't become one of the best even with the best clearance are skipped.
     """
-    score, lines, scale = _looks(chain, drawn, entries)
+    score, lines, scale = _score_without_clearance(chain, drawn, entries)
     order = np.argsort(-np.round(score, 3), kind="stable")
     total = np.full(len(entries), -np.inf)
     for start in range(0, len(order), BATCH):
@@ -202,23 +202,25 @@ def _best(chain: Chain, drawn: Chain, entries: np.ndarray, count: int) -> np.nda
         least = np.sort(total)[-count] if count <= len(total) else -np.inf
         if score[some[0]] + CLEAR[chain.n > LONG] + 0.01 < least:
             break
-        total[some] = score[some] + _clear(chain, lines[some], scale[some])
+        total[some] = score[some] + _clearance_score(chain, lines[some], scale[some])
     return np.argsort(-np.round(total, 3), kind="stable")[:count]
 
 
 def scores(chain: Chain, drawn: Chain, entries: np.ndarray) -> np.ndarray:
-    """Return how easy the bare skeletons of poses (k x n) are to read (k); more is better."""
-    score, lines, scale = _looks(chain, drawn, entries)
-    return np.asarray(score + _clear(chain, lines, scale))
+    """Return how easy the bare skeletons of poses (k x n) are to read (k); higher is better."""
+    score, lines, scale = _score_without_clearance(chain, drawn, entries)
+    return np.asarray(score + _clearance_score(chain, lines, scale))
 
 
-def _clear(chain: Chain, lines: np.ndarray, scale: np.ndarray) -> np.ndarray:
+def _clearance_score(chain: Chain, lines: np.ndarray, scale: np.ndarray) -> np.ndarray:
     kept = clearance(lines, 2 if chain.n > LONG else 1) * scale / 70
     return np.asarray(CLEAR[chain.n > LONG] * np.clip(kept, -1, 1))
 
 
-def _looks(chain: Chain, drawn: Chain, entries: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the score of poses but for clearance (k), the lines to keep clear (k x s x 2 x 2), and the scale (k)."""
+def _score_without_clearance(
+    chain: Chain, drawn: Chain, entries: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the score of poses without clearance (k), the lines to keep apart (k x s x 2 x 2), and the scale (k)."""
     frames, corners, path = skeletons(drawn, entries)
     view = camera(chain)
     pieces = segments(frames, corners, path, drawn.point.frame)
@@ -227,7 +229,7 @@ def _looks(chain: Chain, drawn: Chain, entries: np.ndarray) -> tuple[np.ndarray,
     scale = 1.0 / np.maximum(np.max(spread / ROOM, axis=1), 1e-9)
     lengths = np.linalg.norm(flat[:, :, 1] - flat[:, :, 0], axis=2) * scale[:, None]
     score = 1.5 * np.minimum(lengths.min(axis=1) / 85, 1)
-    score = score + 0.3 * np.minimum(lengths.mean(axis=1) / 150, 1) + _angles(chain, frames, entries, view)
+    score = score + 0.3 * np.minimum(lengths.mean(axis=1) / 150, 1) + _angle_score(chain, frames, entries, view)
     up = frames[:, 0, :3, 1 if abs(view[2] @ frames[0, 0, :3, 2]) > 0.999 else 2]
     above = np.einsum("kspx,kx->ksp", pieces - frames[:, 0, None, None, :3, 3], up).reshape(len(entries), -1)
     score = score + 3.0 * np.minimum(above.min(axis=1) * scale / 40, 0).clip(-1)
@@ -235,14 +237,14 @@ def _looks(chain: Chain, drawn: Chain, entries: np.ndarray) -> tuple[np.ndarray,
     if not is_flat(chain):
         z_axes = np.linalg.norm(frames[:, :, :3, 2] @ view[:2].T, axis=2)
         score = score + 0.8 * np.minimum(z_axes.min(axis=1) / 0.6, 1) + 0.9 * _axes_apart(frames, view)
-        score = score - TIGHT * _crowd(frames, view, scale)
+        score = score - TIGHT * _count_crowded(frames, view, scale)
     ends = (frames[:, -1, :3, 3] - frames[:, 0, :3, 3]) @ view[:2].T
     score = score + 0.9 * np.minimum(np.linalg.norm(ends, axis=1) * scale / 260, 1)
-    return np.asarray(score), _with_last_axes(flat, frames, view, scale), scale
+    return np.asarray(score), _add_last_axes(flat, frames, view, scale), scale
 
 
 def segments(frames: np.ndarray, corners: np.ndarray, path: np.ndarray, moved: int) -> np.ndarray:
-    """Return the straight pieces of all links that have a length (k x s x 2 x 3), in the arm's order."""
+    """Return the segments of all links with a length (k x s x 2 x 3), in the arm's order."""
     chain = [frames[:, 0, :3, 3]]
     for i in range(corners.shape[1]):
         chain += [corners[:, i], frames[:, i + 1, :3, 3]]
@@ -254,10 +256,9 @@ def segments(frames: np.ndarray, corners: np.ndarray, path: np.ndarray, moved: i
 
 
 def clearance(flat: np.ndarray, axes: int) -> np.ndarray:
-    """Return the least distance of pieces that are no neighbours (and of far ends of neighbours), per pose (k).
+    """Return the least distance of segments that are not adjacent (and of far ends of adjacent ones), per pose (k).
 
-    It is -inf where two of them cross. The last pieces are as many axes of the last frame, all of which are neighbours
-    of the last link.
+    It is -inf if two of them cross. The last `axes` segments are axes of the last frame, all adjacent to the last link.
     """
     shares = np.linspace(0.0, 1.0, 6)[:, None]
     points = flat[:, :, None, 0] * (1 - shares) + flat[:, :, None, 1] * shares
@@ -274,20 +275,20 @@ def clearance(flat: np.ndarray, axes: int) -> np.ndarray:
 
 
 def _cross(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Tell whether straight pieces (k x 2 x 2 each) cross in the drawing (k)."""
+    """Return whether two segments (k x 2 x 2 each) cross in the drawing (k)."""
 
-    def sides(line: np.ndarray, other: np.ndarray) -> np.ndarray:
-        way, there = (line[:, 1] - line[:, 0])[:, None], other - line[:, None, 0]
+    def sides(line: np.ndarray, segment: np.ndarray) -> np.ndarray:
+        way, there = (line[:, 1] - line[:, 0])[:, None], segment - line[:, None, 0]
         turns = way[..., 0] * there[..., 1] - way[..., 1] * there[..., 0]
         return np.asarray(turns[:, 0] * turns[:, 1] < 0)
 
     return sides(first, second) & sides(second, first)
 
 
-def _with_last_axes(flat: np.ndarray, frames: np.ndarray, view: np.ndarray, scale: np.ndarray) -> np.ndarray:
-    """Return drawn pieces (k x s x 2 x 2) and what must keep clear of them too: the x axis of the last frame.
+def _add_last_axes(flat: np.ndarray, frames: np.ndarray, view: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """Return drawn segments (k x s x 2 x 2) with the x axis of the last frame.
 
-    Of a long arm, whose end comes near to its beginning, also the z axis.
+    For a long arm, whose end may come near to its base, also the z axis.
     """
     start = frames[:, -1, :3, 3] @ view[:2].T
     lines = [flat]
@@ -297,8 +298,8 @@ def _with_last_axes(flat: np.ndarray, frames: np.ndarray, view: np.ndarray, scal
     return np.concatenate(lines, axis=1)
 
 
-def _angles(chain: Chain, frames: np.ndarray, entries: np.ndarray, view: np.ndarray) -> np.ndarray:
-    """Return how well the joint angles are seen (k), with a liking for those near 45 degrees."""
+def _angle_score(chain: Chain, frames: np.ndarray, entries: np.ndarray, view: np.ndarray) -> np.ndarray:
+    """Return how clearly the joint angles are visible (k), with a preference for angles near 45 degrees."""
     worst, liked = np.ones(len(entries)), np.zeros(len(entries))
     for i, joint in enumerate(chain.joints):
         if joint.kind == "P":
@@ -314,10 +315,10 @@ def _angles(chain: Chain, frames: np.ndarray, entries: np.ndarray, view: np.ndar
     return np.asarray(1.2 * worst + liked)
 
 
-def _crowd(frames: np.ndarray, view: np.ndarray, scale: np.ndarray) -> np.ndarray:
-    """Return how many pairs of origins and tips of axes are drawn at nearly one place (k), where labels would stand.
+def _count_crowded(frames: np.ndarray, view: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """Return a weighted count of origins and tips of axes, where labels stand, that are drawn close together (k).
 
-    Pairs that are at one place in every pose are left out.
+    Pairs that coincide in every pose don't count.
     """
     axes = [frames[:, :, :3, 3] + 54 / scale[:, None, None] * frames[:, :, :3, k] for k in (0, 2)]
     spots = np.concatenate([frames[:, :, :3, 3], *axes], axis=1)
@@ -334,11 +335,11 @@ def _crowd(frames: np.ndarray, view: np.ndarray, scale: np.ndarray) -> np.ndarra
 
 
 def _axes_apart(frames: np.ndarray, view: np.ndarray) -> np.ndarray:
-    """Return how well the x and z axes that start at one origin are told apart (k), 1 from 20 degrees on."""
+    """Return how well x and z axes with a common origin can be distinguished (k); 1 from 20 degrees on."""
     worst = np.ones(len(frames))
     arrows = [(frames[:, i, :3, 3], frames[:, i, :3, k]) for i in range(frames.shape[1]) for k in (0, 2)]
-    for (place, first), (other, second) in itertools.combinations(arrows, 2):
-        if np.max(np.abs(place - other)) > 1e-6 or np.max(np.linalg.norm(first - second, axis=1)) < 1e-6:
+    for (place, first), (second_place, second) in itertools.combinations(arrows, 2):
+        if np.max(np.abs(place - second_place)) > 1e-6 or np.max(np.linalg.norm(first - second, axis=1)) < 1e-6:
             continue
         a, b = first @ view[:2].T, second @ view[:2].T
         turn = np.abs(np.arctan2(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], (a * b).sum(axis=1)))

@@ -11,7 +11,7 @@ Box = tuple[float, float, float, float]
 """Left, top, right, bottom."""
 FONT = 15.0
 LOW = {"ω": 1.25}
-"""How much larger than others a letter is set that is low in the fonts of PDFs, and names an axis by itself."""
+"""Magnification of letters that are low in the fonts of PDFs and name an axis on their own."""
 SUB = 0.72
 GREEK = {
     "theta": "θ", "alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ", "phi": "φ", "psi": "ψ",
@@ -21,7 +21,7 @@ GREEK = {
 
 @dataclass(frozen=True)
 class Polyline:
-    """A line through `points`, or a filled polygon if `closed`; `style` is a class that the template knows."""
+    """A line through `points`, or a filled polygon if `closed`; `style` is a style of the template."""
 
     points: tuple[Pair, ...]
     style: str
@@ -60,7 +60,7 @@ class Run:
 class Text:
     """Lettering centred on `x` with its baseline at `y`; `box` is left, top, right, bottom, an upper estimate.
 
-    `at` is a point of what it names.
+    `at` is a point of the thing that it names.
     """
 
     x: float
@@ -74,21 +74,21 @@ class Text:
 Shape = Polyline | Circle | Glyph
 
 
-def moved(shape: Shape, by: Pair) -> Shape:
-    """Return the same shape at another place."""
+def move_shape(shape: Shape, by: Pair) -> Shape:
+    """Return the shape shifted by a vector."""
     if isinstance(shape, Glyph):
-        return Glyph(shape.number, shape.kind, tuple(_moved(inner, by) for inner in shape.shapes))
-    return _moved(shape, by)
+        return Glyph(shape.number, shape.kind, tuple(_move_outline(inner, by) for inner in shape.shapes))
+    return _move_outline(shape, by)
 
 
-def _moved(shape: Polyline | Circle, by: Pair) -> Polyline | Circle:
+def _move_outline(shape: Polyline | Circle, by: Pair) -> Polyline | Circle:
     if isinstance(shape, Circle):
-        return Circle(shifted((shape.center,), by)[0], shape.radius, shape.style)
-    return Polyline(shifted(shape.points, by), shape.style, shape.closed)
+        return Circle(shift_points((shape.center,), by)[0], shape.radius, shape.style)
+    return Polyline(shift_points(shape.points, by), shape.style, shape.closed)
 
 
-def shifted(points: tuple[Pair, ...], by: Pair) -> tuple[Pair, ...]:
-    """Return the same points at another place."""
+def shift_points(points: tuple[Pair, ...], by: Pair) -> tuple[Pair, ...]:
+    """Return the points shifted by a vector."""
     dx, dy = by
     return tuple([(x + dx, y + dy) for x, y in points])
 
@@ -123,27 +123,27 @@ def symbol(letter: str, index: str = "") -> tuple[TextRun, ...]:
     return ((letter, True, False), *sub)
 
 
-def named(name: str) -> tuple[TextRun, ...]:
-    """Return the lettering of a symbol called as in "a1", "theta2", "b_x" or "h"."""
+def symbol_lettering(name: str) -> tuple[TextRun, ...]:
+    """Return the lettering of a symbol with a name such as "a1", "theta2", "b_x" or "h"."""
     match = re.fullmatch(r"([A-Za-z]+?)_?(\d+|(?<=_)\w+)?", name)
     letter, index = (match[1], match[2] or "") if match else (name, "")
     return symbol(GREEK.get(letter, letter), index)
 
 
-def signed(expression: sp.Expr, angle: bool) -> tuple[str, tuple[TextRun, ...]]:
+def sign_and_lettering(expression: sp.Expr, angle: bool) -> tuple[str, tuple[TextRun, ...]]:
     """Return the sign ("+" or "−") and the lettering of the rest of a length (m) or an angle (rad)."""
     sign, size = ("−", -expression) if expression.could_extract_minus_sign() else ("+", expression)
     if size.is_number:
         return sign, roman(f"{decimal(size * 180 / sp.pi)}°" if angle else f"{decimal(size)} m")
     if isinstance(size, sp.Symbol):
-        return sign, named(size.name)
+        return sign, symbol_lettering(size.name)
     factor, rest = size.as_coeff_Mul()
     if isinstance(rest, sp.Symbol):
-        return sign, (*roman(f"{decimal(factor)} "), *named(rest.name))
+        return sign, (*roman(f"{decimal(factor)} "), *symbol_lettering(rest.name))
     if isinstance(size, sp.Add):
         pieces: tuple[TextRun, ...] = ()
         for number, term in enumerate(size.as_ordered_terms()):
-            inner, letters = signed(term, angle)
+            inner, letters = sign_and_lettering(term, angle)
             pieces += (*(roman(f" {inner} ") if number else roman("−") if inner == "−" else ()), *letters)
         return sign, pieces
     return sign, roman(str(size))
@@ -157,22 +157,22 @@ def decimal(number: sp.Expr) -> str:
 
 @lru_cache(maxsize=4096)
 def magnitude(expression: sp.Expr) -> tuple[TextRun, ...]:
-    """Return the lettering of a length as it stands beside a drawn line: without sign."""
-    return signed(expression, angle=False)[1]
+    """Return the lettering of a length beside a drawn line: without sign."""
+    return sign_and_lettering(expression, angle=False)[1]
 
 
 @lru_cache(maxsize=4096)
 def with_offset(variable: sp.Symbol, offset: sp.Expr, angle: bool) -> tuple[TextRun, ...]:
     """Return the lettering of a joint variable plus its offset, as in θ1 + 30°."""
     if offset == 0:
-        return named(variable.name)
-    sign, rest = signed(offset, angle)
-    return (*named(variable.name), *roman(f" {sign} "), *rest)
+        return symbol_lettering(variable.name)
+    sign, rest = sign_and_lettering(offset, angle)
+    return (*symbol_lettering(variable.name), *roman(f" {sign} "), *rest)
 
 
 @lru_cache(maxsize=4096)
 def runs(pieces: tuple[TextRun, ...], font: float = FONT) -> tuple[Run, ...]:
-    """Return the runs of some lettering, subscripts lowered and made smaller."""
+    """Return the runs of some lettering, with lowered and smaller subscripts."""
     done, low = [], 0.0
     for text, italic, sub in pieces:
         level = 0.24 * font if sub else 0.0
@@ -193,20 +193,20 @@ def extent(pieces: tuple[TextRun, ...], font: float = FONT) -> Pair:
     return width + 2.0, font * 1.16
 
 
-def fixed(value: float) -> str:
+def one_decimal(value: float) -> str:
     """Return a number with one decimal, the same on every machine.
 
     >>> fixed(-0.04), fixed(12.25)
     ('0.0', '12.3')
     """
-    text = f"{value + 1.37e-4:.1f}"  # the shift takes exact ties, on which machines might differ, off the edge
+    text = f"{value + 1.37e-4:.1f}"  # the shift avoids exact ties, which machines might round differently
     return "0.0" if text == "-0.0" else text
 
 
 def path(points: tuple[Pair, ...]) -> str:
-    """Return points as SVG writes them.
+    """Return points in SVG notation.
 
     >>> path(((1.0, 2.04), (-3.5, 0.0)))
     '1.0,2.0 -3.5,0.0'
     """
-    return " ".join([f"{fixed(x)},{fixed(y)}" for x, y in points])
+    return " ".join([f"{one_decimal(x)},{one_decimal(y)}" for x, y in points])

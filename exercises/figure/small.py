@@ -1,7 +1,7 @@
 """Small drawings of an arm without lettering: a thumbnail, and its singular configurations beside a regular one.
 
-Singular configurations are drawn to scale, as they depend on the lengths; open lengths get the values below. A dashed
-double arrow at P, or a dashed ring where that points at the reader, is a direction in which P can't move there.
+Singular configurations are drawn to scale, as they depend on the lengths; open lengths get default values. A dashed
+double arrow at P, or a dashed ring if it points at the reader, marks a direction in which P can't move.
 """
 
 import itertools
@@ -21,30 +21,30 @@ from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.normalized_arm import normalize_arm, normalized_pieces
 from qdot.exercises.arm.singularity import Component, singular_set
 from qdot.exercises.figure.arm import scene
-from qdot.exercises.figure.body import body, fitted
+from qdot.exercises.figure.body import body, fit_drawing
 from qdot.exercises.figure.plane import exact, is_flat
 from qdot.exercises.figure.pose import best_poses, drawn_chain, scores, skeleton, symbol_values
 from qdot.exercises.figure.shapes import Circle, Figure, Glyph, Pair, Polyline, Shape, decimal
-from qdot.exercises.figure.view import Drawn, View, arrow, tip
+from qdot.exercises.figure.view import Drawing, View, arrow, tip
 from qdot.exercises.figure.words import left_out_text
 from qdot.exercises.formula.printers.unicode import unicode_math
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, catalogue
 from qdot.exercises.writing.latex import laid_out
 
 PANEL, THUMBNAIL = (280, 196), (320, 240)
-"""Width and height in which these are drawn, in pixels; both are shown at 0.6 of that."""
+"""Width and height of these drawings in pixels; both are shown at 60 % of this size."""
 MARGIN = (12.0, 12.0)
 ARROW, RING, SHORT = 44.0, 14.0, 0.3
-"""Half the length of an arrow, the radius of a ring, and the part of an arrow that must be seen, else it is a ring.
+"""Half the length of an arrow, the radius of a ring, and the visible share of an arrow below which it becomes a ring.
 
-A last link that is shorter than that part of the longest one gets an arrow along its z axis, HAND pixels long.
+A last link shorter than this share of the longest link gets an arrow along its z axis, HAND pixels long.
 """
 HAND = 56.0
 CROSS = 6.0
 MOST = 8
-"""So many singular configurations are drawn at most."""
+"""Maximum number of singular configurations that are drawn."""
 TRIED = 24
-"""Configurations found numerically where a condition ties several joints; the one easiest to read is drawn."""
+"""Number of configurations sampled on a condition in several joints; the one easiest to read is drawn."""
 CAPTION = 24
 
 
@@ -55,12 +55,12 @@ def thumbnail(chain: Chain) -> Figure:
     return _figure(drawn, best_poses(chain, drawn, 1)[0], THUMBNAIL)
 
 
-def posed(chain: Chain, pose: Mapping[str, float], beside: np.ndarray | None = None) -> Figure:
-    """Return an arm whose lengths are all numbers in a told configuration, to scale.
+def figure_in_pose(chain: Chain, pose: Mapping[str, float], beside: np.ndarray | None = None) -> Figure:
+    """Return a drawing to scale of an arm whose lengths are all numbers, in a given configuration.
 
-    `beside` (3, in m) leads from P to a point that is marked by a cross.
+    `beside` (3, in m) is the vector from P to a point that is marked by a cross.
     """
-    scaled = _scaled(exact(chain))
+    scaled = _scale_arm(exact(chain))
     entries = scaled.entries(np.array([pose[q.name] for q in chain.q]) + scaled.offsets)
     return _figure(scaled.drawn, entries, PANEL, beside=None if beside is None else beside / scaled.unit)
 
@@ -72,14 +72,14 @@ def _figure(
     lost: tuple[np.ndarray, ...] = (),
     beside: np.ndarray | None = None,
 ) -> Figure:
-    """Return a small drawing; kept, as many arms of a class are the same ones to scale."""
+    """Return a small drawing; cached, as many arms of a class have the same proportions."""
     places = (*lost, *(() if beside is None else (beside,)))
-    given = tuple(round(float(entry), 12) for entry in entries), tuple(tuple(map(float, place)) for place in places)
-    return _kept_figure(drawn, *given, size, beside is not None)
+    key = tuple(round(float(entry), 12) for entry in entries), tuple(tuple(map(float, place)) for place in places)
+    return _cached_figure(drawn, *key, size, beside is not None)
 
 
 @lru_cache(maxsize=1024)
-def _kept_figure(
+def _cached_figure(
     drawn: Chain,
     pose: tuple[float, ...],
     places: tuple[tuple[float, ...], ...],
@@ -91,27 +91,27 @@ def _kept_figure(
     lost = tuple(vectors)
     bones, shown_hand = skeleton(drawn, entries), size == PANEL and _hides_hand(drawn)
 
-    def draw(view: View) -> Drawn:
+    def draw(view: View) -> Drawing:
         dot = Circle(view.px(bones.path[-1]), 5.0, "point")
-        marks = itertools.chain(*(_cannot_move(view, bones.path[-1], direction) for direction in lost))
+        marks = itertools.chain(*(_blocked_direction_mark(view, bones.path[-1], direction) for direction in lost))
         hand, z = bones.origins[-1], bones.frames[-1, :3, 2]
         last = arrow(view, hand, hand + HAND / view.scale * z, "axis-z") if shown_hand else ()
         cross = () if beside is None else _cross(view.px(bones.path[-1] + beside))
-        return Drawn((*body(scene(drawn, bones, view)).shapes, *last, *marks, dot, *cross))
+        return Drawing((*body(scene(drawn, bones, view)).shapes, *last, *marks, dot, *cross))
 
-    part, _ = fitted(drawn, bones, draw, (0.9 * size[0], 0.9 * size[1]), size, MARGIN)
+    part, _ = fit_drawing(drawn, bones, draw, (0.9 * size[0], 0.9 * size[1]), size, MARGIN)
     return Figure(*size, part.shapes, ())
 
 
 def _hides_hand(drawn: Chain) -> bool:
-    """Whether the last link is too short to show which way its z axis points, which the joint before it turns."""
+    """Whether the last link is too short to show the direction of its z axis, which the previous joint rotates."""
     sizes = [max(abs(float(v)) for v in (joint.a, joint.d) if v.is_number) for joint in drawn.joints]
     wrist = drawn.n > 1 and drawn.joints[-1].kind == "R" and drawn.joints[-2].alpha not in (0, sp.pi, -sp.pi)
     return wrist and not is_flat(drawn) and sizes[-1] < SHORT * max(sizes)
 
 
 def _cross(at: Pair) -> tuple[Shape, ...]:
-    """Return a cross in a circle, as a point is marked that an answer gives."""
+    """Return a cross in a circle, which marks the point of a submitted answer."""
     (x, y), d = at, CROSS
     return (
         Circle(at, 1.5 * CROSS, "yours"),
@@ -120,7 +120,7 @@ def _cross(at: Pair) -> tuple[Shape, ...]:
     )
 
 
-def _cannot_move(view: View, point: np.ndarray, direction: np.ndarray) -> tuple[Shape, ...]:
+def _blocked_direction_mark(view: View, point: np.ndarray, direction: np.ndarray) -> tuple[Shape, ...]:
     """Return a dashed double arrow through P along a unit vector, or a dashed ring."""
     seen = view.axes[:2] @ direction
     if np.linalg.norm(seen) < SHORT:
@@ -134,10 +134,10 @@ def _cannot_move(view: View, point: np.ndarray, direction: np.ndarray) -> tuple[
 
 
 @dataclass(frozen=True)
-class _Scaled:
-    """An arm in numbers: with its offsets, and (for drawing) without them; the offsets and open lengths chosen.
+class _ScaledArm:
+    """An arm in numbers, with offsets (`chain`) and without (`drawn`); the offsets, and the values of open lengths.
 
-    What is drawn is so small that its longest length is 1, in the place of `unit` (m).
+    `drawn` is scaled so that its longest length is 1 instead of `unit` (m).
     """
 
     chain: Chain
@@ -146,17 +146,17 @@ class _Scaled:
     values: dict[sp.Symbol, sp.Rational]
     unit: float
 
-    def entries(self, given: np.ndarray) -> np.ndarray:
-        """Return entries of the table (… x n) as what is drawn has them."""
+    def entries(self, table_entries: np.ndarray) -> np.ndarray:
+        """Return entries of the table (… x n), scaled like `drawn`."""
         slides = np.array([joint.kind == "P" for joint in self.chain.joints])
-        return np.where(slides, given / self.unit, given)
+        return np.where(slides, table_entries / self.unit, table_entries)
 
 
 @dataclass(frozen=True)
 class Panel:
-    """Drawings with captions, a regular configuration first; what their marks mean; what is left out, if anything.
+    """Drawings with captions, a regular configuration first; the meaning of marks; what is left out, if anything.
 
-    And whether ways are marked in which P can't move.
+    `has_lost` says whether directions are marked in which P can't move.
     """
 
     drawings: tuple[tuple[str, Figure], ...] = ()
@@ -167,53 +167,53 @@ class Panel:
 
 @lru_cache(maxsize=64)
 def singular_panel(chain: Chain, language: str = ENGLISH) -> Panel:
-    """Return drawings of a regular configuration, then of each singular value or condition, as far as there is room.
+    """Return drawings of a regular configuration and of each singular value or condition, as many as there is room for.
 
-    The captions number the components of the singular set from 1, with letters for several drawings of one; each gets a
-    drawing before any gets a second one.
-    Nothing is drawn where the arm has no singular configuration for its task, or no regular one.
+    The captions number the components of the singular set from 1, with letters for several drawings of one component;
+    each gets one drawing before any gets a second one. Nothing is drawn if the arm has no singular configuration for
+    its task, or no regular one.
     """
     chain, words = exact(chain), catalogue(language)
-    scaled = _scaled(chain)
-    regular = best_poses(chain, scaled.drawn, 1)[0]
+    scaled_arm = _scale_arm(chain)
+    regular = best_poses(chain, scaled_arm.drawn, 1)[0]
     by_component = [
-        _configurations(chain, scaled, component, regular, words) for component in singular_set(chain) or ()
+        _configurations(chain, scaled_arm, component, regular, words) for component in singular_set(chain) or ()
     ]
     singular = [
-        [(caption, entries, lost) for caption, entries in one
-         if (lost := _lost_directions(chain, scaled, entries)) is not None]
-        for one in by_component
+        [(caption, entries, lost) for caption, entries in configurations
+         if (lost := _lost_directions(chain, scaled_arm, entries)) is not None]
+        for configurations in by_component
     ]  # fmt: skip
-    shown = shares([len(one) for one in singular], MOST)
+    shown = distribute([len(configurations) for configurations in singular], MOST)
     if not any(shown):
         return Panel()
-    drawings = [(words.pgettext("caption of a drawing", "regular"), _figure(scaled.drawn, regular, PANEL))]
-    for number, (one, count) in enumerate(zip(singular, shown, strict=True), 1):
-        for k, which in enumerate(_spread(len(one), count)):
-            caption, entries, lost = one[which]
+    drawings = [(words.pgettext("caption of a drawing", "regular"), _figure(scaled_arm.drawn, regular, PANEL))]
+    for number, (configurations, count) in enumerate(zip(singular, shown, strict=True), 1):
+        for k, which in enumerate(_spread_indices(len(configurations), count)):
+            caption, entries, lost = configurations[which]
             letter = ascii_lowercase[k] if count > 1 else ""
-            drawings.append((f"{number}{letter}. {caption}", _figure(scaled.drawn, entries, PANEL, lost)))
+            drawings.append((f"{number}{letter}. {caption}", _figure(scaled_arm.drawn, entries, PANEL, lost)))
     return Panel(
         tuple(drawings),
         _key(chain, [figure for _, figure in drawings], words),
-        left_out_text([len(one) for one in singular], shown, words),
+        left_out_text([len(configurations) for configurations in singular], shown, words),
         any(shape.style == "lost" for _, figure in drawings for shape in figure.shapes if not isinstance(shape, Glyph)),
     )
 
 
 def _key(chain: Chain, figures: list[Figure], words: Catalogue) -> str:
-    """Return the meaning of the marks in some drawings, in the order in which a reader meets them."""
+    """Return the meaning of the marks in some drawings, in order of appearance."""
     styles = {shape.style for figure in figures for shape in figure.shapes if not isinstance(shape, Glyph)}
     meanings = (
         ("lost", words.gettext("dashed: P cannot move that way")),
         ("axis-z", words.gettext("blue: %(axis)s", axis=_text(sp.Symbol(f"z{chain.n}"), chain))),
     )
-    told = "; ".join(meaning for style, meaning in meanings if style in styles)
-    return f"{told[0].upper()}{told[1:]}." if told else ""
+    sentence = "; ".join(meaning for style, meaning in meanings if style in styles)
+    return f"{sentence[0].upper()}{sentence[1:]}." if sentence else ""
 
 
-def shares(counts: list[int], room: int) -> list[int]:
-    """Return how many of each are taken where there is room for so many: one of each first, then a second of each.
+def distribute(counts: list[int], room: int) -> list[int]:
+    """Distribute the room for drawings: one of each first, then a second of each, and so on.
 
     >>> shares([2, 4, 4, 4], 8), shares([1, 4, 1], 8), shares([3, 3, 3], 2)
     ([2, 2, 2, 2], [1, 4, 1], [1, 1, 0])
@@ -226,12 +226,12 @@ def shares(counts: list[int], room: int) -> list[int]:
     return taken
 
 
-def _spread(total: int, count: int) -> list[int]:
-    """Return which are taken where so many of a total are: the first and the last too, since neighbours look alike."""
+def _spread_indices(total: int, count: int) -> list[int]:
+    """Return evenly spread indices, including the first and the last, since neighbours look alike."""
     return [k * (total - 1) // max(count - 1, 1) for k in range(count)]
 
 
-def _scaled(chain: Chain) -> _Scaled:
+def _scale_arm(chain: Chain) -> _ScaledArm:
     sizes = [abs(float(v)) for joint in chain.joints for v in (joint.a, joint.d) if v.is_number and v != 0]
     chosen = symbol_values(chain, max(sizes, default=0.5))
     values = {symbol: sp.Rational(round(float(value) * 100), 100) for symbol, value in chosen.items()}
@@ -249,32 +249,32 @@ def _scaled(chain: Chain) -> _Scaled:
     )
     filled = replace(chain, joints=joints, base=base, tool=tool)
     offsets = np.array([float(value) for value in filled.offsets])
-    drawn, unit = _of_size_one(replace(filled, name="drawn", title="", joints=plain, axis_points=()))
-    return _Scaled(filled, drawn, offsets, values, unit)
+    drawn, unit = _normalize_size(replace(filled, name="drawn", title="", joints=plain, axis_points=()))
+    return _ScaledArm(filled, drawn, offsets, values, unit)
 
 
-def _of_size_one(chain: Chain) -> tuple[Chain, float]:
-    """Return an arm in numbers made so small that its longest length is 1, and that length (m)."""
+def _normalize_size(chain: Chain) -> tuple[Chain, float]:
+    """Return an arm in numbers scaled so that its longest length is 1, and that length (m)."""
     lengths = [value for joint in chain.joints for value in (joint.a, joint.d) if value.is_number]
     unit = max((abs(value) for value in (*lengths, *chain.point.offset)), default=sp.S.Zero) or sp.S.One
 
-    def shrunk(value: sp.Expr) -> sp.Expr:
+    def shrink(value: sp.Expr) -> sp.Expr:
         return value / unit if value.is_number else value
 
-    joints = tuple(replace(joint, a=shrunk(joint.a), d=shrunk(joint.d)) for joint in chain.joints)
-    u, v, w = map(shrunk, chain.point.offset)
+    joints = tuple(replace(joint, a=shrink(joint.a), d=shrink(joint.d)) for joint in chain.joints)
+    u, v, w = map(shrink, chain.point.offset)
     return replace(chain, joints=joints, tool=replace(chain.point, offset=(u, v, w))), float(unit)
 
 
 def _configurations(
-    chain: Chain, scaled: _Scaled, component: Component, regular: np.ndarray, words: Catalogue
+    chain: Chain, scaled: _ScaledArm, component: Component, regular: np.ndarray, words: Catalogue
 ) -> list[tuple[str, np.ndarray]]:
-    """Return captions and table entries (n) of configurations on a component; none where the numbers allow none."""
+    """Return captions and table entries (n) of configurations on a component; empty if the numbers allow none."""
     if component.solutions is None:
-        entries = _on_condition(chain, scaled, component)
+        entries = _best_on_condition(chain, scaled, component)
         both = words.pgettext("between two conditions", "and")
         shown = f" {both} ".join(f"{_text(condition, chain)} = 0" for condition in component.conditions)
-        return [] if entries is None else [(_short(shown, words), entries)]
+        return [] if entries is None else [(_fit_caption(shown, words), entries)]
     configurations = []
     joints = [joint for joint, _ in component.solutions]
     for values in itertools.product(*(values for _, values in component.solutions)):
@@ -289,13 +289,15 @@ def _configurations(
         kinds = [chain.joints[chain.q.index(joint)].kind for joint in joints]
         solved = zip(joints, values, kinds, strict=True)
         caption = ", ".join(f"{_text(q, chain)} = {_value(value, kind, chain)}" for q, value, kind in solved)
-        configurations.append((_short(caption, words), entries))
+        configurations.append((_fit_caption(caption, words), entries))
     return configurations
 
 
-def _on_condition(chain: Chain, scaled: _Scaled, component: Component) -> np.ndarray | None:
-    told = replace(component, conditions=tuple(condition.xreplace(scaled.values) for condition in component.conditions))
-    (text,) = normalized_pieces(scaled.chain, told)
+def _best_on_condition(chain: Chain, scaled: _ScaledArm, component: Component) -> np.ndarray | None:
+    numeric_component = replace(
+        component, conditions=tuple(condition.xreplace(scaled.values) for condition in component.conditions)
+    )
+    (text,) = normalized_pieces(scaled.chain, numeric_component)
     samples = samples_on(normalize_arm(scaled.chain), text, "figure", arms=1, each=TRIED)
     if not samples:
         return None
@@ -310,7 +312,7 @@ def _text(expression: sp.Expr, chain: Chain) -> str:
 
 
 def _value(value: sp.Expr, kind: str, chain: Chain) -> str:
-    """Return an angle in degrees, a length in metres; open symbols stay as they are.
+    """Return an angle in degrees or a length in metres; open symbols are unchanged.
 
     Multiples of a degree are exact, other angles have two decimals.
     """
@@ -327,13 +329,13 @@ def _angle(value: sp.Expr) -> str:
     return f"{decimal(degrees)}°" if degrees.is_Rational else f"{float(degrees):.2f}°"
 
 
-def _short(caption: str, words: Catalogue) -> str:
+def _fit_caption(caption: str, words: Catalogue) -> str:
     """Return a caption that fits below its drawing; the number before it says which condition is meant."""
     return words.with_decimal(caption) if len(caption) <= CAPTION else words.gettext("see the condition above")
 
 
-def _lost_directions(chain: Chain, scaled: _Scaled, entries: np.ndarray) -> tuple[np.ndarray, ...] | None:
-    """Return unit vectors along which P can't move, as far as linear ones are lost; None where no rank is lost."""
+def _lost_directions(chain: Chain, scaled: _ScaledArm, entries: np.ndarray) -> tuple[np.ndarray, ...] | None:
+    """Return unit vectors of lost linear directions, along which P can't move; None if no rank is lost."""
     task = [TASK_ROWS.index(row) for row in chain.task]
     jacobian = NumericChain(scaled.drawn, {}).jacobian(entries)[task]
     u, sigma, _ = np.linalg.svd(jacobian)
@@ -343,7 +345,7 @@ def _lost_directions(chain: Chain, scaled: _Scaled, entries: np.ndarray) -> tupl
     if jacobian.shape[0] > jacobian.shape[1]:
         return ()
     directions = []
-    for lost in _own_basis(u[:, rank:]):
+    for lost in _canonical_basis(u[:, rank:]):
         vector = np.zeros(6)
         vector[task] = lost
         if np.linalg.norm(vector[3:]) < 1e-6:
@@ -351,23 +353,23 @@ def _lost_directions(chain: Chain, scaled: _Scaled, entries: np.ndarray) -> tupl
     return tuple(directions)
 
 
-def _own_basis(basis: np.ndarray) -> list[np.ndarray]:
-    """Return a basis (rows) of the space that columns span: the same whatever basis, of whatever signs, is given.
+def _canonical_basis(basis: np.ndarray) -> list[np.ndarray]:
+    """Return a canonical basis (rows) of the space that the columns span, independent of the given basis and signs.
 
-    Which one the singular value decomposition returns is up to the processor. The coordinate axes are projected to the
-    space, one after another, and what is new of each is taken.
+    The basis from the singular value decomposition depends on the processor. So the coordinate axes are projected to
+    the space, one after another, and their new components form the basis.
     """
     projector, vectors = basis @ basis.T, list[np.ndarray]()
     for least in (0.3, 1e-3):
         for axis in projector:
-            new = axis - sum((axis @ one) * one for one in vectors)
+            new = axis - sum((axis @ vector) * vector for vector in vectors)
             if len(vectors) < basis.shape[1] and np.linalg.norm(new) > least:
                 vectors.append(new / np.linalg.norm(new))
     return vectors
 
 
 def cells(count: int, caption: float, width: float) -> tuple[int, int]:
-    """Return columns and rows for so many drawings, whose widest caption (pixels) has to fit into a column.
+    """Return columns and rows for `count` drawings, whose widest caption (pixels) has to fit into a column.
 
     >>> cells(9, 170.0, 520.0), cells(9, 198.0, 520.0), cells(4, 60.0, 520.0)
     ((3, 3), (2, 5), (2, 2))

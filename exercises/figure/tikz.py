@@ -1,4 +1,4 @@
-"""A figure's SVG as TikZ, so that LaTeX draws it itself without a converter: the few elements that figures have."""
+"""A figure's SVG as TikZ, so that LaTeX draws it without a converter; only the few elements of our figures."""
 
 import re
 import xml.etree.ElementTree as ET
@@ -10,7 +10,7 @@ from qdot.exercises.writing.markup import latex_escaped
 from qdot.exercises.writing.render import render
 
 POINTS = 0.565
-"""How many points (1/72.27 inch) a pixel becomes."""
+"""Points (1/72.27 inch) per pixel."""
 _GREEK = {char: name for name, char in LETTERS.items() if name != "square"}
 _LOW = "₀₁₂₃₄₅₆₇₈₉"
 _DIGITS = str.maketrans(_LOW, "0123456789")
@@ -19,7 +19,7 @@ _JOINS = {"stroke-linejoin": "line join", "stroke-linecap": "line cap"}
 
 @dataclass(frozen=True)
 class Stroke:
-    """A line, a polygon, a circle or a rounded box, with the options that TikZ draws it with; in pixels, y down."""
+    """A line, a polygon, a circle or a rounded box with its TikZ options; in pixels, y down."""
 
     options: tuple[str, ...]
     points: tuple[tuple[float, float], ...]
@@ -29,7 +29,7 @@ class Stroke:
 
 @dataclass(frozen=True)
 class Run:
-    """Lettering in LaTeX at a size in points, raised by so many."""
+    """Lettering in LaTeX, its size in points, and the points by which it is raised."""
 
     latex: str
     size: float
@@ -47,7 +47,7 @@ class Lettering:
 
 @dataclass(frozen=True)
 class _Frame:
-    """Where a group's own coordinates lie, and how large they are."""
+    """The origin and scale of a group's coordinates."""
 
     x: float = 0.0
     y: float = 0.0
@@ -58,35 +58,35 @@ class _Frame:
 
 
 def tikz(svg: str) -> str:
-    """Return a tikzpicture of one of our figures; needs tikz. Raises ValueError for SVG that no figure of ours has."""
+    """Return a tikzpicture of one of our figures; needs tikz. Raises ValueError for SVG that our figures don't have."""
     root = ET.fromstring(svg)  # noqa: S314 - our own figure
-    drawn = list(_drawn(root, _Frame(), {}))
+    drawn = list(_draw_elements(root, _Frame(), {}))
     return render("figure/arm.tex.j2", drawn=drawn, unit=POINTS, end=(root.get("width"), root.get("height")))
 
 
-def _drawn(parent: ET.Element, frame: _Frame, inherited: Mapping[str, str]) -> Iterator[Stroke | Lettering]:
-    for one in parent:
-        tag, given = one.tag.split("}")[-1], {**inherited, **one.attrib}
+def _draw_elements(parent: ET.Element, frame: _Frame, inherited: Mapping[str, str]) -> Iterator[Stroke | Lettering]:
+    for element in parent:
+        tag, attributes = element.tag.split("}")[-1], {**inherited, **element.attrib}
         if tag == "g":
-            yield from _drawn(one, _moved(frame, one.get("transform", "")), given)
+            yield from _draw_elements(element, _transform_frame(frame, element.get("transform", "")), attributes)
         elif tag in ("polyline", "polygon"):
-            pairs = (pair.split(",") for pair in given["points"].split())
-            yield Stroke(_options(given, frame), tuple(frame.at(*pair) for pair in pairs), tag == "polygon")
+            pairs = (pair.split(",") for pair in attributes["points"].split())
+            yield Stroke(_options(attributes, frame), tuple(frame.at(*pair) for pair in pairs), tag == "polygon")
         elif tag == "circle":
-            centre = frame.at(given["cx"], given["cy"])
-            yield Stroke(_options(given, frame), (centre,), True, frame.scale * float(given["r"]))
+            centre = frame.at(attributes["cx"], attributes["cy"])
+            yield Stroke(_options(attributes, frame), (centre,), True, frame.scale * float(attributes["r"]))
         elif tag == "rect":
-            x, y, wide, high = (float(given[name]) for name in ("x", "y", "width", "height"))
+            x, y, wide, high = (float(attributes[name]) for name in ("x", "y", "width", "height"))
             ends = ((x, y), (x + wide, y), (x + wide, y + high), (x, y + high))
-            rounded = f"rounded corners={POINTS * float(given.get('rx', 0)):.1f}pt"
-            yield Stroke((*_options(given, frame), rounded), tuple(frame.at(*end) for end in ends), True)
+            rounded = f"rounded corners={POINTS * float(attributes.get('rx', 0)):.1f}pt"
+            yield Stroke((*_options(attributes, frame), rounded), tuple(frame.at(*end) for end in ends), True)
         elif tag == "text":
-            yield _lettering(one, given, frame)
+            yield _lettering(element, attributes, frame)
         elif tag not in ("title", "desc"):
             raise ValueError(f"a figure with <{tag}>")
 
 
-def _moved(frame: _Frame, transform: str) -> _Frame:
+def _transform_frame(frame: _Frame, transform: str) -> _Frame:
     match = re.fullmatch(r"translate\(([-\d.]+) ([-\d.]+)\) scale\(([\d.]+)\)", transform)
     if match is None:
         if transform:
@@ -96,14 +96,14 @@ def _moved(frame: _Frame, transform: str) -> _Frame:
     return replace(frame, x=x, y=y, scale=frame.scale * float(match[3]))
 
 
-def _options(given: Mapping[str, str], frame: _Frame) -> tuple[str, ...]:
+def _options(attributes: Mapping[str, str], frame: _Frame) -> tuple[str, ...]:
     scale = POINTS * frame.scale
-    options = [f"{name}={_colour(given[what])}" for what, name in (("fill", "fill"), ("stroke", "draw"))
-               if given.get(what, "none") != "none"]  # fmt: skip
-    options.append(f"line width={scale * float(given.get('stroke-width', 1)):.2f}pt")
-    options += [f"{name}={given[what]}" for what, name in _JOINS.items() if what in given]
-    if "stroke-dasharray" in given:
-        lengths = [f"{scale * float(length):.2f}pt" for length in given["stroke-dasharray"].split()]
+    options = [f"{name}={_colour(attributes[what])}" for what, name in (("fill", "fill"), ("stroke", "draw"))
+               if attributes.get(what, "none") != "none"]  # fmt: skip
+    options.append(f"line width={scale * float(attributes.get('stroke-width', 1)):.2f}pt")
+    options += [f"{name}={attributes[what]}" for what, name in _JOINS.items() if what in attributes]
+    if "stroke-dasharray" in attributes:
+        lengths = [f"{scale * float(length):.2f}pt" for length in attributes["stroke-dasharray"].split()]
         marks = (f"{'off' if k % 2 else 'on'} {length}" for k, length in enumerate(lengths))
         options.append(f"dash pattern={' '.join(marks)}")
     return tuple(options)
@@ -119,17 +119,19 @@ def _colour(code: str) -> str:
     return f"{{rgb,255:red,{red};green,{green};blue,{blue}}}"
 
 
-def _lettering(one: ET.Element, given: Mapping[str, str], frame: _Frame) -> Lettering:
+def _lettering(element: ET.Element, attributes: Mapping[str, str], frame: _Frame) -> Lettering:
     runs: list[Run] = []
     low = 0.0
-    for run in one if len(one) else (one,):
+    for run in element if len(element) else (element,):
         low += float(run.get("dy", 0))
-        size = POINTS * frame.scale * float(run.get("font-size", given.get("font-size", 15)))
-        runs.append(Run(_set(run.text or "", run.get("font-style") == "italic"), size, -POINTS * frame.scale * low))
-    return Lettering(frame.at(given["x"], given["y"]), _colour(given["fill"]), tuple(runs))
+        size = POINTS * frame.scale * float(run.get("font-size", attributes.get("font-size", 15)))
+        runs.append(
+            Run(_to_latex(run.text or "", run.get("font-style") == "italic"), size, -POINTS * frame.scale * low)
+        )
+    return Lettering(frame.at(attributes["x"], attributes["y"]), _colour(attributes["fill"]), tuple(runs))
 
 
-def _set(text: str, italic: bool) -> str:
+def _to_latex(text: str, italic: bool) -> str:
     r"""Return lettering in LaTeX.
 
     >>> _set("θ", True), _set("a", True), _set("− 30°", False)
@@ -137,5 +139,5 @@ def _set(text: str, italic: bool) -> str:
     """
     pieces = re.split(f"([{''.join(_GREEK)}])", text)
     plain = "".join(rf"$\{_GREEK[piece]}$" if piece in _GREEK else latex_escaped(piece) for piece in pieces)
-    plain = re.sub(f"[{_LOW}]+", lambda found: f"$_{{{found[0].translate(_DIGITS)}}}$", plain.replace("°", r"$^\circ$"))
+    plain = re.sub(f"[{_LOW}]+", lambda match: f"$_{{{match[0].translate(_DIGITS)}}}$", plain.replace("°", r"$^\circ$"))
     return rf"\textit{{{plain}}}" if italic and not any(piece in _GREEK for piece in pieces) else plain

@@ -1,4 +1,4 @@
-"""From metres in the world frame to pixels: the view, and solid shapes seen in it."""
+"""The projection from metres in the world frame to pixels, and solid shapes in it."""
 
 import math
 from collections.abc import Iterable
@@ -8,24 +8,26 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from qdot.exercises.figure.labels import Request
-from qdot.exercises.figure.shapes import Pair, Polyline, Shape, moved
+from qdot.exercises.figure.shapes import Pair, Polyline, Shape, move_shape
 
 ARROW = 8.0
 
 
 @dataclass(frozen=True)
-class Drawn:
-    """Some shapes, back to front, and the labels that belong to them."""
+class Drawing:
+    """Some shapes, back to front, and their labels."""
 
     shapes: tuple[Shape, ...] = ()
     labels: tuple[Request, ...] = ()
 
-    def __add__(self, other: "Drawn") -> "Drawn":
-        return Drawn(self.shapes + other.shapes, self.labels + other.labels)
+    def __add__(self, on_top: "Drawing") -> "Drawing":
+        return Drawing(self.shapes + on_top.shapes, self.labels + on_top.labels)
 
-    def moved(self, by: Pair) -> "Drawn":
-        """Return the same at another place."""
-        return Drawn(tuple(moved(shape, by) for shape in self.shapes), tuple(label.moved(by) for label in self.labels))
+    def shift(self, by: Pair) -> "Drawing":
+        """Return the drawing shifted by a vector."""
+        return Drawing(
+            tuple(move_shape(shape, by) for shape in self.shapes), tuple(label.shift(by) for label in self.labels)
+        )
 
 
 @dataclass(frozen=True)
@@ -41,14 +43,14 @@ class View:
         return self.axes.tolist()
 
     def px(self, point: np.ndarray) -> Pair:
-        """Return where a point (3, m) is drawn."""
+        """Return the pixel coordinates of a point (3, m)."""
         (rx, ry, rz), (ux, uy, uz), _ = self._rows  # plain numbers: NumPy is slow on three of them
         x, y, z = point.tolist()
         right, up = rx * x + ry * y + rz * z, ux * x + uy * y + uz * z
         return self.scale * right + self.shift[0], -self.scale * up + self.shift[1]
 
     def path(self, points: Iterable[np.ndarray]) -> tuple[Pair, ...]:
-        """Return where points are drawn."""
+        """Return the pixel coordinates of points."""
         return tuple(self.px(point) for point in points)
 
     def heading(self, vector: np.ndarray) -> Pair:
@@ -60,12 +62,12 @@ class View:
         return (right / size, -up / size) if size > 1e-6 else (0.0, -1.0)
 
     def toward(self, vector: np.ndarray) -> float:
-        """Return how far a vector (3) leads towards the reader."""
+        """Return the component of a vector (3) towards the reader."""
         (dx, dy, dz), (x, y, z) = self._rows[2], vector.tolist()
         return float(dx * x + dy * y + dz * z)
 
     def lies_flat(self, vector: np.ndarray) -> bool:
-        """Whether a unit vector (3) is seen at its full length."""
+        """Whether a unit vector (3) lies almost in the plane of the drawing."""
         return abs(self.toward(vector)) < 0.2
 
     def is_end_on(self, vector: np.ndarray) -> bool:
@@ -92,16 +94,16 @@ def _turn(a: Pair, b: Pair, c: Pair) -> float:
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
-def across(axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return two unit vectors that stand on a unit vector and on each other."""
-    other = np.eye(3)[int(np.argmin(np.round(np.abs(axis), 6)))]
-    first = np.cross(axis, other)
+def perpendicular_vectors(axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return two unit vectors that are perpendicular to a unit vector and to each other."""
+    helper = np.eye(3)[int(np.argmin(np.round(np.abs(axis), 6)))]
+    first = np.cross(axis, helper)
     first = first / np.linalg.norm(first)
     return first, np.cross(axis, first)
 
 
 def cylinder(view: View, center: np.ndarray, axis: np.ndarray, radius: float, half: float) -> tuple[Polyline, ...]:
-    """Return a cylinder about an axis (sizes in pixels): its outline and the end that is turned to the reader."""
+    """Return a cylinder about an axis (sizes in pixels): its outline, and the end that faces the reader."""
     x, y = view.px(center)
     rings = _cylinder(tuple(view.axes.ravel().tolist()), tuple(axis.tolist()), radius, half)
     outline, front = (tuple((x + dx, y + dy) for dx, dy in ring) for ring in rings)
@@ -112,9 +114,9 @@ def cylinder(view: View, center: np.ndarray, axis: np.ndarray, radius: float, ha
 def _cylinder(
     directions: tuple[float, ...], along: tuple[float, ...], radius: float, half: float
 ) -> tuple[tuple[Pair, ...], tuple[Pair, ...]]:
-    """Return outline and near end of a cylinder in pixels about its centre, for a view's directions (row by row)."""
+    """Return the outline and the near end of a cylinder in pixels about its centre, for a view's axes (by rows)."""
     axes, axis = np.array(directions).reshape(3, 3), np.array(along)
-    u, v = across(axis)
+    u, v = perpendicular_vectors(axis)
     turns = np.linspace(0.0, 2 * np.pi, 41)[:-1, None]
     ring = (u * np.cos(turns) + v * np.sin(turns)) * radius
     near = axis * (1.0 if axes[2] @ axis >= 0 else -1.0) * half
@@ -124,8 +126,8 @@ def _cylinder(
 
 
 def box(view: View, center: np.ndarray, axis: np.ndarray, half: float, side: float) -> tuple[Polyline, ...]:
-    """Return a square sleeve along an axis (sizes in pixels): the faces that are turned to the reader."""
-    u, v = across(axis)
+    """Return a square sleeve along an axis (sizes in pixels): the faces that the reader sees."""
+    u, v = perpendicular_vectors(axis)
     sizes = np.array([half, side, side]) / view.scale
     edges = [e * s for e, s in zip((axis, u, v), sizes, strict=True)]
     faces = []
@@ -161,6 +163,6 @@ def tip(points: tuple[Pair, ...], style: str, size: float = ARROW) -> tuple[Poly
     return (Polyline((*points[:-1], last), style), Polyline(head, f"{style}-head", True))
 
 
-def turned(x: np.ndarray, y: np.ndarray, angle: float | np.ndarray) -> np.ndarray:
-    """Return the unit vector at an angle (rad) from x towards y; those at k x 1 angles as k x 3."""
+def direction_at(x: np.ndarray, y: np.ndarray, angle: float | np.ndarray) -> np.ndarray:
+    """Return the unit vector at an angle (rad) from x towards y; for angles (k x 1), the vectors (k x 3)."""
     return np.asarray(x * np.cos(angle) + y * np.sin(angle))

@@ -1,4 +1,4 @@
-"""An arm in words: what its figure shows, exactly, for readers who do not see it."""
+"""An arm in words: an exact description of its figure for readers who do not see it."""
 
 import sympy as sp
 
@@ -6,7 +6,7 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.figure.plane import SEEN, exact, is_flat, plane
-from qdot.exercises.figure.shapes import signed
+from qdot.exercises.figure.shapes import sign_and_lettering
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, catalogue
 
 _ENGLISH = catalogue(ENGLISH)
@@ -29,9 +29,9 @@ def panels_title(chain: Chain, words: Catalogue) -> str:
 
 
 def alt_text(chain: Chain, posed: bool = False) -> str:
-    """Return a description of the arm: its joints, the lengths of its links, its base, and where P is.
+    """Return a description of the arm: its joints, the lengths of its links, its base, and the position of P.
 
-    An arm that is told by its axes is told at home, also where it is drawn in another configuration (`posed`).
+    An arm given by its axes is described at home, even if it is drawn in another configuration (`posed`).
     """
     chain = exact(chain)
     count = NUMBERS[chain.n] if chain.n < len(NUMBERS) else str(chain.n)
@@ -60,7 +60,7 @@ def panels_text(captions: list[str], key: str, remark: str, words: Catalogue, ha
 
 
 def left_out_text(counts: list[int], shown: list[int], words: Catalogue = _ENGLISH) -> str:
-    """Return what small drawings leave out: of each condition so many configurations are known and so many shown.
+    """Return what small drawings leave out, from the known and shown numbers of configurations of each condition.
 
     >>> left_out_text([2, 4, 3, 0], [2, 2, 0, 0])
     'Not drawn: 2 more of condition 2; condition 3 (3 configurations); condition 4 (none with these lengths).'
@@ -81,7 +81,7 @@ def left_out_text(counts: list[int], shown: list[int], words: Catalogue = _ENGLI
 def _plain(expression: sp.Expr, angle: bool) -> str:
     if expression == 0:
         return "0"
-    sign, pieces = signed(expression, angle)
+    sign, pieces = sign_and_lettering(expression, angle)
     words = "".join(text for text, _, _ in pieces).replace("°", " degrees")
     return f"{'minus ' if sign == '−' else ''}{words}"
 
@@ -120,18 +120,18 @@ def _joint(chain: Chain, i: int) -> str:
 
 
 def _axes(chain: Chain) -> list[str]:
-    """Return where the axes and the point are at home."""
+    """Return sentences on the axes and the point at home."""
     axes, point = axes_of(chain)
-    told = []
+    sentences = []
     for i, axis in enumerate(axes, 1):
         through = "" if axis.kind == "P" else f" through {_place(axis.point)}"
-        told.append(
+        sentences.append(
             f"Joint {i} {'turns about' if axis.kind == 'R' else 'slides along'} {_way(axis.direction)}{through}."
         )
     if chain.point.frame != chain.n:
-        return [*told, f"The point P is at {_place(point)}."]
+        return [*sentences, f"The point P is at {_place(point)}."]
     parallel = "there, its axes are parallel to those of s"
-    return [*told, f"The point P, the origin of the body frame b, is at {_place(point)}; {parallel}."]
+    return [*sentences, f"The point P, the origin of the body frame b, is at {_place(point)}; {parallel}."]
 
 
 def _way(direction: sp.Matrix) -> str:
@@ -145,7 +145,7 @@ def _place(point: sp.Matrix) -> str:
 def _sum(value: sp.Expr, unit: str) -> str:
     """Return a coordinate in words, term by term: numbers to three digits, minus written out.
 
-    Numbers without a letter are one.
+    Numbers without a letter are one term.
 
     >>> _sum(sp.Rational(9, 40) + sp.sqrt(3) / 20 - sp.Symbol("d1"), " m")
     '0.312 m minus d1'
@@ -175,7 +175,7 @@ def _moves(chain: Chain, i: int) -> str:
 
 
 def _joint_of_frame(chain: Chain, i: int) -> str:
-    """Return the same where frame i stands on the axis of joint i."""
+    """Return a description of a joint in modified DH, where frame i is on the axis of joint i."""
     row = convention_of(chain).rows[i - 1]
     angle, before = row.kind == "R", f"z{i - 1}"
     if row.alpha == 0:

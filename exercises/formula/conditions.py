@@ -318,8 +318,8 @@ class SetComparison:
 
     covered: tuple[bool | None, ...]
     sound: tuple[bool | None, ...]
-    missing: Mapping[str, Any] | None
-    surplus: Mapping[str, Any] | None
+    missing: Mapping[str, float] | None
+    surplus: Mapping[str, float] | None
     points: int
     least: int
     rounded: bool = False

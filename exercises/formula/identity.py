@@ -15,7 +15,7 @@ An assignment may allow more (`Rounding`).
 
 from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 from typing import Any
@@ -23,6 +23,7 @@ from typing import Any
 import mpmath
 import numpy as np
 
+from qdot.exercises.common.json_form import OPTIONAL
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula import exact
 from qdot.exercises.formula.noise import without_noise
@@ -126,6 +127,32 @@ class Rounding:
 
 
 @dataclass(frozen=True)
+class EntryDifference:
+    """A point where an entry (counted from 0) differs: the symbols' values in rad and m, and both values there.
+
+    A value is a text where it is no finite real number, or takes more digits to be told from the other. `expected` is
+    None where it is held back. For a vector that counts up to a factor, it is what suits the answer's entry `pivot`.
+    """
+
+    entry: int
+    at: Mapping[str, float]
+    yours: float | str
+    expected: float | str | None
+    pivot: int | None = field(default=None, metadata=OPTIONAL)
+
+
+@dataclass(frozen=True)
+class SetDifference:
+    """Configurations (rad and m) in which two sets differ: singular but not claimed, and claimed but not singular."""
+
+    missing: Mapping[str, float] | None
+    surplus: Mapping[str, float] | None
+
+
+Counterexample = EntryDifference | SetDifference
+
+
+@dataclass(frozen=True)
 class Certificate:
     """How a verdict was reached: method, points tried, the chance at most that a wrong answer gets through.
 
@@ -136,12 +163,7 @@ class Certificate:
     method: str
     points: int
     bound: float | None = None
-    counterexample: Mapping[str, Any] | None = None
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the form in which results files hold it."""
-        example = dict(self.counterexample) if self.counterexample is not None else None
-        return {"method": self.method, "points": self.points, "bound": self.bound, "counterexample": example}
+    counterexample: Counterexample | None = None
 
 
 @dataclass(frozen=True)
@@ -329,7 +351,7 @@ class _Trial:
             )  # fmt: skip
         return self.precise[point, digits]
 
-    def counterexample(self, entry: int) -> dict[str, Any]:
+    def counterexample(self, entry: int) -> EntryDifference:
         """Return a point where an entry differs, both values there, and the entry's number; readable ones first."""
         defined = np.isfinite(self.expected[entry])
         clear = np.flatnonzero((self._is_clear(entry) | ~np.isfinite(self.found[entry])) & defined)
@@ -342,7 +364,7 @@ class _Trial:
             point, mine, due = self._tiny(entry)
         at = {name: _short(column[point]) for name, column in sorted(self.values.items())}
         yours, expected = told_apart(mine, due)
-        return {"entry": entry, "at": at, "yours": yours, "expected": expected}
+        return EntryDifference(entry, at, yours, expected)
 
     def _tiny(self, entry: int) -> tuple[int, Any, Any]:
         """Return a point where 50 digits tell what double precision does not, or else a point and its values."""

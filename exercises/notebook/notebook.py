@@ -85,8 +85,8 @@ def _notebook(
     import nbformat
     from nbformat.v4 import new_notebook
 
-    own = claims(kind, key, student, problems)
-    notebook = new_notebook(metadata={"kernelspec": KERNEL, "language_info": {"name": "python"}, "qdot": own})
+    own_claims = claims(kind, key, student, problems)
+    notebook = new_notebook(metadata={"kernelspec": KERNEL, "language_info": {"name": "python"}, "qdot": own_claims})
     has_tables = any(convention_of(problem.chain).has_frames for _, problem in problems)
     opening = render("notebook/title.md.j2", title=title, key=key, student=student, kind=kind, has_tables=has_tables)
     notebook.cells = [_markdown("title", opening), _code("setup", setup_cell(problems))]
@@ -103,11 +103,11 @@ def claims(kind: str, key: str, student: str, problems: Problems) -> dict[str, o
 
     Of each problem: the symbols that it has, the joints' variables, and the form in which each answer is due.
     """
-    said: dict[str, object] = {"assignment": key, "student": student, "engine": ENGINE, "kind": kind}
-    said["symbols"] = {slot: sorted(problem.symbols()) for slot, problem in problems}
-    said["joints"] = {slot: [q.name for q in problem.chain.q] for slot, problem in problems}
-    said["answers"] = {slot: _forms(problem) for slot, problem in problems}
-    return said
+    content: dict[str, object] = {"assignment": key, "student": student, "engine": ENGINE, "kind": kind}
+    content["symbols"] = {slot: sorted(problem.symbols()) for slot, problem in problems}
+    content["joints"] = {slot: [q.name for q in problem.chain.q] for slot, problem in problems}
+    content["answers"] = {slot: _forms(problem) for slot, problem in problems}
+    return content
 
 
 def _forms(problem: Problem) -> dict[str, dict[str, object]]:
@@ -134,8 +134,8 @@ def _problem_cells(
 ) -> "Iterator[NotebookNode]":
     """Yield the cells of a problem; `written` has texts by the names of their cells."""
     first = f"{slot}-statement"
-    given = written.get(first) or statement(problem, f"{number} {problem.title}", figure_image(problem, slot))
-    yield _markdown(first, given)
+    opening = written.get(first) or statement(problem, f"{number} {problem.title}", figure_image(problem, slot))
+    yield _markdown(first, opening)
     solved = worked_solutions(problem) if kind == "solution" else {}
     for index, part in enumerate(problem.parts, 1):
         label = f"{number}.{index}"
@@ -161,9 +161,9 @@ def _prompt(label: str, slot: str, problem: Problem, part: Part, hinted: bool) -
     asked = prompt(problem, part)
     svg = part_svg(problem.chain, part, f"{slot}-{part.name}")
     figure = _image(svg, part_alt(problem.chain, part)) if svg else ""
-    given = hints(problem, part) if hinted else ()
+    part_hints = hints(problem, part) if hinted else ()
     return render(
-        "notebook/prompt.md.j2", number=label, title=title, points=points, prompt=asked, figure=figure, hints=given
+        "notebook/prompt.md.j2", number=label, title=title, points=points, prompt=asked, figure=figure, hints=part_hints
     )
 
 

@@ -51,7 +51,7 @@ def show(
 
 
 @dataclass(frozen=True)
-class _ShownPart:
+class _PartView:
     """A part as a template shows it: texts in the target's own markup."""
 
     name: str
@@ -65,16 +65,16 @@ class _ShownPart:
     solution_figure: str
 
 
-def _pieces(
+def _part_views(
     problem: Problem, solution: bool, hinted: bool, convert: Callable[[str], str], lead: str = "", drawn: bool = False
-) -> list[_ShownPart]:
+) -> list[_PartView]:
     """Return the parts of a problem in the markup that `convert` writes; `lead` is what a hint begins with.
 
     Figures are drawn for a form that shows them.
     """
     solved = worked_solutions(problem) if solution else {}
     return [
-        _ShownPart(
+        _PartView(
             part.name,
             ASKED[part.kind].heading(problem.chain),
             points_text(part.points),
@@ -99,7 +99,7 @@ def _as_text(problem: Problem, solution: bool, hinted: bool) -> str:
         title=f"{problem.title} ({problem.id})",
         statement=to_text(statement(problem, "")),
         figure=textwrap.fill(f"Figure: {alt_text(problem.chain)}", 100),
-        parts=_pieces(problem, solution, hinted, lambda text: to_text(text).rstrip(), LEAD),
+        parts=_part_views(problem, solution, hinted, lambda text: to_text(text).rstrip(), LEAD),
         footer=_footer(problem),
     )
 
@@ -110,7 +110,7 @@ def _as_latex(problem: Problem, solution: bool, hinted: bool) -> str:
         title=latex_escaped(problem.title),
         statement=to_latex(statement(problem, "")),
         figure=latex_escaped(alt_text(problem.chain)),
-        parts=_pieces(problem, solution, hinted, lambda text: to_latex(text).rstrip(), LEAD),
+        parts=_part_views(problem, solution, hinted, lambda text: to_latex(text).rstrip(), LEAD),
     )
 
 
@@ -120,7 +120,7 @@ def _as_html(problem: Problem, solution: bool, hinted: bool) -> str:
         title=problem.title,
         statement=to_html(statement(problem, "")),
         figure=figure_svg(problem.chain),
-        parts=_pieces(problem, solution, hinted, to_html, drawn=True),
+        parts=_part_views(problem, solution, hinted, to_html, drawn=True),
         footer=_footer(problem),
     )
 

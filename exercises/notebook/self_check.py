@@ -52,7 +52,7 @@ def _square(chain: Chain, _: Asked) -> bool:
     return len(chain.task) == chain.n
 
 
-def _turning_only(chain: Chain, _: Asked) -> bool:
+def _is_all_revolute(chain: Chain, _: Asked) -> bool:
     return all(joint.kind == "R" for joint in chain.joints) and chain.point.frame == chain.n
 
 
@@ -87,7 +87,7 @@ RELATIONS = (
         ("joint-axes", "position-vectors", "geometric-jacobian"),
         "Are the linear rows of your geometric Jacobian your axes times your vectors?",
         "at({geometric_jacobian})[{linear_half}]", "np.cross(at({joint_axes}), at({position_vectors}), axis=0)",
-        _turning_only,
+        _is_all_revolute,
     ),
     Relation(
         ("joint-axes", "geometric-jacobian"),
@@ -196,7 +196,7 @@ class Check:
     singular: bool
 
 
-def _due(problem: Problem) -> Iterator[tuple[str, Relation]]:
+def _find_relations(problem: Problem) -> Iterator[tuple[str, Relation]]:
     """Yield what can be checked, and behind which part."""
     asked, order = _by_kind(problem), [part.name for part in problem.parts]
     for relation in RELATIONS:
@@ -211,8 +211,8 @@ def _by_kind(problem: Problem) -> Asked:
 
 def check_cell(slot: str, problem: Problem, part: str) -> str:
     """Return the cell of what can be checked once a part is answered; nothing where there is none."""
-    due = [relation for name, relation in _due(problem) if name == part]
-    if not due:
+    relations = [relation for name, relation in _find_relations(problem) if name == part]
+    if not relations:
         return ""
     asked, omega_first = _by_kind(problem), convention_of(problem.chain).is_omega_first
     words: dict[str, object] = {kind.replace("-", "_"): variable(slot, each.name) for kind, each in asked.items()}
@@ -226,14 +226,16 @@ def check_cell(slot: str, problem: Problem, part: str) -> str:
         "turning": [int(joint.kind == "R") for joint in problem.chain.joints],
     }
     checks = [
-        Check(each.question, each.left.format(**words), each.right.format(**words), each.singular) for each in due
+        Check(each.question, each.left.format(**words), each.right.format(**words), each.singular) for each in relations
     ]
     return render("notebook/check.py.j2", slot=slot, checks=checks).strip()
 
 
 def function_cell(problems: Problems) -> str:
     """Return the cell that the checks need; nothing where no problem has any."""
-    known = [(slot, _roles(problem), _given(problem)) for slot, problem in problems if any(_due(problem))]
+    known = [
+        (slot, _roles(problem), _given_values(problem)) for slot, problem in problems if any(_find_relations(problem))
+    ]
     return render("notebook/self-check.py.j2", problems=known).strip() if known else ""
 
 
@@ -245,7 +247,7 @@ def _roles(problem: Problem) -> list[tuple[str, list[str]]]:
     return list(roles.items())
 
 
-def _given(problem: Problem) -> list[tuple[str, str]]:
+def _given_values(problem: Problem) -> list[tuple[str, str]]:
     return [(name, python_text(i.value)) for name, i in problem.symbols().items() if i.value is not None]
 
 

@@ -1,8 +1,8 @@
-"""What an answer earns that is right in part: the rules, and what an assignment says of them (`credit`).
+"""Partial credit: the rules, and an assignment's changes to them (`credit`).
 
-A rule is a function of what is right and what is wrong, never of the arm: equal mistakes earn equal shares. Whoever
-marks (the grader, STACK's questions) finds out what is wrong, and takes the share from here. docs/partial-credit.md
-tells the rules with examples.
+A rule is a function of what is right and what is wrong, never of the arm: equal mistakes earn equal shares. The grader
+and STACK's questions find out what is wrong, and take the share from here. docs/partial-credit.md explains the rules
+with examples.
 """
 
 from collections.abc import Collection, Hashable, Mapping, Sequence
@@ -22,35 +22,35 @@ CREDIT = (
 
 @dataclass(frozen=True)
 class Credit:
-    """By what an answer that is right in part is marked (one of WAYS, "" for the question's own), and times what."""
+    """How a partly right answer is marked (one of WAYS, "" for the question's default), and a factor for its share."""
 
     by: str = ""
     worth: Fraction = Fraction(1)
 
     @property
     def is_by_mistakes(self) -> bool:
-        """Whether it counts that a single mistake gives all that is wrong, beside the places that are right."""
+        """Whether an answer also earns a share if a single mistake explains everything that is wrong."""
         return self.by not in ("entries", "columns", "whole")
 
 
 OWN = Credit()
-"""Each answer by the rule of its type."""
+"""The default: each answer by the rule of its type."""
 
 
 # --- the rules ---
 
 AMISS = Fraction(1, 5)
-"""What wrong signs cost, however many there are, a common factor that is wrong, and rounded values of joints."""
+"""The cost of wrong signs (any number of them), of a wrong common factor, and of rounded joint values."""
 FORGOTTEN = Fraction(2, 3)
-"""By what a condition multiplies the share if some of its configurations are forgotten."""
+"""Factor of the share for a condition of which some configurations are forgotten."""
 HALF = Fraction(1, 2)
-"""What one known mistake leaves, and each wrong factor, forgotten condition and false condition."""
+"""Factor of the share for one known mistake, and for each wrong factor, forgotten condition and false condition."""
 MOST_WRONG = 2
-"""So many factors of a product may be wrong, lost or too many."""
+"""Maximum number of factors of a product that may be wrong, lost or too many."""
 
 
 def share_but_for_a_factor(is_sign_wrong: bool, is_factor_wrong: bool) -> Fraction:
-    """Return the share of an answer that is right but for signs, or for a common factor, or for both.
+    """Return the share of an answer that is right except for signs, a common factor, or both.
 
     >>> share_but_for_a_factor(is_sign_wrong=True, is_factor_wrong=False)
     Fraction(4, 5)
@@ -58,10 +58,10 @@ def share_but_for_a_factor(is_sign_wrong: bool, is_factor_wrong: bool) -> Fracti
     return 1 - AMISS * (is_sign_wrong + is_factor_wrong)
 
 
-def share_of_product(due: int, lost: int, too_many: int) -> Fraction:
-    """Return the share of a product of `due` factors of which some are lost or too many; a wrong one is both.
+def share_of_product(expected: int, lost: int, too_many: int) -> Fraction:
+    """Return the share of a product of `expected` factors if some are lost or too many; a wrong factor counts as both.
 
-    Each halves it. If more are wrong than right, those that are right may be there by chance.
+    Each halves it. If more are wrong than right, the right ones may be a coincidence.
 
     >>> share_of_product(2, lost=1, too_many=0), share_of_product(2, lost=1, too_many=1), share_of_product(4, 2, 0)
     (Fraction(1, 2), Fraction(1, 2), Fraction(1, 4))
@@ -69,31 +69,34 @@ def share_of_product(due: int, lost: int, too_many: int) -> Fraction:
     Fraction(0, 1)
     """
     wrong = max(lost, too_many)
-    return HALF**wrong if wrong <= min(MOST_WRONG, due - lost) else Fraction(0)
+    return HALF**wrong if wrong <= min(MOST_WRONG, expected - lost) else Fraction(0)
 
 
 def share_of_entries(right: Sequence[bool], zeros: Sequence[bool], blanks: Sequence[bool] | None = None) -> Fraction:
     """Return the share of a matrix or of numbers that are not all right.
 
-    It is that of the right entries among those that are not zero in the solution, less the zeros that were answered
-    with something else, and never more than all but one.
+    It is the share of right entries among those that are not zero in the solution, minus the zeros that were answered
+    with something else, and at most the share of all but one.
 
     >>> share_of_entries([True, False, True, True], zeros=[False, False, True, False])
     Fraction(2, 3)
     """
     counted = [same for same, zero in zip(right, zeros, strict=True) if not zero] or list(right)
-    return max(Fraction(0), Fraction(min(sum(counted) - spoiled(right, zeros, blanks), len(counted) - 1), len(counted)))
+    return max(
+        Fraction(0),
+        Fraction(min(sum(counted) - count_spoiled_zeros(right, zeros, blanks), len(counted) - 1), len(counted)),
+    )
 
 
-def spoiled(right: Sequence[bool], zeros: Sequence[bool], blanks: Sequence[bool] | None = None) -> int:
-    """Return how many zeros were answered with something else, where not all are zeros."""
+def count_spoiled_zeros(right: Sequence[bool], zeros: Sequence[bool], blanks: Sequence[bool] | None = None) -> int:
+    """Return how many zeros were answered with something else; 0 if all entries are zeros."""
     left = blanks or [False] * len(right)
     wrong = [zero and not same and not blank for same, zero, blank in zip(right, zeros, left, strict=True)]
     return 0 if all(zeros) else sum(wrong)
 
 
 def share_of_columns(right: Sequence[bool]) -> Fraction:
-    """Return the share of a matrix that is marked by columns, of which these, not of zeros alone, are right throughout.
+    """Return the share of a matrix that is marked by columns; `right` is for each column that is not all zeros.
 
     >>> share_of_columns([True, False, True])
     Fraction(2, 3)
@@ -101,31 +104,32 @@ def share_of_columns(right: Sequence[bool]) -> Fraction:
     return Fraction(min(sum(right), len(right) - 1), max(len(right), 1))
 
 
-def share_of_set(found: Sequence[tuple[int, int]], unsound: int, *, is_rounded: bool = False) -> Fraction:
-    """Return the share of a set that is not right: of each condition, how many configurations are `found`, of how many.
+def share_of_set(matched: Sequence[tuple[int, int]], unsound: int, *, is_rounded: bool = False) -> Fraction:
+    """Return the share of a set that is not right; `matched` has the found and the expected number of configurations
+    of each condition.
 
-    `unsound` conditions are claimed and don't hold (`false_conditions`). If they are more than those of which something
-    is found, they are guesses. Values that are right but for rounding are found; all of them together cost what wrong
-    signs do.
+    `unsound` is the number of claimed conditions that don't hold (`count_false_conditions`). If there are more of them
+    than conditions with something found, they are guesses. Rounded values count as found; together they cost as much as
+    wrong signs.
 
     >>> share_of_set([(1, 2)], 0), share_of_set([(0, 2), (1, 1)], 0), share_of_set([(2, 2)], 1)
     (Fraction(2, 3), Fraction(1, 2), Fraction(1, 2))
     >>> share_of_set([(2, 2), (0, 1)], 1), share_of_set([(2, 2)], 2), share_of_set([(2, 2)], 0, is_rounded=True)
     (Fraction(1, 4), Fraction(0, 1), Fraction(4, 5))
     """
-    conditions = sum(some > 0 for some, _ in found)
+    conditions = sum(some > 0 for some, _ in matched)
     if conditions == 0 or unsound > conditions:
         return Fraction(0)
     share = HALF**unsound * (1 - AMISS * is_rounded)
-    for some, due in found:
-        share *= 1 if some == due else FORGOTTEN if some else HALF
-    return share if share < 1 else HALF  # something is claimed that holds nowhere
+    for some, expected in matched:
+        share *= 1 if some == expected else FORGOTTEN if some else HALF
+    return share if share < 1 else HALF  # some claim holds nowhere
 
 
-def false_conditions(false: Sequence[Hashable], true: Collection[Hashable]) -> int:
-    """Return how many false conditions there are, of the joints of each `false` claim and of those that are `true`.
+def count_false_conditions(false: Sequence[Hashable], true: Collection[Hashable]) -> int:
+    """Return the number of false conditions, from the joints of each `false` claim and of the `true` ones.
 
-    All false values of a joint are one, unless true ones are claimed beside them: then each is one more guess.
+    All false values of a joint count as one, unless true values are claimed as well: then each counts as a guess.
 
     >>> false_conditions(["theta1", "theta1"], ["theta2"]), false_conditions(["theta2", "theta2"], ["theta2"])
     (1, 2)
@@ -139,7 +143,7 @@ def false_conditions(false: Sequence[Hashable], true: Collection[Hashable]) -> i
 def read_credit(
     policy: str | float | Mapping[str, str | float] | None, questions: Sequence[str]
 ) -> tuple[tuple[str, Credit], ...]:
-    """Return how partly right answers are marked, for the questions for which that is said. Raises QdotError.
+    """Return the rules for partial credit, for the questions with a rule. Raises QdotError.
 
     >>> read_credit({"jacobian": "columns"}, ["position", "jacobian"])
     (('jacobian', Credit(by='columns', worth=Fraction(1, 1))),)
@@ -148,15 +152,15 @@ def read_credit(
         unknown = next((name for name in policy if name not in questions), None)
         if unknown is not None:
             raise QdotError(f"{unknown!r} is none of the questions of this problem, {', '.join(questions)}")
-        return tuple((name, _credit(policy[name])) for name in questions if name in policy)
-    return () if policy is None else tuple((name, _credit(policy)) for name in questions)
+        return tuple((name, _parse_credit(policy[name])) for name in questions if name in policy)
+    return () if policy is None else tuple((name, _parse_credit(policy)) for name in questions)
 
 
-def _credit(said: str | float) -> Credit:
-    if isinstance(said, bool) or (isinstance(said, str) and said not in WAYS):
+def _parse_credit(setting: str | float) -> Credit:
+    if isinstance(setting, bool) or (isinstance(setting, str) and setting not in WAYS):
         raise QdotError(CREDIT)
-    if isinstance(said, str):
-        return Credit(said)
-    if not 0 <= said <= 1:
+    if isinstance(setting, str):
+        return Credit(setting)
+    if not 0 <= setting <= 1:
         raise QdotError(CREDIT)
-    return Credit("", Fraction(str(said)))
+    return Credit("", Fraction(str(setting)))

@@ -1,4 +1,4 @@
-"""The nouns: what a problem is made of, and the identity that regenerates it."""
+"""A problem, its parts, and the identity that regenerates it."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -47,32 +47,34 @@ class ProblemId:
 
     def __str__(self) -> str:
         marks = ("" if self.variation == DEFAULT else self.variation, self.convention, self.twist_order)
-        return "@".join((self.seeded, *filter(None, marks)))
+        return "@".join((self.family_and_seed, *filter(None, marks)))
 
     @property
-    def seeded(self) -> str:
-        """Family and seed, on which all that is drawn depends: a seed draws the same lengths in all variations."""
+    def family_and_seed(self) -> str:
+        """Family and seed, which determine all random choices: a seed has the same lengths in all variations."""
         return f"{self.family}/{self.seed}"
 
-    def varied(self, variation: str) -> "ProblemId":
-        """Return the identity with another variation, unless none is named. Raises QdotError for one that is none."""
+    def with_variation(self, variation: str) -> "ProblemId":
+        """Return the identity with another variation, if one is given. Raises QdotError if it is unknown."""
         return replace(self, variation=canonical_name(variation)) if variation else self
 
-    def told(self, convention: str, twist_order: str = "") -> "ProblemId":
-        """Return the identity with another convention, and with twists in another order, unless none is named.
+    def with_convention(self, convention: str, twist_order: str = "") -> "ProblemId":
+        """Return the identity with another convention and another order of twists, if they are given.
 
-        An arm with an order is told by its axes. Raises QdotError for what is none, and for an order beside a table.
+        Only an arm described by its axes has an order. Raises QdotError for unknown ones, and for an order of a table.
         """
-        said = convention_named(convention) if convention else self.convention
-        order = twist_order_named(twist_order) if twist_order else self.twist_order
-        is_ordered = bool(REGISTRY[said].twist_orders) if said else not convention
+        chosen = find_convention(convention) if convention else self.convention
+        order = find_twist_order(twist_order) if twist_order else self.twist_order
+        is_ordered = bool(REGISTRY[chosen].twist_orders) if chosen else not convention
         if (twist_order or order) and not is_ordered:
-            raise QdotError(f"{self.seeded} is told by a table (convention = {convention or said!r}); {OF_ORDER}")
-        return replace(self, convention=BY_AXES if twist_order else said, twist_order=order)
+            raise QdotError(
+                f"{self.family_and_seed} is told by a table (convention = {convention or chosen!r}); {OF_ORDER}"
+            )
+        return replace(self, convention=BY_AXES if twist_order else chosen, twist_order=order)
 
     @staticmethod
     def parse(text: str, hint: str = "") -> "ProblemId":
-        """Read FAMILY/SEED, with @VARIATION, @CONVENTION and @ORDER behind it, or some of these.
+        """Parse FAMILY/SEED, followed by @VARIATION, @CONVENTION and @ORDER or some of these.
 
         Raises QdotError, with `hint` for a text of another form.
         """
@@ -87,14 +89,18 @@ class ProblemId:
             )
         if len(seed) > len(str(LARGEST_SEED)) or int(seed) > LARGEST_SEED:
             raise QdotError(f"{family}/{seed[:25]}{'…' * (len(seed) > 25)}: the largest seed is {LARGEST_SEED}")
-        conventions, orders, variations = _sorted_marks(text, marks.split("@")[1:])
-        return ProblemId(family, int(seed)).varied("".join(variations)).told("".join(conventions), "".join(orders))
+        conventions, orders, variations = _sort_marks(text, marks.split("@")[1:])
+        return (
+            ProblemId(family, int(seed))
+            .with_variation("".join(variations))
+            .with_convention("".join(conventions), "".join(orders))
+        )
 
 
-def _sorted_marks(text: str, marks: Sequence[str]) -> tuple[list[str], list[str], list[str]]:
-    """Return the conventions, orders of twists and variations that the marks of an identity name, of each one at most.
+def _sort_marks(text: str, marks: Sequence[str]) -> tuple[list[str], list[str], list[str]]:
+    """Return the conventions, orders of twists and variations among the marks of an identity, at most one of each.
 
-    Raises QdotError, for a mark that is none of them with all that there are.
+    Raises QdotError; for an unknown mark, it lists the known ones.
     """
     conventions = [mark for mark in marks if mark in CONVENTIONS]
     orders = [mark for mark in marks if mark in TWIST_ORDERS]
@@ -125,8 +131,8 @@ OF_ORDER = f'the order of twists is for arms that are told by their axes (conven
 _MARKS = {"convention": CONVENTIONS, "order of twists": TWIST_ORDERS, "variation": (*STEPS, *AXES)}
 
 
-def twist_order_named(name: str) -> str:
-    """Return what an identity says of an order: nothing of the usual one. Raises QdotError for one that is none."""
+def find_twist_order(name: str) -> str:
+    """Return the order of twists for an identity, "" for the default one. Raises QdotError if it is unknown."""
     if name not in TWIST_ORDERS:
         called = name.lower().replace("_", "-").replace(" ", "")
         meant = _ORDERS_CALLED.get(called) or likeliest(called, TWIST_ORDERS)
@@ -141,11 +147,11 @@ _ORDERS_CALLED = {
         ("v-w", "vomega", "vw", "linear-first", "murray", "murray-li-sastry", "(v,omega)"), TWIST_ORDERS[1]
     ),
 }
-"""What orders are called elsewhere, and here."""
+"""Other names of orders of twists."""
 
 
-def convention_named(name: str) -> str:
-    """Return what an identity says of a convention: nothing of the usual one. Raises QdotError for one that is none."""
+def find_convention(name: str) -> str:
+    """Return the convention for an identity, "" for the default one. Raises QdotError if it is unknown."""
     if name not in CONVENTIONS:
         meant = ALIASES.get(name.lower().replace("_", "-")) or likeliest(name.lower(), CONVENTIONS)
         hint = f" (did you mean {meant!r}?)" if meant else ""
@@ -163,17 +169,17 @@ class SymbolInfo:
 
 
 def by_name(values: Mapping[sp.Symbol, sp.Expr]) -> dict[str, float]:
-    """Return by name those of the values that hold no letter."""
+    """Return the numeric values by name."""
     return {symbol.name: float(value) for symbol, value in values.items() if not value.free_symbols}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Details:
-    """What the wording and the tests of a part need beside its answer; each kind of question has a class of its own.
+    """What the wording and the tests of a part need in addition to its answer; each kind of question has a subclass.
 
-    `symbols` may be used in answers beside those of the arm, `units` are those of formulas, in `pose` (joint's name ->
-    value) the arm is drawn under the prompt, and with `drawn` its options are drawings. What is left at its default is
-    not put on record, so that no digest knows of it.
+    `symbols` may be used in answers in addition to those of the arm, `units` are the units of formulas, `pose` (joint's
+    name -> value) is the pose of the figure under the prompt, and `drawn` means that the options are drawings. Defaults
+    are not recorded, so they do not change digests.
     """
 
     symbols: Mapping[str, SymbolInfo] | None = None
@@ -301,7 +307,7 @@ class Problem:
         for symbol in self.chain.parameters:
             angle = symbol.name.startswith(("alpha", "beta"))
             known[symbol.name] = SymbolInfo("angle" if angle else "length", "rad" if angle else "m")
-        for number, joint in enumerate(() if not convention_of(self.chain).has_frames else self.chain.joints, 1):
+        for number, joint in enumerate(self.chain.joints if convention_of(self.chain).has_frames else (), 1):
             for letter, value in (("a", joint.a), ("d", joint.d if joint.kind == "R" else sp.S.Zero)):
                 if value.is_number and value != 0:
                     known.setdefault(f"{letter}{number}", SymbolInfo("length", "m", value))

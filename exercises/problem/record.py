@@ -1,13 +1,13 @@
-"""A problem as plain data, and the digests by which it is known again: of the arm, of each part, of the whole.
+"""A problem as plain data, and the digests that identify it: of the arm, of each part, and of the whole.
 
-What decides the problem is in it (table, task, references, given quantities); wording and figures are not, so that a
-sentence may be mended without making another problem of it.
+The data contains everything that determines the problem (table, task, references, given quantities), but no wording or
+figures, so that a corrected sentence does not make it a different problem.
 """
 
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from typing import Any
 
 import sympy as sp
@@ -27,9 +27,9 @@ def robot_json(chain: Chain) -> Json:
     twists, where that is not the usual one.
     """
     base, point = chain.base, chain.point
-    told = {} if chain.convention == CONVENTIONS[0] else {"convention": chain.convention}
+    description = {} if chain.convention == CONVENTIONS[0] else {"convention": chain.convention}
     if chain.twist_order in convention_of(chain).twist_orders[1:]:
-        told["twist_order"] = chain.twist_order
+        description["twist_order"] = chain.twist_order
     return {
         "name": chain.name,
         "title": chain.title,
@@ -40,47 +40,58 @@ def robot_json(chain: Chain) -> Json:
         "base": {"position": [str(value) for value in base.position], "yaw": str(base.yaw), "tilt": str(base.tilt)},
         "point": {"frame": point.frame, "offset": [str(value) for value in point.offset]},
         "task": list(chain.task),
-        **told,
+        **description,
     }
 
 
 def symbol_json(info: SymbolInfo) -> Json:
-    """Return what a symbol stands for as plain data; `value` for lengths and angles only."""
+    """Return the meaning of a symbol as plain data, with a `value` for lengths and angles only."""
     content: Json = {"role": info.role, "unit": info.unit}
     if info.role in ("length", "angle"):
         content["value"] = None if info.value is None else str(info.value)
     return content
 
 
-def plain(value: object) -> Any:
-    """Return what JSON can hold of the details of a part; SymPy as text."""
+def to_plain_data(value: object) -> Any:
+    """Return the details of a part as data for JSON, with SymPy expressions as text."""
     if isinstance(value, Details):
-        told = ((field.name, getattr(value, field.name), field.default) for field in fields(value))
-        return plain({name: detail for name, detail, default in told if detail is not default})
+        entries = ((field.name, getattr(value, field.name), field.default) for field in fields(value))
+        return to_plain_data({name: detail for name, detail, default in entries if detail is not default})
     if is_dataclass(value) and not isinstance(value, type):
-        return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
+        return {field.name: to_plain_data(getattr(value, field.name)) for field in fields(value)}
     if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in sorted(value.items(), key=lambda pair: str(pair[0]))}
+        return {str(key): to_plain_data(item) for key, item in sorted(value.items(), key=lambda pair: str(pair[0]))}
     if isinstance(value, (tuple, list)):
-        return [plain(item) for item in value]
+        return [to_plain_data(item) for item in value]
     if isinstance(value, sp.Expr):
         return text_of(value)
     return value if value is None or isinstance(value, (str, int, float)) else str(value)
 
 
-def digests(problem: Problem) -> Json:
-    """Return the SHA-256 of the arm ("arm"), of each part ("parts"), and of all of it together ("sha256").
+@dataclass(frozen=True)
+class Digests:
+    """The SHA-256 of a problem in hexadecimal: of all of it together, of the arm, and of each part by its name."""
 
-    Points are left out: they may be changed after handing out.
-    """
+    sha256: str
+    arm: str
+    parts: Mapping[str, str]
+
+
+def digests(problem: Problem) -> Digests:
+    """Return the digests of a problem. Points are left out: they may be changed after handing out."""
     arm = _digest(robot_json(problem.chain))
     parts = {part.name: _digest(_part(part)) for part in problem.parts}
-    return {"sha256": _digest([problem.id.engine, arm, parts]), "arm": arm, "parts": parts}
+    return Digests(_digest([problem.id.engine, arm, parts]), arm, parts)
 
 
 def _part(part: Part) -> Json:
-    given = {"kind": part.kind, "reference": part.answer.as_json(), "options": None, "details": plain(part.details)}
-    return given | part.answer.options_json()
+    content = {
+        "kind": part.kind,
+        "reference": part.answer.as_json(),
+        "options": None,
+        "details": to_plain_data(part.details),
+    }
+    return content | part.answer.options_json()
 
 
 def _digest(content: Any) -> str:

@@ -39,8 +39,8 @@ from qdot.exercises.questions.base import (
 def _wrist_axes(generic: Chain) -> sp.Matrix:
     """Return the axes of joints 4 to 6 of a structure in the coordinates of the frame on the first of them (3 x 3)."""
     axes = [frame_behind(generic.joints[3:i]).rotation * Z for i in (3, 4, 5)]
-    if convention_of(generic).has_frames_of_joints:  # that frame turns with joint 4
-        axes = [rot_z(-generic.joints[3].theta) * axis for axis in axes]
+    for joint in generic.joints[3 : convention_of(generic).frame_on_axis(4)]:  # joint 4, if that frame turns with it
+        axes = [rot_z(-joint.theta) * axis for axis in axes]
     return sp.Matrix.hstack(*axes).applyfunc(lambda entry: textbook(sp.expand(entry)))
 
 

@@ -1,4 +1,4 @@
-"""The gallery of the arms: every family with its thumbnail, what it can be asked, and a way to practise with it."""
+"""The gallery of the arms: every family with its thumbnail, its questions, and a link to practise with it."""
 
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -20,11 +20,10 @@ PATH = "arms.html"
 
 @dataclass(frozen=True)
 class Card:
-    """A family as the gallery shows it, `titles` in other languages.
+    """A family as the gallery shows it, with its titles in other languages.
 
-    `task` is MathML, `kinds` as in RRP, both empty where they vary.
-
-    `practised`: whether the bank has it.
+    `task` is MathML, `kinds` the joints as in RRP; both are empty if they vary. `practised` says whether the bank has
+    problems of it.
     """
 
     name: str
@@ -42,8 +41,10 @@ def gallery(practised: Collection[str]) -> Page:
     """Return the gallery; `practised` are the families that the site's bank has."""
     cards = [_card(name, name in practised) for name in FAMILIES]
     titles = {name: question.title for name, question in QUESTIONS.items()}
-    told = {name: {code: catalogue(code).question(title) for code in LANGUAGES} for name, title in titles.items()}
-    body = render("site/arms.html.j2", cards=cards, questions=titles, told_questions=told)
+    translations = {
+        name: {code: catalogue(code).question(title) for code in LANGUAGES} for name, title in titles.items()
+    }
+    body = render("site/arms.html.j2", cards=cards, questions=titles, translated_questions=translations)
     return Page(PATH, "The arms", body, section="arms", kind="wide")
 
 

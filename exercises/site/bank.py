@@ -1,11 +1,11 @@
-"""The bank of the site: problems written as JSON, each certified, a rerun keeping what is up to date.
+"""The bank of the site: certified problems as JSON. A rerun keeps files that are up to date.
 
-bank/index.json                 what there is to choose from
+bank/index.json                 the list of problems
 bank/FAMILY/KEY.json            a problem (`record.site_record`)
-bank/FAMILY/KEY.solutions.json  its worked solutions, loaded when they are asked for, where they are told at all
-bank/FAMILY/KEY.de.json         its texts in German, loaded where that is the page's language (`languages`)
-bank/FAMILY/KEY.solutions.de.json  the same of its solutions
-bank/index.de.json              the titles in index.json in German
+bank/FAMILY/KEY.solutions.json  its worked solutions, loaded on demand, if students may see them
+bank/FAMILY/KEY.de.json         its texts in German, loaded if the page is in German (`languages`)
+bank/FAMILY/KEY.solutions.de.json  its solutions in German
+bank/index.de.json              the titles of index.json in German
 """
 
 import hashlib
@@ -16,8 +16,8 @@ from functools import cache
 from pathlib import Path
 
 from qdot.exercises.arm.difficulty import step
-from qdot.exercises.assignment.draws import Failures, GivenUp
-from qdot.exercises.assignment.store import code
+from qdot.exercises.assignment.draws import FailedSlot, Failures
+from qdot.exercises.assignment.store import code_digest
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.parallel import ordered_map
 from qdot.exercises.families import FAMILIES
@@ -26,29 +26,30 @@ from qdot.exercises.problem.problem import Problem
 from qdot.exercises.problem.record import Json
 from qdot.exercises.quizzes import ASKED
 from qdot.exercises.site.record import site_record, solutions_record, translated_record, translated_solutions
-from qdot.exercises.site.supply import Wanted
+from qdot.exercises.site.supply import BankProblem
 from qdot.exercises.writing.languages import LANGUAGES, LOCALE, catalogue
 from qdot.exercises.writing.render import template_folder
 
 FOLDER = "bank"
 
-TOLD = (".json", *(f".{code}.json" for code in LANGUAGES))
-SOLVED = tuple(f".solutions{ending}" for ending in TOLD)
-"""How the names of a problem's files end, and of its solutions'."""
+PROBLEM_ENDINGS = (".json", *(f".{code}.json" for code in LANGUAGES))
+SOLUTION_ENDINGS = tuple(f".solutions{ending}" for ending in PROBLEM_ENDINGS)
+"""The endings of the file names of a problem, and of its solutions."""
 
 
 def write_bank(
-    folder: Path, wanted: Sequence[Wanted], failures: Failures, jobs: int, each: Callable[[], None],
-    left_out: Callable[[GivenUp], None], solved: bool = True,
+    folder: Path, wanted: Sequence[BankProblem], failures: Failures, jobs: int, each: Callable[[], None],
+    left_out: Callable[[FailedSlot], None], solved: bool = True,
 ) -> list[Json]:  # fmt: skip
-    """Write the problems and return what index.json lists of each: family, key, difficulty, title, questions, flat.
+    """Write the problems and return their entries in index.json: family, key, difficulty, title, questions, flat.
 
-    `left_out` is told of one of which no draw passes its certificate. Without `solved`, there are no solutions.
+    `left_out` is called for a problem of which no draw passes its certificate. Without `solved`, no solutions are
+    written.
     """
     listed = []
     with closing(ordered_map(_write, wanted, jobs, _state, (folder, failures, solved))) as every:
         for record in every:
-            if isinstance(record, GivenUp):
+            if isinstance(record, FailedSlot):
                 left_out(record)
             else:
                 listed.append(record)
@@ -63,21 +64,21 @@ def _state(folder: Path, failures: Failures, solved: bool) -> _State:
     return folder, failures, solved
 
 
-def _write(state: _State, wanted: Wanted) -> Json | GivenUp:
+def _write(state: _State, wanted: BankProblem) -> Json | FailedSlot:
     folder, failures, solved = state
     path = folder / FOLDER / wanted.family / f"{wanted.key}.json"
     problem_id = wanted.problem and wanted.problem.id
-    drawn_as = f"{wanted.seed}/{wanted.asked}/{wanted.share}/{wanted.variation}/{wanted.told}/{problem_id}"
-    about = f"{code()}/{_texts()}/{drawn_as}"
-    made_from = hashlib.sha256(about.encode()).hexdigest()  # a seed is not to be read from the bank
+    drawn_as = f"{wanted.seed}/{wanted.asked}/{wanted.share}/{wanted.variation}/{wanted.frame_convention}/{problem_id}"
+    about = f"{code_digest()}/{_texts_digest()}/{drawn_as}"
+    made_from = hashlib.sha256(about.encode()).hexdigest()  # the bank must not reveal seeds
     if not solved:
-        for ending in SOLVED:
+        for ending in SOLUTION_ENDINGS:
             path.with_suffix(ending).unlink(missing_ok=True)
-    kept = _kept(path, made_from, TOLD + SOLVED * solved)
+    kept = _find_up_to_date(path, made_from, PROBLEM_ENDINGS + SOLUTION_ENDINGS * solved)
     if kept is not None:
         return kept
-    problem = wanted.certified(failures)
-    if isinstance(problem, GivenUp):
+    problem = wanted.find_certified(failures)
+    if isinstance(problem, FailedSlot):
         return problem
     record = site_record(problem)
     listed = {
@@ -86,7 +87,7 @@ def _write(state: _State, wanted: Wanted) -> Json | GivenUp:
         **({"flat": True} if is_flat(problem.chain) else {}),
     }  # fmt: skip
     if wanted.problem is not None:
-        record["id"] = wanted.key  # its own would tell the seed
+        record["id"] = wanted.key  # its own id would reveal the seed
     if solved:
         _write_solutions(path, problem, record["id"])
     for language in LANGUAGES:
@@ -102,12 +103,12 @@ def _write_solutions(path: Path, problem: Problem, key: str) -> None:
 
 
 def _write_text(path: Path, content: Json) -> None:
-    """Write a file of the bank; waiting for the disk would take as long as the problem, and it can be made again."""
+    """Write a file of the bank without syncing the disk, which would take long; the file can be made again."""
     write_atomically(path, _text(content), lasting=False)
 
 
-def _kept(path: Path, made_from: str, endings: Sequence[str]) -> Json | None:
-    """Return what is listed of a problem that is there already, made by this very code."""
+def _find_up_to_date(path: Path, made_from: str, endings: Sequence[str]) -> Json | None:
+    """Return the index entry of a problem whose files exist already, made by the same code; None if they don't."""
     try:
         record = json.loads(path.read_text(encoding="utf-8"))
         listed: Json | None = record["listed"] if record["made_from"] == made_from else None
@@ -117,7 +118,7 @@ def _kept(path: Path, made_from: str, endings: Sequence[str]) -> Json | None:
 
 
 def _is_written(path: Path) -> bool:
-    """Return whether a file is there, and not empty, as where the power failed before the disk had it."""
+    """Return whether a file exists and is not empty, which it may be after a power failure."""
     try:
         return path.stat().st_size > 0
     except OSError:
@@ -125,8 +126,8 @@ def _is_written(path: Path) -> bool:
 
 
 @cache
-def _texts() -> str:
-    """Return a digest of what the texts are made from; `code` has none of it, as wording decides no problem."""
+def _texts_digest() -> str:
+    """Return a digest of the sources of texts, which `code` does not cover, as wording does not affect problems."""
     digest = hashlib.sha256()
     folder = template_folder()
     for path in sorted(folder.rglob("*.md.j2")):
@@ -137,9 +138,9 @@ def _texts() -> str:
 
 
 def index_text(listed: Sequence[Json], titles: Sequence[tuple[str, str, str]], feedback: str) -> str:
-    """Return index.json; `titles` are (name, title, source) of the families or places, in order.
+    """Return index.json; `titles` are (name, title, source) of the families or slots, in order.
 
-    `feedback` is how much is told of a wrong answer, of the levels of an assignment.
+    `feedback` is the level of feedback on wrong answers, as in an assignment.
     """
     asked = {question for entry in listed for question in entry["questions"]}
     return _text(
@@ -147,7 +148,7 @@ def index_text(listed: Sequence[Json], titles: Sequence[tuple[str, str, str]], f
             "format": 1,
             "feedback": feedback,
             "families": [
-                {"name": name, "title": title, "source": source, "problems": list(_of(listed, name))}
+                {"name": name, "title": title, "source": source, "problems": list(_entries_of(listed, name))}
                 for name, title, source in titles
             ],
             "questions": [
@@ -162,7 +163,7 @@ def index_text(listed: Sequence[Json], titles: Sequence[tuple[str, str, str]], f
 def titles_text(language: str, titles: Sequence[tuple[str, str, str]]) -> str:
     """Return the titles in index.json in another language: {"families": {name: title}, "questions": {name: title}}.
 
-    A place of an instructor's own has none, whatever its name, and keeps the title that it was given.
+    A slot of an instructor's assignment keeps its own title, whatever its name.
     """
     words = catalogue(language)
     ours = {name for name, title, _ in titles if name in FAMILIES and FAMILIES[name].title == title}
@@ -170,7 +171,7 @@ def titles_text(language: str, titles: Sequence[tuple[str, str, str]]) -> str:
     return _text({"families": families, "questions": {q.name: words.question(q.title) for q in ASKED.values()}})
 
 
-def _of(listed: Sequence[Json], family: str) -> Iterator[Json]:
+def _entries_of(listed: Sequence[Json], family: str) -> Iterator[Json]:
     for entry in listed:
         if entry["family"] == family:
             yield {name: value for name, value in entry.items() if name != "family"}

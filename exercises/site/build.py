@@ -1,4 +1,4 @@
-"""The site put together in a folder: scripts and styles, pages, the bank, and what makes it work offline."""
+"""Builds the site in a folder: scripts and styles, pages, the bank, and the service worker for offline use."""
 
 import hashlib
 import json
@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from qdot.exercises.assignment.assignment import FEEDBACK
-from qdot.exercises.assignment.draws import Failures, GivenUp
+from qdot.exercises.assignment.draws import FailedSlot, Failures
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import make_folder, write_atomically
 from qdot.exercises.problem.record import Json
-from qdot.exercises.site.bank import FOLDER, SOLVED, TOLD, index_text, titles_text, write_bank
+from qdot.exercises.site.bank import FOLDER, PROBLEM_ENDINGS, SOLUTION_ENDINGS, index_text, titles_text, write_bank
 from qdot.exercises.site.page import INDEX, ROBOTS
 from qdot.exercises.site.pages import (
     Around,
@@ -27,7 +27,7 @@ from qdot.exercises.site.pages import (
 )
 from qdot.exercises.site.robots import robots_text
 from qdot.exercises.site.stale_files import remove_stale_files
-from qdot.exercises.site.supply import Wanted
+from qdot.exercises.site.supply import BankProblem
 from qdot.exercises.writing.languages import LANGUAGES
 
 NOT_BUILT = (
@@ -35,18 +35,18 @@ NOT_BUILT = (
 )
 SIZES = f"{FOLDER}/sizes.json"
 GALLERY = "docs/families/"
-"""Where the pictures of the gallery are, which works offline as the other pages do."""
+"""The folder with the pictures of the gallery, which is available offline like the other pages."""
 
 
 @dataclass(frozen=True)
 class Order:
-    """What site to build: the problems, the families or places that they belong to, and the texts around them.
+    """What site to build: the problems, their families or slots, and the texts around them.
 
-    `feedback` is how much is told of a wrong answer; at its last level, the bank has solutions.
+    `feedback` is the level of feedback on wrong answers; at the last level, the bank has solutions.
     """
 
     folder: Path
-    wanted: Sequence[Wanted]
+    wanted: Sequence[BankProblem]
     titles: Sequence[tuple[str, str, str]]
     failures: Failures
     jobs: int
@@ -61,10 +61,10 @@ class Order:
         return self.feedback == FEEDBACK[-1]
 
 
-def build(order: Order, each: Callable[[], None], left_out: Callable[[GivenUp], None]) -> Json:
-    """Build the site; `each` is told of every problem, `left_out` of those of which no draw passes.
+def build(order: Order, each: Callable[[], None], left_out: Callable[[FailedSlot], None]) -> Json:
+    """Build the site; `each` is called after every problem, `left_out` for those of which no draw passes.
 
-    Return counts: problems, questions, files of the shell. Raises QdotError.
+    Return counts: problems, questions, files for offline use. Raises QdotError.
     """
     assets = built_assets()
     if assets is None:
@@ -78,22 +78,22 @@ def build(order: Order, each: Callable[[], None], left_out: Callable[[GivenUp], 
     for name, text in titles.items():
         write_atomically(order.folder / name, text)
     write_atomically(order.folder / SIZES, _sizes_text(order, listed))
-    shell = [*_copied(assets, order.folder), ROBOTS, SIZES]
+    shell = [*_copy_assets(assets, order.folder), ROBOTS, SIZES]
     families = [name for name, _, _ in order.titles]
     around = Around(order.docs, order.commands, order.course, families, licences_text(assets.folder))
     for page in pages(around):
         write_atomically(order.folder / page.path, page_text(page, assets, order.course, order.docs is not None))
         shell.append(page.path)
-        for language, (title, body) in page.told.items():
-            told = json.dumps({"title": title, "body": body}, ensure_ascii=False)
-            write_atomically(order.folder / page.told_path(language), told)
-            shell.append(page.told_path(language))
-    drawings = [] if order.docs is None else _drawings(order.docs, order.folder)
+        for language, (title, body) in page.translations.items():
+            path = page.translated_path(language)
+            write_atomically(order.folder / path, json.dumps({"title": title, "body": body}, ensure_ascii=False))
+            shell.append(path)
+    drawings = [] if order.docs is None else _copy_drawings(order.docs, order.folder)
     shell += [name for name in drawings if name.startswith(GALLERY)]
     write_atomically(order.folder / "icon.svg", favicon())
     write_atomically(order.folder / "manifest.webmanifest", manifest(order.course))
     version = hashlib.sha256(
-        b"".join((order.folder / name).read_bytes() for name in shell + _problems(order, listed) + [*titles])
+        b"".join((order.folder / name).read_bytes() for name in shell + _bank_paths(order, listed) + [*titles])
         + index.encode()
     ).hexdigest()
     shell += ["icon.svg", "manifest.webmanifest", INDEX, *titles]
@@ -104,22 +104,25 @@ def build(order: Order, each: Callable[[], None], left_out: Callable[[GivenUp], 
 
 
 def _sizes_text(order: Order, listed: Sequence[Json]) -> str:
-    """Return how large the files of each problem are: {"files": {"FAMILY/KEY": {ending: bytes}}}."""
+    """Return the sizes of the files of each problem: {"files": {"FAMILY/KEY": {ending: bytes}}}."""
     files: dict[str, dict[str, int]] = {}
     for entry in listed:
         name = f"{entry['family']}/{entry['key']}"
-        paths = {ending: order.folder / FOLDER / f"{name}{ending}" for ending in TOLD + SOLVED * order.is_solved}
+        paths = {
+            ending: order.folder / FOLDER / f"{name}{ending}"
+            for ending in PROBLEM_ENDINGS + SOLUTION_ENDINGS * order.is_solved
+        }
         files[name] = {ending: path.stat().st_size for ending, path in paths.items()}
     return json.dumps({"format": 1, "files": files}, separators=(",", ":"))
 
 
-def _problems(order: Order, listed: Sequence[Json]) -> list[str]:
-    """Return the files of the bank: where one of them changes, browsers forget what they kept of the site before."""
+def _bank_paths(order: Order, listed: Sequence[Json]) -> list[str]:
+    """Return the paths of the bank's files; if one of them changes, browsers discard their cache of the site."""
     names = [f"{FOLDER}/{entry['family']}/{entry['key']}" for entry in listed]
-    return [name + ending for name in names for ending in TOLD + SOLVED * order.is_solved]
+    return [name + ending for name in names for ending in PROBLEM_ENDINGS + SOLUTION_ENDINGS * order.is_solved]
 
 
-def _drawings(docs: Path, folder: Path) -> list[str]:
+def _copy_drawings(docs: Path, folder: Path) -> list[str]:
     """Copy the documentation's drawings and pictures, and return their paths in the site."""
     names = []
     for drawing in sorted(path for path in docs.rglob("*") if path.suffix in (".png", ".svg")):
@@ -128,7 +131,7 @@ def _drawings(docs: Path, folder: Path) -> list[str]:
     return names
 
 
-def _copied(assets: Assets, folder: Path) -> list[str]:
+def _copy_assets(assets: Assets, folder: Path) -> list[str]:
     """Copy scripts and styles, and return their paths in the site."""
     names = [path.relative_to(assets.folder).as_posix() for path in assets.files]
     for name, path in zip(names, assets.files, strict=True):

@@ -1,8 +1,7 @@
-"""The book's side of the site: a page for each of Examples 6.1 to 6.4 with the live arm beside it, and the errata."""
+"""The book's part of the site: a page for each of Examples 6.1 to 6.4 with a live arm beside it, and the errata."""
 
 import json
-from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from collections.abc import Iterator
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.docs import Example, corrections, examples
@@ -18,11 +17,11 @@ from qdot.exercises.writing.render import environment
 SECTION = "examples"
 START, ERRATA = "examples/index.html", "examples/errata.html"
 ASIDE = 0.62
-"""The part of a page's width that a formula may take beside the arm."""
+"""The share of the page's width for formulas beside the arm."""
 
 
 def address(number: str) -> str:
-    """Return where the page of an example is.
+    """Return the path of an example's page.
 
     >>> address("6.1")
     'examples/6-1.html'
@@ -31,22 +30,18 @@ def address(number: str) -> str:
 
 
 def chapter_pages() -> Iterator[Page]:
-    """Yield the pages of the chapter's examples, what leads to them, and the errata."""
+    """Yield the overview of the chapter's examples, their pages, and the errata."""
     start = {language: _start(language) for language in (ENGLISH, *LANGUAGES)}
-    yield _told(Page(START, *start.pop(ENGLISH), section=SECTION, kind="wide"), start)
+    yield Page(START, *start.pop(ENGLISH), section=SECTION, kind="wide", translations=start)
     for place, example in enumerate(examples()):
         pages = {language: _example(place, language) for language in (ENGLISH, *LANGUAGES)}
-        yield _told(Page(address(example.number), *pages.pop(ENGLISH), section=SECTION, kind="wide"), pages)
-    told = {language: _errata(language) for language in (ENGLISH, *LANGUAGES)}
-    yield _told(Page(ERRATA, *told.pop(ENGLISH), section=SECTION), told)
+        yield Page(address(example.number), *pages.pop(ENGLISH), section=SECTION, kind="wide", translations=pages)
+    errata = {language: _errata(language) for language in (ENGLISH, *LANGUAGES)}
+    yield Page(ERRATA, *errata.pop(ENGLISH), section=SECTION, translations=errata)
 
 
-def _told(page: Page, told: Mapping[str, tuple[str, str]]) -> Page:
-    return replace(page, told=told)
-
-
-def _listed(language: str) -> list[dict[str, object]]:
-    """Return the examples as they are listed; `told` are figures whose words are in the language."""
+def _list_examples(language: str) -> list[dict[str, object]]:
+    """Return the examples for a list; `is_translated` says whether a figure's words are in the language."""
     return [
         {"number": e.number, "title": e.title, "address": address(e.number)} | _card_figure(e, language)
         for e in examples(language)
@@ -54,58 +49,58 @@ def _listed(language: str) -> list[dict[str, object]]:
 
 
 def _start(language: str) -> tuple[str, str]:
-    """Return title and body of the page that leads to the examples."""
+    """Return title and body of the overview of the examples."""
     template = environment(language).get_template("site/examples.html.j2")
     title = catalogue(language).gettext("Examples 6.1 to 6.4")
-    return title, template.render(examples=_listed(language), errata=len(corrections()), errata_at=ERRATA)
+    return title, template.render(examples=_list_examples(language), errata=len(corrections()), errata_at=ERRATA)
 
 
 def _card_figure(example: Example, language: str) -> dict[str, object]:
     name = f"card-{example.number.replace('.', '-')}"
     seen = not example.drawn  # an example before it shows the arm
     if seen and example.singular:
-        return {"figure": singular_svg(example.arm, name, language), "told": True}
-    return {"figure": figure_svg(example.arm, name), "told": False}
+        return {"figure": singular_svg(example.arm, name, language), "is_translated": True}
+    return {"figure": figure_svg(example.arm, name), "is_translated": False}
 
 
 def _errata(language: str) -> tuple[str, str]:
     """Return title and body of the page of errata."""
     template = environment(language).get_template("site/errata.md.j2")
-    text = template.render(errata=list(enumerate(corrections(language), 1)), places=_places(), level="##")
+    text = template.render(errata=list(enumerate(corrections(language), 1)), places=_errata_places(), level="##")
     return catalogue(language).gettext("Errata of the chapter"), to_html(text)
 
 
 def _example(place: int, language: str) -> tuple[str, str]:
     """Return title and body of an example's page."""
-    templates, every = environment(language), _listed(language)
+    templates, every = environment(language), _list_examples(language)
     example = examples(language)[place]
     arm = example.arm
-    here = [number for number, at in _places().items() if at == address(example.number)]
-    own = [(number, corrections(language)[number - 1]) for number in here]
-    differs = templates.get_template("site/errata-list.md.j2").render(errata=own, places={}, level="###")
-    given = templates.get_template("site/example-given.md.j2").render(example=example)
+    here = [number for number, at in _errata_places().items() if at == address(example.number)]
+    corrections_here = [(number, corrections(language)[number - 1]) for number in here]
+    differs = templates.get_template("site/errata-list.md.j2").render(errata=corrections_here, places={}, level="###")
+    intro = templates.get_template("site/example-given.md.j2").render(example=example)
     title = catalogue(language).gettext("Example %(number)s", number=example.number)
     return title, templates.get_template("site/example.html.j2").render(
         example=example,
-        given=to_html(given),
+        given=to_html(intro),
         figure=figure_svg(arm, f"{example.key}-arm"),
         steps=[(title, to_html(text, share=ASIDE)) for title, text in example.steps],
         singular=singular_svg(arm, f"{example.key}-singular", language) if example.singular else "",
-        errata=to_html(differs, share=ASIDE) if own else "",
-        arm=json.dumps(told_arm(arm), ensure_ascii=False),
+        errata=to_html(differs, share=ASIDE) if corrections_here else "",
+        arm=json.dumps(live_arm(arm), ensure_ascii=False),
         before=every[place - 1] if place else None,
         after=every[place + 1] if place + 1 < len(every) else None,
         errata_at=ERRATA,
     )
 
 
-def told_arm(chain: Chain) -> Json:
-    """Return what the live arm is drawn from, with the factors of its determinant."""
+def live_arm(chain: Chain) -> Json:
+    """Return the data of the live arm, with the factors of its determinant."""
     return arm_record(Problem(ProblemId("docs", 0), chain, ())) | {"factors": determinant_factors(chain)}
 
 
-def _places() -> dict[int, str]:
-    """Return the page of the example that a correction is about, by the correction's number."""
+def _errata_places() -> dict[int, str]:
+    """Return the page of the example that each correction is about, by the correction's number."""
     known = {f"Example {e.number}": address(e.number) for e in examples()}
     errata = enumerate(corrections(), 1)
     return {number: at for number, e in errata for name, at in known.items() if e.where.startswith(name)}

@@ -1,4 +1,4 @@
-"""How the documentation is arranged on the site: for whom a page is, in what order, and in one line what it says."""
+"""The order of the documentation on the site: pages in groups by reader, each with a line on its content."""
 
 import re
 from dataclasses import dataclass
@@ -6,12 +6,12 @@ from pathlib import Path
 
 
 def _(message: str) -> str:
-    """Mark a text as a message; it is translated where it is shown."""
+    """Mark a text as a message, which is translated when it is shown."""
     return message
 
 
 OWN_PAGES = {"examples": "examples/index.html", "families": "arms.html"}
-"""Pages of docs/ that the site has in another form, and where."""
+"""Pages of docs/ that the site has in another form, and their paths there."""
 COMMANDS = "commands"
 GROUPS = {
     _("For students"): {
@@ -65,15 +65,15 @@ OTHERS = _("More")
 
 @dataclass(frozen=True)
 class Entry:
-    """A page of the documentation as it is listed."""
+    """A page of the documentation in a list."""
 
     name: str
     title: str
     says: str
 
 
-def arranged(docs: Path) -> dict[str, list[Entry]]:
-    """Return the pages that there are, by group; what no group knows comes last, by its own heading."""
+def arrange_pages(docs: Path) -> dict[str, list[Entry]]:
+    """Return the existing pages by group; pages without a group come last, with their own headings."""
     there = {path.stem: path for path in sorted(docs.glob("*.md")) if path.stem not in OWN_PAGES}
     groups = {
         group: [Entry(name, *about) for name, about in pages.items() if name in there or name == COMMANDS]

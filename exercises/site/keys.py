@@ -1,24 +1,24 @@
-"""Keys by which a browser grades: what the right answer, and each mistake's, is worth at a few configurations.
+"""Keys by which a browser grades: the values of the right answer, and of known mistakes, at a few configurations.
 
-A key holds numbers, no formula. Configurations have two decimals, so that a counterexample can be followed by hand. The
-right values are worked out with many digits and written with 15, those of mistakes with 6: the same bytes everywhere.
+A key contains numbers, no formulas. Configurations have two decimals, so that a counterexample can be checked by hand.
+Right values are computed with many digits and written with 15, those of mistakes with 6: the same bytes everywhere.
 
     {"type": "values", "symbols": [name], "points": [[value]], "rows": r, "columns": c,
      "right": [[entry at each point]], "constants": [name], "moving": [index of an entry that depends on others],
-     "linear": {rate, velocity or force: [[what it is multiplied by in each entry at the first points]]},
+     "linear": {rate, velocity or force: [[its factor in each entry at the first points]]},
      "mistakes": [{"name", "title", "says", "missing": symbols, "print": [number at the first points]}],
-     "throughout": [… as mistakes: the same slip everywhere in the finished formulas]}
+     "throughout": [… as mistakes: the same mistake everywhere in the finished formulas]}
     {"type": "numbers", "units", "tolerance", "floor", "right": [number], "mistakes": [{…, "values": [number]}],
-     "precise": [… as mistakes: what is looked for behind a single number that has many digits]}
+     "precise": [… as mistakes: considered only for a single number with many digits]}
     {"type": "direction", …as "values", "tolerance": number or null}
     {"type": "configurations", "joints": [name], "symbols": [name], "pieces": [[pose]],
      "conditions": [number of pieces of each], "mistakes": []}
     {"type": "choice" | "selection" | "matching", "options": count, "items": count, "right": [index],
-     "told": [[{"name", "title", "says"} of what is behind an option that is wrong]]}
+     "told": [[{"name", "title", "says"} of a mistake that leads to a wrong option]]}
 
-`print` is one number for a whole answer at a point: the sum of its entries, row by row, each times `weight(index)`; of
-a direction, the size of that for the unit vector along it. A direction in numbers has that vector itself as "values".
-Slips in one place of a formula, and in conditions, the page finds by itself (site/src/grade/slips.ts, set-slips.ts).
+`print` is one number for a whole answer at a point: the sum of its entries, row by row, each times `weight(index)`; for
+a direction, the absolute value of this sum for its unit vector. A direction in numbers has that vector as "values".
+The page itself finds mistakes in one place of a formula, and in conditions (site/src/grade/slips.ts, set-slips.ts).
 """
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
@@ -59,32 +59,32 @@ from qdot.exercises.quizzes.values import AtRates
 from qdot.exercises.writing.statement import answer_code
 
 POINTS, DRAWN = 16, 24
-"""Configurations of a key, and how many are drawn: the first are readable, the others have lengths of all sizes."""
+"""Number of configurations of a key, and how many are sampled: the first ones are readable, others have any lengths."""
 HUGE = 1e8
-"""Where an entry is larger the arm is singular but for rounding, and no formula can be told from another."""
+"""If an entry is larger, the arm is singular except for rounding, and formulas can't be distinguished."""
 FEWEST_POINTS, PRINTED = 3, 2
-"""So many configurations a key needs, and at so many a mistake's answer is known, to six digits."""
+"""Minimum number of configurations of a key, and number of those with a mistake's answer, to six digits."""
 MOST_MISTAKES, MOST_IN_NUMBERS, MOST_NUMBERS = 60, 160, 500
-"""So many mistakes in formulas are told, and so many in numbers, with so many numbers in all."""
+"""Maximum number of mistakes in formulas, of mistakes in numbers, and of their numbers in total."""
 ALWAYS = (
     *(mistake.name for mistake in numeric.MISTAKES), "transposed", "cross-order", "sign", "transpose-for-inverse",
     "determinant-forgotten", "jacobian-for-inverse", "degrees",
 )  # fmt: skip
-"""Mistakes that are told beside these: what people do most, though it comes late in the catalogue."""
+"""Mistakes that are always included: frequent ones that come late in the catalogue."""
 THROUGHOUT = (
     "lengths-missing", "relative-throughout", "wave-throughout", "constants-left-out", "constants-sign",
     "constants-in-degrees", "constants-wrong-radians", "sum-of-angles-split",
 )  # fmt: skip
-"""Slips that are made everywhere in finished formulas, the likelier ones first; `MOST_THROUGHOUT` of them are told."""
+"""Mistakes that are made everywhere in finished formulas, the likely ones first; MOST_THROUGHOUT are included."""
 MOST_THROUGHOUT = 16
 POSES = 6
-"""So many poses of each piece of a singular set."""
+"""Number of poses on each piece of a singular set."""
 GOLDEN = 0.6180339887498949
 DIGITS = 30
 
 
 def weight(index: int) -> float:
-    """Return what an entry counts in the print of an answer.
+    """Return the weight of an entry in the print of an answer.
 
     >>> weight(0), round(weight(1), 6)
     (1.0, 1.618034)
@@ -93,13 +93,13 @@ def weight(index: int) -> float:
 
 
 def key_of(problem: Problem, part: Part, with_mistakes: bool = True) -> Json:
-    """Return the key of a part; `with_mistakes`, what a browser names, takes nearly all of the time."""
+    """Return the key of a part; `with_mistakes`, which a browser can name, takes nearly all of the time."""
     return part.answer.told_to(_Keys(problem, part, with_mistakes))
 
 
 @dataclass(frozen=True)
 class _Keys(Forms[Json]):
-    """The key of each form of answer."""
+    """Makes the key of each form of answer."""
 
     problem: Problem
     part: Part
@@ -111,11 +111,11 @@ class _Keys(Forms[Json]):
             return key
         key["mistakes"] = list(_mistakes_in_formulas(self.problem, self.part, points))
         if not answer.counts_up_to_a_factor:
-            told = {
+            extras = {
                 "linear": _linear(self.problem, self.part, points),
-                "throughout": list(_throughout(self.problem, self.part, points, key)),
+                "throughout": list(_mistakes_throughout(self.problem, self.part, points, key)),
             }
-            key |= {name: some for name, some in told.items() if some}
+            key |= {name: some for name, some in extras.items() if some}
         return key
 
     def direction(self, answer: Direction) -> Json:
@@ -128,10 +128,10 @@ class _Keys(Forms[Json]):
         return key | {"mistakes": self._mistakes(_mistakes_in_direction(self.problem, self.part, right))}
 
     def numbers(self, answer: Number) -> Json:
-        told = self._mistakes(_mistakes_in_numbers(self.problem, self.part, answer))
-        key = _numbers(answer) | {"mistakes": told}
-        if answer.shape == (1, 1):  # to few digits, many others give the same number
-            known = {tuple(mistake["values"]) for mistake in told}
+        mistakes = self._mistakes(_mistakes_in_numbers(self.problem, self.part, answer))
+        key = _numbers(answer) | {"mistakes": mistakes}
+        if answer.shape == (1, 1):  # with few digits, many other mistakes give the same number
+            known = {tuple(mistake["values"]) for mistake in mistakes}
             precise = self._mistakes(_mistakes_in_numbers(self.problem, self.part, answer, precise=True))
             key["precise"] = [mistake for mistake in precise if tuple(mistake["values"]) not in known]
         return key
@@ -140,15 +140,15 @@ class _Keys(Forms[Json]):
         return _configurations(self.problem, self.part, answer)
 
     def letters(self, answer: Letters) -> Json:
-        told = self._behind_options() if self.with_mistakes else [[] for _ in answer.options]
+        explanations = self._explain_options() if self.with_mistakes else [[] for _ in answer.options]
         return {
             "type": answer.type, "options": len(answer.options), "items": len(answer.matched),
-            "right": list(answer.right), "told": told,
+            "right": list(answer.right), "told": explanations,
         }  # fmt: skip
 
-    def _behind_options(self) -> list[list[Json]]:
-        behind = blames_for(self.problem, self.part, _stream(self.problem, self.part))
-        return [[_named(blame.mistake, blame.sentence) for blame in blames] for blames in behind]
+    def _explain_options(self) -> list[list[Json]]:
+        blames_by_option = blames_for(self.problem, self.part, _stream(self.problem, self.part))
+        return [[_mistake_record(blame.mistake, blame.sentence) for blame in blames] for blames in blames_by_option]
 
     def _mistakes(self, made: Iterator[Json]) -> list[Json]:
         return list(made) if self.with_mistakes else []
@@ -162,28 +162,28 @@ def _values(problem: Problem, part: Part) -> tuple[Json, Values]:
     key = values_key(part.answer.formulas(), part.shape or (1, 1), problem.domain(), _stream(problem, part))
     reference = part.answer.as_matrix()
     used = [{symbol.name for symbol in entry.free_symbols} for entry in reference]
-    key["constants"] = sorted(problem.constants & {*key["symbols"]} & _open(problem))
+    key["constants"] = sorted(problem.constants & {*key["symbols"]} & _open_symbols(problem))
     key["moving"] = [index for index, symbols in enumerate(used) if symbols - problem.constants]
     columns = zip(*key["points"], strict=True)
     return key, {name: np.array(column) for name, column in zip(key["symbols"], columns, strict=True)}
 
 
 def _linear(problem: Problem, part: Part, points: Values) -> Json:
-    """Return what each rate, velocity or force is multiplied by in each entry, if it is multiplied only."""
+    """Return the factor of each rate, velocity or force in each entry, if the entries are linear in it."""
     nodes = [read(text, problem.domain().roles) for text in part.answer.formulas()]
     program, used = compile_program(nodes), set().union(*map(names, nodes))
     few = {name: column[:PRINTED] for name, column in points.items() if name in used}
-    found = {}
+    factors = {}
     for name, symbol in problem.symbols().items():
         if name in used and symbol.role in ("rate", "velocity", "force"):
             at = [np.real(evaluate(program, few | {name: few[name] * 0 + k}, PRINTED)[0]) for k in range(3)]
             if np.allclose(at[2] - at[1], at[1] - at[0], rtol=1e-9, atol=1e-12):
-                found[name] = [[float(f"{value:.6g}") + 0.0 for value in entry] for entry in at[1] - at[0]]
-    return found
+                factors[name] = [[float(f"{value:.6g}") + 0.0 for value in entry] for entry in at[1] - at[0]]
+    return factors
 
 
-def _open(problem: Problem) -> set[str]:
-    """Return the symbols that are given no number."""
+def _open_symbols(problem: Problem) -> set[str]:
+    """Return the symbols without a given number."""
     return {name for name, role in problem.domain().roles.items() if isinstance(role, str)}
 
 
@@ -192,14 +192,14 @@ def values_key(texts: Sequence[str], shape: tuple[int, int], domain: Domain, str
     nodes = [read(text, domain.roles) for text in texts]
     points = domain.sample(set(domain.roles), DRAWN, stream)
     symbols = sorted(points)
-    given = {name for name, role in domain.roles.items() if not isinstance(role, str)}
+    fixed_names = {name for name, role in domain.roles.items() if not isinstance(role, str)}
     program = compile_program(nodes)
     used = sorted(set().union(*map(names, nodes)) & set(points))
     rows_of_points: list[list[float]] = []
     right: list[list[float | None]] = []
     for k in range(DRAWN):
-        row = [float(points[name][k]) if name in given else _short(points[name][k]) for name in symbols]
-        values = [_double(value) for value in _at(program, dict(zip(symbols, row, strict=True)), used)]
+        row = [float(points[name][k]) if name in fixed_names else _six_digits(points[name][k]) for name in symbols]
+        values = [_to_double(value) for value in _at(program, dict(zip(symbols, row, strict=True)), used)]
         if len(right) < POINTS and all(value is not None and abs(value) < HUGE for value in values):
             rows_of_points.append(row)
             right.append(values)
@@ -212,7 +212,7 @@ def values_key(texts: Sequence[str], shape: tuple[int, int], domain: Domain, str
 
 
 def _at(program: Program, point: Mapping[str, float], used: Sequence[str]) -> list[Any]:
-    """Return the entries at a configuration with many digits; its values are the decimals that are shown."""
+    """Return the entries at a configuration with many digits, for exactly the decimals that are shown."""
     return evaluate_precisely(program, {name: mpmath.mpf(repr(point[name])) for name in used}, DIGITS)
 
 
@@ -222,38 +222,38 @@ def _mistakes_in_formulas(problem: Problem, part: Part, points: Values) -> Itera
     few = {name: column[:PRINTED] for name, column in points.items()}
     is_direction = part.answer.counts_up_to_a_factor
     w = numbers(problem.chain, fix_given_joints(part, few) if is_direction else few)
-    seen = {_print(result(w, part), is_direction)}
-    for wrong in _likely(w, part, seen):
+    seen = {_print_of(result(w, part), is_direction)}
+    for wrong in _likely_mistakes(w, part, seen):
         if wrong.answer.shape[:2] != (part.shape or (1, 1)):
             continue
-        if not _says_something(wrong.answer) or (by := _print(wrong.answer, is_direction)) in seen:
+        if not _is_finite_and_nonzero(wrong.answer) or (by := _print_of(wrong.answer, is_direction)) in seen:
             continue
-        if is_direction and len(set(by)) == 1:  # one that never changes may come from anything
+        if is_direction and len(set(by)) == 1:  # many mistakes lead to a constant
             continue
         seen.add(by)
-        yield {**_said(wrong), "print": [float(text) for text in by]}
+        yield {**_describe_mistake(wrong), "print": [float(text) for text in by]}
 
 
-def _throughout(problem: Problem, part: Part, points: Values, key: Json) -> Iterator[Json]:
-    """Yield what the same slip everywhere in the finished formulas makes of them, the likelier ones first."""
+def _mistakes_throughout(problem: Problem, part: Part, points: Values, key: Json) -> Iterator[Json]:
+    """Yield the answers with the same mistake everywhere in the finished formulas, the likely ones first."""
     few = {name: column[:PRINTED] for name, column in points.items()}
     rows = as_matrix(read(answer_code(problem, part), problem.domain().roles))
     right = set().union(*(names(entry) for row in rows for entry in row))
     every = [(THROUGHOUT.index(name), name, new) for name, new in edits_throughout(rows) if name in THROUGHOUT]
-    seen = {_print(np.array(key["right"])[:, :PRINTED].reshape(key["rows"], key["columns"], -1))}
-    for _, name, new in sorted(every, key=lambda one: one[0])[:MOST_THROUGHOUT]:
+    seen = {_print_of(np.array(key["right"])[:, :PRINTED].reshape(key["rows"], key["columns"], -1))}
+    for _, name, new in sorted(every, key=lambda item: item[0])[:MOST_THROUGHOUT]:
         entries = [entry for row in new for entry in row]
         values = evaluate(compile_program(entries), few, PRINTED)[0]
-        if not np.isfinite(values).all() or (by := _print(values)) in seen:
+        if not np.isfinite(values).all() or (by := _print_of(values)) in seen:
             continue
         seen.add(by)
         gone = right - set().union(*map(names, entries)) if name == "lengths-missing" else set()
-        said = _named(name, CATALOGUE[name].sentence({"Where": "In your answer"}), ", ".join(sorted(gone)))
-        yield {**said, "print": [float(text) for text in by]}
+        mistake = _mistake_record(name, CATALOGUE[name].sentence({"Where": "In your answer"}), ", ".join(sorted(gone)))
+        yield {**mistake, "print": [float(text) for text in by]}
 
 
-def _likely(w: Working, part: Part, seen: Collection[object]) -> Iterator[Wrong]:
-    """Yield what mistakes make of an answer until enough are seen, then what those make of it that are always told."""
+def _likely_mistakes(w: Working, part: Part, seen: Collection[object]) -> Iterator[Wrong]:
+    """Yield answers of mistakes until there are enough, then those of mistakes that are always included."""
     for wrong in wrong_answers(w, part):
         if len(seen) > MOST_MISTAKES:
             break
@@ -266,20 +266,20 @@ def _likely(w: Working, part: Part, seen: Collection[object]) -> Iterator[Wrong]
 
 
 def _mistakes_in_direction(problem: Problem, part: Part, right: np.ndarray) -> Iterator[Json]:
-    """Yield the unit vectors that mistakes make of a direction in numbers, each once with the likeliest."""
-    found: dict[tuple[str, ...], tuple[float, Json, list[float]]] = {}
-    for chance, said, values in _worked_out_in_numbers(problem, part):
+    """Yield the unit vectors that mistakes lead to for a direction in numbers, each with its likeliest mistake."""
+    by_rounded: dict[tuple[str, ...], tuple[float, Json, list[float]]] = {}
+    for chance, mistake, values in _derived_mistakes(problem, part):
         unit = np.array(values) / np.linalg.norm(values)
         way = np.sign(unit @ right)
-        by = _to_few(unit * (way or 1.0))
-        if unit.shape == right.shape and (by not in found or found[by][0] < chance):
-            found[by] = chance, said, [float(value) for value in unit * (way or 1.0)]
-    found.pop(_to_few(right / np.linalg.norm(right)), None)
-    for _, said, values in islice(found.values(), min(MOST_IN_NUMBERS, MOST_NUMBERS // len(right))):
-        yield {**said, "values": [float(f"{value:.6g}") + 0.0 for value in values]}
+        rounded = _round_digits(unit * (way or 1.0))
+        if unit.shape == right.shape and (rounded not in by_rounded or by_rounded[rounded][0] < chance):
+            by_rounded[rounded] = chance, mistake, [float(value) for value in unit * (way or 1.0)]
+    by_rounded.pop(_round_digits(right / np.linalg.norm(right)), None)
+    for _, mistake, values in islice(by_rounded.values(), min(MOST_IN_NUMBERS, MOST_NUMBERS // len(right))):
+        yield {**mistake, "values": [float(f"{value:.6g}") + 0.0 for value in values]}
 
 
-def _print(answer: np.ndarray, up_to_a_factor: bool = False) -> tuple[str, ...]:
+def _print_of(answer: np.ndarray, up_to_a_factor: bool = False) -> tuple[str, ...]:
     flat = answer.reshape(-1, answer.shape[-1])
     if up_to_a_factor:
         flat = flat / np.sqrt((np.abs(flat) ** 2).sum(axis=0))
@@ -288,17 +288,17 @@ def _print(answer: np.ndarray, up_to_a_factor: bool = False) -> tuple[str, ...]:
     return tuple(f"{value:.5e}" for value in (np.abs(values) if up_to_a_factor else values))
 
 
-def _says_something(answer: np.ndarray) -> bool:
+def _is_finite_and_nonzero(answer: np.ndarray) -> bool:
     return bool(np.isfinite(answer).all() and (np.abs(answer) > 1e-9).any())
 
 
-def _said(wrong: Wrong) -> Json:
-    return _named(wrong.mistake.name, wrong.sentence, wrong.slip.missing)
+def _describe_mistake(wrong: Wrong) -> Json:
+    return _mistake_record(wrong.mistake.name, wrong.sentence, wrong.slip.missing)
 
 
-def _named(mistake: str, sentence: str, missing: str = "") -> Json:
-    named = {"name": mistake, "title": CATALOGUE[mistake].title, "says": sentence}
-    return named | {"missing": missing} if missing else named
+def _mistake_record(mistake: str, sentence: str, missing: str = "") -> Json:
+    record = {"name": mistake, "title": CATALOGUE[mistake].title, "says": sentence}
+    return record | {"missing": missing} if missing else record
 
 
 # --- numbers ---
@@ -307,100 +307,102 @@ def _named(mistake: str, sentence: str, missing: str = "") -> Json:
 def _numbers(answer: Number) -> Json:
     return {
         "type": "numbers", "units": list(answer.units), "tolerance": answer.tolerance, "floor": answer.floor,
-        "right": [_double(float(value)) for value in answer.reference],
+        "right": [_to_double(float(value)) for value in answer.reference],
     }  # fmt: skip
 
 
 def _mistakes_in_numbers(problem: Problem, part: Part, answer: Number, precise: bool = False) -> Iterator[Json]:
-    """Yield what mistakes make of numbers, each answer once with the likeliest; all of them, as they are short.
+    """Yield the numbers that mistakes lead to, each answer with its likeliest mistake.
 
-    Those of single numbers are told that come to mind by few digits, all if it is `precise`.
+    For a single number, mistakes are included that few digits suggest; all of them if it is `precise`.
     """
-    found: dict[tuple[str, ...], tuple[float, Json, list[float]]] = {}
-    right = _to_few(float(value) for value in answer.reference)
+    by_rounded: dict[tuple[str, ...], tuple[float, Json, list[float]]] = {}
+    right = _round_digits(float(value) for value in answer.reference)
     every = (
-        _taken_for_numbers(problem, part), _instead_of_speed(problem, part),
-        _worked_out_in_numbers(problem, part, precise),
+        _mistaken_answers(problem, part), _speed_mistakes(problem, part),
+        _derived_mistakes(problem, part, precise),
     )  # fmt: skip
-    for chance, said, values in chain.from_iterable(every):
-        by = _to_few(values)
-        if len(by) == len(right) and by != right and (by not in found or found[by][0] < chance):
-            found[by] = chance, said, values
-    for _, said, values in islice(found.values(), min(MOST_IN_NUMBERS, MOST_NUMBERS // len(right))):
-        yield {**said, "values": [float(f"{value:.6g}") + 0.0 for value in values]}
+    for chance, mistake, values in chain.from_iterable(every):
+        rounded = _round_digits(values)
+        if (
+            len(rounded) == len(right)
+            and rounded != right
+            and (rounded not in by_rounded or by_rounded[rounded][0] < chance)
+        ):
+            by_rounded[rounded] = chance, mistake, values
+    for _, mistake, values in islice(by_rounded.values(), min(MOST_IN_NUMBERS, MOST_NUMBERS // len(right))):
+        yield {**mistake, "values": [float(f"{value:.6g}") + 0.0 for value in values]}
 
 
-def _taken_for_numbers(problem: Problem, part: Part) -> Iterator[tuple[float, Json, list[float]]]:
+def _mistaken_answers(problem: Problem, part: Part) -> Iterator[tuple[float, Json, list[float]]]:
     for mistake, slip in mistaken_answers(problem.chain, part):
         if isinstance(slip.answer, Number):
             values = [float(value) for value in slip.answer.reference]
-            yield 1.0, _named(mistake.name, mistake.sentence(slip.words)), values
+            yield 1.0, _mistake_record(mistake.name, mistake.sentence(slip.words)), values
 
 
-def _worked_out_in_numbers(
-    problem: Problem, part: Part, precise: bool = False
-) -> Iterator[tuple[float, Json, list[float]]]:
-    derived, of_answer = _as_derived(part)
+def _derived_mistakes(problem: Problem, part: Part, precise: bool = False) -> Iterator[tuple[float, Json, list[float]]]:
+    derived, of_answer = _derived_part(part)
     if derived is None:
         return
-    for wrong in wrong_answers(_in_numbers(problem, part), derived, precise):
+    for wrong in wrong_answers(_evaluate_derivation(problem, part), derived, precise):
         flat = of_answer(wrong.answer)
-        if _says_something(flat) and (derived is part or wrong.mistake.name not in _OF_RATES):
-            yield variant_frequency(wrong), _said(wrong), flat.tolist()
+        if _is_finite_and_nonzero(flat) and (derived is part or wrong.mistake.name not in _OF_RATES):
+            yield variant_frequency(wrong), _describe_mistake(wrong), flat.tolist()
 
 
 def right_in_numbers(problem: Problem, part: Part) -> list[float] | None:
-    """Return the answer to a part as the derivation gives it in which mistakes are made; None where there is none."""
-    derived, of_answer = _as_derived(part)
-    return None if derived is None else of_answer(result(_in_numbers(problem, part), derived)).tolist()
+    """Return a part's answer from the derivation that mistakes are made in; None if there is no derivation."""
+    derived, of_answer = _derived_part(part)
+    return None if derived is None else of_answer(result(_evaluate_derivation(problem, part), derived)).tolist()
 
 
-def _instead_of_speed(problem: Problem, part: Part) -> Iterator[tuple[float, Json, list[float]]]:
-    """Yield what else is made of the components of a velocity whose length is asked for."""
+def _speed_mistakes(problem: Problem, part: Part) -> Iterator[tuple[float, Json, list[float]]]:
+    """Yield other numbers made from the components of a velocity, if its magnitude is asked for."""
     if part.kind != "speed":
         return
-    derived, _ = _as_derived(part)
+    derived, _ = _derived_part(part)
     assert derived is not None
-    velocity = _flat(result(_in_numbers(problem, part), derived))
+    velocity = _flatten(result(_evaluate_derivation(problem, part), derived))
     moving = np.abs(velocity[np.abs(velocity) > 1e-9])
     made = [("components-added", moving.sum()), ("components-added", abs(velocity.sum()))]
     made += [("component-alone", component) for component in moving]
     for name, value in [*made, ("speed-squared", (moving**2).sum())]:
-        yield 1.0, _named(name, CATALOGUE[name].sentence({})), [float(value)]
+        yield 1.0, _mistake_record(name, CATALOGUE[name].sentence({})), [float(value)]
 
 
-def _in_numbers(problem: Problem, part: Part) -> Working:
+def _evaluate_derivation(problem: Problem, part: Part) -> Working:
     rates = part.details.rates if isinstance(part.details, AtRates) else {}
-    given = {rate.name: np.array([float(value)]) for rate, value in rates.items()}
-    values = sample_configurations(problem.chain, part, problem.domain(), 1, _stream(problem, part)) | given
+    rate_values = {rate.name: np.array([float(value)]) for rate, value in rates.items()}
+    values = sample_configurations(problem.chain, part, problem.domain(), 1, _stream(problem, part)) | rate_values
     return numbers(problem.chain, values)
 
 
-def _flat(answer: np.ndarray) -> np.ndarray:
+def _flatten(answer: np.ndarray) -> np.ndarray:
     return answer.reshape(-1, answer.shape[-1])[:, 0].real
 
 
 def _length(answer: np.ndarray) -> np.ndarray:
-    return np.array([np.linalg.norm(_flat(answer))])
+    return np.array([np.linalg.norm(_flatten(answer))])
 
 
-_OF_CHAPTER = {"determinant-value": ("determinant", _flat), "speed": ("velocity", _length)}
-"""Short questions in numbers: which of the chapter's they are about, and how the number comes of its answer."""
+_OF_CHAPTER = {"determinant-value": ("determinant", _flatten), "speed": ("velocity", _length)}
+"""Short questions in numbers: the chapter's question that they belong to, and how its answer gives the number."""
 
 
 _OF_RATES = frozenset({"rates-in-degrees", "rates-in-turns"})
-"""Mistakes in joint rates that are asked for, which no short question does."""
+"""Mistakes in joint rates as an answer, which no short question asks for."""
 
 
-def _as_derived(part: Part) -> tuple[Part | None, Callable[[np.ndarray], np.ndarray]]:
-    """Return the part that comes out of a derivation, a short question's as the chapter's, and how its numbers do."""
+def _derived_part(part: Part) -> tuple[Part | None, Callable[[np.ndarray], np.ndarray]]:
+    """Return the part of the chapter that is derived for this part, and how its answer gives the numbers."""
     if is_derived(part) or part.kind not in _OF_CHAPTER:
-        return (part if is_derived(part) else None), _flat
+        return (part if is_derived(part) else None), _flatten
     kind, of_answer = _OF_CHAPTER[part.kind]
     return replace(part, kind=kind), of_answer
 
 
-def _to_few(values: Iterable[float]) -> tuple[str, ...]:
+def _round_digits(values: Iterable[float]) -> tuple[str, ...]:
     return tuple(f"{value + 0.0:.3e}" for value in values)
 
 
@@ -423,14 +425,14 @@ def _variables(problem: Problem) -> tuple[list[str], list[str]]:
 
 
 def _conditions(problem: Problem, answer: ConditionSet) -> list[int]:
-    """Return how many of the pieces belong to each condition, or to several that hold together."""
+    """Return the number of pieces of each condition, or of several conditions that hold together."""
     known, joints = problem.domain().roles, [q.name for q in problem.chain.q]
     groups = answer.by_condition(answer.pieces())
     return [sum(len(pieces(read(text, known), joints)) for text in group) for group in groups]
 
 
 def _pieces(problem: Problem, part: Part, answer: ConditionSet) -> list[Any]:
-    """Return poses on each piece, all symbols' values in a row."""
+    """Return poses on each piece, with the values of all symbols in a row."""
     (joints, symbols), domain, stream = _variables(problem), problem.domain(), _stream(problem, part)
     space, keys = Space(joints, domain), []
     for text in answer.pieces():
@@ -438,13 +440,15 @@ def _pieces(problem: Problem, part: Part, answer: ConditionSet) -> list[Any]:
             values = space.on_piece(piece, {*joints, *symbols}, stream, 4 * POSES)
             exact = {atom.joint: value_of(atom.zero) for atom in piece if atom.joint is not None}
             poses = np.array([values[name] for name in symbols]).T[:POSES]
-            keys.append([[_in_pose(*one) for one in zip(pose, map(exact.get, symbols), strict=True)] for pose in poses])
+            keys.append(
+                [[_pose_value(*pair) for pair in zip(pose, map(exact.get, symbols), strict=True)] for pose in poses]
+            )
     return keys
 
 
-def _in_pose(found: float, exact: Any) -> float:
-    """Return a value as it was found, with nine decimals, or the exact one if there is one, as a double."""
-    return (float(f"{found:.9f}") if exact is None else float(exact)) + 0.0
+def _pose_value(sampled: float, exact: Any) -> float:
+    """Return the exact value if there is one, else the sampled value with nine decimals."""
+    return (float(f"{sampled:.9f}") if exact is None else float(exact)) + 0.0
 
 
 # ---
@@ -454,13 +458,13 @@ def _stream(problem: Problem, part: Part) -> Stream:
     return Stream(f"site/{problem.id}/{problem.id.engine}/{part.name}")
 
 
-def _short(value: float) -> float:
-    """Return a drawn value with six digits, which are the same whatever the machine's last bit is."""
+def _six_digits(value: float) -> float:
+    """Return a sampled value with six digits, which are the same on every machine."""
     return float(f"{float(value):.6g}")
 
 
-def _double(value: Any) -> float | None:
-    """Return a number with 15 digits, None where it is not defined."""
+def _to_double(value: Any) -> float | None:
+    """Return a number with 15 digits, None if it is not defined."""
     if isinstance(value, mpmath.mpc):
         value = value.real if abs(value.imag) < 1e-20 * (1 + abs(value.real)) else mpmath.nan
     text = mpmath.nstr(mpmath.mpf(value), 15)

@@ -15,9 +15,9 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.docs import planar_2r, scorbot_arm
 from qdot.exercises.figure import figure_svg
 from qdot.exercises.site.arms import gallery
-from qdot.exercises.site.chapter import chapter_pages, told_arm
-from qdot.exercises.site.guide import COMMANDS, OWN_PAGES, Entry, arranged
-from qdot.exercises.site.page import Page, in_languages
+from qdot.exercises.site.chapter import chapter_pages, live_arm
+from qdot.exercises.site.guide import COMMANDS, OWN_PAGES, Entry, arrange_pages
+from qdot.exercises.site.page import Page, translate_message
 from qdot.exercises.writing.markup import to_html
 from qdot.exercises.writing.render import render, template_folder
 
@@ -25,20 +25,20 @@ ENTRIES = {
     "practice": "src/practice/main.tsx", "learn": "src/learn/main.tsx", "own": "src/own/main.tsx",
     "course": "src/course/main.tsx", "package": "src/course/package.tsx", "pages": "src/pages/main.ts",
 }  # fmt: skip
-"""The scripts that pages begin with; "package" is that of a package for learning platforms (`exports.scorm`)."""
+"""The scripts that pages load; "package" is for packages for learning platforms (`exports.scorm`)."""
 GREETING = {"theta1": math.radians(15), "theta2": math.radians(100)}
-"""The pose in which the arm of the first page and its picture stand: P is pulled across the drawing from there."""
+"""The initial pose of the arm on the home page and of its picture, from which readers drag P across the drawing."""
 UPRIGHT = {"theta1": math.radians(60), "theta2": math.radians(100)}
-"""The pose in which the arm of the lessons begins, and reaches none of their goals."""
+"""The initial pose of the arm in the lessons; it fulfils none of their goals."""
 LONG = 3
-"""From so many headings on, a page of the documentation has a list of them."""
+"""A page of the documentation with at least this many headings gets a list of them."""
 
 
 @dataclass(frozen=True)
 class Assets:
-    """The built scripts and styles: addresses of each entry's script, of what that imports at once, and of its styles.
+    """The built scripts and styles: paths of each entry's script, of its static imports, and of its styles.
 
-    `files` is every file.
+    `files` are all files.
     """
 
     scripts: Mapping[str, str]
@@ -52,9 +52,9 @@ class Assets:
 class Around:
     """What the pages around the bank are made from.
 
-    `docs` is the folder of the documentation, None where there is none; `commands` the body of the page on the command
-    line; `course` the title of an instructor's own site; `families` are those in the bank; `licences` those of what is
-    in the scripts.
+    `docs` is the folder of the documentation, None if there is none; `commands` the body of the page on the command
+    line; `course` the title of an instructor's own site; `families` the families in the bank; `licences` the licences
+    of the libraries in the scripts.
     """
 
     docs: Path | None
@@ -65,7 +65,7 @@ class Around:
 
 
 def licences_text(folder: Path) -> str:
-    """Return the page on licences, of what Vite wrote of the libraries that are in the scripts of a folder."""
+    """Return the page on the licences of libraries in the scripts of a folder, from the files that Vite wrote."""
     written = {name: folder / ".vite" / f"{name}.md" for name in ("licences", "notices")}
     texts = {name: path.read_text(encoding="utf-8") if path.exists() else "" for name, path in written.items()}
     _, _, libraries = texts["licences"].partition("\n## ")
@@ -73,7 +73,7 @@ def licences_text(folder: Path) -> str:
 
 
 def built_assets() -> Assets | None:
-    """Return what `npm run build` made: inside the package (wheel) or in site/dist (checkout); None where it is not.
+    """Return the files of `npm run build`, in the package (wheel) or in site/dist (checkout); None if missing.
 
     Raises QdotError for scripts of another version.
     """
@@ -93,7 +93,7 @@ def assets_in(folder: Path) -> Assets:
 
 
 def _manifest(folder: Path) -> dict[str, Any]:
-    """Return what Vite wrote of the built scripts. Raises QdotError where that lacks what the pages begin with."""
+    """Return Vite's manifest of the built scripts. Raises QdotError if it lacks an entry that the pages need."""
     path = folder / ".vite" / "manifest.json"
     try:
         content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
@@ -115,14 +115,14 @@ def docs_folder() -> Path | None:
 
 
 def _imports(manifest: Mapping[str, Mapping[str, Sequence[str]]], source: str) -> list[str]:
-    """Return the scripts that an entry imports at once: the page loads them along with it, not one after another."""
+    """Return the static imports of an entry, which the page preloads in parallel with it."""
     names = manifest[source].get("imports", ())
     files = [each for name in names for each in (str(manifest[name]["file"]), *_imports(manifest, name))]
     return list(dict.fromkeys(files))
 
 
 def _styles(manifest: Mapping[str, Mapping[str, Sequence[str]]], source: str) -> list[str]:
-    """Return the styles of an entry and of what it imports at once."""
+    """Return the styles of an entry and of its static imports."""
     entry = manifest[source]
     inner = [style for name in entry.get("imports", ()) for style in _styles(manifest, name)]
     return list(dict.fromkeys([*inner, *entry.get("css", ())]))
@@ -132,17 +132,17 @@ def pages(around: Around) -> Iterator[Page]:
     """Yield every page."""
     has_docs = around.docs is not None
     robot = planar_2r()
-    arm = json.dumps(told_arm(robot) | {"pose": GREETING}, ensure_ascii=False)
+    arm = json.dumps(live_arm(robot) | {"pose": GREETING}, ensure_ascii=False)
     figure = figure_svg(robot, pose=GREETING)
     home = render("site/index.html.j2", course=around.course, has_docs=has_docs, arm=arm, figure=figure)
     yield Page("index.html", around.course or "qdot", home, section="home", kind="home")
     practice = render("site/practice.html.j2", has_docs=has_docs)
-    arms = {"plain": told_arm(robot) | {"pose": UPRIGHT}, "elbow": told_arm(scorbot_arm())}
+    arms = {"plain": live_arm(robot) | {"pose": UPRIGHT}, "elbow": live_arm(scorbot_arm())}
     learn = render("site/learn.html.j2", arms=json.dumps(arms, ensure_ascii=False))
     yield Page("learn.html", "Learn", learn, "learn", "learn", "practice")
     yield Page("practice.html", "Practise", practice, "practice", "practice", "practice")
-    own = render("site/own.html.j2", has_docs=has_docs)
-    yield Page("own.html", "Your own arm", own, "own", "own", "practice")
+    own_arm = render("site/own.html.j2", has_docs=has_docs)
+    yield Page("own.html", "Your own arm", own_arm, "own", "own", "practice")
     course = render("site/course.html.j2", has_docs=has_docs)
     yield Page("course.html", "In a course", course, entry="course", kind="wide", frames=True)
     yield Page("404.html", "There is no such page", render("site/missing.html.j2", root=""), is_anywhere=True)
@@ -155,16 +155,16 @@ def pages(around: Around) -> Iterator[Page]:
 
 
 def _documentation(docs: Path, commands: str) -> Iterator[Page]:
-    groups = arranged(docs)
-    lead = render("site/docs.html.j2", groups=groups, told=in_languages)
+    groups = arrange_pages(docs)
+    lead = render("site/docs.html.j2", groups=groups, translate=translate_message)
     yield Page("docs/index.html", "Documentation", lead, section="docs", kind="wide")
     for entries in groups.values():
         for entry in entries:
             body = commands if entry.name == COMMANDS else to_html(_text(docs, entry))
-            body = linked(body)
+            body = link_pages(body)
             listed = headings(body) if len(headings(body)) >= LONG else []
             around = render(
-                "site/doc.html.j2", body=body, groups=groups, entry=entry, headings=listed, told=in_languages
+                "site/doc.html.j2", body=body, groups=groups, entry=entry, headings=listed, translate=translate_message
             )
             yield Page(f"docs/{entry.name}.html", entry.title, around, section="docs", kind="docs")
 
@@ -173,11 +173,11 @@ def _text(docs: Path, entry: Entry) -> str:
     return (docs / f"{entry.name}.md").read_text(encoding="utf-8")
 
 
-def linked(page: str) -> str:
-    """Return a page of docs/ with links to other pages as they are called on the site, and headings to jump to."""
+def link_pages(page: str) -> str:
+    """Return a page of docs/ with links to other pages of the site, and with anchors at its headings."""
     page = re.sub(r'href="([\w-]+)\.md(#[\w-]*)?"', lambda m: f'href="{_address(m[1], m[2] or "")}"', page)
     page = re.sub(r'href="\.\./(?!\w+(?:/\w+)?\.html)([^"]+)"', r'href="\1"', page)
-    return re.sub(r"<h([2-4])>(.*?)</h\1>", _anchored, page)
+    return re.sub(r"<h([2-4])>(.*?)</h\1>", _add_anchor, page)
 
 
 def _address(name: str, anchor: str) -> str:
@@ -188,7 +188,7 @@ def _address(name: str, anchor: str) -> str:
     return f"../{OWN_PAGES[name]}{anchor}"
 
 
-def _anchored(heading: re.Match[str]) -> str:
+def _add_anchor(heading: re.Match[str]) -> str:
     plain = re.sub(r"<[^>]*>", "", heading[2]).lower()
     anchor = re.sub(r"[^\w\- ]", "", plain).strip().replace(" ", "-")
     return f'<h{heading[1]} id="{anchor}">{heading[2]}</h{heading[1]}>'
@@ -205,7 +205,7 @@ def headings(page: str) -> list[tuple[str, str]]:
 
 
 def page_text(page: Page, assets: Assets, course: str, has_docs: bool = True) -> str:
-    """Return the HTML of a page; without docs, nothing leads to them."""
+    """Return the HTML of a page; without docs, it has no links to them."""
     root = "../" * page.path.count("/")
     return render(
         "site/page.html.j2", page=page, root=root, course=course, body=page.body, has_docs=has_docs,
@@ -214,12 +214,12 @@ def page_text(page: Page, assets: Assets, course: str, has_docs: bool = True) ->
 
 
 def worker_text(files: Sequence[str], version: str) -> str:
-    """Return the service worker: it keeps the pages, scripts and styles, and every problem that was opened."""
+    """Return the service worker, which caches pages, scripts and styles, and every problem that was opened."""
     return render("site/sw.js.j2", files=list(files), version=version)
 
 
 def manifest(course: str) -> str:
-    """Return what a browser reads to put the site on a phone's first screen: its name, its icon, where it begins."""
+    """Return the web app manifest for adding the site to a phone's home screen: name, icon, start page."""
     return render("site/manifest.json.j2", name=course or "qdot: velocity kinematics", short=course or "qdot")
 
 

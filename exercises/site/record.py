@@ -1,8 +1,8 @@
-"""A problem as the site's bank holds it: what is shown, the arm as a browser moves it, and keys by which it grades.
+"""A problem in the site's bank: its texts and figures, the data of the live arm, and the keys for grading.
 
-What a page shows at once has its formulas as MathML, so that nothing is typeset while it opens. Hints and solutions
-have LaTeX in `<span class="tex">` (`<div class="tex">` on lines of their own), which the page typesets: MathML would
-be ten times as long. Solutions are a record of their own, loaded when asked for.
+Texts that a page shows at once have formulas as MathML, so that nothing is typeset while it opens. Hints and solutions
+have LaTeX in `<span class="tex">` (`<div class="tex">` for blocks), which the page typesets: MathML would be ten times
+as long. Solutions are a separate record, loaded on demand.
 """
 
 import html
@@ -36,12 +36,12 @@ def site_record(problem: Problem) -> Json:
     "values": {name: metres or radians} for the letters in its table, "symbols": {name: {"role", "unit", "latex"}},
     "pose": {joint: rad or m} in which the figure shows it,
     "parts": [{"name", "kind", "title", "type", "shape", "points", "prompt", "names", "labels", "columns",
-    "grid": [[LaTeX of what a row belongs to], [of a column]], "figure", "alt", "pose": the joint values and lengths
-    that it gives or null, "hints", "options", "key": as in `keys`, its mistakes as [index into "said", number, …], what
-    is behind its options as such indices}],
-    "said": [[name, title, sentence, symbols of what is missing, if it is that]]}
+    "grid": [[LaTeX labels of the rows], [of the columns]], "figure", "alt", "pose": the given joint values and lengths
+    or null, "hints", "options", "key": as in `keys`, its mistakes as [index into "said", number, …], the mistakes
+    behind its options as such indices}],
+    "said": [[name, title, sentence, missing symbols, if any]]}
     """
-    chain, said = problem.chain, Said()
+    chain, sentences = problem.chain, MistakeSentences()
     return {
         "id": str(problem.id),
         "family": problem.id.family,
@@ -51,13 +51,13 @@ def site_record(problem: Problem) -> Json:
         "figure": figure_svg(chain),
         "alt": alt_text(chain),
         **arm_record(problem),
-        "parts": [_part(problem, part, said) for part in problem.parts],
-        "said": said.rows,
+        "parts": [_part(problem, part, sentences) for part in problem.parts],
+        "said": sentences.rows,
     }
 
 
 def arm_record(problem: Problem) -> Json:
-    """Return what the live arm is drawn from, as in `site_record`: {"robot", "symbols", "pose"}."""
+    """Return the data of the live arm, as in `site_record`: {"robot", "symbols", "pose"}."""
     return {
         "robot": {**robot_json(problem.chain), "values": _values(problem.chain)},
         "symbols": _symbols(problem),
@@ -66,9 +66,9 @@ def arm_record(problem: Problem) -> Json:
 
 
 def determinant_factors(chain: Chain) -> list[list[str]]:
-    """Return the factors of det J that a pose changes, each in HTML and as it can be typed.
+    """Return the factors of det J that depend on the pose, each in HTML and as it can be typed.
 
-    There are none where J is not square, or det J is too long to be factored by hand.
+    There are none if J is not square or det J is too long to be factored by hand.
     """
     derivation = derive(chain)
     if not derivation.is_square:
@@ -79,14 +79,14 @@ def determinant_factors(chain: Chain) -> list[list[str]]:
         return []
     factors: list[list[str]] = []
     for factor, _ in minor.factors:
-        _, shown = derivation.fill(factor).as_coeff_Mul()  # no number or sign before what has to vanish
+        _, shown = derivation.fill(factor).as_coeff_Mul()  # without the number or sign in front
         if shown.free_symbols & set(chain.q):
             factors.append([to_html(f"${tex(shown, chain)}$"), python_text(shown)])
     return factors
 
 
 def translated_record(problem: Problem, record: Json, language: str) -> Json:
-    """Return the texts of a problem in another language, to be put in place of those in its `record`.
+    """Return the texts of a problem in another language, which replace those in its `record`.
 
     {"title", "statement", "parts": [{"name", "title", "prompt", "hints", "options"}], "said": as in the record}
     """
@@ -100,29 +100,32 @@ def translated_record(problem: Problem, record: Json, language: str) -> Json:
                 "name": part.name,
                 "title": words.question(ASKED[part.kind].title),
                 "prompt": to_html(prompt(problem, part, language)),
-                "hints": [page(hint) for hint in hints(problem, part, language)],
+                "hints": [html_with_latex(hint) for hint in hints(problem, part, language)],
                 "options": _options(problem, part, language),
             }
             for part in problem.parts
         ],
-        "said": [_said_in(words, *row) for row in record["said"]],
+        "said": [_translate_sentence(words, *row) for row in record["said"]],
     }
 
 
 def translated_solutions(problem: Problem, language: str) -> Json:
     """Return the worked solutions in another language: {"parts": [{"name", "solution"}]}."""
-    parts = [{"name": part.name, "solution": page(worked_solution(problem, part, language))} for part in problem.parts]
+    parts = [
+        {"name": part.name, "solution": html_with_latex(worked_solution(problem, part, language))}
+        for part in problem.parts
+    ]
     return {"parts": parts}
 
 
-def _said_in(words: Catalogue, name: str, _: str, sentence: str, *missing: str) -> list[str]:
+def _translate_sentence(words: Catalogue, name: str, _: str, sentence: str, *missing: str) -> list[str]:
     mistake = CATALOGUE[name]
     title = words.mistake_title(name, mistake.title)
     return [name, title, words.mistake_said(name, mistake.says, mistake.where, sentence), *missing]
 
 
 def solutions_record(problem: Problem) -> Json:
-    """Return the worked solutions, and of what det J is made, which would tell some of them.
+    """Return the worked solutions, and the factors of det J, which would reveal some of them.
 
     {"id", "factors": as in `determinant_factors`, "parts": [{"name", "solution", "figure", "typed"}]}
     """
@@ -132,7 +135,7 @@ def solutions_record(problem: Problem) -> Json:
         "parts": [
             {
                 "name": part.name,
-                "solution": page(worked_solution(problem, part)),
+                "solution": html_with_latex(worked_solution(problem, part)),
                 "figure": solution_figure(problem, part, f"{part.name}-solution"),
                 "typed": answer_code(problem, part),
             }
@@ -141,7 +144,7 @@ def solutions_record(problem: Problem) -> Json:
     }
 
 
-def page(text: str) -> str:
+def html_with_latex(text: str) -> str:
     """Return our Markdown as HTML with formulas left as LaTeX."""
     return to_html(text, _tex, whole=True)
 
@@ -162,21 +165,21 @@ def _symbols(problem: Problem) -> Json:
 
 
 def typed_names(problem: Problem, asked: str) -> list[str]:
-    """Return the rates, velocities and forces that a prompt says an answer is in: a page offers signs of these."""
+    """Return the rates, velocities and forces that a prompt allows in an answer, for which a page offers keys."""
     roles = "rate", "velocity", "force"
     return [name for name, info in problem.symbols().items() if info.role in roles and f"`{name}`" in asked]
 
 
 def _values(chain: Chain) -> Json:
-    """Return numbers for the open lengths and angles of an arm, as it is drawn but for lengths that the table has, too.
+    """Return numbers for the open lengths and angles of an arm, as drawn, but different from lengths in the table.
 
-    The statement says that none of them is equal.
+    The statement says that all lengths are different.
     """
     taken = {float(abs(length)) for length in lengths_in_table(chain)}
     values: dict[str, float] = {}
     for symbol, value in example_values(chain).items():
         number = float(value)
-        while any(abs(number - other) < SAME for other in taken):
+        while any(abs(number - length) < SAME for length in taken):
             number = round(SHORTER * number, 3)
         values[symbol.name] = number
         taken.add(number)
@@ -187,24 +190,24 @@ LISTS = ("mistakes", "throughout", "precise")
 """Lists of mistakes in a key."""
 
 
-class Said:
-    """What is said of mistakes: each sentence once, for many answers are wrong in the same way."""
+class MistakeSentences:
+    """The sentences on mistakes, each one once, because many answers share a mistake."""
 
     def __init__(self) -> None:
         self.rows: list[list[str]] = []
         self._places: dict[tuple[str, ...], int] = {}
 
-    def in_key(self, key: Json) -> Json:
-        """Return a key as the bank has it: of each mistake an index in place of its words, and its numbers."""
+    def shorten_key(self, key: Json) -> Json:
+        """Return a key for the bank, with an index instead of the words of each mistake."""
         if "told" in key:
-            return key | {"told": [[self._place(one) for one in behind] for behind in key["told"]]}
-        lists = {name: [self._shortened(one) for one in key[name]] for name in LISTS if name in key}
+            return key | {"told": [[self._index_of(mistake) for mistake in behind] for behind in key["told"]]}
+        lists = {name: [self._shorten_mistake(mistake) for mistake in key[name]] for name in LISTS if name in key}
         return key | lists
 
-    def _shortened(self, mistake: Json) -> list[Any]:
-        return [self._place(mistake), *next(mistake[name] for name in ("print", "values") if name in mistake)]
+    def _shorten_mistake(self, mistake: Json) -> list[Any]:
+        return [self._index_of(mistake), *next(mistake[name] for name in ("print", "values") if name in mistake)]
 
-    def _place(self, mistake: Json) -> int:
+    def _index_of(self, mistake: Json) -> int:
         missing = [mistake["missing"]] if "missing" in mistake else []
         place = self._places.setdefault((mistake["says"], *missing), len(self.rows))
         if place == len(self.rows):
@@ -212,9 +215,9 @@ class Said:
         return place
 
 
-def _part(problem: Problem, part: Part, said: Said) -> Json:
+def _part(problem: Problem, part: Part, sentences: MistakeSentences) -> Json:
     svg = part_svg(problem.chain, part, part.name)
-    key = said.in_key(key_of(problem, part))
+    key = sentences.shorten_key(key_of(problem, part))
     asked = prompt(problem, part)
     return {
         "name": part.name,
@@ -230,15 +233,15 @@ def _part(problem: Problem, part: Part, said: Said) -> Json:
         "grid": _grid(problem.chain, part),
         "figure": svg,
         "alt": part_alt(problem.chain, part) if svg else "",
-        "pose": _shown(problem.chain, part),
-        "hints": [page(hint) for hint in hints(problem, part)],
+        "pose": _given_pose(problem.chain, part),
+        "hints": [html_with_latex(hint) for hint in hints(problem, part)],
         "options": _options(problem, part),
         "key": key,
     }
 
 
 def _grid(chain: Chain, part: Part) -> list[list[str]]:
-    """Return what the rows and the columns of an answer belong to, in LaTeX; nothing where the prompt tells none."""
+    """Return labels of the rows and columns of an answer in LaTeX; empty if the prompt has none."""
     question = ASKED[part.kind]
     rows, columns = question.grid(chain)
     if part.shape is not None and part.shape[1] == 1:
@@ -252,11 +255,11 @@ def _label(name: str, chain: Chain) -> str:
 
 
 SAME, SHORTER = 1e-9, 0.85
-"""Metres below which two lengths are one, and what a letter's length is multiplied by where they are."""
+"""Difference in metres below which two lengths are equal, and the factor that then changes a symbol's length."""
 
 
-def _shown(chain: Chain, part: Part) -> dict[str, float] | None:
-    """Return what the arm beside a question is shown with: the joint values and letters of the table that it gives."""
+def _given_pose(chain: Chain, part: Part) -> dict[str, float] | None:
+    """Return the pose of the arm beside a question: the joint values and symbols of the table that it gives."""
     known = {symbol.name for symbol in (*chain.q, *example_values(chain))}
     return {name: value for name, value in part.details.shown_values(chain).items() if name in known} or None
 

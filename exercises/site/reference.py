@@ -1,4 +1,4 @@
-"""The reference of the command line, taken from the program itself: what `--help` says, as a page."""
+"""The reference of the command line, made from the program itself: the texts of `--help` as a page."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from qdot.exercises.writing.render import render
 
 @dataclass(frozen=True)
 class Command:
-    """A command: its whole name, how it is called, its help as HTML, its parameters as written with what they mean."""
+    """A command: its full name, usage, help as HTML, and its parameters with their meanings."""
 
     name: str
     usage: str
@@ -20,7 +20,7 @@ class Command:
 
 
 def commands_of(program: Any, name: str) -> Iterator[Command]:
-    """Yield a program's commands (Click's objects), those of groups among them, as they are listed in its help."""
+    """Yield a program's commands (Click's objects), including those of groups, in the order of its help."""
     if hasattr(program, "commands"):
         for each, inner in program.commands.items():
             yield from commands_of(inner, f"{name} {each}")

@@ -1,7 +1,7 @@
-"""Tables that the page of one's own arm begins with: the chapter's arms in numbers, and the library's real robots.
+"""Example tables for the page "Your own arm": the chapter's arms in numbers, and the library's real robots.
 
-A table is as the page keeps it (site/src/own/table.ts): {"name", "convention", "angles", "rows": [{"kind", "theta",
-"d", "a", "alpha"}], "tool", "place", "turn", "task"}; entries are text as it may be typed.
+A table has the page's format (site/src/own/table.ts): {"name", "convention", "angles", "rows": [{"kind", "theta", "d",
+"a", "alpha"}], "tool", "place", "turn", "task"}; entries are text as it may be typed.
 """
 
 import json
@@ -22,7 +22,7 @@ from qdot.exercises.problem.record import Json
 from qdot.exercises.writing.languages import LANGUAGES, catalogue
 
 PLAIN = ("planar-2r", "scara", "elbow-3r", "spherical", "anthropomorphic-6r")
-"""Families whose plain arms stand on top of the list."""
+"""Families whose basic arms are at the top of the list."""
 NOTHING = ["0", "0", "0"]
 
 
@@ -36,12 +36,12 @@ def _plain_arms() -> Iterator[Json]:
     for name in PLAIN:
         chain = sample_chain(ProblemId(name, 0, variation="chapter"))
         title = FAMILIES[name].title
-        told = {code: catalogue(code).family(title) for code in LANGUAGES}
-        yield {"key": name, "titles": told, **_table_of(chain, title)}
+        translations = {code: catalogue(code).family(title) for code in LANGUAGES}
+        yield {"key": name, "titles": translations, **_table_of(chain, title)}
 
 
 def _table_of(chain: Chain, title: str) -> Json:
-    """Return a chain's standard table in the numbers with which it is drawn, angles in radians."""
+    """Return a chain's standard table with the numbers of its drawing, angles in radians."""
     values: dict[sp.Basic, sp.Expr] = {symbol: sp.Float(value) for symbol, value in example_values(chain).items()}
     rows = []
     for i, joint in enumerate(chain.joints, 1):
@@ -52,37 +52,28 @@ def _table_of(chain: Chain, title: str) -> Json:
 
 
 def _entry(value: sp.Expr, i: int) -> str:
-    """Return an entry as it is typed; a joint's variable is q with its number, a number as short as it is drawn."""
-    own = {sp.Symbol(f"theta{i}"): sp.Symbol(f"q{i}"), sp.Symbol(f"d{i}"): sp.Symbol(f"q{i}")}
-    short = value.xreplace(own).xreplace({n: sp.Float(f"{float(n):.6g}") for n in value.atoms(sp.Float)})
+    """Return an entry as it is typed: a joint's variable is q with its number, numbers have six digits."""
+    joint_names = {sp.Symbol(f"theta{i}"): sp.Symbol(f"q{i}"), sp.Symbol(f"d{i}"): sp.Symbol(f"q{i}")}
+    short = value.xreplace(joint_names).xreplace({n: sp.Float(f"{float(n):.6g}") for n in value.atoms(sp.Float)})
     return f"{float(short):.6g}" if short.is_Float else str(short)
 
 
-def _table(name: str, told: Mapping[str, Any]) -> Json:
+def _table(name: str, fields: Mapping[str, Any]) -> Json:
     still = {"convention": "dh", "angles": "radians", "tool": NOTHING, "place": NOTHING, "turn": NOTHING, "task": None}
-    return {"name": name, **still, **told}
+    return {"name": name, **still, **fields}
 
 
 def _library() -> Iterator[Json]:
-    """Yield the library's robots, each as its file tells it."""
+    """Yield the library's robots, with the entries of their files."""
     for name, listed in robots().items():
         content = read_toml(listed.path).content
-        rows = [{key: _typed(row[key]) for key in ROW_KEYS} for row in content["joint"]]
+        rows = [{key: str(row[key]) for key in ROW_KEYS} for row in content["joint"]]
         base = content.get("base", {})
-        told = {
+        fields = {
             "rows": rows,
             **{key: content[key] for key in ("convention", "angles", "task") if key in content},
-            **({"tool": _typed_list(content["tool"]["position"])} if "tool" in content else {}),
-            **({"place": _typed_list(base["position"])} if "position" in base else {}),
-            **({"turn": _typed_list(base["rpy"])} if "rpy" in base else {}),
+            **({"tool": [*map(str, content["tool"]["position"])]} if "tool" in content else {}),
+            **({"place": [*map(str, base["position"])]} if "position" in base else {}),
+            **({"turn": [*map(str, base["rpy"])]} if "rpy" in base else {}),
         }
-        yield {"key": name, "source": listed.source, **_table(listed.title, told)}
-
-
-def _typed_list(values: list[Any]) -> list[str]:
-    return [_typed(value) for value in values]
-
-
-def _typed(value: object) -> str:
-    """Return an entry of a file as it is typed into a cell."""
-    return str(value)
+        yield {"key": name, "source": listed.source, **_table(listed.title, fields)}

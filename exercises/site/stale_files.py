@@ -1,4 +1,4 @@
-"""What an earlier build left in a site's folder: pages and scripts that are no more, as far as qdot wrote them."""
+"""Removes files that an earlier build wrote into a site's folder and that no longer exist."""
 
 import contextlib
 import hashlib
@@ -9,17 +9,17 @@ from pathlib import Path, PurePosixPath
 from qdot.exercises.common.files import cannot_write, write_atomically
 
 LIST = "written.json"
-"""The list in the site's folder of what the last build wrote, each with the digest of its bytes."""
+"""The list of files that the last build wrote, with the digests of their bytes."""
 
 
 def remove_stale_files(folder: Path, written: Iterable[str]) -> list[str]:
-    """Remove what the list names and was not `written` again, then write the new list. Return what was removed.
+    """Remove files that the list names and that were not `written` again; write the new list. Return removed files.
 
-    A file that somebody changed since is theirs, and stays; so does everything that no list names. Raises QdotError.
+    A file that was changed since then stays, and so does everything that is not in the list. Raises QdotError.
     """
     now = {name: _digest(folder / name) for name in sorted(set(written))}
     removed = []
-    for name, digest in _listed(folder).items():
+    for name, digest in _read_list(folder).items():
         path = folder / name
         if name in now or path.is_symlink() or not path.is_file() or _digest(path) != digest:
             continue
@@ -28,14 +28,14 @@ def remove_stale_files(folder: Path, written: Iterable[str]) -> list[str]:
         except OSError as error:
             raise cannot_write(path, error) from None
         removed.append(name)
-        with contextlib.suppress(OSError):  # other things are in it
+        with contextlib.suppress(OSError):  # it contains other files
             path.parent.rmdir()
     write_atomically(folder / LIST, json.dumps({"qdot": "site", "files": now}, indent=1) + "\n")
     return removed
 
 
-def _listed(folder: Path) -> Mapping[str, str]:
-    """Return digests by path as the list has them; nothing where there is no list, or none that qdot wrote."""
+def _read_list(folder: Path) -> Mapping[str, str]:
+    """Return the list's digests by path; empty if there is no list, or none that qdot wrote."""
     try:
         content = json.loads((folder / LIST).read_text(encoding="utf-8"))
         files = content["files"] if content["qdot"] == "site" else {}

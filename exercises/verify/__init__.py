@@ -13,8 +13,8 @@ Beside the tests of questions, which are listed in `CHECKS` below:
 """
 
 import re
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -23,9 +23,10 @@ import sympy as sp
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.standard_table import axes_of
+from qdot.exercises.common.json_form import as_json
 from qdot.exercises.formula.trees import Node, ReadError, names
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
-from qdot.exercises.problem.record import digests
+from qdot.exercises.problem.record import Digests, digests
 from qdot.exercises.verify import (
     concepts,
     formulas,
@@ -50,7 +51,7 @@ class ProblemCertificate:
     problem: ProblemId
     engine: int
     checks: tuple[Check, ...]
-    digests: Mapping[str, Any] = field(default_factory=dict)
+    digests: Digests
 
     def __repr__(self) -> str:
         how = "passed" if self.passed else f"{len(self.failures)} failed"
@@ -69,9 +70,8 @@ class ProblemCertificate:
     def as_json(self) -> dict[str, Any]:
         """Return the form in which `show` prints it."""
         checks = [check._asdict() for check in self.checks]
-        return {
-            "problem": str(self.problem), "engine": self.engine, **self.digests, "passed": self.passed, "checks": checks
-        }  # fmt: skip
+        known_by = {"problem": str(self.problem), "engine": self.engine, **as_json(self.digests)}
+        return {**known_by, "passed": self.passed, "checks": checks}
 
 
 def certify(problem: Problem) -> ProblemCertificate:
@@ -102,7 +102,7 @@ def _check_symbols(chain: Chain) -> Check:
     """Look for a symbol with two meanings, as a length named after another entry of the table."""
     taken = {symbol.name for symbol in (*chain.q, *chain.rates)} | set(TASK_ROWS)
     twice = sorted(symbol.name for symbol in chain.parameters if symbol.name in taken)
-    for symbol in () if not convention_of(chain).has_frames else chain.parameters:  # others show no table
+    for symbol in chain.parameters if convention_of(chain).has_frames else ():  # axes at home show no table
         match = re.fullmatch(r"([ad])([1-9]\d*)", symbol.name)
         if match and int(match.group(2)) <= chain.n:
             joint = chain.joints[int(match.group(2)) - 1]

@@ -153,11 +153,8 @@ def seen_for_minors(chain: Chain) -> tuple[sp.Matrix, Step | None, bool]:
             return jacobian, None, False
         convention = convention_of(chain)
         base = Base(tilt=chain.base.tilt - convention.base.tilt)  # by which the first row turns
-        seen = (
-            jacobian
-            if not convention_of(chain).has_frames
-            else task_matrix(_seen_from(replace(chain, base=base), 0), chain.task)
-        )
+        upright = replace(chain, base=base)
+        seen = task_matrix(_seen_from(upright, 0), chain.task) if convention.has_frames else jacobian
         return seen.xreplace({chain.q[0]: sp.S.Zero}), None, True
     best = jacobian
     for k, seen in frames_to_see_from(chain):

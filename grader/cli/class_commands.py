@@ -15,8 +15,8 @@ from typing import Annotated, Any
 import typer
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
-from qdot.exercises.assignment.draws import GivenUp, raise_left_out, redrawn_since
-from qdot.exercises.assignment.release import CORES, Released, notebook_path, release
+from qdot.exercises.assignment.draws import FailedSlot, describe_redraws, raise_left_out
+from qdot.exercises.assignment.release import CORES, ReleaseResult, notebook_path, release
 from qdot.exercises.common.completion import complete_names
 from qdot.exercises.common.console import VariationOption, note, progress, say
 from qdot.exercises.common.errors import QdotError
@@ -34,13 +34,13 @@ from qdot.grader.grading.marking import number
 from qdot.grader.grading.one_student import found_of_one, grade_one, limits_of, read_time, student_named
 from qdot.grader.grading.overrides import OVERRIDES, read_overrides, without_answers
 from qdot.grader.grading.result import Result
-from qdot.grader.judging.compare import TYPES, as_json, compare_lines, likely_type
+from qdot.grader.judging.compare import TYPES, compare_lines, content_of, likely_type
 from qdot.grader.judging.compare import compare as compare_texts
 from qdot.grader.reports.tables import NO_MARK, count_set, staff_notes, status
 from qdot.grader.sandbox import guarantees
 from qdot.grader.sandbox.sandbox import Limits, check_system
 from qdot.grader.statistics.shared_answers import shared_answers
-from qdot.grader.submissions.submission import OTHER_EDITION, Found, find_submissions, opened
+from qdot.grader.submissions.submission import OTHER_EDITION, StudentFiles, find_submissions, open_submissions
 
 Jobs = Annotated[
     int, typer.Option("--jobs", "-j", min=1, help="How many processes work at once.", show_default="cores")
@@ -63,10 +63,10 @@ def generate(
     for said in assignment.notes:
         note(said)
     counts = {"written": 0, "rewritten": 0, "completed": 0, "kept": 0, "left out": 0}
-    given_up: list[GivenUp] = []
+    given_up: list[FailedSlot] = []
     with progress("generating", len(assignment.roster)) as counter:
 
-        def each(released: Released) -> None:
+        def each(released: ReleaseResult) -> None:
             counts[released.outcome] += 1
             given_up.extend(released.given_up)
             for given in released.given_up:
@@ -80,7 +80,7 @@ def generate(
     say(f"{len(assignment.roster)} students: {said}; hand out {folder / 'released'}, keep {folder / 'solutions'}")
     if counts["rewritten"]:
         note("The assignment, the secret or qdot changed since notebooks were written: hand the new ones out.")
-    for told in (*redrawn_since(assignment, after), *shared_answers(after), *_of_nobody(after)):
+    for told in (*describe_redraws(assignment, after), *shared_answers(after), *_of_nobody(after)):
         note(told)
     raise_left_out(after, given_up, record_of)
 
@@ -167,7 +167,7 @@ class _Told:
 
     def task(self, identity: ProblemId) -> Task:
         """Return what is to be verified of a problem. Raises QdotError."""
-        return Task(identity.varied(self.variation).told(self.convention, self.twist_order))
+        return Task(identity.with_variation(self.variation).with_convention(self.convention, self.twist_order))
 
     def check_folder(self, name: str) -> None:
         """Raise QdotError where the command says what is an assignment's to say."""
@@ -242,7 +242,7 @@ def compare(
     kind = type or likely_type(reference)
     texts: Any = [reference] if kind == "singular" else reference
     names = tuple(name.strip() for name in joints.split(",") if name.strip())
-    say(json.dumps(as_json(compare_texts(kind, student, texts, names)), ensure_ascii=False))
+    say(json.dumps(content_of(compare_texts(kind, student, texts, names)), ensure_ascii=False))
 
 
 def _lines(batch: str) -> Iterable[str]:
@@ -313,7 +313,7 @@ def grade(
         results = [_grade_one(assignment, submissions, student, received, seconds, tell)]
     else:
         named = submissions or folder / "submitted"
-        with opened(named) as root:
+        with open_submissions(named) as root:
             whole = None if allow_missing else named
             results = _grade(assignment, root, named, jobs, limits, diff, tell, executor, whole)
     write_asked(assignment, results, asked)
@@ -347,8 +347,8 @@ def _grade(
     with alone(assignment.folder):
         earlier = earlier_results(assignment)
         if whole is not None:
-            _check_all_there(assignment, earlier, looked.found, whole)
-        results = _results(assignment, looked.found, assignment.roster, jobs, limits, executor, write_page)
+            _check_all_there(assignment, earlier, looked.by_student, whole)
+        results = _results(assignment, looked.by_student, assignment.roster, jobs, limits, executor, write_page)
         with progress("writing feedback", len(results)) as counter:
             results = write_reports(assignment, results, min(jobs, len(results)), counter.step)
     _tell_notes(results)
@@ -365,7 +365,7 @@ def _grade(
 
 
 def _check_all_there(
-    assignment: Assignment, earlier: Mapping[str, Result], found: Mapping[str, Found], submissions: Path
+    assignment: Assignment, earlier: Mapping[str, Result], found: Mapping[str, StudentFiles], submissions: Path
 ) -> None:
     """Raise QdotError where students had handed in at the last run and have not now: they would lose their marks.
 
@@ -397,7 +397,7 @@ def _grade_one(
     if path is not None:
         handed_in = found_of_one(assignment, path, time)
     else:
-        handed_in = find_submissions(assignment, assignment.folder / "submitted").found.get(student.id)
+        handed_in = find_submissions(assignment, assignment.folder / "submitted").by_student.get(student.id)
         if handed_in is not None and time is not None:
             handed_in = replace(handed_in, received=time, platform="option")
     read = read_some(assignment, {} if handed_in is None else {student.id: handed_in}, [student.id])
@@ -411,7 +411,7 @@ def _grade_one(
 
 
 def _results(
-    assignment: Assignment, found: dict[str, Found], students: Sequence[Student], jobs: int, limits: Limits,
+    assignment: Assignment, found: dict[str, StudentFiles], students: Sequence[Student], jobs: int, limits: Limits,
     executor: str, write_page: WritePage | None = None,
 ) -> list[Result]:  # fmt: skip
     """Return the results of students, with progress shown."""

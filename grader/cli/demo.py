@@ -7,8 +7,8 @@ from pathlib import Path
 import nbformat
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
-from qdot.exercises.assignment.draws import GivenUp, raise_left_out
-from qdot.exercises.assignment.release import Released, init_assignment, release
+from qdot.exercises.assignment.draws import FailedSlot, raise_left_out
+from qdot.exercises.assignment.release import ReleaseResult, init_assignment, release
 from qdot.exercises.common.console import note, progress, say
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.extras import explain_missing
@@ -150,10 +150,10 @@ def run_demo(folder: Path, jobs: int) -> None:
     else:
         init_assignment(folder, TITLE, KEY, students, SECRET)
     assignment = load_assignment(folder)
-    given_up: list[GivenUp] = []
+    given_up: list[FailedSlot] = []
     with progress("generating", len(students)) as counter:
 
-        def each(released: Released) -> None:
+        def each(released: ReleaseResult) -> None:
             given_up.extend(released.given_up)
             counter.step()
 
@@ -163,7 +163,7 @@ def run_demo(folder: Path, jobs: int) -> None:
             if student.id not in {given.student for given in given_up}:
                 hand_in(assignment, student.id, kind)
             counter.step()
-    submissions = find_submissions(assignment, folder / "submitted").found
+    submissions = find_submissions(assignment, folder / "submitted").by_student
     jobs = min(jobs, len(students))
     with alone(assignment.folder):
         with progress("grading", len(students)) as counter:

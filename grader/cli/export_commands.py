@@ -9,15 +9,15 @@ from typing import Annotated
 
 import typer
 
-from qdot.exercises.assignment.draws import GivenUp, raise_left_out, redrawn_since, vouching
+from qdot.exercises.assignment.draws import FailedSlot, certify_by, describe_redraws, raise_left_out
 from qdot.exercises.assignment.redrawn import read_redrawn
 from qdot.exercises.assignment.release import CORES
 from qdot.exercises.common.completion import complete_names
 from qdot.exercises.common.console import BankVariationOption, note, progress, say
 from qdot.exercises.common.errors import QdotError, unknown
 from qdot.exercises.common.files import write_atomically
-from qdot.exercises.exports.outlet import PAGES, SHEETS, Order
-from qdot.exercises.exports.registry import OUTLETS
+from qdot.exercises.exports.export_format import PAGES, SHEETS, Order
+from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.exports.sheet import VERSIONS
 from qdot.grader.cli.class_commands import Jobs
 from qdot.grader.grading.certify import failures_of
@@ -32,8 +32,8 @@ def export(
         typer.Option(
             "--to",
             metavar="OUTLET",
-            help=f"One of {', '.join(OUTLETS)}; repeatable.",
-            autocompletion=complete_names(OUTLETS),
+            help=f"One of {', '.join(EXPORT_FORMATS)}; repeatable.",
+            autocompletion=complete_names(EXPORT_FORMATS),
         ),
     ] = [],  # noqa: B006
     out: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Default: DIR/exports/OUTLET.")] = None,
@@ -84,19 +84,19 @@ def export(
     """
     names = list(dict.fromkeys(to))
     if not names:
-        raise QdotError(f"--to says what to write, as in --to html; known: {', '.join(OUTLETS)}")
+        raise QdotError(f"--to says what to write, as in --to html; known: {', '.join(EXPORT_FORMATS)}")
     _check(names, sheet, page, variation)
     assignment = load_class(folder)
     if variation:
-        assignment = assignment.varied(variation)
-    given_up: list[GivenUp] = []
+        assignment = assignment.with_variation(variation)
+    given_up: list[FailedSlot] = []
     order = Order(
         assignment, failures_of, variants, solutions, sheet, versions, page, jobs, note=note,
         left_out=given_up.append, earns=share_earned,
         passing=None if passing is None else Fraction(passing, 100),
     )  # fmt: skip
     for name in names:
-        OUTLETS[name].check(order)
+        EXPORT_FORMATS[name].check(order)
     for said in assignment.notes:
         note(said)
     targets = {name: folder / "exports" / name if out is None else out for name in names}
@@ -104,11 +104,11 @@ def export(
         targets = {name: out / name for name in names}
     failed = _write(order, targets)
     after = replace(assignment, redrawn=read_redrawn(folder))
-    for said in (*redrawn_since(assignment, after), *dict.fromkeys(map(str, given_up))):
+    for said in (*describe_redraws(assignment, after), *dict.fromkeys(map(str, given_up))):
         note(said)
     if failed and given_up:  # both are told, and one of them is the error
         note(_told(failed, names))
-    raise_left_out(after, given_up, vouching(failures_of))
+    raise_left_out(after, given_up, certify_by(failures_of))
     if failed:
         raise QdotError(_told(failed, names))
 
@@ -149,10 +149,10 @@ def report(
 def _check(names: Sequence[str], sheet: str, page: str, variation: str) -> None:
     """Raise QdotError for what no assignment can be exported with."""
     for name in names:
-        if name not in OUTLETS:
-            raise unknown("outlet", name, list(OUTLETS))
-        if variation and not OUTLETS[name].holds_a_bank:
-            banks = ", ".join(other.name for other in OUTLETS.values() if other.holds_a_bank)
+        if name not in EXPORT_FORMATS:
+            raise unknown("outlet", name, list(EXPORT_FORMATS))
+        if variation and not EXPORT_FORMATS[name].holds_a_bank:
+            banks = ", ".join(other.name for other in EXPORT_FORMATS.values() if other.holds_a_bank)
             raise QdotError(f"--variation is for banks ({banks}); for {name}, assignment.toml says how arms vary")
     for given, known, what in ((sheet, SHEETS, "sheet"), (page, PAGES, "page size")):
         if given not in known:
@@ -162,7 +162,7 @@ def _check(names: Sequence[str], sheet: str, page: str, variation: str) -> None:
 def _write(order: Order, targets: Mapping[str, Path]) -> dict[str, str]:
     """Write the outlets into their folders; return those that can't be written, each with the reason."""
     assignment = order.assignment
-    failed = {name: lacking for name in targets if (lacking := OUTLETS[name].missing())}
+    failed = {name: lacking for name in targets if (lacking := EXPORT_FORMATS[name].missing())}
     for name, target in targets.items():
         if name in failed:
             continue
@@ -187,7 +187,7 @@ def _told(failed: Mapping[str, str], names: Sequence[str]) -> str:
 
 
 def _export(order: Order, name: str, target: Path) -> int:
-    outlet = OUTLETS[name]
+    outlet = EXPORT_FORMATS[name]
     count = 0
     with (
         progress(f"exporting to {name}", outlet.steps(order)) as counter,

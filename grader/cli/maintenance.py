@@ -15,7 +15,7 @@ from qdot.grader.grading import forgetting, upgrade
 from qdot.grader.grading.history import Move
 from qdot.grader.grading.one_student import limits_of
 from qdot.grader.sandbox.sandbox import Limits
-from qdot.grader.submissions.submission import find_submissions, opened
+from qdot.grader.submissions.submission import find_submissions, open_submissions
 
 
 def upgrade_check(
@@ -42,7 +42,7 @@ def upgrade_check(
     """
     assignment = load_assignment(folder)
     with progress("comparing", len(assignment.roster)) as counter:
-        found = upgrade.compared(assignment, jobs, counter.step)
+        found = upgrade.compare_class(assignment, jobs, counter.step)
     for line in upgrade.told(found, folder):
         say(line)
     moved = _marks(assignment, submissions or folder / "submitted", jobs, limits_of(seconds)) if marks else []
@@ -53,11 +53,11 @@ def upgrade_check(
 def _marks(assignment: Assignment, submissions: Path, jobs: int, limits: Limits) -> list[Move]:
     """Return whose mark would move, having told it."""
     check_sandbox(assignment.sandbox == "strict")
-    with opened(submissions) as root, progress("grading", len(assignment.roster)) as counter:
+    with open_submissions(submissions) as root, progress("grading", len(assignment.roster)) as counter:
         looked = find_submissions(assignment, root)
         for said in looked.unsure:
             note(said)
-        moved = list(upgrade.marks_moved(assignment, looked.found, jobs, limits, lambda _: counter.step()))
+        moved = list(upgrade.marks_moved(assignment, looked.by_student, jobs, limits, lambda _: counter.step()))
     for move in moved:
         say(f"{move.student}  {move.part or 'total'}  {move.was} → {move.now}  {move.why}")
     students = len({move.student for move in moved})

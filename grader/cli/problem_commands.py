@@ -16,7 +16,7 @@ from qdot.exercises.arm.library import robots as library
 from qdot.exercises.arm.robot_file import ANGLE_UNITS, read_robot_file
 from qdot.exercises.arm.robot_text import robot_text
 from qdot.exercises.arm.standard_table import TABLES
-from qdot.exercises.assignment.sets import DEFAULT_SET, SETS, set_named
+from qdot.exercises.assignment.sets import DEFAULT_SET, SETS, find_set
 from qdot.exercises.common.completion import complete_names
 from qdot.exercises.common.console import VariationOption, note, one_of, progress, say, show_work
 from qdot.exercises.common.time_limit import DEFAULT as SECONDS
@@ -24,7 +24,7 @@ from qdot.exercises.common.time_limit import LEAST, seconds_of
 from qdot.exercises.families import Family
 from qdot.exercises.families.own import own_family
 from qdot.exercises.generation import family_named, listing_of, sample_chain, short_quiz
-from qdot.exercises.problem.problem import convention_named
+from qdot.exercises.problem.problem import find_convention
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.quizzes import QUIZZES
 from qdot.grader.cli.options import ConventionOption, TwistOrderOption
@@ -68,7 +68,7 @@ def init(
         raise QdotError("name the folder to make, as in 'qdot init homework', or list the sets with 'qdot init --list'")
     from qdot.exercises.assignment.release import init_assignment
 
-    chosen = set_named(problems)
+    chosen = find_set(problems)
     init_assignment(folder, title or chosen.title, key, roster=roster, problems=chosen)
     first = f"put your class into {folder / 'roster.csv'}" if roster is None else "edit assignment.toml"
     say(f"made {folder}: {first}, then run: qdot generate {folder}")
@@ -101,7 +101,7 @@ def families(
     it is of a real robot (ur5) and of your own ROBOT.toml, CSV or URDF, which may take a minute.
     """
     if convention:
-        convention_named(convention)
+        find_convention(convention)
         if not name:
             raise QdotError("--convention is for one family or robot; name it, as in 'qdot families ur5'")
     if name:
@@ -216,7 +216,7 @@ def show(
     FAMILY/SEED@CONVENTION for --convention, and FAMILY/SEED@v-omega for --twist-order.
     """
     one_of(format, SHOW_FORMATS, "--format")
-    identity = ProblemId.parse(problem).varied(variation).told(convention, twist_order)
+    identity = ProblemId.parse(problem).with_variation(variation).with_convention(convention, twist_order)
     if ask is not None:
         identity = replace(
             identity, questions=short_quiz(identity.family, identity.convention) if ask == "quiz" else _names(ask)

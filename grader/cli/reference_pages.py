@@ -19,7 +19,7 @@ import qdot
 from qdot.exercises.common.console import say
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.docs.dependencies import dependencies_page, with_install_words
-from qdot.exercises.exports.registry import OUTLETS
+from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import ENGINE, Problem, ProblemId
 from qdot.exercises.writing.render import render
@@ -41,9 +41,9 @@ def pages() -> dict[str, str]:
 
 def outlets_page() -> str:
     """Return the page: what is written, which program reads it, and what in our tests reads it as that would."""
-    order = ["generate", *OUTLETS]  # students' notebooks have rows, too
+    order = ["generate", *EXPORT_FORMATS]  # students' notebooks have rows, too
     records = sorted(_records(), key=lambda record: (order.index(record["outlet"]), record["software"]))
-    return render("docs/outlets.md.j2", outlets=OUTLETS.values(), formats=FORMATS.values(), records=records)
+    return render("docs/outlets.md.j2", outlets=EXPORT_FORMATS.values(), formats=FORMATS.values(), records=records)
 
 
 def _records() -> Iterator[dict[str, str]]:

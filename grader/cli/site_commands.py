@@ -9,20 +9,27 @@ from typing import Annotated
 import typer
 
 from qdot.exercises.assignment.assignment import FEEDBACK, Assignment, load_assignment
-from qdot.exercises.assignment.draws import GivenUp
+from qdot.exercises.assignment.draws import FailedSlot
 from qdot.exercises.assignment.release import CORES
 from qdot.exercises.common.completion import complete_names
 from qdot.exercises.common.console import SiteVariationOption, note, progress, say
 from qdot.exercises.common.errors import QdotError, unknown
 from qdot.exercises.common.variation import STEPS
 from qdot.exercises.exports.bank import bank
-from qdot.exercises.exports.outlet import Order as BankOrder
+from qdot.exercises.exports.export_format import Order as BankOrder
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import family_named
 from qdot.exercises.site.build import Order, build
 from qdot.exercises.site.pages import docs_folder
 from qdot.exercises.site.reference import reference
-from qdot.exercises.site.supply import MOST_SEEDS, OF_EACH_STEP, Told, Wanted, of_families, of_variants
+from qdot.exercises.site.supply import (
+    MOST_SEEDS,
+    OF_EACH_STEP,
+    BankProblem,
+    FrameConvention,
+    wanted_of_families,
+    wanted_of_variants,
+)
 from qdot.grader.cli.class_commands import Jobs
 from qdot.grader.cli.options import SiteConventionOption, SiteTwistOrderOption
 from qdot.grader.grading.certify import failures_of
@@ -81,7 +88,7 @@ def build_site(
     level = feedback or (FEEDBACK[-1] if loaded is None else loaded.feedback)
     commands = reference(context.find_root().command)
     order = Order(out, wanted, titles, failures_of, min(jobs, len(wanted)), commands, docs_folder(), course, level)
-    left_out: list[GivenUp] = []
+    left_out: list[FailedSlot] = []
     with progress("building the site", len(wanted)) as counter:
         made = build(order, counter.step, left_out.append)
     say(f"{made['problems']} problems with {made['questions']} questions in {out}; see them: qdot site serve {out}")
@@ -96,23 +103,23 @@ def build_site(
 
 
 def _wanted(
-    loaded: Assignment | None, families: str, variants: int | None, variation: str, told: Told, jobs: int
-) -> tuple[list[Wanted], list[tuple[str, str, str]], str]:
+    loaded: Assignment | None, families: str, variants: int | None, variation: str, told: FrameConvention, jobs: int
+) -> tuple[list[BankProblem], list[tuple[str, str, str]], str]:
     if loaded is None:
         names = [family_named(name.strip()).name for name in families.split(",") if name.strip()] or list(FAMILIES)
         titles = [(name, FAMILIES[name].title, FAMILIES[name].source) for name in names]
         many = variants or OF_EACH_STEP * (1 if variation else len(STEPS))
-        return of_families(names, many, variation, *told), titles, ""
+        return wanted_of_families(names, many, variation, *told), titles, ""
     if any(told):
         raise QdotError(
             "--convention and --twist-order are for a site of families; an assignment says them itself, as in "
             'convention = "screws" in assignment.toml'
         )
     if variation:
-        loaded = loaded.varied(variation)
+        loaded = loaded.with_variation(variation)
     made = list(bank(BankOrder(loaded, failures_of, variants or OF_EACH_PROBLEM, jobs=jobs, note=note)))
     titles = [(slot.name, slot.family.title, slot.family.source) for slot in loaded.slots]
-    return of_variants(made), titles, loaded.title
+    return wanted_of_variants(made), titles, loaded.title
 
 
 def serve(

@@ -8,10 +8,9 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from qdot.exercises.assignment.assignment import Assignment
-from qdot.exercises.assignment.store import kept
+from qdot.exercises.assignment.store import load_stored_problems
 from qdot.exercises.common.errors import QdotError, of_machine
 from qdot.exercises.notebook.setup_cell import setup_cell
 from qdot.exercises.problem.problem import ENGINE, Problem
@@ -19,23 +18,22 @@ from qdot.grader.diagnosis.groups import group_key
 from qdot.grader.grading.copied_answers import Copies
 from qdot.grader.grading.marking import mark
 from qdot.grader.grading.result import Cost, MadeFrom, Marked, PartResult, ProblemResult
-from qdot.grader.judging.function_values import asked_of
+from qdot.grader.judging.function_values import calls_of
 from qdot.grader.judging.verdict import Outcome, Verdict
 from qdot.grader.sandbox.clock import Allowance
-from qdot.grader.sandbox.sandbox import Run, Sandbox
+from qdot.grader.sandbox.sandbox import Calls, Run, Sandbox
 from qdot.grader.submissions.answer_locator import Answers, find_answers
-from qdot.grader.submissions.cells import OverLimit, Unreadable, plain
+from qdot.grader.submissions.cells import OverLimit, Unreadable, printable_name, without_self_checks
 from qdot.grader.submissions.submission import (
-    Found,
     Note,
+    StudentFiles,
     Submission,
+    likely_notebooks,
     oddities,
     read_submission,
-    rivals,
     time_of,
     wrong_assignment,
 )
-from qdot.grader.submissions.uncounted import without_self_checks
 
 GRADER = 14
 """Version of the grader: any change of what a submission earns, or of what is kept of it, raises it."""
@@ -73,7 +71,7 @@ class NotFoundOut(Exception):
     """Why it is not known what a student handed in, in words for them; nobody else is concerned."""
 
 
-def read_attempts(found: Found, key: str) -> list[Attempt]:
+def read_attempts(found: StudentFiles, key: str) -> list[Attempt]:
     """Read what a student handed in, best first. What can't be read is no attempt where something else can.
 
     Raises NotFoundOut where looking for it has failed.
@@ -82,7 +80,7 @@ def read_attempts(found: Found, key: str) -> list[Attempt]:
         raise NotFoundOut(found.failure)
     if found.obstacle:
         return [replace(_unreadable(found.files[0], found.obstacle), over_limit=found.over_limit)]
-    likely, note = rivals(found.files)
+    likely, note = likely_notebooks(found.files)
     found = replace(found, notes=(*found.notes, note)) if note else found
     attempts = [_read(found, path, key) for path in likely]
     if not any(attempt.submission for attempt in attempts):
@@ -93,7 +91,9 @@ def read_attempts(found: Found, key: str) -> list[Attempt]:
     if not readable:
         return attempts[:1]
     return [
-        replace(attempt, notes=tuple(f"{why}; {plain(attempt.file.name)} was graded instead" for why in failed))
+        replace(
+            attempt, notes=tuple(f"{why}; {printable_name(attempt.file.name)} was graded instead" for why in failed)
+        )
         for attempt in readable
     ]
 
@@ -102,7 +102,7 @@ MOST_TRIED = 10
 """Files that are tried where none that looks like a notebook can be read."""
 
 
-def _read(found: Found, path: Path, key: str) -> Attempt:
+def _read(found: StudentFiles, path: Path, key: str) -> Attempt:
     try:
         read = read_submission(path, key, found.files)
     except Unreadable as error:
@@ -138,12 +138,12 @@ def grade_safely(
     """
     started = time.process_time()
     sandbox.cost()
-    marked = _graded_safely(assignment, student, attempt, sandbox, copies, kept_text)
+    marked = _grade_or_mark_ungraded(assignment, student, attempt, sandbox, copies, kept_text)
     seconds, memory = sandbox.cost()
     return replace(marked, cost=Cost(round(time.process_time() - started + seconds, 3), int(memory)))
 
 
-def _graded_safely(
+def _grade_or_mark_ungraded(
     assignment: Assignment, student: str, attempt: Attempt | None, sandbox: Sandbox, copies: Copies,
     kept_text: str | None,
 ) -> Marked:  # fmt: skip
@@ -173,7 +173,7 @@ def grade_attempt(
 
     With `kept_text`, which `store` has made, nothing is read from the assignment's folder. Raises OverLimit.
     """
-    problems = kept(assignment, student, kept_text).problems
+    problems = load_stored_problems(assignment, student, kept_text).problems
     if attempt is None:
         return _mark(assignment, copies, student, problems, None, Answers(Run()), "nothing was handed in", [])
     submission, notes = attempt.submission, [Note(note, note) for note in attempt.notes]
@@ -188,11 +188,11 @@ def grade_attempt(
         return _mark(assignment, copies, student, problems, submission, nothing, obstacle, notes)
     parts = [f"{slot}.{part.name}" for slot, problem in problems for part in problem.parts]
     seed = _points_seed(assignment, submission)
-    asked = {slot: asked_of(problem, problem.domain(), seed) for slot, problem in problems}
+    calls = {slot: calls_of(problem, problem.domain(), seed) for slot, problem in problems}
     cells = without_self_checks(submission.cells, problems)
     setup = setup_cell(problems)
     modules = submission.modules
-    answers = find_answers(cells, parts, lambda cells, names: _run(sandbox, cells, names, asked, setup, modules))
+    answers = find_answers(cells, parts, lambda cells, names: _run(sandbox, cells, names, calls, setup, modules))
     notes += oddities(submission, assignment, student)
     notes += [Note(note, note) for note in answers.notes if note]
     notes += [Note(f"refused: {stop}") for stop in answers.refused if stop not in answers.notes]
@@ -200,13 +200,13 @@ def grade_attempt(
 
 
 def _run(
-    sandbox: Sandbox, cells: Sequence[str], names: Sequence[str], asked: Mapping[str, Mapping[str, Any]], setup: str,
+    sandbox: Sandbox, cells: Sequence[str], names: Sequence[str], calls: Mapping[str, Calls], setup: str,
     modules: Mapping[str, str],
 ) -> Run:  # fmt: skip
     """Run a notebook. Where the process that runs it is lost, the notebook must have done it twice to answer for it."""
     run, lost = Run(end="unbegun"), 0
     for _ in range(TRIES):
-        run = sandbox.run(cells, names, asked, setup, modules)
+        run = sandbox.run(cells, names, calls, setup, modules)
         if run.end not in ("lost", "unbegun"):
             return run
         lost += run.end == "lost"

@@ -42,8 +42,8 @@ from qdot.grader.grading.overrides import Overrides, read_overrides
 from qdot.grader.grading.remote import Order, brief_of, graded_by, order_of
 from qdot.grader.grading.result import Marked, Result
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
-from qdot.grader.submissions.cells import plain
-from qdot.grader.submissions.submission import Found
+from qdot.grader.submissions.cells import printable_name
+from qdot.grader.submissions.submission import StudentFiles
 
 DIED = "its process was ended twice by the system, probably for want of memory"
 
@@ -58,12 +58,12 @@ class Task:
     """One student to grade."""
 
     student: str
-    found: Found | None
+    found: StudentFiles | None
 
 
 def grade_class(
     assignment: Assignment,
-    submissions: dict[str, Found],
+    submissions: dict[str, StudentFiles],
     jobs: int,
     limits: Limits,
     each: Callable[[Result], None],
@@ -91,17 +91,17 @@ def grade_class(
 
     def settled(place: int, handed_in: list[Graded]) -> None:
         student = chosen[place]
-        results[place] = _settled(assignment, student, handed_in, overrides)
+        results[place] = _settle(assignment, student, handed_in, overrides)
         costs.append(_cost(student, handed_in))
         now_and_then()
         each(results[place])
 
-    kept = (path for task in tasks for path in _all_kept(shelf.folder, task))
+    kept = (path for task in tasks for path in _kept_paths(shelf.folder, task))
     with clean_up_after(kept), flush_disk_after(shelf.folder) as now_and_then:
         if executor is not None:
             _grade_elsewhere(shelf, tasks, executor, room, settled)
         else:
-            lost = partial(_failed, assignment) if jobs else None
+            lost = partial(_mark_failed, assignment) if jobs else None
             context = (shelf, overrides, write_page)
             with contextlib.closing(ordered_map(_grade, tasks, jobs, _Context, context, lost)) as every:
                 for place, handed_in in enumerate(every):
@@ -231,14 +231,14 @@ class _Context:
         if self._write_page is not None:
             student = self._roster[name]
             with contextlib.suppress(Exception):  # it is told where the page is written at last
-                result = _settled(self.assignment, student, handed_in, self._overrides)
+                result = _settle(self.assignment, student, handed_in, self._overrides)
                 self._write_page(self.assignment, student, result)
 
     def close(self) -> None:
         self.sandbox.close()
 
 
-def _settled(assignment: Assignment, student: Student, handed_in: Sequence[Graded], overrides: Overrides) -> Result:
+def _settle(assignment: Assignment, student: Student, handed_in: Sequence[Graded], overrides: Overrides) -> Result:
     of_student = overrides.of_students.get(student.id, {})
     try:
         return settle(assignment, student, handed_in, of_student, overrides.of_groups)
@@ -258,22 +258,22 @@ def _grade(context: _Context, task: Task) -> list[Graded]:
     a disk that is full, is a QdotError.
     """
     try:
-        return _all_graded(context, task)
+        return _grade_all(context, task)
     except QdotError:
         raise
     except Exception as error:
         if (cause := of_machine(error)) is not None:
             raise cause from None
-        return _failed(context.assignment, task, describe_error(error))
+        return _mark_failed(context.assignment, task, describe_error(error))
 
 
-def _all_graded(context: _Context, task: Task) -> list[Graded]:
+def _grade_all(context: _Context, task: Task) -> list[Graded]:
     handed_in, is_new = [], False
-    for one, counts in _entries(context.assignment, task):
-        marked = context.shelf.take(task.student, one) if counts else None
+    for attempt, counts in _entries(context.assignment, task):
+        marked = context.shelf.take(task.student, attempt) if counts else None
         if counts and marked is None:
-            marked, is_new = _marked(context, task.student, one), True
-        handed_in.append(_graded(one, marked))
+            marked, is_new = _mark(context, task.student, attempt), True
+        handed_in.append(_as_graded(attempt, marked))
     if is_new:  # a mark that was kept may be that of a process which its page has ended
         context.write_page(task.student, handed_in)
     return handed_in
@@ -291,11 +291,11 @@ def _grade_elsewhere(
         for place, task in enumerate(tasks):
             try:
                 entries = _entries(shelf.assignment, task)
-                marks = {i: shelf.take(task.student, one) for i, (one, counts) in enumerate(entries) if counts}
+                marks = {i: shelf.take(task.student, attempt) for i, (attempt, counts) in enumerate(entries) if counts}
                 lacking = [i for i, marked in marks.items() if marked is None]
                 orders = [order_of(shelf.assignment, brief, task.student, entries[i][0]) for i in lacking]
             except Exception as error:  # as in `_grade`
-                settled(place, _failed(shelf.assignment, task, describe_error(error)))
+                settled(place, _mark_failed(shelf.assignment, task, describe_error(error)))
                 continue
             begun[place] = entries, marks
             yield from (((place, i), order) for i, order in zip(lacking, orders, strict=True))
@@ -304,7 +304,7 @@ def _grade_elsewhere(
 
     def finish(place: int) -> None:
         entries, marks = begun.pop(place)
-        settled(place, [_graded(one, marks.get(i)) for i, (one, _) in enumerate(entries)])
+        settled(place, [_as_graded(attempt, marks.get(i)) for i, (attempt, _) in enumerate(entries)])
 
     with contextlib.closing(graded_by(executor, brief, wanted(), room)) as every:
         for (place, i), marked in every:
@@ -323,15 +323,16 @@ def _entries(assignment: Assignment, task: Task) -> list[Entry]:
         return [(None, True)]
     attempts = read_attempts(task.found, assignment.key)
     counting = _counting(assignment, attempts)
-    return [(one, one in counting) for one in sorted(attempts, key=lambda one: one.received)]
+    in_order = sorted(attempts, key=lambda attempt: attempt.received)
+    return [(attempt, attempt in counting) for attempt in in_order]
 
 
-def _graded(attempt: Attempt | None, marked: Marked | None) -> Graded:
+def _as_graded(attempt: Attempt | None, marked: Marked | None) -> Graded:
     if attempt is None:
         return Graded(marked=marked)
     submission = attempt.submission
     told_by = ("file", None) if submission is None else (submission.received_from, submission.late)
-    return Graded(plain(attempt.file.name), attempt.received, marked, *told_by)
+    return Graded(printable_name(attempt.file.name), attempt.received, marked, *told_by)
 
 
 def _counting(assignment: Assignment, attempts: list[Attempt]) -> list[Attempt]:
@@ -339,28 +340,29 @@ def _counting(assignment: Assignment, attempts: list[Attempt]) -> list[Attempt]:
 
     Where any has the assignment's name, or names it in its metadata, the others are no attempts.
     """
-    own = [one for one in attempts if one.is_of(assignment)] or attempts
-    return [own[i] for i in assignment.attempts.counting([one.received for one in own])]
+    of_assignment = [attempt for attempt in attempts if attempt.is_of(assignment)] or attempts
+    counting = assignment.attempts.select_counting([attempt.received for attempt in of_assignment])
+    return [of_assignment[i] for i in counting]
 
 
-def _marked(context: _Context, student: str, attempt: Attempt | None) -> Marked:
+def _mark(context: _Context, student: str, attempt: Attempt | None) -> Marked:
     """Return what the grader gives for a notebook, and keep it."""
     marked = grade_safely(context.assignment, student, attempt, context.sandbox, context.copies)
     context.shelf.put(student, attempt, marked)
     return marked
 
 
-def _failed(assignment: Assignment, task: Task, why: str = DIED) -> list[Graded]:
+def _mark_failed(assignment: Assignment, task: Task, why: str = DIED) -> list[Graded]:
     """Return what stands for a student on whom qdot failed, as where every process ended that was to grade them."""
-    file = "" if task.found is None or not task.found.files else plain(task.found.files[0].name)
+    file = "" if task.found is None or not task.found.files else printable_name(task.found.files[0].name)
     return [Graded(file, marked=mark_ungraded(assignment, task.student, None, why))]
 
 
 def kept_path(cache: Path, student: str, file: Path | None) -> Path:
     """Return where the result of a student's notebook is kept."""
-    said = f"{student}/{'' if file is None else f'{file.name}/{file.parent.name == student}'}"
-    return cache / f"{hashlib.sha256(said.encode('utf-8', 'surrogateescape')).hexdigest()[:24]}.json"
+    name = f"{student}/{'' if file is None else f'{file.name}/{file.parent.name == student}'}"
+    return cache / f"{hashlib.sha256(name.encode('utf-8', 'surrogateescape')).hexdigest()[:24]}.json"
 
 
-def _all_kept(cache: Path, task: Task) -> list[Path]:
+def _kept_paths(cache: Path, task: Task) -> list[Path]:
     return [kept_path(cache, task.student, file) for file in (task.found.files if task.found else (None,))]

@@ -17,6 +17,7 @@ from qdot.exercises.assignment.draws import check
 from qdot.exercises.assignment.release import Certifier, certificate_path, notebook_path
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.extras import qdot_version
+from qdot.exercises.common.json_form import as_json
 from qdot.exercises.common.parallel import ordered_map
 from qdot.exercises.families import Family
 from qdot.exercises.generation import generate
@@ -80,7 +81,7 @@ def record_of(problem: Problem) -> Record:
         engine=problem.id.engine,
         qdot=qdot_version(),
         difficulty=difficulty(problem.chain),
-        **certificate.digests,
+        **as_json(certificate.digests),
         checks=(*(check.name for check in certificate.checks), "full marks for the reference"),
     )
 
@@ -181,12 +182,12 @@ def changes_of(task: Task, problem: Problem, record: Record) -> list[Failure]:
     now = digests(problem)
     if record.problem != str(problem.id):
         said = f"another problem than was handed out, {record.problem}: the assignment or secret was changed"
-    elif record.sha256 != now["sha256"]:
-        changed = [name for name, digest in now["parts"].items() if record.parts.get(name) != digest]
-        changed += [name for name in record.parts if name not in now["parts"]]
-        what = "the arm" if record.arm != now["arm"] else ", ".join(changed) or "its digest"
+    elif record.sha256 != now.sha256:
+        changed = [name for name, digest in now.parts.items() if record.parts.get(name) != digest]
+        changed += [name for name in record.parts if name not in now.parts]
+        what = "the arm" if record.arm != now.arm else ", ".join(changed) or "its digest"
         said = f"no longer the problem that was handed out: {what} changed since qdot {record.qdot}"
-    elif (record.arm, record.parts, set(record.questions)) != (now["arm"], now["parts"], set(now["parts"])):
+    elif (record.arm, record.parts, set(record.questions)) != (now.arm, now.parts, set(now.parts)):
         said = "its certificate contradicts itself: it was altered; restore it from a backup"
         return _found(Kind.DAMAGED, task, [said])
     else:

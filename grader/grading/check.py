@@ -22,9 +22,9 @@ from qdot.grader.judging.formulas import unknown_symbols
 from qdot.grader.judging.function_values import is_table
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.sandbox.sandbox import Sandbox
-from qdot.grader.submissions.answer_locator import asked_in, find_answers
+from qdot.grader.submissions.answer_locator import find_answers, guess_parts
 from qdot.grader.submissions.cells import OverLimit, Unreadable
-from qdot.grader.submissions.submission import Submission, beside, read_submission
+from qdot.grader.submissions.submission import Submission, python_files_beside, read_submission
 
 STATEMENTS = ("eq", "and", "or", "in", "pair", "dict", "set")
 """Kinds of nodes that are conditions, and no entries of a matrix."""
@@ -58,10 +58,10 @@ def check_notebook(path: Path) -> Checked:
     "this can't be read as an answer: expected ')', found 'the end', at character 17, near '1*a2*sin(theta2'"
     """
     try:
-        submission = read_submission(path, beside=beside(path))
+        submission = read_submission(path, siblings=python_files_beside(path))
     except Unreadable as error:
         raise QdotError(str(error)) from None
-    parts = asked_in(submission.cells, tuple(ASKED))
+    parts = guess_parts(submission.cells, tuple(ASKED))
     if not parts:
         raise QdotError(f"{path} has no answer cells; is it a notebook that qdot made?")
     with Sandbox(warm=False) as sandbox:

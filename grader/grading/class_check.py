@@ -11,7 +11,7 @@ from qdot.exercises.assignment.release import notebook_path
 from qdot.exercises.common.errors import QdotError
 from qdot.grader.grading.certify import former_students
 from qdot.grader.submissions.layouts import only_folder
-from qdot.grader.submissions.submission import DEEPEST, Found, Looked, Submission, read_submission
+from qdot.grader.submissions.submission import DEEPEST, StudentFiles, Submission, SubmissionFolder, read_submission
 
 LOOKED_AT = 25
 """Students, spread over the roster, whose notebooks' metadata are looked at."""
@@ -27,7 +27,7 @@ def load_class(folder: Path) -> Assignment:
     """Return an assignment whose roster and secret are those of the notebooks in released/. Raises QdotError."""
     assignment = load_assignment(folder)
     paths = {student.id: notebook_path(assignment, student.id) for student in assignment.roster}
-    found = {student: Found((path,)) for student, path in paths.items() if path.exists()}
+    found = {student: StudentFiles((path,)) for student, path in paths.items() if path.exists()}
     if alike := _alike(former_students(assignment), [student for student in paths if student not in found]):
         raise QdotError(
             f"{folder / 'roster.csv'}: {len(alike)} would have other problems than those in {folder / 'released'}, so "
@@ -38,21 +38,21 @@ def load_class(folder: Path) -> Assignment:
     return assignment
 
 
-def check_class(assignment: Assignment, looked: Looked, root: Path, named: Path) -> None:
+def check_class(assignment: Assignment, looked: SubmissionFolder, root: Path, named: Path) -> None:
     """Raise QdotError where files are of nobody, or most notebooks of others: assignments, students, secrets.
 
     `root` is where they lie, `named` the folder or zip that the user named.
     """
     ids = [student.id for student in assignment.roster]
-    if looked.strangers and not looked.found:
+    if looked.strangers and not looked.by_student:
         raise QdotError(
             f"{named}: no file or folder here belongs to a student in roster.csv, so nothing was graded. "
             + _of_nobody([*looked.strangers, *_inside(root)], ids, assignment.key)
         )
-    absent = [student for student in ids if student not in looked.found]
+    absent = [student for student in ids if student not in looked.by_student]
     if alike := _alike(looked.strangers, absent):
         raise QdotError(f"{named}: work of {len(alike)} would be of nobody, so nothing was graded. {_as_before(alike)}")
-    read = list(read_some(assignment, looked.found, ids))
+    read = list(read_some(assignment, looked.by_student, ids))
     keys = [said for _, one in read if isinstance(said := one.claims.get("assignment"), str) and said != assignment.key]
     if 2 * len(keys) > len(read) > 1:
         raise QdotError(
@@ -166,7 +166,7 @@ def _as_before(alike: Mapping[str, str]) -> str:
 
 
 def read_some(
-    assignment: Assignment, found: Mapping[str, Found], ids: Sequence[str]
+    assignment: Assignment, found: Mapping[str, StudentFiles], ids: Sequence[str]
 ) -> Iterator[tuple[str, Submission]]:
     """Yield what some students handed in, where it is a notebook of usual size: no other file is opened here."""
     there = [student for student in ids if student in found and found[student].files]

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from qdot.exercises.assignment.assignment import Assignment, Student
-from qdot.exercises.assignment.lateness import aware
+from qdot.exercises.assignment.lateness import with_zone
 from qdot.grader.grading.attempt import mark_ungraded
 from qdot.grader.grading.marking import total
 from qdot.grader.grading.overrides import TOTAL, Override
@@ -130,16 +130,16 @@ def _lateness(
     assignment: Assignment, student: Student, received: datetime.datetime | None, points: float
 ) -> Lateness | None:
     """Return by how much work is late and the share of its points that this costs; None where it is on time."""
-    due = assignment.due_of(student)
-    if due is None or received is None:
+    deadline = assignment.due_of(student)
+    if deadline is None or received is None:
         return None
     rule = assignment.late
-    seconds = (received - due).total_seconds()
+    seconds = (received - deadline).total_seconds()
     if seconds <= (0 if rule is None else rule.grace):
         return None
-    moved = datetime.timedelta(0) if assignment.due is None else due - aware(assignment.due)
-    penalty = Fraction(0) if rule is None else rule.penalty(due, received, moved)
-    return Lateness(due.isoformat(), received.isoformat(), int(seconds), float(penalty), points)
+    extension = datetime.timedelta(0) if assignment.due_date is None else deadline - with_zone(assignment.due_date)
+    penalty = Fraction(0) if rule is None else rule.penalty(deadline, received, extension)
+    return Lateness(deadline.isoformat(), received.isoformat(), int(seconds), float(penalty), points)
 
 
 def _less(points: float, share: Fraction) -> float:

@@ -25,7 +25,7 @@ from qdot.exercises.common.json_form import from_json
 from qdot.grader.grading.batch import alone, cache_in, kept_path
 from qdot.grader.grading.overrides import OVERRIDES
 from qdot.grader.sandbox.contained import folders
-from qdot.grader.submissions.submission import NOT_FETCHED, handed_in_by
+from qdot.grader.submissions.submission import NOT_FETCHED, paths_of_student
 
 ROSTER = "roster.csv"
 ASIDE = ".forgetting-"
@@ -145,7 +145,7 @@ def _plan(folder: Path, roster: Sequence[Student], student: Student) -> Plan:
     removed = [*folder.glob(f"{ASIDE}*"), *sure, *_own_files(folder, student.id)]
     shorter = dict(_shorter(folder, student.id))
     if sure or shorter or len(removed) > len(sure) or any(one.id == student.id for one in roster):
-        removed += _cached(folder, student.id, others)
+        removed += _cache_files(folder, student.id, others)
         removed += [path for path in [folder / "graded" / "report.html"] if path.exists()]
     kept = {path for top in removed for path in (top, *(top.rglob("*") if top.is_dir() else ()))} | set(shorter)
     left = [(_shown(path, folder), "it may be of this student or of another") for path in unsure]
@@ -156,7 +156,7 @@ def _plan(folder: Path, roster: Sequence[Student], student: Student) -> Plan:
 def _handed_in(folder: Path, roster: Sequence[Student], student: Student) -> tuple[list[Path], list[Path]]:
     root = folder / "submitted"
     known = [*roster] if any(one.id == student.id for one in roster) else [*roster, student]
-    return handed_in_by(known, root, student.id) if root.is_dir() else ([], [])
+    return paths_of_student(known, root, student.id) if root.is_dir() else ([], [])
 
 
 def _own_files(folder: Path, student: str) -> list[Path]:
@@ -176,16 +176,20 @@ def _names(folder: Path) -> list[str]:
     return sorted(path.name for path in folder.iterdir()) if folder.is_dir() else []
 
 
-def _cached(folder: Path, student: str, others: Sequence[str]) -> list[Path]:
+def _cache_files(folder: Path, student: str, others: Sequence[str]) -> list[Path]:
     """Return what was kept of notebooks that were graded, but for those that are known to be others'.
 
     Its files have no names in them. One is another's if its notebook is in that one's result.
     """
     cache, digests = cache_in(folder), dict(_digests(folder))
-    own = {digest for digest, who in digests.items() if student in who}
-    known = {digest for digest, who in digests.items() if who & set(others)} - own
+    digests_of_student = {digest for digest, who in digests.items() if student in who}
+    digests_of_others = {digest for digest, who in digests.items() if who & set(others)} - digests_of_student
     nothing = {kept_path(cache, other, None) for other in others}
-    return [path for path in sorted(cache.glob("*.json")) if path not in nothing and _digest_in(path) not in known]
+    return [
+        path
+        for path in sorted(cache.glob("*.json"))
+        if path not in nothing and _digest_in(path) not in digests_of_others
+    ]
 
 
 def _digests(folder: Path) -> Iterator[tuple[str, set[str]]]:

@@ -18,8 +18,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import remove_left_behind, write_atomically
 from qdot.exercises.common.json_form import as_json, from_json
 from qdot.grader.grading.marking import number, total
-from qdot.grader.grading.overrides import TOTAL
-from qdot.grader.grading.result import AppliedOverride, MadeFrom, Result
+from qdot.grader.grading.result import MadeFrom, Result
 
 
 @dataclass(frozen=True)
@@ -135,7 +134,7 @@ def reasons(was: Result, now: Result | None) -> str:
     if now is None:
         return "no longer on the roster"
     why = _reasons_of_grading(was, now)
-    if _overrides(was) != _overrides(now):
+    if was.overrides != now.overrides:
         why.append("override")
     if _received(was) == _received(now):
         if _rule_applied(was) != _rule_applied(now):
@@ -176,11 +175,6 @@ def _rule_applied(result: Result) -> tuple[str, float] | None:
     return None if result.late is None else (result.late.due, result.late.penalty)
 
 
-def _overrides(result: Result) -> dict[str, AppliedOverride]:
-    every = {**{name: part.override for name, part in result.parts.items()}, TOTAL: result.override}
-    return {name: override for name, override in every.items() if override is not None}
-
-
 # --- whose mark moved ---
 
 
@@ -200,7 +194,7 @@ def moves(earlier: Mapping[str, Result], results: Sequence[Result]) -> list[Move
 
 
 def _moves_of(student: str, was: Result, now: Result) -> list[Move]:
-    set_before, set_now = _overrides(was), _overrides(now)
+    set_before, set_now = was.overrides, now.overrides
     of_grading = ", ".join(_reasons_of_grading(was, now)) or "graded again"
     moved = []
     for part in dict.fromkeys((*now.parts, *was.parts)):
@@ -215,7 +209,7 @@ def _moves_of(student: str, was: Result, now: Result) -> list[Move]:
 
 def _which_override(part: str, was: Result, now: Result) -> str:
     """Return the override that came or went, in words; whoever answers otherwise leaves a group."""
-    before, after = _overrides(was).get(part), _overrides(now).get(part)
+    before, after = was.overrides.get(part), now.overrides.get(part)
     override = after or before
     if override is None or override.group is None:
         return "override"
@@ -228,8 +222,8 @@ def new_comments(earlier: Mapping[str, Result], results: Sequence[Result]) -> li
     """Return, a line for each group, how many students are told a comment that they were not, where no mark moves."""
     count = Counter[str]()
     for result in results:
-        before = _overrides(earlier[result.student]) if result.student in earlier else {}
-        for part, override in _overrides(result).items():
+        before = earlier[result.student].overrides if result.student in earlier else {}
+        for part, override in result.overrides.items():
             if override.group is not None and override.points is None and override != before.get(part):
                 count[override.group] += 1
     return [

@@ -120,7 +120,7 @@ class _One:
     def judge(self, part: Part, text: str, points_seed: str) -> Judgement:
         """Return the judgement on an answer against the reference."""
         try:
-            with self.time.judging.spent():
+            with self.time.judging.spend():
                 given = self.own[part.name] = read_answer(self.problem, part, text, points_seed)
                 judgement = judge_given(self.problem, part, given, self.seeds[part.name])
                 return credited(self.problem, part, judgement, given, self.seeds[part.name], self.is_copied)
@@ -141,7 +141,7 @@ class _One:
             return None
         followed, seed = None, self.seeds[part.name]
         try:
-            with self.time.judging.spent():
+            with self.time.judging.spend():
                 followed = follow(self.problem, part, self.own, before, seed, self.is_copied, self.attempts)
         except Overlong:
             self.judged[part.name] = _overlong(self.time.judging)
@@ -273,7 +273,7 @@ def _safely(look: Callable[..., Found], *about: object) -> Found | None:
 def _looked(budget: Budget, look: Callable[..., Found], *about: object) -> Found | None:
     """Return what is found out within a budget, None where nothing is left of it."""
     try:
-        with budget.spent():
+        with budget.spend():
             return _safely(look, *about)
     except Overlong:
         return None

@@ -8,13 +8,12 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.notebook.setup_cell import setup_cell
 from qdot.exercises.problem.problem import Problem
 from qdot.grader.grading.marking import mark
-from qdot.grader.judging.function_values import asked_of
+from qdot.grader.judging.function_values import calls_of
 from qdot.grader.judging.verdict import Verdict
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
 from qdot.grader.submissions.answer_locator import find_answers
-from qdot.grader.submissions.cells import OverLimit, Unreadable
-from qdot.grader.submissions.submission import beside, read_submission
-from qdot.grader.submissions.uncounted import without_self_checks
+from qdot.grader.submissions.cells import OverLimit, Unreadable, without_self_checks
+from qdot.grader.submissions.submission import python_files_beside, read_submission
 
 
 def grade_notebook(
@@ -41,18 +40,18 @@ def grade_notebook(
     {'p1': [Verdict(determinant: correct, 1 of 1)]}
     """
     try:
-        submission = read_submission(Path(path), beside=beside(Path(path)))
+        submission = read_submission(Path(path), siblings=python_files_beside(Path(path)))
     except Unreadable as error:
         raise QdotError(str(error)) from None
     secret = secrets.token_hex(16) if secret is None else secret
     drawn = f"{secret}/{submission.sha256}"
     parts = [f"{slot}.{part.name}" for slot, problem in problems.items() for part in problem.parts]
-    asked = {slot: asked_of(problem, problem.domain(), drawn) for slot, problem in problems.items()}
+    calls = {slot: calls_of(problem, problem.domain(), drawn) for slot, problem in problems.items()}
     cells, setup = without_self_checks(submission.cells, list(problems.items())), setup_cell(list(problems.items()))
     with Sandbox(limits, strict=strict) as sandbox:
         try:
             answers = find_answers(
-                cells, parts, lambda cells, names: sandbox.run(cells, names, asked, setup, submission.modules)
+                cells, parts, lambda cells, names: sandbox.run(cells, names, calls, setup, submission.modules)
             )
         except OverLimit as error:
             raise QdotError(f"{path}: {error}") from None

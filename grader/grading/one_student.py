@@ -4,12 +4,12 @@ import datetime
 from pathlib import Path
 
 from qdot.exercises.assignment.assignment import Assignment, Student
-from qdot.exercises.assignment.lateness import aware
+from qdot.exercises.assignment.lateness import with_zone
 from qdot.exercises.common.errors import QdotError, unknown
 from qdot.grader.grading.batch import grade_class
 from qdot.grader.grading.result import Result
 from qdot.grader.sandbox.sandbox import Limits
-from qdot.grader.submissions.submission import Found, files_of_one
+from qdot.grader.submissions.submission import StudentFiles, files_of_student
 
 
 def limits_of(seconds: float) -> Limits:
@@ -28,21 +28,21 @@ def student_named(assignment: Assignment, identifier: str) -> Student:
 def read_time(text: str) -> datetime.datetime:
     """Return a time as ISO 8601 writes it; without a zone, it is the machine's. Raises QdotError."""
     try:
-        return aware(datetime.datetime.fromisoformat(text))
+        return with_zone(datetime.datetime.fromisoformat(text))
     except ValueError:
         raise QdotError(f"{text!r} is no time; write it as in 2027-01-15T23:59:00+01:00") from None
 
 
 def found_of_one(
     assignment: Assignment, path: Path, received: datetime.datetime | None = None, told_by: str = "option"
-) -> Found | None:
+) -> StudentFiles | None:
     """Return what a student handed in: a notebook, or a folder with it. Raises QdotError where there is neither."""
     if not path.exists():
         raise QdotError(f"{path} does not exist; with one student, it is their notebook, or a folder with it")
-    return files_of_one(path, assignment.key, told_by if received else "", received)
+    return files_of_student(path, assignment.key, told_by if received else "", received)
 
 
-def grade_one(assignment: Assignment, student: Student, found: Found | None, limits: Limits) -> Result:
+def grade_one(assignment: Assignment, student: Student, found: StudentFiles | None, limits: Limits) -> Result:
     """Return a student's result.
 
     Nothing is written but graded/.cache, from which it is taken the next time; its files are written whole, so that

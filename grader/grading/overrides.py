@@ -54,6 +54,17 @@ class Overrides:
     lines: Mapping[str, int] = field(default_factory=dict)
 
 
+@dataclass(frozen=True)
+class _Line:
+    """The cells of a line, as they are written."""
+
+    student: str
+    part: str
+    points: str
+    comment: str
+    group: str
+
+
 def read_overrides(assignment: Assignment) -> Overrides:
     """Return what overrides.csv of an assignment's folder says; nothing where there is no such file. Raises QdotError.
 
@@ -75,8 +86,8 @@ def read_overrides(assignment: Assignment) -> Overrides:
     lines: dict[tuple[str, str], int] = {}
     for number, cells in _table(path):
         where = f"{path}: line {number}"
-        said = {name: unicodedata.normalize("NFC", cells.get(name, "").strip()) for name in (*COLUMNS, GROUP)}
-        student, part, group = said["student"], said["part"], said[GROUP]
+        line = _Line(*(unicodedata.normalize("NFC", cells.get(name, "").strip()) for name in (*COLUMNS, GROUP)))
+        student, part, group = line.student, line.part, line.group
         if group and student:
             raise QdotError(
                 f"{where}: it names the student {student!r} and the group {group!r}; a line is for one or the other, "
@@ -92,17 +103,17 @@ def read_overrides(assignment: Assignment) -> Overrides:
         if (known := lines.setdefault((student, group or part), number)) != number:
             raise QdotError(f"{where}: {whose} is set on line {known} already")
         if group:
-            of_groups[group] = _of_group(where, group, part, said, most[part])
+            of_groups[group] = _of_group(where, group, part, line, most[part])
         else:
-            points = _points(where, part, said["points"], most[part])
-            of_students.setdefault(student, {})[part] = Override(points, said["comment"])
+            points = _points(where, part, line.points, most[part])
+            of_students.setdefault(student, {})[part] = Override(points, line.comment)
     of_lines = {group: number for (student, group), number in lines.items() if not student}
     return Overrides(of_students, of_groups, of_lines)
 
 
 def without_answers(assignment: Assignment, overrides: Overrides, groups: Sequence[str]) -> list[str]:
     """Return what is told of lines for groups in which nobody's answer is; `groups` are those of the class."""
-    told = []
+    notes = []
     for group in overrides.of_groups:
         if group not in groups:
             part, letters = group.split("/")
@@ -110,11 +121,11 @@ def without_answers(assignment: Assignment, overrides: Overrides, groups: Sequen
             close = difflib.get_close_matches(letters, [each.split("/")[1] for each in of_part], n=1, cutoff=0.7)
             hint = f" (did you mean {group_key(part, close[0])!r}?)" if close else ""
             known = f"groups of {part}: {_listed(of_part)}" if of_part else f"no answer to {part} is in a group"
-            told.append(
+            notes.append(
                 f"{assignment.folder / OVERRIDES}: line {overrides.lines[group]}: no answer of this class is in the "
                 f"group {group!r}{hint}, so the line does nothing yet; {known}"
             )
-    return told
+    return notes
 
 
 MOST_LISTED = 8
@@ -148,11 +159,11 @@ def _group(where: str, part: str, said: str, known: Sequence[str]) -> tuple[str,
     return of or part, group_key(of or part, letters.lower())
 
 
-def _of_group(where: str, group: str, part: str, said: Mapping[str, str], most: float) -> Override:
-    if not said["points"] and not said["comment"]:
+def _of_group(where: str, group: str, part: str, line: _Line, most: float) -> Override:
+    if not line.points and not line.comment:
         raise QdotError(f"{where}: neither points nor a comment is given for the group {group!r}; give one, or both")
-    points = _points(where, part, said["points"], most) if said["points"] else None
-    return Override(points, said["comment"], group)
+    points = _points(where, part, line.points, most) if line.points else None
+    return Override(points, line.comment, group)
 
 
 def _unknown_part(where: str, part: str, known: Sequence[str]) -> QdotError:
@@ -160,18 +171,18 @@ def _unknown_part(where: str, part: str, known: Sequence[str]) -> QdotError:
     return QdotError(f"{where}: {unknown('part', part, named)}; or empty, for the student's total")
 
 
-def _points(where: str, part: str, said: str, most: float) -> float:
-    number = said.replace(",", ".")  # as a spreadsheet may write it that separates by semicolons
+def _points(where: str, part: str, text: str, most: float) -> float:
+    number = text.replace(",", ".")  # as a spreadsheet may write it that separates by semicolons
     share = re.fullmatch(r"(\d+(?:\.\d{1,4})?) ?%", number)
     if share and Fraction(share[1]) <= 100:
         return points_of(most, 1.0, Fraction(share[1]) / 100)
     if not re.fullmatch(r"\d+(\.\d{1,4})?", number):
         raise QdotError(
-            f"{where}: points = {said!r}: it is a number from 0 to {most:g}, with at most four decimals, as in 1.5, or "
+            f"{where}: points = {text!r}: it is a number from 0 to {most:g}, with at most four decimals, as in 1.5, or "
             "a share of them, as in 50 %"
         )
     if float(number) > most:
-        raise QdotError(f"{where}: points = {said}: {_named(part)} has {most:g} points at most")
+        raise QdotError(f"{where}: points = {text}: {_named(part)} has {most:g} points at most")
     return float(number)
 
 

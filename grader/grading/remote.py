@@ -18,8 +18,8 @@ from queue import Empty, SimpleQueue
 from typing import TypeVar
 
 from qdot.exercises.assignment.assignment import Assignment, Student
-from qdot.exercises.assignment.store import code as code_of_problems
-from qdot.exercises.assignment.store import kept_text
+from qdot.exercises.assignment.store import code_digest as code_of_problems
+from qdot.exercises.assignment.store import read_stored_text
 from qdot.exercises.common.console import note
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.extras import qdot_version
@@ -105,7 +105,7 @@ def order_of(assignment: Assignment, brief: Brief, student: str, attempt: Attemp
             name: said if isinstance(said, str | None) else True for name, said in attempt.submission.claims.items()
         }
         attempt = replace(attempt, submission=replace(attempt.submission, claims=claims))
-    return Order(code(), brief.name, student, attempt, kept_text(assignment, student))
+    return Order(code(), brief.name, student, attempt, read_stored_text(assignment, student))
 
 
 def graded_by(

@@ -160,6 +160,12 @@ class Result:
         return {f"{problem.slot}.{part.name}": part for problem in self.problems for part in problem.parts}
 
     @property
+    def overrides(self) -> dict[str, AppliedOverride]:
+        """What a person set or said, by the names of the parts, and of the "total"."""
+        every = {**{name: part.override for name, part in self.parts.items()}, "total": self.override}
+        return {name: override for name, override in every.items() if override is not None}
+
+    @property
     def percent(self) -> float:
         """The score in per cent of all points."""
         return 100 * self.score / self.max_score

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from qdot.exercises.assignment.assignment import Assignment, Slot
-from qdot.exercises.assignment.draws import own_failure
+from qdot.exercises.assignment.draws import describe_own_failure
 from qdot.exercises.assignment.release import certificate_path, handout, is_up_to_date, notebook_path
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.extras import qdot_version
@@ -27,7 +27,7 @@ from qdot.grader.grading.overrides import OVERRIDES
 from qdot.grader.grading.result import Result
 from qdot.grader.sandbox.own_folder import own_folder
 from qdot.grader.sandbox.sandbox import Limits
-from qdot.grader.submissions.submission import Found
+from qdot.grader.submissions.submission import StudentFiles
 
 UNKNOWN = (Kind.UNCERTIFIED, Kind.DAMAGED)
 """Why it can't be told whether a problem is the same."""
@@ -86,15 +86,15 @@ class Comparison:
         return bool(self.different or self.unknown or self.rewritten)
 
 
-def compared(assignment: Assignment, jobs: int, each: Callable[[], None]) -> Comparison:
+def compare_class(assignment: Assignment, jobs: int, each: Callable[[], None]) -> Comparison:
     """Compare a class with what this version would make of it; `each` is told of every student."""
     roster = [student.id for student in assignment.roster]
-    left = former_students(assignment)
+    former = former_students(assignment)
     every = []
-    work = [(student, student in roster) for student in (*roster, *left)]
-    with closing(ordered_map(_of_student, work, jobs, _same, (assignment,))) as found:
-        for one in found:
-            every.append(one)
+    work = [(student, student in roster) for student in (*roster, *former)]
+    with closing(ordered_map(_of_student, work, jobs, _same, (assignment,))) as every_student:
+        for of_student in every_student:
+            every.append(of_student)
             each()
     results = [result for result in earlier_results(assignment).values() if result.student in roster]
     again = sum(result.made_from != made_from(assignment, result.student) for result in results)
@@ -133,7 +133,7 @@ def _made(assignment: Assignment, slot: Slot, task: Task) -> tuple[Problem | Non
     try:
         problem = slot.problem(assignment.secret, task.owner, assignment.draw_of(slot, task.owner))
     except Exception as error:  # it is one problem's: all others are compared
-        said = str(error) if isinstance(error, (QdotError, RuntimeError)) else own_failure(error)
+        said = str(error) if isinstance(error, (QdotError, RuntimeError)) else describe_own_failure(error)
         return None, nothing or [Failure(Kind.CHANGED, f"{task.name}: this version can't make it: {said}")]
     record = task.record
     if record is None or nothing:
@@ -224,7 +224,7 @@ def _named(names: Sequence[str]) -> str:
 
 
 def marks_moved(
-    assignment: Assignment, found: dict[str, Found], jobs: int, limits: Limits, each: Callable[[Result], None]
+    assignment: Assignment, found: dict[str, StudentFiles], jobs: int, limits: Limits, each: Callable[[Result], None]
 ) -> Generator[Move, None, None]:
     """Grade everything again in a temporary folder, and yield whose mark would be another than in results.jsonl.
 

@@ -27,7 +27,7 @@ from itertools import chain
 from pathlib import Path
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
-from qdot.exercises.assignment.lateness import aware
+from qdot.exercises.assignment.lateness import with_zone
 from qdot.exercises.common.console import note, printable, say
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import write_atomically
@@ -87,9 +87,9 @@ def counts_until(assignment: Assignment, student: Student) -> datetime.datetime 
     due = assignment.due_of(student)
     if due is None or assignment.late is None:
         return due
-    if assignment.late.until is None or assignment.due is None:
+    if assignment.late.until is None or assignment.due_date is None:
         return None
-    return assignment.late.until + (due - aware(assignment.due))
+    return assignment.late.until + (due - with_zone(assignment.due_date))
 
 
 # --- collecting ---

@@ -16,41 +16,41 @@ from pathlib import Path
 from typing import Any
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
-from qdot.exercises.assignment.attempt_policy import Several
+from qdot.exercises.assignment.attempt_policy import AttemptPolicy
 from qdot.exercises.common.console import note, say
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import write_atomically
 from qdot.grader.grading.marking import number
 from qdot.grader.grading.one_student import found_of_one, grade_one, limits_of, student_named
-from qdot.grader.reports.gradescope import VISIBILITY, as_text, content_of
+from qdot.grader.reports.gradescope import VISIBILITY, GradescopeResults, gradescope_results
 from qdot.grader.reports.rows import the_only
 from qdot.grader.sandbox.sandbox import Limits
-from qdot.grader.submissions.layouts import Handed
+from qdot.grader.submissions.layouts import SubmittedPath
 from qdot.grader.submissions.roster import Roster
 from qdot.grader.submissions.submission import read_submission
 
 
-def results_of(root: Path, visibility: str = "visible", seconds: float = Limits.seconds) -> dict[str, Any]:
+def results_of(root: Path, visibility: str = "visible", seconds: float = Limits.seconds) -> GradescopeResults:
     """Return what results.json is to hold. Raises QdotError where there can be no mark."""
     assignment = load_assignment(root / "source" / "assignment")
     metadata = read_metadata(root / "submission_metadata.json")
     submission = root / "submission"
     student = submitter(assignment, metadata, submission)
-    content = marked(assignment, student, submission, metadata, visibility, seconds)
-    return content if assignment.attempts.best_of is None else best_of(content, metadata, assignment.attempts)
+    results = grade_submission(assignment, student, submission, metadata, visibility, seconds)
+    return results if assignment.attempts.best_of is None else best_of(results, metadata, assignment.attempts)
 
 
-def marked(
+def grade_submission(
     assignment: Assignment, student: Student, submission: Path, metadata: Mapping[str, Any],
     visibility: str = "visible", seconds: float = Limits.seconds,
-) -> dict[str, Any]:  # fmt: skip
+) -> GradescopeResults:  # fmt: skip
     """Return the results of one submission, due and received when Gradescope says. Raises QdotError."""
     due = due_of(metadata)
     if due is not None:
-        student = replace(student, due=due)
+        student = replace(student, due_date=due)
     found = found_of_one(assignment, submission, time_of(metadata.get("created_at")), "Gradescope")
     result = the_only([grade_one(assignment, student, found, limits_of(seconds))], "gradescope")
-    return content_of(result, assignment.feedback, visibility)
+    return gradescope_results(result, assignment.feedback, visibility)
 
 
 def read_metadata(path: Path) -> dict[str, Any]:
@@ -73,7 +73,7 @@ def submitter(assignment: Assignment, metadata: dict[str, Any], submission: Path
     owners: dict[str, None] = {}
     for user in metadata["users"]:
         ids = tuple(str(user[key]) for key in ("sid", "email", "id") if user.get(key))
-        match = roster.owner(Handed(submission, ids, str(user.get("name") or ""), "Gradescope"))
+        match = roster.find_owner(SubmittedPath(submission, ids, str(user.get("name") or ""), "Gradescope"))
         if len(match.students) == 1 and not match.why:
             owners[match.students[0]] = None
     if len(owners) > 1:
@@ -107,34 +107,34 @@ def due_of(metadata: Mapping[str, Any]) -> datetime.datetime | None:
 DAY = datetime.timedelta(days=1)
 
 
-def best_of(content: dict[str, Any], metadata: dict[str, Any], rule: Several) -> dict[str, Any]:
+def best_of(results: GradescopeResults, metadata: dict[str, Any], rule: AttemptPolicy) -> GradescopeResults:
     """Return the results with the score of an earlier submission, where that is higher or this one counts no more."""
     earlier = [
-        one
-        for one in metadata.get("previous_submissions") or ()
-        if isinstance(one.get("score"), (int, float, str)) and not one.get("autograder_error")
+        submission
+        for submission in metadata.get("previous_submissions") or ()
+        if isinstance(submission.get("score"), (int, float, str)) and not submission.get("autograder_error")
     ]
     now = time_of(metadata.get("created_at")) or datetime.datetime.now(datetime.UTC)
     # What has no time stands by itself, before all that has one.
     first = datetime.datetime(1970, 1, 1, tzinfo=datetime.UTC)
-    times = [time_of(one.get("submission_time")) or first + i * DAY for i, one in enumerate(earlier)]
-    counting = rule.counting([*times, now])
+    times = [time_of(each.get("submission_time")) or first + i * DAY for i, each in enumerate(earlier)]
+    counting = rule.select_counting([*times, now])
     this_counts = len(earlier) in counting
     best = max((float(earlier[i]["score"]) for i in counting if i < len(earlier)), default=0.0)
-    if this_counts and best <= content["score"]:
-        return content
-    said = (
-        f"an earlier submission earned {number(best)} points, which count; this one earned {number(content['score'])}"
+    if this_counts and best <= results.score:
+        return results
+    message = (
+        f"an earlier submission earned {number(best)} points, which count; this one earned {number(results.score)}"
     )
     if not this_counts:
-        said += f"; {rule.rule}"
-    return {**content, "score": best, "output": "\n".join(filter(None, (said, content["output"])))}
+        message += f"; {rule.rule}"
+    return replace(results, score=best, output="\n".join(filter(None, (message, results.output))))
 
 
-def time_of(said: object) -> datetime.datetime | None:
+def time_of(text: object) -> datetime.datetime | None:
     """Return a moment that Gradescope tells, None where it tells none."""
     try:
-        moment = datetime.datetime.fromisoformat(str(said))
+        moment = datetime.datetime.fromisoformat(str(text))
     except ValueError:
         return None
     return moment if moment.tzinfo else moment.replace(tzinfo=datetime.UTC)
@@ -146,16 +146,16 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("root", type=Path, nargs="?", default=Path("/autograder"))
     parser.add_argument("--visibility", choices=VISIBILITY, default="visible")
     parser.add_argument("--seconds", type=float, default=Limits.seconds)
-    given = parser.parse_args(arguments)
-    target = given.root / "results" / "results.json"
+    options = parser.parse_args(arguments)
+    target = options.root / "results" / "results.json"
     try:
         target.unlink(missing_ok=True)
-        content = results_of(given.root, given.visibility, given.seconds)
-        write_atomically(target, as_text(content))
+        results = results_of(options.root, options.visibility, options.seconds)
+        write_atomically(target, results.text)
     except QdotError as error:
         note(f"qdot: {error}")
         return 2
-    say(f"{content['extra_data']['student']}: {number(content['score'])} points")
+    say(f"{results.extra_data.student}: {number(results.score)} points")
     return 0
 
 

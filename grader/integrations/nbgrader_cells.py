@@ -87,7 +87,7 @@ GENERATE = "export the assignment again and run nbgrader generate_assignment aga
 
 def _mismatch(row: Row | None) -> str:
     if row is not None and row.points is None:
-        return f"qdot failed on it, so there is no mark: {row.said}"
+        return f"qdot failed on it, so there is no mark: {row.message}"
     return f"the assignment does not ask this, or for other points; {GENERATE}"
 
 
@@ -99,12 +99,12 @@ def outputs(row: Row) -> list[dict[str, Any]]:
     """
     assert row.points is not None
     said = textwrap.fill(
-        visible(f"{row.outcome}: {row.said}" if row.said else row.outcome), WIDTH,
+        visible(f"{row.outcome}: {row.message}" if row.message else row.outcome), WIDTH,
         break_long_words=False, break_on_hyphens=False,
     )  # fmt: skip
     if row.points <= 0:
         title = f"{row.title}: {number(0)} of {number(row.max_points)} points"
-        error = {"ename": row.outcome, "evalue": visible(row.said), "traceback": [title, said]}
+        error = {"ename": row.outcome, "evalue": visible(row.message), "traceback": [title, said]}
         return [{"output_type": "error", **error}]
     earned = float(min(row.points, row.max_points))  # nbgrader refuses to grade where there is more
     value = {"data": {"text/plain": repr(earned)}, "execution_count": None, "metadata": {}}

@@ -6,22 +6,35 @@ there: qdot marks before, in its own sandbox, and what is handed over is what th
 
 import json
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.json_form import as_json
 from qdot.grader.grading.one_student import student_named
-from qdot.grader.integrations.gradescope import marked, submitter
+from qdot.grader.integrations.gradescope import grade_submission, submitter
+from qdot.grader.reports.gradescope import GradescopeResults
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import read_submission
 
-Marks = Mapping[str, Mapping[str, Any]]
 NAME = "qdot_marks"
 """What the marks are called where tests are run."""
 
 
-def content_for(folder: Path, notebook: Path, metadata: Mapping[str, Any], seconds: float = Limits.seconds) -> Any:
+@dataclass(frozen=True)
+class Mark:
+    """What a part earned: its points, the most that it may earn, and what is said of it."""
+
+    points: float
+    of: float
+    said: str
+
+
+def results_for(
+    folder: Path, notebook: Path, metadata: Mapping[str, Any], seconds: float = Limits.seconds
+) -> GradescopeResults:
     """Return a submission's results as Gradescope has them. Raises QdotError where there can be no mark.
 
     Without users in `metadata`, which Gradescope gives, it is the student's who is named in the notebook.
@@ -31,11 +44,11 @@ def content_for(folder: Path, notebook: Path, metadata: Mapping[str, Any], secon
         student = submitter(assignment, dict(metadata), notebook.parent)
     else:
         student = _named_in(assignment, notebook)
-    content = marked(assignment, student, notebook, metadata, seconds=seconds)
-    for test in content["tests"]:
-        if test["score"] is None:
-            raise QdotError(f"{student.id}: {test['number']} is not marked: {test['output']}")
-    return content
+    results = grade_submission(assignment, student, notebook, metadata, seconds=seconds)
+    for test in results.tests:
+        if test.score is None:
+            raise QdotError(f"{student.id}: {test.number} is not marked: {test.output}")
+    return results
 
 
 def _named_in(assignment: Assignment, notebook: Path) -> Student:
@@ -45,23 +58,23 @@ def _named_in(assignment: Assignment, notebook: Path) -> Student:
     return student_named(assignment, claimed)
 
 
-def marks_of(content: Mapping[str, Any]) -> Marks:
-    """Return the marks of all parts by their names: points, the most, and what is said."""
-    return {
-        test["number"]: {"points": test["score"], "of": test["max_score"], "said": test["output"]}
-        for test in content["tests"]
-    }
+def marks_of(results: GradescopeResults) -> dict[str, Mark]:
+    """Return the marks of all parts by their names."""
+    return {test.number: Mark(test.score or 0.0, test.max_score, test.output) for test in results.tests}
 
 
-def handed_over(marks: Marks) -> str:
+def code_of_marks(marks: Mapping[str, Mark]) -> str:
     """Return the code of a cell that has the marks ready for the tests, and nothing of the student's."""
-    return f"import json\n{NAME} = json.loads({json.dumps(marks)!r})"
+    return f"import json\n{NAME} = json.loads({json.dumps(as_json(marks))!r})"
 
 
-def hold(marks: Marks | None, part: str) -> None:
-    """Raise AssertionError with what is said of an answer that does not earn all of its points."""
+def hold(marks: Mapping[str, Mapping[str, Any]] | None, part: str) -> None:
+    """Raise AssertionError with what is said of an answer that does not earn all of its points.
+
+    `marks` are what the cell of `code_of_marks` has read.
+    """
     if marks is None or part not in marks:
         raise AssertionError("qdot has not marked this notebook, so that it earns nothing")
-    mark = marks[part]
-    if mark["points"] < mark["of"]:
-        raise AssertionError(mark["said"])
+    mark = Mark(**marks[part])
+    if mark.points < mark.of:
+        raise AssertionError(mark.said)

@@ -20,7 +20,7 @@ from otter.plugins import AbstractOtterPlugin
 
 from qdot.exercises.exports.nbgrader import grade_id
 from qdot.exercises.exports.otter import FOLDER
-from qdot.grader.integrations.otter_marks import content_for, handed_over, marks_of
+from qdot.grader.integrations.otter_marks import code_of_marks, marks_of, results_for
 
 OTTERS = "tests"
 """The folder that Otter itself has put beside the notebook, in the place of any that the student handed in."""
@@ -36,7 +36,7 @@ class Marks(AbstractOtterPlugin):
         assignment = submission.parent.parent / "source" / "files" / FOLDER
         try:
             with _elsewhere():
-                self.content = content_for(assignment, submission, self.submission_metadata)
+                self.results = results_for(assignment, submission, self.submission_metadata)
         finally:
             shutil.rmtree(assignment, ignore_errors=True)
 
@@ -44,17 +44,17 @@ class Marks(AbstractOtterPlugin):
         """Return what is run in the place of the student's notebook: a cell with the marks."""
         metadata = dict(submission.metadata) if isinstance(submission, NotebookNode) else {}
         kept = {name: metadata[name] for name in ("kernelspec", "language_info") if name in metadata}
-        return new_notebook(metadata=kept, cells=[new_code_cell(handed_over(marks_of(self.content)), id="marks")])
+        return new_notebook(metadata=kept, cells=[new_code_cell(code_of_marks(marks_of(self.results)), id="marks")])
 
     def after_grading(self, results: Any) -> None:
         """Give each part its points, less what is taken off for lateness, and say what is said of the whole."""
-        marks = marks_of(self.content)
-        earned = sum(mark["points"] for mark in marks.values())
-        counting = self.content["score"] / earned if earned else 1
+        marks = marks_of(self.results)
+        earned = sum(mark.points for mark in marks.values())
+        counting = self.results.score / earned if earned else 1
         for part, mark in marks.items():
-            results.update_score(grade_id(part), mark["points"] * counting)
-        if self.content["output"]:
-            results.set_output(self.content["output"])
+            results.update_score(grade_id(part), mark.points * counting)
+        if self.results.output:
+            results.set_output(self.results.output)
 
 
 def _leave_only(kept: set[Path]) -> None:

@@ -87,7 +87,7 @@ class AssignmentFile(pytest.File):
             self.warn(pytest.PytestWarning(said))
         for student in assignment.roster:
             yield StudentNode.from_parent(
-                self, name=student.id, assignment=assignment, student=student, found=looked.found.get(student.id)
+                self, name=student.id, assignment=assignment, student=student, found=looked.by_student.get(student.id)
             )
 
 
@@ -128,12 +128,12 @@ class PartItem(pytest.Item):
         self.row = self.parent.rows()[self.name]
         self.user_properties += [("points", self.row.points), ("max_points", self.row.max_points)]
         if self.row.points is None:
-            raise RuntimeError(self.row.said)
+            raise RuntimeError(self.row.message)
 
     def runtest(self) -> None:
         """Fail where points are missing."""
         if not self.row.passed:
-            raise PartFailed(f"{self.row.title}: {self.row.earned} points, {self.row.outcome}\n{self.row.said}")
+            raise PartFailed(f"{self.row.title}: {self.row.earned} points, {self.row.outcome}\n{self.row.message}")
 
     def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
         """Return the reason alone: where in qdot it was raised concerns nobody."""

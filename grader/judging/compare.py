@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.json_form import as_json
 from qdot.exercises.formula.expression import MAX_DEPTH, read, tree_of_reference
 from qdot.exercises.formula.identity import Domain, default_role
 from qdot.exercises.formula.trees import Node, ReadError, as_matrix, names
@@ -95,7 +96,7 @@ def compare_line(line: str, number: int) -> dict[str, Any]:
         raise QdotError(
             f"line {number}: without {' and '.join(missing)}; due are reference and student (and type, id, joints)"
         )
-    return {"id": request.get("id"), **as_json(safely(request, number))}
+    return {"id": request.get("id"), **content_of(safely(request, number))}
 
 
 def compare_lines(lines: Iterable[str], refused: list[str]) -> Iterator[str]:
@@ -108,7 +109,7 @@ def compare_lines(lines: Iterable[str], refused: list[str]) -> Iterator[str]:
         except (QdotError, RecursionError) as error:  # the latter where its id can't be written
             why = str(error) if isinstance(error, QdotError) else f"line {number}: its id is nested too deeply"
             refused.append(why)
-            answer = json.dumps({"id": None, **as_json(Judgement(Outcome.UNGRADED, 0.0, why))}, ensure_ascii=False)
+            answer = json.dumps({"id": None, **content_of(Judgement(Outcome.UNGRADED, 0.0, why))}, ensure_ascii=False)
         yield answer
 
 
@@ -119,7 +120,7 @@ def safely(request: Mapping[str, Any], number: int) -> Judgement:
         raise QdotError(f'line {number}: joints is a list of names, as in ["theta1", "theta2"]')
     budget = Budget(30.0)
     try:
-        with budget.spent(), np.errstate(all="ignore"):
+        with budget.spend(), np.errstate(all="ignore"):
             reference = request["reference"]
             kind = str(request.get("type") or likely_type(as_text(reference)))
             return compare(kind, as_text(request["student"]), reference, joints)
@@ -151,11 +152,10 @@ def likely_type(reference: str) -> str:
         return "expression"
 
 
-def as_json(judgement: Judgement) -> dict[str, Any]:
-    """Return outcome, reason and certificate as plain data."""
-    certificate = judgement.certificate
+def content_of(judgement: Judgement) -> dict[str, Any]:
+    """Return outcome, reason and certificate as JSON has them."""
     return {
         "outcome": judgement.outcome.value,
         "reason": judgement.reason,
-        "certificate": None if certificate is None else certificate.as_json(),
+        "certificate": as_json(judgement.certificate),
     }

@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from qdot.exercises.formula.identity import Certificate, Domain, compare_entries, number, told_apart
+from qdot.exercises.formula.identity import Certificate, Domain, EntryDifference, compare_entries, number, told_apart
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import Node
 from qdot.grader.judging.answer import Given
@@ -47,8 +47,9 @@ def _symbolic(given: Given, due: Sequence[Node], domain: Domain, seed: str) -> J
         return correct(comparison.certificate)
     certificate = _for_own_pivot(comparison.certificate, due[pivot], entries[pivot], pivot)
     example = certificate.counterexample
-    entry = int(example["entry"]) if example is not None else comparison.equal.index(False)
-    at = at_words(example["at"]) if example is not None else ""
+    entry, at = comparison.equal.index(False), ""
+    if isinstance(example, EntryDifference):
+        entry, at = example.entry, at_words(example.at)
     off = "should be 0" if entry == pivot else f"does not have the right ratio to entry {pivot + 1}"
     reason = f"not along the direction that is right: entry {entry + 1} {off}{at}"
     return wrong(unknown_symbols(given, domain) or reason, certificate)
@@ -60,15 +61,17 @@ def _for_own_pivot(certificate: Certificate, due: Node, own: Node, pivot: int) -
     Compared were both times the pivot that is `due`. Where that vanishes, the student's own does not, and should.
     """
     example = certificate.counterexample
-    if example is None or not all(isinstance(example[name], float) for name in ("yours", "expected")):
+    if not isinstance(example, EntryDifference):
         return certificate
-    at = {name: np.array([value]) for name, value in example["at"].items()}
+    if not isinstance(example.yours, float) or not isinstance(example.expected, float):
+        return certificate
+    at = {name: np.array([value]) for name, value in example.at.items()}
     scale, answered = (complex(value) for value in evaluate(compile_program([due, own]), at, 1)[0][:, 0])
     if not scale:  # as -sin(theta1) is at 0, which is among the readable configurations
-        own_pivot = {"entry": pivot, "yours": number(answered), "expected": 0.0}
-        return replace(certificate, counterexample={**example, **own_pivot})
-    yours, expected = told_apart(example["yours"] / scale, example["expected"] / scale)
-    return replace(certificate, counterexample={**example, "yours": yours, "expected": expected, "pivot": pivot})
+        of_pivot = EntryDifference(pivot, example.at, number(answered), 0.0)
+        return replace(certificate, counterexample=of_pivot)
+    yours, expected = told_apart(example.yours / scale, example.expected / scale)
+    return replace(certificate, counterexample=replace(example, yours=yours, expected=expected, pivot=pivot))
 
 
 def _numeric(given: Given, due: Sequence[Node], tolerance: float) -> Judgement:
@@ -86,11 +89,6 @@ def _numeric(given: Given, due: Sequence[Node], tolerance: float) -> Judgement:
     if apart <= tolerance:
         return correct(Certificate("numeric", 1, 0.0))
     entry = int(np.abs(unit - target).argmax())
-    example = {
-        "entry": entry,
-        "at": {},
-        "yours": float(f"{unit[entry]:.6g}"),
-        "expected": float(f"{target[entry]:.4g}"),
-    }
+    example = EntryDifference(entry, {}, float(f"{unit[entry]:.6g}"), float(f"{target[entry]:.4g}"))
     reason = f"not along the direction that is right: scaled to length 1, entry {entry + 1}{number_words(example)}"
     return wrong(reason, Certificate("numeric", 1, 0.0, example))

@@ -8,13 +8,23 @@ import numpy as np
 
 from qdot.exercises.formula.algebra import Matrix
 from qdot.exercises.formula.conditions import ROUNDED, SetComparison, Space, compare_sets
-from qdot.exercises.formula.identity import Certificate, Comparison, Domain, Rounding, compare_entries, missed, number
+from qdot.exercises.formula.identity import (
+    Certificate,
+    Comparison,
+    Domain,
+    EntryDifference,
+    Rounding,
+    SetDifference,
+    compare_entries,
+    missed,
+    number,
+)
 from qdot.exercises.formula.pieces import Atom, Piece, pieces
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.set_parser import claimed_pieces
 from qdot.exercises.formula.trees import Node, ReadError, names
 from qdot.exercises.formula.vocabulary import VOCABULARY
-from qdot.exercises.problem.credit import false_conditions, share_of_entries, share_of_set, spoiled
+from qdot.exercises.problem.credit import count_false_conditions, count_spoiled_zeros, share_of_entries, share_of_set
 from qdot.grader.judging.answer import OR, Given, at_once, with_joint
 from qdot.grader.judging.counterexample import at_words, entry_name, number_words, pose_words, values_words
 from qdot.grader.judging.verdict import Judgement, Outcome, correct, graded, missing, wrong
@@ -70,7 +80,7 @@ def _count(equal: Sequence[bool], blanks: Sequence[bool], is_zero: Sequence[bool
     right = sum(same and not zero for same, zero in zip(equal, zeros, strict=True))
     total = len(zeros) - sum(zeros)
     which = f"{total} {what} that are not zero" if any(zeros) else f"{total} {what}"
-    lost = spoiled(equal, zeros, blanks)
+    lost = count_spoiled_zeros(equal, zeros, blanks)
     also = f", and {lost} that should be zero {'is' if lost == 1 else 'are'} not" if lost else ""
     return f"{right} of {which} are right{also}" if total > 1 or lost else "it is not right"
 
@@ -78,11 +88,10 @@ def _count(equal: Sequence[bool], blanks: Sequence[bool], is_zero: Sequence[bool
 def _difference(comparison: Comparison, columns: int) -> str:
     """Say where an entry differs, and by how much; nothing where none that was answered does."""
     example = comparison.certificate.counterexample
-    if example is None:
+    if not isinstance(example, EntryDifference):
         return ""
-    total = len(comparison.equal)
-    where = entry_name(int(example["entry"]), columns) + " " if total > 1 else ""
-    return f"{where}differs{at_words(example['at'])}{values_words(example)}"
+    where = entry_name(example.entry, columns) + " " if len(comparison.equal) > 1 else ""
+    return f"{where}differs{at_words(example.at)}{values_words(example)}"
 
 
 def unknown_symbols(given: Given, domain: Domain) -> str:
@@ -120,7 +129,7 @@ def judge_numbers(
     first = equal.index(False)
     due, unit = reference[first], units[first]
     yours = "blank" if blanks[first] else number(complex(values[first]))
-    example = {"entry": first, "at": {}, "yours": yours, "expected": float(f"{due:.4g}")}
+    example = EntryDifference(first, {}, yours, float(f"{due:.4g}"))
     said = " was left blank" if blanks[first] else number_words(example, unit)
     zeros = [abs(right) <= floor for right in reference]
     reason = f"{_count(equal, blanks, zeros, 'numbers')}; number {first + 1}{said}"
@@ -190,7 +199,7 @@ def _judge_set(
     found = _found(compare_sets(sound, truth, near, seed).covered, conditions)
     claims = [(_joints_of(piece, space), held) for piece, held in zip(claimed, counted.sound, strict=True)]
     true = {joints for joints, held in claims if held}
-    unsound = false_conditions([joints for joints, held in claims if held is False], true)
+    unsound = count_false_conditions([joints for joints, held in claims if held is False], true)
     share = share_of_set(found, unsound, is_rounded=comparison.rounded)
     reason = _set_reason(counted, space.joints, what)
     if comparison.rounded:
@@ -249,7 +258,7 @@ def _are_degrees(claimed: Sequence[Piece], truth: Sequence[Piece], space: Space,
 
 
 def _set_certificate(comparison: SetComparison) -> Certificate:
-    example = None if comparison.equal else {"missing": comparison.missing, "surplus": comparison.surplus}
+    example = None if comparison.equal else SetDifference(comparison.missing, comparison.surplus)
     return Certificate("numeric", comparison.least, missed(comparison.least), example)
 
 

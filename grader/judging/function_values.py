@@ -7,7 +7,6 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -15,20 +14,18 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.identity import Domain
 from qdot.exercises.problem.problem import Problem
 from qdot.grader.sandbox.contained.callables import TABLE
+from qdot.grader.sandbox.sandbox import Calls
 
 POINTS = 50
 SHOWN = f"a Python function; its values at {POINTS} random configurations were compared"
 
 
-def asked_of(problem: Problem, domain: Domain, seed: str) -> dict[str, Any]:
+def calls_of(problem: Problem, domain: Domain, seed: str) -> Calls:
     """Return the joints, and the names and values of all symbols at the points at which a function is called."""
     values = _points(domain, seed)
-    symbols = sorted(values)
-    return {
-        "joints": [q.name for q in problem.chain.q],
-        "symbols": symbols,
-        "points": np.array([values[symbol] for symbol in symbols]).T.tolist(),
-    }
+    symbols = tuple(sorted(values))
+    points = np.array([values[symbol] for symbol in symbols]).T.tolist()
+    return Calls(tuple(q.name for q in problem.chain.q), symbols, tuple(map(tuple, points)))
 
 
 def _points(domain: Domain, seed: str) -> dict[str, np.ndarray]:

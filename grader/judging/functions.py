@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from qdot.exercises.formula.identity import Certificate, Comparison, Rounding, missed, told_apart
+from qdot.exercises.formula.identity import Certificate, Comparison, EntryDifference, Rounding, missed, told_apart
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import names
 from qdot.exercises.problem.problem import Part
@@ -60,10 +60,6 @@ def _compared(
         entry = equal.index(False)
         point = int(np.argmax(~right[entry] & defined[entry]))
         yours, expected = told_apart(complex(found[entry, point]), complex(due[entry, point]))
-        example = {
-            "entry": entry,
-            "at": {name: float(f"{column[point]:.6g}") for name, column in sorted(at.items())},
-            "yours": yours,
-            "expected": expected,
-        }
+        values = {name: float(f"{column[point]:.6g}") for name, column in sorted(at.items())}
+        example = EntryDifference(entry, values, yours, expected)
     return Comparison(tuple(equal), Certificate("numeric", POINTS, missed(POINTS), example))

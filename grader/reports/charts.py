@@ -147,12 +147,12 @@ def outcomes(parts: Sequence[str], counts: Sequence[Mapping[Outcome, int]]) -> s
     return _chart("outcomes", 1.15 + 0.27 * len(parts), draw)
 
 
-def intervals(parts: Sequence[str], found: Sequence[Interval | None]) -> str:
+def intervals(parts: Sequence[str], of_parts: Sequence[Interval | None]) -> str:
     """Return a point a part, with its interval of 95 %."""
 
     def draw(axes: "Axes") -> None:
         axes.axvline(0, color=COLOURS["soft"], linewidth=1)
-        for row, each in enumerate(found):
+        for row, each in enumerate(of_parts):
             if each is not None:
                 axes.plot([each.low, each.high], [row, row], color=COLOURS["bar"], linewidth=2.2)
                 axes.plot(each.value, row, "o", color=COLOURS["bar"], markersize=6.5)

@@ -3,10 +3,9 @@
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from qdot.exercises.assignment.assignment import Assignment
-from qdot.exercises.assignment.store import kept
+from qdot.exercises.assignment.store import load_stored_problems
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.quizzes import ASKED
 from qdot.exercises.writing.render import render
@@ -69,17 +68,142 @@ class Work:
     answer: str
 
 
+@dataclass(frozen=True)
+class TenthRow:
+    """How many scores, in per cent, are from one bound to below the other."""
+
+    from_percent: int
+    to_percent: int
+    count: int
+
+
+@dataclass(frozen=True)
+class ScoresOnPage:
+    """The scores of the class: figures in words, a table of tenths, and a chart as SVG."""
+
+    count: int
+    mean: str
+    median: str
+    deviation: str | None
+    full: int
+    rows: list[TenthRow]
+    chart: str
+
+
+@dataclass(frozen=True)
+class PartRow:
+    """A part of the assignment, its figures in words."""
+
+    name: str
+    title: str
+    points: str
+    count: Mapping[Outcome, int]
+    share: str
+    omitted: str
+    discrimination: str
+    interval: str
+    followed: int
+
+
+@dataclass(frozen=True)
+class MistakeRow:
+    """A mistake, how many students made it, in which parts, and who."""
+
+    title: str
+    count: int
+    share: str
+    parts: str
+    who: str
+
+
+@dataclass(frozen=True)
+class AnswerOnPage:
+    """An answer: `shown` is HTML, empty where there is the text alone."""
+
+    shown: str
+    text: str
+
+
+@dataclass(frozen=True)
+class GroupRow:
+    """A group of equal wrong answers; `set_to` is what overrides.csv gives it, empty where that is nothing."""
+
+    key: str
+    count: int
+    who: str
+    typical: str
+    answer: AnswerOnPage
+    mistake: str
+    followed: int
+    earned: str
+    set_to: str
+    comment: str
+
+
+@dataclass(frozen=True)
+class GroupsOfPart:
+    """The groups of a part, of several students and of one alone, and how many groups and students are left out."""
+
+    name: str
+    title: str
+    rows: list[GroupRow]
+    alone: list[GroupRow]
+    left: int
+    students_left: int
+
+
+@dataclass(frozen=True)
+class VariantRow:
+    """A comparison of variants: the means of its groups, and what the chance of such a difference says."""
+
+    slot: str
+    feature: str
+    means: list[str]
+    p: str
+    said: str
+
+
+@dataclass(frozen=True)
+class UnusualForm:
+    """A right answer in a form that few others have, and of how many students."""
+
+    answer: AnswerOnPage
+    student: str
+    count: int
+
+
+@dataclass(frozen=True)
+class UnusualOfPart:
+    """The unusual forms of a part."""
+
+    name: str
+    title: str
+    forms: list[UnusualForm]
+
+
+@dataclass(frozen=True)
+class PairRow:
+    """Two students with nearly the same wrong answer."""
+
+    part: str
+    one: str
+    other: str
+    alike: str
+    texts: tuple[str, str]
+
+
 def class_page(assignment: Assignment, results: Sequence[Result]) -> str:
     """Return the page as self-contained HTML. Raises QdotError where what draws charts is not installed."""
     charts.check()
     names = {student.id: whom(student) for student in assignment.roster}
     able = [result.student for result in graded_work(results)]
-    problems = {student: dict(kept(assignment, student).problems) for student in able}
+    problems = {student: dict(load_stored_problems(assignment, student).problems) for student in able}
     of_class, of_mistakes, of_parts, made = (
         scores(results), mistakes(results), parts(assignment, results), _variants(assignment, results, problems),
     )  # fmt: skip
     work = {part.name: _work(part.name, results, problems) for part in of_parts}
     states = Counter(status(result) for result in results)
+    similar, similar_left = _similar(work, names)
     return render(
         "reports/report.html.j2",
         title=assignment.title,
@@ -114,48 +238,46 @@ def class_page(assignment: Assignment, results: Sequence[Result]) -> str:
         not_on_time=not_on_time(assignment, results),
         overrides=set_by_hand(assignment, results),
         without_attempt=without_attempt(assignment, results),
-        **_similar(work, names),
+        similar=similar,
+        similar_left=similar_left,
     )
 
 
-def _scores(of_class: Scores) -> dict[str, Any] | None:
+def _scores(of_class: Scores) -> ScoresOnPage | None:
     percents = of_class.percents
     if of_class.mean is None or of_class.median is None:
         return None
     tenths = Counter(min(9, int(percent // 10)) for percent in percents)
-    rows = [{"from": 10 * i, "to": 10 * i + 10, "count": tenths[i]} for i in range(10)]
-    return {
-        "count": len(percents),
-        "mean": f"{of_class.mean:.3g}",
-        "median": f"{of_class.median:.3g}",
-        "deviation": None if of_class.deviation is None else f"{of_class.deviation:.3g}",
-        "full": of_class.full,
-        "rows": rows,
-        "chart": charts.histogram(percents, of_class.mean, of_class.median),
-    }
+    return ScoresOnPage(
+        count=len(percents),
+        mean=f"{of_class.mean:.3g}",
+        median=f"{of_class.median:.3g}",
+        deviation=None if of_class.deviation is None else f"{of_class.deviation:.3g}",
+        full=of_class.full,
+        rows=[TenthRow(10 * i, 10 * i + 10, tenths[i]) for i in range(10)],
+        chart=charts.histogram(percents, of_class.mean, of_class.median),
+    )
 
 
 # --- parts ---
 
 
-def _part(part: PartOfClass) -> dict[str, Any]:
-    told = part.discrimination
-    return {
-        "name": part.name,
-        "title": part.title,
-        "points": f"{part.max_points:g}",
-        "count": part.count,
-        "graded": part.graded,
-        "share": "–" if part.share is None else f"{100 * part.share:.0f} %",
-        "omitted": f"{100 * part.count[Outcome.MISSING] / max(1, part.graded):.0f} %",
-        "discrimination": "–" if told is None else _signed(told.value),
-        "interval": "" if told is None else f"{_signed(told.low)} to {_signed(told.high)}",
-        "followed": part.followed,
-        "by_hand": part.by_hand,
-    }
+def _part(part: PartOfClass) -> PartRow:
+    interval = part.discrimination
+    return PartRow(
+        name=part.name,
+        title=part.title,
+        points=f"{part.max_points:g}",
+        count=part.count,
+        share="–" if part.share is None else f"{100 * part.share:.0f} %",
+        omitted=f"{100 * part.count[Outcome.MISSING] / max(1, part.graded):.0f} %",
+        discrimination="–" if interval is None else _with_sign(interval.value),
+        interval="" if interval is None else f"{_with_sign(interval.low)} to {_with_sign(interval.high)}",
+        followed=part.followed,
+    )
 
 
-def _signed(value: float) -> str:
+def _with_sign(value: float) -> str:
     return f"{round(value, 2) + 0.0:.2f}".replace("-", "−")
 
 
@@ -174,16 +296,16 @@ def _interval_chart(of_parts: Sequence[PartOfClass]) -> str:
 # --- mistakes ---
 
 
-def _mistakes(found: Sequence[MistakeOfClass], names: Mapping[str, str], graded: int) -> list[dict[str, Any]]:
+def _mistakes(mistakes_of_class: Sequence[MistakeOfClass], names: Mapping[str, str], graded: int) -> list[MistakeRow]:
     return [
-        {
-            "title": each.title,
-            "count": len(each.students),
-            "share": f"{100 * len(each.students) / graded:.0f} %",
-            "parts": ", ".join(each.parts),
-            "who": ", ".join(names[student] for student in each.students),
-        }
-        for each in found
+        MistakeRow(
+            title=each.title,
+            count=len(each.students),
+            share=f"{100 * len(each.students) / graded:.0f} %",
+            parts=", ".join(each.parts),
+            who=", ".join(names[student] for student in each.students),
+        )
+        for each in mistakes_of_class
     ]
 
 
@@ -192,8 +314,8 @@ def _oftener(times: Mapping[str, float]) -> str:
     return f"mistakes = {{{', '.join(f'{name} = {often:g}' for name, often in times.items())}}}" if times else ""
 
 
-def _mistake_chart(found: Sequence[MistakeOfClass]) -> str:
-    first = found[:MOST_CHARTED]
+def _mistake_chart(mistakes_of_class: Sequence[MistakeOfClass]) -> str:
+    first = mistakes_of_class[:MOST_CHARTED]
     return (
         charts.mistakes([_shortened(each.title) for each in first], [len(e.students) for e in first]) if first else ""
     )
@@ -208,41 +330,46 @@ def _shortened(title: str, most: int = 44) -> str:
 
 def _groups(
     results: Sequence[Result], of_parts: Mapping[str, Sequence[Work]], names: Mapping[str, str]
-) -> list[dict[str, Any]]:
+) -> list[GroupsOfPart]:
     """Return every part that has groups, with those of most students."""
     shown = []
     every = groups(results)
     for name in dict.fromkeys(group.part for group in every):
-        own = [group for group in every if group.part == name]
+        of_part = [group for group in every if group.part == name]
         work = {each.student: each for each in of_parts[name]}
-        rows = [_group(group, work.get(group.typical), names) for group in own[:MOST_GROUPS]]
-        together, alone = [row for row in rows if row["count"] > 1], [row for row in rows if row["count"] == 1]
-        title = ASKED[name.split(".", 1)[1]].title
-        left = own[MOST_GROUPS:]
-        students = sum(len(group.students) for group in left)
-        more = {"left": len(left), "students_left": students}
-        shown.append({"name": name, "title": title, "rows": together, "alone": alone, **more})
+        rows = [_group(group, work.get(group.typical), names) for group in of_part[:MOST_GROUPS]]
+        left = of_part[MOST_GROUPS:]
+        shown.append(
+            GroupsOfPart(
+                name=name,
+                title=ASKED[name.split(".", 1)[1]].title,
+                rows=[row for row in rows if row.count > 1],
+                alone=[row for row in rows if row.count == 1],
+                left=len(left),
+                students_left=sum(len(group.students) for group in left),
+            )
+        )
     return shown
 
 
-def _group(group: GroupOfClass, typical: Work | None, names: Mapping[str, str]) -> dict[str, Any]:
+def _group(group: GroupOfClass, typical: Work | None, names: Mapping[str, str]) -> GroupRow:
     who = [names[student] for student in group.students]
     more = len(who) - MOST_NAMED
     least, most = (f"{points:g}" for points in group.earned)
     override = group.override
     set_to = "" if override is None or override.points is None else f"{override.points:g}"
-    return {
-        "key": group.key,
-        "count": len(who),
-        "who": ", ".join(who[:MOST_NAMED]) + (f" and {more} more" if more > 0 else ""),
-        "typical": names[group.typical],
-        "answer": {"shown": "", "text": SHOWN} if typical is None else _answer(typical),
-        "mistake": group.mistake,
-        "followed": group.followed,
-        "earned": f"{least if least == most else f'{least} to {most}'} of {group.max_points:g}",
-        "set_to": set_to,
-        "comment": "" if override is None else visible(override.comment),
-    }
+    return GroupRow(
+        key=group.key,
+        count=len(who),
+        who=", ".join(who[:MOST_NAMED]) + (f" and {more} more" if more > 0 else ""),
+        typical=names[group.typical],
+        answer=AnswerOnPage("", SHOWN) if typical is None else _answer(typical),
+        mistake=group.mistake,
+        followed=group.followed,
+        earned=f"{least if least == most else f'{least} to {most}'} of {group.max_points:g}",
+        set_to=set_to,
+        comment="" if override is None else visible(override.comment),
+    )
 
 
 # --- variants ---
@@ -265,12 +392,10 @@ def _variants(
     return corrected(comparisons)
 
 
-def _variant(each: Comparison) -> dict[str, Any]:
-    means = [
-        f"{name}: {sum(own) / len(own):.0f} % ({len(own)})" for name, own in zip(each.groups, each.shares, strict=True)
-    ]
-    said = in_words(each.corrected)
-    return {"slot": each.slot, "feature": each.feature, "means": means, "p": f"{each.chance:.3f}", "said": said}
+def _variant(each: Comparison) -> VariantRow:
+    groups = zip(each.groups, each.shares, strict=True)
+    means = [f"{name}: {sum(shares) / len(shares):.0f} % ({len(shares)})" for name, shares in groups]
+    return VariantRow(each.slot, each.feature, means, f"{each.chance:.3f}", in_words(each.corrected))
 
 
 # --- answers ---
@@ -286,7 +411,7 @@ def _work(name: str, results: Sequence[Result], problems: Mapping[str, Mapping[s
     return works
 
 
-def _unusual(of_parts: Mapping[str, Sequence[Work]], names: Mapping[str, str]) -> list[dict[str, Any]]:
+def _unusual(of_parts: Mapping[str, Sequence[Work]], names: Mapping[str, str]) -> list[UnusualOfPart]:
     """Return right answers that have little in common with the reference as it is written, the oddest first."""
     shown = []
     for name, every in of_parts.items():
@@ -302,9 +427,9 @@ def _unusual(of_parts: Mapping[str, Sequence[Work]], names: Mapping[str, str]) -
                 before = by_form.get(answer.text, (alike, work, 0))
                 by_form[answer.text] = (*before[:2], before[2] + 1)
         oddest = sorted(by_form.values(), key=lambda each: (each[0], each[1].student))[:MOST_UNUSUAL]
-        forms = [{**_answer(work), "student": names[work.student], "count": count} for _, work, count in oddest]
+        forms = [UnusualForm(_answer(work), names[work.student], count) for _, work, count in oddest]
         if forms:
-            shown.append({"name": name, "title": ASKED[oddest[0][1].part.kind].title, "forms": forms})
+            shown.append(UnusualOfPart(name, ASKED[oddest[0][1].part.kind].title, forms))
     return shown
 
 
@@ -312,12 +437,12 @@ def _written(work: Work, text: str) -> Written | None:
     return written(read_answer(work.problem, work.part, text))
 
 
-def _answer(work: Work) -> dict[str, str]:
-    return {"shown": answer_of(work.problem, work.part, work.answer).shown, "text": _cut(work.answer)}
+def _answer(work: Work) -> AnswerOnPage:
+    return AnswerOnPage(answer_of(work.problem, work.part, work.answer).shown, _cut(work.answer))
 
 
-def _similar(of_parts: Mapping[str, Sequence[Work]], names: Mapping[str, str]) -> dict[str, Any]:
-    """Return the pairs of nearly identical wrong answers; what a known mistake explains is none."""
+def _similar(of_parts: Mapping[str, Sequence[Work]], names: Mapping[str, str]) -> tuple[list[PairRow], int]:
+    """Return pairs of nearly identical wrong answers, and how many are left out; what a mistake explains is none."""
     alike: list[tuple[str, Pair]] = []
     for name, every in of_parts.items():
         wrong = []
@@ -330,16 +455,16 @@ def _similar(of_parts: Mapping[str, Sequence[Work]], names: Mapping[str, str]) -
                 wrong.append(Wrong(work.student, work.answer, answer, work.part.answer.code()))
         alike += [(name, pair) for pair in nearly_the_same(wrong, usual=max(3, len(every) // 20))]
     pairs = [
-        {
-            "part": name,
-            "one": names[pair.one.student],
-            "other": names[pair.other.student],
-            "alike": "the same" if pair.alike == 1 else f"{100 * pair.alike:.0f} % in common",
-            "texts": [_cut(pair.one.answer), _cut(pair.other.answer)],
-        }
+        PairRow(
+            part=name,
+            one=names[pair.one.student],
+            other=names[pair.other.student],
+            alike="the same" if pair.alike == 1 else f"{100 * pair.alike:.0f} % in common",
+            texts=(_cut(pair.one.answer), _cut(pair.other.answer)),
+        )
         for name, pair in alike[:MOST_PAIRS]
     ]
-    return {"similar": pairs, "similar_left": len(alike) - len(pairs)}
+    return pairs, len(alike) - len(pairs)
 
 
 def _cut(text: str) -> str:

@@ -5,13 +5,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from qdot.exercises.assignment.assignment import Assignment, Student
-from qdot.exercises.assignment.lateness import in_words
+from qdot.exercises.assignment.lateness import describe_duration
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.quizzes import ASKED
 from qdot.grader.grading.result import AppliedOverride, PartResult, Result
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.reports.answers import visible
-from qdot.grader.reports.tables import NO_MARK, is_marked, overrides_by_name, status
+from qdot.grader.reports.tables import NO_MARK, is_marked, status
 from qdot.grader.statistics import statistics
 from qdot.grader.statistics.statistics import LEAST, Interval
 
@@ -153,19 +153,23 @@ def mistakes(results: Sequence[Result]) -> list[MistakeOfClass]:
                 who.setdefault(mistake, {})[result.student] = None
                 where.setdefault(mistake, {})[name] = None
     titles = {name: CATALOGUE[name].title if name in CATALOGUE else name for name in who}
-    made = [MistakeOfClass(name, titles[name], tuple(own), tuple(where[name])) for name, own in who.items()]
+    made = [MistakeOfClass(name, titles[name], tuple(students), tuple(where[name])) for name, students in who.items()]
     return sorted(made, key=lambda mistake: (-len(mistake.students), mistake.title))
 
 
-def mistake_weights(found: Sequence[MistakeOfClass], graded: int) -> dict[str, float]:
+def mistake_weights(mistakes_of_class: Sequence[MistakeOfClass], graded: int) -> dict[str, float]:
     """Return how many times as often as the others a class made mistakes, those that stand out; few students tell none.
 
     A mistake that nobody else made is counted as made once more, and so is the mean of all: one student says little.
     """
-    if graded < LEAST or not found:
+    if graded < LEAST or not mistakes_of_class:
         return {}
-    mean = sum(len(each.students) for each in found) / len(found)
-    times = {each.name: round((len(each.students) + 1) / (mean + 1), 1) for each in found if each.name in CATALOGUE}
+    mean = sum(len(each.students) for each in mistakes_of_class) / len(mistakes_of_class)
+    times = {
+        each.name: round((len(each.students) + 1) / (mean + 1), 1)
+        for each in mistakes_of_class
+        if each.name in CATALOGUE
+    }
     return {name: often for name, often in times.items() if often >= STANDS_OUT}
 
 
@@ -205,7 +209,17 @@ def _without_blanks(part: PartResult) -> str:
     return "".join((part.answer or "").split())
 
 
-def not_on_time(assignment: Assignment, results: Sequence[Result]) -> list[dict[str, str]]:
+@dataclass(frozen=True)
+class NotOnTime:
+    """A student who has no mark or was late: the state of the work, what is known of it, and the score in words."""
+
+    who: str
+    status: str
+    said: str
+    score: str
+
+
+def not_on_time(assignment: Assignment, results: Sequence[Result]) -> list[NotOnTime]:
     """Return who has no mark or was late, and what is known of it."""
     by_id = {student.id: student for student in assignment.roster}
     rows = []
@@ -215,41 +229,60 @@ def not_on_time(assignment: Assignment, results: Sequence[Result]) -> list[dict[
             continue
         reason = ""
         if late is not None:
-            reason = f"{in_words(late.seconds)} late"
+            reason = f"{describe_duration(late.seconds)} late"
             reason += f", {100 * late.penalty:.4g} % taken off" if late.penalty else ", nothing taken off"
         elif state in ("unusable", *NO_MARK):
             reason = result.obstacle or (
                 "qdot failed on a part" if state == "ungraded" else "judging a part took too long"
             )
         score = f"{result.score:g} of {result.max_score:g}" if is_marked(result) else "no mark"
-        rows.append({"who": whom(by_id[result.student]), "status": state, "said": visible(reason), "score": score})
+        rows.append(NotOnTime(whom(by_id[result.student]), state, visible(reason), score))
     order = [*NO_MARK, "unusable", "missing", "late"]
-    return sorted(rows, key=lambda row: order.index(row["status"]))
+    return sorted(rows, key=lambda row: order.index(row.status))
 
 
-def without_attempt(assignment: Assignment, results: Sequence[Result]) -> list[dict[str, str]]:
+@dataclass(frozen=True)
+class WithoutAttempt:
+    """A student whose wrong formulas are no attempt at the arm, and the parts."""
+
+    who: str
+    parts: str
+
+
+def without_attempt(assignment: Assignment, results: Sequence[Result]) -> list[WithoutAttempt]:
     """Return whose wrong formulas, two or more, are all no attempt at their own arm, with nothing right but letters."""
     by_id = {student.id: student for student in assignment.roster}
     rows = []
     for result in graded_work(results):
         none = [name for name, part in result.parts.items() if part.attempt is False]
         if len(none) >= FEWEST_WITHOUT and not any(part.attempt for part in result.parts.values()):
-            rows.append({"who": whom(by_id[result.student]), "parts": ", ".join(none)})
+            rows.append(WithoutAttempt(whom(by_id[result.student]), ", ".join(none)))
     return rows
 
 
 FEWEST_WITHOUT = 2
 
 
-def set_by_hand(assignment: Assignment, results: Sequence[Result]) -> list[dict[str, str]]:
+@dataclass(frozen=True)
+class SetByHand:
+    """What a person set or said for a part or the total: points before and now, in words, and the group's key."""
+
+    who: str
+    part: str
+    was: str
+    now: str
+    comment: str
+    group: str
+
+
+def set_by_hand(assignment: Assignment, results: Sequence[Result]) -> list[SetByHand]:
     """Return what a person set."""
     by_id = {student.id: student for student in assignment.roster}
     rows = []
     for result in results:
-        for name, override in overrides_by_name(result).items():
+        for name, override in result.overrides.items():
             was = "ungraded" if override.was is None else f"{override.was:g}"
             now = was if override.points is None else f"{override.points:g}"
-            points = {"was": was, "now": now, "comment": visible(override.comment)}
             who = whom(by_id[result.student])
-            rows.append({"who": who, "part": name, **points, "group": override.group or ""})
+            rows.append(SetByHand(who, name, was, now, visible(override.comment), override.group or ""))
     return rows

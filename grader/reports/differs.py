@@ -2,10 +2,9 @@
 
 import math
 import re
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
+from qdot.exercises.formula.identity import Counterexample, EntryDifference, SetDifference
 from qdot.exercises.formula.latex import parsed
 from qdot.exercises.formula.printers.mathml import mathml
 from qdot.exercises.problem.problem import Part, Problem
@@ -38,14 +37,14 @@ class Table:
     results: tuple[ExampleRow, ...] = ()
 
 
-def table_of(problem: Problem, part: Part, example: Mapping[str, Any]) -> Table | None:
+def table_of(problem: Problem, part: Part, example: Counterexample) -> Table | None:
     """Return a counterexample as a table; None where it can't be followed.
 
     There is none to follow where the answer has symbols that the problem does not have. What is right is left out where
     that is kept back.
     """
-    places = [example["missing"], example["surplus"]] if "missing" in example else [example["at"]]
-    places = [at for at in places if at is not None]
+    every = (example.missing, example.surplus) if isinstance(example, SetDifference) else (example.at,)
+    places = [at for at in every if at is not None]
     known = problem.symbols()
     if any(set(at) - set(known) for at in places):
         return None
@@ -54,41 +53,42 @@ def table_of(problem: Problem, part: Part, example: Mapping[str, Any]) -> Table 
         ExampleRow(_symbol(problem, name), tuple(_quantity(at.get(name), known[name].unit) for at in places))
         for name in names
     )
-    if "missing" in example:
+    if isinstance(example, SetDifference):
         return _of_sets(example, symbols)
     return Table(_caption(part, example, bool(names)), ("Quantity", "Value"), symbols, _results(part, example))
 
 
-def _of_sets(example: Mapping[str, Any], symbols: tuple[ExampleRow, ...]) -> Table | None:
-    heads = {"missing": "Singular, and not in your answer", "surplus": "In your answer, and not singular"}
-    columns = tuple(head for name, head in heads.items() if example[name] is not None)
+def _of_sets(example: SetDifference, symbols: tuple[ExampleRow, ...]) -> Table | None:
+    heads = {
+        "Singular, and not in your answer": example.missing, "In your answer, and not singular": example.surplus
+    }  # fmt: skip
+    columns = tuple(head for head, at in heads.items() if at is not None)
     return Table("Configurations where it differs", ("Quantity", *columns), symbols) if columns and symbols else None
 
 
-def _caption(part: Part, example: Mapping[str, Any], at_a_place: bool) -> str:
+def _caption(part: Part, example: EntryDifference, at_a_place: bool) -> str:
     what = _what(part, example)
     return f"Where {what or 'it'} differs" if at_a_place else what.capitalize() or "Your answer and what is right"
 
 
-def _what(part: Part, example: Mapping[str, Any]) -> str:
+def _what(part: Part, example: EntryDifference) -> str:
     """Return what the entry of a counterexample is called; nothing where there is one alone."""
     rows, columns = part.shape or (1, 1)
     if rows * columns == 1:
         return ""
     if part.answer.units_due:
-        return f"number {example['entry'] + 1}"
-    return entry_name(int(example["entry"]), columns)
+        return f"number {example.entry + 1}"
+    return entry_name(example.entry, columns)
 
 
-def _results(part: Part, example: Mapping[str, Any]) -> tuple[ExampleRow, ...]:
-    unit = part.answer.unit(example.get("entry", 0))
-    if example["expected"] is None:
-        return (ExampleRow("Your answer", (_value(example["yours"], DIGITS, unit),)),)
-    yours, right = _values(example["yours"], example["expected"], unit)
+def _results(part: Part, example: EntryDifference) -> tuple[ExampleRow, ...]:
+    unit = part.answer.unit(example.entry)
+    if example.expected is None:
+        return (ExampleRow("Your answer", (_value(example.yours, DIGITS, unit),)),)
+    yours, right = _values(example.yours, example.expected, unit)
     heads = "Your answer", "Right"
     if part.answer.counts_up_to_a_factor:
-        pivot = example.get("pivot")
-        heads = heads[0], "Right" if pivot is None else f"Right for your entry {pivot + 1}"
+        heads = heads[0], "Right" if example.pivot is None else f"Right for your entry {example.pivot + 1}"
     return ExampleRow(heads[0], (yours,)), ExampleRow(heads[1], (right,))
 
 
@@ -119,7 +119,7 @@ def _quantity(value: float | None, unit: str) -> str:
     return f"{decimal(value)} {unit}".rstrip() + degrees
 
 
-def _values(yours: Any, right: Any, unit: str) -> tuple[str, str]:
+def _values(yours: float | str, right: float | str, unit: str) -> tuple[str, str]:
     """Return two values with as many digits as it takes to tell them apart."""
     for digits in range(DIGITS, MOST_DIGITS + 1):
         shown = _value(yours, digits, unit), _value(right, digits, unit)
@@ -128,7 +128,7 @@ def _values(yours: Any, right: Any, unit: str) -> tuple[str, str]:
     return shown
 
 
-def _value(value: Any, digits: int, unit: str) -> str:
+def _value(value: float | str, digits: int, unit: str) -> str:
     if isinstance(value, str):
         complex_number = re.fullmatch(r"\(?([-\d.e]+) ([+-]) (-?)([\d.e-]+)[ij]\)?", value)
         if complex_number is None:

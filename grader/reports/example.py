@@ -6,7 +6,6 @@ Of sets of singular configurations, the one that is missing and the one that is 
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -15,6 +14,7 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.lengths import with_lengths
 from qdot.exercises.figure import Example, examples_svg
+from qdot.exercises.formula.identity import Counterexample, SetDifference
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import ReadError, as_matrix
 from qdot.exercises.problem.problem import Part, Problem
@@ -31,20 +31,21 @@ FAR = 3.0
 LONGEST = 2_000
 """Characters of an answer of which a point is worked out."""
 
-CAPTIONS = {"missing": "singular, not in your answer", "surplus": "in your answer, not singular"}
+MISSING, SURPLUS = "singular, not in your answer", "in your answer, not singular"
 CROSS = "Dot: P. Cross: where your answer puts it."
 
 
-def example_svg(problem: Problem, part: Part, example: Mapping[str, Any], answer: str | None) -> str:
+def example_svg(problem: Problem, part: Part, example: Counterexample, answer: str | None) -> str:
     """Return the counterexample of a wrong answer as an SVG element, empty where there is nothing to be drawn."""
     name = f"{part.name}-example"
-    if "missing" in example:
-        places = [(caption, example[which]) for which, caption in CAPTIONS.items() if example[which] is not None]
-        drawn = [_at(problem.chain, caption, at) for caption, at in places]
-        return "" if not drawn or None in drawn else examples_svg([one for one in drawn if one is not None], name)
-    if part.kind != "position" or answer in (None, SHOWN) or len(answer) > LONGEST:
+    if isinstance(example, SetDifference):
+        every = ((MISSING, example.missing), (SURPLUS, example.surplus))
+        places = [(caption, at) for caption, at in every if at is not None]
+        arms = [arm for caption, at in places if (arm := _at(problem.chain, caption, at)) is not None]
+        return examples_svg(arms, name) if arms and len(arms) == len(places) else ""
+    if part.kind != "position" or answer is None or answer == SHOWN or len(answer) > LONGEST:
         return ""
-    beside = _beside(problem, part, example["at"], answer)
+    beside = _beside(problem, part, example.at, answer)
     return "" if beside is None else examples_svg([beside], name, CROSS)
 
 

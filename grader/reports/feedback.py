@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.assignment.assignment import Assignment, Student
-from qdot.exercises.assignment.lateness import in_words
-from qdot.exercises.assignment.store import kept
+from qdot.exercises.assignment.lateness import describe_duration
+from qdot.exercises.assignment.store import load_stored_problems
 from qdot.exercises.common.json_form import as_json
 from qdot.exercises.formula.identity import Certificate
 from qdot.exercises.problem.problem import Part, Problem
@@ -148,7 +148,7 @@ def _decisions(result: Result) -> list[str]:
     notes = []
     late = result.late
     if late is not None:
-        notes.append(f"Handed in {in_words(late.seconds)} after it was due")
+        notes.append(f"Handed in {describe_duration(late.seconds)} after it was due")
         if late.penalty:
             share = f"{100 * late.penalty:.4g} %"
             notes[-1] += f": {share} of the {_points(late.points_before)} points are taken off"
@@ -170,7 +170,7 @@ def _describe_override(override: AppliedOverride, what: str) -> str:
 
 def _problems(assignment: Assignment, student: Student, result: Result) -> list[ProblemOnPage]:
     """Return every problem as the template shows it."""
-    stored = kept(assignment, student.id)
+    stored = load_stored_problems(assignment, student.id)
     shown = []
     for number, ((slot, problem), came_of) in enumerate(zip(stored.problems, result.problems, strict=True), 1):
         numbers = {part.name: f"{number}.{index}" for index, part in enumerate(came_of.parts, 1)}
@@ -179,14 +179,14 @@ def _problems(assignment: Assignment, student: Student, result: Result) -> list[
             part = problem[part_result.name]
             page = _part(problem, part, hold_back(part_result, assignment.feedback), numbers)
             solution = to_html(worked_solution(problem, part)) if assignment.feedback == "solutions" else None
-            figure, asked = stored.part_figure(slot, problem, part.name), stored.asked(slot, problem, part.name)
+            figure, asked = stored.part_figure(slot, problem, part.name), stored.prompt(slot, problem, part.name)
             parts.append(replace(page, id=f"part-{number}-{index}", asked=asked, figure=figure, solution=solution))
         shown.append(
             ProblemOnPage(
                 id=f"problem-{number}",
                 title=f"Problem {number}: {problem.title}",
                 figure=stored.figure(slot, problem),
-                given=_add_caption(stored.given(slot, problem), problem),
+                given=_add_caption(stored.statement(slot, problem), problem),
                 parts=tuple(parts),
                 points=_points(sum(part.points or 0.0 for part in came_of.parts)),
                 max_points=_points(sum(part.max_points for part in came_of.parts)),
@@ -195,10 +195,10 @@ def _problems(assignment: Assignment, student: Student, result: Result) -> list[
     return shown
 
 
-def _add_caption(given: str, problem: Problem) -> str:
+def _add_caption(table: str, problem: Problem) -> str:
     """Return what is given with a caption for its table, which a screen reader tells before it."""
     caption = f'<table><caption class="unseen">{convention_of(problem.chain).caption}</caption>'
-    return re.sub(r"<th\b(?!ead)", '<th scope="col"', given.replace("<table>", caption))
+    return re.sub(r"<th\b(?!ead)", '<th scope="col"', table.replace("<table>", caption))
 
 
 def _part(problem: Problem, part: Part, result: PartResult, numbers: Mapping[str, str]) -> PartOnPage:

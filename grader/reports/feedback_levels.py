@@ -9,7 +9,7 @@ import re
 from dataclasses import replace
 
 from qdot.exercises.assignment.assignment import FEEDBACK
-from qdot.exercises.formula.identity import Certificate
+from qdot.exercises.formula.identity import Certificate, SetDifference
 from qdot.grader.grading.marking import NOT_RIGHT
 from qdot.grader.grading.result import PartResult
 
@@ -89,5 +89,6 @@ def _without_right(certificate: Certificate | None) -> Certificate | None:
     if certificate is None or certificate.counterexample is None:
         return certificate
     example = certificate.counterexample
-    kept_back = {"missing": None} if "missing" in example else {"expected": None}
-    return replace(certificate, counterexample={**example, **kept_back})
+    if isinstance(example, SetDifference):
+        return replace(certificate, counterexample=replace(example, missing=None))
+    return replace(certificate, counterexample=replace(example, expected=None))

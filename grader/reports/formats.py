@@ -24,9 +24,9 @@ from qdot.grader.reports.tables import grades_csv
 class Format:
     """A form of the results; `read_by` says which program reads it, `checked` what in our tests reads it as that would.
 
-    `make` takes the assignment and the results in the roster's order, and returns what the file holds; what `told`
-    returns goes to standard output besides, and `notes` is what the staff should know of it. Some forms are of `one`
-    student only. `check` raises QdotError where a library is missing, before anything is graded. What is
+    `make` takes the assignment and the results in the roster's order, and returns what the file holds; what `printed`
+    returns goes to standard output besides, and `notes` is what the staff should know of it. Some forms are
+    `of_one_student` only. `check` raises QdotError where a library is missing, before anything is graded. What is
     `private` is for the staff's eyes, and its file for its owner's.
     """
 
@@ -35,8 +35,8 @@ class Format:
     read_by: str
     checked: str
     make: Callable[[Assignment, Sequence[Result]], str | bytes]
-    one: bool = False
-    told: Callable[[Assignment, Sequence[Result]], str] = lambda *_: ""
+    of_one_student: bool = False
+    printed: Callable[[Assignment, Sequence[Result]], str] = lambda *_: ""
     notes: Callable[[Assignment, Sequence[Result]], list[str]] = lambda *_: []
     private: bool = False
     check: Callable[[], None] = lambda: None
@@ -60,9 +60,9 @@ FORMATS = {
         Format("junit", "A test for every part of every student, in XML", "GitLab, Jenkins, Artemis", "junitparser",
                junit.junit_xml),
         Format("github", "A job summary; annotations go to standard output", "GitHub Actions",
-               "markdown-it, by the rules for workflow commands", github.summary, told=github.annotations),
+               "markdown-it, by the rules for workflow commands", github.summary, printed=github.annotations),
         Format("gradescope", "results.json of one student (`--student`)", "Gradescope",
-               "a harness with Gradescope's folders", gradescope.results_json, one=True),
+               "a harness with Gradescope's folders", gradescope.results_json, of_one_student=True),
         Format("canvas", "Canvas's gradebook, to be imported", "Canvas", IMPORTER, canvas, notes=unmarked),
         Format("moodle", "Moodle's gradebook, to be imported", "Moodle", IMPORTER, moodle, notes=unmarked),
         Format("xlsx", "A workbook: grades, and what became of each part", "Excel, LibreOffice", "openpyxl", workbook,
@@ -87,7 +87,7 @@ def read_reports(asked: Sequence[str], of_one: bool) -> list[tuple[str, str]]:
         if not equals or not path:
             raise QdotError(f"--report {text}: write FORMAT=PATH, as in csv=grades.csv; {STDOUT} is standard output")
         one_of(name, tuple(FORMATS), "--report")
-        if FORMATS[name].one and not of_one:
+        if FORMATS[name].of_one_student and not of_one:
             raise QdotError(f"--report {name} is of one student: name them with --student ID")
         FORMATS[name].check()
         reports.append((name, path))
@@ -99,12 +99,11 @@ def write_asked(assignment: Assignment, results: Sequence[Result], asked: Sequen
     for name, path in asked:
         made = FORMATS[name]
         content = made.make(assignment, results)
-        for said in made.notes(assignment, results):
-            note(f"{name}: {said}")
+        for message in made.notes(assignment, results):
+            note(f"{name}: {message}")
         write_out(path, content, 0o600 if made.private else 0o644)
-        told = made.told(assignment, results)
-        if told:
-            say(told)
+        if printed := made.printed(assignment, results):
+            say(printed)
 
 
 def write_out(path: str, content: str | bytes, mode: int = 0o644) -> None:

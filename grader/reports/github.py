@@ -6,6 +6,7 @@ kept to. Texts in which students' words may be are written so that they are neit
 
 import re
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from qdot.exercises.assignment.assignment import Assignment
@@ -28,6 +29,29 @@ LONGEST_TEXT = 500
 _MARKUP = re.compile(r"([\\`*_{}\[\]()<>#+|~$&!@:])")
 
 
+@dataclass(frozen=True)
+class StudentLine:
+    """A student in the table of the class, in Markdown."""
+
+    id: str
+    score: str
+    max_score: str
+    status: str
+    note: str
+
+
+@dataclass(frozen=True)
+class Section:
+    """The parts of a student, in Markdown; it is `opened` where nobody else is on the page."""
+
+    student: str
+    opened: bool
+    rows: list[Row]
+    notes: list[str]
+    score: str
+    max_score: str
+
+
 def summary(assignment: Assignment, results: Sequence[Result]) -> str:
     """Return the job summary: a table of the class, and each student's parts; of one student, the parts alone.
 
@@ -35,7 +59,7 @@ def summary(assignment: Assignment, results: Sequence[Result]) -> str:
     """
     if len(results) == 1:
         return _page(assignment, results, [_section(results[0], assignment.feedback, opened=True)], 0)
-    sections: list[dict[str, object]] = []
+    sections = list[Section]()
     size = len(_page(assignment, results, [], len(results)).encode())
     if size > LARGEST_SUMMARY:
         return render("reports/github-short.md.j2", title=_markdown(assignment.title), count=len(results))
@@ -48,37 +72,26 @@ def summary(assignment: Assignment, results: Sequence[Result]) -> str:
     return _page(assignment, results, sections, len(results) - len(sections))
 
 
-def _page(assignment: Assignment, results: Sequence[Result], sections: list[dict[str, object]], left_out: int) -> str:
+def _page(assignment: Assignment, results: Sequence[Result], sections: list[Section], left_out: int) -> str:
     students = [
-        {
-            "id": _markdown(result.student), "score": number(result.score),
-            "max_score": number(result.max_score), "status": status(result),
-            "note": _markdown("; ".join(staff_notes(result))),
-        }
+        StudentLine(
+            _markdown(result.student), number(result.score), number(result.max_score), status(result),
+            _markdown("; ".join(staff_notes(result))),
+        )
         for result in results
     ] if len(results) > 1 else []  # fmt: skip
     title = _markdown(assignment.title)
     return render("reports/github.md.j2", title=title, students=students, sections=sections, left_out=left_out)
 
 
-def _section(result: Result, feedback: str, opened: bool) -> dict[str, object]:
-    rows = [
-        {
-            "part": row.part,
-            "title": row.title,
-            "outcome": row.outcome,
-            "earned": row.earned,
-            "said": _markdown(row.said),
-        }
-        for row in rows_of(result, feedback)
-    ]  # fmt: skip
-    notes = [_markdown(said) for said in (*result.notes, lateness(result)) if said]
+def _section(result: Result, feedback: str, opened: bool) -> Section:
+    rows = [replace(row, message=_markdown(row.message)) for row in rows_of(result, feedback)]
+    notes = [_markdown(text) for text in (*result.notes, lateness(result)) if text]
     if result.override is not None:
         notes.append(_markdown(f"the total was set by your instructor: {result.override.comment}".rstrip(": ")))
-    return {
-        "student": _markdown(result.student), "opened": opened, "rows": rows, "notes": notes,
-        "score": number(result.score), "max_score": number(result.max_score),
-    }  # fmt: skip
+    return Section(
+        _markdown(result.student), opened, rows, notes, number(result.score), number(result.max_score)
+    )  # fmt: skip
 
 
 def _markdown(text: str) -> str:
@@ -95,11 +108,11 @@ def annotations(assignment: Assignment, results: Sequence[Result]) -> str:
     notes = list(_of_parts(results[0], assignment.feedback) if len(results) == 1 else _of_class(results))
     lines = []
     for kind in ("error", "warning"):
-        own = [(title, said) for each, title, said in notes if each == kind]
-        if len(own) > MOST_ANNOTATIONS:
-            rest = f"and {len(own) - MOST_ANNOTATIONS + 1} more; the job summary has all"
-            own = [*own[: MOST_ANNOTATIONS - 1], (assignment.key, rest)]
-        lines += [f"::{kind} title={_property(title)}::{_message(said)}" for title, said in own]
+        of_kind = [(title, message) for each, title, message in notes if each == kind]
+        if len(of_kind) > MOST_ANNOTATIONS:
+            rest = f"and {len(of_kind) - MOST_ANNOTATIONS + 1} more; the job summary has all"
+            of_kind = [*of_kind[: MOST_ANNOTATIONS - 1], (assignment.key, rest)]
+        lines += [f"::{kind} title={_property(title)}::{_message(message)}" for title, message in of_kind]
     return "".join(f"{line}\n" for line in lines)
 
 
@@ -110,7 +123,7 @@ def _of_parts(result: Result, feedback: str) -> Iterator[tuple[str, str, str]]:
 
 
 def _shown(row: Row) -> str:
-    return row.said if len(row.said) <= LONGEST_TEXT else f"{row.said[:LONGEST_TEXT]} …"
+    return row.message if len(row.message) <= LONGEST_TEXT else f"{row.message[:LONGEST_TEXT]} …"
 
 
 def _of_class(results: Sequence[Result]) -> Iterator[tuple[str, str, str]]:
@@ -131,14 +144,14 @@ def check_summary(checked: Checked) -> str:
 
 def check_annotations(path: Path, checked: Checked) -> str:
     """Return a warning for every answer that can't be read, at its line in the file, where GitHub shows it."""
-    own, file = [row for row in checked.rows if not row.readable], _property(path.as_posix())
-    told = [
+    unreadable, file = [row for row in checked.rows if not row.readable], _property(path.as_posix())
+    commands = [
         f"::warning file={file},line={line_of_answer(path, row.part)},title={_property(row.part)}::{_message(row.said)}"
-        for row in own[: MOST_ANNOTATIONS if len(own) <= MOST_ANNOTATIONS else MOST_ANNOTATIONS - 1]
+        for row in unreadable[: MOST_ANNOTATIONS if len(unreadable) <= MOST_ANNOTATIONS else MOST_ANNOTATIONS - 1]
     ]
-    if len(told) < len(own):
-        told.append(f"::warning title=qdot::and {len(own) - len(told)} more; the job summary has all")
-    return "".join(f"{line}\n" for line in told)
+    if len(commands) < len(unreadable):
+        commands.append(f"::warning title=qdot::and {len(unreadable) - len(commands)} more; the job summary has all")
+    return "".join(f"{line}\n" for line in commands)
 
 
 def _message(text: str) -> str:

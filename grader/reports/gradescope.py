@@ -6,11 +6,11 @@ Gradescope shows to nobody but its API.
 
 import json
 from collections.abc import Sequence
-from typing import Any
+from dataclasses import dataclass
 
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.json_form import as_json
-from qdot.grader.grading.result import Result
+from qdot.grader.grading.result import Lateness, MadeFrom, Result
 from qdot.grader.reports.answers import visible
 from qdot.grader.reports.rows import Row, lateness, rows_of, the_only
 from qdot.grader.reports.tables import staff_notes
@@ -19,46 +19,80 @@ VISIBILITY = ("visible", "after_due_date", "after_published", "hidden")
 """When students see a test, in Gradescope's words."""
 
 
+@dataclass(frozen=True)
+class PartTest:
+    """A test of a part: its number is the part's name, as in "p1.jacobian"."""
+
+    name: str
+    number: str
+    score: float | None
+    max_score: float
+    status: str
+    output: str
+    output_format: str
+    visibility: str
+
+
+@dataclass(frozen=True)
+class ForStaff:
+    """What Gradescope's API tells and its pages do not."""
+
+    student: str
+    assignment: str
+    made_from: MadeFrom
+    late: Lateness | None
+    staff_notes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class GradescopeResults:
+    """What results.json holds; the score is after lateness and whatever a person set."""
+
+    score: float
+    output: str
+    output_format: str
+    visibility: str
+    stdout_visibility: str
+    tests: tuple[PartTest, ...]
+    extra_data: ForStaff
+
+    @property
+    def text(self) -> str:
+        """The file's text."""
+        return json.dumps(as_json(self), ensure_ascii=False, indent=1) + "\n"
+
+
 def results_json(assignment: Assignment, results: Sequence[Result]) -> str:
     """Return results.json, with every test visible."""
-    return as_text(content_of(the_only(results, "gradescope"), assignment.feedback))
+    return gradescope_results(the_only(results, "gradescope"), assignment.feedback).text
 
 
-def as_text(content: dict[str, Any]) -> str:
-    """Return the file's text."""
-    return json.dumps(content, ensure_ascii=False, indent=1) + "\n"
-
-
-def content_of(result: Result, feedback: str, visibility: str = "visible") -> dict[str, Any]:
-    """Return what results.json holds, told as the level `feedback` says.
-
-    The score is after lateness and whatever a person set.
-    """
+def gradescope_results(result: Result, feedback: str, visibility: str = "visible") -> GradescopeResults:
+    """Return what results.json holds, told as the level `feedback` says."""
     notes = [text for text in (*result.notes, lateness(result)) if text]
     if result.override is not None:
         notes.append(f"the total was set by your instructor: {result.override.comment}".rstrip(": "))
-    return {
-        "score": result.score,
-        "output": visible("\n".join(notes)),
-        "output_format": "text",
-        "visibility": visibility,
-        "stdout_visibility": "hidden",
-        "tests": [_test(row, visibility) for row in rows_of(result, feedback)],
-        "extra_data": {
-            "student": result.student, "assignment": result.assignment, "made_from": as_json(result.made_from),
-            "late": as_json(result.late), "staff_notes": staff_notes(result),
-        },
-    }  # fmt: skip
+    return GradescopeResults(
+        score=result.score,
+        output=visible("\n".join(notes)),
+        output_format="text",
+        visibility=visibility,
+        stdout_visibility="hidden",
+        tests=tuple(_test(row, visibility) for row in rows_of(result, feedback)),
+        extra_data=ForStaff(
+            result.student, result.assignment, result.made_from, result.late, tuple(staff_notes(result))
+        ),
+    )
 
 
-def _test(row: Row, visibility: str) -> dict[str, Any]:
-    return {
-        "name": row.title,
-        "number": row.part,
-        "score": row.points,
-        "max_score": row.max_points,
-        "status": "passed" if row.passed else "failed",
-        "output": visible(f"{row.outcome}: {row.said}"),
-        "output_format": "text",
-        "visibility": visibility,
-    }
+def _test(row: Row, visibility: str) -> PartTest:
+    return PartTest(
+        name=row.title,
+        number=row.part,
+        score=row.points,
+        max_score=row.max_points,
+        status="passed" if row.passed else "failed",
+        output=visible(f"{row.outcome}: {row.message}"),
+        output_format="text",
+        visibility=visibility,
+    )

@@ -42,6 +42,6 @@ def _test(suite: ET.Element, classname: str, row: Row) -> None:
     test = ET.SubElement(suite, "testcase", {"classname": classname, "name": f"{row.part}: {row.title}"})
     if row.passed:
         return
-    said = visible(f"{row.earned} points, {row.outcome}: {row.said}")
+    message = visible(f"{row.earned} points, {row.outcome}: {row.message}")
     kind = "error" if row.points is None else "failure"
-    ET.SubElement(test, kind, {"message": said[:300], "type": row.outcome}).text = said
+    ET.SubElement(test, kind, {"message": message[:300], "type": row.outcome}).text = message

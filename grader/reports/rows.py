@@ -27,7 +27,7 @@ class Row:
     outcome: str
     points: float | None
     max_points: float
-    said: str
+    message: str
 
     @property
     def passed(self) -> bool:

@@ -99,18 +99,12 @@ def status(result: Result) -> str:
 
 def overrides(result: Result) -> list[str]:
     """Return what a person set, in words for the staff."""
-    return [_describe(name, override) for name, override in overrides_by_name(result).items()]
-
-
-def overrides_by_name(result: Result) -> dict[str, AppliedOverride]:
-    """Return what a person set or said by the names of the parts, and of the "total"."""
-    every = {**{name: part.override for name, part in result.parts.items()}, "total": result.override}
-    return {name: override for name, override in every.items() if override is not None}
+    return [_describe(name, override) for name, override in result.overrides.items()]
 
 
 def count_set(result: Result) -> int:
     """Return how many points a person set: of parts, and in all."""
-    return sum(override.points is not None for override in overrides_by_name(result).values())
+    return sum(override.points is not None for override in result.overrides.values())
 
 
 def _describe(name: str, override: AppliedOverride) -> str:
@@ -125,7 +119,7 @@ def group_notes(result: Result) -> list[str]:
     """Return by which groups of answers a person set or explained parts, in words for the staff."""
     return [
         f"overrides.csv {'explains' if override.points is None else 'sets'} the group {override.group}"
-        for override in overrides_by_name(result).values()
+        for override in result.overrides.values()
         if override.group is not None
     ]
 

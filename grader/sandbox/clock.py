@@ -1,7 +1,7 @@
-"""Budgets of processor time: what takes longer is broken off, wherever it is, and everything else goes on.
+"""Budgets of processor time: work that takes longer is interrupted, and everything else continues.
 
-The clock is the processor's, which a busy machine does not shorten. It works in any thread, as in those of a cluster's
-workers, where signals do not.
+Processor time does not depend on how busy the machine is. Budgets work in any thread, such as in those of a cluster's
+workers, in which signals do not work.
 """
 
 import contextlib
@@ -15,18 +15,18 @@ from qdot.exercises.common.time_limit import Watch, stop_alarm
 
 
 class Overlong(BaseException):
-    """There is no time left. Not an Exception, so that nothing on the way takes it for a fault and goes on."""
+    """No time is left. It is not an Exception, so that no code catches it as an error and continues."""
 
 
 class Budget:
-    """Seconds of processor time that several things take from, one after the other."""
+    """Seconds of processor time that several tasks use up, one after the other."""
 
     def __init__(self, seconds: float) -> None:
         self.seconds = self.left = seconds
 
     @contextlib.contextmanager
-    def spent(self) -> Iterator[None]:
-        """Take from it what the block takes. Raises Overlong, in the block, as soon as nothing is left."""
+    def spend(self) -> Iterator[None]:
+        """Subtract the time of the block. Raises Overlong inside the block as soon as no time is left."""
         if self.left <= 0:
             raise Overlong
         begun, digits = time.process_time(), mpmath.mp.prec
@@ -36,12 +36,12 @@ class Budget:
         finally:
             stop_alarm(watch, Overlong)
             self.left -= time.process_time() - begun
-            mpmath.mp.prec = digits  # what was broken off may not have come to it
+            mpmath.mp.prec = digits  # interrupted code may not have restored it
 
 
 @dataclass
 class Allowance:
-    """What a notebook's answers may take in all: to be judged, and to be looked at for what is behind wrong ones."""
+    """The processor time for a notebook's answers: for judging them, and for diagnosing wrong ones."""
 
     judging: Budget = field(default_factory=lambda: Budget(30.0))
     looking: Budget = field(default_factory=lambda: Budget(15.0))

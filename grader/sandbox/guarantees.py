@@ -1,6 +1,6 @@
-"""What this machine guarantees while students' code runs: each guarantee tried by a probe, and who enforces it.
+"""What this machine guarantees while students' code runs: a probe tests each guarantee, and finds who enforces it.
 
-A guarantee is enforced by the kernel where everything that the probe tried past the audit hook was refused.
+The kernel enforces a guarantee if it refused everything that the probe tried without the audit hook.
 """
 
 import contextlib
@@ -26,7 +26,7 @@ PROMISES = {
     "time": "has no more processor time than its limit, and is killed when its time is over",
     "privileges": "has no rights of root, and can't get any",
 }
-"""What is guaranteed, of a notebook."""
+"""The guarantees about a notebook."""
 
 MEANS = {
     "files": ("namespaces", "landlock", "seccomp", "user", "quota", "watch"),
@@ -36,17 +36,17 @@ MEANS = {
     "time": ("limits",),
     "privileges": ("privileges", "seccomp", "user"),
 }
-"""Which measures a guarantee rests on."""
+"""The measures that each guarantee depends on."""
 
 SAID = {
     "namespaces": "namespaces", "landlock": "Landlock", "seccomp": "seccomp", "user": "not root",
     "quota": "what is written is counted",
     "privileges": "no_new_privs, no capabilities", "limits": "rlimits", "watch": "audit hook",
 }  # fmt: skip
-"""How the measures are called."""
+"""The names of the measures."""
 
 WATCHED = ("files", "network", "processes")
-"""What the audit hook watches."""
+"""The guarantees that the audit hook watches."""
 
 REMEDIES = {
     "landlock": "Use Linux 5.13 or later with Landlock on ('landlock' in the kernel's parameter lsm=)",
@@ -57,12 +57,12 @@ REMEDIES = {
     "privileges": "Use Linux, and run qdot as an ordinary user",
     "limits": "Raise the hard limits (ulimit -H), or use Linux",
 }
-"""What brings a measure back."""
+"""How to make a measure available."""
 
 
 @dataclass(frozen=True)
 class Guarantee:
-    """One guarantee: who enforces it here, by what means, and what the probe achieved where nobody does."""
+    """One guarantee: who enforces it here, by which means, and what the probe achieved if the kernel doesn't."""
 
     name: str
     promise: str
@@ -73,14 +73,14 @@ class Guarantee:
 
 @dataclass(frozen=True)
 class Findings:
-    """All guarantees, and the measures that can't be taken here, each with the reason."""
+    """All guarantees, and the measures that are not available here, each with the reason."""
 
     guarantees: tuple[Guarantee, ...]
     lacking: dict[str, str]
 
     @property
     def is_strict(self) -> bool:
-        """Tell whether the kernel enforces everything."""
+        """Whether the kernel enforces everything."""
         return all(guarantee.by == KERNEL for guarantee in self.guarantees)
 
     def as_json(self) -> dict[str, Any]:
@@ -93,7 +93,7 @@ class Findings:
 
 
 def probe(without: Iterable[str] = (), quick: bool = False) -> Findings:
-    """Try to break out of a sandbox of this machine, and return what held. Raises QdotError where none starts.
+    """Try to break out of a sandbox on this machine, and return the findings. Raises QdotError if none starts.
 
     A quick probe does not wait until it is stopped for its processor time, which takes a second.
     """
@@ -122,15 +122,15 @@ def probe(without: Iterable[str] = (), quick: bool = False) -> Findings:
         if sandbox.left_behind:
             achieved["files"].append("left files behind")
     if end not in ENDS[quick] or not tried >= PROMISES.keys() - {"time"}:
-        said = f": {why}" if why else ""
-        raise QdotError(f"the sandbox of this machine does not work, its probe ended early ({end}{said})")
+        reason = f": {why}" if why else ""
+        raise QdotError(f"the sandbox of this machine does not work, its probe ended early ({end}{reason})")
     if end == "overtime" and not achieved["time"]:
         achieved["time"].append("computed until it was killed from outside")
     return Findings(tuple(_guarantee(name, achieved[name], lacking) for name in PROMISES), lacking)
 
 
 ENDS = {True: ("done", "overtime"), False: ("killed", "overtime")}
-"""How a probe ends, a quick one or not."""
+"""How a quick probe may end, and a full one."""
 
 
 def _guarantee(name: str, achieved: list[str], lacking: dict[str, str]) -> Guarantee:
@@ -145,7 +145,7 @@ def _guarantee(name: str, achieved: list[str], lacking: dict[str, str]) -> Guara
 
 @contextlib.contextmanager
 def _prey() -> Iterator[dict[str, Any]]:
-    """Make what a probe tries to reach: a file, a folder open to all, a port, an abstract socket, this process."""
+    """Make the targets of a probe: a file, a world-writable folder, a port, an abstract socket, this process."""
     name = f"\0qdot-{os.getpid()}"
     with (
         tempfile.TemporaryDirectory(prefix="qdot-prey-") as folder,
@@ -167,7 +167,7 @@ def _prey() -> Iterator[dict[str, Any]]:
 
 
 def refusal(findings: Findings) -> str:
-    """Return why the level "strict" can't be had, and what to do."""
+    """Return why the level "strict" is not available, and what to do."""
     return (
         f'assignment.toml demands sandbox = "strict", and this machine does not enforce it ({_weak(findings)}). '
         f"{'; '.join(_remedies(findings)) or 'Run qdot on another machine'}. `qdot doctor` shows more; nothing was run"
@@ -175,7 +175,7 @@ def refusal(findings: Findings) -> str:
 
 
 def warning(findings: Findings) -> str:
-    """Return what is not enforced here, in one line; nothing where all is."""
+    """Return in one line what is not enforced here, "" if everything is."""
     weak = _weak(findings)
     return f"The sandbox of this machine is weaker than it should be ({weak}); see `qdot doctor`." if weak else ""
 
@@ -185,13 +185,13 @@ def _weak(findings: Findings) -> str:
 
 
 def _remedies(findings: Findings) -> list[str]:
-    """Return what brings back the measures that would enforce what is not enforced."""
+    """Return how to make the measures available that would enforce the weak guarantees."""
     wanted = {measure for each in findings.guarantees if each.by != KERNEL for measure in MEANS[each.name]}
     return [REMEDIES[measure] for measure in REMEDIES if measure in wanted and measure in findings.lacking]
 
 
 def advice(findings: Findings) -> list[str]:
-    """Return a line for each measure that can't be taken here: why, and what brings it back."""
+    """Return a line for each measure that is not available here: why, and how to make it available."""
     return [
         f"{SAID.get(name, name)}: not here ({why}). {REMEDIES.get(name, '')}".strip()
         for name, why in findings.lacking.items()

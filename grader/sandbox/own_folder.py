@@ -1,4 +1,4 @@
-"""Temporary folders that no killed process leaves behind: the next that makes one removes those of dead processes."""
+"""Temporary folders that are removed even if their process was killed, by the next process that makes one."""
 
 import contextlib
 import os
@@ -11,10 +11,10 @@ from qdot.exercises.common.files import IS_POSIX, lock
 from qdot.grader.sandbox.contained import folders
 
 ENDING = ".tmp"
-"""What the name of such a folder ends with: somebody's own qdot-submissions-autumn is none."""
+"""The ending of the names of these folders; a user's own folder qdot-submissions-autumn does not have it."""
 
 PATIENCE = 5.0
-"""Seconds in which a folder that was left behind is removed; what is left of it has its turn the next time."""
+"""Maximum number of seconds for removing an abandoned folder; the next process removes the rest."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class OwnFolder:
         self.remove()
 
     def remove(self) -> None:
-        """Remove the folder with all that is in it."""
+        """Remove the folder with its content."""
         with contextlib.suppress(OSError):
             folders.remove(self.path) if IS_POSIX else shutil.rmtree(self.path)
         with contextlib.suppress(OSError):
@@ -39,9 +39,9 @@ class OwnFolder:
 
 
 def own_folder(prefix: str) -> OwnFolder:
-    """Return a new temporary folder, and remove those with such a name whose processes were killed.
+    """Return a new temporary folder, and remove those of the same kind whose processes were killed.
 
-    What can't be removed stays, whatever is in the way: it is no reason not to begin.
+    Folders that can't be removed stay.
     """
     if not IS_POSIX:  # a folder can't be locked
         return OwnFolder(tempfile.mkdtemp(prefix=prefix, suffix=ENDING), -1)
@@ -50,9 +50,9 @@ def own_folder(prefix: str) -> OwnFolder:
             _remove_unless_locked(path)
     while True:
         folder = tempfile.mkdtemp(prefix=prefix, suffix=ENDING)
-        with contextlib.suppress(FileNotFoundError):  # somebody who was tidying up had it before it was locked
+        with contextlib.suppress(FileNotFoundError):  # another process may have removed it before it was locked
             handle = os.open(folder, os.O_RDONLY)
-            with contextlib.suppress(OSError):  # a disk that knows no locks: nobody else gets one there, either
+            with contextlib.suppress(OSError):  # the disk may not support locks
                 lock(handle)
             if Path(folder).is_dir():
                 return OwnFolder(folder, handle)

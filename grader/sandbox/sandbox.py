@@ -24,6 +24,7 @@ from types import TracebackType
 from typing import Any, TypeGuard
 
 from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.json_form import as_json, from_json
 from qdot.grader.sandbox.contained import confine
 from qdot.grader.sandbox.own_folder import OwnFolder, own_folder
 
@@ -34,7 +35,7 @@ REFUSED = (
 
 
 def check_system() -> None:
-    """Raise QdotError where no notebook can be run."""
+    """Raise QdotError if this system can't run notebooks."""
     if not hasattr(os, "fork"):
         raise QdotError(REFUSED)
 
@@ -42,30 +43,30 @@ def check_system() -> None:
 CONTAINED = Path(__file__).with_name("contained")
 
 LONGEST_REPORT = 4_100_000
-"""Bytes that are read of a notebook's report; it stops itself a little earlier."""
+"""Maximum number of bytes that are read from a notebook's report; the notebook stops itself a little earlier."""
 
 MOST_LINES = 50_000
-"""Lines that are read of it, beside one for each cell, which says that it is begun."""
+"""Maximum number of lines that are read from it, in addition to one for each cell that begins."""
 
 BEGUN = 32
-"""More bytes than such a line has."""
+"""Upper bound of the bytes of a line for a cell that begins."""
 
 
 MOST_LINES_OF_A_CELL = 100_000_000
-"""What is said to have happened on a line after that is taken for no report."""
+"""Reports about larger line numbers are ignored."""
 
 LONGEST_ERROR = 500
-"""Characters of what is told of an error."""
+"""Maximum length of an error message in characters."""
 
 MOST_LOST = 20
-"""Symbols of which is told that a number stood for them."""
+"""Maximum number of symbols that are reported as replaced by numbers."""
 
 
 @dataclass(frozen=True)
 class Limits:
-    """What a notebook may use: seconds of processor time, in all and per cell, and bytes of memory.
+    """What a notebook may use: seconds of processor time, in total and per cell, and bytes of memory.
 
-    On the clock it may take the same time to wait, and `BUSY` times its processor time: a machine may be so slow.
+    In real time, it may wait for the same number of seconds in addition to `BUSY` times its processor time.
     """
 
     seconds: float = 180.0
@@ -81,34 +82,46 @@ class Limits:
         )
 
 
+@dataclass(frozen=True)
+class Calls:
+    """With what functions are called: the names of the joints and of all symbols, and the symbols' values (rad, m).
+
+    There is a row of values for each call.
+    """
+
+    joints: tuple[str, ...]
+    symbols: tuple[str, ...]
+    points: tuple[tuple[float, ...], ...]
+
+
 BUSY = 10
-"""So many times as long as alone may a notebook take on a machine that has other work."""
+"""How many times slower a notebook may run on a busy machine."""
 
 
 @dataclass
 class Run:
-    """What came out of a notebook: answer texts, why an answer is none, errors by cell, and how it ended."""
+    """The result of running a notebook: answers, why answers are unreadable, errors by cell, and how it ended."""
 
     answers: dict[str, str] = field(default_factory=dict)
     failures: dict[str, str] = field(default_factory=dict)
     cell_errors: dict[int, str] = field(default_factory=dict)
     stopped_at: dict[int, int] = field(default_factory=dict)
-    """The lines on which cells stopped, where that is known."""
+    """The lines on which cells stopped, if known."""
     missed: dict[int, tuple[int, str]] = field(default_factory=dict)
-    """By cell, the line of the first import that failed, and why; the cell went on behind it."""
+    """By cell, the line of the first import that failed, and why; the cell continued after it."""
     end: str = "done"
     limits: "Limits | None" = None
     begun: int | None = None
-    """The last cell that was begun."""
+    """The last cell that began."""
     earlier: dict[str, list[str]] = field(default_factory=dict)
-    """Every text that an answer had in the course of the notebook."""
+    """Every text that an answer had during the run."""
     lost: dict[str, tuple[int, str]] = field(default_factory=dict)
-    """Symbols for which a number stood where an answer was worked out: the cell that set it, and the number."""
+    """Symbols that numbers replaced in an answer: the cell that set the number, and the number."""
 
     def note(self, cell: str = "it") -> str:
-        """Return how the run ended, in words, in a `cell` of this name; nothing where it ended well."""
+        """Return in words how the run ended, in a `cell` of this name; "" if it ended well."""
         where, limits = ("" if cell == "it" else f" in {cell}"), self.limits or Limits()
-        said = {
+        descriptions = {
             "overtime": f"the notebook used up its {limits.seconds:g} s{where}",
             "crashed": f"the notebook crashed Python{where}",
             "closed": f"the notebook ended its own process{where}",
@@ -117,7 +130,7 @@ class Run:
         }
         if self.end == "unbegun":
             return "the machine ended the process that was to run the notebook; nothing was run"
-        return f"{said[self.end]}; cells after that one were not run" if self.end in said else ""
+        return f"{descriptions[self.end]}; cells after that one were not run" if self.end in descriptions else ""
 
 
 def _is_cell(number: object, cells: Sequence[str]) -> TypeGuard[int]:
@@ -128,39 +141,56 @@ def _is_line(number: object) -> TypeGuard[int]:
     return isinstance(number, int) and not isinstance(number, bool) and 0 < number < MOST_LINES_OF_A_CELL
 
 
-def _writable(text: str) -> str:
-    """Return the text without what no file can hold (lone surrogates), each replaced by a question mark."""
+def _replace_surrogates(text: str) -> str:
+    """Return the text with lone surrogates, which can't be written to a file, replaced by question marks."""
     return text.encode("utf-8", "replace").decode("utf-8")
 
 
-def _shown(said: object) -> str:
-    """Return what a notebook says of an error as a line that can be shown: what controls a terminal is replaced."""
-    line = (" " if ch.isspace() else ch for ch in str(said)[:LONGEST_ERROR])
+def _printable_error(message: object) -> str:
+    """Return a notebook's error message as one printable line, without control characters."""
+    line = (" " if ch.isspace() else ch for ch in str(message)[:LONGEST_ERROR])
     return "".join(ch if ch.isprintable() else "\N{REPLACEMENT CHARACTER}" for ch in line)
 
 
 NEEDED, ONE_OF = {"seccomp", "limits", "privileges"}, {"namespaces", "landlock"}
-"""Measures without which a strict sandbox runs nothing; `guarantees` tries what all of them are worth."""
+"""Measures without which a strict sandbox runs nothing; `guarantees` tests all measures."""
+
+
+@dataclass(frozen=True)
+class _Message:
+    """What the process that forks says: that it is ready, why it is not, what is used, or how a notebook ended.
+
+    `lacking` says which measures can't be taken, and why. A notebook is ended by a `signal`, 0 for none; its `seconds`
+    are of processor time, as those `used` so far, and its `memory` is in bytes.
+    """
+
+    ready: bool = False
+    lacking: Mapping[str, str] = field(default_factory=dict)
+    failed: str = ""
+    used: float = 0.0
+    signal: int = 0
+    seconds: float = 0.0
+    memory: float = 0.0
 
 
 class _Lost(Exception):
-    """The process that forks is gone."""
+    """The forking process has ended."""
 
 
 class _Unbegun(_Lost):
-    """A notebook's own process was gone, or did not answer, before it had read anything of the notebook.
+    """A notebook's process ended, or did not answer, before it had read anything of the notebook.
 
-    The text is the reason, where it is known.
+    The text is the reason, if known.
     """
 
 
 class Sandbox:
-    """A place to run notebooks, one after the other; close it, or use it in a `with` statement.
+    """Runs notebooks one after the other in isolation; close it, or use it in a `with` statement.
 
-    `lacking` says which measures this machine does not allow, and why; a strict one refuses to run without those that
-    it takes for the system to contain a notebook. Those named in `without` are not taken, for tests. A probe needs no
-    libraries `loaded`, and little processor time in all; for one notebook they need not be `warm`. `unbegun` says why a
-    notebook was not run, if that is known.
+    `lacking` lists the measures that this machine does not allow, and why; a `strict` sandbox refuses to run without
+    the measures by which the system itself isolates a notebook. Tests switch off the measures in `without`. A probe
+    needs no `loaded` libraries and little processor time; for a single notebook, libraries need not be `warm`.
+    `unbegun` is the reason why a notebook was not run, if known.
     """
 
     def __init__(
@@ -192,11 +222,11 @@ class Sandbox:
         self.close()
 
     def close(self) -> None:
-        """End the process and all that is in it."""
+        """End the process and everything in it."""
         self._unheard = b""
         self._forget_last()
         if self._control is not None:
-            self._control.close()  # upon which it ends what runs, and itself
+            self._control.close()  # the process then ends what runs, and itself
             self._control = None
         if self._process is not None:
             with contextlib.suppress(subprocess.TimeoutExpired):
@@ -209,17 +239,18 @@ class Sandbox:
             self._folder = None
 
     def run(
-        self, cells: Sequence[str], names: Sequence[str], asked: Mapping[str, Mapping[str, Any]] | None = None,
+        self, cells: Sequence[str], names: Sequence[str], calls: Mapping[str, Calls] | None = None,
         setup: str = "", modules: Mapping[str, str] | None = None,
     ) -> Run:  # fmt: skip
-        """Run the cells in order and return the values of `names` as text; before them, `setup`, which is qdot's own.
+        """Run qdot's own `setup`, then the cells in order, and return the values of `names` as text.
 
-        Cells may import `modules`, files of Python by name, which are in the notebook's folder. A value that is a
-        function is called with symbols or at points: `asked` holds them, by what a name begins with (see `callables`).
-        Raises QdotError where the notebook can't be contained as it should be.
+        Cells may import `modules`, Python files by name, which are in the notebook's folder. A value that is a
+        function is called with symbols or at points: `calls` holds them by prefix of the name (see `callables`).
+        Raises QdotError if the notebook can't be isolated as it should be.
         """
         request = {
-            "cells": list(cells), "names": list(names), "cell_seconds": self.limits.cell_seconds, "asked": asked or {},
+            "cells": list(cells), "names": list(names), "cell_seconds": self.limits.cell_seconds,
+            "asked": as_json(calls or {}),
             "setup": setup, "modules": dict(modules or {}),
         }  # fmt: skip
         run = Run(limits=self.limits)
@@ -229,31 +260,31 @@ class Sandbox:
             if _is_cell(line.get("begun"), cells):
                 run.begun = line["begun"]
             if isinstance(name, str) and name in names and isinstance(line.get("text"), str):
-                run.answers[name] = _writable(line["text"])
+                run.answers[name] = _replace_surrogates(line["text"])
                 run.failures.pop(name, None)
                 run.earlier.setdefault(name, []).append(run.answers[name])
             elif isinstance(name, str) and name in names:
-                run.failures[name] = _shown(line.get("error"))
+                run.failures[name] = _printable_error(line.get("error"))
                 run.answers.pop(name, None)
             elif _is_cell(cell, cells):
-                run.cell_errors[cell] = _shown(line.get("error"))
+                run.cell_errors[cell] = _printable_error(line.get("error"))
                 if _is_line(line.get("line")):
                     run.stopped_at[cell] = line["line"]
             elif _is_cell(missed, cells) and _is_line(line.get("line")):
-                run.missed.setdefault(missed, (line["line"], _shown(line.get("error"))))
+                run.missed.setdefault(missed, (line["line"], _printable_error(line.get("error"))))
             elif isinstance(lost, str) and _is_cell(at, cells) and len(run.lost) < MOST_LOST:
-                run.lost[_shown(lost)[:40]] = at, _shown(line.get("value"))[:40]
+                run.lost[_printable_error(lost)[:40]] = at, _printable_error(line.get("value"))[:40]
 
         run.end = self.exchange(request, take)
         return run
 
     def exchange(self, request: dict[str, Any], take: Callable[[dict[str, Any]], None]) -> str:
-        """Have a child do what is requested, pass each line of its report to `take`, and return how it ended.
+        """Have a child process a request, pass each line of its report to `take`, and return how it ended.
 
-        "lost": the process that forks was ended, as a notebook could do it; "unbegun": nothing was run, which is no
-        notebook's doing.
+        "lost" means that the forking process was ended, possibly by the notebook; "unbegun" that nothing was run, for
+        reasons outside of the notebook.
         """
-        self._tidied_up()
+        self._tidy_up()
         self._start()
         assert self._control is not None
         try:
@@ -266,7 +297,7 @@ class Sandbox:
             finally:
                 os.close(receipts)
             self._control.sendall(b"c" if end == "closed" else b"s")
-            if end == "done":  # what it leaves is tidied up while its answers are marked
+            if end == "done":  # the process cleans up while the answers are marked
                 return end
             died_of = self._end_of_last()
         except (_Lost, OSError) as error:
@@ -276,30 +307,30 @@ class Sandbox:
         except BaseException:
             self.close()
             raise
-        if died_of and end in ("closed", "overtime"):  # others of its processes may hold the pipe open
+        if died_of and end in ("closed", "overtime"):  # its other processes may hold the pipe open
             end = "killed" if died_of == signal.SIGKILL else "crashed"
         return end
 
     def cost(self) -> tuple[float, float]:
-        """Return seconds of processor time of all notebooks since this was asked last, and the most bytes of one."""
-        self._tidied_up()
+        """Return the processor time of all notebooks since the last call, and the largest memory of one in bytes."""
+        self._tidy_up()
         cost, self._cost = self._cost, (0.0, 0.0)
         return cost
 
     @property
     def left_running(self) -> bool:
-        """Whether anything of the last notebook went on after its end."""
-        self._tidied_up()
+        """Whether any process of the last notebook continued after its end."""
+        self._tidy_up()
         return self._left_running
 
     @property
     def left_behind(self) -> bool:
-        """Whether anything of the notebooks before lies in the sandbox's folder; the next one's folder may."""
-        self._tidied_up()
+        """Whether earlier notebooks left files in the sandbox's folder, apart from the next notebook's folder."""
+        self._tidy_up()
         return self._folder is not None and len(list(Path(self._folder.path).iterdir())) > 1
 
-    def _tidied_up(self) -> None:
-        """Wait until nothing is left of the last notebook; a process that is lost over it is started anew."""
+    def _tidy_up(self) -> None:
+        """Wait until nothing is left of the last notebook; if the forking process is lost, it is restarted later."""
         if self._last is not None:
             try:
                 self._end_of_last()
@@ -307,14 +338,13 @@ class Sandbox:
                 self.close()
 
     def _end_of_last(self) -> int:
-        """Return the signal that ended the last notebook before it was to end, 0 for none. Raises _Lost."""
+        """Return the signal that ended the last notebook prematurely, 0 for none. Raises _Lost."""
         assert self._last is not None
-        heard = self._heard()
-        died_of = int(heard.get("signal", 0))
-        self._cost = self._cost[0] + heard.get("seconds", 0.0), max(self._cost[1], heard.get("memory", 0.0))
+        message = self._receive()
+        self._cost = self._cost[0] + message.seconds, max(self._cost[1], message.memory)
         self._left_running = not self._last.are_at_an_end(within=1.0)
         self._forget_last()
-        return died_of
+        return message.signal
 
     def _forget_last(self) -> None:
         last, self._last = self._last, None
@@ -322,12 +352,12 @@ class Sandbox:
             last.close()
 
     def _pipes(self) -> list[int]:
-        """Return the two pipes of the child that is ready: into it, and out of it. Raises _Unbegun."""
+        """Return the two pipes of the waiting child: into it, and out of it. Raises _Unbegun."""
         assert self._control is not None
         try:
             self._control.sendall(b"r")
             _, pipes, *_ = socket.recv_fds(self._control, 1, 2)
-        except OSError:  # also where it takes too long
+        except OSError:  # also if it takes too long
             raise _Unbegun from None
         for descriptor in pipes:
             os.set_inheritable(descriptor, False)
@@ -338,15 +368,15 @@ class Sandbox:
         return pipes
 
     def _processor_time(self) -> float:
-        """Return the seconds of processor time that the notebook which runs has used. Raises _Lost."""
+        """Return the processor time of the running notebook in seconds. Raises _Lost."""
         assert self._control is not None
         self._control.sendall(b"t")
-        return float(self._heard().get("used", 0))
+        return self._receive().used
 
-    def _heard(self) -> dict[str, Any]:
-        """Return what the process that forks says next; it is none of a notebook's words. Raises _Lost.
+    def _receive(self) -> _Message:
+        """Return the next message of the forking process, which no notebook can write. Raises _Lost.
 
-        It may have said more by then: that it failed to make the process for the next notebook.
+        There may be more messages: that it failed to make the process for the next notebook.
         """
         assert self._control is not None
         while b"\n" not in self._unheard:
@@ -354,12 +384,11 @@ class Sandbox:
             if not more:
                 raise _Lost
             self._unheard += more
-        said, _, self._unheard = self._unheard.partition(b"\n")
-        heard: dict[str, Any] = json.loads(said)
-        return heard
+        line, _, self._unheard = self._unheard.partition(b"\n")
+        return from_json(_Message, line)
 
     def _start(self) -> None:
-        """Start the process, if there is none. Raises QdotError where it can't be."""
+        """Start the process if there is none. Raises QdotError if it does not start."""
         if self._process is not None and self._process.poll() is None:
             return
         self.close()
@@ -371,35 +400,35 @@ class Sandbox:
             "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1",
         }  # fmt: skip
         config = {**self._config, "folder": self._folder.path}
-        self._control, other = socket.socketpair()
-        with other:
+        self._control, child_end = socket.socketpair()
+        with child_end:
             self._process = subprocess.Popen(
-                [sys.executable, "-I", str(CONTAINED), json.dumps(config)], stdin=other.fileno(),
+                [sys.executable, "-I", str(CONTAINED), json.dumps(config)], stdin=child_end.fileno(),
                 stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=environment, cwd=tempfile.gettempdir(),
                 start_new_session=True,
             )  # fmt: skip
         self._control.settimeout(60)
         try:
-            heard = self._heard()
+            greeting = self._receive()
         except (_Lost, OSError):
-            heard = {}
-        if not heard.get("ready"):
+            greeting = _Message()
+        if not greeting.ready:
             self.close()
             raise QdotError(
                 "the process in which notebooks run does not start"
-                + (f": {heard['failed']}" if "failed" in heard else "; is there enough memory?")
+                + (f": {greeting.failed}" if greeting.failed else "; is there enough memory?")
             )
-        self.lacking = heard["lacking"]
+        self.lacking = dict(greeting.lacking)
         if self._strict and (self.lacking.keys() & NEEDED or self.lacking.keys() >= ONE_OF):
             self.close()
             raise QdotError(f"the process in which notebooks run is not contained: {self.lacking}; see `qdot doctor`")
 
 
 class _Lines:
-    """Lines of JSON from a pipe into which anybody may have written anything, up to a moment and a size.
+    """Lines of JSON from an untrusted pipe, with limits of time and size.
 
-    The moment comes when so many `seconds` of processor time are `used`, or were waited beside the time that the
-    processor time may have taken on a busy machine. The size is larger for more cells.
+    Time is up when `seconds` of processor time are `used`, or were spent waiting in addition to the time that the
+    processor time may take on a busy machine. The size limit grows with the number of cells.
     """
 
     def __init__(self, descriptor: int, seconds: float, used: Callable[[], float], cells: int) -> None:
@@ -414,7 +443,7 @@ class _Lines:
         os.close(self._descriptor)
 
     def next(self) -> dict[str, Any] | str:
-        """Return the next line, empty where it is none of ours; "overtime" or "closed" where there is no more."""
+        """Return the next line, empty if it is invalid; "overtime" or "closed" if there are no more."""
         while not self._lines:
             left = max(0.0, self._deadline - time.monotonic())
             if not select.select([self._descriptor], [], [], left)[0]:
@@ -434,14 +463,14 @@ class _Lines:
         return content if isinstance(content, dict) else {}
 
     def _is_over(self) -> bool:
-        """Tell whether the moment has come; if not, it is looked again as soon as it can have."""
+        """Whether time is up; if not, set the next time at which it may be."""
         used, now = self._used(), time.monotonic()
         left = min(self._seconds - used, self._began + self._seconds + BUSY * used - now)
         self._deadline = now + max(left, 0.02)
         return left <= 0
 
     def are_at_an_end(self, within: float) -> bool:
-        """Tell whether everybody who could write into the pipe is gone, or goes within so many seconds."""
+        """Whether all writers of the pipe have ended, or end within this number of seconds."""
         deadline = time.monotonic() + within
         while select.select([self._descriptor], [], [], max(0.0, deadline - time.monotonic()))[0]:
             if not os.read(self._descriptor, 1 << 16):
@@ -452,10 +481,10 @@ class _Lines:
 
 
 def _converse(request: dict[str, Any], lines: _Lines, receipts: int, take: Callable[[dict[str, Any]], None]) -> str:
-    """Give a child its request once it is contained, and take its report; return how that ended.
+    """Send a child its request once it is isolated, and read its report; return how that ended.
 
-    Raises _Unbegun where the child dies before it has read it, which is no notebook's doing, and QdotError where it is
-    not contained as it was when the process started; it has been told nothing then.
+    Raises _Unbegun if the child dies before reading the request, which no notebook can cause, and QdotError if it is
+    not isolated as it was when the process started; then it gets no request.
     """
     first = lines.next()
     if isinstance(first, str):
@@ -465,19 +494,19 @@ def _converse(request: dict[str, Any], lines: _Lines, receipts: int, take: Calla
     if not first.get("confined"):
         raise QdotError(f"a notebook could not be contained, and was not run: {first.get('unprotected')}")
     _write_all(receipts, (json.dumps(request) + "\n").encode())
-    if isinstance(lines.next(), str):  # it says that it begins
+    if isinstance(lines.next(), str):  # the message that it begins
         raise _Unbegun
     os.set_blocking(receipts, False)
     while not isinstance(line := lines.next(), str):
         if line.get("done") is True:
             return "done"
         take(line)
-        with contextlib.suppress(OSError):  # it may have gone, or take no more receipts
+        with contextlib.suppress(OSError):  # it may have ended, or accept no more receipts
             os.write(receipts, b".")
     return line
 
 
 def _write_all(descriptor: int, data: bytes) -> None:
-    with contextlib.suppress(BrokenPipeError):  # it has died; that is seen where it would report
+    with contextlib.suppress(BrokenPipeError):  # if it has died, reading its report shows it
         while data:
             data = data[os.write(descriptor, data) :]

@@ -61,9 +61,8 @@ def _base(chain: Chain) -> str:
 
 
 def _point(chain: Chain) -> str:
-    return (
-        "P at the last frame's origin" if convention_of(chain).point.is_origin else "P beside the last frame's origin"
-    )
+    place = "at" if convention_of(chain).point.is_origin else "beside"
+    return f"P {place} the last frame's origin"
 
 
 def _lengths(chain: Chain) -> str:
@@ -126,8 +125,8 @@ def compare(
 
 def _of_convention(chains: Sequence[Chain]) -> Mapping[str, Callable[[Chain], str]]:
     """Return what arms may differ in that are all told in one way; of several ways there is nothing to compare."""
-    by_axes = {not convention_of(chain).has_frames for chain in chains}
-    return {} if len(by_axes) != 1 else OF_AXES if by_axes == {True} else OF_TABLES
+    have_frames = {convention_of(chain).has_frames for chain in chains}
+    return {} if len(have_frames) != 1 else OF_TABLES if have_frames == {True} else OF_AXES
 
 
 def corrected(comparisons: Sequence[Comparison]) -> list[Comparison]:

@@ -1,9 +1,9 @@
-"""What students hand in: found, unpacked, and read as cells; whose it is, and where the answers are.
+"""What students submit: finds and unpacks files, reads them as cells, and locates the answers.
 
-It imports the sandbox, which reads large files, and judging, which knows what an answer is.
+It imports the sandbox and judging.
 
-    cells, archives             a file as cells; zip and tar archives, within limits
-    layouts, roster             how platforms name what was handed in; whose it is
-    submission                  what may be graded, the best first
-    answer_locator, uncounted   the cell in which the answer to each part is; which cells need not be run
+    cells, archives     a file as cells; zip and tar archives, within limits
+    layouts, roster     how platforms name submissions; which student submitted them
+    submission          the files of each student, the one to grade first
+    answer_locator      the cell with the answer to each part
 """

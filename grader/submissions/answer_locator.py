@@ -1,8 +1,7 @@
-"""Where in a notebook the answer to each part is: by the variable's name, and by the answer cell's metadata.
+"""Locates the answer to each part in a notebook, by the variable's name and by the answer cell's metadata.
 
-The value that the variable has at the end of the notebook counts: it is what a student sees who runs all cells.
-Whatever else is read, for an answer that is there must not be lost, is said in a note. Cells are counted from the top,
-text too.
+The value of the variable at the end of the notebook counts: students who run all cells see the same. If another value
+is used, so that no answer is lost, a note says so. Cells are numbered from the top, including text.
 """
 
 import ast
@@ -15,26 +14,26 @@ from dataclasses import dataclass, field
 from qdot.exercises.problem.problem import Problem, variable
 from qdot.grader.sandbox.contained.ipython import python_of
 from qdot.grader.sandbox.sandbox import Run
-from qdot.grader.submissions.cells import Cell, OverLimit, first_fault, parsed, plain
+from qdot.grader.submissions.cells import Cell, OverLimit, first_syntax_error, parse_python, printable_name
 
 MOST = 50
-"""Text cells, and names that may be misspelt, that are looked into for an answer."""
+"""Maximum number of text cells, and of possibly misspelt names, that are searched for an answer."""
 
 LONGEST = 30_000
-"""Characters of a cell that is looked into; one that is longer is run all the same."""
+"""Maximum length in characters of a cell that is searched; longer cells are only run."""
 
 MOST_PARSED = 3_000_000
-"""Characters of a notebook's cells that are parsed in all, what is parsed again being remembered."""
+"""Maximum number of characters that are parsed for a notebook in total; each text is parsed once."""
 
 RunCells = Callable[[Sequence[str], Sequence[str]], Run]
-"""Runs cells and returns what variables of these names hold."""
+"""Runs cells and returns the values of variables with these names."""
 
 
 @dataclass
 class Answers:
-    """What a notebook answers: the run, why each missing part is missing, by variable, and what is to be said.
+    """The answers of a notebook: its run, why each missing answer is missing, by variable, and notes.
 
-    `refused` has the cells that stopped at what no notebook may do, for the staff.
+    `refused` lists for the staff the cells that stopped because they tried something forbidden.
     """
 
     run: Run
@@ -48,44 +47,50 @@ class Answers:
         return {part: self.run.answers[name] for part, name in names.items() if name in self.run.answers}
 
     def reason(self, slot: str, part: str) -> str:
-        """Return why there is no answer to a part; nothing where there is one."""
+        """Return why there is no answer to a part; empty if there is one."""
         return self.reasons.get(variable(slot, part), "")
 
 
 def find_answers(cells: Sequence[Cell], parts: Sequence[str], run: RunCells) -> Answers:
     """Run a notebook and find the answers to `parts`, called as in "p1.jacobian".
 
-    Raises OverLimit where it takes too long to find out which cells have them.
+    Raises OverLimit if the search would take too long.
     """
     names = {part: variable(*part.split(".", 1)) for part in parts}
-    book = _Book(cells, names)
+    notebook = _Notebook(cells, names)
     for part in parts:
-        book.look_for(part)
-    order = sorted(book.sources)
-    sources = [book.sources[index] for index in order]
+        notebook.locate(part)
+    order = sorted(notebook.sources)
+    sources = [notebook.sources[index] for index in order]
     result = run(sources, list(names.values()))
     failed = {order[place]: error for place, error in result.cell_errors.items()}
-    stops = {order[place]: _stop(book, order[place], result, place) for place in {*result.cell_errors, *result.missed}}
-    answers = Answers(result, notes=book.notes)
-    answers.notes += _first_stop(book, stops)
+    stops = {
+        order[place]: _describe_stop(notebook, order[place], result, place)
+        for place in {*result.cell_errors, *result.missed}
+    }
+    answers = Answers(result, notes=notebook.notes)
+    answers.notes += _find_first_stop(notebook, stops)
     answers.refused += [stops[index] for index in sorted(failed) if failed[index].startswith("PermissionError")]
-    answers.notes += [_lost(name, order[index], value) for name, (index, value) in result.lost.items()]
-    answers.notes += [*_stopped(failed, result, book), *([end] if (end := _end(result, order)) else [])]
-    again = _Again(run, sources, order, failed)
+    answers.notes += [_describe_lost_symbol(name, order[index], value) for name, (index, value) in result.lost.items()]
+    answers.notes += [
+        *_describe_overtime(failed, result, notebook),
+        *([end] if (end := _describe_end(result, order)) else []),
+    ]
+    second_run = _SecondRun(run, sources, order, failed)
     for part, name in names.items():
         if _is_missing(result, name):
-            _take_an_earlier_value(answers, name)
+            _use_earlier_value(answers, name)
         if _is_missing(result, name):
-            _run_once_more(answers, name, book, again)
+            _use_second_run(answers, name, notebook, second_run)
         if name in result.answers:
-            _tell_several(answers, part, name, book, failed)
+            _note_several_values(answers, part, name, notebook, failed)
         else:
-            answers.reasons[name] = _why_missing(part, name, book, result, order, stops)
+            answers.reasons[name] = _why_missing(part, name, notebook, result, order, stops)
     return answers
 
 
-def asked_in(cells: Sequence[Cell], questions: Sequence[str]) -> list[str]:
-    """Return the parts that a notebook seems to have, by metadata and by the names that it sets."""
+def guess_parts(cells: Sequence[Cell], questions: Sequence[str]) -> list[str]:
+    """Return the parts that a notebook seems to answer, by metadata and by the names that it sets."""
     endings = {question.replace("-", "_"): question for question in questions}
     parts = dict[str, None]()
     for cell in cells:
@@ -100,8 +105,8 @@ def asked_in(cells: Sequence[Cell], questions: Sequence[str]) -> list[str]:
 # --- what cells set ---
 
 
-class _Book:
-    """A notebook's cells: what each sets, what is run for it, and what is to be said."""
+class _Notebook:
+    """A notebook's cells: the names that each sets, the source that is run for it, and notes."""
 
     def __init__(self, cells: Sequence[Cell], names: Mapping[str, str]) -> None:
         self.cells, self.names, self.notes = cells, names, list[str]()
@@ -109,69 +114,71 @@ class _Book:
         self.sources = {index: cell.source for index, cell in enumerate(cells) if cell.is_code}
         slots = "|".join(sorted({re.escape(part.split(".")[0]) for part in names})) or "$^"
         self._relevant = re.compile(rf"\b(?:{slots})_?\w", re.IGNORECASE)
-        self.sets = {index: self._set_by(index) for index in self.sources}
+        self.sets = {index: self._names_set_by(index) for index in self.sources}
 
-    def _set_by(self, index: int) -> set[str]:
-        """Return the names that a cell sets, of those that look like the names of answers."""
+    def _names_set_by(self, index: int) -> set[str]:
+        """Return the names that a cell sets if it may contain an answer."""
         cell = self.cells[index]
         if cell.part not in self.names and not self._relevant.search(cell.source):
             return set()
-        tree = self._tree(cell.source)
-        if tree is None:  # by the look of it: why the cell stops is told when it is run
+        tree = self._parse_cell(cell.source)
+        if tree is None:  # guess; the run will report why the cell stops
             return set(re.findall(r"(?m)^[ \t]*(\w+)\b[^\n=!<>]*=(?!=)", cell.source[:LONGEST]))
-        return set(_bound(tree, cell.source))
+        return set(_bound_names(tree, cell.source))
 
     def setters(self, name: str) -> list[int]:
         """Return the cells that set a variable."""
         return [index for index, names in self.sets.items() if name in names]
 
-    def marked(self, part: str) -> list[int]:
-        """Return the cells that the metadata call the answer to a part, text among them."""
+    def marked_cells(self, part: str) -> list[int]:
+        """Return the cells that are marked in the metadata as the answer to a part, including text cells."""
         return [index for index, cell in enumerate(self.cells) if cell.part == part]
 
-    def look_for(self, part: str) -> None:
-        """See to it that the answer to a part is read, whatever its cell has become."""
+    def locate(self, part: str) -> None:
+        """Make sure that the answer to a part is read, even if its cell was changed."""
         name, setters = self.names[part], self.setters(self.names[part])
-        marked = [index for index in self.marked(part) if index in self.sources]
+        marked = [index for index in self.marked_cells(part) if index in self.sources]
         if setters:
-            own = [index for index in marked if isinstance(self._answer_in(index), ast.Assign)]
-            if own and not set(marked) & set(setters):
+            assigning = [index for index in marked if isinstance(self._answer_statement(index), ast.Assign)]
+            if assigning and not set(marked) & set(setters):
                 self.notes.append(
-                    f"{name} is set in {_cells(setters)}, and was read there; "
-                    f"the answer cell, {_cells(own)}, does not set it"
+                    f"{name} is set in {_name_cells(setters)}, and was read there; "
+                    f"the answer cell, {_name_cells(assigning)}, does not set it"
                 )
             return
-        assigns = [index for index in marked if isinstance(self._answer_in(index), ast.Assign)]
-        several = f", the last of {_cells(marked)}," if len(marked) > 1 else ""
+        assigns = [index for index in marked if isinstance(self._answer_statement(index), ast.Assign)]
+        several = f", the last of {_name_cells(marked)}," if len(marked) > 1 else ""
         for index in reversed(assigns or marked):
-            if self._read_as(index, part, f"{_cells([index])}{several} is the answer cell of {name}"):
+            if self._use_as_answer(index, part, f"{_name_cells([index])}{several} is the answer cell of {name}"):
                 return
         says = re.compile(rf"(?m)^ *`*{name} *=(?!=)")
         texts = (index for index, cell in enumerate(self.cells) if not cell.is_code and index not in self.sources)
         answers = (index for index in texts if self.cells[index].part == part or says.search(self.cells[index].source))
-        if any(self._read_text(index, part) for index in itertools.islice(answers, MOST)):
+        if any(self._use_text_cell(index, part) for index in itertools.islice(answers, MOST)):
             return
-        self._look_for_misspelt(name)
+        self._locate_misspelt(name)
 
-    def _look_for_misspelt(self, name: str) -> None:
-        """Read another variable for one that nothing sets, if there is one that is nearly called so."""
-        close = {other for names in self.sets.values() for other in names if abs(len(other) - len(name)) < 3}
-        near = [other for other in sorted(close)[:MOST] if self._is_near(name, other)]
+    def _locate_misspelt(self, name: str) -> None:
+        """Use another variable for one that no cell sets, if exactly one has a similar name."""
+        close = {
+            candidate for names in self.sets.values() for candidate in names if abs(len(candidate) - len(name)) < 3
+        }
+        near = [candidate for candidate in sorted(close)[:MOST] if self._is_misspelling(name, candidate)]
         if len(near) == 1:
             index = self.setters(near[0])[-1]
-            if self._rename(index, name, near[0]):
-                self.notes.append(f"{name} is not set anywhere; {near[0]} in {_cells([index])} was read for it")
+            if self._use_misspelt(index, name, near[0]):
+                self.notes.append(f"{name} is not set anywhere; {near[0]} in {_name_cells([index])} was read for it")
 
-    def _is_near(self, name: str, other: str) -> bool:
-        """Tell whether another name is this one misspelt: P1_Jacobian, p1_jacobain."""
-        if other in self.names.values() or other[:2].casefold() != name[:2].casefold():
+    def _is_misspelling(self, name: str, candidate: str) -> bool:
+        """Whether a candidate is a misspelling of a name: P1_Jacobian, p1_jacobain."""
+        if candidate in self.names.values() or candidate[:2].casefold() != name[:2].casefold():
             return False
-        closest = difflib.get_close_matches(other.casefold(), list(self.names.values()), 1, 0.87)
+        closest = difflib.get_close_matches(candidate.casefold(), list(self.names.values()), 1, 0.87)
         return closest == [name]
 
-    def _answer_in(self, index: int) -> "ast.Assign | ast.Expr | None":
-        """Return the statement of an answer cell that gives its answer, whatever the variable is called."""
-        tree = self._tree(self.sources[index])
+    def _answer_statement(self, index: int) -> "ast.Assign | ast.Expr | None":
+        """Return the statement of an answer cell that contains its answer, whatever its variable is called."""
+        tree = self._parse_cell(self.sources[index])
         if tree is None or not tree.body:
             return None
         assigned = {
@@ -182,82 +189,82 @@ class _Book:
         last = tree.body[-1]
         if isinstance(last, ast.Expr) and isinstance(last.value, ast.Name):
             return assigned.get(last.value.id, last)
-        if isinstance(last, ast.Expr) and not assigned and not _shows(last):
+        if isinstance(last, ast.Expr) and not assigned and not _only_displays(last):
             return last
-        return max(assigned.values(), key=lambda found: (found.lineno, found.col_offset), default=None)
+        return max(assigned.values(), key=lambda statement: (statement.lineno, statement.col_offset), default=None)
 
-    def _read_as(self, index: int, part: str, because: str) -> bool:
-        """Have the value of an answer cell read as the answer to its part. Return whether it has one."""
-        name, statement = self.names[part], self._answer_in(index)
+    def _use_as_answer(self, index: int, part: str, because: str) -> bool:
+        """Use the value of an answer cell as the answer to its part. Return whether it has a value."""
+        name, statement = self.names[part], self._answer_statement(index)
         if statement is None:
             return False
         target = statement.targets[-1] if isinstance(statement, ast.Assign) else None
-        other = target.id if isinstance(target, ast.Name) else ""
-        if target is not None and other in self.names.values():
-            if self.setters(other) == [index]:
+        assigned_name = target.id if isinstance(target, ast.Name) else ""
+        if target is not None and assigned_name in self.names.values():
+            if self.setters(assigned_name) == [index]:
                 return False  # it is the only answer to the other part
-            self._write(index, target.lineno, target.col_offset, target.end_col_offset or 0, name)
+            self._replace_text(index, target.lineno, target.col_offset, target.end_col_offset or 0, name)
         else:
-            self._write(index, statement.lineno, statement.col_offset, statement.col_offset, f"{name} = ")
+            self._replace_text(index, statement.lineno, statement.col_offset, statement.col_offset, f"{name} = ")
         self.sets[index] = self.sets[index] | {name}
-        what = "is no assignment: its value" if not other else f"sets {other}, which"
+        what = "is no assignment: its value" if not assigned_name else f"sets {assigned_name}, which"
         self.notes.append(f"{because} and {what} was read for it")
         return True
 
-    def _rename(self, index: int, name: str, other: str) -> bool:
-        """Have another variable, where a cell sets it, read as the answer."""
-        tree = self._tree(self.sources[index])
+    def _use_misspelt(self, index: int, name: str, misspelt: str) -> bool:
+        """Use a misspelt variable, where a cell sets it, as the answer. Return whether the cell does."""
+        tree = self._parse_cell(self.sources[index])
         for statement in reversed(tree.body if tree else []):
             if isinstance(statement, ast.Assign) and any(
-                isinstance(t, ast.Name) and t.id == other for t in statement.targets
+                isinstance(t, ast.Name) and t.id == misspelt for t in statement.targets
             ):
-                self._write(index, statement.lineno, statement.col_offset, statement.col_offset, f"{name} = ")
+                self._replace_text(index, statement.lineno, statement.col_offset, statement.col_offset, f"{name} = ")
                 return True
         return False
 
-    def _write(self, index: int, number: int, begin: int, end: int, text: str) -> None:
-        """Put a text in place of some bytes of a line, which is how Python counts."""
+    def _replace_text(self, index: int, number: int, begin: int, end: int, text: str) -> None:
+        """Replace some bytes of a line by a text; Python's positions count bytes."""
         lines = python_of(self.sources[index]).split("\n")
         line = lines[number - 1].encode()
         lines[number - 1] = (line[:begin] + text.encode() + line[end:]).decode()
         self.sources[index] = "\n".join(lines)
 
-    def _read_text(self, index: int, part: str) -> bool:
-        """Have Python in a text cell run, where the answer is nowhere else. Return whether there is any."""
+    def _use_text_cell(self, index: int, part: str) -> bool:
+        """Run the Python in a text cell, if the answer is nowhere else. Return whether there is any."""
         name = self.names[part]
-        code = self._code_in(self.cells[index].source, name)
+        code = self._find_code(self.cells[index].source, name)
         if code is None:
             return False
-        said = f"{_cells([index])} is a text cell, not code"
-        tree = self._parsed(code)
-        self.sources[index], self.sets[index] = code, set(_bound(tree, code)) if tree else {name}
+        reason = f"{_name_cells([index])} is a text cell, not code"
+        tree = self._parse(code)
+        self.sources[index], self.sets[index] = code, set(_bound_names(tree, code)) if tree else {name}
         if name in self.sets[index]:
-            self.notes.append(f"{said}; what it says was read for {name} as if it were code")
-        elif not self._read_as(index, part, f"{said},"):
+            self.notes.append(f"{reason}; what it says was read for {name} as if it were code")
+        elif not self._use_as_answer(index, part, f"{reason},"):
             del self.sources[index], self.sets[index]
             return False
         return True
 
-    def _tree(self, source: str) -> ast.Module | None:
-        """Return the tree of a cell that is not too long, as it is run."""
-        return self._parsed(python_of(source)) if len(source) <= LONGEST else None
+    def _parse_cell(self, source: str) -> ast.Module | None:
+        """Return the syntax tree of a cell as it is run, None if it is too long or no Python."""
+        return self._parse(python_of(source)) if len(source) <= LONGEST else None
 
-    def _parsed(self, code: str) -> ast.Module | None:
-        """Return the tree of a text that is Python. Raises OverLimit where too much was parsed."""
+    def _parse(self, code: str) -> ast.Module | None:
+        """Return the syntax tree of a text, None if it is no Python. Raises OverLimit if too much was parsed."""
         if code not in self._trees:
             self._left -= len(code)
             if self._left < 0:
                 raise OverLimit(
                     "its cells have too much code in them for answers to be looked for; remove what is no answer"
                 )
-            self._trees[code] = parsed(code, LONGEST)
+            self._trees[code] = parse_python(code, LONGEST)
         return self._trees[code]
 
-    def _code_in(self, text: str, name: str) -> str | None:
-        """Return the Python in a text cell: all of it, without fences, else what follows after `name =`."""
+    def _find_code(self, text: str, name: str) -> str | None:
+        """Return the Python in a text cell: the whole text without fences, else the part from `name =` on."""
         lines = [line for line in text[:LONGEST].split("\n") if not re.match(r"\s*(```|~~~)", line)]
         whole = "\n".join(lines).strip().strip("`")
-        tree = self._parsed(whole)
+        tree = self._parse(whole)
         if tree is not None and any(map(_is_answer, tree.body)):
             return whole
         begin = next((n for n, line in enumerate(lines) if re.match(rf" *`*{name} *=(?!=)", line)), None)
@@ -266,16 +273,16 @@ class _Book:
         lines = lines[begin : begin + 60]
         while lines:
             code = "\n".join(lines).strip().strip("`")
-            if self._parsed(code) is not None:
+            if self._parse(code) is not None:
                 return code
-            del lines[max(0, min(first_fault(code), len(lines)) - 1) :]
+            del lines[max(0, min(first_syntax_error(code), len(lines)) - 1) :]
         return None
 
 
-def _bound(tree: ast.AST, source: str) -> Iterator[str]:
-    """Yield the names that statements set, those inside of functions left out."""
+def _bound_names(tree: ast.AST, source: str) -> Iterator[str]:
+    """Yield the names that statements set, except inside of functions."""
     looked_into = ":=" in source or "for" in source
-    left = [tree]  # a sum of a thousand terms is a thousand deep: no recursion
+    left = [tree]  # no recursion: the tree of a sum of a thousand terms is a thousand levels deep
     while left:
         for node in ast.iter_child_nodes(left.pop()):
             if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
@@ -287,11 +294,11 @@ def _bound(tree: ast.AST, source: str) -> Iterator[str]:
 
 
 VALUES = (ast.BinOp, ast.UnaryOp, ast.Call, ast.Constant, ast.Compare, ast.BoolOp, ast.Dict, ast.Set)
-"""Expressions in which nothing is set but by a walrus or in a comprehension; answers are made of them."""
+"""Expressions, as in answers, in which only a walrus or a comprehension can set a name."""
 
 
-def _shows(statement: ast.Expr) -> bool:
-    """Tell whether a statement only shows something, or is a magic of IPython's."""
+def _only_displays(statement: ast.Expr) -> bool:
+    """Whether a statement only displays something, or is an IPython magic."""
     called = statement.value.func if isinstance(statement.value, ast.Call) else None
     if isinstance(called, ast.Attribute):
         return called.attr in ("show", "run_line_magic", "run_cell_magic", "system", "getoutput")
@@ -299,12 +306,12 @@ def _shows(statement: ast.Expr) -> bool:
 
 
 def _is_answer(statement: ast.stmt) -> bool:
-    """Tell a statement from a word or two of prose, which may be Python, too."""
+    """Whether a statement is likely code; a word or two of prose may be valid Python, too."""
     written = isinstance(statement, ast.Expr) and isinstance(statement.value, (ast.Call, ast.BinOp, ast.List, ast.Dict))
     return written or isinstance(statement, ast.Assign)
 
 
-# --- what was read ---
+# --- reading answers ---
 
 
 def _is_blank(text: str) -> bool:
@@ -315,15 +322,15 @@ def _is_missing(run: Run, name: str) -> bool:
     return name not in run.answers or _is_blank(run.answers[name])
 
 
-def _take_an_earlier_value(found: Answers, name: str) -> None:
-    """Read the last value that was one, where the variable holds a placeholder at the end, or what can't be read."""
-    run = found.run
+def _use_earlier_value(answers: Answers, name: str) -> None:
+    """Use the last real value if the variable holds a placeholder or an unreadable value at the end."""
+    run = answers.run
     earlier = [text for text in run.earlier.get(name, ()) if not _is_blank(text)]
     if earlier:
         became = "left blank" if name in run.answers else f"no value that can be read ({run.failures.get(name, '')})"
         run.answers[name] = earlier[-1]
         run.failures.pop(name, None)
-        found.notes.append(f"{name} is {became} at the end of the notebook; its value before that was read")
+        answers.notes.append(f"{name} is {became} at the end of the notebook; its value before that was read")
 
 
 def _lacks_name(error: str) -> bool:
@@ -331,8 +338,8 @@ def _lacks_name(error: str) -> bool:
 
 
 @dataclass
-class _Again:
-    """A second run, in which cells that lacked a name come once more after all others; made when it is needed first."""
+class _SecondRun:
+    """A second run, in which cells that lacked a name run again after all others; made on first use."""
 
     run: RunCells
     sources: list[str]
@@ -344,136 +351,142 @@ class _Again:
         return [index for index in self.order if _lacks_name(self.failed.get(index, ""))]
 
     def value(self, name: str, names: Sequence[str]) -> str | None:
-        """Return what a variable holds after the second run."""
+        """Return the value of a variable after the second run."""
         if self._second is None:
             by_index = dict(zip(self.order, self.sources, strict=True))
             self._second = self.run([*self.sources, *(by_index[index] for index in self.cells())], names)
         return self._second.answers.get(name)
 
 
-def _run_once_more(found: Answers, name: str, book: _Book, again: _Again) -> None:
-    """Run cells that stopped for want of a name again, after all others: in Jupyter, cells are run in any order."""
-    setters = [index for index in again.cells() if index in book.setters(name)]
-    if not setters or found.run.end != "done":
+def _use_second_run(answers: Answers, name: str, notebook: _Notebook, second_run: _SecondRun) -> None:
+    """Run cells that lacked a name again, after all others: in Jupyter, students run cells in any order."""
+    setters = [index for index in second_run.cells() if index in notebook.setters(name)]
+    if not setters or answers.run.end != "done":
         return
-    value = again.value(name, list(book.names.values()))
+    value = second_run.value(name, list(notebook.names.values()))
     if value is not None and not _is_blank(value):
-        found.run.answers[name] = value
-        why = again.failed[setters[-1]]
-        found.notes.append(
-            f"{_cells(setters)} stopped ({why}), and was run again after all other cells, which gave {name}"
+        answers.run.answers[name] = value
+        why = second_run.failed[setters[-1]]
+        answers.notes.append(
+            f"{_name_cells(setters)} stopped ({why}), and was run again after all other cells, which gave {name}"
         )
 
 
-def _tell_several(found: Answers, part: str, name: str, book: _Book, failed: Mapping[int, str]) -> None:
-    """Say which value was read, where several cells set it to different ones."""
-    setters = book.setters(name)
-    if len(setters) < 2 or any(said.startswith(f"{name} is ") for said in found.notes):
+def _note_several_values(
+    answers: Answers, part: str, name: str, notebook: _Notebook, failed: Mapping[int, str]
+) -> None:
+    """Note which value was read if several cells set different ones."""
+    setters = notebook.setters(name)
+    if len(setters) < 2 or any(note.startswith(f"{name} is ") for note in answers.notes):
         return
     stopped = [index for index in setters if index in failed]
-    values = {text for text in found.run.earlier.get(name, ()) if not _is_blank(text)}
+    values = {text for text in answers.run.earlier.get(name, ()) if not _is_blank(text)}
     if stopped:
-        found.notes.append(f"{name} is set in {_cells(setters)}, and {_cells(stopped)} stopped ({failed[stopped[-1]]})")
-    elif len(values) > 1 and len([index for index in setters if book.cells[index].part in (part, None)]) > 1:
-        found.notes.append(f"{name} is set in {_cells(setters)}; its value at the end of the notebook was read")
+        answers.notes.append(
+            f"{name} is set in {_name_cells(setters)}, and {_name_cells(stopped)} stopped ({failed[stopped[-1]]})"
+        )
+    elif len(values) > 1 and len([index for index in setters if notebook.cells[index].part in (part, None)]) > 1:
+        answers.notes.append(f"{name} is set in {_name_cells(setters)}; its value at the end of the notebook was read")
 
 
-def _lost(name: str, index: int, value: str) -> str:
-    """Say that a number stood for a symbol where an answer was worked out."""
-    name = plain(name)
+def _describe_lost_symbol(name: str, index: int, value: str) -> str:
+    """Return a note that a number replaced a symbol, which affects the answers after it."""
+    name, value = printable_name(name), printable_name(value)
     return (
-        f"{name} = {plain(value)} in {_cells([index])} puts a number in the place of the symbol, in the answers after "
+        f"{name} = {value} in {_name_cells([index])} puts a number in the place of the symbol, in the answers after "
         f"it, too: for a value use .subs, and write {name} = symbols('{name}') to have the symbol again"
     )
 
 
-def _stopped(failed: Mapping[int, str], run: Run, book: _Book) -> list[str]:
-    """Say which cells were stopped for their time, and what of them was read all the same."""
+def _describe_overtime(failed: Mapping[int, str], run: Run, notebook: _Notebook) -> list[str]:
+    """Return notes on cells that were stopped for taking too long, and on what was still read from them."""
     notes = []
     for index, why in failed.items():
         if why.startswith(OVERTIME):
-            read = [name for name in book.names.values() if name in book.sets[index] and name in run.answers]
-            said = f"; {' and '.join(read)}, which it had set by then, was read" if read else ""
-            notes.append(f"{_cells([index])} was stopped: {why}{said}")
+            read = [name for name in notebook.names.values() if name in notebook.sets[index] and name in run.answers]
+            effect = f"; {' and '.join(read)}, which it had set by then, was read" if read else ""
+            notes.append(f"{_name_cells([index])} was stopped: {why}{effect}")
     return notes
 
 
 OVERTIME = "it took longer than", "it waited longer than"
-"""How it is told that a cell took all its time."""
+"""First words of errors of cells that took too long."""
 
 
-def _stop(book: _Book, index: int, run: Run, place: int) -> str:
-    """Say where a cell stopped, or which import it went on without, and why."""
-    said = [_without(book, index, run, place)]
+def _describe_stop(notebook: _Notebook, index: int, run: Run, place: int) -> str:
+    """Return where a cell stopped, or which import it went on without, and why."""
+    reasons = [_describe_missing_import(notebook, index, run, place)]
     if place in run.cell_errors:
-        where = f" at {_line(book, index, run.stopped_at[place])}" if place in run.stopped_at else ""
-        said.append(f"{_cells([index])} stopped{where} ({run.cell_errors[place]})")
-    return "; ".join(filter(None, said))
+        where = f" at {_quote_line(notebook, index, run.stopped_at[place])}" if place in run.stopped_at else ""
+        reasons.append(f"{_name_cells([index])} stopped{where} ({run.cell_errors[place]})")
+    return "; ".join(filter(None, reasons))
 
 
-def _without(book: _Book, index: int, run: Run, place: int) -> str:
-    """Say which import a cell went on without, and why; nothing where it lacks none."""
+def _describe_missing_import(notebook: _Notebook, index: int, run: Run, place: int) -> str:
+    """Return which import a cell went on without, and why; empty if it lacks none."""
     if place not in run.missed:
         return ""
     number, why = run.missed[place]
-    return f"{_cells([index])} went on without {_line(book, index, number)} ({why})"
+    return f"{_name_cells([index])} went on without {_quote_line(notebook, index, number)} ({why})"
 
 
-def _line(book: _Book, index: int, number: int) -> str:
-    lines = book.sources[index].split("\n")
-    return f"line {number}" + (f", {plain(lines[number - 1].strip())}" if number <= len(lines) else "")
+def _quote_line(notebook: _Notebook, index: int, number: int) -> str:
+    lines = notebook.sources[index].split("\n")
+    return f"line {number}" + (f", {printable_name(lines[number - 1].strip())}" if number <= len(lines) else "")
 
 
-def _first_stop(book: _Book, stops: Mapping[int, str]) -> list[str]:
-    """Say of the first cell above all answers that stopped that it did: what is below may lack what it was to make."""
-    first_answer = min((index for index, names in book.sets.items() if names), default=len(book.cells))
+def _find_first_stop(notebook: _Notebook, stops: Mapping[int, str]) -> list[str]:
+    """Return the first cell that stopped above all answers, as cells below may depend on it; at most one."""
+    first_answer = min((index for index, names in notebook.sets.items() if names), default=len(notebook.cells))
     return [stops[index] for index in sorted(stops) if index < first_answer][:1]
 
 
 def _why_missing(
-    part: str, name: str, book: _Book, run: Run, order: Sequence[int], stops: Mapping[int, str]
+    part: str, name: str, notebook: _Notebook, run: Run, order: Sequence[int], stops: Mapping[int, str]
 ) -> str:  # fmt: skip
-    """Return why a part has no answer, in words."""
+    """Return in words why a part has no answer."""
     if name in run.failures:
         return f"{name} has no value that can be read: {run.failures[name]}"
     failed = {order[place]: error for place, error in run.cell_errors.items()}
-    places = [*book.setters(name), *book.marked(part)]
+    places = [*notebook.setters(name), *notebook.marked_cells(part)]
     stopped = next((index for index in places if index in failed), None)
     if stopped is not None:
-        behind = _without(book, stopped, run, order.index(stopped)) or _behind(failed[stopped], stopped, book, stops)
-        behind = behind or next((meant for error, meant in _MEANT.items() if error in failed[stopped]), "")
-        return f"its cell stopped: {failed[stopped]}" + (f"; {behind}" if behind else "")
+        cause = _describe_missing_import(notebook, stopped, run, order.index(stopped)) or _find_cause(
+            failed[stopped], stopped, notebook, stops
+        )
+        cause = cause or next((advice for error, advice in _ADVICE.items() if error in failed[stopped]), "")
+        return f"its cell stopped: {failed[stopped]}" + (f"; {cause}" if cause else "")
     if run.end != "done":
-        return _end(run, order)
+        return _describe_end(run, order)
     if not places:
         return f"{name} is not set anywhere in the notebook"
-    texts = [index for index in places if index not in book.sources]
+    texts = [index for index in places if index not in notebook.sources]
     if len(texts) == len(places):
-        return f"its cell ({_cells(texts)}) is text and not code, and no Python in it can be read"
+        return f"its cell ({_name_cells(texts)}) is text and not code, and no Python in it can be read"
     return f"its cell does not set {name}"
 
 
-def _end(run: Run, order: Sequence[int]) -> str:
-    """Say how a notebook ended that did not come to its end, and in which cell."""
-    return run.note() if run.begun is None else run.note(_cells([order[run.begun]]))
+def _describe_end(run: Run, order: Sequence[int]) -> str:
+    """Return how a run ended early, and in which cell; empty if it did not."""
+    return run.note() if run.begun is None else run.note(_name_cells([order[run.begun]]))
 
 
-_MEANT = {
+_ADVICE = {
     "for ^:": "in Python, a power is written **, as in a1**2; or put the answer into quotes, as text",
     "invalid character": "put an answer with such a character into quotes, as text",
 }
-"""What is said of an error that tells a beginner little."""
+"""Advice on errors that beginners may not understand."""
 
 
-def _behind(error: str, stopped: int, book: _Book, stops: Mapping[int, str]) -> str:
-    """Say which cell above stopped, where a cell lacks a name: the first that speaks of the name, else the first."""
+def _find_cause(error: str, stopped: int, notebook: _Notebook, stops: Mapping[int, str]) -> str:
+    """Return which cell above stopped, if a cell lacks a name: the first that mentions the name, else the first."""
     lacking = re.match(r"NameError: name '(\w+)'", error)
     above = [index for index in sorted(stops) if index < stopped] if lacking else []
-    likely = [index for index in above if lacking and lacking[1] in book.sources[index]] or above
+    likely = [index for index in above if lacking and lacking[1] in notebook.sources[index]] or above
     return stops[likely[0]] if likely else ""
 
 
-def _cells(indices: Sequence[int]) -> str:
-    """Return how cells are named to people, as in "cells 3 and 7"."""
+def _name_cells(indices: Sequence[int]) -> str:
+    """Return how cells are called in messages, as in "cells 3 and 7"."""
     numbers = [str(index + 1) for index in indices[:6]] + (["…"] if len(indices) > 6 else [])
     return f"cell {numbers[0]}" if len(numbers) == 1 else f"cells {', '.join(numbers[:-1])} and {numbers[-1]}"

@@ -1,7 +1,7 @@
-"""Zip and tar archives from strangers: what is in them, one file of them, or a whole class unpacked, within limits.
+"""Untrusted zip and tar archives: lists their files, reads one of them, or unpacks a whole class, within limits.
 
-A name in an archive is a label and no path: nothing is ever written where it says, but for `unpacked`, which keeps to a
-folder of its own. Archives in archives stay closed.
+A name in an archive is a label, not a path: nothing is written there, except by `unpack_temporarily` below a temporary
+folder. Archives in archives stay closed.
 """
 
 import contextlib
@@ -22,58 +22,58 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from qdot.grader.sandbox.own_folder import own_folder
-from qdot.grader.submissions.cells import INSTEAD, LARGEST, OverLimit, Unreadable, plain
+from qdot.grader.submissions.cells import INSTEAD, LARGEST, OverLimit, Unreadable, printable_name
 
 MOST_FILES = 10_000
-"""Files in an archive that a student hands in."""
+"""Maximum number of files in an archive that a student submits."""
 
 LARGEST_CLASS, MOST_OF_CLASS = 20_000_000_000, 200_000
-"""Bytes and files of a platform's download."""
+"""Maximum number of bytes and of files of a platform's download."""
 
 BROKEN = (zipfile.BadZipFile, tarfile.TarError, OSError, EOFError, ValueError, zlib.error, lzma.LZMAError, struct.error,
           NotImplementedError, RuntimeError, IndexError, KeyError, OverflowError)  # fmt: skip
-"""What the libraries raise for archives that are damaged or made to hurt."""
+"""What the libraries raise for damaged or malicious archives."""
 
 
 @dataclass(frozen=True)
-class Packed:
-    """A file in an archive: what it is called there, and how many bytes it says it has."""
+class ArchiveMember:
+    """A file in an archive: its name there, and its size in bytes as the archive states it."""
 
     name: str
     size: int
 
 
 def is_archive(head: bytes) -> bool:
-    """Tell by its first 512 bytes whether a file is an archive that can be opened."""
+    """Whether a file is an archive that can be opened, by its first 512 bytes."""
     return head.startswith((b"PK\x03\x04", b"PK\x05\x06", b"\x1f\x8b")) or head[257:262] == b"ustar"
 
 
-def listed(path: Path) -> list[Packed]:
+def list_members(path: Path) -> list[ArchiveMember]:
     """Return the files in an archive. Raises Unreadable."""
-    said = plain(path.name)
+    label = printable_name(path.name)
     try:
         with path.open("rb") as file:
             is_zip = file.read(2) == b"PK"
-        members = _listed_zip(path) if is_zip else _listed_tar(path)
+        members = _list_zip(path) if is_zip else _list_tar(path)
     except BROKEN:
-        raise Unreadable(f"{said} is an archive that can't be opened: it is damaged; {INSTEAD}") from None
-    names = {packed.name for packed in members}
+        raise Unreadable(f"{label} is an archive that can't be opened: it is damaged; {INSTEAD}") from None
+    names = {member.name for member in members}
     if "[Content_Types].xml" in names or "mimetype" in names:
-        raise Unreadable(f"{said} is a document of an office program, not a notebook; {INSTEAD}")
+        raise Unreadable(f"{label} is a document of an office program, not a notebook; {INSTEAD}")
     return members
 
 
-def read_packed(path: Path, name: str) -> bytes:
+def read_member(path: Path, name: str) -> bytes:
     """Return a file in an archive. Raises Unreadable."""
-    said = f"{plain(name)} in {plain(path.name)}"
+    label = f"{printable_name(name)} in {printable_name(path.name)}"
     try:
         data = _read(path, name)
     except BROKEN as error:
         if "encrypted" in str(error):
-            raise Unreadable(f"{said} needs a password; {INSTEAD}") from None
-        raise Unreadable(f"{said} can't be unpacked: the archive is damaged; {INSTEAD}") from None
+            raise Unreadable(f"{label} needs a password; {INSTEAD}") from None
+        raise Unreadable(f"{label} can't be unpacked: the archive is damaged; {INSTEAD}") from None
     if len(data) > LARGEST:
-        raise OverLimit(f"{said} is larger than {LARGEST // 1_000_000} MB; {INSTEAD}")
+        raise OverLimit(f"{label} is larger than {LARGEST // 1_000_000} MB; {INSTEAD}")
     return data
 
 
@@ -87,42 +87,42 @@ def _read(path: Path, name: str) -> bytes:
     raise KeyError(name)
 
 
-def _listed_zip(path: Path) -> list[Packed]:
+def _list_zip(path: Path) -> list[ArchiveMember]:
     _check_directory(path)
     with zipfile.ZipFile(path) as archive:
         return [
-            Packed(info.filename, info.file_size)
+            ArchiveMember(info.filename, info.file_size)
             for info in archive.infolist()
             if not info.is_dir() and not stat.S_ISLNK(info.external_attr >> 16)
         ]
 
 
 def _check_directory(path: Path) -> None:
-    """Refuse a zip whose list of files alone would take long to read; its length is in the last bytes of the file."""
+    """Refuse a zip whose list of files would take long to read; the last bytes of the zip contain its length."""
     with path.open("rb") as file:
         file.seek(max(0, path.stat().st_size - 65_557))
         end = file.read()
     place = end.rfind(b"PK\x05\x06")
     if place >= 0 and int.from_bytes(end[place + 12 : place + 16], "little") > 150 * MOST_FILES:
-        raise OverLimit(f"{plain(path.name)} has more than {MOST_FILES} files in it; {INSTEAD}")
+        raise OverLimit(f"{printable_name(path.name)} has more than {MOST_FILES} files in it; {INSTEAD}")
 
 
-def _listed_tar(path: Path) -> list[Packed]:
-    return [Packed(member.name, member.size) for member, _ in _members(path) if member.isfile()]
+def _list_tar(path: Path) -> list[ArchiveMember]:
+    return [ArchiveMember(member.name, member.size) for member, _ in _members(path) if member.isfile()]
 
 
 def _members(path: Path) -> Iterator[tuple[tarfile.TarInfo, tarfile.TarFile]]:
-    """Yield the members of a tar archive, compressed or not, as long as it is of a size."""
+    """Yield the members of a tar archive, compressed or not. Raises OverLimit if it is too large."""
     with path.open("rb") as file:
         compressed = file.read(2) == b"\x1f\x8b"
     with path.open("rb") as file, gzip.GzipFile(fileobj=file) as unzipped:
         content = io.BytesIO((unzipped if compressed else file).read(LARGEST + 1))
     if content.getbuffer().nbytes > LARGEST:
-        raise OverLimit(f"{plain(path.name)} unpacks to more than {LARGEST // 1_000_000} MB; {INSTEAD}")
+        raise OverLimit(f"{printable_name(path.name)} unpacks to more than {LARGEST // 1_000_000} MB; {INSTEAD}")
     with tarfile.open(fileobj=content, mode="r:") as tar:
         for number, member in enumerate(tar):
             if number >= MOST_FILES:
-                raise OverLimit(f"{plain(path.name)} has more than {MOST_FILES} files in it; {INSTEAD}")
+                raise OverLimit(f"{printable_name(path.name)} has more than {MOST_FILES} files in it; {INSTEAD}")
             yield member, tar
 
 
@@ -130,8 +130,8 @@ def _members(path: Path) -> Iterator[tuple[tarfile.TarInfo, tarfile.TarFile]]:
 
 
 @contextlib.contextmanager
-def unpacked(path: Path) -> Iterator[tuple[Path, list[str]]]:
-    """Unpack a platform's zip into a folder that lasts as long as the block; yield it, and what was left out and why.
+def unpack_temporarily(path: Path) -> Iterator[tuple[Path, list[str]]]:
+    """Unpack a platform's zip into a temporary folder; yield the folder, and what was left out and why.
 
     Raises Unreadable.
     """
@@ -157,19 +157,19 @@ def _unpack(archive: zipfile.ZipFile, folder: Path) -> list[str]:
             else ""
         )  # fmt: skip
         if why or place is None:
-            left_out.append(f"{plain(info.filename)}: {why}; not unpacked")
+            left_out.append(f"{printable_name(info.filename)}: {why}; not unpacked")
             continue
         try:
             total += _write(archive, info, folder / place)
         except BROKEN:
-            left_out.append(f"{plain(info.filename)}: it is damaged; not unpacked")
+            left_out.append(f"{printable_name(info.filename)}: it is damaged; not unpacked")
         if total > LARGEST_CLASS:
             raise Unreadable(f"{archive.filename} unpacks to more than {LARGEST_CLASS // 1_000_000_000} GB")
     return left_out
 
 
 def _place(name: str) -> PurePosixPath | None:
-    """Return where a file goes, below a folder; None where its name would lead out of it."""
+    """Return the path of a file below a folder; None if its name would lead out of it."""
     place = PurePosixPath(name.replace("\\", "/"))
     if place.is_absolute() or ".." in place.parts or not place.parts or "\0" in name:
         return None
@@ -178,7 +178,7 @@ def _place(name: str) -> PurePosixPath | None:
 
 
 def _write(archive: zipfile.ZipFile, info: zipfile.ZipInfo, target: Path) -> int:
-    """Write a file with the time that the archive has for it, of a too large one the beginning; return its size."""
+    """Write a file, or the beginning of one that is too large, with its time in the archive; return its size."""
     target.parent.mkdir(parents=True, exist_ok=True)
     left = LARGEST + 1
     with archive.open(info) as source, target.open("wb") as file:

@@ -1,7 +1,7 @@
-"""How learning platforms lay out what a class handed in: one function a platform, which knows its names.
+"""How learning platforms lay out the submissions of a class: one function per platform, which knows its file names.
 
-A layout looks at what lies in the folder of submissions and says of each file or folder that it knows whose it is said
-to be, and when it came in. Who that is on the roster is for `roster` to say. Sources: Moodle's
+A layout looks at the files and folders in the folder of submissions. For each one that it recognises, it returns who
+is said to have submitted it, and when. `roster` finds that student on the roster. Sources: Moodle's
 mod/assign/classes/downloader.php, Canvas's lib/content_zipper.rb, and programs that read the exports of Gradescope,
 Brightspace and Blackboard.
 """
@@ -15,10 +15,10 @@ from pathlib import Path
 
 
 @dataclass(frozen=True)
-class Handed:
-    """A file or folder: whose it is said to be, by identifiers or by name, when it came in, and what says so.
+class SubmittedPath:
+    """A submitted file or folder: its owner by identifiers or by name, when it was received, and the platform.
 
-    `late` is a platform's own mark, where it makes one; `received` is None where only the file tells its time.
+    `late` is the platform's own mark, if it has one; `received` is None if only the file has a time.
     """
 
     path: Path
@@ -29,36 +29,36 @@ class Handed:
     late: bool | None = None
 
 
-def surely(is_so: Callable[[], bool]) -> bool:
-    """Return what a path says of itself; False where it can't, as of a link to a name that is too long."""
+def safe_check(is_so: Callable[[], bool]) -> bool:
+    """Return the result of a check of a path; False if it fails, such as for a link to a name that is too long."""
     try:
         return is_so()
     except OSError:
         return False
 
 
-Layout = Callable[[Path, Sequence[Path]], list[Handed]]
+Layout = Callable[[Path, Sequence[Path]], list[SubmittedPath]]
 
 
-def _by_student(_: Path, entries: Sequence[Path]) -> list[Handed]:
-    """STUDENT/…, STUDENT.ipynb: qdot's own layout, and nbgrader's submitted/STUDENT/ASSIGNMENT/…"""
-    names = [(path, path.name if surely(path.is_dir) else path.stem) for path in entries]
-    return [Handed(path, (name.removesuffix(".tar"),), name) for path, name in names]
+def _students(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
+    """STUDENT/…, STUDENT.ipynb: qdot's layout, and nbgrader's submitted/STUDENT/ASSIGNMENT/…"""
+    names = [(path, path.name if safe_check(path.is_dir) else path.stem) for path in entries]
+    return [SubmittedPath(path, (name.removesuffix(".tar"),), name) for path, name in names]
 
 
 _MOODLE = re.compile(r"(?P<name>.+?)_(?P<number>\d+)_assignsubmission_(?:file|onlinetext|[a-z]+)(?:_.*)?", re.DOTALL)
 
 
-def _moodle(_: Path, entries: Sequence[Path]) -> list[Handed]:
-    """NAME_NUMBER_assignsubmission_file/…, with an underscore at the end before Moodle 4.1, or flat …_file_hw.ipynb.
+def _moodle(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
+    """NAME_NUMBER_assignsubmission_file/…, with a final underscore before Moodle 4.1, or flat …_file_hw.ipynb.
 
-    With names hidden, NAME is "Participant", and its NUMBER is in the grading worksheet's column Identifier.
+    If names are hidden, NAME is "Participant", and NUMBER is in the grading worksheet's column Identifier.
     """
     matches = ((path, _MOODLE.fullmatch(path.name)) for path in entries)
     return [
-        Handed(path, (said["number"], f"Participant {said['number']}"), said["name"], "Moodle")
-        for path, said in matches
-        if said
+        SubmittedPath(path, (match["number"], f"Participant {match['number']}"), match["name"], "Moodle")
+        for path, match in matches
+        if match
     ]
 
 
@@ -67,42 +67,42 @@ _CANVAS = re.compile(
 )  # fmt: skip
 
 
-def _canvas(_: Path, entries: Sequence[Path]) -> list[Handed]:
-    """lastfirst_USER_FILE_hw.ipynb, lastfirst_LATE_USER_FILE_hw-1.ipynb; the files' times are of the download."""
-    matches = ((path, _CANVAS.fullmatch(path.name)) for path in entries if not surely(path.is_dir))
+def _canvas(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
+    """lastfirst_USER_FILE_hw.ipynb, lastfirst_LATE_USER_FILE_hw-1.ipynb; files have the time of the download."""
+    matches = ((path, _CANVAS.fullmatch(path.name)) for path in entries if not safe_check(path.is_dir))
     return [
-        Handed(path, (said["user"],), said["name"], "Canvas", None, said["late"] is not None)
-        for path, said in matches
-        if said
+        SubmittedPath(path, (match["user"],), match["name"], "Canvas", None, match["late"] is not None)
+        for path, match in matches
+        if match
     ]
 
 
-def _gradescope(root: Path, entries: Sequence[Path]) -> list[Handed]:
+def _gradescope(root: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
     """submission_NUMBER/…, with names, identifiers and times in submission_metadata.yml; a group has several names."""
     listing = root / "submission_metadata.yml"
-    if listing.is_symlink() or not surely(listing.is_file):
+    if listing.is_symlink() or not safe_check(listing.is_file):
         return []
     by_name = {path.name: path for path in entries}
-    handed = [Handed(listing, platform="Gradescope")]
+    submitted = [SubmittedPath(listing, platform="Gradescope")]
     for record in _records(listing):
         if record.folder in by_name:
             people = record.people or [{}]
             ids = [tuple(value for key in ("sid", "email") if (value := person.get(key))) for person in people]
-            handed += [
-                Handed(by_name[record.folder], own, person.get("name", ""), "Gradescope", record.created)
-                for person, own in zip(people, ids, strict=True)
+            submitted += [
+                SubmittedPath(by_name[record.folder], identifiers, person.get("name", ""), "Gradescope", record.created)
+                for person, identifiers in zip(people, ids, strict=True)
             ]
-    return handed
+    return submitted
 
 
 _BRIGHTSPACE = re.compile(r"(?P<number>\d+)-\d+ - (?P<name>.+?) - .*\d.*", re.DOTALL)
 
 
-def _brightspace(_: Path, entries: Sequence[Path]) -> list[Handed]:
-    """NUMBER-SUBMISSION - NAME - DATE/hw.ipynb, and an index.html that is of nobody."""
-    matches = [(path, said) for path in entries if (said := _BRIGHTSPACE.fullmatch(path.name))]
-    listing = [Handed(path, platform="Brightspace") for path in entries if matches and path.name == "index.html"]
-    return listing + [Handed(path, (said["number"],), said["name"], "Brightspace") for path, said in matches]
+def _brightspace(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
+    """NUMBER-SUBMISSION - NAME - DATE/hw.ipynb, and an index.html without an owner."""
+    matches = [(path, match) for path in entries if (match := _BRIGHTSPACE.fullmatch(path.name))]
+    listing = [SubmittedPath(path, platform="Brightspace") for path in entries if matches and path.name == "index.html"]
+    return listing + [SubmittedPath(path, (match["number"],), match["name"], "Brightspace") for path, match in matches]
 
 
 _BLACKBOARD = re.compile(
@@ -110,64 +110,65 @@ _BLACKBOARD = re.compile(
 )  # fmt: skip
 
 
-def _blackboard(_: Path, entries: Sequence[Path]) -> list[Handed]:
-    """ASSIGNMENT_LOGIN_attempt_DATE_hw.ipynb, and a text without a file's name, which says when, and is of nobody.
+def _blackboard(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
+    """ASSIGNMENT_LOGIN_attempt_DATE_hw.ipynb, and a text file without the name at the end and without an owner.
 
-    Where the assignment's name ends and a login with an underscore begins, only the roster can say.
+    If a login has an underscore, only the roster can say where the assignment's name ends.
     """
-    matches = [(path, said) for path in entries if (said := _BLACKBOARD.fullmatch(path.name))]
+    matches = [(path, match) for path in entries if (match := _BLACKBOARD.fullmatch(path.name))]
     return [
-        Handed(path, _ends(said["named"], "_") if said["file"] else (), platform="Blackboard") for path, said in matches
+        SubmittedPath(path, _suffixes(match["named"], "_") if match["file"] else (), platform="Blackboard")
+        for path, match in matches
     ]
 
 
 _ILIAS = re.compile(r"(?P<name>[^_]+_[^_]+)_(?P<login>.+)_(?P<number>\d+)", re.DOTALL)
 
 
-def _ilias(_: Path, entries: Sequence[Path]) -> list[Handed]:
+def _ilias(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
     """LAST_FIRST_LOGIN_NUMBER/…"""
-    matches = ((path, _ILIAS.fullmatch(path.name)) for path in entries if surely(path.is_dir))
+    matches = ((path, _ILIAS.fullmatch(path.name)) for path in entries if safe_check(path.is_dir))
     return [
-        Handed(path, (said["login"], said["number"]), said["name"].replace("_", " "), "ILIAS")
-        for path, said in matches
-        if said
+        SubmittedPath(path, (match["login"], match["number"]), match["name"].replace("_", " "), "ILIAS")
+        for path, match in matches
+        if match
     ]
 
 
-def _github(_: Path, entries: Sequence[Path]) -> list[Handed]:
-    """ASSIGNMENT-LOGIN/…, as GitHub Classroom clones a class: all folders begin alike, or are repositories of Git."""
-    folders = [path for path in entries if surely(path.is_dir)]
+def _github(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
+    """ASSIGNMENT-LOGIN/…, as GitHub Classroom clones a class: all folders share a prefix or are Git repositories."""
+    folders = [path for path in entries if safe_check(path.is_dir)]
     alike = len(folders) > 1 and len({path.name.partition("-")[0] for path in folders}) == 1
-    ends = [(path, _ends(path.name, "-")) for path in folders if alike or surely((path / ".git").exists)]
-    return [Handed(path, ids, platform="GitHub") for path, ids in ends if ids]
+    ends = [(path, _suffixes(path.name, "-")) for path in folders if alike or safe_check((path / ".git").exists)]
+    return [SubmittedPath(path, ids, platform="GitHub") for path, ids in ends if ids]
 
 
-def _ends(text: str, sign: str) -> tuple[str, ...]:
-    """Return what stands behind each sign, the longest first."""
+def _suffixes(text: str, sign: str) -> tuple[str, ...]:
+    """Return the text after each separator, the longest first."""
     return tuple(text.split(sign, n)[-1] for n in range(1, text.count(sign) + 1))
 
 
 LAYOUTS: dict[str, Layout] = {
     "gradescope": _gradescope, "moodle": _moodle, "brightspace": _brightspace, "blackboard": _blackboard,
-    "canvas": _canvas, "ilias": _ilias, "github": _github, "students": _by_student,
+    "canvas": _canvas, "ilias": _ilias, "github": _github, "students": _students,
 }  # fmt: skip
-"""Asked in this order: whoever knows a file or folder first says whose it is."""
+"""The layouts in order: the first one that recognises a file or folder determines its owner."""
 
 
 def only_folder(root: Path) -> Path | None:
-    """Return the folder that is alone in a folder, as where an export was unpacked as it came."""
+    """Return the only entry of a folder if it is a folder, as in an export that was unpacked unchanged."""
     inside = _entries(root)
-    return inside[0] if len(inside) == 1 and not inside[0].is_symlink() and surely(inside[0].is_dir) else None
+    return inside[0] if len(inside) == 1 and not inside[0].is_symlink() and safe_check(inside[0].is_dir) else None
 
 
-def handed_in(root: Path) -> list[Handed]:
-    """Return what each file or folder in the folder of submissions is said to be."""
-    left, submissions = _entries(root), list[Handed]()
+def find_submitted_paths(root: Path) -> list[SubmittedPath]:
+    """Return the submitted files and folders in a folder of submissions, with what their names say."""
+    left, submissions = _entries(root), list[SubmittedPath]()
     for layout in LAYOUTS.values():
         known = layout(root, left)
         submissions += known
-        left = [path for path in left if path not in {handed.path for handed in known}]
-    return [handed for handed in submissions if handed.ids or handed.name]
+        left = [path for path in left if path not in {submitted.path for submitted in known}]
+    return [submitted for submitted in submissions if submitted.ids or submitted.name]
 
 
 def _entries(root: Path) -> list[Path]:
@@ -179,7 +180,7 @@ def _entries(root: Path) -> list[Path]:
 
 @dataclass
 class _Record:
-    """A submission: its folder, when it was made, and by whom."""
+    """A submission in Gradescope's list: its folder, time and submitters."""
 
     folder: str
     created: datetime.datetime | None = None
@@ -187,7 +188,7 @@ class _Record:
 
 
 def _records(path: Path) -> Iterator[_Record]:
-    """Yield what submission_metadata.yml says: the few lines of YAML that count, as Ruby writes them."""
+    """Yield the records of submission_metadata.yml, from the few lines of YAML that matter, as Ruby writes them."""
     record, section = _Record(""), ""
     with path.open(encoding="utf-8", errors="replace") as file:
         for line in map(str.rstrip, file):
@@ -218,7 +219,7 @@ def _scalar(text: str) -> str:
 
 
 def _time(text: str) -> datetime.datetime | None:
-    """Return a time as Ruby or ISO 8601 writes it, as in 2026-11-21 22:05:07.123456789 Z; None where it is none."""
+    """Parse a time as Ruby or ISO 8601 writes it, as in 2026-11-21 22:05:07.123456789 Z; None if it is none."""
     match = re.match(r"(\d{4}-\d\d-\d\d)[T ](\d\d:\d\d:\d\d)(?:\.\d+)?\s*(Z|UTC|[+-]\d\d:?\d\d)?$", text)
     if not match:
         return None

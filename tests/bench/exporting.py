@@ -20,7 +20,7 @@ import sys
 from pathlib import Path
 from qdot.exercises.assignment.assignment import load_assignment
 from qdot.exercises.exports.bank import bank
-from qdot.exercises.exports.outlet import Order
+from qdot.exercises.exports.export_format import Order
 from qdot.grader.grading.certify import failures_of
 drawn = sum(1 for _ in bank(Order(load_assignment(Path(sys.argv[1])), failures_of, variants=int(sys.argv[2]))))
 assert drawn

@@ -8,11 +8,11 @@ from pathlib import Path
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.release import init_assignment, release
-from qdot.exercises.assignment.store import kept
+from qdot.exercises.assignment.store import load_stored_problems
 from qdot.grader.cli.demo import EDITS, answered
 from qdot.grader.grading.certify import CERTIFIER
+from qdot.grader.submissions.cells import without_self_checks
 from qdot.grader.submissions.submission import find_submissions, read_submission
-from qdot.grader.submissions.uncounted import without_self_checks
 
 SLOT = """
 [[problem]]
@@ -45,7 +45,7 @@ def hand_in(assignment: Assignment, target: Path, kinds: Sequence[str]) -> None:
         text = (assignment.folder / "released" / student.id / f"{assignment.key}.ipynb").read_text("utf-8")
         kind = kinds[number % len(kinds)]
         if kind in edits:
-            text = answered(text, kept(assignment, student.id).problems, edits[kind])
+            text = answered(text, load_stored_problems(assignment, student.id).problems, edits[kind])
         (target / f"{student.id}.ipynb").write_text(text, encoding="utf-8")
 
 
@@ -55,9 +55,9 @@ def floor(assignment: Assignment, submissions: Path, checked: bool = True) -> li
     Grading leaves these out.
     """
     notebooks = []
-    for name, found in find_submissions(assignment, submissions).found.items():
+    for name, found in find_submissions(assignment, submissions).by_student.items():
         cells = read_submission(found.files[0]).cells
-        kept_cells = cells if checked else without_self_checks(cells, kept(assignment, name).problems)
+        kept_cells = cells if checked else without_self_checks(cells, load_stored_problems(assignment, name).problems)
         notebooks.append([cell.source for cell in kept_cells if cell.is_code])
     command = [sys.executable, "-m", "tests.bench.floor"]
     done = subprocess.run(command, input=json.dumps(notebooks), capture_output=True, text=True, check=True)

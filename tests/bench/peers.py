@@ -26,7 +26,7 @@ from nbformat.v4 import new_code_cell
 from qdot.exercises.answers import Expression, Matrix
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.release import init_assignment, release
-from qdot.exercises.assignment.store import kept
+from qdot.exercises.assignment.store import load_stored_problems
 from qdot.exercises.problem.problem import variable
 from qdot.grader.cli.demo import answered
 from qdot.grader.grading.certify import CERTIFIER
@@ -115,7 +115,10 @@ def a_class(folder: Path, size: int) -> Assignment:
         target = folder / "submitted" / student.id / "bench.ipynb"
         target.parent.mkdir(parents=True)
         text = (folder / "released" / student.id / "bench.ipynb").read_text("utf-8")
-        target.write_text(answered(text, kept(assignment, student.id).problems, lambda code, _: code), encoding="utf-8")
+        target.write_text(
+            answered(text, load_stored_problems(assignment, student.id).problems, lambda code, _: code),
+            encoding="utf-8",
+        )
     return assignment
 
 

@@ -142,7 +142,7 @@ def test_what_is_wrong_in_an_id_is_told_with_what_is_meant(identity: str, said: 
 def test_a_convention_is_known_by_what_others_call_it() -> None:
     for called, meant in (("Craig", "modified-dh"), ("Standard", "dh"), ("PoE", "screws"), ("screw", "screws")):
         with pytest.raises(QdotError, match=f"'{called}'.*'{meant}'"):
-            ProblemId("planar-2r", 1).told(called)
+            ProblemId("planar-2r", 1).with_convention(called)
 
 
 @pytest.mark.parametrize(

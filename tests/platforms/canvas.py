@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 from qdot.exercises.answers import LETTERS
 from qdot.exercises.exports.items import Choose, Item, Match, Numeric, items
 from qdot.exercises.exports.markup import decimal, file_name, limits, pictures
-from qdot.exercises.exports.registry import OUTLETS
+from qdot.exercises.exports.registry import EXPORT_FORMATS
 from tests.platforms.given import EVERYTHING, PLAIN, order
 from tests.platforms.records import Counts, Record, today
 
@@ -32,7 +32,7 @@ def run(software: Path, work: Path) -> Record:
     counts = Counts()
     for which, variants in ((EVERYTHING, 1), (PLAIN, 3)):
         made = order(work / which, which, variants)
-        (file,) = OUTLETS["canvas"].files(made)
+        (file,) = EXPORT_FORMATS["canvas"].files(made)
         archive, converted = work / f"{which}.zip", work / f"{which}-converted"
         archive.write_bytes(file.content if isinstance(file.content, bytes) else file.content.encode())
         with zipfile.ZipFile(archive) as opened:

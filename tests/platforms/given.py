@@ -5,7 +5,7 @@ from pathlib import Path
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.assignment.sets import DEFAULT_SET, SETS
-from qdot.exercises.exports.outlet import Order
+from qdot.exercises.exports.export_format import Order
 from qdot.exercises.generation import applicable_questions, questions_of, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS

@@ -156,8 +156,8 @@ def _hold(ours: Ours, results: Any, counts: Counts) -> None:
     rows = {row.part: row for row in rows_of(ours.result, ours.assignment.feedback)}
     for part, _, points, title in parts_of(ours.assignment):
         test = tests.get(part, {})
-        shown = (test.get("name"), test.get("max_score")) == (title, points) and rows[part].said in test["output"]
-        counts.add("shown", shown, f"{ours.student}: {test}, {rows[part].said}")
+        shown = (test.get("name"), test.get("max_score")) == (title, points) and rows[part].message in test["output"]
+        counts.add("shown", shown, f"{ours.student}: {test}, {rows[part].message}")
     hold(counts, ours, {part: test["score"] for part, test in tests.items()})
 
 

@@ -17,10 +17,10 @@ from pathlib import Path
 from typing import Any
 
 from qdot.exercises.assignment.assignment import Student
+from qdot.exercises.exports.export_format import File
 from qdot.exercises.exports.items import Choose, Field, Item, Match, Numeric, items
 from qdot.exercises.exports.markup import decimal
 from qdot.exercises.exports.moodle import WEIGHTS, moodle_files
-from qdot.exercises.exports.outlet import File
 from tests.platforms.given import EVERYTHING, PLAIN, order
 from tests.platforms.records import Counts, Record, today
 from tests.support.handing_in import a_class, hand_in, right

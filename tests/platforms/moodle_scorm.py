@@ -18,7 +18,7 @@ from typing import Any
 from urllib.parse import urlsplit
 from zipfile import ZipFile
 
-from qdot.exercises.exports.registry import OUTLETS
+from qdot.exercises.exports.registry import EXPORT_FORMATS
 from tests.platforms.given import PLAIN, order
 from tests.platforms.records import Counts, Record, today
 
@@ -35,7 +35,7 @@ def run(software: Path, work: Path) -> Record:
     """Export a set that is ready-made, add both of its packages to a course, and have two students do them."""
     counts, packages = Counts(), work / "packages"
     files = {}
-    for file in OUTLETS["scorm"].files(order(work / PLAIN, PLAIN, VARIANTS)):
+    for file in EXPORT_FORMATS["scorm"].files(order(work / PLAIN, PLAIN, VARIANTS)):
         name = Path(file.path).stem.removeprefix(f"{PLAIN}-")
         archive = work / f"{name}.zip"
         archive.write_bytes(file.content if isinstance(file.content, bytes) else file.content.encode())

@@ -149,7 +149,9 @@ def _hold(ours: Ours, course: _Course, formgrader: _Formgrader, counts: Counts) 
     pages = {"shown": _words(feedback.read_text(encoding="utf-8")), "shown in formgrader": formgrader.words(student)}
     rows = {row.part: row for row in rows_of(ours.result, assignment.feedback)}
     for part, name, points, _ in parts_of(assignment):
-        said = "" if rows[part].points == points else _words(html.escape(rows[part].said))
+        said = "" if rows[part].points == points else _words(html.escape(rows[part].message))
         for what, text in pages.items():
-            counts.add(what, f"#Markedbyqdot:{part}," in text and said in text, f"{student} {name}: {rows[part].said}")
+            counts.add(
+                what, f"#Markedbyqdot:{part}," in text and said in text, f"{student} {name}: {rows[part].message}"
+            )
     hold(counts, ours, {part: grades[grade_id(part)] for part in ours.parts if grade_id(part) in grades})

@@ -14,9 +14,9 @@ from qdot.exercises.answers import ConditionSet
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.assignment.sets import DEFAULT_SET, SETS
+from qdot.exercises.exports.export_format import Order
 from qdot.exercises.exports.known_wrong import known_wrong
-from qdot.exercises.exports.outlet import Order
-from qdot.exercises.exports.registry import OUTLETS
+from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.notebook.notebook import notebook_text, solution_notebook
 from qdot.exercises.problem.problem import Part, Problem, variable
 from qdot.grader.grading.certify import failures_of
@@ -40,7 +40,7 @@ def a_class(folder: Path, *students: str) -> Assignment:
 
 def exported(assignment: Assignment, outlet: str, to: Path) -> Path:
     """Export an assignment into a folder, and return it."""
-    for file in OUTLETS[outlet].files(Order(assignment, failures_of)):
+    for file in EXPORT_FORMATS[outlet].files(Order(assignment, failures_of)):
         path = to / file.path
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(file.content if isinstance(file.content, bytes) else file.content.encode())

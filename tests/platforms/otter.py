@@ -75,7 +75,7 @@ def _hold(ours: Ours, results: Any, counts: Counts) -> None:
     """Hold a student's results.json: what is shown of every test, and what it earns."""
     tests = {test["name"]: test for test in results["tests"]}
     assignment = ours.assignment
-    said = {row.part: row.said for row in rows_of(ours.result, assignment.feedback)}
+    said = {row.part: row.message for row in rows_of(ours.result, assignment.feedback)}
     for part, name, points, _ in parts_of(assignment):
         test = tests.get(name, {})
         is_full = ours.parts[part]["points"] == points

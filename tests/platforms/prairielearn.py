@@ -32,10 +32,10 @@ from qdot.exercises.answers.base import rows_typed
 from qdot.exercises.arm.singularity import Component
 from qdot.exercises.assignment.draws import Variant
 from qdot.exercises.exports.bank import bank
+from qdot.exercises.exports.export_format import Order
 from qdot.exercises.exports.known_wrong import known_wrong
-from qdot.exercises.exports.outlet import Order
 from qdot.exercises.exports.prairielearn import COURSE_INSTANCE, EXACTLY, input_names, question_id
-from qdot.exercises.exports.registry import OUTLETS
+from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.formula.text import rows_of_text
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.quizzes import ASKED
@@ -61,7 +61,7 @@ def run(software: Path, work: Path) -> Record:
     """Load an export as a course; Ada answers everything in the homework, Henri takes the exam."""
     made = order(work / "assignment", EVERYTHING)
     course = work / "course"
-    for file in OUTLETS["prairielearn"].files(made):
+    for file in EXPORT_FORMATS["prairielearn"].files(made):
         path = course / file.path
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(str(file.content), encoding="utf-8")

@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import Any
 
 from qdot.exercises.answers import LETTERS
+from qdot.exercises.exports.export_format import Order
 from qdot.exercises.exports.items import Choose, Field, Item, Match, Numeric, items
-from qdot.exercises.exports.outlet import Order
 from qdot.exercises.exports.qti import TRIES
-from qdot.exercises.exports.registry import OUTLETS
+from qdot.exercises.exports.registry import EXPORT_FORMATS
 from tests.platforms.given import EVERYTHING, PLAIN, order
 from tests.platforms.records import Counts, Record, today
 
@@ -38,7 +38,7 @@ def run(software: Path, work: Path) -> Record:
 
 
 def _package(made: Order, folder: Path) -> Path:
-    (file,) = OUTLETS["qti"].files(made)
+    (file,) = EXPORT_FORMATS["qti"].files(made)
     archive = folder.with_suffix(".zip")
     archive.write_bytes(file.content if isinstance(file.content, bytes) else file.content.encode())
     with zipfile.ZipFile(archive) as opened:

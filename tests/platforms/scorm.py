@@ -10,7 +10,7 @@ import subprocess
 from pathlib import Path
 from zipfile import ZipFile
 
-from qdot.exercises.exports.registry import OUTLETS
+from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.exports.scorm import VERSIONS
 from tests.platforms.given import PLAIN, order
 from tests.platforms.records import Counts, Record, today
@@ -21,7 +21,7 @@ SCRIPT = Path(__file__).with_name("scorm_page.mjs")
 def run(software: Path, work: Path) -> Record:
     """Export a set that is ready-made, launch both packages, and answer each question of each."""
     counts, packages = Counts(), work / "packages"
-    for file in OUTLETS["scorm"].files(order(work / PLAIN, PLAIN, 1)):
+    for file in EXPORT_FORMATS["scorm"].files(order(work / PLAIN, PLAIN, 1)):
         name = Path(file.path).stem.removeprefix(f"{PLAIN}-")
         archive = work / f"{name}.zip"
         archive.write_bytes(file.content if isinstance(file.content, bytes) else file.content.encode())

@@ -3,8 +3,8 @@
 import re
 import struct
 
-from qdot.exercises.site.guide import arranged
-from qdot.exercises.site.pages import linked
+from qdot.exercises.site.guide import arrange_pages
+from qdot.exercises.site.pages import link_pages
 from qdot.exercises.writing.markup import to_html
 from tests.support import ROOT
 
@@ -45,11 +45,11 @@ def test_pictures_are_small() -> None:
 
 
 def test_the_site_shows_them_on_pages_that_its_guide_lists() -> None:
-    listed = [entry.name for entries in arranged(DOCS).values() for entry in entries]
+    listed = [entry.name for entries in arrange_pages(DOCS).values() for entry in entries]
     pages = [page for page in sorted(DOCS.glob("*.md")) if SHOWN.search(page.read_text(encoding="utf-8"))]
     for page in pages:
         text = page.read_text(encoding="utf-8")
-        made = linked(to_html(text))
+        made = link_pages(to_html(text))
         assert page.stem in listed
         for words, path in SHOWN.findall(text):
             assert re.search(rf'<img src="{re.escape(path)}" alt="{re.escape(words)}"', made), (page, path)

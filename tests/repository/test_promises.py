@@ -17,7 +17,7 @@ from qdot.exercises.common.extras import qdot_version
 from qdot.exercises.problem.problem import ENGINE
 from qdot.grader.cli.reference_pages import promises_page
 from qdot.grader.grading.attempt import GRADER
-from qdot.grader.grading.upgrade import compared, marks_moved
+from qdot.grader.grading.upgrade import compare_class, marks_moved
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import find_submissions
 from tests.support import ROOT
@@ -46,7 +46,7 @@ def is_promised(archive: Path) -> bool:
 @archives
 def test_an_archived_class_has_the_same_problems(archive: Path, tmp_path: Path) -> None:
     folder = Path(shutil.copytree(archive, tmp_path / "class"))
-    found = compared(load_assignment(folder), 1, lambda: None)
+    found = compare_class(load_assignment(folder), 1, lambda: None)
     assert found.unknown == [] and len(found.handed_out) == 2
     if is_promised(archive):
         assert about(archive)["engine"] == ENGINE, ANEW
@@ -61,7 +61,7 @@ def test_an_archived_class_has_the_same_marks(archive: Path, tmp_path: Path) -> 
     folder = Path(shutil.copytree(archive, tmp_path / "class"))
     assignment = load_assignment(folder)
     looked = find_submissions(assignment, folder / "submitted")
-    moved = list(marks_moved(assignment, looked.found, 0, Limits(), lambda _: None))
+    moved = list(marks_moved(assignment, looked.by_student, 0, Limits(), lambda _: None))
     if archive.name == UNRELEASED or about(archive)["grader"] == GRADER:
         assert moved == [], ANEW
     assert not (folder / "graded" / ".cache").exists(), "nothing is written into the folder"

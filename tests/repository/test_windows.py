@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from qdot.exercises.assignment.assignment import Student
-from qdot.exercises.exports.registry import OUTLETS
+from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.grader.cli.main import COMMANDS, WORKERS
 from tests.support import ROOT
 from tests.support.command import run as run_here
@@ -144,7 +144,8 @@ class TestAClass:
         assert "2 of 2 are the same as were handed out" in run("upgrade-check", folder, "--jobs", "1")[0]
 
     @pytest.mark.parametrize(
-        "outlet", [pytest.param(name, marks=NEEDS_SCRIPTS if name == "scorm" else ()) for name in sorted(OUTLETS)]
+        "outlet",
+        [pytest.param(name, marks=NEEDS_SCRIPTS if name == "scorm" else ()) for name in sorted(EXPORT_FORMATS)],
     )
     def test_every_outlet(self, folder: Path, outlet: str) -> None:
         run("export", folder, "--to", outlet, "--variants", "1", "--jobs", "1", "--out", folder.parent / outlet)

@@ -16,7 +16,7 @@ from qdot.exercises.problem.problem import Problem, variable
 from qdot.grader.grading.batch import grade_class
 from qdot.grader.grading.result import Result
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
-from qdot.grader.submissions.submission import Looked, find_submissions, opened
+from qdot.grader.submissions.submission import SubmissionFolder, find_submissions, open_submissions
 
 TOML = """title = "T"
 key = "hw"
@@ -117,11 +117,11 @@ def hand_in(assignment: Assignment, name: str, content: str | bytes) -> Path:
 
 def grade(
     assignment: Assignment, submissions: Path | None = None, seconds: float = 20
-) -> tuple[dict[str, Result], Looked]:
+) -> tuple[dict[str, Result], SubmissionFolder]:
     """Return everybody's result, and what was found."""
-    with opened(submissions or assignment.folder / "submitted") as root, one_process():
+    with open_submissions(submissions or assignment.folder / "submitted") as root, one_process():
         looked = find_submissions(assignment, root)
-        results = grade_class(assignment, looked.found, 0, Limits(seconds=seconds, cell_seconds=4), lambda _: None)
+        results = grade_class(assignment, looked.by_student, 0, Limits(seconds=seconds, cell_seconds=4), lambda _: None)
     return {result.student: result for result in results}, looked
 
 

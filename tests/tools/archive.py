@@ -29,7 +29,7 @@ from qdot.exercises.assignment.release import init_assignment, notebook_path, re
 from qdot.exercises.assignment.sets import SETS
 from qdot.exercises.common.console import say
 from qdot.exercises.common.variation import AXES, STEPS
-from qdot.exercises.exports.registry import OUTLETS
+from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.problem.problem import ENGINE
 from qdot.exercises.quizzes import ASKED
@@ -129,7 +129,7 @@ def interface() -> dict[str, Any]:
         "library": sorted(qdot.__all__),
         "conventions": sorted(CONVENTIONS), "variation": sorted((*STEPS, *AXES)), "sets": sorted(SETS),
         "families": sorted(FAMILIES), "questions": sorted(ASKED), "robots": sorted(robots()),
-        "outlets": sorted(OUTLETS), "reports": sorted(FORMATS),
+        "outlets": sorted(EXPORT_FORMATS), "reports": sorted(FORMATS),
     }  # fmt: skip
 
 
@@ -175,7 +175,7 @@ def _handed_out_and_graded(folder: Path) -> None:
         handed_in.write_text(json.dumps(content, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
         os.utime(handed_in, (RECEIVED, RECEIVED))
     looked = find_submissions(assignment, folder / "submitted")
-    results = grade_class(assignment, looked.found, 0, Limits(), lambda _: None)
+    results = grade_class(assignment, looked.by_student, 0, Limits(), lambda _: None)
     results_path(assignment).write_bytes(results_jsonl(results))
 
 

@@ -29,6 +29,7 @@ from typing import Any
 import mpmath
 import numpy as np
 
+from qdot.exercises.common.json_form import as_json
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula import (
     angles,
@@ -223,7 +224,7 @@ def _judged(judgement: Callable[[], Judgement]) -> Judgement:
     if found.outcome is Outcome.UNGRADED or not 0 <= found.share <= 1:
         raise Find(f"{found.outcome}, {found.share}")
     if found.certificate is not None:
-        json.dumps(found.certificate.as_json(), allow_nan=False)
+        json.dumps(as_json(found.certificate), allow_nan=False)
     return found
 
 

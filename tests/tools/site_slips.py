@@ -30,7 +30,7 @@ from qdot.exercises.generation import generate
 from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.site.keys import key_of
-from qdot.exercises.site.record import Said, arm_record
+from qdot.exercises.site.record import MistakeSentences, arm_record
 from qdot.exercises.writing.statement import answer_code
 from qdot.grader.judging.answer_parser import read_answer
 from qdot.grader.judging.judge import judge_given
@@ -354,12 +354,12 @@ def problem_json(
 ) -> dict[str, Any]:
     """Return a problem as the bank has it, with what is typed: {"id", "robot", "parts", "said", "slips"}."""
     problem = asked(family, variation)
-    said = Said()
+    said = MistakeSentences()
     parts, typed = [], []
     for part in problem.parts:
         if part.kind not in ASKED:
             continue
-        key = said.in_key(key_of(problem, part))
+        key = said.shorten_key(key_of(problem, part))
         parts.append(part_json(problem, part) | {"key": key})
         every = slips(problem, part, in_pairs)
         step = max(1, len(every) // most) if most else 1

@@ -33,7 +33,7 @@ from qdot.grader.reports.tables import status
 from qdot.grader.reports.write import write_page, write_reports
 from qdot.grader.sandbox.contained import folders
 from qdot.grader.sandbox.sandbox import Limits
-from qdot.grader.submissions.submission import find_submissions, opened
+from qdot.grader.submissions.submission import find_submissions, open_submissions
 from tests.support import ROOT
 from tests.support.handing_in import a_class, one_process, right
 from tests.support.results import file_of, read_results
@@ -105,9 +105,9 @@ class Class:
 
     def _here(self, source: Path) -> list[str]:
         """Grade in this process; return what the command would say of the folder."""
-        with opened(source) as root, one_process():
+        with open_submissions(source) as root, one_process():
             looked = find_submissions(self.assignment, root)
-            results = grade_class(self.assignment, looked.found, 0, LIMITS, lambda _: None, write_page=write_page)
+            results = grade_class(self.assignment, looked.by_student, 0, LIMITS, lambda _: None, write_page=write_page)
             results = write_reports(self.assignment, results)
         if _results(self.graded) != results:
             raise Find("results.jsonl is not what was graded")

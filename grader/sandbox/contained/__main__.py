@@ -9,7 +9,7 @@ from pathlib import Path
 
 
 def main() -> None:
-    """Make a package of this folder, under a name of its own, and serve."""
+    """Load this folder as the package `contained`, and serve."""
     folder = Path(__file__).parent
     sys.path[:] = [path for path in sys.path if path != str(folder)]  # its modules are no modules of students
     spec = importlib.util.spec_from_file_location(
@@ -20,7 +20,7 @@ def main() -> None:
     sys.modules["contained"] = package = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(package)
     importlib.import_module("contained.zygote").main(json.loads(sys.argv[1]))
-    os._exit(0)  # there is nothing to tidy up, and SymPy takes long to take apart
+    os._exit(0)  # there is nothing to clean up, and unloading SymPy would take long
 
 
 if __name__ == "__main__":

@@ -1,8 +1,8 @@
 """Answers that are Python functions, in the process in which a notebook runs: nothing of qdot is imported here.
 
-A function is called with symbols first: what it returns is then a formula, which the grader compares exactly. `math`
-and NumPy's functions take symbols while that goes on. A function that needs numbers (it fills an array, inverts a
-matrix, tests a sign) is called at the grader's points, which are new for every submission, and its values are sent.
+A function is first called with symbols, and the grader compares the resulting formula exactly. During this call, `math`
+and NumPy's functions accept symbols. A function that needs numbers (it fills an array, inverts a matrix, tests a sign)
+is called at the grader's points, which are new for every submission, and its values are sent.
 """
 
 import contextlib
@@ -24,7 +24,7 @@ FUNCTIONS = (
 )  # fmt: skip
 
 TABLE = "function: "
-"""With this begins an answer that is not a formula but values: shape, and a row of them for each point, as JSON."""
+"""The prefix of an answer that consists of values instead of a formula: shape, and a row for each point, as JSON."""
 
 _VECTOR = re.compile(r"q|th|theta|thetas|joints|angles|qs|config|configuration|pose")
 _RATES = re.compile(r"qd|dq|qp|q_?dot|d?theta_?dot|dtheta|rates|thetad")
@@ -43,14 +43,14 @@ _ELEMENTWISE: dict[str, Any] = {
 _RENAMED = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "atan2": "arctan2"}
 
 
-def called(function: Any, asked: Mapping[str, Any]) -> Any:
-    """Return what a function gives for symbols, or else the text of its values at the points asked for.
+def evaluate_function(function: Any, asked: Mapping[str, Any]) -> Any:
+    """Return the result of a function for symbols, else the text of its values at the grader's points.
 
-    `asked` holds the names of the joints, and the names and values of all symbols at the points. Raises what the
-    function raises, TypeError where it can't be called so.
+    `asked` has the names of the joints, and the names and values of all symbols at the points. Raises what the function
+    raises, and TypeError if it can't be called this way.
     """
     try:
-        with symbols_everywhere(function):
+        with allow_symbols(function):
             result = function(*_arguments(function, asked, sympy.Symbol))
         if _is_formula(result):
             return result
@@ -86,7 +86,7 @@ def _table(function: Any, asked: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _arguments(function: Any, asked: Mapping[str, Any], value: Any) -> list[Any]:
-    """Return what each parameter is given, by its name; `value` gives a symbol's value."""
+    """Return the arguments for a function's parameters, by their names; `value` returns a symbol's value."""
     if isinstance(function, sympy.Lambda):
         names: list[str] = [str(symbol) for symbol in function.variables]
         spread = False
@@ -100,17 +100,21 @@ def _arguments(function: Any, asked: Mapping[str, Any], value: Any) -> list[Any]
     joints: list[str] = list(asked["joints"])
     if spread and not names:
         return [value(joint) for joint in joints]
-    meant = [_meant(name, joints, asked["symbols"]) for name in names]
-    if all(one is None for one in meant) and len(names) == len(joints):
-        meant = list(joints)  # other names for the joints, in their order
-    for name, one in zip(names, meant, strict=True):
-        if one is None:
+    targets = [_match_parameter(name, joints, asked["symbols"]) for name in names]
+    if all(target is None for target in targets) and len(names) == len(joints):
+        targets = list(joints)  # other names for the joints, in their order
+    for name, target in zip(names, targets, strict=True):
+        if target is None:
             raise TypeError(f"its parameter {name!r} is no symbol of the problem; known: {', '.join(asked['symbols'])}")
-    return [value(one) if isinstance(one, str) else numpy.array([value(each) for each in one]) for one in meant if one]
+    return [
+        value(target) if isinstance(target, str) else numpy.array([value(each) for each in target])
+        for target in targets
+        if target
+    ]
 
 
-def _meant(name: str, joints: Sequence[str], symbols: Sequence[str]) -> str | list[str] | None:
-    """Return the symbol that a parameter stands for, or the joints or rates that a vector of them does."""
+def _match_parameter(name: str, joints: Sequence[str], symbols: Sequence[str]) -> str | list[str] | None:
+    """Return the symbol that a parameter stands for, or the joints or rates that a vector stands for."""
     plain = re.sub(r"_(?=\d)", "", name)
     rates = [f"qd{i}" for i in range(1, len(joints) + 1)]
     if plain in symbols:
@@ -129,10 +133,10 @@ def _meant(name: str, joints: Sequence[str], symbols: Sequence[str]) -> str | li
 
 
 @contextlib.contextmanager
-def symbols_everywhere(function: Any) -> Iterator[None]:
-    """Let `math`'s and NumPy's functions take symbols, also those that were imported by name; then undo it."""
+def allow_symbols(function: Any) -> Iterator[None]:
+    """Let functions of `math` and NumPy accept symbols, even if imported by name; undo it after the block."""
     replaced = {
-        getattr(math, name): _taking_symbols(name) for name in (*_ELEMENTWISE, *_RENAMED) if hasattr(math, name)
+        getattr(math, name): _accept_symbols(name) for name in (*_ELEMENTWISE, *_RENAMED) if hasattr(math, name)
     }
     spaces: list[dict[str, Any]] = [vars(math), getattr(function, "__globals__", {})]
     before = [(space, name, value) for space in spaces for name, value in space.items() if _is_in(value, replaced)]
@@ -141,7 +145,7 @@ def symbols_everywhere(function: Any) -> Iterator[None]:
         for space, name, value in before:
             space[name] = replaced[value]
         for name in methods:
-            setattr(sympy.Expr, name, _as_method(_ELEMENTWISE[name]))
+            setattr(sympy.Expr, name, _make_method(_ELEMENTWISE[name]))
         yield
     finally:
         for space, name, value in before:
@@ -154,14 +158,14 @@ def _is_in(value: Any, known: Mapping[Any, Any]) -> bool:
     return isinstance(value, types.BuiltinFunctionType) and value in known
 
 
-def _as_method(function: Any) -> Any:
+def _make_method(function: Any) -> Any:
     def method(self: sympy.Expr, *others: Any) -> Any:  # NumPy calls x.cos() for what is no number
         return function(self, *others)
 
     return method
 
 
-def _taking_symbols(name: str) -> Any:
+def _accept_symbols(name: str) -> Any:
     numeric, symbolic = getattr(math, name), _ELEMENTWISE[_RENAMED.get(name, name)]
 
     def either(*values: Any) -> Any:

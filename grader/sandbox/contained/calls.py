@@ -1,7 +1,7 @@
-"""Which system calls a notebook is refused, as a program for the kernel's filter (seccomp, in classic BPF).
+"""The system calls that a notebook may not use, as a program for the kernel's filter (seccomp, in classic BPF).
 
-What NumPy, SymPy and Python do while they compute is let through: files, memory, threads, time. What starts programs
-and processes, opens sockets, reaches other processes, mounts, or changes the machine is answered with EPERM.
+Calls that NumPy, SymPy and Python need to compute are allowed: files, memory, threads, time. Calls that start programs
+or processes, open sockets, reach other processes, mount file systems, or change the machine fail with EPERM.
 """
 
 import platform
@@ -52,10 +52,10 @@ ON_PATHS: dict[str, tuple[int | None, int | None]] = {
     "lremovexattr": (198, 15), "fallocate": (285, 47), "fchmod": (91, 52), "fchown": (93, 55), "fsetxattr": (190, 7),
     "fremovexattr": (199, 16),
 }  # fmt: skip
-"""Refused, too, where a notebook still sees the machine's own files: Landlock does not rule what changes no content. A
-library that is open to be read could be closed to everybody by its descriptor.
+"""Also refused if a notebook still sees the machine's own files: Landlock does not restrict changes of metadata. By the
+descriptor of an open library, a notebook could make the library unreadable for everybody.
 
-Space that is asked for and not written to can't be counted there.
+Space that is reserved but not written can't be counted there.
 """
 
 _CLONE, _CLONE3, _PRCTL, _IOCTL, _FCNTL = (56, 220), (435, 435), (157, 167), (16, 29), (72, 25)
@@ -75,55 +75,63 @@ _ALLOW, _KILL_PROCESS, _ERROR = 0x7FFF0000, 0x80000000, 0x00050000
 _NUMBER, _ARCHITECTURE, _FIRST, _SECOND, _THIRD = 0, 4, 16, 24, 32  # where they lie in what the filter is shown
 
 
-def _do(code: int, k: int, then: int = 0, otherwise: int = 0) -> bytes:
+def _instruction(code: int, k: int, then: int = 0, otherwise: int = 0) -> bytes:
     return struct.pack("HBBI", code, then, otherwise, k)
 
 
-def filter_program(own: int, on_paths: bool) -> bytes:
-    """Return the filter for the process `own`. Raises OSError for a processor whose system calls are not known here.
+def filter_program(pid: int, on_paths: bool) -> bytes:
+    """Return the filter for the process `pid`. Raises OSError for a processor whose system calls are not listed here.
 
-    Signals reach the process itself only, also those that an open file sends to its owner; clone makes threads only.
-    clone3 and openat2 are not there, as their flags can't be looked at: the C library then takes clone and openat.
-    Nor are calls that are newer than this list.
+    Signals, including those that an open file sends to its owner, reach only the process itself; clone makes only
+    threads. clone3 and openat2 are reported as missing, because a filter can't inspect their flags; the C library then
+    uses clone and openat. Calls that are newer than this list are reported as missing, too.
     """
     machine = platform.machine()
     if machine not in _ARCHITECTURES:
         raise OSError(f"system calls of {machine} are not known")
     architecture, column = _ARCHITECTURES[machine]
-    refuse, allow = _do(_RETURN, _ERROR | _EPERM), _do(_RETURN, _ALLOW)
-    program = [_do(_LOAD, _ARCHITECTURE), _do(_EQUAL, architecture, 1), _do(_RETURN, _KILL_PROCESS)]
-    program += [_do(_LOAD, _NUMBER), _do(_AT_LEAST, 0x40000000, 0, 1), refuse]  # x32: other numbers for the same calls
-    program += [_do(_AT_LEAST, _UNKNOWN, 0, 1), _do(_RETURN, _ERROR | _ENOSYS)]
+    refuse, allow = _instruction(_RETURN, _ERROR | _EPERM), _instruction(_RETURN, _ALLOW)
+    program = [
+        _instruction(_LOAD, _ARCHITECTURE),
+        _instruction(_EQUAL, architecture, 1),
+        _instruction(_RETURN, _KILL_PROCESS),
+    ]
+    program += [
+        _instruction(_LOAD, _NUMBER),
+        _instruction(_AT_LEAST, 0x40000000, 0, 1),
+        refuse,
+    ]  # x32: other numbers for the same calls
+    program += [_instruction(_AT_LEAST, _UNKNOWN, 0, 1), _instruction(_RETURN, _ERROR | _ENOSYS)]
 
     def case(numbers: tuple[int, int], *body: bytes) -> None:
         if numbers[column] < 0:  # this machine has no such call
             return
-        program.extend((_do(_EQUAL, numbers[column], 0, len(body)), *body))
+        program.extend((_instruction(_EQUAL, numbers[column], 0, len(body)), *body))
 
     def only(where: int, *values: int) -> list[bytes]:
         """Allow if an argument is one of the values (its lower half, which is all that the kernel takes)."""
-        tests = [_do(_EQUAL, value, len(values) - i) for i, value in enumerate(values)]
-        return [_do(_LOAD, where), *tests, refuse, allow]
+        tests = [_instruction(_EQUAL, value, len(values) - i) for i, value in enumerate(values)]
+        return [_instruction(_LOAD, where), *tests, refuse, allow]
 
     def all_but(where: int, *values: int) -> list[bytes]:
         """Refuse if an argument is one of the values."""
-        tests = [_do(_EQUAL, value, len(values) - i) for i, value in enumerate(values)]
-        return [_do(_LOAD, where), *tests, allow, refuse]
+        tests = [_instruction(_EQUAL, value, len(values) - i) for i, value in enumerate(values)]
+        return [_instruction(_LOAD, where), *tests, allow, refuse]
 
-    case(_CLONE, _do(_LOAD, _FIRST), _do(_ANY_BIT, _THREAD, 1), refuse, allow)
-    case(_CLONE3, _do(_RETURN, _ERROR | _ENOSYS))
-    case(_KILL, *only(_FIRST, own))
-    case(_TGKILL, *only(_FIRST, own))
-    case(_PRLIMIT, *only(_FIRST, 0, own))
+    case(_CLONE, _instruction(_LOAD, _FIRST), _instruction(_ANY_BIT, _THREAD, 1), refuse, allow)
+    case(_CLONE3, _instruction(_RETURN, _ERROR | _ENOSYS))
+    case(_KILL, *only(_FIRST, pid))
+    case(_TGKILL, *only(_FIRST, pid))
+    case(_PRLIMIT, *only(_FIRST, 0, pid))
     case(_PRCTL, *only(_FIRST, *_NAMES))
     case(_IOCTL, *only(_SECOND, *_ASKED_OF_FILES))
     case(_FCNTL, *all_but(_SECOND, *_OWNERS, _LEASE))
     if on_paths:  # a file that never had a name can't be counted
         for call, flags in ((_OPENAT, _THIRD), (_OPEN, _SECOND)):
-            case(call, _do(_LOAD, flags), _do(_ANY_BIT, _TMPFILE, 0, 1), refuse, allow)
-        case(_OPENAT2, _do(_RETURN, _ERROR | _ENOSYS))
+            case(call, _instruction(_LOAD, flags), _instruction(_ANY_BIT, _TMPFILE, 0, 1), refuse, allow)
+        case(_OPENAT2, _instruction(_RETURN, _ERROR | _ENOSYS))
     for numbers in (*REFUSED.values(), *(ON_PATHS.values() if on_paths else ())):
         number = numbers[column]
         if number is not None:
-            program += [_do(_EQUAL, number, 0, 1), refuse]
+            program += [_instruction(_EQUAL, number, 0, 1), refuse]
     return b"".join((*program, allow))

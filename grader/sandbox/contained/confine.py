@@ -1,8 +1,7 @@
-"""The measures that contain a notebook: each tried for itself, so that it is known which hold on this machine.
+"""The measures that isolate a notebook. Each is tried separately, to know which ones work on this machine.
 
-`enter` and `private_root` are for the process that forks for every notebook, once; `apply` is for the child, before it
-runs anything of a student's. Where a measure can't be had, the others still are: see docs/sandbox.md for what each is
-worth.
+The forking process calls `enter` and `private_root` once; each child calls `apply` before it runs a student's code. If
+a measure is not available, the others still apply: docs/sandbox.md explains what each of them achieves.
 """
 
 import contextlib
@@ -36,7 +35,7 @@ processes or threads, open files, timers."""
 
 @dataclass
 class Measures:
-    """Which measures hold and, of the others, why not; `user` is whom a child becomes where this process is root."""
+    """The measures that are `lacking`, with reasons; `user` is the user of a child if this process is root."""
 
     lacking: dict[str, str]
     memory: int
@@ -45,38 +44,38 @@ class Measures:
     processes: int | None = None
 
     def holds(self, name: str) -> bool:
-        """Tell whether a measure is taken."""
+        """Whether a measure is applied."""
         return name not in self.lacking
 
 
-def tried(action: Callable[[], None]) -> str:
-    """Do something in a process of its own, which ends then; return why it can't be done, or nothing."""
+def try_in_child(action: Callable[[], None]) -> str:
+    """Try an action in a child process, which ends then; return why it fails, or ""."""
     reading, writing = os.pipe()
     pid = os.fork()
     if pid == 0:
-        said = "it ended"
+        reason = "it ended"
         try:
             action()
-            said = ""
+            reason = ""
         except BaseException as error:
-            said = str(error) or type(error).__name__
+            reason = str(error) or type(error).__name__
         finally:
-            os.write(writing, b"." + said.encode()[:500])
+            os.write(writing, b"." + reason.encode()[:500])
             os._exit(0)
     os.close(writing)
     with os.fdopen(reading, "rb") as pipe:
-        said = pipe.read().decode()
+        reason = pipe.read().decode()
     os.waitpid(pid, 0)
-    return said[1:] if said else "the process that tried it was killed"
+    return reason[1:] if reason else "the process that tried it was killed"
 
 
 # --- once, in the process that forks for every notebook ---
 
 
 def enter() -> None:
-    """Leave the machine's namespaces: no network but an own one that is down, no other processes, own mounts.
+    """Leave the machine's namespaces: a separate network that is down, no other processes, separate mounts.
 
-    Root needs no user namespace; anybody else becomes the one user of an own one, with rights in it only.
+    Root needs no user namespace; other users become the only user of a new one, with privileges only in it.
     """
     user, group = os.geteuid(), os.getegid()
     others = kernel.NEWNS | kernel.NEWNET | kernel.NEWIPC | kernel.NEWUTS | kernel.NEWPID
@@ -91,11 +90,11 @@ def enter() -> None:
 
 
 def private_root(mountpoint: str) -> None:
-    """Make a root in which there are Python, its libraries and an empty folder, all of it read-only."""
+    """Make a read-only root with Python, its libraries and an empty folder."""
     kernel.mount("qdot", mountpoint, "tmpfs", kernel.MS_NOSUID | kernel.MS_NODEV, "size=4m,mode=755")
     shown: list[str] = []
     for path in sorted(guard.PLACES, key=len):
-        real = _with_links(path, mountpoint)
+        real = _copy_links(path, mountpoint)
         if os.path.exists(real) and not guard.is_inside(real, tuple(shown)):
             _show(real, mountpoint)
             shown.append(real)
@@ -119,8 +118,8 @@ def _show(path: str, mountpoint: str) -> None:
     kernel.make_read_only(target, devices=path in guard.DEVICES)
 
 
-def _with_links(path: str, mountpoint: str) -> str:
-    """Return the path with links resolved, and make the links on the way to it in the new root, too."""
+def _copy_links(path: str, mountpoint: str) -> str:
+    """Copy the links along a path into the new root, and return the path with links resolved."""
     for _ in range(40):
         parts = Path(path).parts
         for length in range(2, len(parts) + 1):
@@ -136,8 +135,8 @@ def _with_links(path: str, mountpoint: str) -> str:
     return path
 
 
-def fresh_folder(measures: Measures, parent: str) -> str:
-    """Return an empty folder for a notebook; in a root of its own it is a file system that holds so much, no more."""
+def make_folder(measures: Measures, parent: str) -> str:
+    """Return a new empty folder for a notebook; in a private root it is a file system of limited size."""
     if measures.holds("namespaces"):
         data = f"size={DISK},nr_inodes={FILES},mode=755"
         kernel.mount("qdot", OWN, "tmpfs", kernel.MS_NOSUID | kernel.MS_NODEV, data)
@@ -150,14 +149,14 @@ def fresh_folder(measures: Measures, parent: str) -> str:
 
 
 def is_overdrawn(measures: Measures, folder: str, pid: int) -> bool:
-    """Tell whether a notebook has written more into its folder than it may, or has put it where nobody can count it.
+    """Whether a notebook has written more than its limit, or has written where it can't be counted.
 
-    What it has removed and still holds open lies in no folder. It is known by what the process has written to disks,
-    and, as a file system in memory is none, by its open files and mappings without names.
+    Removed files that are still open are in no folder. They are counted by what the process has written to disks and,
+    for file systems in memory, by its open files and mappings without names.
     """
     try:
         with _as_its_user(measures):
-            if _written_by(pid) > DISK or _held_by(pid, folder) > DISK:
+            if _bytes_written(pid) > DISK or _nameless_bytes(pid, folder) > DISK:
                 return True
         size = number = 0
         left = [(folder, 0)]
@@ -178,7 +177,7 @@ def is_overdrawn(measures: Measures, folder: str, pid: int) -> bool:
 
 @contextlib.contextmanager
 def _as_its_user(measures: Measures) -> Iterator[None]:
-    """Be a notebook's user while the block lasts: only that one may ask, and root where it may trace everybody."""
+    """Become the notebook's user during the block, as only that user, or a privileged root, may read its data."""
     is_another = measures.user is not None and measures.holds("user")
     if is_another:
         assert measures.user is not None
@@ -193,7 +192,7 @@ def _as_its_user(measures: Measures) -> Iterator[None]:
 
 
 def _entries(path: str) -> list[os.DirEntry[str]]:
-    """Return what is in a folder; nothing where it is gone by now, as the notebook is at work there."""
+    """Return the entries of a folder; empty if the notebook has removed it in the meantime."""
     with contextlib.suppress(FileNotFoundError), os.scandir(path) as entries:
         return list(entries)
     return []
@@ -205,16 +204,16 @@ def _size(entry: os.DirEntry[str]) -> int:
     return 0
 
 
-def _written_by(pid: int) -> int:
-    """Return how many bytes a process has written to disks; 0 where that isn't told."""
+def _bytes_written(pid: int) -> int:
+    """Return the number of bytes that a process has written to disks; 0 if unknown."""
     with contextlib.suppress(OSError):
-        told = re.search(r"(?m)^write_bytes: (\d+)", Path(f"/proc/{pid}/io").read_text())
-        return int(told[1]) if told else 0
+        match = re.search(r"(?m)^write_bytes: (\d+)", Path(f"/proc/{pid}/io").read_text())
+        return int(match[1]) if match else 0
     return 0
 
 
-def _held_by(pid: int, folder: str) -> int:
-    """Return the size of files without names that a process has open or mapped; what isn't told counts nothing."""
+def _nameless_bytes(pid: int, folder: str) -> int:
+    """Return the size of files without names that a process has open or mapped, as far as known."""
     held = 0
     with contextlib.suppress(OSError):
         for name in os.listdir(f"/proc/{pid}/fd"):
@@ -232,9 +231,9 @@ def _held_by(pid: int, folder: str) -> int:
 
 
 def apply(measures: Measures, folder: str, parent: int) -> dict[str, str]:
-    """Take all measures but the watching, in an order in which none is in the way of the next.
+    """Apply all measures except the audit hook, in an order in which none prevents the next.
 
-    Returns those that failed, with the reason. `parent` is the process with which this one ends.
+    Returns those that failed, with the reason. This process ends with its `parent`.
     """
     failed: dict[str, str] = {}
 
@@ -247,7 +246,7 @@ def apply(measures: Measures, folder: str, parent: int) -> dict[str, str]:
 
     take("limits", lambda: _limit(measures))
     take("user", lambda: become(measures.user))
-    die_with_parent(parent)  # who becomes another user is let off this
+    die_with_parent(parent)  # a change of user would cancel this
     take("privileges", lambda: _give_up_privileges(measures))
     if not measures.holds("privileges") and measures.holds("seccomp") and sys.platform == "linux":
         take("seccomp", lambda: kernel.prctl(kernel.PR_SET_NO_NEW_PRIVS, 1))
@@ -258,7 +257,7 @@ def apply(measures: Measures, folder: str, parent: int) -> dict[str, str]:
 
 
 def die_with_parent(parent: int) -> None:
-    """Have Linux kill this process when its parent ends: a stopped grader leaves nothing running."""
+    """Let Linux kill this process when its parent ends, so that a stopped grader leaves nothing running."""
     if sys.platform == "linux":
         with contextlib.suppress(OSError):
             kernel.prctl(kernel.PR_SET_PDEATHSIG, signal.SIGKILL)
@@ -287,7 +286,7 @@ def _limit(measures: Measures) -> None:
 
 
 def become(user: int | None) -> None:
-    """Become a user who owns nothing, if root started this. Raises OSError where that one couldn't load a library."""
+    """Become a user who owns nothing, if root started this. Raises OSError if that user can't read the libraries."""
     if user is None:
         return
     libraries = [path for path in guard.LIBRARIES if os.path.isdir(path)]
@@ -314,8 +313,8 @@ def _rule_files(folder: str) -> None:
     version = kernel.landlock_version()
     files = (1 << (13 + min(version - 1, 2))) - 1 | (1 << 15 if version >= 5 else 0)
     network, scopes = (3 if version >= 4 else 0), (3 if version >= 6 else 0)
-    own = (_READ_FILE | _READ_FOLDER | _WRITE | _CHANGE_FOLDER | _TRUNCATE | _REFER) & files
-    rules = [(folder, own)]
+    own_rights = (_READ_FILE | _READ_FOLDER | _WRITE | _CHANGE_FOLDER | _TRUNCATE | _REFER) & files
+    rules = [(folder, own_rights)]
     for path in guard.READABLE:
         if os.path.isdir(path):
             rules.append((path, _READ_FILE | _READ_FOLDER))

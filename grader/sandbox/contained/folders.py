@@ -1,6 +1,6 @@
-"""Remove a folder with all that is in it, however deep it is nested and whatever rights it has.
+"""Removes a folder with its content, for any depth of nesting and any permissions.
 
-No recursion and no long paths: what lies in a folder of the folder is moved up into it, until everything lies there.
+It uses no recursion and no long paths: the content of each subfolder is moved up, until everything is at the top.
 """
 
 import contextlib
@@ -11,7 +11,7 @@ import time
 
 
 def remove(path: str, within: float = math.inf) -> None:
-    """Remove a folder. Raises OSError where something can't be removed, or all of it takes longer than so many seconds.
+    """Remove a folder. Raises OSError if something can't be removed, or if it takes longer than `within` seconds.
 
     Links are removed, and never followed.
     """
@@ -22,8 +22,8 @@ def remove(path: str, within: float = math.inf) -> None:
     try:
         while names := os.listdir(top):
             for name in names:
-                if not _unlinked(name, top):
-                    _lift(name, top)
+                if not _unlink(name, top):
+                    _move_up(name, top)
                 if time.monotonic() > deadline:
                     raise TimeoutError(f"{path} is not empty after {within:g} s")
     finally:
@@ -31,7 +31,7 @@ def remove(path: str, within: float = math.inf) -> None:
     os.rmdir(path)
 
 
-def _unlinked(name: str, parent: int) -> bool:
+def _unlink(name: str, parent: int) -> bool:
     """Remove a file or a link; return whether it was one."""
     try:
         os.unlink(name, dir_fd=parent)
@@ -51,12 +51,12 @@ def _is_folder(name: str, parent: int) -> bool:
     return False
 
 
-def _lift(name: str, top: int) -> None:
-    """Move the folders that are in a folder up, remove its files, and then itself."""
+def _move_up(name: str, top: int) -> None:
+    """Move the subfolders of a folder up, remove its files, and then the folder itself."""
     folder = os.open(name, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW, dir_fd=top)
     try:
         for inner in os.listdir(folder):
-            if not _unlinked(inner, folder):
+            if not _unlink(inner, folder):
                 os.rename(inner, secrets.token_hex(16), src_dir_fd=folder, dst_dir_fd=top)
     finally:
         os.close(folder)

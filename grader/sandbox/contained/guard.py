@@ -1,7 +1,7 @@
-"""What a notebook may read, and an audit hook that refuses the rest in words: the second line, behind the kernel.
+"""What a notebook may read, and an audit hook that refuses everything else: the second line of defence.
 
-The hook watches Python code and says what was refused. What native code does is for the kernel (`confine`); where that
-can't, as on macOS, the hook is all there is.
+The hook watches Python code and reports what was refused. The kernel restricts native code (`confine`); if it can't, as
+on macOS, there is only the hook.
 """
 
 import os
@@ -11,14 +11,14 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 HIDDEN = ("qdot",)
-"""What a notebook may not load: with them and the secret, the answers could be regenerated."""
+"""Packages that a notebook may not load: with them and the secret, it could regenerate the answers."""
 
 
 def library_folders() -> list[str]:
-    """Return the folders that modules come from, but not a checkout of qdot (an editable install)."""
+    """Return the folders of modules, except a checkout of qdot (an editable install)."""
     kept = [path for path in sys.path if "site-packages" in path or "dist-packages" in path]
-    other = [path for path in sys.path if path and path not in kept]
-    return kept + [path for path in other if not any(Path(path, name).is_dir() for name in HIDDEN)]
+    others = [path for path in sys.path if path and path not in kept]
+    return kept + [path for path in others if not any(Path(path, name).is_dir() for name in HIDDEN)]
 
 
 LIBRARIES = tuple(library_folders())
@@ -30,10 +30,10 @@ PLACES = (
     "/lib64", "/nix/store", "/gnu/store", "/System/Library", "/Library/Fonts", "/etc/localtime", "/etc/fonts",
     "/etc/ssl", "/etc/ld.so.cache", *filter(os.path.isabs, os.environ.get("LD_LIBRARY_PATH", "").split(":")), *DEVICES,
 )  # fmt: skip
-"""What Python and its libraries read; everything else on the machine is none of a notebook's business."""
+"""What Python and its libraries read; a notebook may read nothing else on the machine."""
 
 READABLE = tuple(dict.fromkeys(map(os.path.realpath, PLACES)))
-"""The same with links resolved."""
+"""The places with links resolved."""
 
 REFUSED = (
     "subprocess.", "os.system", "os.exec", "os.posix_spawn", "os.spawn", "os.fork", "os.kill", "os.killpg", "pty.",
@@ -43,7 +43,7 @@ REFUSED = (
 
 
 def is_inside(path: Any, folders: tuple[str, ...]) -> bool:
-    """Tell whether a path, links resolved, is one of the folders or lies in it; a descriptor that is open does."""
+    """Whether a path, with links resolved, is in one of the folders; open descriptors always are."""
     if isinstance(path, int) or path is None:
         return True
     real = os.path.realpath(os.fsdecode(path))
@@ -51,11 +51,11 @@ def is_inside(path: Any, folders: tuple[str, ...]) -> bool:
 
 
 def guard(folder: str) -> Callable[[str, tuple[Any, ...]], None]:
-    """Return an audit hook: read the libraries, write in the own folder, and nothing else.
+    """Return an audit hook that allows reading the libraries, writing into the notebook's folder, and nothing else.
 
     Once added, a hook can't be removed.
     """
-    own = (os.path.realpath(folder),)
+    own_folders = (os.path.realpath(folder),)
     writing = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
     packages = tuple(os.path.realpath(f"{path}/{name}") for path in sys.path for name in HIDDEN)
 
@@ -66,18 +66,20 @@ def guard(folder: str) -> Callable[[str, tuple[Any, ...]], None]:
         if event == "open":
             path, _, flags = args
             changes = isinstance(flags, int) and flags & writing and path not in ("/dev/null", b"/dev/null")
-            if not is_inside(path, own if changes else (*own, *READABLE)) or is_inside_hidden(path):
+            if not is_inside(path, own_folders if changes else (*own_folders, *READABLE)) or is_inside_hidden(path):
                 refuse(f"open {str(path)[:200]!r}")
         elif event == "import" and str(args[0]).split(".")[0] in HIDDEN:
             refuse(f"import {str(args[0])[:100]}")
         elif event.startswith(("os.listdir", "os.scandir", "os.chdir")):  # os.walk and glob look by these
-            if not is_inside(args[0], (*own, *READABLE)):
+            if not is_inside(args[0], (*own_folders, *READABLE)):
                 refuse(f"look into {str(args[0])[:200]!r}")
         elif event.startswith(
             ("os.rename", "os.remove", "os.rmdir", "os.mkdir", "os.chmod", "os.truncate", "os.utime")
         ):
             by_descriptor = isinstance(args[0], int) and event in ("os.chmod", "os.utime")  # it may be a library's
-            if by_descriptor or not all(is_inside(arg, own) for arg in args[:2] if isinstance(arg, (str, bytes))):
+            if by_descriptor or not all(
+                is_inside(arg, own_folders) for arg in args[:2] if isinstance(arg, (str, bytes))
+            ):
                 refuse(f"change {str(args[0])[:200]!r}")
         elif event.startswith(REFUSED):
             refuse(f"use {event}")

@@ -41,7 +41,7 @@ def python_of(source: str) -> str:
     first = next((n for n, line in enumerate(lines) if not _COMMENT.fullmatch(line)), len(lines))
     if first == len(lines):
         return source
-    lines = _without_indent(_without_prompts(lines, first), first)
+    lines = _strip_indent(_strip_prompts(lines, first), first)
     while first < len(lines) and (magic := _CELL_MAGIC.fullmatch(lines[first])):
         if magic[1] in NOT_PYTHON:
             body = "\n".join(lines[first + 1 :]).removesuffix("\n") + "\n"
@@ -49,20 +49,20 @@ def python_of(source: str) -> str:
             break
         lines[first] = "pass"
         first += 1
-    return "\n".join(_statements(lines))
+    return "\n".join(_translate_statements(lines))
 
 
-def _without_prompts(lines: list[str], first: int) -> list[str]:
+def _strip_prompts(lines: list[str], first: int) -> list[str]:
     prompt = next((prompt for prompt in _PROMPTS if prompt.match(lines[first])), None)
     return lines if prompt is None else [prompt.sub("", line, count=1) for line in lines]
 
 
-def _without_indent(lines: list[str], first: int) -> list[str]:
+def _strip_indent(lines: list[str], first: int) -> list[str]:
     indent = lines[first][: len(lines[first]) - len(lines[first].lstrip(" \t"))]
     return [line.removeprefix(indent) for line in lines] if indent else lines
 
 
-def _statements(lines: Sequence[str]) -> Iterator[str]:
+def _translate_statements(lines: Sequence[str]) -> Iterator[str]:
     """Yield the lines, with those that are IPython's where a statement begins written as Python."""
     begin = 0
     while begin < len(lines):
@@ -74,25 +74,25 @@ def _statements(lines: Sequence[str]) -> Iterator[str]:
         if _ESCAPED.fullmatch(lines[begin]) or _ASSIGNED.fullmatch(lines[begin]):
             while lines[end - 1].endswith("\\") and end < len(lines):
                 end += 1
-        written = _written(" ".join(line.rstrip("\\") for line in lines[begin:end]))
+        written = _translate_line(" ".join(line.rstrip("\\") for line in lines[begin:end]))
         if written is not None:
             yield written
             yield from [""] * (end - begin - 1)
         else:
-            end = _end(lines, begin)
+            end = _find_end(lines, begin)
             yield from lines[begin:end]
         begin = end
 
 
-def _written(line: str) -> str | None:
+def _translate_line(line: str) -> str | None:
     """Return a line of IPython's as Python; None for any other."""
     if len(line) < LONGEST_HELP and (match := _HELP.fullmatch(line)):
         indent, name, marks = match.groups()
-        return f"{indent}{_line_magic(_information(name, marks), name)}"
+        return f"{indent}{_line_magic(_help_magic(name, marks), name)}"
     if match := _ESCAPED.fullmatch(line):
         indent, escape, rest = match.groups()
         if escape.startswith("?"):
-            return f"{indent}{_line_magic(_information(rest, escape), rest)}" if rest else f"{indent}pass"
+            return f"{indent}{_line_magic(_help_magic(rest, escape), rest)}" if rest else f"{indent}pass"
         if escape.startswith("!"):
             return f"{indent}get_ipython().{'system' if escape == '!' else 'getoutput'}({rest!r})"
         name, _, argument = rest.partition(" ")
@@ -104,7 +104,7 @@ def _written(line: str) -> str | None:
     return None
 
 
-def _information(name: str, marks: str) -> str:
+def _help_magic(name: str, marks: str) -> str:
     return "psearch" if "*" in name else "pinfo2" if marks == "??" else "pinfo"
 
 
@@ -112,7 +112,7 @@ def _line_magic(name: str, argument: str) -> str:
     return f"get_ipython().run_line_magic({name!r}, {argument!r})"
 
 
-def _end(lines: Sequence[str], begin: int) -> int:
+def _find_end(lines: Sequence[str], begin: int) -> int:
     """Return the line behind the statement that begins in a line; of one that has no end, the last of all."""
     read = begin
 

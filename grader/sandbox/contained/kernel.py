@@ -40,7 +40,7 @@ def forget() -> None:
     _libc.cache_clear()
 
 
-def _checked(result: int) -> int:
+def _check_result(result: int) -> int:
     if result < 0:
         number = ctypes.get_errno()
         raise OSError(number, os.strerror(number))
@@ -49,7 +49,7 @@ def _checked(result: int) -> int:
 
 def _syscall(number: int, *args: Any) -> int:
     wide = [ctypes.c_long(arg) if isinstance(arg, int) else arg for arg in args]
-    return _checked(_libc().syscall(ctypes.c_long(number), *wide))
+    return _check_result(_libc().syscall(ctypes.c_long(number), *wide))
 
 
 def _by_machine(numbers: dict[str, int]) -> int:
@@ -62,28 +62,28 @@ def _by_machine(numbers: dict[str, int]) -> int:
 def prctl(option: int, *args: Any) -> None:
     """Change something about this process."""
     wide = [ctypes.c_ulong(arg) if isinstance(arg, int) else arg for arg in (*args, 0, 0, 0, 0)[:4]]
-    _checked(_libc().prctl(ctypes.c_int(option), *wide))
+    _check_result(_libc().prctl(ctypes.c_int(option), *wide))
 
 
 def unshare(flags: int) -> None:
     """Leave the namespaces for new ones."""
-    _checked(_libc().unshare(ctypes.c_int(flags)))
+    _check_result(_libc().unshare(ctypes.c_int(flags)))
 
 
 def setns(descriptor: int, kind: int) -> None:
     """Enter a namespace."""
-    _checked(_libc().setns(ctypes.c_int(descriptor), ctypes.c_int(kind)))
+    _check_result(_libc().setns(ctypes.c_int(descriptor), ctypes.c_int(kind)))
 
 
 def mount(source: str | None, target: str, kind: str | None, flags: int, data: str = "") -> None:
     """Mount a file system, or bind a folder to another place."""
     texts = [None if text is None else os.fsencode(text) for text in (source, target, kind)]
-    _checked(_libc().mount(*texts, ctypes.c_ulong(flags), data.encode() or None))
+    _check_result(_libc().mount(*texts, ctypes.c_ulong(flags), data.encode() or None))
 
 
 def unmount(target: str) -> None:
     """Take a file system away at once; it ends when nobody uses it."""
-    _checked(_libc().umount2(os.fsencode(target), MNT_DETACH))
+    _check_result(_libc().umount2(os.fsencode(target), MNT_DETACH))
 
 
 def make_read_only(target: str, devices: bool) -> None:

@@ -1,4 +1,4 @@
-"""Answers as text, by the printer of `exercises`: its file alone, as nothing else of qdot is to be had in here."""
+"""Answers as text, by the printer of `exercises`: only its file, because the rest of qdot is not available here."""
 
 import importlib.util
 from pathlib import Path
@@ -7,7 +7,7 @@ from typing import Any
 _FILE = Path(__file__).parents[3] / "exercises" / "formula" / "printing.py"
 
 
-def _loaded() -> Any:
+def _load_printer() -> Any:
     spec = importlib.util.spec_from_file_location("contained.sympy_text", _FILE)
     assert spec is not None
     assert spec.loader is not None
@@ -16,4 +16,4 @@ def _loaded() -> Any:
     return module.FullPrinter
 
 
-Printer = _loaded()
+Printer = _load_printer()

@@ -1,4 +1,4 @@
-"""Run the cells of one notebook and report its answers as text: all that students' code may say leaves it here.
+"""Runs the cells of one notebook and reports its answers as text, the only output of students' code.
 
 Whatever a notebook does, it can only report about itself.
 """
@@ -13,7 +13,7 @@ import numpy
 import sympy
 
 from . import callables
-from .session import Missed, Session, place_of
+from .session import FailedImport, Session, find_position
 from .values import text_of
 
 Report = Callable[[dict[str, Any]], None]
@@ -22,7 +22,7 @@ LONGEST_ANSWER = 400_000
 
 
 def parts_of(value: Any, depth: int = 0) -> list[Any] | None:
-    """Return what a value is made of, down to what can't change in place; None where that isn't known."""
+    """Return the immutable parts of a value; None if they are unknown."""
     kind = type(value)
     if kind in (int, float, complex, str, bool, type(None)) or isinstance(value, sympy.Basic):
         return [value]
@@ -35,21 +35,21 @@ def parts_of(value: Any, depth: int = 0) -> list[Any] | None:
 
 
 def is_same(before: list[Any] | None, now: list[Any] | None) -> bool:
-    """Tell whether a value surely is what it was, so that its text need not be made again after every cell."""
+    """Whether a value is certainly unchanged, so that its text need not be made again after every cell."""
     if before is None or now is None or len(before) != len(now):
         return False
     return all(a is b or (type(a) is type(b) is int and a == b) for a, b in zip(before, now, strict=True))
 
 
 class Overtime(BaseException):
-    """A cell took longer than it may. Not an Exception, so that `except Exception` does not swallow it."""
+    """A cell took too long. It is not an Exception, so that `except Exception` does not catch it."""
 
 
 class Alarm:
-    """Rings after so much processor time, which a busy machine does not shorten, and where a cell waits as long.
+    """Raises Overtime after this much processor time, or after waiting as long.
 
-    How long it waited is what the clock says beyond `BUSY` times its processor time. It rings until the cell has ended,
-    as a ring may be lost: mpmath, for one, has an `except:` where it reads a float.
+    The waiting time is the real time minus `BUSY` times the processor time. The alarm repeats until the cell has ended,
+    because it may be lost: mpmath, for example, has a bare `except:` in its parser of floats.
     """
 
     def __init__(self, seconds: float) -> None:
@@ -68,7 +68,7 @@ class Alarm:
                 signal.setitimer(signal.ITIMER_PROF, 0)
                 signal.setitimer(signal.ITIMER_REAL, 0)
                 return
-            except Overtime:  # it rang on the way to its end
+            except Overtime:  # it rang while it was being switched off
                 continue
 
     def _ring(self, _signal: int, _frame: Any) -> None:
@@ -83,23 +83,23 @@ class Alarm:
 
 
 BUSY = 10
-"""A machine may be so many times as slow as it is alone."""
+"""How many times slower a busy machine may be."""
 
 AGAIN = 0.2
 """Seconds between two rings."""
 
 
-class Told(NamedTuple):
-    """What was reported of an answer, and what the answer was made of."""
+class AnswerReport(NamedTuple):
+    """The last report of an answer, and the parts of the answer."""
 
     parts: list[Any] | None
-    found: dict[str, str]
+    message: dict[str, str]
 
 
 def run_cells(request: dict[str, Any], report: Report) -> None:
-    """Run the cells in order, each within its time; report every answer as soon as it is there."""
+    """Run the cells in order, each within its time limit; report every answer as soon as it is available."""
     session = Session(request["cells"], request.get("setup", ""))
-    last: dict[str, Told] = {}
+    last: dict[str, AnswerReport] = {}
     symbols, alarm = _Symbols(), Alarm(request["cell_seconds"])
     for index, source in enumerate(request["cells"]):
         report({"begun": index})
@@ -111,24 +111,27 @@ def run_cells(request: dict[str, Any], report: Report) -> None:
 
 
 def _run_cell(session: Session, index: int, source: str, alarm: Alarm, report: Report) -> None:
-    """Run a cell, and report on which lines it stopped or lacks an import, and why."""
-    said: dict[str, Any] = {}
-    missed: list[Missed] = []
+    """Run a cell, and report the lines on which it stopped or an import failed, and why."""
+    outcome: dict[str, Any] = {}
+    missed: list[FailedImport] = []
     name = f"<cell {index + 1}>"
     session.asked_for_input = False
     try:
         with alarm:
             session.run(source, name, missed.append)
     except Overtime as overtime:
-        said = {"error": f"it {overtime}"}
+        outcome = {"error": f"it {overtime}"}
     except SystemExit:
-        said = {"error": "it called exit()"}
+        outcome = {"error": "it called exit()"}
     except BaseException as raised:
-        said = {"error": describe(raised) + (NO_INPUT if session.asked_for_input else ""), "line": _line(raised, name)}
-    for one in missed[:MOST_MISSED]:
-        report({"missed": index, "error": describe(one.error), "line": one.line})
-    if said:
-        report({"cell": index, **said})
+        outcome = {
+            "error": describe(raised) + (NO_INPUT if session.asked_for_input else ""),
+            "line": _line(raised, name),
+        }
+    for failed_import in missed[:MOST_MISSED]:
+        report({"missed": index, "error": describe(failed_import.error), "line": failed_import.line})
+    if outcome:
+        report({"cell": index, **outcome})
 
 
 NO_INPUT = "; nobody is there to type when a notebook is graded, and input() gave an empty text: write the value itself"
@@ -138,16 +141,16 @@ MOST_MISSED = 20
 def _line(raised: BaseException, name: str) -> int | None:
     """Return the line of a cell on which it stopped; a hostile exception must not break the report."""
     try:
-        place = place_of(raised, name)
+        place = find_position(raised, name)
     except BaseException:
         return None
     return None if place is None else place[0]
 
 
 class _Symbols:
-    """Which names were symbols and are numbers by now, as after `theta1 = 0.5` or `for theta1 in [0, pi]`.
+    """Names that were symbols and have become numbers, as after `theta1 = 0.5` or `for theta1 in [0, pi]`.
 
-    What is typed then lacks them.
+    Answers typed after that lack these symbols.
     """
 
     def __init__(self) -> None:
@@ -155,7 +158,7 @@ class _Symbols:
         self.lost: dict[str, tuple[int, str]] = {}
 
     def look(self, namespace: dict[str, Any], index: int) -> None:
-        """Look what a cell has made of the names."""
+        """Update the names after a cell."""
         for name, value in list(namespace.items()):
             if type(value) is sympy.Symbol:
                 self.known[name] = value.name
@@ -164,18 +167,18 @@ class _Symbols:
                 self.lost[name] = index, repr(value)[:40]
 
     def tell(self, source: str, answered: str, report: Report) -> None:
-        """Report the numbers that stand in an answer for a symbol that its cell says the name of."""
+        """Report numbers that replace a symbol in an answer, if its cell mentions the symbol's name."""
         for name, (index, value) in list(self.lost.items())[:MOST_LOST]:
-            if _says(name, source) and not _says(self.known[name], answered):
+            if _mentions(name, source) and not _mentions(self.known[name], answered):
                 report({"lost": name, "set": index, "value": value})
 
 
-def _says(name: str, text: str) -> bool:
+def _mentions(name: str, text: str) -> bool:
     return re.search(rf"\b{re.escape(name)}\b", text) is not None
 
 
 def _is_number(value: Any) -> bool:
-    """Tell whether a value is a number, also pi/2; what a notebook makes of these classes is not asked."""
+    """Whether a value is a number, such as pi/2; classes that the notebook defines are not asked."""
     kind = type(value)
     is_formula = issubclass(kind, sympy.Expr) and kind.__module__.startswith("sympy.")
     return kind in NUMBERS or (is_formula and bool(value.is_number))
@@ -188,10 +191,10 @@ MOST_LOST = 20
 def describe(raised: BaseException) -> str:
     """Return an exception as one short line; a hostile one must not break the report."""
     try:
-        about = raised.msg if isinstance(raised, SyntaxError) else raised  # it would name cell and line in its own way
-        said = f"{type(raised).__name__}: {about}".splitlines()[0][:300].removesuffix(": ")
+        about = raised.msg if isinstance(raised, SyntaxError) else raised  # without its own names of cell and line
+        text = f"{type(raised).__name__}: {about}".splitlines()[0][:300].removesuffix(": ")
         helped = isinstance(raised, (TypeError, ModuleNotFoundError))
-        return said + next((mends for found, mends in MENDED if helped and found in said), "")
+        return text + next((mends for pattern, mends in MENDED if helped and pattern in text), "")
     except BaseException:
         return "an exception that can't be shown"
 
@@ -216,31 +219,31 @@ MENDED = (
         "; it is not there when a notebook is graded: SymPy and NumPy are, and .py files handed in beside it",
     ),
 )
-"""What an error of Python's says, and what is said beside it: how to write what was meant."""
+"""Parts of Python's error messages, and the advice added to them: how to write what was meant."""
 
 
 def value_of(answer: Any, name: str, request: dict[str, Any]) -> Any:
-    """Return an answer, or what it gives where it is a function."""
+    """Return an answer, or its result if it is a function."""
     if not isinstance(answer, callables.FUNCTIONS):
         return answer
     asked = next((asked for begin, asked in request["asked"].items() if name.startswith(f"{begin}_")), None)
-    return callables.TABLE if asked is None else callables.called(answer, asked)
+    return callables.TABLE if asked is None else callables.evaluate_function(answer, asked)
 
 
 def report_answers(
-    namespace: dict[str, Any], last: dict[str, Told], request: dict[str, Any], alarm: Alarm, report: Report
+    namespace: dict[str, Any], last: dict[str, AnswerReport], request: dict[str, Any], alarm: Alarm, report: Report
 ) -> list[str]:
-    """Report each answer that is new or has changed, as text or as the reason why it is none; return the texts."""
+    """Report each new or changed answer, as text or with the reason why it is unreadable; return the texts."""
     texts = []
     for name in request["names"]:
         if name not in namespace:
             continue
-        before, parts = last.get(name, Told(None, {})), None
+        before, parts = last.get(name, AnswerReport(None, {})), None
         try:
             with alarm:
                 parts = parts_of(namespace[name])
                 reported = (
-                    before.found
+                    before.message
                     if is_same(before.parts, parts)
                     else {"text": text_of(value_of(namespace[name], name, request))[: LONGEST_ANSWER + 1]}
                 )
@@ -248,19 +251,19 @@ def report_answers(
             reported = {"error": f"working it out {overtime}"}
         except BaseException as raised:
             reported = {"error": describe(raised)}
-        last[name] = Told(parts, reported)
-        if reported != before.found:
+        last[name] = AnswerReport(parts, reported)
+        if reported != before.message:
             report({"name": name, **reported})
             texts += [reported["text"]] if "text" in reported else []
     return texts
 
 
 def warm_up() -> None:
-    """Do once what notebooks do, so that what SymPy does for the first time is done before the fork.
+    """Do once what notebooks do, so that SymPy's one-time work is done before the fork.
 
-    Every grader pays for it, so there is in here only what takes less time when it is done again: the first `simplify`
-    loads SymPy's units, whatever it is given, which takes 0.1 s; a second `trigsimp` or `solve` takes as long as the
-    first. `lambdify` loads 0.1 s of NumPy, and few notebooks use it but for their own checks, which are not run.
+    Every grader pays for it, so it contains only operations that are faster the second time: the first `simplify` loads
+    SymPy's units for any argument, which takes 0.1 s; a second `trigsimp` or `solve` takes as long as the first.
+    `lambdify` takes 0.1 s to load parts of NumPy, but few notebooks use it except in self-checks, which are not run.
     """
     x, y = sympy.symbols("x y")
     plain = sympy.Matrix([[sympy.cos(x), 1], [0, y]])
@@ -268,15 +271,15 @@ def warm_up() -> None:
     plain.inv()
     plain.diff(x)
     sympy.N((sympy.sin(x) * y).subs({x: 0.3, y: 0.7}))
-    for form in _forms():
+    for form in _example_answers():
         text_of(form)
 
 
-def _forms() -> list[Any]:
-    """Return what answers are made of, in the symbols of notebooks, for SymPy keeps what it finds out; none is one."""
+def _example_answers() -> list[Any]:
+    """Return formulas like those in answers, as SymPy caches what it computes; none of them is an answer."""
     (theta1, theta2), (a1, a2), (vx, vy) = (sympy.symbols(names) for names in ("theta1:3", "a1:3", "vx vy"))
-    one, both, part = theta1, theta1 + theta2, sympy.Rational(7, 25)
-    (x1, y1), (x2, y2) = ((sympy.cos(angle), sympy.sin(angle)) for angle in (one, both))
+    first, both, part = theta1, theta1 + theta2, sympy.Rational(7, 25)
+    (x1, y1), (x2, y2) = ((sympy.cos(angle), sympy.sin(angle)) for angle in (first, both))
     below = a1 * (part * sympy.sin(theta1) - sympy.cos(theta2) / 10)
     return [
         sympy.Matrix([a1 * x2 + part * y1 - y2 / 10, a1 * x1 + part * x2 + y1 / 10]),

@@ -1,7 +1,7 @@
-"""A notebook's cells run as Jupyter runs them: its variables, and what IPython puts beside them, in an inert form.
+"""Runs a notebook's cells as Jupyter does: its variables, and what IPython adds to them, in an inert form.
 
-`!` starts nothing, `input()` gives an empty text, help and most magics do nothing, and nothing is shown. What a
-notebook can't do without is there: `await`, the last results (`_`, `Out`), the files that it wrote, and its modules.
+`!` starts nothing, `input()` returns an empty text, help and most magics do nothing, and nothing is displayed. What
+notebooks depend on is available: `await`, the last results (`_`, `Out`), files that they wrote, and their modules.
 """
 
 import ast
@@ -20,23 +20,23 @@ from . import standins
 from .ipython import NOT_PYTHON, python_of
 
 _RESULTS = re.compile(r"(?<![\w.])(?:_{1,3}\d*|Out)(?!\w)")
-"""What speaks of the last results; to keep them, a cell has to be taken apart."""
+"""Names of the last results; to store these, a cell has to be split."""
 
 _AWAIT = ast.PyCF_ALLOW_TOP_LEVEL_AWAIT
 
 
-class Missed(NamedTuple):
-    """An import that failed, behind which its cell went on."""
+class FailedImport(NamedTuple):
+    """An import that failed, after which its cell continued."""
 
     line: int
     error: BaseException
 
 
 class Session:
-    """The variables of a notebook, and how its cells are run."""
+    """The variables of a notebook; runs its cells."""
 
     def __init__(self, cells: Sequence[str], setup: str = "") -> None:
-        """Begin with what `setup` sets: what qdot itself wrote into the notebook, whatever has become of that cell."""
+        """Begin with qdot's own `setup`, even if the student has changed the notebook's first cell."""
         self._last: dict[str, Any] = dict.fromkeys(("_", "__", "___"), "")
         self.variables: dict[str, Any] = {"__name__": "__main__", "Out": {}, **self._last}
         self.asked_for_input = False
@@ -46,32 +46,32 @@ class Session:
         shell = Shell(self)
         vars(builtins).update(get_ipython=lambda: shell, display=lambda *_args, **_options: None, input=self._input)
         standins.install(lambda: shell)
-        sys.path.insert(0, "")  # where Jupyter finds what a notebook wrote
-        exec(setup, self.variables)  # noqa: S102 - this is the contained process
+        sys.path.insert(0, "")  # where Jupyter finds files that a notebook wrote
+        exec(setup, self.variables)  # noqa: S102 - this is the isolated process
 
-    def run(self, source: str, name: str, missed: Callable[[Missed], None] = lambda _: None) -> None:
-        """Run a cell called `name`; tell of its imports that fail, behind which it goes on. Raises what it raises."""
+    def run(self, source: str, name: str, missed: Callable[[FailedImport], None] = lambda _: None) -> None:
+        """Run a cell called `name`; report failed imports and continue after them. Raises what the cell raises."""
         self._count += 1
         with contextlib.suppress(OSError):  # its folder is gone
-            sys.path_importer_cache.pop(os.getcwd(), None)  # cells may follow faster than the time of a folder changes
+            sys.path_importer_cache.pop(os.getcwd(), None)  # the folder may have changed within its time resolution
         source = python_of(source)
-        codes: Sequence[CodeType] = self._compiled(source, name)
+        codes: Sequence[CodeType] = self._compile(source, name)
         while codes:
             try:
                 for code in codes:
                     self._execute(code)
                 return
             except Exception as error:
-                failed = _failed_import(error, source, name)
+                failed = _split_at_failed_import(error, source, name)
                 if failed is None:
                     raise
                 statement, rest = failed
                 if not self._stand_in(statement):
-                    missed(Missed(statement.lineno, error))
+                    missed(FailedImport(statement.lineno, error))
                 codes = [compile(rest, name, "exec", _AWAIT, True)]
 
-    def _compiled(self, source: str, name: str) -> list[CodeType]:
-        """Return a cell's code; where results are kept, that of its last expression by itself."""
+    def _compile(self, source: str, name: str) -> list[CodeType]:
+        """Return a cell's code; if results are stored, the code of its last expression separately."""
         with contextlib.suppress(RecursionError):  # a sum of a thousand terms is too deep for a tree
             shows = self._keeps_results and not source.rstrip().endswith(";")
             tree = ast.parse(source, name) if shows else ast.Module([], [])
@@ -84,14 +84,14 @@ class Session:
         return [compile(source, name, "exec", _AWAIT, True)]
 
     def _execute(self, code: CodeType) -> None:
-        value = eval(code, self.variables)  # noqa: S307 - this is the contained process
+        value = eval(code, self.variables)  # noqa: S307 - this is the isolated process
         if code.co_flags & inspect.CO_COROUTINE:
-            value = self._awaited(value)
+            value = self._await_result(value)
         if self._keeps_results and value is not None:
-            self._keep(value)
+            self._keep_result(value)
 
-    def _keep(self, value: Any) -> None:
-        """Keep a result as IPython does, which leaves a variable `_` of the notebook's own alone."""
+    def _keep_result(self, value: Any) -> None:
+        """Store a result as IPython does, which does not overwrite a notebook's own variable `_`."""
         last, self.variables[f"_{self._count}"] = self._last, value
         if isinstance(out := self.variables.get("Out"), dict):
             out[self._count] = value
@@ -99,13 +99,13 @@ class Session:
             self._last = {"_": value, "__": last["_"], "___": last["__"]}
             self.variables.update(self._last)
 
-    def _awaited(self, coroutine: Any) -> Any:
+    def _await_result(self, coroutine: Any) -> Any:
         if self._loop is None:
             import asyncio
             import selectors
 
             class Loop(asyncio.SelectorEventLoop):
-                """An event loop that nobody wakes from outside: a notebook has no sockets."""
+                """An event loop without a wake-up socket, because a notebook has no sockets."""
 
                 def _make_self_pipe(self) -> None:
                     self._ssock = self._csock = None
@@ -121,7 +121,7 @@ class Session:
         return ""
 
     def _stand_in(self, statement: ast.Import | ast.ImportFrom) -> bool:
-        """Set the names of an import that failed, where stand-ins are there for all of it; return whether they are."""
+        """Set the names of a failed import if there are stand-ins for all of them; return whether there are."""
         from_one = [statement.module or ""] if isinstance(statement, ast.ImportFrom) else []
         if not all(map(standins.stands_for, from_one or [alias.name for alias in statement.names])):
             return False
@@ -131,13 +131,13 @@ class Session:
 
 
 class Shell(standins.StandIn):
-    """What `get_ipython()` returns: magics that run or write something do, and nothing else does anything."""
+    """What `get_ipython()` returns: magics that run code or write files work, others do nothing."""
 
     def __init__(self, session: Session) -> None:
         vars(self)["_session"] = session
 
     def run_line_magic(self, name: str, line: str, *_others: object) -> None:
-        """Carry out `%name line`."""
+        """Execute `%name line`."""
         if name == "run":
             path, *_ = line.split()
             path = path if path.endswith(".py") else f"{path}.py"
@@ -146,7 +146,7 @@ class Shell(standins.StandIn):
             self._session.run(line, "<%time>")
 
     def run_cell_magic(self, name: str, line: str, body: str) -> None:
-        """Carry out `%%name line` with the cell below it."""
+        """Execute `%%name line` with the cell below it."""
         if name in ("writefile", "file"):
             *options, path = line.split()
             with open(path.strip("'\""), "a" if "-a" in options else "w", encoding="utf-8") as file:
@@ -155,19 +155,19 @@ class Shell(standins.StandIn):
             self._session.run(body, f"<%%{name}>")
 
     def magic(self, line: str) -> None:
-        """Carry out `%line`, as older notebooks have it."""
+        """Execute `%line`, as in older notebooks."""
         self.run_line_magic(*line.partition(" ")[::2])
 
     def getoutput(self, *_args: object) -> list[str]:
-        """Return what a command printed: it was not started."""
+        """Return an empty output; no command is started."""
         return []
 
     def system(self, *_args: object) -> None:
         """Start nothing."""
 
 
-def place_of(error: BaseException, name: str) -> tuple[int, int] | None:
-    """Return where in the cell of this name an exception came from: line and column; None for anywhere else."""
+def find_position(error: BaseException, name: str) -> tuple[int, int] | None:
+    """Return line and column of an exception in the cell of this name; None if it came from elsewhere."""
     if isinstance(error, SyntaxError) and error.filename == name:
         return int(error.lineno or 1), 0
     trace = error.__traceback__
@@ -179,9 +179,11 @@ def place_of(error: BaseException, name: str) -> tuple[int, int] | None:
     return trace.tb_lineno, positions[2] or 0
 
 
-def _failed_import(error: Exception, source: str, name: str) -> tuple[ast.Import | ast.ImportFrom, ast.Module] | None:
-    """Return the statement in which an import failed, and what of the cell is behind it; None for another failure."""
-    place = place_of(error, name)
+def _split_at_failed_import(
+    error: Exception, source: str, name: str
+) -> tuple[ast.Import | ast.ImportFrom, ast.Module] | None:
+    """Return the failed import and the rest of the cell after it; None if the error is something else."""
+    place = find_position(error, name)
     if place is None or (isinstance(error, SyntaxError) and error.filename == name):
         return None
     try:

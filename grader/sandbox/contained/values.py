@@ -1,6 +1,6 @@
-"""Answers as text: values of Python, SymPy and NumPy as what could have been typed for them.
+"""Answers as text: values of Python, SymPy and NumPy as they could have been typed.
 
-What was left to be carried out (Derivative, Integral, a determinant that is only named) is carried out.
+Unevaluated operations (Derivative, Integral, Determinant) are evaluated.
 """
 
 import sys
@@ -19,21 +19,21 @@ UNDONE = (
     sympy.Derivative, sympy.Integral, sympy.Limit, sympy.Sum, sympy.Product, sympy.Subs, sympy.Determinant,
     sympy.Trace, MatrixExpr,
 )  # fmt: skip
-"""What SymPy leaves to be carried out by `doit`."""
+"""Unevaluated operations of SymPy, which `doit` evaluates."""
 
 NOT_READ = {
     sympy.Piecewise: "a Piecewise has a formula for each condition; write one formula, if need be with abs or sign",
     sympy.Indexed: "an IndexedBase is not read; write symbols of the problem, as theta1 for theta[1]",
 }
-"""What SymPy has that is not read, and what to write instead."""
+"""Classes of SymPy that are not accepted, and what to write instead."""
 
 
 def text_of(value: Any, depth: int = 0) -> str:
-    """Return a value as the text of an expression; raise TypeError for what is none."""
+    """Return a value as the text of an expression. Raises TypeError if it is no expression."""
     if depth > 6:
         raise TypeError("lists nest too deeply")
     if isinstance(value, str):
-        return str.__str__(value)  # of a subclass, too, the characters that it has
+        return str.__str__(value)  # the actual characters, even for a subclass
     if isinstance(value, (sympy.MatrixBase, numpy.ndarray, sympy.NDimArray)):
         return _text_of_array(value, depth + 1)
     if isinstance(value, sympy.Basic):
@@ -69,10 +69,10 @@ def _text_of_basic(value: Any, depth: int) -> str:
         raise TypeError("a MatrixSymbol has a name and no entries; write the entries, as in Matrix([[a, b], [c, d]])")
     if value.has(*NOT_READ):
         raise TypeError(next(instead for kind, instead in NOT_READ.items() if value.has(kind)))
-    units = sys.modules.get("sympy.physics.units")  # loaded only where a notebook uses it
+    units = sys.modules.get("sympy.physics.units")  # loaded only if a notebook uses it
     if units is not None and value.has(units.Quantity):
         raise TypeError("units of sympy.physics are not read; write the number alone, in m, rad, m/s or rad/s")
-    done = _carried_out(value)
+    done = _carry_out(value)
     if done is not value:
         return text_of(done, depth + 1)
     if value.has(sympy.sinc):
@@ -88,20 +88,20 @@ def _text_of_basic(value: Any, depth: int) -> str:
     return str(Printer().doprint(value))
 
 
-def _carried_out(value: Any) -> Any:
-    """Return a formula with what it leaves to be done; itself where there is nothing, or where SymPy can't."""
+def _carry_out(value: Any) -> Any:
+    """Evaluate unevaluated operations in a formula; return it unchanged if there are none or SymPy fails."""
     if not value.has(*UNDONE):
         return value
     try:
         done = value.doit()
         done = done.as_explicit() if isinstance(done, MatrixExpr) else done
-    except Exception:  # whatever SymPy fails on is read as it stands
+    except Exception:  # if SymPy fails, the formula is used unchanged
         return value
     return value if done == value else done
 
 
 def _text_of_container(value: Any, depth: int) -> str:
-    """Return a list, set or dictionary as text; raise TypeError for anything else."""
+    """Return a list, set or dictionary as text. Raises TypeError for anything else."""
     if isinstance(value, dict):
         return "{" + ", ".join(f"{text_of(k, depth)}: {text_of(v, depth)}" for k, v in value.items()) + "}"
     if isinstance(value, (list, tuple)):
@@ -124,4 +124,4 @@ INSTEAD = {
     "module": "; write a formula, as in sin(theta1)",
     "builtin_function_or_method": "; call it, with brackets and what it is of",
 }  # fmt: skip
-"""What to write for values of these types, by their names: pandas need not be there."""
+"""What to write instead of values of these types, by name, so that pandas need not be installed."""

@@ -1,9 +1,9 @@
-"""The process that forks for every notebook: loaded, enclosed, and never told anything of a notebook.
+"""The process that forks for every notebook: libraries loaded, isolated, and without any data of notebooks.
 
-A child takes its notebook from a pipe of its own, and reports into another. So its memory holds no other student's
-work, and whatever it writes is read as its own. It is forked and contained ahead, while the grader marks what the last
-one gave. What this process is told over its control socket: a child is wanted ("r", upon which both pipes are handed
-over), how much processor time it has used ("t"), and it is to end ("s", or "c" where it closed its pipe itself).
+A child reads its notebook from its own pipe, and reports into another one. So its memory contains no other student's
+work, and its output can't be confused with another's. It is forked and isolated in advance, while the grader marks the
+previous notebook. Requests on the control socket: "r" asks for a child and gets both pipes, "t" for the processor time
+that it has used, and "s" ends it ("c" if it has closed its pipe itself).
 """
 
 import contextlib
@@ -25,11 +25,11 @@ from . import attempts, confine, folders, guard, kernel
 from .confine import Measures
 
 LONGEST_REPORT = 4_000_000
-"""Bytes that a notebook may report in all."""
+"""Maximum number of bytes that a notebook may report in total."""
 
 
 def main(config: dict[str, Any]) -> None:
-    """Enclose this process, load what notebooks need, find out which measures hold, and serve until the grader ends."""
+    """Isolate this process, load libraries, find out which measures work, and serve until the grader ends."""
     control = socket.socket(fileno=os.dup(0))
     os.dup2(os.open(os.devnull, os.O_RDWR), 0)
     measures = Measures(
@@ -39,23 +39,23 @@ def main(config: dict[str, Any]) -> None:
     namespace = None
     try:
         if measures.holds("namespaces"):
-            reason = confine.tried(lambda: _try_namespaces(measures, config["folder"]))
+            reason = confine.try_in_child(lambda: _try_namespaces(measures, config["folder"]))
             if reason:
                 measures.lacking["namespaces"] = reason
         if measures.holds("namespaces"):
-            namespace = _enter(control)
+            namespace = _enter_namespace(control)
         else:
             _adopt_orphans()
-        measures.processes = _processes(measures)
+        measures.processes = _process_limit(measures)
         if config["loaded"]:
             _load(config["warm"])
         if measures.holds("namespaces"):
             confine.private_root(config["folder"])
         if measures.user is not None and measures.holds("user"):
-            reason = confine.tried(lambda: confine.become(measures.user))
+            reason = confine.try_in_child(lambda: confine.become(measures.user))
             if reason:
                 measures.lacking["user"] = reason
-        measures.lacking.update(_failing(measures, config["folder"]))
+        measures.lacking.update(_find_failing(measures, config["folder"]))
         _answer(control, {"ready": True, "lacking": measures.lacking})
         _serve(control, measures, config["folder"], namespace)
     except BaseException as error:
@@ -69,40 +69,40 @@ def _answer(control: socket.socket, line: dict[str, Any]) -> None:
 
 
 def _load(is_warm: bool) -> None:
-    """Load what notebooks need; there is little garbage to look for, and all that is loaded stays."""
+    """Load the libraries of notebooks, without garbage collection, because everything loaded stays."""
     gc.disable()
     from . import runner
 
     if is_warm:
         runner.warm_up()
-    gc.freeze()  # no collection in a child writes to what it shares with this process
+    gc.freeze()  # so that collections in a child do not write to shared memory
     gc.enable()
 
 
-# --- what is done once ---
+# --- once ---
 
 
 def _try_namespaces(measures: Measures, folder: str) -> None:
-    """Go all the way to a child with a namespace, root and folder of its own. Raises OSError where it ends earlier."""
+    """Make a child with separate namespaces, root and folder. Raises OSError if any step fails."""
     confine.enter()
 
     def inside() -> None:
         confine.private_root(folder)
-        confine.fresh_folder(measures, "")
+        confine.make_folder(measures, "")
         kernel.unshare(kernel.NEWPID)
-        reason = confine.tried(lambda: None)
+        reason = confine.try_in_child(lambda: None)
         if reason:
             raise OSError(reason)
 
-    reason = confine.tried(inside)
+    reason = confine.try_in_child(inside)
     if reason:
         raise OSError(reason)
 
 
-def _enter(control: socket.socket) -> int:
-    """Become the first process of a namespace, with which all others in it end; return what leads back to it.
+def _enter_namespace(control: socket.socket) -> int:
+    """Become the first process of a namespace, with which all others in it end; return a descriptor of the namespace.
 
-    The process that was started stays outside, waits, and takes this one with it when it is killed.
+    The original process stays outside and waits; if it is killed, this process ends, too.
     """
     confine.enter()
     outside = os.getpid()
@@ -116,17 +116,19 @@ def _enter(control: socket.socket) -> int:
 
 
 def _adopt_orphans() -> None:
-    """Become the parent of whatever outlives its own, where there is no namespace with which it would end."""
+    """Become the parent of orphaned processes, if there is no namespace with which they would end."""
     with contextlib.suppress(OSError):
         kernel.prctl(kernel.PR_SET_CHILD_SUBREAPER, 1)
 
 
-def _processes(measures: Measures) -> int | None:
-    """Return how many processes and threads the user of a notebook may have; None where they can't be counted."""
-    own = measures.user is not None and measures.holds("user")
+def _process_limit(measures: Measures) -> int | None:
+    """Return the maximum number of processes and threads of a notebook's user; None if they can't be counted."""
+    has_own_user = measures.user is not None and measures.holds("user")
     with contextlib.suppress(ValueError, OSError):
         kernel_version = tuple(int(part) for part in os.uname().release.split(".")[:2])
-        if own or (measures.holds("namespaces") and kernel_version >= (5, 14)):  # from then on each namespace counts
+        if has_own_user or (
+            measures.holds("namespaces") and kernel_version >= (5, 14)
+        ):  # from then on each namespace counts
             return confine.PROCESSES
     user, used = os.geteuid(), 0
     with contextlib.suppress(OSError):
@@ -138,9 +140,9 @@ def _processes(measures: Measures) -> int | None:
     return None
 
 
-def _failing(measures: Measures, parent: str) -> dict[str, str]:
+def _find_failing(measures: Measures, parent: str) -> dict[str, str]:
     """Return the measures that fail in a child, each with the reason."""
-    folder = confine.fresh_folder(measures, parent)
+    folder = confine.make_folder(measures, parent)
     reading, writing = os.pipe()
     pid = os.fork()
     if pid == 0:
@@ -158,11 +160,11 @@ def _failing(measures: Measures, parent: str) -> dict[str, str]:
     return failed
 
 
-# --- what is done for every notebook ---
+# --- for every notebook ---
 
 
 class _Child(NamedTuple):
-    """A child that waits for its notebook: its process, its folder, and the grader's ends of its pipes."""
+    """A child that waits for its notebook: process, folder, and the grader's ends of its pipes."""
 
     pid: int
     folder: str
@@ -171,31 +173,31 @@ class _Child(NamedTuple):
 
 def _serve(control: socket.socket, measures: Measures, parent: str, namespace: int | None) -> None:
     while True:
-        child = _forked(measures, parent, namespace)
-        said = b""  # as where the grader has ended
+        child = _fork_child(measures, parent, namespace)
+        request = b""  # as where the grader has ended
         with contextlib.suppress(ConnectionError):  # so it ends where something that it was told was left unread
             if control.recv(1):
                 socket.send_fds(control, [b"p"], child.pipes)
                 _close(child.pipes)
                 _watch(control, measures, child)
-                while (said := control.recv(1)) == b"t":
+                while (request := control.recv(1)) == b"t":
                     _answer(control, {"used": _processor_time(child.pid)})
                     _watch(control, measures, child)
-        how, cost = _end(child.pid, patience=0.2 if said == b"c" else 0.0)
+        how, cost = _end_child(child.pid, patience=0.2 if request == b"c" else 0.0)
         _remove(measures, child.folder)
-        if not said:
+        if not request:
             return
         _answer(control, {"signal": how, **cost})
 
 
 EVERY = 0.01
-"""Seconds after which it is counted again what a notebook has written."""
+"""Interval in seconds at which the output of a notebook is counted."""
 
 
 def _watch(control: socket.socket, measures: Measures, child: _Child) -> None:
-    """Wait until the grader says something; kill a notebook that writes more than it may by then.
+    """Wait for a request of the grader; meanwhile kill a notebook that writes more than its limit.
 
-    In a root of its own it can't: its folder is a file system that holds no more.
+    In a private root this is not necessary: the folder is a file system of limited size.
     """
     is_counted = measures.holds("quota") and not measures.holds("namespaces")
     while is_counted and not select.select([control], [], [], EVERY)[0]:
@@ -205,7 +207,7 @@ def _watch(control: socket.socket, measures: Measures, child: _Child) -> None:
 
 
 def _processor_time(pid: int) -> float:
-    """Return the seconds of processor time that a process has used; 0 where the system doesn't tell (macOS)."""
+    """Return the processor time of a process in seconds; 0 if the system doesn't report it (macOS)."""
     try:
         return time.clock_gettime(~pid << 3 | 2)  # as clock_getcpuclockid makes it on Linux
     except OSError:
@@ -217,24 +219,24 @@ def _close(descriptors: Iterable[int]) -> None:
         os.close(descriptor)
 
 
-def _forked(measures: Measures, parent: str, namespace: int | None) -> _Child:
-    """Return a child with a namespace, folder and pipes of its own."""
+def _fork_child(measures: Measures, parent: str, namespace: int | None) -> _Child:
+    """Fork a child with its own namespace, folder and pipes."""
     inbox, to_child = os.pipe()
     from_child, outbox = os.pipe()
-    folder = confine.fresh_folder(measures, parent)
+    folder = confine.make_folder(measures, parent)
     if namespace is not None:
         kernel.setns(namespace, kernel.NEWPID)
         kernel.unshare(kernel.NEWPID)
-    own = os.getpid()
+    parent_pid = os.getpid()
     pid = os.fork()
     if pid == 0:
-        _be_child(measures, folder, own, inbox, outbox)
+        _be_child(measures, folder, parent_pid, inbox, outbox)
     _close((inbox, outbox))
     return _Child(pid, folder, (to_child, from_child))
 
 
 def _be_child(measures: Measures, folder: str, parent: int, inbox: int, outbox: int) -> NoReturn:
-    """Be the process in which one notebook runs; never return."""
+    """Run one notebook in this process; never return."""
     try:
         os.setsid()
         sys.setrecursionlimit(3000)
@@ -248,23 +250,23 @@ def _be_child(measures: Measures, folder: str, parent: int, inbox: int, outbox: 
             os.chdir(folder)
             failed = confine.apply(measures, folder, parent)
         except OSError as error:
-            _tell(outbox, {"failed": str(error)})
+            _report(outbox, {"failed": str(error)})
         else:
-            _tell(outbox, {"unprotected": failed} if failed else {"confined": True})
+            _report(outbox, {"unprotected": failed} if failed else {"confined": True})
             if not failed:
-                _do(measures, folder, inbox, outbox)
+                _run_request(measures, folder, inbox, outbox)
     finally:
         os._exit(0)
 
 
-def _do(measures: Measures, folder: str, inbox: int, outbox: int) -> None:
-    request = json.loads(_line(inbox))
-    _tell(outbox, {"begun": True})
+def _run_request(measures: Measures, folder: str, inbox: int, outbox: int) -> None:
+    request = json.loads(_read_line(inbox))
+    _report(outbox, {"begun": True})
     sent = 0
 
     def report(line: dict[str, Any]) -> None:
         nonlocal sent
-        sent += _tell(outbox, line) if sent <= LONGEST_REPORT else 0
+        sent += _report(outbox, line) if sent <= LONGEST_REPORT else 0
         os.read(inbox, 1)  # wait until it is safe outside, whatever the next cell does
 
     if "attempts" in request:
@@ -279,7 +281,7 @@ def _do(measures: Measures, folder: str, inbox: int, outbox: int) -> None:
     runner.run_cells(request, report)
 
 
-def _line(inbox: int) -> bytes:
+def _read_line(inbox: int) -> bytes:
     data = b""
     while not data.endswith(b"\n"):
         more = os.read(inbox, 1 << 16)
@@ -289,7 +291,7 @@ def _line(inbox: int) -> bytes:
     return data
 
 
-def _tell(outbox: int, line: dict[str, Any]) -> int:
+def _report(outbox: int, line: dict[str, Any]) -> int:
     data = (json.dumps(line) + "\n").encode()
     left = data
     while left:
@@ -298,7 +300,7 @@ def _tell(outbox: int, line: dict[str, Any]) -> int:
 
 
 def _close_all_but(kept: set[int]) -> None:
-    """Close every descriptor above standard error except those in `kept`: the control socket among them."""
+    """Close every descriptor above standard error, including the control socket, except those in `kept`."""
     low = 3
     for descriptor in sorted(kept):
         os.closerange(low, descriptor)
@@ -306,19 +308,19 @@ def _close_all_but(kept: set[int]) -> None:
     os.closerange(low, resource.getrlimit(resource.RLIMIT_NOFILE)[0] if sys.platform == "darwin" else 65536)
 
 
-def _end(pid: int, patience: float) -> tuple[int, dict[str, float]]:
-    """Kill a child and all that came of it; return the signal that had ended it before, 0 for none, and what it cost.
+def _end_child(pid: int, patience: float) -> tuple[int, dict[str, float]]:
+    """Kill a child and its descendants; return the signal that had ended it before, 0 for none, and what it cost.
 
-    One that closed its pipe is given some time to be seen dead, so that it is known what it died of.
+    A child that closed its pipe gets `patience` seconds to end by itself, so that the cause is known.
     """
     status = None
     deadline = time.monotonic() + patience
     while True:
-        ended, told, used = os.wait4(
+        ended, exit_status, used = os.wait4(
             pid, os.WNOHANG
         )  # waitid, which would leave it there, came to macOS with Python 3.13
         if ended:
-            status = told
+            status = exit_status
         if ended or time.monotonic() >= deadline:
             break
         time.sleep(0.001)
@@ -334,11 +336,11 @@ def _end(pid: int, patience: float) -> tuple[int, dict[str, float]]:
 
 
 _UNIT_OF_MEMORY = 1 if sys.platform == "darwin" else 1024
-"""Bytes in what the system counts memory by."""
+"""Bytes per unit in which the system reports memory."""
 
 
 def _kill_orphans() -> None:
-    """Kill what was left to this process by a child that is dead, and what those leave, until nothing is there."""
+    """Kill the orphans of a dead child, and their orphans, until none are left."""
     while True:
         with contextlib.suppress(OSError):
             for pid in Path(f"/proc/self/task/{os.getpid()}/children").read_text().split():
@@ -354,5 +356,5 @@ def _remove(measures: Measures, folder: str) -> None:
     if measures.holds("namespaces"):
         kernel.unmount(confine.OWN)
     else:
-        with contextlib.suppress(OSError):  # what stays is in the sandbox's folder, and goes with it
+        with contextlib.suppress(OSError):  # the rest is removed with the sandbox's folder
             folders.remove(folder)

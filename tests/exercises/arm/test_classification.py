@@ -148,7 +148,7 @@ def test_several_conditions_look_like_more_than_one_of_them_does() -> None:
 
 def test_what_is_so_at_many_configurations_of_a_value_but_not_at_all_is_not_said_of_it() -> None:
     """The point of this arm swings through the axis: near theta3 = 0, a quarter of the poses, far and near swap."""
-    chain = sample_chain(ProblemId("random-3", 10085).varied("full"))
+    chain = sample_chain(ProblemId("random-3", 10085).with_variation("full"))
     (turning,) = [component for component in singular_set(chain) or () if component.conditions == (sp.cos(chain.q[1]),)]
     for value in (sp.pi / 2, -sp.pi / 2):
         here = Component(turning.conditions, ((chain.q[1], (value,)),))
@@ -172,7 +172,7 @@ def test_one_joint_is_at_the_boundary_where_it_goes_no_farther() -> None:
 
 def test_the_tool_may_be_the_only_length_of_an_arm() -> None:
     """Two axes through one point: P is on a sphere, and seen along its first axis in the middle of what it reaches."""
-    chain = sample_chain(ProblemId("random-2", 10033).varied("full"))
+    chain = sample_chain(ProblemId("random-2", 10033).with_variation("full"))
     assert all(joint.a == 0 and not joint.d.free_symbols for joint in chain.joints)
     kinds = [classify(chain, component) for component in singular_set(chain) or ()]
     assert sorted((kind.kind, kind.uniform) for kind in kinds) == [("boundary", True), ("internal", True)]

@@ -28,8 +28,8 @@ from qdot.exercises.arm.robot_text import robot_text
 from qdot.exercises.assignment.assignment import load_assignment
 from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.exports.outlet import Order
-from qdot.exercises.exports.outlet import robots as robots_to_export
+from qdot.exercises.exports.export_format import Order
+from qdot.exercises.exports.export_format import robots as robots_to_export
 from qdot.exercises.solve.solver import solve
 from tests.exercises.arm.poses import Matrix, about, exponential, placed, shift
 from tests.exercises.arm.sets import rank_ratios, read_pieces, search

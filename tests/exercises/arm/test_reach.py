@@ -45,7 +45,7 @@ def test_where_a_pose_has_the_point_it_is_reached(family: str) -> None:
 
 def test_a_place_on_the_first_axis_is_reached_by_a_slide_through_it() -> None:
     """The arm has no length but its slide, so that rounding is not small against its links."""
-    arm = NumericChain(normalize_arm(sample_chain(ProblemId.parse("spherical/10007").varied("full"))), {})
+    arm = NumericChain(normalize_arm(sample_chain(ProblemId.parse("spherical/10007").with_variation("full"))), {})
     for height in (1.0, 1e-2, 1e-4, -1e-4):
         for aside in (0.0, 1e-17, -1e-19):
             assert reaches(arm, [0, 1, 2], np.array([0.0, aside, height])), (height, aside)

@@ -14,7 +14,7 @@ from qdot.exercises.arm.robot_file import read_robot
 from qdot.exercises.arm.shipped import results_from_text, results_to_text
 from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.arm.trigonometry import Factored
-from qdot.exercises.docs.shipped import all_of, lines
+from qdot.exercises.docs.shipped import lines, results_of
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.structures import chain_of, clean_structures
 from qdot.exercises.generation import generate, questions_of, sample_chain
@@ -62,7 +62,7 @@ def test_it_is_what_is_worked_out(family: str, nothing_shipped: Callable[[], Non
     assert all(known)
     nothing_shipped()
     for arm, found in zip(arms(family), known, strict=True):
-        anew = all_of(arm)
+        anew = results_of(arm)
         assert {*found} >= {*anew}  # more, where another family has the structure, too, and is asked more
         assert sp.srepr([found[name] for name in anew]) == sp.srepr(list(anew.values()))
         assert shipped.shipped_results(structure(arm).chain) == {}
@@ -76,7 +76,7 @@ def test_real_robots_are_shipped(nothing_shipped: Callable[[], None]) -> None:
     assert all({"_position", "_proved"} <= {*found} for found in known)
     nothing_shipped()
     for arm, found in list(zip(arms, known, strict=True))[:: several(40, 1)]:
-        assert sp.srepr(list(found.values())) == sp.srepr([all_of(arm)[name] for name in found])
+        assert sp.srepr(list(found.values())) == sp.srepr([results_of(arm)[name] for name in found])
 
 
 @few_families

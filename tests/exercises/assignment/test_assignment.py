@@ -18,7 +18,7 @@ from qdot.exercises.arm.robot_file import Robot
 from qdot.exercises.arm.robot_text import robot_text
 from qdot.exercises.assignment.assignment import Assignment, load_assignment
 from qdot.exercises.assignment.decimals import read_decimals
-from qdot.exercises.assignment.release import Released, init_assignment, notebook_path, release
+from qdot.exercises.assignment.release import ReleaseResult, init_assignment, notebook_path, release
 from qdot.exercises.assignment.store import store_path
 from qdot.exercises.common import files
 from qdot.exercises.common.errors import QdotError
@@ -263,7 +263,7 @@ def test_a_folder_that_cannot_be_written_is_told(tmp_path: Path) -> None:
 def outcomes(folder: Path) -> dict[str, str]:
     found: dict[str, str] = {}
 
-    def each(released: Released) -> None:
+    def each(released: ReleaseResult) -> None:
         found[released.student] = released.outcome
 
     release(load_assignment(folder), CERTIFIER, 1, each)
@@ -346,7 +346,7 @@ def test_what_a_dead_worker_had_begun_is_gone_when_the_run_is_over(folder: Path)
     assignment = load_assignment(folder)
     paths = [notebook_path(assignment, "s002", "solutions"), store_path(assignment, "s001")]
 
-    def a_worker_dies(told: Released) -> None:
+    def a_worker_dies(told: ReleaseResult) -> None:
         for path in paths:
             path.parent.mkdir(parents=True, exist_ok=True)
             _begun_beside(path).write_text("{")
@@ -354,7 +354,7 @@ def test_what_a_dead_worker_had_begun_is_gone_when_the_run_is_over(folder: Path)
     release(assignment, CERTIFIER, 0, a_worker_dies)
     assert not list(folder.rglob("*.tmp"))
     with pytest.raises(ZeroDivisionError), files.clean_up_after(paths):
-        a_worker_dies(Released("s001", "written"))
+        a_worker_dies(ReleaseResult("s001", "written"))
         raise ZeroDivisionError
     assert not list(folder.rglob("*.tmp"))
 

@@ -48,7 +48,7 @@ def file_of(assignment: Assignment, student: str) -> Path:
 def test_problems_and_figures_are_kept_and_the_same(made: Assignment) -> None:
     for student in STUDENTS:
         assert file_of(made, student.id).is_file()
-        kept, anew = store.kept(made, student.id), made.problems(student.id)
+        kept, anew = store.load_stored_problems(made, student.id), made.problems(student.id)
         assert kept.figures
         for (slot, problem), (_, other) in zip(kept.problems, anew, strict=True):
             assert digests(problem) == digests(other)
@@ -60,11 +60,11 @@ def test_problems_and_figures_are_kept_and_the_same(made: Assignment) -> None:
 
 def test_nothing_is_derived_again(made: Assignment, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Assignment, "problems", lambda *_: pytest.fail("the problems were worked out again"))
-    assert [slot for slot, _ in store.kept(made, "ada").problems] == ["p1", "p2"]
+    assert [slot for slot, _ in store.load_stored_problems(made, "ada").problems] == ["p1", "p2"]
 
 
 def is_made_anew(assignment: Assignment, student: str) -> bool:
-    found = store.kept(assignment, student)
+    found = store.load_stored_problems(assignment, student)
     assert [problem.id for _, problem in found.problems] == [p.id for _, p in assignment.problems(student)]
     return not found.figures
 
@@ -75,7 +75,7 @@ def test_what_was_kept_of_another_is_not_taken(made: Assignment, monkeypatch: py
     for change in (*changes, {"slots": made.slots[:1]}):
         assert is_made_anew(replace(made, **change), "ada")  # type: ignore[arg-type]
     assert is_made_anew(made, "eve")
-    monkeypatch.setattr(store, "code", lambda: "another")
+    monkeypatch.setattr(store, "code_digest", lambda: "another")
     assert is_made_anew(made, "ada")
 
 
@@ -111,13 +111,13 @@ def test_what_is_damaged_or_forged_is_not_looked_into(made: Assignment, damage: 
 
 def test_a_place_that_can_not_be_written_stops_nothing(made: Assignment, tmp_path: Path) -> None:
     (tmp_path / ".qdot").write_text("a file where a folder should be")
-    store.keep(replace(made, folder=tmp_path), "ada", made.problems("ada"))
+    store.store_problems(replace(made, folder=tmp_path), "ada", made.problems("ada"))
 
 
 def test_what_is_kept_is_read_as_it_was_and_not_worked_out_again() -> None:
     x, y = sp.symbols("x y")
     expressions = [sp.Add(x, x, evaluate=False), sp.Mul(2, sp.Add(x, y), evaluate=False), (x + 1) ** -2, sp.sqrt(2) * y]
-    back = pickle.loads(store._pickled(expressions))
+    back = pickle.loads(store._pickle_content(expressions))
     assert [sp.srepr(one) for one in back] == [sp.srepr(one) for one in expressions]
     assert all(one.is_commutative for one in back)
 

@@ -44,7 +44,7 @@ def kept_thumbnails(family: str) -> tuple[dict[str, str], dict[str, str]]:
 def _kept() -> Iterator[None]:
     """Pages are made from what is kept."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(docs, "found_out", listing)
+        patch.setattr(docs, "list_families", listing)
         patch.setattr(docs, "structures_page", lambda: STRUCTURES)
         patch.setattr(docs, "thumbnails", kept_thumbnails)
         documents.cache_clear()

@@ -3,19 +3,19 @@
 import pytest
 
 from qdot.exercises.arm.library import robots
-from qdot.exercises.docs.robots import LONG, PAGE, kept, robots_page, singular_in_words
+from qdot.exercises.docs.robots import LONG, PAGE, describe_singular_set, load_singular_words, robots_page
 
 SOME = ("cobra600", "stanford", "ur5")
 
 
 def test_every_robot_has_its_row_and_its_words() -> None:
-    assert list(kept()) == list(robots())
+    assert list(load_singular_words()) == list(robots())
     section = PAGE.read_text(encoding="utf-8").partition("## Real robots")[2].partition("\n## ")[0]
     for robot in robots().values():
         assert f"| `{robot.name}` | {robot.title} | {robot.joints} | " in section
         assert section.count(f"`{robot.name}`") >= 2
-        assert all(words in section for words in kept()[robot.name])
-    assert all(kept()[name] == () for name in LONG)
+        assert all(words in section for words in load_singular_words()[robot.name])
+    assert all(load_singular_words()[name] == () for name in LONG)
 
 
 def test_what_is_written_by_hand_around_the_section_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -30,4 +30,4 @@ def test_what_is_written_by_hand_around_the_section_is_kept(monkeypatch: pytest.
 )
 def test_words_are_those_of_the_singular_set_that_is_derived(name: str) -> None:
     """Where this fails, run: python -m qdot.exercises.docs.robots"""
-    assert singular_in_words(name) == kept()[name]
+    assert describe_singular_set(name) == load_singular_words()[name]

@@ -6,7 +6,7 @@ from collections.abc import Hashable, Sequence
 import pytest
 
 from qdot.exercises.common.variation import STEPS
-from qdot.exercises.docs.sharing import GROUPS, MEASURED, arms_of, keys_in_formulas, sharing
+from qdot.exercises.docs.sharing import GROUPS, MEASURED, arms_of, count_sharing, keys_in_formulas
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import ProblemId
@@ -54,5 +54,5 @@ def test_the_file_says_what_is_measured(family: str) -> None:
     entry = json.loads(MEASURED.read_text(encoding="utf-8"))["formulas"][family]
     counts = entry["steps"]["zeros"]
     keys = keys_in_formulas(arms_of(family, "zeros", entry["students"]), list(counts))
-    assert {group: sharing(its) for group, its in keys.items()} == counts
+    assert {group: count_sharing(its) for group, its in keys.items()} == counts
     assert set(counts) <= set(GROUPS)

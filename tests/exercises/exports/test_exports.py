@@ -11,9 +11,9 @@ import pytest
 from qdot.exercises.assignment.assignment import Slot, Student, load_assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports import scorm
-from qdot.exercises.exports.bank import bank, worked_out
-from qdot.exercises.exports.outlet import Order, robots
-from qdot.exercises.exports.registry import OUTLETS
+from qdot.exercises.exports.bank import bank, process_bank
+from qdot.exercises.exports.export_format import Order, robots
+from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.problem.record import digests
@@ -39,8 +39,8 @@ def test_a_bank_is_of_certified_problems_that_differ_and_begins_like_a_longer_on
     told: list[None] = []
     short = list(bank(replace(order, each=lambda: told.append(None))))
     assert [variant.key for variant in short] == ["p1-001", "p1-002", "p1-003", "p1-004"]
-    assert len(told) == 4 == OUTLETS["html"].steps(order) * 4
-    assert len({digests(variant.problem)["sha256"] for variant in short}) == 4
+    assert len(told) == 4 == EXPORT_FORMATS["html"].steps(order) * 4
+    assert len({digests(variant.problem).sha256 for variant in short}) == 4
     assert not [failed for variant in short for failed in certify(variant.problem).failures]
     longer = list(bank(replace(order, variants=6, jobs=2)))
     assert [str(variant.problem.id) for variant in longer[:4]] == [str(variant.problem.id) for variant in short]
@@ -55,7 +55,7 @@ def test_a_family_with_few_problems_gives_all_it_has_and_says_so(order: Order, m
     told: list[None] = []
     worked: list[Problem] = []  # nothing is made of what was there
     asked = replace(order, note=notes.append, each=lambda: told.append(None))
-    assert len(list(worked_out(asked, lambda _order, _slot, problem: worked.append(problem)))) == 1
+    assert len(list(process_bank(asked, lambda _order, _slot, problem: worked.append(problem)))) == 1
     assert worked == [same]
     assert len(told) == 4
     assert len(notes) == 1 and notes[0].startswith("p1: planar-2r") and "variation zeros" in notes[0]
@@ -78,13 +78,13 @@ def test_what_is_made_of_a_bank_is_made_by_many_processes_and_is_the_same(order:
     steps, notes = list[int](), list[str]()
     alone = replace(order, variants=2, solutions=True, each=lambda: steps.append(1), note=notes.append)
     many = replace(alone, jobs=2)
-    elsewhere = {process for _, process in worked_out(many, _process)}
+    elsewhere = {process for _, process in process_bank(many, _process)}
     assert elsewhere and os.getpid() not in elsewhere
     for outlet in ("moodle", "stack"):
         counted, told = len(steps), len(notes)
-        one = list(OUTLETS[outlet].files(alone))
+        one = list(EXPORT_FORMATS[outlet].files(alone))
         assert (len(steps) - counted, notes[told:]) == (2, notes[: len(notes) - told])
-        two = list(OUTLETS[outlet].files(many))
+        two = list(EXPORT_FORMATS[outlet].files(many))
         assert two == one
 
 
@@ -94,7 +94,7 @@ def _process(_order: Order, _slot: Slot, _problem: Problem) -> int:
 
 def test_a_bank_is_of_the_variation_that_is_asked_for(order: Order, tmp_path: Path) -> None:
     """Where problems are drawn by assignment.toml again, that says how arms vary."""
-    asked = replace(order, assignment=order.assignment.varied("base+lengths"), variants=2)
+    asked = replace(order, assignment=order.assignment.with_variation("base+lengths"), variants=2)
     assert {variant.problem.id.variation for variant in bank(asked)} == {"lengths+base"}
     folder = order.assignment.folder
     command: list[str | Path] = ["export", folder, "--to", "moodle", "--variants", "1", "--out"]
@@ -112,7 +112,7 @@ def test_a_bank_is_of_the_variation_that_is_asked_for(order: Order, tmp_path: Pa
     tied = order.assignment.slots[0]
     tied = replace(tied, family=FAMILIES["scara"], questions=("lost-motion", "jacobian"), band=(0, 0))
     with pytest.raises(QdotError, match=r"^p1, with variation full: "):
-        replace(order.assignment, slots=(tied,)).varied("full")
+        replace(order.assignment, slots=(tied,)).with_variation("full")
 
 
 @pytest.fixture(scope="module")
@@ -124,17 +124,17 @@ def assets(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
         yield
 
 
-@pytest.mark.parametrize("outlet", OUTLETS)
+@pytest.mark.parametrize("outlet", EXPORT_FORMATS)
 def test_a_problem_that_fails_its_certificate_is_not_exported(order: Order, assets: None, outlet: str) -> None:
     with pytest.raises(QdotError, match=r"p1.* \(planar-2r\): none of 10 draws can be asked\. The first: wrong"):
-        list(OUTLETS[outlet].files(replace(order, failures=lambda _: ["wrong"], variants=1)))
+        list(EXPORT_FORMATS[outlet].files(replace(order, failures=lambda _: ["wrong"], variants=1)))
 
 
-@pytest.mark.parametrize("outlet", [name for name, outlet in OUTLETS.items() if outlet.check is robots])
+@pytest.mark.parametrize("outlet", [name for name, outlet in EXPORT_FORMATS.items() if outlet.check is robots])
 def test_a_robot_outside_of_the_folder_is_refused(order: Order, outlet: str, tmp_path: Path) -> None:
     (tmp_path / "assignment.toml").write_text('title = "T"\nkey = "hw"\n[[problem]]\nrobot = "../arm.toml"\n')
     with pytest.raises(QdotError, match="lies outside of"):
-        OUTLETS[outlet].check(replace(order, assignment=replace(order.assignment, folder=tmp_path)))
+        EXPORT_FORMATS[outlet].check(replace(order, assignment=replace(order.assignment, folder=tmp_path)))
 
 
 @pytest.fixture(scope="module")
@@ -151,10 +151,10 @@ def certified(order: Order) -> Order:
     return replace(order, variants=several(1, 2), solutions=True, failures=failures)
 
 
-@pytest.mark.parametrize("outlet", OUTLETS)
+@pytest.mark.parametrize("outlet", EXPORT_FORMATS)
 def test_every_outlet_writes_the_same_files_twice(certified: Order, assets: None, outlet: str) -> None:
-    files = list(OUTLETS[outlet].files(certified))
-    assert files and files == list(OUTLETS[outlet].files(certified))
+    files = list(EXPORT_FORMATS[outlet].files(certified))
+    assert files and files == list(EXPORT_FORMATS[outlet].files(certified))
     paths = [file.path for file in files]
     assert len(set(paths)) == len(paths)
     assert not [path for path in paths if path.startswith("/") or ".." in path.split("/")]
@@ -181,7 +181,7 @@ def test_export_as_an_instructor_uses_it(order: Order, tmp_path: Path) -> None:
 
 def test_reports_are_asked_for_by_format_and_path(order: Order, tmp_path: Path) -> None:
     folder = order.assignment.folder
-    of_a_class = [name for name, form in FORMATS.items() if not form.one]
+    of_a_class = [name for name, form in FORMATS.items() if not form.of_one_student]
     asked = [part for name in of_a_class for part in ("--report", f"{name}={tmp_path / name}")]
     run("grade", folder, *asked, "--jobs", "1")
     assert (tmp_path / "csv").read_text() == (folder / "graded" / "grades.csv").read_text()

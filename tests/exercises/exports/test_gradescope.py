@@ -4,14 +4,17 @@ import json
 import stat
 import subprocess
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
-from qdot.exercises.assignment.attempt_policy import Several
+from qdot.exercises.assignment.attempt_policy import AttemptPolicy
+from qdot.grader.grading.result import MadeFrom
 from qdot.grader.integrations.gradescope import best_of, due_of, main, results_of
+from qdot.grader.reports.gradescope import ForStaff, GradescopeResults
 from tests.support.ci import Machine, write_json
 from tests.support.command import run
 from tests.support.handing_in import TOML, Cells, a_class, code, right
@@ -90,12 +93,12 @@ def test_late_by_gradescopes_clock_and_due_by_its_extension(assignment: Assignme
     general = {"due_date": "2027-01-10T00:00:00Z"}
     late = {"created_at": "2027-01-12T10:00:00-00:00", "assignment": general}
     root = laid_out(assignment, tmp_path / "a", right(assignment, "ada"), users=[ADA], **late)
-    content = results_of(root, "after_due_date")
-    assert content["score"] == pytest.approx(4 * 0.7)  # three days begun since the 10th
-    assert "30 % of 4 points" in content["output"]
-    assert {test["visibility"] for test in content["tests"]} == {"after_due_date"}
+    results = results_of(root, "after_due_date")
+    assert results.score == pytest.approx(4 * 0.7)  # three days begun since the 10th
+    assert "30 % of 4 points" in results.output
+    assert {test.visibility for test in results.tests} == {"after_due_date"}
     write_json(root / "submission_metadata.json", {"users": [own], **late})
-    assert results_of(root)["score"] == pytest.approx(4 * 0.9)
+    assert results_of(root).score == pytest.approx(4 * 0.9)
     assert due_of({"users": [ADA]}) is due_of({"assignment": {"due_date": "not a time"}}) is None
 
 
@@ -116,19 +119,20 @@ def test_whose_it_is_and_no_mark_where_that_is_not_known(
 
 
 def test_the_best_attempt_is_read_from_the_metadata_and_attempts_have_a_limit() -> None:
-    def best(content: dict[str, Any], most: int, earlier: list[Any], **metadata: str) -> dict[str, Any]:
-        return best_of(content, {"previous_submissions": earlier, **metadata}, Several(most))
+    def best(results: GradescopeResults, most: int, earlier: list[Any], **metadata: str) -> GradescopeResults:
+        return best_of(results, {"previous_submissions": earlier, **metadata}, AttemptPolicy(most))
 
-    content, hour = {"score": 2.0, "output": ""}, "2027-01-09T{:02}:00:00Z"
+    for_staff = ForStaff("ada", "hw", MadeFrom(), None, ())
+    two, hour = GradescopeResults(2.0, "", "text", "visible", "hidden", (), for_staff), "2027-01-09T{:02}:00:00Z"
     earlier: list[Any] = [{"score": "3.5"}, {"score": 4.0, "autograder_error": True}, {"score": None}]
-    assert best(content, 5, earlier)["score"] == 3.5
-    assert best(content, 5, [{"score": 1}]) is content
-    content["score"] = 4.0
+    assert best(two, 5, earlier).score == 3.5
+    assert best(two, 5, [{"score": 1}]) is two
+    four = replace(two, score=4.0)
     earlier = [{"score": k / 2, "submission_time": hour.format(k)} for k in range(1, 6)]
-    sixth = best(content, 5, earlier, created_at=hour.format(9))
-    assert sixth["score"] == 2.5 and "5 attempts" in sixth["output"]
-    assert best(content, 6, earlier, created_at=hour.format(9)) is content
-    assert best(content, 5, earlier, created_at="2027-01-09T05:03:00Z") is content  # instead of the fifth
+    sixth = best(four, 5, earlier, created_at=hour.format(9))
+    assert sixth.score == 2.5 and "5 attempts" in sixth.output
+    assert best(four, 6, earlier, created_at=hour.format(9)) is four
+    assert best(four, 5, earlier, created_at="2027-01-09T05:03:00Z") is four  # instead of the fifth
 
 
 def test_only_the_zip_holds_the_secret_and_it_is_private(assignment: Assignment) -> None:

@@ -13,10 +13,10 @@ from qdot.exercises.arm.chain import TASK_ROWS
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.assignment.assignment import Student, load_assignment
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.exports.items import Choose, Field, Item, Numeric, Picture, Wrong, items
+from qdot.exercises.exports.export_format import Order
+from qdot.exercises.exports.items import Choose, Field, Item, Numeric, Picture, WrongValue, items
 from qdot.exercises.exports.markup import allowance, decimal
-from qdot.exercises.exports.numbers import InNumbers, in_numbers
-from qdot.exercises.exports.outlet import Order
+from qdot.exercises.exports.numbers import NumericPart, ask_in_numbers
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate, questions_of
 from qdot.exercises.problem.problem import Problem, ProblemId
@@ -94,7 +94,7 @@ def test_three_digits_are_right_and_no_mistake_is(made: list[Item]) -> None:
     for field in fields:
         rounded = float(f"{field.value:.2e}")
         assert abs(rounded - field.value) <= float(allowance(field.tolerance))
-        near: list[Field | Wrong] = [field, *field.wrong]
+        near: list[Field | WrongValue] = [field, *field.wrong]
         for number, one in enumerate(near):
             for other in near[number + 1 :]:
                 assert abs(one.value - other.value) > one.tolerance + other.tolerance
@@ -112,7 +112,7 @@ def test_decimals_are_the_tolerance_and_what_cannot_be_asked_is_told_once(
     (field,) = one.form.fields
     assert field.tolerance == pytest.approx(0.05 * abs(field.value))
     assert "two significant digits" in str(one.body[-1])
-    monkeypatch.setattr("qdot.exercises.exports.items.in_numbers", lambda problem, part: None)
+    monkeypatch.setattr("qdot.exercises.exports.items.ask_in_numbers", lambda problem, part: None)
     notes: list[str] = []
     assert not list(items(replace(an_order(tmp_path / "other", DETERMINANT), note=notes.append)))
     assert len(notes) == 1 and notes[0].startswith("p1: determinant ")
@@ -121,15 +121,15 @@ def test_decimals_are_the_tolerance_and_what_cannot_be_asked_is_told_once(
 def test_numbers_that_do_not_agree_are_not_exported() -> None:
     problem, other = (generate(ProblemId("planar-2r", seed, ("jacobian",))) for seed in (7, 8))
     with pytest.raises(QdotError, match="do not agree"):
-        in_numbers(problem, other.parts[0])
+        ask_in_numbers(problem, other.parts[0])
 
 
 # --- every family, by a route of its own: the product of exponentials ---
 
 
-def _expected(problem: Problem, found: InNumbers) -> np.ndarray:
-    assert found.given is not None
-    values, chain = found.given.values, problem.chain
+def _expected(problem: Problem, found: NumericPart) -> np.ndarray:
+    assert found.given_values is not None
+    values, chain = found.given_values.values, problem.chain
     arm = NumericChain(chain, {symbol.name: values[symbol.name] for symbol in chain.parameters})
     q = np.array([values[symbol.name] for symbol in chain.q])
     whole = exponential_jacobian(arm, q)
@@ -161,7 +161,7 @@ def test_numbers_of_every_family_are_those_of_the_product_of_exponentials(family
     first = list(FAMILIES).index(family)
     for kind in can[first % max(len(can), 1) :][:1]:
         problem = generate(ProblemId(family, 3, (kind,)))
-        found = in_numbers(problem, problem.parts[0])
+        found = ask_in_numbers(problem, problem.parts[0])
         assert found is not None
         assert np.allclose(found.values, _expected(problem, found), rtol=1e-8, atol=1e-9)
         assert np.abs(found.values).max() > 1e-3
@@ -180,7 +180,7 @@ def test_numbers_are_asked_for_as_they_are_and_mistakes_give_others(family: str)
     parts = [part for part in problem.parts if isinstance(part.answer, Number)]
     assert len(parts) >= 3
     for part in parts:
-        found = in_numbers(problem, part)
+        found = ask_in_numbers(problem, part)
         assert found is not None and isinstance(part.answer, Number), part.name
         right = np.array(part.answer.reference.tolist(), dtype=float)
         assert np.array_equal(found.values, right), part.name

@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from qdot.exercises.assignment.assignment import Student, load_assignment
-from qdot.exercises.exports.outlet import Order
-from qdot.exercises.exports.registry import OUTLETS
+from qdot.exercises.exports.export_format import Order
+from qdot.exercises.exports.registry import EXPORT_FORMATS
 from tests.support.handing_in import a_class
 
 DATA = json.loads((Path(__file__).parents[2] / "data" / "moodle_columns.json").read_text())
@@ -38,7 +38,7 @@ def quiz(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
     folder = tmp_path_factory.mktemp("columns") / "hw"
     a_class(folder, [Student("ada")])
     (folder / "assignment.toml").write_text(TOML)
-    file, *_ = OUTLETS[request.param].files(Order(load_assignment(folder), lambda _: [], variants=1))
+    file, *_ = EXPORT_FORMATS[request.param].files(Order(load_assignment(folder), lambda _: [], variants=1))
     return ET.fromstring(file.content)
 
 

@@ -17,8 +17,8 @@ import pytest
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.common.errors import QdotError
+from qdot.exercises.exports.export_format import Order
 from qdot.exercises.exports.nbgrader import SIGN, checksum, nbgrader
-from qdot.exercises.exports.outlet import Order
 from qdot.exercises.problem.problem import variable
 from qdot.grader.integrations.nbgrader_cells import WIDTH, fill_in, made_whole, outputs
 from qdot.grader.reports.rows import Row

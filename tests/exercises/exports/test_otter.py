@@ -15,9 +15,10 @@ import pytest
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.json_form import as_json
 from qdot.exercises.exports.otter import PLUGIN, parts_of
 from qdot.exercises.problem.problem import variable
-from qdot.grader.integrations.otter_marks import content_for, handed_over, hold, marks_of
+from qdot.grader.integrations.otter_marks import code_of_marks, hold, marks_of, results_for
 from tests.support.command import run
 from tests.support.handing_in import TOML, a_class
 from tests.support.programs import reader
@@ -81,11 +82,11 @@ def test_the_source_and_students_notebooks_have_every_part_and_tell_nothing(assi
 
 
 def test_marks_are_handed_over_as_data(assignment: Assignment, tmp_path: Path) -> None:
-    content = content_for(assignment.folder, handed_in(assignment, tmp_path, wrong), {})
-    marks = marks_of(content)
+    results = results_for(assignment.folder, handed_in(assignment, tmp_path, wrong), {})
+    marks = marks_of(results)
     made: dict[str, Any] = {}
-    exec(handed_over(marks), made)  # as Otter's kernel does
-    assert made["qdot_marks"] == marks
+    exec(code_of_marks(marks), made)  # as Otter's kernel does
+    assert made["qdot_marks"] == as_json(marks)
     hold(made["qdot_marks"], "p1.jacobian")
     for part, said in (("p1.position", "wrong"), ("p1.determinant", "sign"), ("p1.nothing", "has not marked")):
         with pytest.raises(AssertionError, match=said):
@@ -97,14 +98,14 @@ def test_marks_are_handed_over_as_data(assignment: Assignment, tmp_path: Path) -
 def test_whose_it_is_is_said_by_gradescope_else_by_the_notebook(assignment: Assignment, tmp_path: Path) -> None:
     notebook = handed_in(assignment, tmp_path, None)
     users = {"users": [{"email": "ada@example.org", "name": "Ada"}], "created_at": "2027-01-01T00:00:00Z"}
-    assert content_for(assignment.folder, notebook, users)["extra_data"]["student"] == "ada"
+    assert results_for(assignment.folder, notebook, users).extra_data.student == "ada"
     with pytest.raises(QdotError, match=r"eve@example\.org"):
-        content_for(assignment.folder, notebook, {"users": [{"email": "eve@example.org"}]})
+        results_for(assignment.folder, notebook, {"users": [{"email": "eve@example.org"}]})
     content = json.loads(notebook.read_text())
     del content["metadata"]["qdot"]
     notebook.write_text(json.dumps(content))
     with pytest.raises(QdotError, match="whose it is"):
-        content_for(assignment.folder, notebook, {})
+        results_for(assignment.folder, notebook, {})
 
 
 ENVIRONMENT = {**os.environ, "PYTHONWARNINGS": "ignore"}

@@ -14,11 +14,11 @@ from qdot.exercises.assignment.assignment import Student, load_assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.extras import install_words
 from qdot.exercises.exports import boxes
-from qdot.exercises.exports.boxes import Box, box_of, options_of, shrunk, with_share, working
+from qdot.exercises.exports.boxes import Box, box_of, options_of, scale_working_room, share_that_fits, working_room
+from qdot.exercises.exports.export_format import File, Order
 from qdot.exercises.exports.marking import TOO_LONG, marking
-from qdot.exercises.exports.outlet import File, Order
 from qdot.exercises.exports.paper import compile_pdf
-from qdot.exercises.exports.registry import OUTLETS
+from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.exports.sheet import Sheet, sheets
 from qdot.exercises.figure import figure_svg, part_svg
 from qdot.exercises.figure.tikz import tikz
@@ -71,7 +71,7 @@ def order(tmp_path_factory: pytest.TempPathFactory) -> Order:
 
 
 def files(order: Order, outlet: str) -> dict[str, File]:
-    return {file.path: file for file in OUTLETS[outlet].files(order)}
+    return {file.path: file for file in EXPORT_FORMATS[outlet].files(order)}
 
 
 def text_of(content: str | bytes, folder: Path) -> str:
@@ -356,7 +356,7 @@ def test_versions_have_no_names_and_are_no_students_problems(order: Order) -> No
     own = {sheet.problems[0].table for sheet in sheets(order)}
     assert len(own | {sheet.problems[0].table for sheet in drawn}) == 4
     assert not any(student.id in str(file.content) for student in CLASS for file in made.values())
-    assert OUTLETS["html"].steps(replace(order, versions=2)) == 2
+    assert EXPORT_FORMATS["html"].steps(replace(order, versions=2)) == 2
     with pytest.raises(QdotError, match="needs the grader"):
         files(replace(order, sheet="marking"), "html")
 
@@ -371,7 +371,7 @@ def test_what_can_not_be_written_keeps_no_other_outlet_from_it(
         raise QdotError("nothing can be asked")
 
     monkeypatch.setitem(__import__("sys").modules, "typst", None)
-    monkeypatch.setitem(OUTLETS, "stack", replace(OUTLETS["stack"], files=failing))
+    monkeypatch.setitem(EXPORT_FORMATS, "stack", replace(EXPORT_FORMATS["stack"], files=failing))
     command: list[str | Path] = ["export", order.assignment.folder, "--jobs", "1", "--out", tmp_path]
     said = fails(*command, "--to", "html", "--to", "pdf", "--to", "stack", "--to", "latex")
     assert install_words("pdf") in said and "stack: nothing can be asked" in said
@@ -432,11 +432,13 @@ def test_a_box_has_room_for_its_working_and_rows_and_shrinks_where_an_exam_takes
     assert Box(40, rows=3).room == Box(40).room + 2 * boxes.ROW
     assert Box(50, rows=2, height=9).room == Box(0, rows=2, height=9).room + 50
     assert Box(0, rows=3, units=("m", "m", "m")).room == Box(0).room  # side by side
-    assert working("") < working("x" * 1000) < working("x" * 10_000) == boxes.MOST
+    assert working_room("") < working_room("x" * 1000) < working_room("x" * 10_000) == boxes.MOST
     two = [Box(20), Box(30)]
-    assert shrunk(two, fixed=100, page=500) == 1
-    assert shrunk(two, fixed=100, page=140) == 0.8
-    assert shrunk(two, fixed=500, page=100) == boxes.LEAST_SHARE
-    assert shrunk([], fixed=500, page=100) == 1
-    assert with_share(Box(20), 1.0) == Box(20, packed=20)
-    assert with_share(Box(20), 0.65) == Box(13, packed=round(20 * boxes.PACKED_SHARE))  # closer where pages are filled
+    assert share_that_fits(two, fixed=100, page=500) == 1
+    assert share_that_fits(two, fixed=100, page=140) == 0.8
+    assert share_that_fits(two, fixed=500, page=100) == boxes.LEAST_SHARE
+    assert share_that_fits([], fixed=500, page=100) == 1
+    assert scale_working_room(Box(20), 1.0) == Box(20, packed=20)
+    assert scale_working_room(Box(20), 0.65) == Box(
+        13, packed=round(20 * boxes.PACKED_SHARE)
+    )  # closer where pages are filled

@@ -25,11 +25,11 @@ import pytest
 
 from qdot.exercises.answers import LETTERS
 from qdot.exercises.assignment.assignment import FEEDBACK
-from qdot.exercises.assignment.attempt_policy import Several
+from qdot.exercises.assignment.attempt_policy import AttemptPolicy
 from qdot.exercises.exports import canvas, moodle, qti
 from qdot.exercises.exports import items as made
-from qdot.exercises.exports.items import Choose, Item, Match, Numeric, Option, Wrong, items
-from qdot.exercises.exports.outlet import Order
+from qdot.exercises.exports.export_format import Order
+from qdot.exercises.exports.items import Choose, Item, Match, Numeric, Option, WrongValue, items
 from tests.exercises.exports.test_items import an_order
 from tests.support.programs import reader
 
@@ -256,7 +256,7 @@ def test_no_box_is_as_wide_as_its_answer_nor_ended_by_its_advice(asked: list[Ite
         assert {len(box[5]) for box in boxes if box} == {width}
         numbers = [number for box in boxes if box for number in re.findall(rf"(?:=|%)({NUMBER})(?=:)", box[0])]
         assert max(map(len, numbers)) <= width
-    wrong = Wrong(9.0, 0.045, "Nasty", 'ends } here # or ~ there / \\ "q" <b> & {2:NUMERICAL:=5}')
+    wrong = WrongValue(9.0, 0.045, "Nasty", 'ends } here # or ~ there / \\ "q" <b> & {2:NUMERICAL:=5}')
     notations = first_changed(asked[0], wrong=(wrong,))
     assert all(CLOZE.fullmatch(notation) for notation in notations)
     read = html.unescape(notations[0]).replace(r"\}", "}").replace(r"\#", "#")  # as Moodle reads it
@@ -316,7 +316,7 @@ def test_moodles_quiz_draws_each_question_for_its_points(order: Order, asked: li
     assert [float(slot.text or "") for slot in settings.iter("maxmark")] == points
     assert [settings.findtext(f"quiz/{name}") for name in names] == ["0", "4", "0", "0", "0"]  # the last counts
     due = datetime(2027, 1, 15, 12, tzinfo=UTC)
-    limited = replace(order.assignment, attempts=Several(best_of=3, apart=3600), due=due)
+    limited = replace(order.assignment, attempts=AttemptPolicy(best_of=3, apart=3600), due_date=due)
     content = files_of(moodle.moodle_files, replace(order, assignment=limited), asked)["hw.mbz"]
     settings = parsed(unzipped(content)["activities/quiz_1/quiz.xml"])
     told = [settings.findtext(f"quiz/{name}") for name in names]

@@ -20,12 +20,12 @@ import pytest
 
 from qdot.exercises.answers import LETTERS, Expression, Matrix
 from qdot.exercises.assignment.assignment import Student, load_assignment
-from qdot.exercises.assignment.attempt_policy import Several
+from qdot.exercises.assignment.attempt_policy import AttemptPolicy
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.bank import bank
-from qdot.exercises.exports.outlet import Order
+from qdot.exercises.exports.export_format import Order
 from qdot.exercises.exports.prairielearn import TRIES, input_names, number_of
-from qdot.exercises.exports.registry import OUTLETS
+from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.problem.problem import Problem
 from qdot.grader.integrations.prairielearn import LONGEST
@@ -70,7 +70,7 @@ def order(tmp_path_factory: pytest.TempPathFactory) -> Order:
 @pytest.fixture(scope="module")
 def course(order: Order, tmp_path_factory: pytest.TempPathFactory) -> Path:
     root = tmp_path_factory.mktemp("course")
-    for file in OUTLETS["prairielearn"].files(order):
+    for file in EXPORT_FORMATS["prairielearn"].files(order):
         path = root / file.path
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(file.content if isinstance(file.content, str) else file.content.decode())
@@ -203,8 +203,8 @@ def test_assessments_ask_every_question_in_order_for_its_points(course: Path, or
     assert {one["triesPerVariant"] for one in practice["questions"]} == {TRIES}
     assert {one["id"]: one["autoPoints"] for one in once["questions"]} == {k: [v] * TRIES for k, v in worth.items()}
     assert exam["shuffleQuestions"] is False and homework["uuid"] != exam["uuid"]
-    few = replace(order.assignment, attempts=Several(best_of=2))
-    made = list(OUTLETS["prairielearn"].files(replace(order, assignment=few, variants=1)))
+    few = replace(order.assignment, attempts=AttemptPolicy(best_of=2))
+    made = list(EXPORT_FORMATS["prairielearn"].files(replace(order, assignment=few, variants=1)))
     (again,) = [json.loads(file.content) for file in made if file.path.endswith("hw-exam/infoAssessment.json")]
     assert {len(one["autoPoints"]) for one in again["zones"][0]["questions"]} == {2}
 
@@ -221,7 +221,7 @@ def test_uuids_stay_and_belong_to_one_question(course: Path, order: Order) -> No
     assert len({uuid.UUID(text) for text in found}) == 4
     for secret, is_same in ((order.assignment.secret, True), ("another", False)):
         given = replace(order.assignment, secret=secret, slots=order.assignment.slots[2:3])
-        files = OUTLETS["prairielearn"].files(replace(order, assignment=given, variants=1))
+        files = EXPORT_FORMATS["prairielearn"].files(replace(order, assignment=given, variants=1))
         again = [json.loads(file.content)["uuid"] for file in files if "info.json" in file.path]
         assert (again == found[2:3]) == is_same and bool(set(again) & set(found)) == is_same
 

@@ -21,12 +21,12 @@ from xml.etree import ElementTree
 
 import pytest
 
-from qdot.exercises.assignment.attempt_policy import Several
+from qdot.exercises.assignment.attempt_policy import AttemptPolicy
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports import scorm
 from qdot.exercises.exports.bank import bank
-from qdot.exercises.exports.outlet import File, Order
-from qdot.exercises.exports.registry import OUTLETS
+from qdot.exercises.exports.export_format import File, Order
+from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.grader.cli.main import app
 from tests.exercises.exports.test_items import an_order
 from tests.support.command import fails, run, runner
@@ -63,7 +63,7 @@ def order(tmp_path_factory: pytest.TempPathFactory) -> Order:
 
 def exported(order: Order) -> dict[str, dict[str, bytes]]:
     """Return what is in each package, by its version."""
-    files: list[File] = list(OUTLETS["scorm"].files(order))
+    files: list[File] = list(EXPORT_FORMATS["scorm"].files(order))
     assert all(file.private for file in files)  # what is right is in them
     return {file.path.partition("-scorm")[2].removesuffix(".zip"): unzipped(file.content) for file in files}
 
@@ -215,7 +215,7 @@ def test_all_variants_are_there_and_nothing_by_which_others_are_made(
 
 
 def test_what_the_assignment_says_of_tries_hints_and_passing_comes_along(order: Order, patched: None) -> None:
-    several = Several(best_of=5)
+    several = AttemptPolicy(best_of=5)
     assignment = replace(order.assignment, attempts=several, hints=True, feedback="mistake", title="x" * 300)
     package = exported(replace(order, assignment=assignment, variants=1, passing=Fraction(2, 5)))["12"]
     titles = ElementTree.fromstring(package["imsmanifest.xml"]).iter(f"{{{CP12}}}title")
@@ -240,7 +240,7 @@ def test_what_a_browser_judges_otherwise_is_told(order: Order, patched: None, tm
 def test_more_questions_than_are_kept_are_refused_before_anything_is_written(order: Order) -> None:
     slot = replace(order.assignment.slots[0], questions=("determinant",) * 1001)
     with pytest.raises(QdotError, match=r"assignment\.toml: .* 1001 .* 1000"):
-        OUTLETS["scorm"].check(replace(order, assignment=replace(order.assignment, slots=(slot,))))
+        EXPORT_FORMATS["scorm"].check(replace(order, assignment=replace(order.assignment, slots=(slot,))))
 
 
 def test_packages_are_written_by_the_command_and_need_the_sites_scripts(

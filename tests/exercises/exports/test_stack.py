@@ -19,10 +19,10 @@ from qdot.exercises.answers import Expression, Matrix
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.exports import stack, stack_cost
 from qdot.exercises.exports.bank import bank
+from qdot.exercises.exports.export_format import Order
 from qdot.exercises.exports.known_wrong import known_wrong, same_entries
-from qdot.exercises.exports.outlet import Order
-from qdot.exercises.exports.registry import OUTLETS
-from qdot.exercises.exports.stack_parts import _are_usable, asked, share_of
+from qdot.exercises.exports.registry import EXPORT_FORMATS
+from qdot.exercises.exports.stack_parts import _are_usable, share_of, stack_part_of
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.printers.maxima import maxima_text
 from qdot.exercises.formula.program import compile_program
@@ -88,7 +88,7 @@ def notes() -> list[str]:
 
 @pytest.fixture(scope="module")
 def quiz(order: Order, notes: list[str]) -> ET.Element:
-    (file,) = OUTLETS["stack"].files(replace(order, note=notes.append))
+    (file,) = EXPORT_FORMATS["stack"].files(replace(order, note=notes.append))
     assert file.private
     return ET.fromstring(file.content)
 
@@ -164,7 +164,7 @@ def test_formulas_are_compared_where_they_are_numbers_of_middling_size() -> None
 def test_how_sets_are_typed_speaks_of_joints_as_they_are() -> None:
     for family, typed in (("cylindrical", "{theta1 = pi/3, d3 = 1/2}"), ("planar-2r", "{theta2 = 1/2, theta2 = pi/3}")):
         problem = generate(ProblemId(family, 3, ("singular-angles",)))
-        one = asked(problem, problem.parts[0])
+        one = stack_part_of(problem, problem.parts[0])
         assert not isinstance(one, str) and typed in one.words
 
 
@@ -311,7 +311,7 @@ def test_answers_as_students_type_them_are_judged_alike(
 def test_what_takes_longer_than_our_patience_is_given_up(order: Order, monkeypatch: pytest.MonkeyPatch) -> None:
     needs("maxima", MAXIMA)
     every = next(iter(bank(replace(order, variants=1))))
-    parts = [one for part in every.problem.parts if not isinstance(one := asked(every.problem, part), str)]
+    parts = [one for part in every.problem.parts if not isinstance(one := stack_part_of(every.problem, part), str)]
     monkeypatch.setattr(stack_cost, "PATIENCE", 6.0)
     dear = replace(parts[1], marking=("for i thru 10^12 do 1;",))
     measured = stack_cost.costs([parts[0], dear, parts[2]])
@@ -321,7 +321,7 @@ def test_what_takes_longer_than_our_patience_is_given_up(order: Order, monkeypat
 def test_what_is_too_dear_for_stack_is_left_out_and_told(order: Order, monkeypatch: pytest.MonkeyPatch) -> None:
     notes: list[str] = []
     monkeypatch.setattr(stack, "costs", lambda parts: [7.4, *(0.1 for _ in parts[1:])])
-    (file,) = OUTLETS["stack"].files(replace(order, variants=1, note=notes.append))
+    (file,) = EXPORT_FORMATS["stack"].files(replace(order, variants=1, note=notes.append))
     (told,) = [note for note in notes if note.startswith("p1-001: 'position' is left out")]
     assert " 7 s " in told and " 5 s " in told
     left = [content(one, "name/text") for one in questions(ET.fromstring(file.content))]
@@ -334,7 +334,7 @@ def test_only_where_the_first_question_test_is_not_cheap_are_the_others_measured
 ) -> None:
     needs("maxima", MAXIMA)
     problem = next(iter(bank(replace(order, variants=1)))).problem
-    determinant = asked(problem, next(part for part in problem.parts if part.name == "determinant"))
+    determinant = stack_part_of(problem, next(part for part in problem.parts if part.name == "determinant"))
     assert not isinstance(determinant, str) and determinant.cases[-1].value == "other1"  # which is 7
     last = replace(determinant, marking=("for i thru (if is(ans1 = 7) then 10^6 else 1) do 1;",))
     both = replace(determinant, marking=("for i thru (if is(ans1 = 7) then 2*10^6 else 10^6) do 1;",))
@@ -354,7 +354,7 @@ def test_that_costs_were_not_measured_is_told(
 ) -> None:
     monkeypatch.setattr("shutil.which", lambda _: program)
     notes: list[str] = []
-    (file,) = OUTLETS["stack"].files(replace(order, variants=1, note=notes.append))
+    (file,) = EXPORT_FORMATS["stack"].files(replace(order, variants=1, note=notes.append))
     assert notes.count(stack.NOT_MEASURED) == 1 and len(questions(ET.fromstring(file.content))) == 7
 
 
@@ -363,7 +363,7 @@ def test_a_question_on_six_joints_is_marked_in_time() -> None:
     """In one question with all its parts, an arm of six joints took STACK 21 s, or more than it has."""
     needs("maxima", MAXIMA)
     problem = generate(ProblemId("puma-560", 3, ("velocity", "arm-block", "joint-axes")))
-    parts = [one for part in problem.parts if not isinstance(one := asked(problem, part), str)]
+    parts = [one for part in problem.parts if not isinstance(one := stack_part_of(problem, part), str)]
     measured = stack_cost.costs(parts)
     assert measured is not None and len(measured) == 3 and max(measured) < 2
 
@@ -403,7 +403,7 @@ def test_shares_are_those_of_the_grader_whatever_the_policy(order: Order) -> Non
 def test_what_is_marked_as_a_whole_earns_nothing_in_part(order: Order) -> None:
     problem = next(iter(bank(replace(order, variants=1)))).problem
     for name in ("position", "jacobian", "joint-rates"):
-        one = asked(problem, replace(problem[name], credit=Credit("whole")))
+        one = stack_part_of(problem, replace(problem[name], credit=Credit("whole")))
         assert not isinstance(one, str) and {case.score for case in one.cases} <= {0, 1, None}, name
         if name == "joint-rates":
             assert "share: 0;" in one.marking
@@ -411,10 +411,10 @@ def test_what_is_marked_as_a_whole_earns_nothing_in_part(order: Order) -> None:
 
 def test_directions_and_sets_that_tie_joints() -> None:
     problem = generate(ProblemId("planar-3r", 3, ("self-motion",)))
-    one = asked(problem, problem.parts[0])
+    one = stack_part_of(problem, problem.parts[0])
     assert not isinstance(one, str) and one.cases[1].value == "form1" and "form1: -3*ta1;" in one.variables
     tied = generate(ProblemId("puma-560", 3, ("singular-angles",)))
-    refused = asked(tied, tied.parts[0])
+    refused = stack_part_of(tied, tied.parts[0])
     assert isinstance(refused, str) and "no values of single joints" in refused
 
 

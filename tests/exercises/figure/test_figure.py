@@ -23,7 +23,7 @@ from qdot.exercises.figure import (
     alt_text,
     arm_figure,
     figure_svg,
-    fixed,
+    one_decimal,
     options_svg,
     singular_panel,
     singular_svg,
@@ -297,7 +297,7 @@ def test_a_given_pose_is_drawn_from_the_clearest_side(monkeypatch: pytest.Monkey
     later = 0
     for seed in range(6):
         chain = sampled(f"elbow-3r/{seed}")
-        taken = drawing._told(chain, np.array([0.3 + seed, 1.1, -0.7]))
+        taken = drawing._draw_in_given_pose(chain, np.array([0.3 + seed, 1.1, -0.7]))
         best = min(drawn, key=lambda one: one[0])
         assert taken is best[1]
         later += best is not drawn[0]
@@ -321,7 +321,7 @@ def test_alt_text_tells_the_angle_in_the_row_of_a_slide(turned: sp.Expr, count: 
 
 
 def test_numbers_have_one_decimal_and_no_negative_zero() -> None:
-    assert [fixed(value) for value in (-0.04, 0.0, 12.25, -3.21)] == ["0.0", "0.0", "12.3", "-3.2"]
+    assert [one_decimal(value) for value in (-0.04, 0.0, 12.25, -3.21)] == ["0.0", "0.0", "12.3", "-3.2"]
 
 
 def test_arms_that_stay_in_a_plane_are_drawn_flat() -> None:

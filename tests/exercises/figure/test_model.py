@@ -13,8 +13,8 @@ from qdot.exercises.figure.ink import Ink, Line, samples
 from qdot.exercises.figure.labels import Layout, Request
 from qdot.exercises.figure.model import model_of
 from qdot.exercises.figure.places import Places
-from qdot.exercises.figure.pose import DEFAULT_LENGTH, candidates, told_pose
-from qdot.exercises.figure.shapes import Box, Circle, Figure, Glyph, Polyline, Shape, extent, moved, symbol
+from qdot.exercises.figure.pose import DEFAULT_LENGTH, candidates, entries_of_pose
+from qdot.exercises.figure.shapes import Box, Circle, Figure, Glyph, Polyline, Shape, extent, move_shape, symbol
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 
@@ -70,8 +70,8 @@ def test_a_pose_of_the_model_is_the_arms(name: str) -> None:
     """Slides are as much longer as the arm is, and angles the same, with other zeros."""
     chain = sample_chain(ProblemId.parse(name))
     model, pose = model_of(chain), figure_pose(chain)
-    entries = told_pose(model.chain, dict(model.pose(pose)))
-    assert model.entries(entries) == pytest.approx(told_pose(chain, pose), abs=1e-8)
+    entries = entries_of_pose(model.chain, dict(model.pose(pose)))
+    assert model.entries(entries) == pytest.approx(entries_of_pose(chain, pose), abs=1e-8)
 
 
 @pytest.mark.parametrize("name", ["planar-3r/2", "elbow-3r/8", "scara/2", "puma-560/1"])
@@ -87,7 +87,13 @@ def test_a_figure_is_the_same_whichever_arm_of_its_model_was_drawn_first(name: s
     chains = [sample_chain(ProblemId.parse(f"{name}/{seed}")) for seed in range(6)]
 
     def drawn(order: list[Chain]) -> dict[Chain, tuple[str, str]]:
-        for kept in (figure._shown, figure._drawn, figure._svg, small.singular_panel, small._kept_figure):
+        for kept in (
+            figure._draw_with_labels,
+            figure._draw_model,
+            figure._render_svg,
+            small.singular_panel,
+            small._cached_figure,
+        ):
             kept.cache_clear()
         return {chain: (figure.figure_svg(chain), figure.singular_svg(chain)) for chain in order}
 
@@ -152,7 +158,7 @@ def test_labels_that_cost_too_much_are_given_up() -> None:
 
 
 def test_what_is_moved_keeps_its_form() -> None:
-    there = tuple(moved(shape, (7.0, -5.0)) for shape in SHAPES)
+    there = tuple(move_shape(shape, (7.0, -5.0)) for shape in SHAPES)
     assert there != SHAPES
     back = samples(there) - (7.0, -5.0, 0.0)
     assert abs(back - samples(SHAPES)).max() < 1e-9

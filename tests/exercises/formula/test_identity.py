@@ -15,6 +15,7 @@ from qdot.exercises.formula.identity import (
     READABLE,
     Comparison,
     Domain,
+    EntryDifference,
     Rounding,
     allowed_for_decimals,
     compare_entries,
@@ -127,11 +128,12 @@ def test_other_forms_of_the_same_function_are_right_and_what_is_right_in_places_
 
 def test_a_difference_is_shown_where_it_can_be_followed_by_hand() -> None:
     certificate = compare("a1*cos(theta1)", "a1*sin(theta1)").certificate
-    found = certificate.as_json()["counterexample"]
-    assert found["entry"] == 0
-    assert set(found["at"]) == {"a1", "theta1"}
-    assert all(round(number, 2) == number for number in found["at"].values())
-    assert found["yours"] != found["expected"]
+    found = certificate.counterexample
+    assert isinstance(found, EntryDifference)
+    assert found.entry == 0
+    assert set(found.at) == {"a1", "theta1"}
+    assert all(round(number, 2) == number for number in found.at.values())
+    assert found.yours != found.expected
     assert (certificate.method, certificate.bound) == ("exact", 0.0)
 
 
@@ -139,8 +141,8 @@ def test_entries_are_judged_one_by_one() -> None:
     student, reference = ([read(t) for t in texts] for texts in (["a1", "a2", "0"], ["a1", "a1", "0"]))
     found = compare_entries(student, reference, Domain({"a1": "length", "a2": "length"}), "seed")
     assert found.equal == (True, False, True)
-    assert found.certificate.counterexample is not None
-    assert found.certificate.counterexample["entry"] == 1
+    assert isinstance(found.certificate.counterexample, EntryDifference)
+    assert found.certificate.counterexample.entry == 1
 
 
 def test_a_given_number_may_be_typed_or_named() -> None:

@@ -1,5 +1,6 @@
 """How a comparison in numbers decides: what doubles tell, which points want many digits, and what is shown."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import mpmath
@@ -9,7 +10,16 @@ import pytest
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula import identity
 from qdot.exercises.formula.expression import read
-from qdot.exercises.formula.identity import Comparison, Domain, Rounding, compare_entries, default_role, missed, number
+from qdot.exercises.formula.identity import (
+    Comparison,
+    Domain,
+    EntryDifference,
+    Rounding,
+    compare_entries,
+    default_role,
+    missed,
+    number,
+)
 from qdot.exercises.formula.program import compile_program
 from qdot.exercises.formula.trees import names
 
@@ -38,14 +48,14 @@ def compared(student: str | list[str], reference: str | list[str], rounding: Rou
     return compare_entries(theirs, ours, Domain({name: default_role(name) for name in used}), "seed", rounding)
 
 
-def example(student: str, reference: str) -> dict[str, Any]:
+def example(student: str, reference: str) -> EntryDifference:
     found = compared(student, reference)
     assert found.equal == (False,)
-    assert found.certificate.counterexample is not None
-    return dict(found.certificate.counterexample)
+    assert isinstance(found.certificate.counterexample, EntryDifference)
+    return found.certificate.counterexample
 
 
-def is_readable(at: dict[str, float]) -> bool:
+def is_readable(at: Mapping[str, float]) -> bool:
     return all(round(value, 2) == value for value in at.values())
 
 
@@ -189,8 +199,8 @@ def test_without_effort_clear_differences_count_and_nothing_else_is_right(monkey
     assert compared("0*sqrt(a1)", "0").equal == (True,)
     assert compared("sqrt(sin(theta1)^2)", "sin(theta1)", Rounding(0.005)).equal == (False,)
     shown = example("sqrt(a1^2)*2", "a1")
-    assert shown["yours"] == pytest.approx(2 * shown["at"]["a1"])
-    assert shown["expected"] == pytest.approx(shown["at"]["a1"])
+    assert shown.yours == pytest.approx(2 * shown.at["a1"])
+    assert shown.expected == pytest.approx(shown.at["a1"])
 
 
 def test_a_difference_that_50_digits_show_takes_no_more() -> None:
@@ -202,49 +212,49 @@ def test_a_difference_that_50_digits_show_takes_no_more() -> None:
 
 def test_a_clear_difference_is_shown_at_a_readable_point() -> None:
     found = example("sqrt(a1^2) + a1*sin(theta1)", "a1")
-    assert is_readable(found["at"])
-    at = found["at"]
-    assert found["yours"] == pytest.approx(at["a1"] * (1 + np.sin(at["theta1"])), rel=1e-5)
-    assert found["expected"] == at["a1"]
+    assert is_readable(found.at)
+    at = found.at
+    assert found.yours == pytest.approx(at["a1"] * (1 + np.sin(at["theta1"])), rel=1e-5)
+    assert found.expected == at["a1"]
 
 
 @pytest.mark.parametrize("part", ["1", "10^-13"])
 def test_a_difference_is_shown_where_there_is_one(part: str) -> None:
     """For long a1 only, and by so much that doubles tell, or by so little that they don't."""
     found = example(f"sqrt(a1^2) + {part}*(abs(a1 - 10) - (10 - a1))", "a1")
-    assert found["at"]["a1"] > 10
-    assert found["yours"] != found["expected"]
-    yours, expected = (mpmath.mpf(found[name]) for name in ("yours", "expected"))
-    excess = 2 * (found["at"]["a1"] - 10) * (1 if part == "1" else 1e-13)
+    assert found.at["a1"] > 10
+    assert found.yours != found.expected
+    yours, expected = (mpmath.mpf(value) for value in (found.yours, found.expected))
+    excess = 2 * (found.at["a1"] - 10) * (1 if part == "1" else 1e-13)
     assert float(yours - expected) == pytest.approx(excess, rel=0.1, abs=0)
 
 
 def test_an_answer_without_a_value_is_shown_as_one() -> None:
     for student in ("a1/(a2 - a2)", "sqrt(a1^2)/(a2 - a2)"):
         found = example(student, "a1")
-        assert is_readable(found["at"])
-        assert found["yours"] == "not a finite number"
-        assert found["expected"] == found["at"]["a1"]
+        assert is_readable(found.at)
+        assert found.yours == "not a finite number"
+        assert found.expected == found.at["a1"]
 
 
 @pytest.mark.parametrize("power", [12, 30])
 @pytest.mark.parametrize("student", ["a1", "sqrt(a1^2)"])
 def test_a_tiny_difference_is_shown_with_enough_digits(student: str, power: int) -> None:
     found = example(f"{student}*(10^{power} + 1)/10^{power}", "a1")
-    assert is_readable(found["at"])
-    assert float(found["expected"]) == pytest.approx(found["at"]["a1"], rel=1e-9)
+    assert is_readable(found.at)
+    assert float(found.expected or 0) == pytest.approx(found.at["a1"], rel=1e-9)
     with mpmath.workdps(60):
-        part = mpmath.mpf(found["yours"]) / mpmath.mpf(found["expected"]) - 1
+        part = mpmath.mpf(found.yours) / mpmath.mpf(found.expected) - 1
         assert float(part) == pytest.approx(10.0**-power, rel=0.2, abs=0)
 
 
 def test_a_difference_too_small_to_show_comes_with_the_values_of_its_point(monkeypatch: pytest.MonkeyPatch) -> None:
     """A readable one, if doubles do not tell there but elsewhere; so has one for which effort is used up."""
-    assert is_readable(example("(10^14*a1 + a1^9)/10^14", "a1")["at"])  # at most 1e-12 of a1 there
+    assert is_readable(example("(10^14*a1 + a1^9)/10^14", "a1").at)  # at most 1e-12 of a1 there
     tiny = example("(2^1000*a1 + theta1)/2^1000", "a1")
     monkeypatch.setattr(identity, "_PRECISE_STEPS", 0)
     for shown in (tiny, example("a1*(2^100 + 1)/2^100", "a1")):
-        assert shown["yours"] == shown["expected"] == shown["at"]["a1"]
+        assert shown.yours == shown.expected == shown.at["a1"]
 
 
 def test_two_values_are_shown_with_as_many_digits_as_it_takes() -> None:

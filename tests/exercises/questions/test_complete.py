@@ -7,8 +7,8 @@ from functools import cache
 import pytest
 
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.exports.numbers import in_numbers
-from qdot.exercises.exports.stack_parts import asked as asked_by_stack
+from qdot.exercises.exports.numbers import ask_in_numbers
+from qdot.exercises.exports.stack_parts import stack_part_of as asked_by_stack
 from qdot.exercises.exports.stack_parts import without_rounding
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate
@@ -43,7 +43,7 @@ def works(problem: Problem, part: Part) -> dict[str, bool]:
         or behind_options
         or next(mistaken_answers(problem.chain, part), None) is not None,
         "follow-through": not ASKED[part.kind].needs or any(earlier(part)),
-        "platforms": bool(part.answer.offered) or in_numbers(problem, part) is not None,
+        "platforms": bool(part.answer.offered) or ask_in_numbers(problem, part) is not None,
         "STACK": not isinstance(asked_by_stack(problem, without_rounding(part)), str),
     }
 

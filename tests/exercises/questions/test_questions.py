@@ -21,7 +21,7 @@ from qdot.exercises.common.variation import STEPS
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.formula.expression import read
 from qdot.exercises.problem.problem import ENGINE, Part, Problem, ProblemId
-from qdot.exercises.problem.record import plain
+from qdot.exercises.problem.record import to_plain_data
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.writing.statement import prompt, worked_solution
 from qdot.grader.grading.certify import failures_of
@@ -50,14 +50,21 @@ def answer_of(part: Part) -> Any:
 def arm_of(problem: Problem) -> Any:
     chain = problem.chain
     rows = [[j.kind, str(j.theta), str(j.d), str(j.a), str(j.alpha)] for j in chain.joints]
-    return {"rows": rows, "base": plain(chain.base), "point": plain(chain.point), "task": list(chain.task)}
+    return {
+        "rows": rows,
+        "base": to_plain_data(chain.base),
+        "point": to_plain_data(chain.point),
+        "task": list(chain.task),
+    }
 
 
 def snapshot(problems: list[Problem]) -> dict[str, Any]:
     found: dict[str, Any] = {
         str(problem.id): {
             "arm": arm_of(problem),
-            "parts": {part.name: {"answer": answer_of(part), "details": plain(part.details)} for part in problem.parts},
+            "parts": {
+                part.name: {"answer": answer_of(part), "details": to_plain_data(part.details)} for part in problem.parts
+            },
         }
         for problem in problems
     }

@@ -164,7 +164,7 @@ def test_the_kind_is_left_out_where_it_is_not_the_same_everywhere(textbook_arms:
 
 
 def test_a_meaning_that_fails_in_a_quarter_of_the_configurations_is_not_the_right_one() -> None:
-    problem = generate(ProblemId("random-3", 10085, ("singularity-meaning",)).varied("full"))
+    problem = generate(ProblemId("random-3", 10085, ("singularity-meaning",)).with_variation("full"))
     answer = problem.parts[0].of(Choice)
     assert "folded" not in answer.options[answer.correct]
     assert certify(problem).passed
@@ -212,7 +212,7 @@ def test_axes_in_line_are_the_reason_by_what_no_joint_can_do() -> None:
 
 def test_two_axes_in_line_lose_no_direction_along_themselves_in_a_puma() -> None:
     """Its other axes do not meet that line: there the two columns are dependent."""
-    chain = sample_chain(ProblemId("puma-560", 1).varied("chapter"))
+    chain = sample_chain(ProblemId("puma-560", 1).with_variation("chapter"))
     arm = NumericChain(chain, {symbol.name: 0.5 for symbol in chain.parameters})
     q = np.array([0.3, 0.5, 0.7, 0.4, 0.0, 0.2])
     assert off_line(arm, q, 3, 5) < 1e-12 < 0.01 < velocity_along_axis(arm, q, 3)

@@ -275,7 +275,7 @@ def test_what_an_id_is_asked_has_not_changed(family: str) -> None:
         stored = json.loads(path.read_text(encoding="utf-8"))
         assert set(stored) == {f"1/{name}" for name in names}
         names = names if family == SNAPPED[0] else sorted(names)[:: several(4, 1)]
-    found = {f"1/{name}": digests(problem_of(family, 1, name))["parts"][name][:16] for name in names}
+    found = {f"1/{name}": digests(problem_of(family, 1, name)).parts[name][:16] for name in names}
     if UPDATED:
         QUIZ_SNAPSHOTS.mkdir(exist_ok=True)
         path.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")

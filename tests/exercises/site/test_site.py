@@ -24,8 +24,8 @@ from qdot.exercises.problem.problem import Problem
 from qdot.exercises.site import build as building
 from qdot.exercises.site import supply
 from qdot.exercises.site.chapter import ERRATA, chapter_pages
-from qdot.exercises.site.guide import COMMANDS, OTHERS, OWN_PAGES, arranged
-from qdot.exercises.site.pages import assets_in, linked, pages
+from qdot.exercises.site.guide import COMMANDS, OTHERS, OWN_PAGES, arrange_pages
+from qdot.exercises.site.pages import assets_in, link_pages, pages
 from qdot.exercises.site.robots import robots_text
 from qdot.exercises.site.stale_files import LIST, remove_stale_files
 from qdot.grader.cli import site_commands as command
@@ -96,7 +96,7 @@ def test_the_chapters_pages_tell_where_the_book_differs() -> None:
 
 def test_the_errata_are_told_in_german_with_the_same_numbers() -> None:
     for page in chapter_pages():
-        title, body = page.told["de"]
+        title, body = page.translations["de"]
         assert body.count("<strong>Gedruckt:</strong>") == page.body.count("<strong>Printed:</strong>"), page.path
         assert "Printed" not in body
         assert page.path != ERRATA or title == "Errata des Kapitels"
@@ -332,12 +332,12 @@ def test_scripts_of_another_version_are_told(tmp_path: Path, written: str | None
 
 
 def test_links_of_the_docs_stay_on_the_site() -> None:
-    page = linked('<h2>Two words</h2><a href="judging.md#bounds">x</a>')
+    page = link_pages('<h2>Two words</h2><a href="judging.md#bounds">x</a>')
     assert page == '<h2 id="two-words">Two words</h2><a href="judging.html#bounds">x</a>'
 
 
 def test_every_page_of_the_documentation_has_its_place() -> None:
-    groups = arranged(DOCS)
+    groups = arrange_pages(DOCS)
     assert OTHERS not in groups
     listed = [entry.name for entries in groups.values() for entry in entries]
     assert sorted(listed) == sorted({path.stem for path in DOCS.glob("*.md")} - set(OWN_PAGES) | {COMMANDS})

@@ -20,8 +20,8 @@ from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions.results import is_derived, result
 from qdot.exercises.site.keys import key_of, right_in_numbers, weight
 from qdot.exercises.site.record import (
+    _given_pose,
     _grid,
-    _shown,
     arm_record,
     determinant_factors,
     site_record,
@@ -221,7 +221,7 @@ def test_the_arm_beside_a_question_has_the_numbers_of_its_text(family: str, quiz
     for part in problem.parts:
         if part.kind in OF_ALL_POSES:
             continue
-        pose = _shown(problem.chain, part)
+        pose = _given_pose(problem.chain, part)
         text = prompt(problem, part).split("- **A.**")[0]
         said = {f"{letter}{index}": float(value) for letter, index, value in LENGTH.findall(text)}
         said |= {f"theta{index}": np.radians(float(value)) for index, value in ANGLE.findall(text)}

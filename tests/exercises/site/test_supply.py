@@ -10,19 +10,27 @@ from qdot.exercises.common.variation import STEPS
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate, listing_of, sample_chain
 from qdot.exercises.problem.problem import ProblemId
-from qdot.exercises.site.supply import ARMS_EACH, OF_EACH_STEP, QUIZ, Wanted, dealt, drawn_questions, of_families
+from qdot.exercises.site.supply import (
+    ARMS_EACH,
+    OF_EACH_STEP,
+    QUIZ,
+    BankProblem,
+    deal_questions,
+    questions_with_sampled_numbers,
+    wanted_of_families,
+)
 from tests.support.suites import few_families, few_of, several
 
 ALL = OF_EACH_STEP * len(STEPS)
 
 
-def arms(family: str, variants: int) -> list[Wanted]:
-    return [wanted for wanted in of_families([family], variants) if wanted.asked != (QUIZ,)]
+def arms(family: str, variants: int) -> list[BankProblem]:
+    return [wanted for wanted in wanted_of_families([family], variants) if wanted.asked != (QUIZ,)]
 
 
 @pytest.mark.whole
 def test_family_has_so_many_arms_at_every_step() -> None:
-    wanted = of_families(list(FAMILIES), ALL)
+    wanted = wanted_of_families(list(FAMILIES), ALL)
     assert len({(one.family, one.key) for one in wanted}) == len(wanted)
     counts = Counter((one.family, one.variation) for one in wanted if one.asked != (QUIZ,))
     assert counts == {(family, step): OF_EACH_STEP for family in FAMILIES for step in STEPS}
@@ -50,7 +58,7 @@ def test_arms_of_a_step_differ_and_every_question_comes_with_several_of_them(fam
 
 def test_few_arms_are_asked_everything() -> None:
     assert [one.variation for one in arms("scara", 6)] == [*STEPS, "chapter"]
-    assert {one.variation for one in of_families(["scara"], 3, "base+lengths")} == {"lengths+base"}
+    assert {one.variation for one in wanted_of_families(["scara"], 3, "base+lengths")} == {"lengths+base"}
     everything = listing_of("scara").questions
     asked = {one.asked for one in arms("scara", len(STEPS) * (1 + ARMS_EACH)) if one.share is None}
     assert asked <= {(), everything}
@@ -61,12 +69,12 @@ def test_few_arms_are_asked_everything() -> None:
 def test_an_arm_that_is_there_already_is_asked_what_comes_in_other_numbers(family: str) -> None:
     if FAMILIES[family].varied:
         pytest.skip("its arms are never there already")
-    names = drawn_questions(family)
+    names = questions_with_sampled_numbers(family)
     assert names and "position" not in names and "determinant" not in names
     assert set(names) < set(listing_of(family).questions)
     again = [one for one in arms(family, ALL) if one.variation == "chapter" and one.share is not None]
     assert len(again) == OF_EACH_STEP - 1
-    asked = Counter(name for one in again for name in dealt(names, *(one.share or (0, 1))))
+    asked = Counter(name for one in again for name in deal_questions(names, *(one.share or (0, 1))))
     assert set(asked) == set(names) and min(asked.values()) >= ARMS_EACH
     first = generate(ProblemId(family, 1, names, variation="chapter"))
     told: dict[str, set[str]] = {name: set() for name in names}
@@ -83,7 +91,7 @@ def test_an_arm_that_is_there_already_is_asked_what_comes_in_other_numbers(famil
 def test_questions_are_dealt_evenly() -> None:
     for count, places in product(range(1, 31), (1, 2, 3, 4, 24, 100)):
         names = [f"q{i}" for i in range(count)]
-        hands = [dealt(names, place, places) for place in range(places)]
+        hands = [deal_questions(names, place, places) for place in range(places)]
         assert all(hands) and all(list(hand) == sorted(hand, key=names.index) for hand in hands)
         counts = Counter(name for hand in hands for name in hand)
         assert set(counts) == set(names), (count, places)
@@ -104,27 +112,27 @@ def test_questions_are_dealt_evenly() -> None:
     ),
 )
 def test_a_site_is_told_in_a_convention_throughout(convention: str, twist_order: str, told: tuple[str, str]) -> None:
-    wanted = of_families(["planar-2r"], ALL, "", convention, twist_order)
+    wanted = wanted_of_families(["planar-2r"], ALL, "", convention, twist_order)
     assert [(one.key, one.seed, one.variation) for one in wanted] == [
-        (one.key, one.seed, one.variation) for one in of_families(["planar-2r"], ALL)
+        (one.key, one.seed, one.variation) for one in wanted_of_families(["planar-2r"], ALL)
     ]
-    assert {one.told for one in wanted} == {told}
+    assert {one.frame_convention for one in wanted} == {told}
     first, quiz, shared = (
         next(one for one in wanted if one.asked == asked and bool(one.share) == is_shared)
         for asked, is_shared in (((), False), ((QUIZ,), False), ((), True))
     )
     for one in (first, quiz, shared):
-        made = one.made()
+        made = one.make()
         assert (made.id.convention, made.id.twist_order) == told
         assert made.chain.convention == (told[0] or "dh")
         assert made.chain.twist_order == (told[1] or "omega-v")
         assert made.parts
-    asked = {part.name for part in first.made().parts}
+    asked = {part.name for part in first.make().parts}
     assert ("space-jacobian" in asked) == (told[0] == "screws")
 
 
 def test_every_question_of_a_convention_comes_with_several_arms() -> None:
-    of_step = [one for one in of_families(["planar-3r"], ALL, "", "screws") if one.variation == "full"]
+    of_step = [one for one in wanted_of_families(["planar-3r"], ALL, "", "screws") if one.variation == "full"]
     others = Counter(name for one in of_step if one.share is None for name in one.asked if name != QUIZ)
     assert others == dict.fromkeys(listing_of("planar-3r", "screws").questions, ARMS_EACH)
     assert "body-jacobian" in others
@@ -132,6 +140,6 @@ def test_every_question_of_a_convention_comes_with_several_arms() -> None:
 
 def test_an_order_of_twists_beside_a_table_is_refused() -> None:
     with pytest.raises(QdotError, match="order of twists"):
-        of_families(["planar-2r"], 1, "", "modified-dh", "v-omega")
+        wanted_of_families(["planar-2r"], 1, "", "modified-dh", "v-omega")
     with pytest.raises(QdotError, match="'srews'"):
-        of_families(["planar-2r"], 1, "", "srews")
+        wanted_of_families(["planar-2r"], 1, "", "srews")

@@ -42,14 +42,14 @@ def are_so(chain: Chain, pieces: list[str], words: str) -> set[bool]:
 @few_families
 def test_what_is_said_is_so(family: str) -> None:
     for step in several(("chapter", "full"), tuple(STEPS)):
-        for pieces, words in parts(sample_chain(ProblemId(family, 3).varied(step))):
-            assert are_so(sample_chain(ProblemId(family, 3).varied(step)), pieces, words) == {True}, words
+        for pieces, words in parts(sample_chain(ProblemId(family, 3).with_variation(step))):
+            assert are_so(sample_chain(ProblemId(family, 3).with_variation(step)), pieces, words) == {True}, words
 
 
 @few_families
 def test_the_same_of_other_joints_is_not(family: str) -> None:
     """Every number in a sentence counts: with another joint in its place it is false, or says the same."""
-    chain = sample_chain(ProblemId(family, 3).varied("chapter"))
+    chain = sample_chain(ProblemId(family, 3).with_variation("chapter"))
     for pieces, words in parts(chain):
         for match in re.finditer(r"(?<=joint )\d", words):
             told = int(match[0])

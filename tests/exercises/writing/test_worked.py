@@ -106,7 +106,7 @@ LEAST = "It holds somewhere only if"
 
 
 def solution(identity: str, question: str, convention: str = "dh") -> str:
-    problem = generate(replace(ProblemId.parse(identity), questions=(question,)).told(convention))
+    problem = generate(replace(ProblemId.parse(identity), questions=(question,)).with_convention(convention))
     (part,) = problem.parts
     return worked_solution(problem, part)
 
@@ -118,7 +118,9 @@ def test_an_origin_has_the_name_that_the_arms_convention_has_for_it(convention: 
 
 
 def test_where_an_arm_has_no_name_for_an_origin_what_is_true_of_all_is_said() -> None:
-    chain = sample_chain(ProblemId.parse("cylindrical/1@chapter").told("screws"))  # joints 2 and 3 are slides
+    chain = sample_chain(
+        ProblemId.parse("cylindrical/1@chapter").with_convention("screws")
+    )  # joints 2 and 3 are slides
     words = convention_of(chain).rename_origins("the origin O2 lies on the axis of joint 1")
     assert words == "the columns of J are linearly dependent"
 
@@ -159,7 +161,7 @@ def test_a_direction_that_is_lost_is_perpendicular_to_all_columns_that_are_shown
 
 
 def _asking(family: str, step: str, question: str) -> Problem | None:
-    identity = ProblemId(family, 3).varied(step)
+    identity = ProblemId(family, 3).with_variation(step)
     if QUESTIONS[question].objects(sample_chain(identity)) is not None:
         return None
     return generate(replace(identity, questions=(question,)))
@@ -167,7 +169,7 @@ def _asking(family: str, step: str, question: str) -> Problem | None:
 
 @pytest.mark.parametrize("family", ["stanford-6r", "puma-560", "anthropomorphic-6r"])
 def test_rates_by_blocks_are_the_reference(family: str) -> None:
-    problem = generate(ProblemId(family, 4, ("joint-rates",)).varied("zeros"))
+    problem = generate(ProblemId(family, 4, ("joint-rates",)).with_variation("zeros"))
     (part,) = problem.parts
     blocks = worked_steps(problem.chain).rates_by_blocks(part.about(InSituation).situation)
     assert blocks is not None
@@ -178,7 +180,7 @@ def test_rates_by_blocks_are_the_reference(family: str) -> None:
 
 
 def test_determinants_of_blocks_are_not_worked_out_twice() -> None:
-    problem = generate(ProblemId("stanford-6r", 4, ("block-determinants", "determinant")).varied("zeros"))
+    problem = generate(ProblemId("stanford-6r", 4, ("block-determinants", "determinant")).with_variation("zeros"))
     first, second = worked_solutions(problem).values()
     assert "found above" in second and "The wrist" not in second and "found above" not in first
 

@@ -22,7 +22,7 @@ from qdot.exercises.mistakes.configurations import Values, sample_configurations
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.results import result
-from qdot.grader.judging.function_values import asked_of
+from qdot.grader.judging.function_values import calls_of
 from qdot.grader.sandbox.contained.callables import TABLE
 from tests.support.judging import diagnose
 from tests.support.problems import LONG_ARMS, asked
@@ -303,8 +303,8 @@ def test_the_right_answer_comes_out_of_every_working(family: str) -> None:
 
 def test_a_function_that_needs_numbers_is_diagnosed_by_its_values() -> None:
     problem = asked("position", PLANAR)
-    called = asked_of(problem, problem.domain(), "points")
-    at = dict(zip(called["symbols"], np.array(called["points"]).T, strict=True))
+    called = calls_of(problem, problem.domain(), "points")
+    at = dict(zip(called.symbols, np.array(called.points).T, strict=True))
     rows = [at["a1"] * trig(at["theta1"]) + at["a2"] * trig(at["theta2"]) for trig in (np.cos, np.sin)]
     values = [[[value, 0.0] for value in row] for row in np.array(rows).T.tolist()]
     table = TABLE + json.dumps({"shape": [2], "values": values})

@@ -38,7 +38,7 @@ SECRET = "secret"
 
 
 def problem(family: str, seed: int, question: str, variation: str = "zeros") -> tuple[Problem, Part]:
-    made = generate(ProblemId(family, seed, (question,)).varied(variation), [question])
+    made = generate(ProblemId(family, seed, (question,)).with_variation(variation), [question])
     return made, made.parts[0]
 
 
@@ -257,7 +257,7 @@ def test_a_comment_alone_leaves_the_points(assignment: Assignment) -> None:
     assert determinant(results["bo"]).override == AppliedOverride(1.0, "", 0.0), "a student's own line"
     page = feedback_page(assignment, assignment.roster[0], results["ada"])
     assert "look at θ1</strong>" in page and "set by your instructor" not in page
-    assert rows_of(results["ada"])[2].said.endswith("look at θ1")
+    assert rows_of(results["ada"])[2].message.endswith("look at θ1")
     assert (count_set(results["ada"]), count_set(results["bo"])) == (0, 1)
     assert not is_marked(replace(results["ada"], submission=None))
     ordered = [results[name] for name in NAMES]

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from qdot.exercises.formula.identity import Certificate, Domain, Rounding, missed
+from qdot.exercises.formula.identity import Certificate, Domain, EntryDifference, Rounding, SetDifference, missed
 from qdot.grader.diagnosis.advice import _entry
 from qdot.grader.judging.answer import with_points
 from qdot.grader.judging.verdict import Judgement, Outcome
@@ -149,7 +149,7 @@ def test_what_is_said_of_numbers(student: str, share: float, said: str) -> None:
 
 def test_the_certificate_of_numbers_is_one_of_numbers() -> None:
     assert numbers("[1, 2]", 1, 2).certificate == Certificate("numeric", 1, 0.0)
-    example = {"entry": 1, "at": {}, "yours": 3.0, "expected": 2.0}
+    example = EntryDifference(1, {}, 3.0, 2.0)
     assert numbers("[1, 3]", 1, 2).certificate == Certificate("numeric", 1, 0.0, example)
 
 
@@ -159,8 +159,8 @@ def test_numbers_up_to_their_tolerance() -> None:
     assert judge_numbers("0.5", [0.0], [""], 0.005, 0.5).outcome is Outcome.CORRECT
     judged = numbers("[1, blank]", 1, 2.71828)
     assert (judged.outcome, judged.share, judged.entries) == (Outcome.PARTIAL, 0.5, ((True,), (False,)))
-    assert judged.certificate and judged.certificate.counterexample
-    assert judged.certificate.counterexample["yours"] == "blank"
+    assert judged.certificate and isinstance(judged.certificate.counterexample, EntryDifference)
+    assert judged.certificate.counterexample.yours == "blank"
 
 
 @pytest.mark.parametrize(
@@ -228,9 +228,10 @@ def test_the_certificate_of_a_set_has_its_points_and_what_is_wrong() -> None:
     assert singular("sin(theta2) = 0", *FOLD).certificate == Certificate("numeric", 50, missed(50))
     certificate = singular("{theta2: [0, 1]}", *FOLD).certificate
     assert certificate is not None
-    assert certificate.counterexample is not None
-    assert certificate.counterexample["missing"]["theta2"] == pytest.approx(3.14159)
-    assert certificate.counterexample["surplus"]["theta2"] == 1
+    assert isinstance(certificate.counterexample, SetDifference)
+    missing, surplus = certificate.counterexample.missing, certificate.counterexample.surplus
+    assert missing is not None and missing["theta2"] == pytest.approx(3.14159)
+    assert surplus is not None and surplus["theta2"] == 1
 
 
 @pytest.mark.parametrize("shape", [None, (1, 1)])

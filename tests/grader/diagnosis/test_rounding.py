@@ -13,7 +13,7 @@ from qdot.exercises.arm.chain import CONVENTIONS
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.text import text_of
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.grader.judging.function_values import asked_of
+from qdot.grader.judging.function_values import calls_of
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Diagnosis, Outcome
 from qdot.grader.sandbox.contained.callables import TABLE
@@ -93,9 +93,9 @@ def test_a_function_that_returns_rounded_values_made_no_mistake(
     family: str, seed: int, convention: str, digits: int
 ) -> None:
     problem = drawn(family, seed, convention=convention)
-    asked = asked_of(problem, problem.domain(), "points")
-    points = np.array(asked["points"]).T
-    at, named, said = dict(zip(asked["symbols"], points, strict=True)), {}, set()
+    calls = calls_of(problem, problem.domain(), "points")
+    points = np.array(calls.points).T
+    at, named, said = dict(zip(calls.symbols, points, strict=True)), {}, set()
     for part in problem.parts:
         if not part.answer.is_formulas or part.answer.counts_up_to_a_factor:
             continue

@@ -11,7 +11,7 @@ import pytest
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.release import init_assignment, release
-from qdot.exercises.assignment.store import kept
+from qdot.exercises.assignment.store import load_stored_problems
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.problem.problem import Part
 from qdot.grader.cli.demo import answered
@@ -62,7 +62,7 @@ def assignment(made: Path, tmp_path: Path) -> Assignment:
 
 def right(assignment: Assignment, student: str, change: Callable[[str, Part], str] = lambda code, _: code) -> str:
     text = (assignment.folder / "released" / student / "hw.ipynb").read_text()
-    return answered(text, kept(assignment, student).problems, change)
+    return answered(text, load_stored_problems(assignment, student).problems, change)
 
 
 def hand_in(assignment: Assignment, name: str, text: str | bytes) -> Path:
@@ -74,7 +74,7 @@ def hand_in(assignment: Assignment, name: str, text: str | bytes) -> Path:
 
 def grade(assignment: Assignment, jobs: int = 0) -> dict[str, Result]:
     (assignment.folder / "submitted").mkdir(exist_ok=True)
-    found = find_submissions(assignment, assignment.folder / "submitted").found
+    found = find_submissions(assignment, assignment.folder / "submitted").by_student
     with nullcontext() if jobs else one_process():  # processes can't share one
         results = grade_class(assignment, found, jobs, Limits(seconds=20, cell_seconds=2), lambda _: None)
     assert [result.student for result in results] == STUDENTS
@@ -170,7 +170,7 @@ def test_who_marks_a_notebook_writes_its_page(assignment: Assignment, jobs: int)
     for student in ("s01", "s02", "s03"):
         hand_in(assignment, f"{student}.ipynb", right(assignment, student))
     (assignment.folder / "overrides.csv").write_text("student,part,points,comment\ns02,,1,by hand\n")
-    found = find_submissions(assignment, assignment.folder / "submitted").found
+    found = find_submissions(assignment, assignment.folder / "submitted").by_student
 
     def again(write: WritePage) -> list[Result]:
         return grade_class(assignment, found, jobs, Limits(), lambda _: None, write_page=write)

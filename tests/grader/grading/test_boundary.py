@@ -44,7 +44,7 @@ def assignment(tmp_path: Path) -> Assignment:
 def graded(assignment: Assignment) -> dict[str, Result]:
     """Grade the class and write its reports; return the results as they stand in results.jsonl."""
     with one_process():
-        found = find_submissions(assignment, assignment.folder / "submitted").found
+        found = find_submissions(assignment, assignment.folder / "submitted").by_student
         results = grade_class(assignment, found, 0, Limits(seconds=20), lambda _: None, write_page=write_page)
         results = write_reports(assignment, results)
     assert list(read_results(assignment.folder).values()) == results
@@ -57,8 +57,8 @@ def is_victims(about: object) -> bool:
     """Tell whether something that a step is given is the victim's: a path, an id, a student, a notebook."""
     if isinstance(about, Student):
         return about.id == VICTIM
-    if isinstance(about, dict):
-        return about.get("student") == VICTIM
+    if isinstance(about, Result):
+        return about.student == VICTIM
     if isinstance(about, (list, tuple)):
         return any(not isinstance(one, Student) and is_victims(one) for one in about)  # not the whole roster
     return VICTIM in str(getattr(about, "path", about))
@@ -68,7 +68,7 @@ STEPS: dict[str, tuple[object, str]] = {
     "looked into": (submission, "_files_in"),
     "ranked": (submission, "best_first"),
     "read": (attempt, "read_submission"),
-    "taken from what is kept": (batch._Shelf, "taken"),
+    "taken from what is kept": (batch._Shelf, "take"),
     "regenerated": (attempt, "kept"),
     "compared with the assignment": (attempt, "wrong_assignment"),
     "run": (Sandbox, "run"),

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from qdot.exercises.answers import Matrix
 from qdot.exercises.assignment.assignment import load_assignment
-from qdot.exercises.assignment.release import Released, certificate_path, init_assignment, notebook_path, release
+from qdot.exercises.assignment.release import ReleaseResult, certificate_path, init_assignment, notebook_path, release
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import ENGINE, Problem, ProblemId
@@ -234,7 +234,7 @@ def test_a_certificate_says_what_was_made_by_what_and_what_it_passed(released: P
     assert {"jacobian: product of exponentials", "singular-angles: complete"} <= set(own["checks"])
     assert set(own["parts"]) == {"jacobian", "determinant", "singular-angles"}
     (_, problem), _ = assignment.problems("s001")
-    assert own["sha256"] == digests(problem)["sha256"]
+    assert own["sha256"] == digests(problem).sha256
 
 
 def test_students_draw_different_lengths_of_an_own_robot(released: Path) -> None:
@@ -300,7 +300,7 @@ def test_files_that_are_not_qdot_s_are_told_and_fail_nothing(folder: Path) -> No
 def test_a_problem_that_fails_is_not_handed_out(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     shutil.rmtree(folder / "released")
     monkeypatch.setattr(certifying, "failures_of", lambda *_: ["jacobian: frames: entry (1, 1): 1, expected 2"])
-    told: list[Released] = []
+    told: list[ReleaseResult] = []
     release(load_assignment(folder), CERTIFIER, 1, told.append)
     assert [(one.student, one.outcome) for one in told] == [("s001", "left out"), ("s002", "left out")]
     assert "s001: p1 (lab-arm): none of 10 draws can be asked. The first: jacobian: frames:" in str(told[0].given_up[0])
@@ -324,7 +324,7 @@ def test_a_record_is_the_same_each_time_whatever_the_points() -> None:
     assert record_of(problem) == record_of(generate(problem.id))
     assert digests(problem) == digests(generate(problem.id, points=(5, 6)))
     other = digests(generate(ProblemId("elbow-3r", 5, problem.id.questions)))
-    assert digests(problem)["arm"] != other["arm"]
+    assert digests(problem).arm != other.arm
 
 
 def test_an_unknown_band_fails_loudly() -> None:

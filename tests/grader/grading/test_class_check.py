@@ -163,5 +163,5 @@ def test_a_damaged_zip_and_a_workbook_are_called_what_they_are(folder: Path, tmp
 def test_only_notebooks_of_usual_size_are_opened_before_grading(handed_out: Assignment, folder: Path) -> None:
     (folder / "submitted" / IDS[0] / "hw.ipynb").write_bytes(b" " * (LARGEST + 1))
     (folder / "submitted" / IDS[1] / "hw.ipynb").rename(folder / "submitted" / IDS[1] / "hw.py")
-    found = find_submissions(handed_out, folder / "submitted").found
+    found = find_submissions(handed_out, folder / "submitted").by_student
     assert [student for student, _ in read_some(handed_out, found, IDS)] == [IDS[2]]

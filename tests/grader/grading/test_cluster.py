@@ -98,7 +98,7 @@ def graded(
         done.append(1)
         each(len(done))
 
-    found = find_submissions(assignment, folder / "submitted").found
+    found = find_submissions(assignment, folder / "submitted").by_student
     results = grade_class(assignment, found, 1, LIMITS, count, executor=executor, room=room)
     write_atomically(folder / "graded" / "results.jsonl", results_jsonl(results))
     write_atomically(folder / "graded" / "grades.csv", grades_csv(results, assignment.roster))

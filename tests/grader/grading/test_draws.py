@@ -17,7 +17,7 @@ from qdot.exercises.assignment import release
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.redrawn import DRAWS, read_redrawn
 from qdot.exercises.assignment.release import init_assignment
-from qdot.exercises.assignment.store import kept
+from qdot.exercises.assignment.store import load_stored_problems
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.notebook.notebook import student_notebook
 from qdot.exercises.notebook.self_check import Problems
@@ -217,7 +217,7 @@ def test_who_was_left_out_does_not_keep_the_others_from_being_graded(
     left_out(folder, "generate")
     assignment = load_assignment(folder)
     for student, text in notebooks(folder).items():
-        right = answered(text.decode(), kept(assignment, student).problems, lambda code, _: code)
+        right = answered(text.decode(), load_stored_problems(assignment, student).problems, lambda code, _: code)
         (folder / "submitted" / f"{student}.ipynb").write_text(right)
     # The pose is still not to be had, so that s3 has no mark, not a zero.
     assert "s3: qdot could not grade this (RuntimeError: no such pose)" in left_out(folder, "grade")
@@ -245,10 +245,10 @@ def test_a_run_that_is_stopped_goes_on_to_the_very_same(
 ) -> None:
     """What was handed out before is not another afterwards."""
     put_in(monkeypatch, odd)
-    whole, told = a_class(tmp_path / "whole"), list[release.Released]()
+    whole, told = a_class(tmp_path / "whole"), list[release.ReleaseResult]()
     generate(whole)
 
-    def stop(made: release.Released) -> None:
+    def stop(made: release.ReleaseResult) -> None:
         told.append(made)
         if len(told) == 3:
             raise KeyboardInterrupt

@@ -33,7 +33,7 @@ from qdot.grader.grading.copied_answers import Copies
 from qdot.grader.grading.result import Result
 from qdot.grader.reports.tables import status
 from qdot.grader.sandbox.sandbox import Limits, Run, Sandbox
-from qdot.grader.submissions.submission import Found, find_submissions
+from qdot.grader.submissions.submission import StudentFiles, find_submissions
 from tests.support.handing_in import UNCERTIFIED
 from tests.support.problems import DeadlyAssignment
 from tests.support.results import by_student
@@ -227,7 +227,7 @@ def graded(folder: Path, times: int) -> dict[str, Result]:
     own = {field.name: getattr(made, field.name) for field in fields(made)}
     assignment = DeadlyAssignment(**own, victim="s05", times=times)
     shutil.rmtree(folder / ".qdot")  # where problems are kept, nobody comes to them
-    found = find_submissions(assignment, folder / "submitted").found
+    found = find_submissions(assignment, folder / "submitted").by_student
     results = grade_class(assignment, found, 2, Limits(), lambda _: None, assignment.roster[AROUND])
     died = len(list(folder.glob("died.*")))
     assert min(times, 3) <= died <= times  # a pool may die more than once where the student before is slow
@@ -277,7 +277,7 @@ class LosingSandbox(Sandbox):
 )  # fmt: skip
 def test_a_notebook_answers_for_its_process_only_if_it_is_lost_twice(handed_in: Path, ends: str, is_told: bool) -> None:
     assignment = load_assignment(handed_in)
-    attempt = read_attempts(Found((handed_in / "submitted" / "s00" / "hw.ipynb",)), "hw")[0]
+    attempt = read_attempts(StudentFiles((handed_in / "submitted" / "s00" / "hw.ipynb",)), "hw")[0]
     marked = grade_attempt(assignment, "s00", attempt, LosingSandbox(*ends.split()), Copies(assignment))
     assert marked.is_graded
     assert ("killed" in "".join(marked.notes), bool(marked.notes)) == (is_told, is_told)

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
-from qdot.exercises.assignment.attempt_policy import Several
+from qdot.exercises.assignment.attempt_policy import AttemptPolicy
 from qdot.exercises.assignment.lateness import LateRule
 from qdot.exercises.assignment.release import init_assignment, release
 from qdot.exercises.common.errors import QdotError
@@ -218,7 +218,7 @@ def test_many_notebooks_in_a_folder_are_one_attempt_and_attempts_have_a_limit(fo
 
 def best(assignment: Assignment, *handed_in: Graded, **overrides: Override) -> Result:
     named = {f"p1.{name}": override for name, override in overrides.items()}
-    return settle(replace(assignment, attempts=Several(5)), assignment.roster[0], handed_in, named)
+    return settle(replace(assignment, attempts=AttemptPolicy(5)), assignment.roster[0], handed_in, named)
 
 
 def test_the_best_counts_after_what_lateness_takes_off(folder: Path) -> None:

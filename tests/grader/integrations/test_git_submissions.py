@@ -167,13 +167,13 @@ def test_without_a_token_a_server_or_a_list_there_is_one_message(
 
 def test_until_when_a_push_counts(assignment: Assignment) -> None:
     ada = assignment.roster[0]
-    later = replace(ada, due=datetime(2027, 1, 17, 23, tzinfo=UTC))
+    later = replace(ada, due_date=datetime(2027, 1, 17, 23, tzinfo=UTC))
     end = datetime(2027, 1, 20, tzinfo=UTC)
     ends = replace(assignment, late=read_late({"until": end}, DUE))
     open_ended = replace(assignment, late=read_late({"per_day": 0.1}, DUE))
-    assert [counts_until(assignment, each) for each in (ada, later)] == [DUE, later.due]
+    assert [counts_until(assignment, each) for each in (ada, later)] == [DUE, later.due_date]
     assert [counts_until(ends, each) for each in (ada, later)] == [end, datetime(2027, 1, 22, tzinfo=UTC)]
-    assert counts_until(open_ended, ada) is counts_until(replace(assignment, due=None), ada) is None
+    assert counts_until(open_ended, ada) is counts_until(replace(assignment, due_date=None), ada) is None
 
 
 def test_feedback_goes_to_its_student_and_nothing_is_sent_where_it_is_the_same(

@@ -13,7 +13,7 @@ import pytest
 from qdot.exercises.answers import ConditionSet
 from qdot.exercises.assignment.assignment import Student
 from qdot.exercises.formula.expression import read
-from qdot.exercises.formula.identity import Domain
+from qdot.exercises.formula.identity import Domain, EntryDifference
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import Node
 from qdot.exercises.generation import generate
@@ -322,7 +322,7 @@ def test_a_direction_is_judged_where_an_entry_vanishes() -> None:
         judged = judge_direction("[-cos(theta1), cos(theta1)]", ["-sin(theta1)", "cos(theta1)"], domain, f"{k}")
         assert judged.outcome is Outcome.WRONG
         example = judged.certificate.counterexample if judged.certificate else None
-        assert example is not None and example["yours"] != example["expected"]
-        vanishing += example.get("pivot") is None
-        assert ("should be 0" in judged.reason) == (example.get("pivot") is None)
+        assert isinstance(example, EntryDifference) and example.yours != example.expected
+        vanishing += example.pivot is None
+        assert ("should be 0" in judged.reason) == (example.pivot is None)
     assert vanishing

@@ -19,7 +19,7 @@ from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.grading.check import due_claimed, readable
 from qdot.grader.judging.answer import Given
 from qdot.grader.judging.answer_parser import due_of, read_answer
-from qdot.grader.judging.function_values import asked_of
+from qdot.grader.judging.function_values import calls_of
 from qdot.grader.judging.judge import judge_given
 from qdot.grader.sandbox.sandbox import Sandbox
 from tests.support import DATA
@@ -85,9 +85,9 @@ def typed(sandbox: Sandbox) -> list[Typed]:
 def _run(sandbox: Sandbox, forms: list[dict[str, Any]]) -> list[Typed]:
     slots = [f"p{k}" for k in range(len(forms))]
     names = [f"{slot}_form" for slot in slots]
-    asked = dict.fromkeys(slots, asked_of(problem(), problem().domain(), SEED))
+    calls = dict.fromkeys(slots, calls_of(problem(), problem().domain(), SEED))
     cells = [SETUP, *(f"{name} = {form['typed']}" for name, form in zip(names, forms, strict=True))]
-    run = sandbox.run(cells, names, asked)
+    run = sandbox.run(cells, names, calls)
     assert run.end == "done"
     return [
         Typed(form, run.answers.get(name), run.failures.get(name) or run.cell_errors.get(k + 1, ""))

@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import pytest
 
-from qdot.exercises.formula.identity import Domain
+from qdot.exercises.formula.identity import Domain, EntryDifference
 from qdot.grader.judging.answer import OR
 from qdot.grader.judging.verdict import Outcome
 from tests.support.judging import (
@@ -73,8 +73,8 @@ def test_an_expression_is_judged_by_what_it_is_worth(reference: str, due: Outcom
 
 def test_a_rejection_says_where_it_differs_or_what_is_unknown() -> None:
     judged = judge_expression("a1*cos(theta1)", PX, DOMAIN, "seed")
-    assert judged.certificate is not None and judged.certificate.counterexample is not None
-    assert set(judged.certificate.counterexample["at"]) == {"a1", "a2", "theta1", "theta2"}
+    assert judged.certificate is not None and isinstance(judged.certificate.counterexample, EntryDifference)
+    assert set(judged.certificate.counterexample.at) == {"a1", "a2", "theta1", "theta2"}
     assert "yours" in judged.reason and "expected" in judged.reason
     unknown = judge_expression("k*a1", "a1", DOMAIN, "s").reason
     assert unknown.startswith("'k'") and "L, a1," in unknown

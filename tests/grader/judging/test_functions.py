@@ -11,26 +11,25 @@ from qdot.exercises.answers import Expression, Matrix
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.problem.problem import Part, Problem, variable
 from qdot.grader.grading.marking import mark
-from qdot.grader.judging.function_values import POINTS, asked_of, read_table
+from qdot.grader.judging.function_values import POINTS, calls_of, read_table
 from qdot.grader.judging.functions import judge_function
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.sandbox.contained.callables import TABLE
-from qdot.grader.sandbox.sandbox import Limits, Sandbox
+from qdot.grader.sandbox.sandbox import Calls, Limits, Sandbox
 from qdot.grader.submissions.answer_locator import Answers
 from tests.support.problems import drawn, some_parts
 from tests.support.suites import few_families
 
 Draw = Callable[[str, int], Problem]
 IMPORTS = "import math\nfrom math import cos, sin\nimport numpy as np\nimport sympy as sp"
-ASKED = {
-    "joints": ["theta1", "theta2"],
-    "symbols": ["theta1", "theta2", "a1", "a2", "qd1", "qd2"],
-    "points": [[0.1, 0.2, 1.0, 2.0, 0.3, 0.4], [0.5, 0.6, 1.0, 3.0, 0.7, 0.8]],
-}
+CALLS = Calls(
+    ("theta1", "theta2"), ("theta1", "theta2", "a1", "a2", "qd1", "qd2"),
+    ((0.1, 0.2, 1.0, 2.0, 0.3, 0.4), (0.5, 0.6, 1.0, 3.0, 0.7, 0.8)),
+)  # fmt: skip
 
 
 def given_back(sandbox: Sandbox, code: str) -> tuple[str | None, str | None]:
-    run = sandbox.run([IMPORTS, code], ["p1_a"], {"p1": ASKED})
+    run = sandbox.run([IMPORTS, code], ["p1_a"], {"p1": CALLS})
     assert not run.cell_errors, run.cell_errors
     return run.answers.get("p1_a"), run.failures.get("p1_a")
 
@@ -97,7 +96,7 @@ def test_math_and_sympy_are_left_as_they_were(sandbox: Sandbox) -> None:
         "p1_b = str([math.cos, cos, hasattr(sp.Symbol('x'), 'cos')])",
         "try: p1_c = np.cos(sp.Symbol('x'))\nexcept TypeError: p1_c = 'refused'",
     ]
-    run = sandbox.run(cells, ["p1_a", "p1_b", "p1_c"], {"p1": ASKED})
+    run = sandbox.run(cells, ["p1_a", "p1_b", "p1_c"], {"p1": CALLS})
     assert run.answers["p1_b"] == "[<built-in function cos>, <built-in function cos>, False]"
     assert run.answers["p1_c"] == "refused"
 
@@ -105,15 +104,15 @@ def test_math_and_sympy_are_left_as_they_were(sandbox: Sandbox) -> None:
 def test_an_endless_function_costs_one_answer(sandbox: Sandbox) -> None:
     code = "def p1_a(theta1):\n    while True: pass\np1_b = 1"
     with Sandbox(Limits(seconds=30, cell_seconds=0.3)) as hasty:
-        run = hasty.run([code], ["p1_a", "p1_b"], {"p1": ASKED})
+        run = hasty.run([code], ["p1_a", "p1_b"], {"p1": CALLS})
     assert run.answers == {"p1_b": "1"}
     assert run.failures["p1_a"] == "working it out took longer than 0.3 s of processor time"
 
 
 def test_a_wrong_function_is_shown_a_configuration_of_what_counts(sandbox: Sandbox, drawn: Draw) -> None:
     problem = drawn("planar-2r", 3)
-    asked = {"p1": asked_of(problem, problem.domain(), "points")}
-    run = sandbox.run(["p1_position = lambda theta1, theta2: [0.5 * float(theta1), 1]"], ["p1_position"], asked)
+    calls = {"p1": calls_of(problem, problem.domain(), "points")}
+    run = sandbox.run(["p1_position = lambda theta1, theta2: [0.5 * float(theta1), 1]"], ["p1_position"], calls)
     answers = Answers(run).of("p1", problem)
     (found,) = (v for v in mark(problem, answers, secret="secret", points_seed="points") if v.part == "position")
     assert found.judgement.certificate is not None
@@ -141,8 +140,8 @@ def test_functions_of_every_question_get_what_their_formulas_would(
     """Which mistake is behind a wrong one isn't looked for: it changes no mark, and has test_diagnosis.py."""
     monkeypatch.setattr("qdot.grader.grading.marking.diagnose", lambda *_: None)
     parts = formulas(problem)
-    asked = {"p1": asked_of(problem, problem.domain(), "points")}
-    names = asked["p1"]["symbols"]
+    calls = {"p1": calls_of(problem, problem.domain(), "points")}
+    names = calls["p1"].symbols
     first = next((name.removeprefix("theta") for name in names if name.startswith("theta")), None)
     for way, (body, due) in WAYS.items():
         if first is None and "{first}" in body:
@@ -155,7 +154,7 @@ def test_functions_of_every_question_get_what_their_formulas_would(
                 f"def {variable('p1', part.name)}({', '.join(names)}, f=f):\n    {said}"
             )
         wanted = [variable("p1", part.name) for part in parts]
-        run = sandbox.run(cells, wanted, asked)
+        run = sandbox.run(cells, wanted, calls)
         assert not run.failures, run.failures
         for verdict in mark(problem, Answers(run).of("p1", problem), secret="secret", points_seed="points"):
             if verdict.part in {part.name for part in parts if not is_zero(part)}:

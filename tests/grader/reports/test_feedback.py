@@ -9,7 +9,6 @@ from dataclasses import fields, replace
 from html.parser import HTMLParser
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -17,6 +16,7 @@ from qdot.exercises.answers import Choice, Matrix
 from qdot.exercises.arm.chain import CONVENTIONS
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.release import init_assignment
+from qdot.exercises.formula.identity import EntryDifference, SetDifference
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.writing.markup import to_html
 from qdot.exercises.writing.render import template_folder
@@ -209,12 +209,12 @@ def test_the_table_holds_what_the_certificate_does_and_the_reason_does_not_repea
     ]
     assert len(tables) == len(examples) >= 4
     for table, example in zip(tables, examples, strict=True):
-        for at in (example.get("at"), example.get("missing"), example.get("surplus")):
+        for at in (example.missing, example.surplus) if isinstance(example, SetDifference) else (example.at,):
             for name, value in (at or {}).items():
                 unit = {"t": " rad", "q": ""}.get(name[0], " m")
                 assert f"{decimal(value if abs(value) > 1e-12 else 0.0)}{unit}" in table, (table, name)
-        for value in (example.get("yours"), example.get("expected")):
-            assert value is None or isinstance(value, str) or decimal(value) in table
+        for number in () if isinstance(example, SetDifference) else (example.yours, example.expected):
+            assert number is None or isinstance(number, str) or decimal(number) in table
     reasons = re.findall(r'<article class="part (?:wrong|partial)".*?</details>\n<p>(.*?)</p>', text, re.DOTALL)
     assert len(reasons) >= 5
     assert not [reason for reason in reasons if re.search(r"yours|expected|= -?\d", reason)]
@@ -226,8 +226,8 @@ def test_two_values_are_shown_with_the_digits_that_tell_them_apart(assignment: A
     problem = assignment.problems("s1")[0][1]
     part = problem.parts[2]
 
-    def shown(yours: Any, expected: Any) -> tuple[str, ...]:
-        example = {"entry": 0, "at": {"theta1": 0.5}, "yours": yours, "expected": expected}
+    def shown(yours: float | str, expected: float | str) -> tuple[str, ...]:
+        example = EntryDifference(0, {"theta1": 0.5}, yours, expected)
         table = table_of(problem, part, example)
         assert table is not None
         assert table.symbols[0].cells == ("0.5 rad (28.65°)",)
@@ -240,7 +240,7 @@ def test_two_values_are_shown_with_the_digits_that_tell_them_apart(assignment: A
     assert shown("not a finite number", 1.0) == ("not a finite number", "1")
     assert shown("3.14159265358979", "3.14159265358980") == ("3.14159265358979", "3.14159265358980")
     assert shown("blank", 0.0) == ("left blank", "0")
-    assert table_of(problem, part, {"entry": 0, "at": {"k": 1.0}, "yours": 1.0}) is None
+    assert table_of(problem, part, EntryDifference(0, {"k": 1.0}, 1.0, None)) is None
 
 
 def test_sets_have_a_column_for_each_way_in_which_they_differ(assignment: Assignment) -> None:
@@ -253,8 +253,7 @@ def test_sets_have_a_column_for_each_way_in_which_they_differ(assignment: Assign
         ({}, None, 0),
         ({"x": 1}, {}, 0),
     ):
-        example = {"missing": missing, "surplus": surplus}
-        table = table_of(problem, problem["singular-angles"], example)
+        table = table_of(problem, problem["singular-angles"], SetDifference(missing, surplus))
         assert (len(table.columns) - 1 if table else 0) == columns
         assert table is None or [len(row.cells) for row in table.symbols] == [columns] * 2
         assert columns != 2 or (table and table.symbols[1].cells[1].startswith("0 rad"))

@@ -1,14 +1,12 @@
 """What a level of feedback keeps back: no right value below "values", no counterexample below "counterexample"."""
 
 import re
-from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 import pytest
 
 from qdot.exercises.assignment.assignment import FEEDBACK
-from qdot.exercises.formula.identity import Certificate
+from qdot.exercises.formula.identity import Certificate, Counterexample, EntryDifference, SetDifference
 from qdot.exercises.problem.problem import Part
 from qdot.grader.grading.attempt import part_result
 from qdot.grader.grading.marking import NOT_RIGHT, mark
@@ -43,7 +41,7 @@ def wrong_parts(family: str) -> list[PartResult]:
     return [part for part in made if part.outcome in NOT_RIGHT and part.certificate is not None]
 
 
-def example_of(part: PartResult) -> Mapping[str, Any]:
+def example_of(part: PartResult) -> Counterexample:
     assert part.certificate is not None and part.certificate.counterexample is not None
     return part.certificate.counterexample
 
@@ -63,14 +61,15 @@ def test_every_level_keeps_back_what_is_above_it(family: str, monkeypatch: pytes
 
 def nothing_right_is_told_below_values(part: PartResult) -> None:
     example, seen = example_of(part), hold_back(part, "counterexample")
-    if "missing" in example:
-        assert example_of(seen)["missing"] is None
+    held_back = example_of(seen)
+    if isinstance(example, SetDifference):
+        assert isinstance(held_back, SetDifference) and held_back.missing is None
         assert not re.search(r"is missing: ", seen.reason), seen.reason
         return
-    assert example_of(seen)["expected"] is None
+    assert isinstance(held_back, EntryDifference) and held_back.expected is None
     assert not re.search(r"expected [-(\d]|, and .* is right", seen.reason), seen.reason
-    right = shown(example["expected"])
-    if len(right) > 4 and right not in shown(example["yours"]) and right not in str(example["at"]):
+    right = shown(example.expected)
+    if len(right) > 4 and right not in shown(example.yours) and right not in str(example.at):
         assert right not in seen.reason, seen.reason
 
 

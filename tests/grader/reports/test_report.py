@@ -14,7 +14,7 @@ import pytest
 
 from qdot.exercises.arm.chain import CONVENTIONS
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
-from qdot.exercises.assignment.store import keep
+from qdot.exercises.assignment.store import store_problems
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.json_form import from_json
 from qdot.exercises.generation import sample_chain
@@ -113,7 +113,7 @@ def assignment(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
     students = [Student(f"s{k}", name) for k, name in enumerate(("Ada", "<script>alert(1)</script>", "Emmy", "Paul"))]
     made = a_class(tmp_path_factory.mktemp("report") / "hw", students)
     for student in students:  # as `qdot generate` does, so that they are worked out once
-        keep(made, student.id, made.problems(student.id))
+        store_problems(made, student.id, made.problems(student.id))
     return made
 
 
@@ -189,7 +189,7 @@ def test_mistakes_that_a_class_makes_more_are_a_line_for_its_next_assignment(tmp
     students = [Student(f"s{k}") for k in range(12)]
     made = a_class(tmp_path / "hw", students)
     for student in students:
-        keep(made, student.id, made.problems(student.id))
+        store_problems(made, student.id, made.problems(student.id))
     results = [result(made, student.id, ["correct", "partial", "wrong"], [None, "1", "1"]) for student in students]
     named = ["offset-sign"] * 9 + ["chain-rule", "sine-for-cosine", "determinant-sign"]
     results = [change(each, "p1.jacobian", mistake=mistake) for each, mistake in zip(results, named, strict=True)]

@@ -38,7 +38,7 @@ def endless() -> None:
 
 def broken_off(budget: Budget) -> bool:
     try:
-        with budget.spent():
+        with budget.spend():
             endless()
     except Overlong:
         return True
@@ -54,7 +54,7 @@ def test_what_takes_too_long_is_broken_off_in_any_thread_and_leaves_nothing() ->
     thread.start()
     thread.join(20)
     assert not thread.is_alive() and other.left <= 0
-    with pytest.raises(Overlong), budget.spent():
+    with pytest.raises(Overlong), budget.spend():
         raise AssertionError("nothing is left of it")
 
 
@@ -76,7 +76,7 @@ class Swallowing:
 @pytest.mark.filterwarnings("ignore:Exception ignored in:pytest.PytestUnraisableExceptionWarning")
 def test_it_is_broken_off_where_the_first_time_was_lost() -> None:
     budget, begun = Budget(0.1), time.process_time()
-    with pytest.raises(Overlong), budget.spent():
+    with pytest.raises(Overlong), budget.spend():
         Swallowing()
         compute_until(lambda: time.process_time() > begun + 5)
     assert budget.left <= 0
@@ -98,7 +98,7 @@ def test_a_stop_on_the_way_to_the_end_changes_nothing() -> None:
 def test_sleeping_costs_nothing_and_several_share_a_budget() -> None:
     budget = Budget(1.0)
     for _ in range(3):
-        with budget.spent():
+        with budget.spend():
             time.sleep(0.05)
             sum(range(100_000))
     assert 0.5 < budget.left < 1.0
@@ -109,7 +109,7 @@ def test_nothing_is_raised_after_the_block() -> None:
     for _ in range(30):
         budget = Budget(0.002)
         try:
-            with budget.spent():
+            with budget.spend():
                 compute_until(lambda: time.process_time() % 0.01 < 0.002)
         except Overlong:
             continue

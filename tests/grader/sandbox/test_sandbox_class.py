@@ -83,7 +83,7 @@ def test_thirty_of_whom_twenty_five_attack_and_seven_of_whom_five_do(assignment:
         path.write_text(text)
     assert next(attacks, None) is None
     before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
-    found = find_submissions(assignment, folder / "submitted").found
+    found = find_submissions(assignment, folder / "submitted").by_student
     results = grade_class(assignment, found, 2, Limits(seconds=4, cell_seconds=0.8, memory=1 << 30), lambda _: None)
     assert [result.student for result in results] == STUDENTS
     for result in results:

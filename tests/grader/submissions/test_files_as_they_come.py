@@ -516,10 +516,10 @@ def test_a_class_may_have_as_many_files_as_are_allowed(
     monkeypatch.setattr(archives, "MOST_OF_CLASS", 3)
     (tmp_path / "class.zip").write_bytes(of_members(*((f"s{k}/{HW}", "{}") for k in range(count))))
     if count > 3:
-        with pytest.raises(Unreadable, match="more than 3 files"), archives.unpacked(tmp_path / "class.zip"):
+        with pytest.raises(Unreadable, match="more than 3 files"), archives.unpack_temporarily(tmp_path / "class.zip"):
             pass
     else:
-        with archives.unpacked(tmp_path / "class.zip") as (folder, left_out):
+        with archives.unpack_temporarily(tmp_path / "class.zip") as (folder, left_out):
             assert len(list(folder.rglob("*.ipynb"))) == 3 and not left_out
 
 

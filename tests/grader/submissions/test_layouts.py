@@ -12,9 +12,9 @@ import pytest
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.grader.reports.tables import status
-from qdot.grader.submissions.layouts import Handed, handed_in
+from qdot.grader.submissions.layouts import SubmittedPath, find_submitted_paths
 from qdot.grader.submissions.roster import Roster
-from qdot.grader.submissions.submission import MAY_BE, find_submissions, opened
+from qdot.grader.submissions.submission import MAY_BE, find_submissions, open_submissions
 from tests.support.handing_in import RIGHT, a_class, grade, hand_in, outcomes, right
 from tests.support.results import received
 
@@ -44,7 +44,7 @@ def owners(assignment: Assignment, *paths: str) -> tuple[dict[str, list[str]], l
     root = assignment.folder / "submitted"
     found = {
         who: [str(file.relative_to(root)) for file in own.files]
-        for who, own in looked.found.items()
+        for who, own in looked.by_student.items()
         if not own.obstacle
     }
     return found, looked.strangers, looked.unsure
@@ -106,7 +106,7 @@ def test_whose_each_file_is(assignment: Assignment, name: str) -> None:
         *(["Week 6_ada_attempt_2026-11-21-22-05-07.txt"] if name == "Blackboard" else []),
     )
     assert (found, strangers, unsure) == (expected, [path.split("/")[0] for path in others], [])
-    looked = find_submissions(assignment, assignment.folder / "submitted").found
+    looked = find_submissions(assignment, assignment.folder / "submitted").by_student
     assert {who for who in expected if looked[who].late} == {
         who for who, (path, *_) in expected.items() if "LATE" in path
     }
@@ -153,7 +153,7 @@ def test_gradescope(assignment: Assignment) -> None:
         "ada1": "submission_11", "hen": "submission_12", "jose": "submission_12",
     }  # fmt: skip
     assert strangers == ["submission_13", "submission_14"] and not unsure
-    looked = find_submissions(assignment, assignment.folder / "submitted").found
+    looked = find_submissions(assignment, assignment.folder / "submitted").by_student
     assert looked["ada1"].received == datetime.datetime(2026, 11, 20, 10, 11, 12, tzinfo=datetime.UTC)
     assert looked["hen"].received == datetime.datetime(2026, 11, 21, 7, 30, tzinfo=datetime.UTC)
     assert looked["ada1"].platform == "Gradescope"
@@ -203,7 +203,7 @@ def test_what_may_be_of_two_is_never_guessed(assignment: Assignment) -> None:
 )  # fmt: skip
 def test_whose_it_is_by_identifiers_and_names(ids: tuple[str, ...], name: str, students: str) -> None:
     twins = [Student("ada", "Ada Lovelace", "twins@x.org"), Student("bo", "Bo Lovelace", "twins@x.org")]
-    match = Roster([*twins, Student("cy", "Cy Ada", "cy@x.org")]).owner(Handed(Path("hw.ipynb"), ids, name))
+    match = Roster([*twins, Student("cy", "Cy Ada", "cy@x.org")]).find_owner(SubmittedPath(Path("hw.ipynb"), ids, name))
     assert " ".join(match.students) == students
     assert bool(match.why) == (len(match.students) > 1)
 
@@ -211,9 +211,9 @@ def test_whose_it_is_by_identifiers_and_names(ids: tuple[str, ...], name: str, s
 def test_a_section_is_no_identifier() -> None:
     student = Student("a", "", "", (("section", "17"), ("seat number", "17"), ("Student ID".lower(), "18"), ("id", "")))
     roster = Roster([student])
-    assert roster.owner(Handed(Path("x"), ("17",), "Participant")).students == ()
-    assert roster.owner(Handed(Path("x"), ("18",), "Participant")).students == ("a",)
-    assert roster.owner(Handed(Path("x"), ("",), "")).students == ()
+    assert roster.find_owner(SubmittedPath(Path("x"), ("17",), "Participant")).students == ()
+    assert roster.find_owner(SubmittedPath(Path("x"), ("18",), "Participant")).students == ("a",)
+    assert roster.find_owner(SubmittedPath(Path("x"), ("",), "")).students == ()
 
 
 def test_times_are_of_the_best_source(assignment: Assignment) -> None:
@@ -267,7 +267,7 @@ def test_a_hostile_zip_writes_nothing_elsewhere(
 ) -> None:
     before = set(tmp_path.rglob("*"))
     path = zip_of(tmp_path / "evil.zip", assignment, evil=True)
-    with opened(path) as root:
+    with open_submissions(path) as root:
         unpacked = {str(file.relative_to(root)) for file in root.rglob("*") if not file.is_dir()}
         assert not any(file.is_symlink() for file in root.rglob("*"))
         results, _ = grade(assignment, root)
@@ -282,12 +282,12 @@ def test_a_hostile_zip_writes_nothing_elsewhere(
 def test_what_is_no_zip_and_no_folder_is_told(assignment: Assignment, tmp_path: Path) -> None:
     path = tmp_path / "grades.csv"
     path.write_text("a")
-    with pytest.raises(QdotError, match="is not a folder of submissions"), opened(path) as root:
+    with pytest.raises(QdotError, match="is not a folder of submissions"), open_submissions(path) as root:
         find_submissions(assignment, root)
     zip_of(tmp_path / "m.zip", assignment)
     data = (tmp_path / "m.zip").read_bytes()
     (tmp_path / "m.zip").write_bytes(data[:200] + b"\xff" * 400 + data[600:])
-    with opened(tmp_path / "m.zip") as root:
+    with open_submissions(tmp_path / "m.zip") as root:
         assert len(list(root.rglob("*.ipynb"))) <= 2
 
 
@@ -303,7 +303,7 @@ def test_a_students_own_folder_is_no_export_whatever_lies_in_it(assignment: Assi
 def test_a_layout_knows_its_own_files_only(tmp_path: Path) -> None:
     for name in ("ada_lovelace", "hw_1_2", "x_assignsubmission_file_", "_1_2_x.ipynb", "submission_1"):
         (tmp_path / name).mkdir()
-    handed = handed_in(tmp_path)
+    handed = find_submitted_paths(tmp_path)
     assert [one.platform for one in handed] == [""] * 5
 
 
@@ -326,5 +326,5 @@ def test_a_zip_packed_on_windows_has_its_folders(assignment: Assignment, tmp_pat
     with zipfile.ZipFile(tmp_path / "all.zip", "w") as packed:
         packed.writestr(zipfile.ZipInfo("sub\\ada1\\hw.ipynb"), "{}")
         packed.writestr(zipfile.ZipInfo("sub\\hen\\hw.ipynb"), "{}")
-    with opened(tmp_path / "all.zip") as root:
-        assert [*find_submissions(assignment, root).found] == ["ada1", "hen"]
+    with open_submissions(tmp_path / "all.zip") as root:
+        assert [*find_submissions(assignment, root).by_student] == ["ada1", "hen"]

@@ -61,7 +61,7 @@ def _feedback(folder: Path) -> Path:
     content = json.loads(notebook(assignment, "s001", cells))
     content["metadata"]["qdot"]["assignment"] = "velocity"
     handed_in.write_text(json.dumps(content), encoding="utf-8")
-    found = find_submissions(assignment, folder / "submitted").found
+    found = find_submissions(assignment, folder / "submitted").by_student
     (result,) = grade_class(assignment, found, 0, Limits(), lambda _: None)
     write_page(assignment, assignment.roster[0], result)
     return folder / "graded" / "feedback" / "s001.html"

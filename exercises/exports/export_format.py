@@ -1,4 +1,4 @@
-"""What an outlet is, and what it is given: an assignment, and how many variants of each problem are wanted."""
+"""What an export format is, and the order that it gets: an assignment and the number of variants of each problem."""
 
 import tomllib
 from collections.abc import Callable, Generator
@@ -8,38 +8,37 @@ from pathlib import PurePath
 from typing import Literal
 
 from qdot.exercises.assignment.assignment import FEEDBACK, Assignment
-from qdot.exercises.assignment.draws import Failures, GivenUp
+from qdot.exercises.assignment.draws import FailedSlot, Failures
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.problem.problem import Part, Problem
 
 SHEETS = ("handout", "exam", "key", "marking")
-"""Problems to work on; with room to write in; for the staff, the answers in short, and what wrong ones earn, too."""
+"""Kinds of sheets: problems; problems with room to write; for the staff, short answers; and what wrong answers earn."""
 PAGES = ("a4", "letter")
 """Sizes of paper."""
 
 
 Earns = Callable[[Problem, Part, str], Fraction]
-"""What share of a part's points an answer earns, given as it is typed."""
+"""Returns the share of a part's points that a typed answer earns."""
 
 
-def _refuse(given: GivenUp) -> None:
-    raise QdotError(str(given))
+def _refuse(failure: FailedSlot) -> None:
+    raise QdotError(str(failure))
 
 
-def _nothing(*_: object) -> None:
-    """Stand for whoever is told something: a function of a module, so that another process can be handed it."""
+def _ignore(*_: object) -> None:
+    """Ignore a report. As a function of a module it can be pickled for other processes."""
 
 
 @dataclass(frozen=True)
 class Order:
     """What is to be exported: `variants` of each problem where a platform draws from a bank.
 
-    On paper: which `sheet` (of SHEETS), with worked `solutions` or not, for everybody on the roster or, without names,
-    so many `versions`; the size of a `page` (of PAGES).
-    `failures` certifies a problem; none leaves without that. `each` is told of every variant or student that is done,
-    `note` of what the staff should know, `left_out` of who gets nothing, as no problem could be drawn. A marking sheet
-    asks the grader what an answer `earns`. A package that reports scores is passed from the share `passing` on, where
-    one is given.
+    On paper: the kind of `sheet` (of SHEETS), with or without worked `solutions`, for everybody on the roster or in
+    several `versions` without names, and the size of a `page` (of PAGES).
+    `failures` certifies a problem; no problem is exported without that. `each` is called after every variant or
+    student, `note` with messages to the staff, `left_out` for each student without a problem. `earns` asks the grader
+    what an answer earns, for marking sheets. `passing` is the share of the points needed to pass, if there is one.
     """
 
     assignment: Assignment
@@ -50,27 +49,27 @@ class Order:
     versions: int = 0
     page: str = "a4"
     jobs: int = 1
-    each: Callable[[], None] = _nothing
-    note: Callable[[str], None] = _nothing
-    left_out: Callable[[GivenUp], None] = _refuse
+    each: Callable[[], None] = _ignore
+    note: Callable[[str], None] = _ignore
+    left_out: Callable[[FailedSlot], None] = _refuse
     earns: Earns | None = None
     passing: Fraction | None = None
 
     def tells(self, what: str) -> bool:
-        """Whether students may be told so much of their answers, of the levels FEEDBACK."""
+        """Whether the assignment's feedback includes this level of FEEDBACK."""
         return FEEDBACK.index(what) <= FEEDBACK.index(self.assignment.feedback)
 
     @property
-    def untold(self) -> "Order":
-        """The same order, of which nobody is told anything: other processes can't tell those who are at this one."""
-        return replace(self, each=_nothing, note=_nothing, left_out=_refuse, earns=None)
+    def without_callbacks(self) -> "Order":
+        """The same order without callbacks, which other processes could not call."""
+        return replace(self, each=_ignore, note=_ignore, left_out=_refuse, earns=None)
 
 
 @dataclass(frozen=True)
 class File:
-    """A file of an export: its path in the output folder, with `/`, and what is in it.
+    """A file of an export: its path in the output folder, with `/`, and its content.
 
-    What is `private` holds answers, and only its owner may read it.
+    A `private` file contains answers, and only its owner may read it.
     """
 
     path: str
@@ -79,9 +78,9 @@ class File:
 
 
 def robots(order: Order) -> list[str]:
-    """Return the files of an assignment's own robots, below its folder; those of the library come with qdot.
+    """Return the robot files in an assignment's folder; those of the library come with qdot.
 
-    Raises QdotError for a file elsewhere.
+    Raises QdotError for a file outside of the folder.
     """
     assignment = order.assignment
     content = tomllib.loads((assignment.folder / "assignment.toml").read_text(encoding="utf-8"))
@@ -95,15 +94,15 @@ def robots(order: Order) -> list[str]:
 
 
 @dataclass(frozen=True)
-class Outlet:
+class ExportFormat:
     """A form in which an assignment is handed out: `--to NAME`.
 
-    `title` says what comes out, `read_by` which program reads it, and `checked` what in our tests reads it as that
-    would. It does its work once for every "variant", every "student", or "once". Problems that are drawn from
-    assignment.toml again, where they are read, are `drawn_there`.
+    `title` describes the files, `read_by` names the program that reads them, and `checked` what reads them in our
+    tests. The work is done once for every "variant", for every "student", or "once". `drawn_there` means that the
+    platform regenerates the problems from assignment.toml.
 
-    Before anything is written, `check` raises QdotError for an order that can't be carried out anywhere, and `missing`
-    returns what it needs that is not on this machine, and how to get it, "" where all is there.
+    Before anything is written, `check` raises QdotError for an order that is impossible on any machine, and `missing`
+    returns what is missing on this machine and how to get it, "" if nothing is.
     """
 
     name: str
@@ -118,11 +117,11 @@ class Outlet:
 
     @property
     def holds_a_bank(self) -> bool:
-        """Whether the variants of a bank are in its files, as they are."""
+        """Whether its files contain the variants of a bank."""
         return self.per == "variant" and not self.drawn_there
 
     def steps(self, order: Order) -> int:
-        """Return how many times `order.each` is going to be told."""
+        """Return how many times `order.each` will be called."""
         assignment = order.assignment
         return {
             "variant": len(assignment.slots) * order.variants, "once": 1,

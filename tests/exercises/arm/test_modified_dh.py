@@ -15,7 +15,7 @@ from qdot.exercises.arm.kinematics import NumericChain, link_frames
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.figure.arm import told_frames
+from qdot.exercises.figure.arm import convention_frames
 from qdot.exercises.figure.pose import drawn_chain, skeleton
 from qdot.exercises.generation import generate, questions_of, sample_chain
 from qdot.exercises.problem.problem import Problem, ProblemId
@@ -136,7 +136,7 @@ def test_a_figure_shows_the_told_frames(family: str) -> None:
     arm = drawn_chain(modified(family))
     _, poses = at_random(arm)
     for q in poses:
-        assert np.allclose(told_frames(arm, skeleton(arm, q)), modified_frames(arm, {}, q[None])[0], atol=1e-9)
+        assert np.allclose(convention_frames(arm, skeleton(arm, q)), modified_frames(arm, {}, q[None])[0], atol=1e-9)
 
 
 @pytest.mark.parametrize(("alpha", "a"), [(0, "3/10"), ("pi/2", 0), ("pi/3", "a0"), ("pi", "-3/10")])
@@ -153,7 +153,9 @@ def test_the_first_row_may_have_a_length_and_a_twist(alpha: object, a: object) -
     assert certify(Problem(ProblemId("mine", 1), arm, ())).passed
     drawn = drawn_chain(arm)
     for q in poses:
-        assert np.allclose(told_frames(arm, skeleton(drawn, q)), modified_frames(drawn, {}, q[None])[0], atol=1e-9)
+        assert np.allclose(
+            convention_frames(arm, skeleton(drawn, q)), modified_frames(drawn, {}, q[None])[0], atol=1e-9
+        )
     on_axis = "O_0" if first.a == 0 else None  # d_1 leads from the axis to O_1
     assert convention_of(arm).place(0) == on_axis
     flat = replace(modified("planar-3r", variation="chapter"), base=base)
@@ -169,13 +171,7 @@ def test_ids_tell_the_convention() -> None:
 
 
 def test_places_have_the_names_of_the_convention() -> None:
-    assert [convention_of(modified("planar-3r", variation="chapter")).place(k) for k in range(4)] == [
-        "O_1",
-        "O_2",
-        "O_3",
-        "P",
-    ]
-    assert convention_of(modified("puma-560", variation="chapter")).place(1) == "O_2"
-    assert (
-        convention_of(modified("puma-560", variation="chapter")).place(2) is None
-    )  # d3 leads away from O_2 of the standard
+    planar, puma = (convention_of(modified(family, variation="chapter")) for family in ("planar-3r", "puma-560"))
+    assert [planar.place(k) for k in range(4)] == ["O_1", "O_2", "O_3", "P"]
+    assert puma.place(1) == "O_2"
+    assert puma.place(2) is None  # d3 leads away from O_2 of the standard

@@ -10,8 +10,7 @@ from qdot.exercises.generation import generate
 from qdot.exercises.notebook.notebook import notebook_text, solution_notebook, student_notebook
 from qdot.exercises.notebook.self_check import SELF_CHECK, Problems
 from qdot.grader.sandbox.sandbox import Sandbox
-from qdot.grader.submissions.cells import Cell, read_cells
-from qdot.grader.submissions.uncounted import without_self_checks
+from qdot.grader.submissions.cells import Cell, read_cells, without_self_checks
 from tests.support.problems import drawn, parts_in_turn
 from tests.support.suites import few_families, few_of
 
