@@ -109,7 +109,7 @@ MARKED = """
 import sys, threading
 from pathlib import Path
 from qdot.exercises.common.parallel import ordered_map
-from tests.exercises import test_parallel
+from tests.exercises.common import test_parallel
 test_parallel.MARK = 1
 if sys.argv[2] == "beside a thread":
     threading.Thread(target=threading.Event().wait, daemon=True).start()
