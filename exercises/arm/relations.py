@@ -64,7 +64,7 @@ def factor_by_half_angle(factor: sp.Expr, joints: Sequence[sp.Symbol]) -> list[s
     """Return factors of a condition on one angle, each linear in its cosine and sine; itself if there are none.
 
     >>> q = sp.Symbol("theta3")
-    >>> by_half_angle(2 * sp.cos(q) ** 2 + 3 * sp.cos(q) - 3 * sp.sin(q) - 1, [q])
+    >>> factor_by_half_angle(2 * sp.cos(q) ** 2 + 3 * sp.cos(q) - 3 * sp.sin(q) - 1, [q])
     [sin(theta3) - cos(theta3), sin(theta3) + cos(theta3) + 3]
     """
     plain = _expand_angles(factor)

@@ -41,7 +41,7 @@ class AttemptPolicy:
         """Return the indices of the notebooks that count, from the times of receipt; of equal times, the first counts.
 
         >>> at = [datetime.datetime(2027, 1, 15, 12, minute) for minute in (0, 5, 11, 30)]
-        >>> Several(best_of=2).counting(at), Several(best_of=None).counting(at)
+        >>> AttemptPolicy(best_of=2).select_counting(at), AttemptPolicy(best_of=None).select_counting(at)
         ([1, 2], [3])
         """
         if self.best_of is None:
@@ -62,8 +62,8 @@ LAST = AttemptPolicy()
 def read_attempt_policy(setting: str | Mapping[str, Any]) -> AttemptPolicy:
     """Return the rule that assignment.toml states. Raises QdotError.
 
-    >>> read_several("best"), read_several({"best_of": 3, "apart": "1 h"})
-    (Several(best_of=5, apart=600), Several(best_of=3, apart=3600))
+    >>> read_attempt_policy("best"), read_attempt_policy({"best_of": 3, "apart": "1 h"})
+    (AttemptPolicy(best_of=5, apart=600), AttemptPolicy(best_of=3, apart=3600))
     """
     if isinstance(setting, str):
         if setting not in ("last", "best"):

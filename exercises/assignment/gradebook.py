@@ -152,7 +152,7 @@ def _is_test_student(name: str, login: str) -> bool:
 def _first_name_first(name: str) -> str:
     """Return "Lovelace, Ada" with the first name first; Canvas writes a name that begins with = as ="=…".
 
-    >>> _turned("Lovelace, Ada"), _turned("Aristotle")
+    >>> _first_name_first("Lovelace, Ada"), _first_name_first("Aristotle")
     ('Ada Lovelace', 'Aristotle')
     """
     last, comma, first = name.removeprefix('="').removesuffix('"').partition(", ")

@@ -61,7 +61,7 @@ def with_zone(moment: datetime.datetime, zone: datetime.tzinfo | None = None) ->
 def describe_duration(seconds: int) -> str:
     """Return a duration in words.
 
-    >>> in_words(40), in_words(800), in_words(90000), in_words(2 * DAY)
+    >>> describe_duration(40), describe_duration(800), describe_duration(90000), describe_duration(2 * DAY)
     ('40 s', '13 min', '1 day 1 h', '2 days')
     """
     days, rest = divmod(seconds, DAY)

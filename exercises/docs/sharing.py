@@ -117,7 +117,7 @@ def _value(expression: sp.Expr, pose: int, joints: tuple[sp.Symbol, ...]) -> flo
 def count_sharing(keys: Iterable[Hashable]) -> int:
     """Return the number of keys that occur more than once, with multiplicity.
 
-    >>> sharing("abcab")
+    >>> count_sharing("abcab")
     4
     """
     return sum(count for count in Counter(keys).values() if count > 1)

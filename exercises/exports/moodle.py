@@ -177,7 +177,7 @@ def _number(value: float, tolerance: float) -> str:
 def _filler_number(characters: int) -> str:
     """Return a number with this many characters, in Moodle's notation, that nobody would answer.
 
-    >>> _of_length(12)
+    >>> _filler_number(12)
     '-1.23456E+99'
     """
     return f"-1.{'23456789' * 3}"[: characters - 4] + "E+99"
@@ -206,7 +206,7 @@ def _escape_feedback(feedback: str) -> str:
 
     Moodle resolves entities, and removes the backslash only before the first two of these characters.
 
-    >>> _quoted("R_{1} ~ 2 &lt; 3")
+    >>> _escape_feedback("R_{1} ~ 2 &lt; 3")
     'R_{1\\} ∼ 2 &amp;lt; 3'
     """
     shown = html.escape(feedback, quote=False).replace("~", "∼")

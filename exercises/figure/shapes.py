@@ -196,7 +196,7 @@ def extent(pieces: tuple[TextRun, ...], font: float = FONT) -> Pair:
 def one_decimal(value: float) -> str:
     """Return a number with one decimal, the same on every machine.
 
-    >>> fixed(-0.04), fixed(12.25)
+    >>> one_decimal(-0.04), one_decimal(12.25)
     ('0.0', '12.3')
     """
     text = f"{value + 1.37e-4:.1f}"  # the shift avoids exact ties, which machines might round differently

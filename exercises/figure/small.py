@@ -215,7 +215,7 @@ def _key(chain: Chain, figures: list[Figure], words: Catalogue) -> str:
 def distribute(counts: list[int], room: int) -> list[int]:
     """Distribute the room for drawings: one of each first, then a second of each, and so on.
 
-    >>> shares([2, 4, 4, 4], 8), shares([1, 4, 1], 8), shares([3, 3, 3], 2)
+    >>> distribute([2, 4, 4, 4], 8), distribute([1, 4, 1], 8), distribute([3, 3, 3], 2)
     ([2, 2, 2, 2], [1, 4, 1], [1, 1, 0])
     """
     taken = [0] * len(counts)

@@ -134,7 +134,7 @@ def _lettering(element: ET.Element, attributes: Mapping[str, str], frame: _Frame
 def _to_latex(text: str, italic: bool) -> str:
     r"""Return lettering in LaTeX.
 
-    >>> _set("θ", True), _set("a", True), _set("− 30°", False)
+    >>> _to_latex("θ", True), _to_latex("a", True), _to_latex("− 30°", False)
     ('$\\theta$', '\\textit{a}', '$-$ 30$^\\circ$')
     """
     pieces = re.split(f"([{''.join(_GREEK)}])", text)

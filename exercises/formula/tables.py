@@ -29,7 +29,7 @@ def table_text(text: str, shape: tuple[int, int]) -> str | None:
 
     >>> table_text("a1\ta2\n0\t1", (2, 2)), table_text("[a1 -a2; 0 1]", (2, 2)), table_text("a1, 0,5\n0, 1", (2, 2))
     ('[[a1, a2], [0, 1]]', '[[a1, -a2], [0, 1]]', '[[a1, 0.5], [0, 1]]')
-    >>> table_text("| a1 | a2 |\\n|---|---|\\n| 0 | 1 |", (2, 2)), table_text("=a1\\n=a2", (2, 1))
+    >>> table_text("| a1 | a2 |\n|---|---|\n| 0 | 1 |", (2, 2)), table_text("=a1\n=a2", (2, 1))
     ('[[a1, a2], [0, 1]]', '[a1, a2]')
     >>> table_text("a1\n+ a2", (2, 1))
     """

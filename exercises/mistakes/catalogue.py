@@ -105,7 +105,7 @@ class Wrong:
 def read_mistake_weights(weights: Mapping[str, float] | None) -> MistakeWeights:
     """Return the mistake weights of an assignment, checked. Raises QdotError.
 
-    >>> read_oftener({"offset-sign": 3})
+    >>> read_mistake_weights({"offset-sign": 3})
     {'offset-sign': 3.0}
     """
     for name, times in (weights or {}).items():

@@ -157,7 +157,7 @@ def deal_questions(names: Sequence[str], place: int, places: int) -> tuple[str, 
 
     If there are no more arms than that, each gets all questions.
 
-    >>> [dealt("abcd", place, 4) for place in range(4)]
+    >>> [deal_questions("abcd", place, 4) for place in range(4)]
     [('a', 'b'), ('c', 'd'), ('a', 'b'), ('c', 'd')]
     """
     asked = max(min(ARMS_EACH, places) * len(names), places)

@@ -50,6 +50,7 @@ def at_least(level: str, wanted: str) -> bool:
 def hold_back(part: PartResult, level: str) -> PartResult:
     """Return a part of a result as a student may see it: without what the level of feedback keeps back.
 
+    >>> from qdot import Outcome
     >>> reason = "number 1 is 2, and 0.624 m/s is right"
     >>> part = PartResult(name="joint-rates", outcome=Outcome.WRONG, points=0.0, max_points=1.0, reason=reason)
     >>> hold_back(part, "counterexample").reason

@@ -82,7 +82,7 @@ NO_NOTEBOOK = (
 def printable_name(name: str) -> str:
     r"""Return a file's name for use in a sentence: one line of limited length.
 
-    >>> print(plain("a\nb.ipynb"))
+    >>> print(printable_name("a\nb.ipynb"))
     a�b.ipynb
     """
     shown = "".join(ch if ch.isprintable() else "\N{REPLACEMENT CHARACTER}" for ch in name)

@@ -66,10 +66,10 @@ def is_victims(about: object) -> bool:
 
 STEPS: dict[str, tuple[object, str]] = {
     "looked into": (submission, "_files_in"),
-    "ranked": (submission, "best_first"),
+    "ranked": (submission, "sort_candidates"),
     "read": (attempt, "read_submission"),
     "taken from what is kept": (batch._Shelf, "take"),
-    "regenerated": (attempt, "kept"),
+    "regenerated": (attempt, "load_stored_problems"),
     "compared with the assignment": (attempt, "wrong_assignment"),
     "run": (Sandbox, "run"),
     "found among what was run": (attempt, "find_answers"),
