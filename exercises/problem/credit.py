@@ -131,7 +131,8 @@ def count_false_conditions(false: Sequence[Hashable], true: Collection[Hashable]
 
     All false values of a joint count as one, unless true values are claimed as well: then each counts as a guess.
 
-    >>> count_false_conditions(["theta1", "theta1"], ["theta2"]), count_false_conditions(["theta2", "theta2"], ["theta2"])
+    >>> (count_false_conditions(["theta1", "theta1"], ["theta2"]),
+    ... count_false_conditions(["theta2", "theta2"], ["theta2"]))
     (1, 2)
     """
     return len({joints for joints in false if joints not in true}) + sum(joints in true for joints in false)
