@@ -28,7 +28,7 @@ def starting(notebook: Path, folder: Path) -> Iterator[Figure]:
     joint = '[[joint]]\nkind = "R"\ntheta = "theta{0}"\nd = 0\na = {1}\nalpha = 0\n'
     about = 'name = "arm"\ntask = ["vx", "vy"]\n'
     robot.write_text(about + joint.format(1, 0.5) + joint.format(2, 0.4), encoding="utf-8")
-    yield figure("`import exercises`", 0.3, sys.executable, "-c", "import exercises")
+    yield figure("`import qdot`", 0.3, sys.executable, "-c", "import qdot")
     yield figure("`qdot --help`", 0.3, *QDOT, "--help")
     yield figure("`qdot check NOTEBOOK`", 1, *QDOT, "check", str(notebook))
     yield figure("`qdot show planar-2r/7`", 0.5, *QDOT, "show", "planar-2r/7")

@@ -13,6 +13,7 @@ import pytest
 
 from qdot.grader.sandbox.own_folder import own_folder
 from qdot.grader.sandbox.sandbox import CONTAINED, Limits, Sandbox
+from tests.support import ROOT
 from tests.support.suites import few_of, several
 
 IMPORTS = "from sympy import *\nimport numpy as np\nx, y = symbols('x y')"
@@ -226,7 +227,7 @@ def test_a_notebook_reads_and_writes_nothing_of_the_machines_owner(sandbox: Sand
         f"os.rename({str(secret)!r}, 'mine')",
         "p3 = open('/proc/%d/cmdline' % os.getppid()).read()",
         f"os.symlink({str(secret)!r}, 'link')\np4 = open('link').read()",
-        "if True:\n    import exercises.generation; p5 = 'loaded'",
+        "if True:\n    import qdot.exercises.generation; p5 = 'loaded'",
         "import importlib; importlib.import_module('qdot.grader.judging.formulas'); p6 = 'loaded'",
         f"import subprocess; p7 = subprocess.run(['cat', {str(secret)!r}], capture_output=True, text=True).stdout",
         f"p8 = os.popen({'cat ' + str(secret)!r}).read()",
@@ -238,7 +239,7 @@ def test_a_notebook_reads_and_writes_nothing_of_the_machines_owner(sandbox: Sand
         f"import numpy; p14 = str(numpy.loadtxt({str(secret)!r}, dtype=str))",
         f"import io; p15 = io.open_code({str(secret)!r}).read().decode()",
         f"p16 = os.read(os.open({str(secret)!r}, os.O_RDONLY), 100).decode()",
-        f"p17 = open({str(CONTAINED.parent.parent / 'README.md')!r}).read()",
+        f"p17 = open({str(ROOT / 'README.md')!r}).read()",
     ]
     run = sandbox.run(cells, [f"p{i}" for i in range(1, 18)])
     assert run.answers == {}
