@@ -85,7 +85,8 @@ def grouped(names: Iterable[str]) -> list[object]:
 
 
 EXAMPLES = (
-    "exercises/arm/test_derivation.py", "exercises/formula/test_identity.py", "exercises/mistakes/test_catalogue.py",
+    "exercises/arm/test_derivation.py", "exercises/formula/test_identity.py",
+    "exercises/mistakes/test_catalogue.py::test_every_mistake_is_wrong_and_named[elbow-3r]",
     "exercises/questions/test_questions.py::test_what_an_id_regenerates_has_not_changed",
     "exercises/questions/test_questions.py::test_answers_are_well_formed",
     "exercises/quizzes/test_quizzes.py::test_what_an_id_is_asked_has_not_changed",
