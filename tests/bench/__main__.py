@@ -25,8 +25,8 @@ from .generating import MIXED, first_problems, generating, records
 from .grading import MIX, a_class, floor, hand_in
 from .starting import LOADED, QDOT, loading, starting
 
-STUDENTS, SHARED = 25, 2
-"""Students of the class that is graded; machines that share it."""
+STUDENTS, ALIKE = 25, 2
+"""Students of the class that is graded; how many in a row submit the same kind of work."""
 PYTHON_OF_PEERS = (".venvs/peers/bin/python", ".venvs/readers/bin/python")
 """Where nbgrader may be installed."""
 
@@ -61,7 +61,7 @@ def measured(folder: Path) -> Iterator[Figure]:
     """Yield the figures, in the order of the table."""
     single, assignment = a_class(folder / "single", 1), a_class(folder / "class", STUDENTS)
     hand_in(single, folder / "one", ("right",))
-    hand_in(assignment, folder / "many", [kind for kind in MIX for _ in range(SHARED)])  # shares have like notebooks
+    hand_in(assignment, folder / "many", [kind for kind in MIX for _ in range(ALIKE)])
     yield from starting(folder / "one" / "s00000.ipynb", folder)
     yield from grading(single, assignment, folder)
     yield from generation(folder)
@@ -81,7 +81,7 @@ def graded(assignment: Assignment, submissions: Path, *more: str, anew: bool = T
 
 
 def grading(single: Assignment, assignment: Assignment, folder: Path) -> Iterator[Figure]:
-    """Yield what grading a class takes: start-up, each notebook more, a notebook that changed, a machine's share."""
+    """Yield what grading a class takes: start-up, each notebook more, and a notebook that changed."""
     one, many = folder / "one", folder / "many"
     graded(single, one)
     start = min(graded(single, one) for _ in range(2))
@@ -97,8 +97,6 @@ def grading(single: Assignment, assignment: Assignment, folder: Path) -> Iterato
     (many / "s00000.ipynb").write_bytes((folder / "changed" / "s00000.ipynb").read_bytes())
     again = graded(assignment, many, anew=False)
     yield Figure(f"{STUDENTS} notebooks graded again, one of them changed", again, "a class of one", start, 1.3)
-    share = max(graded(assignment, many, "--share", f"{k}/{SHARED}") for k in range(1, SHARED + 1))
-    yield Figure("the larger share of two machines", share - start, "the class", whole - start, 0.6)
     hand_in(assignment, folder / "right", ("right",))
     yield from beside_nbgrader((graded(assignment, folder / "right") - start) / (STUDENTS - 1), folder)
 
