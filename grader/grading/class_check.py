@@ -29,8 +29,9 @@ def load_class(folder: Path) -> Assignment:
     paths = {student.id: notebook_path(assignment, student.id) for student in assignment.roster}
     found = {student: StudentFiles((path,)) for student, path in paths.items() if path.exists()}
     if alike := _alike(former_students(assignment), [student for student in paths if student not in found]):
+        students = "1 student" if len(alike) == 1 else f"{len(alike)} students"
         raise QdotError(
-            f"{folder / 'roster.csv'}: {len(alike)} would have other problems than those in {folder / 'released'}, so "
+            f"{folder / 'roster.csv'}: {students} would get other problems than those in {folder / 'released'}, so "
             f"nothing was done. {_as_before(alike)}"
         )
     read = [submission for _, submission in read_some(assignment, found, list(paths))]

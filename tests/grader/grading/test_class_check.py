@@ -112,7 +112,7 @@ def test_notebooks_that_were_handed_out_are_not_replaced_by_other_problems(folde
     more = (Path("--to"), Path("html")) if command == "export" else ()
     roster(folder, "12", "0013", "0014", "0015")
     said = stops(folder, *more, command=command)
-    assert "roster.csv: 1 would have other problems than those in " in said and "12 → 0012" in said
+    assert "roster.csv: 1 student would get other problems than those in " in said and "12 → 0012" in said
     roster(folder, *IDS, "0015")
     (folder / "secret.txt").write_text("another one altogether")
     said = stops(folder, *more, command=command)
