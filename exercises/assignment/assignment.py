@@ -37,7 +37,6 @@ from qdot.exercises.generation import (
     short_quiz,
     student_problem_id,
 )
-from qdot.exercises.mistakes.catalogue import NO_WEIGHTS, WEIGHTS_HELP, MistakeWeights, read_mistake_weights
 from qdot.exercises.problem.credit import CREDIT, Credit, read_credit
 from qdot.exercises.problem.problem import (
     ENGINE,
@@ -88,7 +87,6 @@ class AssignmentFile(pydantic.BaseModel):
     feedback: Literal["outcome", "mistake", "counterexample", "values", "solutions"] = "counterexample"
     follow_through: float = pydantic.Field(default=0.8, ge=0, le=1)
     hints: bool = False
-    mistakes: dict[str, float] | None = None
     sandbox: Literal["best", "strict"] = "best"
     variation: str | list[str] = DEFAULT
     convention: str | None = None
@@ -107,7 +105,6 @@ RIGHT = {
     "feedback": 'it is "outcome", "mistake", "counterexample", "values" or "solutions"',
     "follow_through": "it is the share of the points for what follows from a wrong earlier answer, from 0 to 1",
     "hints": "it is true or false, without quotes: true puts three hints under every question, as in hints = true",
-    "mistakes": WEIGHTS_HELP,
     "sandbox": '"strict" grades only where the system itself contains students\' code, "best" by what there is',
     "problem": "problems are given as [[problem]] tables, one for each",
     "family": 'it is the name of a family, as in family = "planar-2r"; `qdot families` lists them',
@@ -215,7 +212,6 @@ class Assignment:
     sandbox: str = "best"
     gradebook: Gradebook | None = None
     redrawn: Redraws = field(default_factory=dict)
-    mistake_weights: MistakeWeights = field(default_factory=lambda: NO_WEIGHTS)
 
     def __repr__(self) -> str:
         return f"Assignment({self.key}: {len(self.slots)} problems, {len(self.roster)} students)"
@@ -257,8 +253,7 @@ class Assignment:
 
         Penalties for late work are not included.
         """
-        mistake_weights = sorted(self.mistake_weights.items())
-        return _short_hash(repr((self.follow_through, [slot.credit for slot in self.slots], mistake_weights)))
+        return _short_hash(repr((self.follow_through, [slot.credit for slot in self.slots])))
 
     @property
     def digest(self) -> str:
@@ -325,8 +320,6 @@ def load_assignment(folder: Path) -> Assignment:
     with file.at("attempts"):
         attempts = read_attempt_policy(content.attempts)
     notes: list[str] = []
-    with file.at("mistakes"):
-        mistake_weights = read_mistake_weights(content.mistakes)
     with file.at("variation"):
         variation = _read_variation(content.variation)
     with file.at("convention"):
@@ -345,7 +338,7 @@ def load_assignment(folder: Path) -> Assignment:
         folder, content.title, content.key, slots, students, read_secret(folder),
         content.due, content.feedback, tuple(notes), Fraction(str(content.follow_through)),
         content.hints, late, attempts, content.sandbox, None if export is None else export.gradebook,
-        read_redrawn(folder), mistake_weights,
+        read_redrawn(folder),
     )  # fmt: skip
 
 

@@ -1,9 +1,9 @@
 """Mistakes in results computed from a Jacobian: its determinant, its inverse, rates and torques."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from itertools import combinations
 from itertools import product as product_of
-from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -12,25 +12,29 @@ from qdot.exercises.arm.arithmetic import apply_matrix, determinant, product, si
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.arm.derivation_graph import Change, Working, links_to_point, singular_vectors
-from qdot.exercises.mistakes.base import Mistake, MistakeVariant, Shape
+from qdot.exercises.mistakes.base import Mistake, MistakeVariant, Shape, Variants, scale_at
 
 
 def _is_square(chain: Chain, least: int = 2, most: int = 6) -> bool:
     return len(chain.task) == chain.n and least <= chain.n <= most
 
 
-def _single_variant(
-    stage: str, change: Change, least: int = 2, most: int = 6
-) -> Callable[[Chain, Shape], Iterator[MistakeVariant]]:
-    def slips(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-        if _is_square(chain, least, most):
-            yield MistakeVariant({stage: change})
-
-    return slips
+def _is_wide(chain: Chain) -> bool:
+    return chain.n > len(chain.task)
 
 
-def _add_all_products(w: Working, _: np.ndarray) -> np.ndarray:
-    return determinant(w["jacobian"], 1)
+def _if(suits: Callable[[Chain], bool], stage: str, *changes: Change) -> Variants:
+    """Return the variants that change a stage, on arms that suit."""
+    return lambda chain, _: (MistakeVariant({stage: change}) for change in (changes if suits(chain) else ()))
+
+
+def _combine(*all_variants: Variants) -> Variants:
+    """Return the variants of several kinds."""
+    return lambda chain, shape: (variant for variants in all_variants for variant in variants(chain, shape))
+
+
+def _if_square(stage: str, change: Change, least: int = 2, most: int = 6) -> Variants:
+    return _if(partial(_is_square, least=least, most=most), stage, change)
 
 
 def _expand_without_signs(w: Working, _: np.ndarray) -> np.ndarray:
@@ -45,15 +49,26 @@ def _multiply_diagonal(w: Working, _: np.ndarray) -> np.ndarray:
     return np.asarray(corner)
 
 
-def _lose_factor(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _arm_factors(chain: Chain) -> list[tuple[sp.Expr, int]]:
+    """Return the factors of the determinant of a square J for this arm, with their powers."""
     if not _is_square(chain, 1):
-        return
-    generic = derive(chain).generic_minors[0]
+        return []
     values = dict(structure(chain).values)
-    for factor, _power in generic.factors:
-        arm_factor = factor.xreplace(values)
-        if len(generic.factors) > 1 and not arm_factor.is_number:
-            yield _variant_without_factor("determinant", chain, arm_factor, arm_factor)
+    return [(factor.xreplace(values), power) for factor, power in derive(chain).generic_minors[0].factors]
+
+
+def _lose_factor(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+    factors = _arm_factors(chain)
+    for factor, _power in factors if len(factors) > 1 else ():
+        if not factor.is_number:
+            yield _variant_without_factor("determinant", chain, factor, factor)
+
+
+def _lose_square(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+    """Lose one of several equal factors of the determinant in its absolute value."""
+    for factor, power in _arm_factors(chain):
+        if power > 1 and not factor.is_number:
+            yield _variant_without_factor("manipulability", chain, factor, sp.Abs(factor))
 
 
 def _exchange_trig(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
@@ -61,20 +76,17 @@ def _exchange_trig(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
     With a constant in the angle it can be written as either, so that both signs may come of it.
     """
-    if not _is_square(chain, 1):
-        return
-    values, constants = dict(structure(chain).values), dict(zip(chain.q, chain.offsets, strict=True))
-    for factor, _power in derive(chain).generic_minors[0].factors:
-        arm_factor = factor.xreplace(values)
-        waves = arm_factor.atoms(sp.sin, sp.cos)
-        if len(waves) == 1 and (arm_factor / (wave := waves.pop())).is_number:
+    constants = dict(zip(chain.q, chain.offsets, strict=True))
+    for factor, _power in _arm_factors(chain):
+        waves = factor.atoms(sp.sin, sp.cos)
+        if len(waves) == 1 and (factor / (wave := waves.pop())).is_number:
             exchanged = (sp.cos if isinstance(wave, sp.sin) else sp.sin)(*wave.args)
             yield MistakeVariant({"determinant": _divide_by(wave / exchanged)})
             if any(constants.get(symbol, 0) != 0 for symbol in wave.free_symbols):
                 yield MistakeVariant({"determinant": _divide_by(-wave / exchanged)})
 
 
-def _variant_without_factor(stage: str, chain: Chain, factor: Any, divisor: Any) -> MistakeVariant:
+def _variant_without_factor(stage: str, chain: Chain, factor: sp.Expr, divisor: sp.Expr) -> MistakeVariant:
     """Return the variant in which a stage lacks a factor: the stage is divided by it."""
     symbols = {str(symbol) for symbol in factor.free_symbols}
     moving = symbols & set(map(str, chain.q))
@@ -82,24 +94,18 @@ def _variant_without_factor(stage: str, chain: Chain, factor: Any, divisor: Any)
     return MistakeVariant({stage: _divide_by(divisor)}, {"factor": kind}, missing=", ".join(sorted(moving or symbols)))
 
 
-def _divide_by(factor: object) -> Change:
-    def apply_change(w: Working, right: np.ndarray) -> np.ndarray:
+def _divide_by(factor: sp.Expr) -> Change:
+    def divide(w: Working, right: np.ndarray) -> np.ndarray:
         with np.errstate(all="ignore"):
             return np.asarray(right / w.arithmetic.value(w.arithmetic.table_entry(factor)))
 
-    return apply_change
-
-
-def _multiply_by_jacobian(w: Working, _: np.ndarray) -> np.ndarray:
-    return apply_matrix(w["jacobian"], w["wanted velocity"])
+    return divide
 
 
 def _take_reciprocals(w: Working, _: np.ndarray) -> np.ndarray:
+    jacobian = w["jacobian"]
     with np.errstate(all="ignore"):
-        unit = w["jacobian"] * 0 + 1
-        return np.asarray(
-            np.where(w["jacobian"] == 0, w["jacobian"], unit / np.where(w["jacobian"] == 0, 1, w["jacobian"]))
-        )
+        return np.asarray(np.where(jacobian == 0, jacobian, (jacobian * 0 + 1) / np.where(jacobian == 0, 1, jacobian)))
 
 
 def _divide_again(w: Working, right: np.ndarray) -> np.ndarray:
@@ -107,168 +113,67 @@ def _divide_again(w: Working, right: np.ndarray) -> np.ndarray:
         return np.asarray(right / w["determinant"])
 
 
-def _exchange_velocity(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    if _is_square(chain) and chain.n == 2:
-        yield MistakeVariant({"wanted velocity": lambda w, velocity: velocity[::-1]})
+def _minor(w: Working, columns: Sequence[int]) -> np.ndarray:
+    return np.asarray(determinant(w["jacobian"][:, list(columns)]))
 
 
-def _is_wide(chain: Chain) -> bool:
-    return chain.n > len(chain.task)
-
-
-def _use_transpose(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
-    yield from _single_variant("inverse", lambda w, _: w["transposed jacobian"])(chain, shape)
-    if _is_wide(chain):
-        yield MistakeVariant({"pseudo-inverse": lambda w, _: w["transposed jacobian"]})
-
-
-def _skip_inversion(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    if _is_wide(chain):
-        yield MistakeVariant({"pseudo-inverse": lambda w, _: product(w["transposed jacobian"], w["gram matrix"])})
-
-
-def _drop_cofactor_signs(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
-    yield from _single_variant("cofactors", lambda w, _: w["minors"])(chain, shape)
-    if chain.n == len(chain.task) + 1:
-        yield MistakeVariant({"self-motion": lambda w, motion: motion * signs(w.n)[0][:, None]})
+def _sum_of_minors(w: Working, sign: int = 1) -> np.ndarray:
+    """Return the sum of the maximal minors, or with sign -1 their alternating sum."""
+    columns = combinations(range(w.n), len(w.chain.task))
+    return np.asarray(sum(sign**k * _minor(w, some) for k, some in enumerate(columns)))
 
 
 def _miscount_minors(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
     """Take the square of one maximal minor for the sum of all squares; or leave one out."""
-    if _is_wide(chain):
-        m = len(chain.task)
-        for columns in combinations(range(chain.n), m):
 
-            def apply_change(w: Working, _value: np.ndarray, columns: tuple[int, ...] = columns) -> np.ndarray:
-                minor = determinant(w["jacobian"][:, list(columns)])
-                return np.asarray(minor * minor)
+    def take(w: Working, value: np.ndarray, columns: Sequence[int], leaves_out: bool) -> np.ndarray:
+        square = _minor(w, columns) * _minor(w, columns)
+        return value - square if leaves_out else square
 
-            yield MistakeVariant({"gram determinant": apply_change})
-            yield MistakeVariant({"gram determinant": lambda w, value, c=apply_change: value - c(w, value)})  # type: ignore[misc]
-
-
-def _skip_squares(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    if _is_wide(chain):
-
-        def apply_change(w: Working, _: np.ndarray) -> np.ndarray:
-            chosen = combinations(range(w.n), len(w.chain.task))
-            return np.asarray(sum(determinant(w["jacobian"][:, list(columns)]) for columns in chosen))
-
-        yield MistakeVariant({"gram determinant": apply_change})
-
-
-def _take_root(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    if _is_wide(chain):
-        yield MistakeVariant({"gram determinant": lambda w, value: w.arithmetic.sqrt(value)})
-
-
-def _choose_moving_direction(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    if len(chain.task) == 2:
-        yield MistakeVariant({"lost direction": lambda w, _: singular_vectors(w)[0][:, 0]})
-
-
-def _choose_null_vector(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    if _is_square(chain):
-        yield MistakeVariant({"lost direction": lambda w, _: singular_vectors(w)[2][-1]})
-
-
-def _skip_transpose(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    if _is_square(chain):
-        yield MistakeVariant({"transposed jacobian": lambda w, _: w["jacobian"]})
+    for columns in combinations(range(chain.n), len(chain.task)) if _is_wide(chain) else ():
+        for leaves_out in (False, True):
+            yield MistakeVariant({"gram determinant": partial(take, columns=columns, leaves_out=leaves_out)})
 
 
 def _flip_product_sign(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
     """Give one product of the expansion the wrong sign: an entry, or the part of a link in it, times its cofactor."""
-    if not _is_square(chain, 2, 3):
-        return
+
+    def flip(w: Working, value: np.ndarray, i: int, j: int, link: int | None = None) -> np.ndarray:
+        entry = w["jacobian"][i, j] if link is None else w["effects"][j, link, axes[i]]
+        return np.asarray(value - 2 * entry * w["cofactors"][i, j])
+
     axes = [TASK_ROWS.index(row) for row in chain.task]
-    for row, column in product_of(range(chain.n), range(chain.n)):
-
-        def whole(w: Working, value: np.ndarray, i: int = row, j: int = column) -> np.ndarray:
-            return np.asarray(value - 2 * w["jacobian"][i, j] * w["cofactors"][i, j])
-
-        yield MistakeVariant({"determinant": whole})
-        for link in links_to_point(chain) if axes[row] < 3 else ():
-
-            def part(w: Working, value: np.ndarray, i: int = row, j: int = column, k: int = link) -> np.ndarray:
-                return np.asarray(value - 2 * w["effects"][j, k, axes[i]] * w["cofactors"][i, j])
-
-            yield MistakeVariant({"determinant": part})
-
-
-def _add_blocks(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    if _is_square(chain, 6):
-
-        def apply_change(w: Working, _: np.ndarray) -> np.ndarray:
-            return np.asarray(determinant(w["arm block"]) + determinant(w["wrist block"]))
-
-        yield MistakeVariant({"determinant": apply_change})
-
-
-def _solve_wrist_alone(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    if _is_square(chain, 6):
-
-        def apply_change(w: Working, jacobian: np.ndarray) -> np.ndarray:
-            out = np.array(jacobian)
-            out[3:, :3] = 0 * out[3:, :3]
-            return out
-
-        yield MistakeVariant({"jacobian": apply_change})
-
-
-def _square_sum(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    if _is_wide(chain):
-        for sign in (1, -1):
-
-            def apply_change(w: Working, _: np.ndarray, sign: int = sign) -> np.ndarray:
-                chosen = combinations(range(w.n), len(w.chain.task))
-                total = sum(sign**k * determinant(w["jacobian"][:, list(some)]) for k, some in enumerate(chosen))
-                return np.asarray(total * total)
-
-            yield MistakeVariant({"gram determinant": apply_change})
-
-
-def _lose_square(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Lose one of several equal factors of the determinant in its absolute value."""
-    if _is_square(chain, 1):
-        values = dict(structure(chain).values)
-        for factor, power in derive(chain).generic_minors[0].factors:
-            arm_factor = factor.xreplace(values)
-            if power > 1 and not arm_factor.is_number:
-                yield _variant_without_factor("manipulability", chain, arm_factor, sp.Abs(arm_factor))
+    for i, j in product_of(range(chain.n), repeat=2) if _is_square(chain, 2, 3) else ():
+        yield MistakeVariant({"determinant": partial(flip, i=i, j=j)})
+        for link in links_to_point(chain) if axes[i] < 3 else ():
+            yield MistakeVariant({"determinant": partial(flip, i=i, j=j, link=link)})
 
 
 def _flip_velocity_sign(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
     for i, name in enumerate(chain.task):
-
-        def apply_change(w: Working, velocity: np.ndarray, i: int = i) -> np.ndarray:
-            out = np.array(velocity)
-            out[i] = -out[i]
-            return out
-
-        yield MistakeVariant({"wanted velocity": apply_change}, {"name": name})
+        yield MistakeVariant({"wanted velocity": scale_at(i, -1)}, {"name": name})
 
 
 MISTAKES = (
     Mistake(
         "determinant-plus", "Plus for minus in the determinant",
         "The products of the determinant seem to be added throughout: every other one is subtracted.", "appendix",
-        _single_variant("determinant", _add_all_products, 2, 3),
+        _if_square("determinant", lambda w, _: determinant(w["jacobian"], 1), 2, 3),
     ),
     Mistake(
         "expansion-signs", "Signs of the expansion left out",
         "The minors of the expansion seem to be added throughout: their signs alternate.", "appendix",
-        _single_variant("determinant", _expand_without_signs, 3, 3),
+        _if_square("determinant", _expand_without_signs, 3, 3),
     ),
     Mistake(
         "diagonal-only", "Product of the diagonal for the determinant",
         "The determinant seems to be the product of the diagonal, which holds for triangular matrices only.",
-        "appendix", _single_variant("determinant", _multiply_diagonal),
+        "appendix", _if_square("determinant", _multiply_diagonal),
     ),
     Mistake(
         "determinant-sign", "Determinant with the wrong sign",
         "The determinant seems to have the wrong sign: were two rows or columns exchanged?", "appendix",
-        _single_variant("determinant", lambda w, value: -value, 1),
+        _if_square("determinant", lambda w, value: -value, 1),
     ),
     Mistake(
         "wave-exchanged", "Sine and cosine exchanged in the determinant",
@@ -281,46 +186,55 @@ MISTAKES = (
     Mistake(
         "transpose-for-inverse", "Transpose for the inverse",
         "The transpose of J seems to stand for its inverse. They are the same for rotations, not for a Jacobian.",
-        "6.7", _use_transpose,
+        "6.7", _combine(
+            _if_square("inverse", lambda w, _: w["transposed jacobian"]),
+            _if(_is_wide, "pseudo-inverse", lambda w, _: w["transposed jacobian"]),
+        ),
     ),
     Mistake(
         "gram-not-inverted", "J J^T not inverted",
         "J J^T seems to be multiplied by and not inverted: the pseudo-inverse holds its inverse.", "6.7",
-        _skip_inversion,
+        _if(_is_wide, "pseudo-inverse", lambda w, _: product(w["transposed jacobian"], w["gram matrix"])),
     ),
     Mistake(
         "determinant-forgotten", "Division by the determinant forgotten",
         "The division by det J seems to be forgotten.", "appendix",
-        _single_variant("inverse", lambda w, _: w["adjugate"]),
+        _if_square("inverse", lambda w, _: w["adjugate"]),
     ),
     Mistake(
         "determinant-multiplied", "Multiplied by the determinant",
         "The adjugate seems to be multiplied by det J: it is to be divided by it.", "appendix",
-        _single_variant("inverse", lambda w, _: w["adjugate"] * w["determinant"], 1),
+        _if_square("inverse", lambda w, _: w["adjugate"] * w["determinant"], 1),
     ),
     Mistake(
         "determinant-squared", "Divided twice by the determinant",
-        "The division by det J seems to be done twice.", "appendix", _single_variant("inverse", _divide_again, 1),
+        "The division by det J seems to be done twice.", "appendix", _if_square("inverse", _divide_again, 1),
     ),
     Mistake(
         "adjugate-not-transposed", "Adjugate without the transpose",
         "The cofactors seem to stand where they were worked out: the adjugate is their transpose.", "appendix",
-        _single_variant("adjugate", lambda w, _: w["cofactors"]),
+        _if_square("adjugate", lambda w, _: w["cofactors"]),
     ),
     Mistake(
         "cofactor-signs", "Signs of the cofactors left out",
         "The cofactors seem to lack their signs: every other minor counts negative.", "appendix",
-        _drop_cofactor_signs,
+        _combine(
+            _if_square("cofactors", lambda w, _: w["minors"]),
+            _if(
+                lambda chain: chain.n == len(chain.task) + 1, "self-motion",
+                lambda w, motion: motion * signs(w.n)[0][:, None],
+            ),
+        ),
     ),
     Mistake(
         "reciprocal-entries", "Reciprocals of the entries for the inverse",
         "Each entry of J seems to be turned over by itself: the inverse of a matrix is not that.", "appendix",
-        _single_variant("inverse", _take_reciprocals),
+        _if_square("inverse", _take_reciprocals),
     ),
     Mistake(
         "jacobian-for-inverse", "J for its inverse",
         "The rates seem to be J times the velocity: they are J's inverse times it.", "6.7",
-        _single_variant("rates", _multiply_by_jacobian),
+        _if_square("rates", lambda w, _: apply_matrix(w["jacobian"], w["wanted velocity"])),
     ),
     Mistake(
         "minor-missing", "Minor missing",
@@ -329,25 +243,27 @@ MISTAKES = (
     ),
     Mistake(
         "minors-not-squared", "Minors not squared",
-        "The maximal minors seem to be added as they are: by Cauchy and Binet their squares are.", "6.8", _skip_squares,
+        "The maximal minors seem to be added as they are: by Cauchy and Binet their squares are.", "6.8",
+        _if(_is_wide, "gram determinant", lambda w, _: _sum_of_minors(w)),
     ),
     Mistake(
-        "root-taken", "Root taken", "A square root seems to be taken that is not asked for.", "6.8", _take_root,
+        "root-taken", "Root taken", "A square root seems to be taken that is not asked for.", "6.8",
+        _if(_is_wide, "gram determinant", lambda w, value: w.arithmetic.sqrt(value)),
     ),
     Mistake(
         "direction-that-moves", "A direction that is not lost",
         "That is the direction in which the arm can still move. The lost one has no part along any column of J.", "6.8",
-        _choose_moving_direction,
+        _if(lambda chain: len(chain.task) == 2, "lost direction", lambda w, _: singular_vectors(w)[0][:, 0]),
     ),
     Mistake(
         "null-vector-of-jacobian", "Joint rates for a direction of motion",
         "These seem to be joint rates that J takes to zero. A lost direction is a vector u with u J = 0.", "6.8",
-        _choose_null_vector,
+        _if_square("lost direction", lambda w, _: singular_vectors(w)[2][-1]),
     ),
     Mistake(
         "jacobian-for-transpose", "J for its transpose",
         "The torques seem to be J times the load: by virtual work it is the transpose of J.", "dual of 6.4",
-        _skip_transpose,
+        _if_square("transposed jacobian", lambda w, _: w["jacobian"]),
     ),
     Mistake(
         "product-sign", "Sign of one product of the determinant",
@@ -357,17 +273,20 @@ MISTAKES = (
     Mistake(
         "blocks-added", "Determinants of the blocks added",
         "The determinants of the blocks seem to be added: that of a block triangular matrix is their product.",
-        "6.8", _add_blocks, rare=True,
+        "6.8", _if_square(
+            "determinant", lambda w, _: determinant(w["arm block"]) + determinant(w["wrist block"]), 6
+        ), rare=True,
     ),
     Mistake(
         "wrist-alone", "Wrist solved with the whole angular velocity",
         "The wrist seems to be solved with the whole angular velocity: what joints 1 to 3 turn is subtracted first.",
-        "6.7", _solve_wrist_alone, rare=True,
+        "6.7", _if_square("jacobian", scale_at((slice(3, None), slice(3)), 0), 6), rare=True,
     ),
     Mistake(
         "sum-squared", "Square of the sum of the minors",
         "The maximal minors seem to be added before they are squared: by Cauchy and Binet each square counts.", "6.8",
-        _square_sum, rare=True,
+        _if(_is_wide, "gram determinant", lambda w, _: _sum_of_minors(w) ** 2, lambda w, _: _sum_of_minors(w, -1) ** 2),
+        rare=True,
     ),
     Mistake(
         "square-lost", "Square of a factor lost",
@@ -380,6 +299,7 @@ MISTAKES = (
     ),
     Mistake(
         "velocity-components-exchanged", "Components of the velocity exchanged",
-        "The components of the velocity seem to be exchanged.", "6.7", _exchange_velocity,
+        "The components of the velocity seem to be exchanged.", "6.7",
+        _if_square("wanted velocity", lambda w, velocity: velocity[::-1], most=2),
     ),
 )  # fmt: skip

@@ -1,6 +1,6 @@
 """Mistakes in writing a result down: rows, columns, signs, rates left in or out."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import combinations
 
 import numpy as np
@@ -8,84 +8,35 @@ import numpy as np
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation_graph import RESULT, Change, Working
-from qdot.exercises.mistakes.base import Mistake, MistakeVariant, Shape
+from qdot.exercises.mistakes.base import Mistake, MistakeVariant, Shape, Variants, always, exchange, scale_at
 
 PLANAR_ROWS = ("vx", "vy", "wz")
 """How a planar arm can move: its other rows are zero."""
 
 
-def _exchange(axis: int, i: int, j: int) -> Change:
-    def apply_change(w: Working, values: np.ndarray) -> np.ndarray:
-        order = list(range(values.shape[axis]))
-        order[i], order[j] = j, i
-        return values[order] if axis == 0 else values[:, order]
-
-    return apply_change
-
-
-def _negate(axis: int, i: int) -> Change:
-    def apply_change(w: Working, values: np.ndarray) -> np.ndarray:
-        out = np.array(values)
-        if axis == 0:
-            out[i] = -out[i]
-        else:
-            out[:, i] = -out[:, i]
-        return out
-
-    return apply_change
+def _exchange_two(stage: str, count: Callable[[Chain, Shape], int], axis: int = 0) -> Variants:
+    """Return the variants that exchange any two of the `count` rows (axis 0) or columns (axis 1) of a stage."""
+    return lambda chain, shape: (
+        MistakeVariant({stage: exchange(i, j, axis)}, {"one": i + 1, "other": j + 1})
+        for i, j in combinations(range(count(chain, shape)), 2)
+    )
 
 
-def _exchange_rows(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
-    for i, j in combinations(range(shape[0]), 2):
-        yield MistakeVariant({RESULT: _exchange(0, i, j)}, {"one": i + 1, "other": j + 1})
+def _flip_one(axis: int) -> Variants:
+    """Return the variants in which one of several rows (axis 0) or columns (axis 1) has the wrong sign."""
+
+    def variants(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
+        for i in range(shape[axis]) if shape[axis] > 1 else ():
+            yield MistakeVariant({RESULT: scale_at((slice(None),) * axis + (i,), -1)}, {"one": i + 1})
+
+    return variants
 
 
-def _exchange_columns(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
-    for i, j in combinations(range(shape[1]), 2):
-        yield MistakeVariant({RESULT: _exchange(1, i, j)}, {"one": i + 1, "other": j + 1})
-
-
-def _reverse_columns(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
-    if shape[1] > 2:
-        yield MistakeVariant({RESULT: lambda w, values: values[:, ::-1]})
-
-
-def _transpose(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
-    if min(shape) > 1:
-        yield MistakeVariant({RESULT: lambda w, values: values.swapaxes(0, 1)})
-
-
-def _flip_row_sign(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
-    if shape[0] > 1:
-        for i in range(shape[0]):
-            yield MistakeVariant({RESULT: _negate(0, i)}, {"one": i + 1})
-
-
-def _flip_column_sign(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
-    if shape[1] > 1:
-        for i in range(shape[1]):
-            yield MistakeVariant({RESULT: _negate(1, i)}, {"one": i + 1})
-
-
-def _flip_sign(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
-    yield MistakeVariant({RESULT: lambda w, values: -values})
-
-
-def _keep_rates(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
-    if shape[1] == chain.n > 1:
-        yield MistakeVariant({RESULT: lambda w, values: values * w.symbols(w.chain.rates)[None]})
-
-
-def _drop_rates(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
-    def ones(w: Working, rates: np.ndarray) -> np.ndarray:
-        return rates * 0 + 1
-
-    yield MistakeVariant({"joint rates": ones})
-
-
-def _exchange_rates(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
-    for i, j in combinations(range(chain.n), 2):
-        yield MistakeVariant({"joint rates": _exchange(0, i, j)}, {"one": i + 1, "other": j + 1})
+def _change_result(
+    change: Callable[[Working, np.ndarray], np.ndarray], suits: Callable[[Chain, Shape], bool]
+) -> Variants:
+    """Return the variant that changes the finished result if its shape suits."""
+    return lambda chain, shape: iter([MistakeVariant({RESULT: change})] if suits(chain, shape) else [])
 
 
 def _select_rows(chosen: list[int], of_answer: bool) -> Change:
@@ -119,7 +70,7 @@ def _take_other_rows(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
 MISTAKES = (
     Mistake(
         "transposed", "Transposed", "Rows and columns seem to be exchanged: the matrix is transposed.", "6.4",
-        _transpose,
+        _change_result(lambda w, values: values.swapaxes(0, 1), lambda chain, shape: min(shape) > 1),
     ),
     Mistake(
         "other-rows", "Rows that the task does not count",
@@ -127,34 +78,40 @@ MISTAKES = (
         _take_other_rows,
     ),
     Mistake(
-        "rows-exchanged", "Rows exchanged", "Rows {one} and {other} seem to be exchanged.", "6.6", _exchange_rows
+        "rows-exchanged", "Rows exchanged", "Rows {one} and {other} seem to be exchanged.", "6.6",
+        _exchange_two(RESULT, lambda chain, shape: shape[0]),
     ),
     Mistake(
         "columns-exchanged", "Columns exchanged", "Columns {one} and {other} seem to be exchanged.", "6.4",
-        _exchange_columns,
+        _exchange_two(RESULT, lambda chain, shape: shape[1], axis=1),
     ),
     Mistake(
         "columns-reversed", "Columns in reverse order",
-        "The columns seem to be in reverse order: column i belongs to joint i.", "6.4", _reverse_columns,
+        "The columns seem to be in reverse order: column i belongs to joint i.", "6.4",
+        _change_result(lambda w, values: values[:, ::-1], lambda chain, shape: shape[1] > 2),
     ),
     Mistake(
         "sign", "Everything with the wrong sign",
-        "Everything seems to have the wrong sign.", "6.4", _flip_sign,
+        "Everything seems to have the wrong sign.", "6.4", always({RESULT: lambda w, values: -values}),
     ),
     Mistake("column-sign", "Column with the wrong sign", "Column {one} seems to have the wrong sign.", "6.4",
-            _flip_column_sign),
-    Mistake("row-sign", "Row with the wrong sign", "Row {one} seems to have the wrong sign.", "6.4", _flip_row_sign),
+            _flip_one(axis=1)),
+    Mistake("row-sign", "Row with the wrong sign", "Row {one} seems to have the wrong sign.", "6.4", _flip_one(axis=0)),
     Mistake(
         "rates-left-in", "Joint rates left in the Jacobian",
-        "The joint rates seem to stand in the Jacobian: it is what they are multiplied by.", "6.4", _keep_rates,
+        "The joint rates seem to stand in the Jacobian: it is what they are multiplied by.", "6.4",
+        _change_result(
+            lambda w, values: values * w.symbols(w.chain.rates)[None], lambda chain, shape: shape[1] == chain.n > 1
+        ),
     ),
     Mistake(
         "rates-left-out", "Joint rates left out",
         "The joint rates seem to be left out: every column is multiplied by its joint's rate.", "6.4",
-        _drop_rates,
+        always({"joint rates": lambda w, rates: rates * 0 + 1}),
     ),
     Mistake(
         "rates-exchanged", "Joint rates exchanged",
-        "The rates of joints {one} and {other} seem to be exchanged.", "6.4", _exchange_rates, rare=True,
+        "The rates of joints {one} and {other} seem to be exchanged.", "6.4",
+        _exchange_two("joint rates", lambda chain, shape: chain.n), rare=True,
     ),
 )  # fmt: skip

@@ -3,13 +3,15 @@
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field, replace
-from functools import partial
 from typing import Any
+
+import numpy as np
 
 from qdot.exercises.answers import Answer
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import REGISTRY, convention_of
-from qdot.exercises.arm.derivation_graph import Change
+from qdot.exercises.arm.conventions.base import FRAMES
+from qdot.exercises.arm.derivation_graph import Change, Working, propagate_linear_rows
 from qdot.exercises.problem.problem import Part
 
 Shape = tuple[int, int]
@@ -36,14 +38,6 @@ class MistakeVariant:
         return replace(self.at(places), places=tuple(places)) if self.at and len(places) > 1 else None
 
 
-def at_each_and_all(places: Sequence[int], at: Callable[[Sequence[int]], MistakeVariant]) -> Iterator[MistakeVariant]:
-    """Yield a variant made at each of some places alone, and then at all of them, if they are several."""
-    for place in places:
-        yield replace(at([place]), places=(place,))
-    if len(places) > 1:
-        yield replace(at(places), places=tuple(places), at=at)
-
-
 @dataclass(frozen=True)
 class MistakenAnswer:
     """One way to mistake an answer that no derivation gives: the answer that is given instead."""
@@ -55,41 +49,8 @@ class MistakenAnswer:
 Variants = Callable[[Chain, Shape], Iterator[MistakeVariant]]
 """The ways to make a mistake on an arm; the shape is that of the answer in which it shows."""
 
-MISREADINGS = frozenset().union(*(each.misreadings for each in REGISTRY.values()))
-"""The mistakes of those who read an arm in another convention than its own."""
-
 Answers = Callable[[Chain, Part], Iterator[MistakenAnswer]]
 """The ways to make a mistake with the answer to a part."""
-
-
-def no_variants(chain: Chain, about: object) -> Iterator[MistakeVariant]:
-    """Make no mistake."""
-    yield from ()
-
-
-def no_answers(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
-    """Make no mistake."""
-    yield from ()
-
-
-def only_for_tables(mistakes: Iterable["Mistake"], but: AbstractSet[str] = frozenset()) -> tuple["Mistake", ...]:
-    """Restrict mistakes, `but` some, to arms with a table: an arm described by its axes has no frames on its links."""
-    return tuple(
-        mistake
-        if mistake.name in but
-        else replace(
-            mistake,
-            slips=partial(_if_possible, mistake.name, mistake.slips),
-            takes=partial(_if_possible, mistake.name, mistake.takes),
-        )
-        for mistake in mistakes
-    )
-
-
-def _if_possible(name: str, make: Callable[[Chain, Any], Iterator[Any]], chain: Chain, about: Any) -> Iterator[Any]:
-    convention = convention_of(chain)
-    possible = convention.has_frames and (name in convention.misreadings or name not in MISREADINGS)
-    return make(chain, about) if possible else iter(())
 
 
 @dataclass(frozen=True)
@@ -105,8 +66,8 @@ class Mistake:
     title: str
     says: str
     source: str
-    slips: Variants = no_variants
-    takes: Answers = no_answers
+    slips: Variants = lambda chain, shape: iter(())
+    takes: Answers = lambda chain, part: iter(())
     rare: bool = False
 
     def sentence(self, words: Mapping[str, object]) -> str:
@@ -117,3 +78,78 @@ class Mistake:
     def where(self) -> str:
         """The place in the chapter, as words after "See"; numbers are those of formulas."""
         return f"({self.source})" if self.source[0].isdigit() else self.source
+
+
+# --- which arms a mistake is made on ---
+
+MISREADINGS = frozenset().union(*(each.misreadings for each in REGISTRY.values()))
+"""The mistakes of those who read an arm in another convention than its own."""
+
+
+def only_if_described_by(
+    feature: str, mistakes: Iterable[Mistake], names: AbstractSet[str] | None = None
+) -> tuple[Mistake, ...]:
+    """Restrict mistakes, all or those with these `names`, to arms whose convention has a feature such as frames."""
+
+    def restrict(mistake: Mistake) -> Mistake:
+        def is_possible(chain: Chain) -> bool:
+            convention = convention_of(chain)
+            return feature in convention.has and (
+                mistake.name in convention.misreadings or mistake.name not in MISREADINGS
+            )
+
+        return replace(
+            mistake,
+            slips=lambda chain, shape: mistake.slips(chain, shape) if is_possible(chain) else iter(()),
+            takes=lambda chain, part: mistake.takes(chain, part) if is_possible(chain) else iter(()),
+        )
+
+    return tuple(restrict(mistake) if names is None or mistake.name in names else mistake for mistake in mistakes)
+
+
+def only_for_tables(mistakes: Iterable[Mistake], names: AbstractSet[str] | None = None) -> tuple[Mistake, ...]:
+    """Restrict mistakes to arms with a table: an arm described by its axes has no frames on its links."""
+    return only_if_described_by(FRAMES, mistakes, names)
+
+
+# --- how variants are made ---
+
+
+def always(changes: Mapping[str, Change], words: Mapping[str, object] | None = None) -> Variants:
+    """Return the variants of a mistake that is made in one way on all arms."""
+    return lambda chain, shape: iter([MistakeVariant(changes, words or {})])
+
+
+def by_propagation(changes: Mapping[str, Change], words: Mapping[str, object] | None = None) -> MistakeVariant:
+    """Return a variant after which the linear rows of the Jacobian are propagated."""
+    return MistakeVariant({**changes, "linear": propagate_linear_rows}, words or {})
+
+
+def at_each_and_all(places: Sequence[int], at: Callable[[Sequence[int]], MistakeVariant]) -> Iterator[MistakeVariant]:
+    """Yield a variant made at each of some places alone, and then at all of them, if they are several."""
+    for place in places:
+        yield replace(at([place]), places=(place,))
+    if len(places) > 1:
+        yield replace(at(places), places=tuple(places), at=at)
+
+
+def scale_at(index: Any, factor: int) -> Change:
+    """Return the change that multiplies the entries at an index of an array by a factor."""
+
+    def scale(w: Working, values: np.ndarray) -> np.ndarray:
+        scaled = np.array(values)
+        scaled[index] = factor * scaled[index]
+        return scaled
+
+    return scale
+
+
+def exchange(i: int, j: int, axis: int = 0) -> Change:
+    """Return the change that exchanges two rows (axis 0) or columns (axis 1) of an array."""
+
+    def apply_exchange(w: Working, values: np.ndarray) -> np.ndarray:
+        order = list(range(values.shape[axis]))
+        order[i], order[j] = j, i
+        return values.take(order, axis)
+
+    return apply_exchange

@@ -1,15 +1,13 @@
 """The catalogue: every kind of mistake, and the wrong answers that each leads to."""
 
-import difflib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from types import ModuleType
 
 import numpy as np
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation_graph import Working, propagate_linear_rows
-from qdot.exercises.common.errors import QdotError
+from qdot.exercises.arm.derivation_graph import Change, Working, propagate_linear_rows
 from qdot.exercises.mistakes import (
     algebra,
     arrangement,
@@ -47,15 +45,6 @@ ONE_NUMBER = frozenset(
     {*_IN_NUMBERS, "all-relative-angles", "degrees", "determinant-sign", "sign", "square-lost"} - {"value-sign"}
 )
 """The mistakes considered for a wrong answer of a single number, which many others would match by chance."""
-
-MistakeWeights = Mapping[str, float]
-"""By mistake, how many times as often as by `PRIORS` it is made in a course, as its instructor says."""
-NO_WEIGHTS: MistakeWeights = {}
-MOST_OFTEN = 1000
-WEIGHTS_HELP = (
-    "it says how many times as often as usual mistakes are made in this course, by their names in docs/mistakes.md, a "
-    f"number above 0 and up to {MOST_OFTEN}, as in mistakes = {{offset-sign = 3}}; `qdot report` tells them of a class"
-)
 
 PRIORS: dict[str, float] = {
     "point-forgotten": 2.0, "link-left-out": 1.5, "joint-left-out": 1.0, "row-misread": 0.1, "cross-order": 0.1,
@@ -102,35 +91,17 @@ class Wrong:
         return self.mistake.sentence(self.slip.words)
 
 
-def read_mistake_weights(weights: Mapping[str, float] | None) -> MistakeWeights:
-    """Return the mistake weights of an assignment, checked. Raises QdotError.
-
-    >>> read_mistake_weights({"offset-sign": 3})
-    {'offset-sign': 3.0}
-    """
-    for name, times in (weights or {}).items():
-        if name not in CATALOGUE:
-            close = difflib.get_close_matches(name, CATALOGUE, n=1)
-            hint = f" (did you mean {close[0]!r}?)" if close else ""
-            raise QdotError(f"unknown mistake {name!r}{hint}; docs/mistakes.md has the names")
-        if isinstance(times, bool) or not 0 < times <= MOST_OFTEN:
-            raise QdotError(f"{name} = {times}: {WEIGHTS_HELP}")
-    return {name: float(times) for name, times in (weights or {}).items()}
-
-
-def mistake_frequency(mistake: Mistake, mistake_weights: MistakeWeights = NO_WEIGHTS) -> float:
+def mistake_frequency(mistake: Mistake) -> float:
     """Return how often a mistake is made, relative to others that give the same answer."""
-    return PRIORS.get(mistake.name, RARE if mistake.rare else 1.0) * mistake_weights.get(mistake.name, 1.0)
+    return PRIORS.get(mistake.name, RARE if mistake.rare else 1.0)
 
 
-def variant_frequency(wrong: Wrong, mistake_weights: MistakeWeights = NO_WEIGHTS) -> float:
+def variant_frequency(wrong: Wrong) -> float:
     """Return how often a mistake is made in this way, relative to others that give the same answer."""
-    frequency = mistake_frequency(wrong.mistake, mistake_weights)
-    if "linear" in wrong.slip.changes and not wrong.working.depends_on("linear"):
-        return max(
-            frequency, mistake_weights.get(wrong.mistake.name, 1.0)
-        )  # a propagated quantity such as p* is itself the answer
-    propagates = "linear" not in wrong.slip.changes and any(stage == "linear" for stage, _ in wrong.working.changes)
+    frequency = mistake_frequency(wrong.mistake)
+    propagates = any(stage == "linear" for stage, _ in wrong.working.changes)
+    if "linear" in wrong.slip.changes:  # a propagated quantity such as p* may itself be the answer
+        return frequency if wrong.working.depends_on("linear") else max(frequency, 1.0)
     return frequency * BY_PROPAGATION if propagates else frequency
 
 
@@ -172,17 +143,13 @@ def make_mistake(mistake: Mistake, w: Working, part: Part, right: np.ndarray | N
             slip, idle = variant.but_at(idle), set()
         if slip is None:
             continue
-        is_idle = True
-        ways: list[Mapping[str, object]] = [slip.changes]
+        ways: list[dict[str, Change]] = [dict(slip.changes)]
         if _POSITIONS & set(slip.changes) and "linear" not in slip.changes:
             ways.append({**slip.changes, "linear": propagate_linear_rows})
-        for way in ways:
-            working = w.with_mistakes(way)  # type: ignore[arg-type]
-            answer = _result(working, part)
-            if answer is not None:
-                is_idle = is_idle and _is_same(answer, right)
-                yield Wrong(mistake, slip, working, answer)
-        if is_idle:
+        answers = [(working, _result(working, part)) for working in map(w.with_mistakes, ways)]
+        wrongs = [Wrong(mistake, slip, working, answer) for working, answer in answers if answer is not None]
+        yield from wrongs
+        if all(_is_same(wrong.answer, right) for wrong in wrongs):
             idle.update(slip.places)
 
 

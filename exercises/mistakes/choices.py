@@ -1,6 +1,6 @@
 """Mistakes behind wrong options, and behind counts: the size of J, its rank."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import replace
 
 import sympy as sp
@@ -15,139 +15,78 @@ from qdot.exercises.questions.rank import OfMeaning
 from qdot.exercises.questions.singular import OPTIONS
 
 
-def _choose_option(part: Part, index: int, **words: object) -> MistakenAnswer:
-    answer = part.of(Choice)
-    return MistakenAnswer(replace(answer, correct=index), words)
+def _choose(kind: str, is_chosen: Callable[[Part, int, int], bool]) -> Answers:
+    """Return the answers that choose a wrong option; `is_chosen` compares it with the right one, by their indices."""
+
+    def answers(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
+        if part.kind == kind and isinstance(part.answer, Choice):
+            right = part.answer.correct
+            for index in range(len(part.answer.options)):
+                if index != right and is_chosen(part, index, right):
+                    yield MistakenAnswer(replace(part.answer, correct=index))
+
+    return answers
 
 
-def _confuse_meanings(kind: str, texts: Mapping[str, str], pairs: set[tuple[str, str]]) -> Answers:
-    """Return the mistaken answers that take one meaning for another; `pairs` are (right, chosen)."""
+def _confuse_meanings(kind: str, texts: Mapping[str, str], pairs: Collection[tuple[str, str]]) -> Answers:
+    """Return the answers that take one meaning for another; `pairs` are (right, chosen)."""
+    names = {text: name for name, text in texts.items()}
 
-    def takes(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
-        if part.kind != kind or not isinstance(part.answer, Choice):
-            return
-        names = {text: name for name, text in texts.items()}
-        right = names[part.answer.options[part.answer.correct]]
-        for index, option in enumerate(part.answer.options):
-            if (right, names[option]) in pairs:
-                yield _choose_option(part, index)
+    def is_chosen(part: Part, index: int, right: int) -> bool:
+        options = part.of(Choice).options
+        return (names[options[right]], names[options[index]]) in pairs
 
-    return takes
+    return _choose(kind, is_chosen)
+
+
+def _choose_statement(is_same_meaning: bool) -> Answers:
+    """Return the answers that choose the right meaning of a singularity with another kind, or another meaning."""
+
+    def is_chosen(part: Part, index: int, right: int) -> bool:
+        offered = part.about(OfMeaning).asked.offered
+        return (offered[index][0] is offered[right][0]) is is_same_meaning
+
+    return _choose("singularity-meaning", is_chosen)
 
 
 def _combine(*all_answers: Answers) -> Answers:
-    def takes(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
-        for some in all_answers:
-            yield from some(chain, part)
-
-    return takes
+    return lambda chain, part: (mistaken for answers in all_answers for mistaken in answers(chain, part))
 
 
-_TYPES = {"boundary", "internal"}
+def _give_numbers(kind: str, numbers: Callable[[Chain, Part], Iterable[list[int]]]) -> Answers:
+    """Return the answers with other whole numbers than the right ones."""
 
-
-def _choose_other_kind(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
-    """Choose the right meaning with the wrong kind."""
-    if part.kind != "singularity-meaning":
-        return
-    offered = part.about(OfMeaning).asked.offered
-    meaning, kind = offered[_right_index(part)]
-    for index, (offered_meaning, its_kind) in enumerate(offered):
-        if offered_meaning is meaning and its_kind != kind:
-            yield _choose_option(part, index)
-
-
-def _choose_other_meaning(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
-    if part.kind != "singularity-meaning":
-        return
-    offered = part.about(OfMeaning).asked.offered
-    for index, (offered_meaning, _) in enumerate(offered):
-        if offered_meaning is not offered[_right_index(part)][0]:
-            yield _choose_option(part, index)
-
-
-def _right_index(part: Part) -> int:
-    answer = part.of(Choice)
-    return answer.correct
-
-
-def _choose_any_wrong(kind: str) -> Answers:
-    def takes(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
-        if part.kind == kind and isinstance(part.answer, Choice):
-            for index in range(len(part.answer.options)):
-                if index != part.answer.correct:
-                    yield _choose_option(part, index)
-
-    return takes
-
-
-def _give_numbers(kind: str, value: Callable[[Chain, Part], Iterator[list[int]]]) -> Answers:
-    def takes(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
+    def answers(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
         if part.kind == kind and isinstance(part.answer, Number):
-            right = list(part.answer.reference)
-            for taken_for in value(chain, part):
-                if taken_for != right:
-                    yield MistakenAnswer(replace(part.answer, reference=sp.Matrix(taken_for)))
+            for values in numbers(chain, part):
+                if values != list(part.answer.reference):
+                    yield MistakenAnswer(replace(part.answer, reference=sp.Matrix(values)))
 
-    return takes
-
-
-def _transpose_size(chain: Chain, part: Part) -> Iterator[list[int]]:
-    yield [chain.n, _task_size(part)]
+    return answers
 
 
 def _task_size(part: Part) -> int:
     return len(part.about(ForTask).task)
 
 
-def _give_six_rows(chain: Chain, part: Part) -> Iterator[list[int]]:
-    yield [6, chain.n]
+def _full_rank(chain: Chain) -> int:
+    return min(len(chain.task), chain.n)
 
 
-def _give_square_size(chain: Chain, part: Part) -> Iterator[list[int]]:
-    yield [chain.n, chain.n]
-    yield [_task_size(part), _task_size(part)]
-
-
-def _use_arm_task(chain: Chain, part: Part) -> Iterator[list[int]]:
-    yield [len(chain.task), chain.n]
-
-
-def _give_full_rank(chain: Chain, part: Part) -> Iterator[list[int]]:
-    yield [min(len(chain.task), chain.n)]
-
-
-def _give_shape_as_rank(chain: Chain, part: Part) -> Iterator[list[int]]:
-    yield [chain.n]
-    yield [len(chain.task)]
-
-
-def _give_lower_rank(chain: Chain, part: Part) -> Iterator[list[int]]:
-    answer = part.of(Number)
-    right = int(answer.reference[0])
-    if right == min(len(chain.task), chain.n):
-        yield [right - 1]
-
-
-def _count_one_condition(chain: Chain, part: Part) -> Iterator[list[int]]:
-    full = min(len(chain.task), chain.n)
-    if int(part.of(Number).reference[0]) < full - 1:
-        yield [full - 1]
-
-
-def _give_zero(chain: Chain, part: Part) -> Iterator[list[int]]:
-    yield [0]
+def _rank(part: Part) -> int:
+    return int(part.of(Number).reference[0])
 
 
 def _count_kinds(chain: Chain, part: Part) -> Iterator[list[int]]:
     """Count the orientation as one component, or the position."""
-    task = part.about(ForTask).task
-    linear = sum(row[0] == "v" for row in task)
-    angular = len(task) - linear
+    linear = sum(row[0] == "v" for row in part.about(ForTask).task)
+    angular = _task_size(part) - linear
     yield [linear + min(angular, 1), chain.n]
     yield [min(linear, 1) + angular, chain.n]
     yield [min(linear, 1) + min(angular, 1), chain.n]
 
+
+_TYPES = {"boundary", "internal"}
 
 MISTAKES = (
     Mistake(
@@ -156,7 +95,7 @@ MISTAKES = (
         "inside?", "below 6.7",
         takes=_combine(
             _confuse_meanings("singularity-type", OPTIONS, {("boundary", "internal"), ("internal", "boundary")}),
-            _choose_other_kind,
+            _choose_statement(is_same_meaning=True),
         ),
     ),
     Mistake(
@@ -186,17 +125,17 @@ MISTAKES = (
     Mistake(
         "other-meaning", "Another meaning of a singularity",
         "That is not what the arm looks like there. Draw it with these joint values.", "below 6.7",
-        takes=_choose_other_meaning,
+        takes=_choose_statement(is_same_meaning=False),
     ),
     Mistake(
         "direction-not-lost", "A direction that is not lost",
         "Along that line the arm can still move. Look for the direction that no column of J has a part along.", "6.8",
-        takes=_choose_any_wrong("lost-motion"),
+        takes=_choose("lost-motion", lambda *_: True),
     ),
     Mistake(
         "reachable-and-not", "What can be produced and what can't confused",
         "A velocity can be produced where it has no part along the lost direction. Look at the scalar products.", "6.8",
-        takes=_choose_any_wrong("unreachable-velocity"),
+        takes=_choose("unreachable-velocity", lambda *_: True),
     ),
     Mistake(
         "motion-turned-round", "Motion of a joint in the other sense",
@@ -215,47 +154,55 @@ MISTAKES = (
     Mistake(
         "size-transposed", "Rows and columns exchanged",
         "Rows and columns of J seem to be exchanged: it has a row for each component of velocity and a column for each "
-        "joint.", "6.4", takes=_give_numbers("jacobian-size", _transpose_size),
+        "joint.", "6.4",
+        takes=_give_numbers("jacobian-size", lambda chain, part: [[chain.n, _task_size(part)]]),
     ),
     Mistake(
         "size-of-own-task", "Size for another task",
         "The rows seem to be counted for another task than the one that is asked about.", "6.6",
-        takes=_give_numbers("jacobian-size", _use_arm_task),
+        takes=_give_numbers("jacobian-size", lambda chain, _: [[len(chain.task), chain.n]]),
     ),
     Mistake(
         "size-six-rows", "Six rows whatever the task",
         "J seems to be given all six rows: it has one for each component of velocity that counts.", "6.6",
-        takes=_give_numbers("jacobian-size", _give_six_rows),
+        takes=_give_numbers("jacobian-size", lambda chain, _: [[6, chain.n]]),
     ),
     Mistake(
         "size-square", "J taken for square",
         "J seems to be taken for square: it has a row for each component of velocity and a column for each joint.",
-        "6.4", takes=_give_numbers("jacobian-size", _give_square_size), rare=True,
+        "6.4", takes=_give_numbers(
+            "jacobian-size", lambda chain, part: [[size, size] for size in (chain.n, _task_size(part))]
+        ), rare=True,
     ),
     Mistake(
         "rank-full", "Full rank given",
         "The rank seems to be that of a regular configuration. Are the columns independent here?", "6.8",
-        takes=_give_numbers("rank", _give_full_rank),
+        takes=_give_numbers("rank", lambda chain, _: [[_full_rank(chain)]]),
     ),
     Mistake(
         "rank-of-shape", "Number of rows or columns for the rank",
         "The rank seems to be counted from the size of J: it is at most the smaller of the two, and less where J is "
-        "singular.", "6.8", takes=_give_numbers("rank", _give_shape_as_rank),
+        "singular.", "6.8",
+        takes=_give_numbers("rank", lambda chain, _: [[chain.n], [len(chain.task)]]),
     ),
     Mistake(
         "rank-less", "Rank of a singular configuration given",
         "The configuration seems to be taken for a singular one. Are the columns dependent here?", "6.8",
-        takes=_give_numbers("rank", _give_lower_rank),
+        takes=_give_numbers(
+            "rank", lambda chain, part: [[_rank(part) - 1]] if _rank(part) == _full_rank(chain) else []
+        ),
     ),
     Mistake(
         "rank-of-one-condition", "Only one of several conditions counted",
         "One seems to be taken off the full rank. Does more than one condition hold in this configuration?", "6.8",
-        takes=_give_numbers("rank", _count_one_condition), rare=True,
+        takes=_give_numbers(
+            "rank", lambda chain, part: [[_full_rank(chain) - 1]] if _rank(part) < _full_rank(chain) - 1 else []
+        ), rare=True,
     ),
     Mistake(
         "rank-zero", "Rank zero where the determinant is",
         "A determinant that is zero says only that the rank is less than full: count the independent columns.", "6.8",
-        takes=_give_numbers("rank", _give_zero), rare=True,
+        takes=_give_numbers("rank", lambda chain, part: [[0]]), rare=True,
     ),
     Mistake(
         "size-of-kinds", "Orientation counted as one component",

@@ -1,7 +1,8 @@
 """Mistakes in the columns of a Jacobian: by differentiation (6.3) and by propagation (6.9 to 6.12)."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import combinations, permutations, product
 
 import numpy as np
@@ -17,109 +18,77 @@ from qdot.exercises.arm.derivation_graph import (
     Working,
     convention_rotation,
     links_to_point,
-    propagate_linear_rows,
     rotate_rows,
 )
-from qdot.exercises.mistakes.base import Mistake, MistakeVariant, Shape, at_each_and_all, only_for_tables
-from qdot.exercises.mistakes.position import run_start
+from qdot.exercises.mistakes.base import (
+    Mistake,
+    MistakeVariant,
+    Shape,
+    Variants,
+    always,
+    at_each_and_all,
+    by_propagation,
+    exchange,
+    only_for_tables,
+    scale_at,
+)
+from qdot.exercises.mistakes.position import link_words, moving_links, run_start
 
 # --- differentiation ---
 
 
-def _moving_links(chain: Chain) -> list[int]:
-    """Return the links that have a length and lead to the point."""
-    joints = chain.joints
-    has = [k for k in range(chain.n) if joints[k].kind == "P" or (joints[k].a, joints[k].d) != (0, 0)]
-    return [k for k in links_to_point(chain) if k in has or (k == chain.n and not chain.point.is_origin)]
+def _scale_term(factor: int, least_terms: int) -> Variants:
+    """Return the variants in which the part of one link in a column, of at least so many, is times a factor."""
+
+    def variants(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+        for joint in range(chain.n):
+            links = [link for link in moving_links(chain) if link >= joint]
+            for link in links if len(links) >= least_terms else ():
+                words = {"joint": joint + 1, **link_words(chain, link)}
+                yield MistakeVariant({"effects": scale_at((joint, link), factor)}, words)
+
+    return variants
 
 
-def _scale_effect(joint: int, links: list[int], factor: int) -> Change:
-    def apply_change(w: Working, effects: np.ndarray) -> np.ndarray:
-        out = np.array(effects)
-        out[joint, links] = factor * out[joint, links]
-        return out
-
-    return apply_change
-
-
-def _joint_and_link(chain: Chain, joint: int, link: int) -> dict[str, object]:
-    return {"joint": joint + 1, "link": chain.point.frame if link == chain.n else link + 1}
-
-
-def _drop_from_chain_rule(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    for joint in range(chain.n):
-        for link in _moving_links(chain):
-            if link >= joint and len([k for k in _moving_links(chain) if k >= joint]) > 1:
-                yield MistakeVariant({"effects": _scale_effect(joint, [link], 0)}, _joint_and_link(chain, joint, link))
-
-
-def _keep_own_link(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    def apply_change(w: Working, effects: np.ndarray) -> np.ndarray:
-        out = np.array(effects)
-        for joint in range(w.n):
-            others = [k for k in range(w.n + 1) if k != joint]
-            out[joint, others] = 0 * out[joint, others]
-        return out
-
-    yield MistakeVariant({"effects": apply_change})
+def _keep_own_link(w: Working, effects: np.ndarray) -> np.ndarray:
+    other_links = ~np.eye(w.n, w.n + 1, dtype=bool)
+    return np.asarray(scale_at(other_links, 0)(w, effects))
 
 
 def _keep_last_link(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    links = _moving_links(chain)
-
-    def apply_change(w: Working, effects: np.ndarray) -> np.ndarray:
-        out = np.array(effects)
-        out[:, links[:-1]] = 0 * out[:, links[:-1]]
-        return out
-
+    links = moving_links(chain)
     if len(links) > 1:
-        yield MistakeVariant({"effects": apply_change})
-
-
-def _flip_term_sign(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    for joint in range(chain.n):
-        for link in _moving_links(chain):
-            if link >= joint:
-                yield MistakeVariant({"effects": _scale_effect(joint, [link], -1)}, _joint_and_link(chain, joint, link))
+        yield MistakeVariant({"effects": scale_at((slice(None), links[:-1]), 0)})
 
 
 def _mirror_effects(w: Working, joint: int) -> np.ndarray:
     """Return the effects of a joint on the links if the angles of its run have the opposite sign, (n + 1, 3, …)."""
-    run = [i for i in range(w.n) if run_start(w.chain, i) == run_start(w.chain, joint)]
+    run = [i for i in range(w.n) if run_start(w.chain, i) == run_start(w.chain, joint) and w["kinds"][i] == "R"]
 
-    def turned(_: Working, table: Table) -> Table:
-        kinds = w["kinds"]
-        rows = (
-            replace(row, theta=-row.theta) if i in run and kinds[i] == "R" else row for i, row in enumerate(table.rows)
-        )
+    def mirror(_: Working, table: Table) -> Table:
+        rows = (replace(row, theta=-row.theta) if i in run else row for i, row in enumerate(table.rows))
         return replace(table, rows=tuple(rows))
 
-    return np.asarray(w.without("effects").with_mistakes({"table": turned})["effects"][joint])
+    return np.asarray(w.without("effects").with_mistakes({"table": mirror})["effects"][joint])
 
 
-def _flip_derivative(sign: int) -> Callable[[Chain, Shape], Iterator[MistakeVariant]]:
-    def slips(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-        def apply_change(w: Working, effects: np.ndarray) -> np.ndarray:
-            turning = [i for i in range(w.n) if w["kinds"][i] == "R"]
-            return np.stack([sign * _mirror_effects(w, i) if i in turning else effects[i] for i in range(w.n)])
-
-        if any(joint.kind == "R" for joint in chain.joints):
-            yield MistakeVariant({"effects": apply_change})
-
-    return slips
-
-
-def _skip_differentiation(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _flip_derivative(sign: int) -> Variants:
     def apply_change(w: Working, effects: np.ndarray) -> np.ndarray:
-        out = np.array(effects)
-        links = w.arithmetic.value(np.stack(w["links"]))
-        for joint in range(w.n):
-            if w["kinds"][joint] == "R":
-                behind = [k for k in links_to_point(w.chain) if k >= joint]
-                out[joint, behind] = links[behind]
-        return out
+        turning = [i for i in range(w.n) if w["kinds"][i] == "R"]
+        return np.stack([sign * _mirror_effects(w, i) if i in turning else effects[i] for i in range(w.n)])
 
-    yield MistakeVariant({"effects": apply_change})
+    return lambda chain, shape: iter(
+        [MistakeVariant({"effects": apply_change})] if any(joint.kind == "R" for joint in chain.joints) else []
+    )
+
+
+def _skip_differentiation(w: Working, effects: np.ndarray) -> np.ndarray:
+    out, links = np.array(effects), w.arithmetic.value(np.stack(w["links"]))
+    for joint in range(w.n):
+        if w["kinds"][joint] == "R":
+            behind = [k for k in links_to_point(w.chain) if k >= joint]
+            out[joint, behind] = links[behind]
+    return out
 
 
 def _differentiate_both_factors(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
@@ -142,11 +111,13 @@ def _differentiate_both_factors(chain: Chain, shape: Shape) -> Iterator[MistakeV
 # --- propagation ---
 
 
-def _change_products(
-    change: Callable[[Working, int], np.ndarray], words: dict[str, object] | None = None
-) -> MistakeVariant:
-    products = lambda w, right: [change(w, i) for i in range(w.n)]  # noqa: E731
-    return MistakeVariant({"linear": propagate_linear_rows, "products": products}, words or {})
+def _propagate(changes: Mapping[str, Change], has_words: bool = False) -> Variants:
+    """Return the variants made in one way before propagation; `has_words` if the sentence names frame i and axis i."""
+
+    def variants(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+        yield by_propagation(changes, _axis_words(chain) if has_words else {})
+
+    return variants
 
 
 def _axis_words(chain: Chain) -> dict[str, object]:
@@ -155,187 +126,109 @@ def _axis_words(chain: Chain) -> dict[str, object]:
     return {"frame": convention.frame_index, "axis": convention.plain_axis}
 
 
+def _take_next(w: Working, vectors: np.ndarray) -> np.ndarray:
+    return np.concatenate([vectors[1:], vectors[-1:]])
+
+
+def _take_previous(w: Working, vectors: np.ndarray) -> np.ndarray:
+    return np.concatenate([vectors[:1], vectors[:-1]])
+
+
 def _use_next_axis(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    words = _axis_words(chain)
-    yield MistakeVariant(
-        {"axes": lambda w, axes: np.concatenate([axes[1:], axes[-1:]]), "linear": propagate_linear_rows}, words
-    )
-    yield _change_products(lambda w, i: cross(w["axes"][i + 1], w["arms"][i]), words)
-
-
-def _use_next_arm(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    yield MistakeVariant(
-        {"arms": lambda w, arms: np.concatenate([arms[1:], arms[-1:]]), "linear": propagate_linear_rows},
-        _axis_words(chain),
-    )
-
-
-def _use_next_frame(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    def shifted(w: Working, right: np.ndarray) -> np.ndarray:
-        return np.concatenate([right[1:], right[-1:]])
-
-    yield MistakeVariant({"axes": shifted, "arms": shifted, "linear": propagate_linear_rows}, _axis_words(chain))
-
-
-def _use_previous_frame(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Take frame i-1 for joint i, as in a standard table, although the table is a modified one."""
-
-    def arms(w: Working, right: np.ndarray) -> np.ndarray:
-        return np.concatenate([w["point"][None] - w["origins"][:1], right[:-1]])
-
-    if chain.n > 1:
-        yield MistakeVariant({"axes": _shift_back, "arms": arms, "linear": propagate_linear_rows})
-
-
-def _shift_back(w: Working, axes: np.ndarray) -> np.ndarray:
-    return np.concatenate([axes[:1], axes[:-1]])
-
-
-def _use_previous_axis(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    yield MistakeVariant({"axes": _shift_back, "linear": propagate_linear_rows}, _axis_words(chain))
-
-
-def _swap_cross_product(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    yield _change_products(lambda w, i: cross(w["arms"][i], w["axes"][i]))
-
-
-def _skip_cross_product(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    yield _change_products(lambda w, i: w["arms"][i])
-
-
-def _start_at_base(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    yield MistakeVariant({"arms": lambda w, arms: np.stack([w["point"]] * len(arms)), "linear": propagate_linear_rows})
-
-
-def _end_at_origin(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    yield MistakeVariant({"arms": lambda w, _: w["frames on axes"], "linear": propagate_linear_rows})
+    yield by_propagation({"axes": _take_next}, _axis_words(chain))
+    products: Change = lambda w, _: [cross(w["axes"][i + 1], w["arms"][i]) for i in range(w.n)]  # noqa: E731
+    yield by_propagation({"products": products}, _axis_words(chain))
 
 
 def _start_at_other_origin(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
     for i, j in permutations(range(chain.n), 2):
 
         def apply_change(w: Working, arms: np.ndarray, i: int = i, j: int = j) -> np.ndarray:
-            out = np.array(arms)
-            out[i] = arms[j]
-            return out
+            return np.stack([arms[j] if k == i else arm for k, arm in enumerate(arms)])
 
         frame, other_frame = (convention_of(chain).frame_on_axis(joint + 1) for joint in (i, j))
         yield MistakeVariant({"arms": apply_change}, {"joint": i + 1, "frame": frame, "other": other_frame})
 
 
-def _reverse_arms(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    yield MistakeVariant({"arms": lambda w, arms: -arms, "linear": propagate_linear_rows})
+def _stop_at_next_origin(w: Working, arms: np.ndarray) -> np.ndarray:
+    links = w.arithmetic.value(np.stack(w["links"]))
+    return np.stack([*links[: w.n], arms[-1]])
 
 
-def _stop_at_next_origin(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    def apply_change(w: Working, arms: np.ndarray) -> np.ndarray:
-        links = w.arithmetic.value(np.stack(w["links"]))
-        return np.stack([*links[: w.n], arms[-1]])
-
-    yield MistakeVariant({"arms": apply_change, "linear": propagate_linear_rows})
+def _joints_of_kind(chain: Chain, kind: str) -> list[int]:
+    return [i for i, joint in enumerate(chain.joints) if joint.kind == kind]
 
 
-def _treat_as_revolute(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    return _treat_as(chain, "P", "R")
+def _joint_words(joints: Sequence[int]) -> dict[str, object]:
+    """Return the numbers of joints, from 1."""
+    return {"joint": " and ".join(str(i + 1) for i in joints)}
 
 
-def _treat_as_prismatic(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    return _treat_as(chain, "R", "P")
-
-
-def _treat_as(chain: Chain, kind: str, treated_kind: str) -> Iterator[MistakeVariant]:
+def _treat_as(treated_kind: str, kind: str) -> Variants:
     def treat(joints: Sequence[int]) -> MistakeVariant:
         def apply_change(w: Working, kinds: list[str]) -> list[str]:
             return [treated_kind if i in joints else kind for i, kind in enumerate(kinds)]
 
-        words = {"joint": _joint_numbers(joints)}
-        return MistakeVariant({"kinds": apply_change, "linear": propagate_linear_rows}, words)
+        return by_propagation({"kinds": apply_change}, _joint_words(joints))
 
-    return at_each_and_all([i for i, joint in enumerate(chain.joints) if joint.kind == kind], treat)
+    return lambda chain, shape: at_each_and_all(_joints_of_kind(chain, kind), treat)
 
 
-def _joint_numbers(joints: Sequence[int]) -> str:
-    """Return numbers of joints, from 1."""
-    return " and ".join(str(i + 1) for i in joints)
+def _rotate_slides(joints: Sequence[int]) -> MistakeVariant:
+    """Return the variant that gives prismatic joints an angular part."""
+
+    def apply_change(w: Working, angular: np.ndarray) -> np.ndarray:
+        return np.stack([w["axes"][i] if i in joints else angular[:, i] for i in range(w.n)], axis=1)
+
+    return MistakeVariant({"angular": apply_change}, _joint_words(joints))
 
 
 def _rotate_slide(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    for i, joint in enumerate(chain.joints):
-        if joint.kind == "P":
-            yield MistakeVariant({"angular": _replace_column(i, lambda w, i: w["axes"][i])}, {"joint": i + 1})
+    for i in _joints_of_kind(chain, "P"):
+        yield replace(_rotate_slides([i]), words={"joint": i + 1})
 
 
 def _rotate_all_slides(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    slides = [i for i, joint in enumerate(chain.joints) if joint.kind == "P"]
-
-    def apply_change(w: Working, angular: np.ndarray) -> np.ndarray:
-        return np.stack([w["axes"][i] if i in slides else angular[:, i] for i in range(w.n)], axis=1)
-
+    slides = _joints_of_kind(chain, "P")
     if len(slides) > 1:
-        yield MistakeVariant({"angular": apply_change}, {"joint": _joint_numbers(slides)})
+        yield _rotate_slides(slides)
+
+
+def _drop_angular(joints: Sequence[int]) -> MistakeVariant:
+    def apply_change(w: Working, angular: np.ndarray) -> np.ndarray:
+        return np.stack([0 * angular[:, i] if i in joints else angular[:, i] for i in range(w.n)], axis=1)
+
+    return MistakeVariant({"angular": apply_change}, _joint_words(joints))
 
 
 def _keep_one_angular(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    revolute = [i for i, joint in enumerate(chain.joints) if joint.kind == "R"]
+    revolute = _joints_of_kind(chain, "R")
     for i in revolute if len(revolute) > 2 else ():
-
-        def apply_change(w: Working, angular: np.ndarray, i: int = i) -> np.ndarray:
-            return np.stack([angular[:, k] if k == i else 0 * angular[:, k] for k in range(w.n)], axis=1)
-
-        yield MistakeVariant({"angular": apply_change}, {"joint": i + 1})
+        yield replace(_drop_angular([k for k in range(chain.n) if k != i]), words={"joint": i + 1})
 
 
 def _use_next_angular(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
     def apply_change(w: Working, angular: np.ndarray) -> np.ndarray:
-        turning = [k if w["kinds"][k] == "P" else min(k + 1, w.n) for k in range(w.n)]
-        return np.stack([angular[:, k] if i == k else w["axes"][i] for k, i in enumerate(turning)], axis=1)
+        return np.stack([angular[:, k] if w["kinds"][k] == "P" else w["axes"][k + 1] for k in range(w.n)], axis=1)
 
     yield MistakeVariant({"angular": apply_change}, _axis_words(chain))
 
 
-def _replace_column(joint: int, new: Callable[[Working, int], np.ndarray]) -> Change:
-    def apply_change(w: Working, right: np.ndarray) -> np.ndarray:
-        out = np.array(right)
-        out[:, joint] = new(w, joint)
-        return out
-
-    return apply_change
-
-
-def _drop_angular(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    def drop(joints: Sequence[int]) -> MistakeVariant:
-        def apply_change(w: Working, angular: np.ndarray) -> np.ndarray:
-            return np.stack([0 * angular[:, i] if i in joints else angular[:, i] for i in range(w.n)], axis=1)
-
-        return MistakeVariant({"angular": apply_change}, {"joint": _joint_numbers(joints)})
-
-    return at_each_and_all([i for i, joint in enumerate(chain.joints) if joint.kind == "R"], drop)
-
-
-def _exchange_blocks(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    yield MistakeVariant({"geometric": lambda w, both: np.concatenate([both[3:], both[:3]])})
-
-
 def _use_tool_frame(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    def seen(w: Working, vectors: np.ndarray) -> np.ndarray:
+    def rotate(w: Working, vectors: np.ndarray) -> np.ndarray:
         rotation = w["last rotation"].swapaxes(0, 1)
         return np.stack([apply_matrix(rotation, vectors[:, i]) for i in range(vectors.shape[1])], axis=1)
 
     # In questions about that frame, they need not be rotated again.
-    yield MistakeVariant({"linear": seen, "angular": seen, "tool jacobian": _leave_in_base(slice(0, 6))})
-    axes: Change = lambda w, axes: seen(w, axes.swapaxes(0, 1)).swapaxes(0, 1)  # noqa: E731
+    yield MistakeVariant({"linear": rotate, "angular": rotate, "tool jacobian": _leave_in_base(slice(0, 6))})
+    axes: Change = lambda w, axes: rotate(w, axes.swapaxes(0, 1)).swapaxes(0, 1)  # noqa: E731
     yield MistakeVariant({"axes": axes, "tool jacobian": _leave_in_base(slice(3, 6))})
 
 
-def _use_local_axes(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _use_local_axes(w: Working, axes: np.ndarray) -> np.ndarray:
     """Take every axis for (0, 0, 1), its coordinates in its own frame."""
-
-    def apply_change(w: Working, axes: np.ndarray) -> np.ndarray:
-        up = [w.arithmetic.number(sp.Integer(value)) for value in (0, 0, 1)]
-        return np.stack([np.stack(up)] * len(axes))
-
-    if any(joint.alpha != 0 for joint in chain.joints):
-        yield MistakeVariant({"axes": apply_change, "linear": propagate_linear_rows})
+    up = np.stack([w.arithmetic.number(sp.Integer(value)) for value in (0, 0, 1)])
+    return np.stack([up] * len(axes))
 
 
 def _rotations_on_axes(w: Working) -> list[np.ndarray]:
@@ -346,16 +239,12 @@ def _rotations_on_axes(w: Working) -> list[np.ndarray]:
 
 def _use_x_or_y(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
     for axis in "xy":
-        yield MistakeVariant(
-            {"axes": _take_frame_axis(axis, range(chain.n + 1)), "linear": propagate_linear_rows}, {"axis": axis}
-        )
+        yield by_propagation({"axes": _take_frame_axis(axis, range(chain.n + 1))}, {"axis": axis})
 
 
 def _use_x_or_y_once(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
     for axis, i in product("xy", range(chain.n)):
-        yield MistakeVariant(
-            {"axes": _take_frame_axis(axis, [i]), "linear": propagate_linear_rows}, {"axis": axis, "joint": i + 1}
-        )
+        yield by_propagation({"axes": _take_frame_axis(axis, [i])}, {"axis": axis, "joint": i + 1})
 
 
 def _take_frame_axis(axis: str, joints: Sequence[int]) -> Change:
@@ -366,54 +255,21 @@ def _take_frame_axis(axis: str, joints: Sequence[int]) -> Change:
     return apply_change
 
 
-def _take_matrix_row(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    def rows(w: Working, _: np.ndarray) -> np.ndarray:
-        return np.stack([rotation[2] for rotation in _rotations_on_axes(w)])
-
-    if any(joint.alpha != 0 for joint in chain.joints):
-        yield MistakeVariant({"axes": rows, "linear": propagate_linear_rows})
-
-
 def _flip_axis(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
     for i in range(chain.n):
-
-        def apply_change(w: Working, axes: np.ndarray, i: int = i) -> np.ndarray:
-            out = np.array(axes)
-            out[i] = -out[i]
-            return out
-
-        yield MistakeVariant({"axes": apply_change, "linear": propagate_linear_rows}, {"joint": i + 1})
+        yield by_propagation({"axes": scale_at(i, -1)}, {"joint": i + 1})
 
 
 def _drop_joint(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
     """Treat a joint as fixed: its contribution to the velocities is missing."""
-    for i in range(chain.n):
-
-        def apply_change(w: Working, rows: np.ndarray, i: int = i) -> np.ndarray:
-            out = np.array(rows)
-            out[:, i] = 0 * out[:, i]
-            return out
-
-        if chain.n > 1:
-            yield MistakeVariant({"linear": apply_change, "angular": apply_change}, {"joint": i + 1})
+    for i in range(chain.n) if chain.n > 1 else ():
+        drop = scale_at((slice(None), i), 0)
+        yield MistakeVariant({"linear": drop, "angular": drop}, {"joint": i + 1})
 
 
 def _exchange_arms(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
     for i, j in combinations(range(chain.n), 2):
-
-        def apply_change(w: Working, arms: np.ndarray, i: int = i, j: int = j) -> np.ndarray:
-            out = np.array(arms)
-            out[[i, j]] = out[[j, i]]
-            return out
-
-        yield MistakeVariant({"arms": apply_change, "linear": propagate_linear_rows}, {"joint": i + 1, "other": j + 1})
-
-
-def _change_tool_jacobian(change: Change) -> Callable[[Chain, Shape], Iterator[MistakeVariant]]:
-    def slips(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-        yield MistakeVariant({"tool jacobian": change})
-
-    return slips
+        yield by_propagation({"arms": exchange(i, j)}, {"joint": i + 1, "other": j + 1})
 
 
 def _leave_vectors_in_base(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
@@ -426,59 +282,53 @@ def _leave_vectors_in_base(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 def _leave_in_base(rows: slice) -> Change:
     """Return the change of the Jacobian in the last frame that leaves some rows in the base frame."""
 
-    def apply_change(w: Working, turned: np.ndarray) -> np.ndarray:
-        out = np.array(turned)
+    def apply_change(w: Working, rotated: np.ndarray) -> np.ndarray:
+        out = np.array(rotated)
         out[rows] = w["geometric"][rows]
         return out
 
     return apply_change
 
 
-def _rotate_backwards(w: Working, _: np.ndarray) -> np.ndarray:
-    return rotate_rows(w["last rotation"], w["geometric"])
-
-
 def _use_earlier_frame(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
+    def rotate(w: Working, _: np.ndarray, frame: int) -> np.ndarray:
+        return rotate_rows(convention_rotation(w, frame).swapaxes(0, 1), w["geometric"])
+
     for frame in range(1, chain.n):
-
-        def apply_change(w: Working, _: np.ndarray, frame: int = frame) -> np.ndarray:
-            return rotate_rows(convention_rotation(w, frame).swapaxes(0, 1), w["geometric"])
-
-        yield MistakeVariant({"tool jacobian": apply_change}, {"frame": frame})
+        yield MistakeVariant({"tool jacobian": partial(rotate, frame=frame)}, {"frame": frame})
 
 
 def _use_other_velocity(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
     """Take the velocity of another frame, or that of P summed up to another joint."""
-    if shape != (6, 1):
-        return
-    for frame in range(1, chain.n + 1):
 
-        def of_frame(w: Working, velocity: np.ndarray, k: int = frame) -> np.ndarray:
-            if not w.depends_on("joint rates"):
-                return velocity
-            try:
-                inner = w if k == w.n else w.up_to(k)
-                frame = "tool jacobian" if w.depends_on("tool jacobian") else "geometric"
-                return apply_matrix(inner[frame], w["joint rates"][:k])[:, None]
-            except IndexError:  # a joint after the frame
-                return velocity
+    def of_frame(w: Working, velocity: np.ndarray, k: int) -> np.ndarray:
+        if not w.depends_on("joint rates"):
+            return velocity
+        try:
+            inner = w if k == w.n else w.up_to(k)
+            stage = "tool jacobian" if w.depends_on("tool jacobian") else "geometric"
+            return apply_matrix(inner[stage], w["joint rates"][:k])[:, None]
+        except IndexError:  # a joint after the frame
+            return velocity
 
-        def of_point(w: Working, velocity: np.ndarray, k: int = frame) -> np.ndarray:
-            if not w.depends_on("joint rates"):
-                return velocity
-            return apply_matrix(w["geometric"][:, :k], w["joint rates"][:k])[:, None]
+    def of_point(w: Working, velocity: np.ndarray, k: int) -> np.ndarray:
+        if not w.depends_on("joint rates"):
+            return velocity
+        return apply_matrix(w["geometric"][:, :k], w["joint rates"][:k])[:, None]
 
-        last = "the last frame" if convention_of(chain).point.is_origin else "the point"
-        yield MistakeVariant({RESULT: of_frame}, {"frame": "another frame" if frame < chain.n else last})
+    last = "the last frame" if convention_of(chain).point.is_origin else "the point"
+    for frame in range(1, chain.n + 1) if shape == (6, 1) else ():
+        words = {"frame": "another frame" if frame < chain.n else last}
+        yield MistakeVariant({RESULT: partial(of_frame, k=frame)}, words)
         if frame < chain.n:
-            yield MistakeVariant({RESULT: of_point}, {"frame": "the point"})
+            yield MistakeVariant({RESULT: partial(of_point, k=frame)}, {"frame": "the point"})
 
 
 _ALL = (
     Mistake(
         "chain-rule", "Contribution dropped from the chain rule",
         "Column {joint} seems to lack the part that link {link} adds: joint {joint} moves every link behind it.",
-        "6.3", _drop_from_chain_rule,
+        "6.3", _scale_term(0, least_terms=2),
     ),
     Mistake(
         "joint-left-out", "Joint left out",
@@ -488,7 +338,7 @@ _ALL = (
     Mistake(
         "own-link-only", "Each joint moves its own link only",
         "Each column seems to hold its joint's own link only: a joint moves every link behind it.", "6.3",
-        _keep_own_link,
+        always({"effects": _keep_own_link}),
     ),
     Mistake(
         "last-link-only", "Only the last link counted",
@@ -496,7 +346,8 @@ _ALL = (
     ),
     Mistake(
         "term-sign", "Term of a column with the wrong sign",
-        "In column {joint}, the part that link {link} adds seems to have the wrong sign.", "6.3", _flip_term_sign,
+        "In column {joint}, the part that link {link} adds seems to have the wrong sign.", "6.3",
+        _scale_term(-1, least_terms=1),
     ),
     Mistake(
         "derivative-of-cosine", "Derivatives of sine and cosine with the wrong sign",
@@ -511,7 +362,7 @@ _ALL = (
     Mistake(
         "not-differentiated", "Not differentiated",
         "The sines and cosines of the position seem to stand in the Jacobian as they are: they are to be "
-        "differentiated.", "6.3", _skip_differentiation,
+        "differentiated.", "6.3", always({"effects": _skip_differentiation}),
     ),
     Mistake(
         "product-rule", "Both factors differentiated at once",
@@ -526,36 +377,41 @@ _ALL = (
     Mistake(
         "next-arm", "p* of the next joint",
         "The vectors p* seem to start one origin too late: for joint i it runs from the origin of frame {frame}.",
-        "6.12", _use_next_arm,
+        "6.12", _propagate({"arms": _take_next}, has_words=True),
     ),
     Mistake(
         "next-frame", "Frame of the next joint",
         "Axis and vector of each column seem to be those of the next joint: joint i belongs to frame {frame}.",
-        "6.12", _use_next_frame,
+        "6.12", _propagate({"axes": _take_next, "arms": _take_next}, has_words=True),
     ),
     Mistake(
         "previous-frame", "Frame before a joint, as in the standard table",
         "Axis and vector of each column seem to be those of frame i-1: in a modified table, frame i stands on the axis "
-        "of joint i.", "6.12", _use_previous_frame, rare=True,
+        "of joint i.", "6.12",
+        _propagate({
+            "axes": _take_previous,
+            "arms": lambda w, arms: np.concatenate([w["point"][None] - w["origins"][:1], arms[:-1]]),
+        }), rare=True,
     ),
     Mistake(
         "previous-axis", "Axis of the joint before",
         "The axes seem to be those of the joints before: joint i turns about, or slides along, {axis}.",
-        "6.9 and 6.10", _use_previous_axis, rare=True,
+        "6.9 and 6.10", _propagate({"axes": _take_previous}, has_words=True), rare=True,
     ),
     Mistake(
         "cross-order", "Cross product in the wrong order",
-        "The cross products seem to be taken in the wrong order: a x b is minus b x a.", "6.12", _swap_cross_product,
+        "The cross products seem to be taken in the wrong order: a x b is minus b x a.", "6.12",
+        _propagate({"products": lambda w, _: [cross(w["arms"][i], w["axes"][i]) for i in range(w.n)]}),
     ),
     Mistake(
         "no-cross-product", "Cross product left out",
         "The linear part of a revolute column seems to be p* itself: the cross product with the axis is missing.",
-        "6.12", _skip_cross_product,
+        "6.12", _propagate({"products": lambda w, _: w["arms"]}),
     ),
     Mistake(
         "arm-from-base", "Vector from the base for p*",
         "The vectors p* seem to start at the base throughout: each starts at the origin of its own joint's frame.",
-        "6.13", _start_at_base,
+        "6.13", _propagate({"arms": lambda w, arms: np.stack([w["point"]] * len(arms))}),
     ),
     Mistake(
         "arm-from-other-origin", "One vector p* from another origin",
@@ -565,23 +421,25 @@ _ALL = (
     Mistake(
         "arm-to-origin", "Vector to the joint for p*",
         "The vectors p* seem to run from the base to the joints: they run from the joints to the point.",
-        "6.13", _end_at_origin, rare=True,
+        "6.13", _propagate({"arms": lambda w, _: w["frames on axes"]}), rare=True,
     ),
     Mistake(
         "arm-reversed", "p* reversed",
-        "The vectors p* seem to run from the point to the joints: they run the other way.", "6.13", _reverse_arms,
+        "The vectors p* seem to run from the point to the joints: they run the other way.", "6.13",
+        _propagate({"arms": lambda w, arms: -arms}),
     ),
     Mistake(
         "arm-of-one-link", "p* of one link only",
-        "The vectors p* seem to reach to the next origin only: they reach to the point.", "6.13", _stop_at_next_origin,
+        "The vectors p* seem to reach to the next origin only: they reach to the point.", "6.13",
+        _propagate({"arms": _stop_at_next_origin}),
     ),
     Mistake(
         "prismatic-as-revolute", "Prismatic joint treated as revolute",
-        "Joint {joint} seems to be treated as revolute: it slides along its axis.", "6.12", _treat_as_revolute,
+        "Joint {joint} seems to be treated as revolute: it slides along its axis.", "6.12", _treat_as("R", "P"),
     ),
     Mistake(
         "revolute-as-prismatic", "Revolute joint treated as prismatic",
-        "Joint {joint} seems to be treated as prismatic: it turns about its axis.", "6.12", _treat_as_prismatic,
+        "Joint {joint} seems to be treated as prismatic: it turns about its axis.", "6.12", _treat_as("P", "R"),
         rare=True,
     ),
     Mistake(
@@ -591,7 +449,7 @@ _ALL = (
     Mistake(
         "no-angular-part", "Angular part left out",
         "The angular part of joint {joint} seems to be left out: a revolute joint turns all links behind it.",
-        "6.10", _drop_angular,
+        "6.10", lambda chain, _: at_each_and_all(_joints_of_kind(chain, "R"), _drop_angular),
     ),
     Mistake(
         "slides-turn", "Angular parts for prismatic joints",
@@ -610,8 +468,8 @@ _ALL = (
     ),
     Mistake(
         "blocks-exchanged", "Linear and angular rows exchanged",
-        "The linear and the angular rows seem to be exchanged: the linear ones come first.", "6.6", _exchange_blocks,
-        rare=True,
+        "The linear and the angular rows seem to be exchanged: the linear ones come first.", "6.6",
+        always({"geometric": lambda w, both: np.roll(both, 3, axis=0)}), rare=True,
     ),
     Mistake(
         "tool-frame", "Tool frame for base frame",
@@ -621,7 +479,7 @@ _ALL = (
     Mistake(
         "own-frames", "Axes as their own frames see them",
         "Every axis seems to be taken for (0, 0, 1), as its own frame sees it: all are expected in the same frame.",
-        "below 6.10", _use_local_axes, rare=True,
+        "below 6.10", _propagate({"axes": _use_local_axes}), rare=True,
     ),
     Mistake(
         "wrong-axis", "x or y axis for z",
@@ -636,7 +494,7 @@ _ALL = (
     Mistake(
         "row-of-rotation", "Row of the rotation matrix for its column",
         "The axes seem to be the last rows of the rotation matrices: they are the last columns.", "below 6.10",
-        _take_matrix_row, rare=True,
+        _propagate({"axes": lambda w, _: np.stack([rotation[2] for rotation in _rotations_on_axes(w)])}), rare=True,
     ),
     Mistake(
         "axis-sign", "Axis with the wrong sign",
@@ -650,7 +508,8 @@ _ALL = (
     Mistake(
         "turned-the-wrong-way", "Turned by the rotation for its transpose",
         "The vectors seem to be multiplied by the rotation matrix of the frame that is asked for: its transpose takes "
-        "vectors into that frame.", "6.11", _change_tool_jacobian(_rotate_backwards), rare=True,
+        "vectors into that frame.", "6.11",
+        always({"tool jacobian": lambda w, _: rotate_rows(w["last rotation"], w["geometric"])}), rare=True,
     ),
     Mistake(
         "frame-before", "Another frame for the tool frame",
@@ -675,4 +534,4 @@ OF_FRAMES = frozenset({
     "turned-the-wrong-way", "frame-before", "blocks-exchanged",
 })  # fmt: skip
 """The mistakes about frames on the links, or vectors from their origins; of screws, `screws` says what is above."""
-MISTAKES = only_for_tables(_ALL, but={mistake.name for mistake in _ALL} - OF_FRAMES)
+MISTAKES = only_for_tables(_ALL, OF_FRAMES)

@@ -7,10 +7,10 @@ a sine for a cosine, an angle. A change of every angle alike is made throughout.
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import partial
+from functools import partial, reduce
 from itertools import combinations
 
-from qdot.exercises.formula.algebra import TWO, ZERO, addends, minus, negative, number, over, plus, terms_of, times
+from qdot.exercises.formula.algebra import ONE, TWO, ZERO, addends, minus, negative, number, over, plus, terms_of, times
 from qdot.exercises.formula.trees import Node, names, node_text, size_of
 from qdot.exercises.mistakes.base import Mistake
 
@@ -45,9 +45,13 @@ def _factors_in(node: Node) -> Iterator[str]:
     """Yield the names and decimals of a term outside its angles."""
     if node.kind == "decimal" or (node.kind == "name" and node.value != "pi"):
         yield node_text(node)
-    elif node.kind != "call" or node.value not in WAVES:
+    elif not _is_wave(node):
         for arg in node.args:
             yield from _factors_in(arg)
+
+
+def _is_wave(node: Node) -> bool:
+    return node.kind == "call" and node.value in WAVES
 
 
 # --- one place ---
@@ -57,8 +61,8 @@ def edits(entry: Node, symbols: Iterable[str] = ()) -> Iterator[Edit]:
     """Yield an entry with one mistake, in every way; one of the `symbols` can be typed for a similar one."""
     if size_of(entry) > LONGEST:
         return
-    yield from _mistype_symbol(entry, sorted(symbols))
-    yield from _edit_anywhere(entry)
+    yield from _edit_each_node(entry, partial(_mistype_symbol, sorted(symbols)))
+    yield from _edit_each_node(entry, _edit_node)
     yield from _edit_every_wave(entry)
     coefficient = _coefficient(entry)
     if coefficient not in (-1, 0, 1):
@@ -66,7 +70,7 @@ def edits(entry: Node, symbols: Iterable[str] = ()) -> Iterator[Edit]:
         if coefficient:
             yield Edit("factor-turned-over", over(entry, number(coefficient**2)))
     yield from exchange_symbols(entry, symbols)
-    yield from _add_joint_to_angle(entry, sorted(symbols))
+    yield from _edit_each_node(entry, partial(_add_joint_to_angle, sorted(symbols)))
     for angle in dict.fromkeys(_angles_in(entry)):
         for new in _edit_angle(angle):
             yield Edit("angle-typed", _map_waves(entry, partial(_replace_angle, {angle: new})))
@@ -91,30 +95,27 @@ def _edit_every_wave(entry: Node) -> Iterator[Edit]:
             yield Edit("angles-typed", _map_waves(entry, partial(_replace_angle, changed)))
 
 
-def _edit_anywhere(node: Node) -> Iterator[Edit]:
-    """Yield a tree with one mistake at one place."""
-    yield from _edit_here(node)
+def _edit_each_node(node: Node, edit_node: Callable[[Node], Iterator[Edit]]) -> Iterator[Edit]:
+    """Yield a tree with one of its nodes edited."""
+    yield from edit_node(node)
     for k, arg in enumerate(node.args):
-        for edit in _edit_anywhere(arg):
+        for edit in _edit_each_node(arg, edit_node):
             changed = Node(node.kind, (*node.args[:k], edit.entry, *node.args[k + 1 :]), node.value)
             yield Edit(edit.mistake, changed, edit.missing)
 
 
-def _edit_here(node: Node) -> Iterator[Edit]:
-    if node.kind == "call" and node.value in WAVES:
-        yield Edit("wave-typed", _swap_wave(node))
-        yield Edit("wave-derived" if node.value == "sin" else "wave-not-derived", _swap_wave(node))
-        yield Edit("wave-not-derived" if node.value == "sin" else "wave-derived", negative(_swap_wave(node)))
-        yield Edit("wave-and-sign", negative(_swap_wave(node)))
+def _edit_node(node: Node) -> Iterator[Edit]:
+    if _is_wave(node):
+        swapped = _swap_wave(node)
+        yield Edit("wave-typed", swapped)
+        yield Edit("wave-derived" if node.value == "sin" else "wave-not-derived", swapped)
+        yield Edit("wave-not-derived" if node.value == "sin" else "wave-derived", negative(swapped))
+        yield Edit("wave-and-sign", negative(swapped))
         for angle in _edit_angle(node.args[0]):
             yield Edit("angle-typed", Node("call", (angle,), node.value))
         yield from _split_wave(node)
-    elif not _is_angle(node):
-        yield from _OPERATIONS.get(node.kind, _no_edits)(node)
-
-
-def _no_edits(node: Node) -> Iterator[Edit]:
-    yield from ()
+    elif node.kind in _OPERATIONS and not _is_angle(node):
+        yield from _OPERATIONS[node.kind](node)
 
 
 def _edit_sum(node: Node) -> Iterator[Edit]:
@@ -208,15 +209,11 @@ def _coefficient(node: Node) -> Fraction:
     return Fraction(1)
 
 
-def _mistype_symbol(node: Node, symbols: Sequence[str]) -> Iterator[Edit]:
-    """Yield a tree with one name typed for a similar one."""
-    if node.kind == "name":
-        for symbol in symbols:
-            if symbol != node.value and _stem(symbol) == _stem(str(node.value)):
-                yield Edit("symbol-typed", Node("name", value=symbol))
-    for k, arg in enumerate(node.args):
-        for edit in _mistype_symbol(arg, symbols):
-            yield Edit(edit.mistake, Node(node.kind, (*node.args[:k], edit.entry, *node.args[k + 1 :]), node.value))
+def _mistype_symbol(symbols: Sequence[str], node: Node) -> Iterator[Edit]:
+    """Yield the name at a node typed for a similar one."""
+    for symbol in symbols if node.kind == "name" else ():
+        if symbol != node.value and _stem(symbol) == _stem(str(node.value)):
+            yield Edit("symbol-typed", Node("name", value=symbol))
 
 
 def exchange_symbols(entry: Node, symbols: Iterable[str]) -> Iterator[Edit]:
@@ -224,56 +221,16 @@ def exchange_symbols(entry: Node, symbols: Iterable[str]) -> Iterator[Edit]:
     present = sorted(names(entry) & set(symbols))
     for first, second in combinations(present, 2):
         if _stem(first) == _stem(second):
-            yield Edit("symbol-typed", _rename(entry, {first: second, second: first}))
+            leaf, similar_leaf = Node("name", value=first), Node("name", value=second)
+            yield Edit("symbol-typed", map_nodes(entry, {leaf: similar_leaf, similar_leaf: leaf}.get))
 
 
-def _rename(node: Node, to: Mapping[str, str]) -> Node:
-    if node.kind == "name":
-        return Node("name", value=to[node.value]) if node.value in to else node
-    return _with_arguments(node, tuple(_rename(arg, to) for arg in node.args))
-
-
-def _add_joint_to_angle(node: Node, symbols: Sequence[str]) -> Iterator[Edit]:
-    """Yield a tree with an extra joint in an angle, or with a joint of another sign."""
-    if node.kind == "call" and node.value in WAVES:
-        for joint in (Node("name", value=name) for name in symbols if name.startswith("theta")):
-            alone = names(node.args[0]) == {joint.value}  # with the opposite sign it would not be a mistaken sum
-            for more in (joint, negative(joint), times(TWO, joint), *(() if alone else (negative(times(TWO, joint)),))):
-                yield Edit("angle-typed", Node("call", (plus(node.args[0], more),), node.value))
-    for k, arg in enumerate(node.args):
-        for edit in _add_joint_to_angle(arg, symbols):
-            yield Edit(edit.mistake, Node(node.kind, (*node.args[:k], edit.entry, *node.args[k + 1 :]), node.value))
-
-
-@dataclass(frozen=True)
-class IsolatedWave:
-    """One sine or cosine of an entry: the entry without it, and with it a quarter turn ahead."""
-
-    without: Node
-    on: Node
-    turned: Callable[[Node], Node]
-    """The entry with a constant added to that angle."""
-
-
-def waves_in(entry: Node) -> Iterator[IsolatedWave]:
-    """Yield an entry for each sine and cosine in it."""
-    if entry.kind == "call" and entry.value in WAVES:
-        (angle,) = entry.args
-        on = Node("call", (angle,), "cos") if entry.value == "sin" else negative(Node("call", (angle,), "sin"))
-        yield IsolatedWave(ZERO, on, lambda more: Node("call", (plus(angle, more),), entry.value))
-        return
-    for k, arg in enumerate(entry.args):
-        for gone in waves_in(arg):
-            put = partial(_with_argument, entry, k)
-            yield IsolatedWave(put(gone.without), put(gone.on), partial(_shift_in_parent, put, gone.turned))
-
-
-def _with_argument(node: Node, index: int, arg: Node) -> Node:
-    return Node(node.kind, (*node.args[:index], arg, *node.args[index + 1 :]), node.value)
-
-
-def _shift_in_parent(put: Callable[[Node], Node], turned: Callable[[Node], Node], more: Node) -> Node:
-    return put(turned(more))
+def _add_joint_to_angle(symbols: Sequence[str], node: Node) -> Iterator[Edit]:
+    """Yield a sine or cosine with an extra joint in its angle, or with a joint of another sign."""
+    for joint in (Node("name", value=name) for name in symbols if _is_wave(node) and name.startswith("theta")):
+        alone = names(node.args[0]) == {joint.value}  # with the opposite sign it would not be a mistaken sum
+        for more in (joint, negative(joint), times(TWO, joint), *(() if alone else (negative(times(TWO, joint)),))):
+            yield Edit("angle-typed", Node("call", (plus(node.args[0], more),), node.value))
 
 
 def _stem(name: str) -> str:
@@ -306,16 +263,14 @@ def _waves(node: Node) -> list[Node]:
 
 def _signed_waves(node: Node) -> list[Node]:
     """Return the sine or cosine of each term of an angle, with the sign of the term moved outside."""
-    signed = [(part.args[0], True) if part.kind == "neg" else (part, False) for part in addends(node.args[0])]
-    waves = [(Node("call", (part,), node.value), minus_before) for part, minus_before in signed]
-    return [negative(wave) if minus_before else wave for wave, minus_before in waves]
+    return [
+        negative(Node("call", part.args, node.value)) if part.kind == "neg" else Node("call", (part,), node.value)
+        for part in addends(node.args[0])
+    ]
 
 
 def _product(factors: Sequence[Node]) -> Node:
-    total = number(1)
-    for factor in factors:
-        total = times(total, factor)
-    return total
+    return reduce(times, factors, ONE)
 
 
 def _edit_angle(angle: Node) -> Iterator[Node]:
@@ -372,9 +327,7 @@ def is_length(name: str) -> bool:
 
 
 def _set_lengths_to_one(node: Node, lengths: Sequence[str]) -> Node:
-    if node.kind == "name" and node.value in lengths:
-        return number(1)
-    return _with_arguments(node, tuple(_set_lengths_to_one(arg, lengths) for arg in node.args))
+    return map_nodes(node, dict.fromkeys((Node("name", value=name) for name in lengths), ONE).get)
 
 
 def _replace_angle(changed: Mapping[Node, Node], node: Node) -> Node:
@@ -396,19 +349,21 @@ def _edit_all_waves(rows: Sequence[Sequence[Node]], change: Callable[[Node], Nod
 
 
 def _map_waves(node: Node, change: Callable[[Node], Node]) -> Node:
-    if node.kind == "call" and node.value in WAVES:
-        return change(node)
-    return _with_arguments(node, tuple(_map_waves(arg, change) for arg in node.args))
+    return map_nodes(node, lambda inner: change(inner) if _is_wave(inner) else None)
 
 
-def _with_arguments(node: Node, args: tuple[Node, ...]) -> Node:
-    """Return a tree with other operands; the same object if these are unchanged, because its value is cached."""
+def map_nodes(node: Node, change: Callable[[Node], Node | None]) -> Node:
+    """Return a tree with the nodes replaced for which there is another; unchanged ones are the same, cached objects."""
+    new = change(node)
+    if new is not None:
+        return new
+    args = tuple(map_nodes(arg, change) for arg in node.args)
     same = all(new is old for new, old in zip(args, node.args, strict=True))
     return node if same else Node(node.kind, args, node.value)
 
 
 def _angles_in(node: Node) -> Iterator[Node]:
-    if node.kind == "call" and node.value in WAVES:
+    if _is_wave(node):
         yield node.args[0]
         return
     for arg in node.args:
@@ -452,10 +407,7 @@ _SAME_EVERYWHERE: tuple[tuple[str, Callable[[Node], Node]], ...] = (
 
 
 def _sum(terms: Sequence[Node]) -> Node:
-    total = ZERO
-    for term in terms:
-        total = plus(total, term)
-    return total
+    return reduce(plus, terms, ZERO)
 
 
 MISTAKES = (

@@ -2,6 +2,8 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
+from itertools import islice
 
 import numpy as np
 import sympy as sp
@@ -11,23 +13,26 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation_graph import RESULT, Table, Working
 from qdot.exercises.arm.path import Line
-from qdot.exercises.mistakes.base import Answers, Mistake, MistakenAnswer, MistakeVariant, Shape, only_for_tables
+from qdot.exercises.mistakes.base import (
+    Answers,
+    Mistake,
+    MistakenAnswer,
+    MistakeVariant,
+    Shape,
+    Variants,
+    always,
+    only_for_tables,
+)
+from qdot.exercises.mistakes.table import scale_angles
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.path import AtDistance
 
 
 def _use_degrees(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    def large(w: Working, table: Table) -> Table:
-        part = w.arithmetic.table_entry(180 / sp.pi)
-        rows = (
-            replace(row, theta=row.theta * part) if joint.kind == "R" else row
-            for row, joint in zip(table.rows, w.chain.joints, strict=True)
-        )
-        return replace(table, rows=tuple(rows))
-
-    if any(joint.kind == "R" for joint in chain.joints):
-        yield MistakeVariant({"table": large})
-    if any(joint.kind == "R" and offset != 0 for joint, offset in zip(chain.joints, chain.offsets, strict=True)):
+    revolute = [i for i, joint in enumerate(chain.joints) if joint.kind == "R"]
+    if revolute:
+        yield MistakeVariant({"table": scale_angles(180 / sp.pi)})
+    if any(chain.offsets[i] != 0 for i in revolute):
         yield MistakeVariant({"table": _scale_variables})
     base = convention_of(chain).base
     if (base.yaw, base.tilt) != (0, 0):
@@ -43,56 +48,46 @@ def _scale_base(w: Working, table: Table) -> Table:
 
 def _scale_variables(w: Working, table: Table) -> Table:
     """Substitute the joint variables in degrees, but constants in radians."""
-    more = 180 / sp.pi - 1
     for i, (joint, q) in enumerate(zip(w.chain.joints, w.chain.q, strict=True)):
         if joint.kind == "R":
-            table = table.with_row(i, theta=table.rows[i].theta + w.arithmetic.table_entry(more * q))
+            table = table.with_row(i, theta=table.rows[i].theta + w.arithmetic.table_entry((180 / sp.pi - 1) * q))
     return table
 
 
 def _flip_value(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
     """Flip the sign of a joint variable's value, but not of the constant that the table adds."""
-    for i, (joint, q) in enumerate(zip(chain.joints, chain.q, strict=True)):
-        entry = "theta" if joint.kind == "R" else "d"
 
-        def apply_change(w: Working, table: Table, i: int = i, entry: str = entry, q: sp.Symbol = q) -> Table:
-            value = getattr(table.rows[i], entry) - w.arithmetic.table_entry(2 * q)
-            return table.with_row(i, **{entry: value})
+    def flip(w: Working, table: Table, i: int) -> Table:
+        entry = "theta" if chain.joints[i].kind == "R" else "d"
+        value = getattr(table.rows[i], entry) - w.arithmetic.table_entry(2 * chain.q[i])
+        return table.with_row(i, **{entry: value})
 
-        yield MistakeVariant({"table": apply_change}, {"variable": q})
-
-
-def _scale_result(factor: float) -> Callable[[Chain, Shape], Iterator[MistakeVariant]]:
-    def slips(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-        yield MistakeVariant({RESULT: lambda w, values: values * factor})
-
-    return slips
+    for i, q in enumerate(chain.q):
+        yield MistakeVariant({"table": partial(flip, i=i)}, {"variable": q})
 
 
-def _scale_revolute(factor: float) -> Callable[[Chain, Shape], Iterator[MistakeVariant]]:
+def _scale_result(factor: float) -> Variants:
+    return always({RESULT: lambda w, values: values * factor})
+
+
+def _scale_revolute(factor: float) -> Variants:
     """Return the variant that scales the entries of revolute joints, if there is an entry for each joint."""
 
-    def slips(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
+    def variants(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
         if shape == (chain.n, 1):
             factors = np.array([factor if joint.kind == "R" else 1.0 for joint in chain.joints])
             yield MistakeVariant({RESULT: lambda w, values: values * factors[:, None, None]})
 
-    return slips
-
-
-def _change_stage(
-    stage: str, change: Callable[[Working, np.ndarray], np.ndarray]
-) -> Callable[[Chain, Shape], Iterator[MistakeVariant]]:
-    def slips(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-        yield MistakeVariant({stage: change})
-
-    return slips
+    return variants
 
 
 # --- rates along a path ---
 
+Rates = Iterator[tuple[np.ndarray, str]]
+"""Mistaken joint rates, and what the sentence says of them."""
 
-def _use_path_rates(way: Callable[[Chain, AtDistance], Iterator[tuple[np.ndarray, str]]]) -> Answers:
+
+def _use_path_rates(way: Callable[[Chain, AtDistance], Rates]) -> Answers:
     """Return the mistaken joint rates along a path, computed in floats."""
 
     def takes(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
@@ -112,20 +107,19 @@ def _rates_at(line: Line, distance: float, speed: float) -> np.ndarray:
     return np.array(stations[-1].slopes) * speed if reached else np.array([np.nan])
 
 
-def _rates_at_start(chain: Chain, at: AtDistance) -> Iterator[tuple[np.ndarray, str]]:
+def _rates_at_start(chain: Chain, at: AtDistance) -> Rates:
     yield _rates_at(at.seam.line(chain), 0.0, float(at.seam.speed)), ""
 
 
-def _skip_normalization(chain: Chain, at: AtDistance) -> Iterator[tuple[np.ndarray, str]]:
+def _skip_normalization(chain: Chain, at: AtDistance) -> Rates:
     for line, joint in _lines_without_offsets(chain, at):
         more = ", and the constant of a joint to be left out" if joint else ""
         yield _rates_at(line, float(at.distance), float(at.seam.speed) * float(line.length)), more
 
 
-def _drop_offset(chain: Chain, at: AtDistance) -> Iterator[tuple[np.ndarray, str]]:
-    for line, joint in _lines_without_offsets(chain, at):
-        if joint:
-            yield _rates_at(line, float(at.distance), float(at.seam.speed)), str(joint)
+def _drop_offset(chain: Chain, at: AtDistance) -> Rates:
+    for line, joint in islice(_lines_without_offsets(chain, at), 1, None):
+        yield _rates_at(line, float(at.distance), float(at.seam.speed)), str(joint)
 
 
 def _lines_without_offsets(chain: Chain, at: AtDistance) -> Iterator[tuple[Line, int]]:
@@ -133,21 +127,19 @@ def _lines_without_offsets(chain: Chain, at: AtDistance) -> Iterator[tuple[Line,
     yield at.seam.line(chain), 0
     for i, (joint, offset, q) in enumerate(zip(chain.joints, chain.offsets, chain.q, strict=True)):
         if offset != 0:
-            joint_without_offset = replace(joint, theta=q) if joint.kind == "R" else replace(joint, d=q)
-            yield (
-                at.seam.line(replace(chain, joints=(*chain.joints[:i], joint_without_offset, *chain.joints[i + 1 :]))),
-                i + 1,
-            )
+            changed = replace(joint, theta=q) if joint.kind == "R" else replace(joint, d=q)
+            yield at.seam.line(replace(chain, joints=(*chain.joints[:i], changed, *chain.joints[i + 1 :]))), i + 1
 
 
-def _reverse_path(chain: Chain, at: AtDistance) -> Iterator[tuple[np.ndarray, str]]:
-    line = at.seam.line(chain)
+def _reverse_path(chain: Chain, at: AtDistance) -> Rates:
+    line, distance, speed = at.seam.line(chain), float(at.distance), float(at.seam.speed)
     behind = [2 * a - b for a, b in zip(line.start, map(float, at.seam.target.values()), strict=True)]
-    away = Line(chain, at.seam.lengths, at.seam.joints, [sp.Float(value) for value in behind])
-    yield _rates_at(away, float(at.distance), float(at.seam.speed)), ""
-    back = float(line.length) - float(at.distance)
-    for distance, more in ((float(at.distance), _OR_SIGN), (back, "")):
-        yield -_rates_at(line, distance, float(at.seam.speed)), more
+    yield (
+        _rates_at(Line(chain, at.seam.lengths, at.seam.joints, [sp.Float(value) for value in behind]), distance, speed),
+        "",
+    )
+    yield -_rates_at(line, distance, speed), _OR_SIGN
+    yield -_rates_at(line, float(line.length) - distance, speed), ""
 
 
 _OR_SIGN = ", or all rates have the wrong sign, as with a wrong sign of the determinant"
@@ -204,7 +196,7 @@ _ALL = (
     Mistake(
         "root-forgotten", "Root forgotten",
         "The square root of det(J J^T) seems to be forgotten.", "below 6.8",
-        _change_stage("manipulability", lambda w, _: w["gram determinant"]),
+        always({"manipulability": lambda w, _: w["gram determinant"]}),
     ),
     Mistake(
         "components-added", "Components added for the speed",
@@ -226,13 +218,13 @@ _ALL = (
     Mistake(
         "ratio-turned-over", "Ratio the wrong way round",
         "The condition number is the largest singular value over the smallest, so at least 1.", "below 6.8",
-        _change_stage("condition number", lambda w, value: 1 / value),
+        always({"condition number": lambda w, value: 1 / value}),
     ),
     Mistake(
         "eigenvalues-for-singular-values", "Eigenvalues of J J^T for singular values",
         "The eigenvalues of J J^T are the squares of the singular values of J: the root seems to be forgotten.",
-        "below 6.8", _change_stage("condition number", lambda w, value: value**2),
+        "below 6.8", always({"condition number": lambda w, value: value**2}),
     ),
 )  # fmt: skip
 
-MISTAKES = only_for_tables(_ALL, but={mistake.name for mistake in _ALL} - {"offset-forgotten-on-path"})
+MISTAKES = only_for_tables(_ALL, {"offset-forgotten-on-path"})

@@ -1,6 +1,7 @@
 """Mistakes in adding up the links, from the base to the point of interest."""
 
 from collections.abc import Callable, Iterator
+from functools import partial
 
 import numpy as np
 import sympy as sp
@@ -8,7 +9,7 @@ import sympy as sp
 from qdot.exercises.arm.arithmetic import apply_matrix, product
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation_graph import Change, Working, links_to_point, turn_x, turn_z
-from qdot.exercises.mistakes.base import Mistake, MistakeVariant, Shape, only_for_tables
+from qdot.exercises.mistakes.base import Mistake, MistakeVariant, Shape, Variants, only_for_tables
 
 Links = list[np.ndarray]
 
@@ -41,37 +42,40 @@ def _relative_link(w: Working, link: int, constants: bool = False) -> np.ndarray
     return apply_matrix(_rotate_without(w, frame, before_in_run(w.chain, link), constants), w["own links"][link])
 
 
-def _moving_links(chain: Chain) -> list[int]:
+def moving_links(chain: Chain) -> list[int]:
     """Return the links with a length on the way to the point."""
-
-    def has_length(k: int) -> bool:
-        if k == chain.n:
-            return not chain.point.is_origin
-        joint = chain.joints[k]
-        return joint.kind == "P" or (joint.a, joint.d) != (0, 0)
-
-    return [k for k in links_to_point(chain) if has_length(k)]
+    lengths = [joint.kind == "P" or (joint.a, joint.d) != (0, 0) for joint in chain.joints]
+    return [k for k in links_to_point(chain) if [*lengths, not chain.point.is_origin][k]]
 
 
-def _link_words(chain: Chain, link: int) -> dict[str, object]:
+def link_words(chain: Chain, link: int) -> dict[str, object]:
+    """Return the number of a link for a sentence, from 1; the last is that on which the point is."""
     return {"link": chain.point.frame if link == chain.n else link + 1}
 
 
-def _change_link(link: int, change: Callable[[Working, np.ndarray], np.ndarray]) -> Change:
-    def apply_change(w: Working, links: Links) -> Links:
-        return [change(w, vector) if k == link else vector for k, vector in enumerate(links)]
+def _change_links(
+    change: Callable[[Working, Links, int], np.ndarray], suits: Callable[[Chain, int], bool] = lambda chain, link: True
+) -> Variants:
+    """Return the variants in which the vector of one link is changed, for each link with a length that suits."""
 
-    return apply_change
+    def variants(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+        for link in moving_links(chain):
+            if suits(chain, link):
+                yield MistakeVariant({"links": _change_link(link, change)}, link_words(chain, link))
+
+    return variants
 
 
-def _use_relative_angle(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    rotated_links = [
-        k for k in _moving_links(chain) if k < chain.n and chain.joints[k].a != 0 and before_in_run(chain, k)
-    ]
-    for constants in _constant_choices(chain):
-        for k in rotated_links:
-            change = _change_link(k, lambda w, _, k=k, c=constants: _relative_link(w, k, c))  # type: ignore[misc]
-            yield MistakeVariant({"links": change}, _link_words(chain, k))
+def _change_link(link: int, change: Callable[[Working, Links, int], np.ndarray]) -> Change:
+    return lambda w, links: [change(w, links, k) if k == link else vector for k, vector in enumerate(links)]
+
+
+def _use_relative_angle(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
+    for keeps_constants in _constant_choices(chain):
+        yield from _change_links(
+            lambda w, _, link, keeps=keeps_constants: _relative_link(w, link, keeps),  # type: ignore[misc]
+            lambda chain, link: link < chain.n and chain.joints[link].a != 0 and bool(before_in_run(chain, link)),
+        )(chain, shape)
 
 
 def _constant_choices(chain: Chain) -> tuple[bool, ...]:
@@ -82,79 +86,50 @@ def _constant_choices(chain: Chain) -> tuple[bool, ...]:
 
 def _use_relative_angles(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
     """Rotate every frame by its own joint only, within each run of parallel joints."""
-    for constants in _constant_choices(chain):
 
-        def rotations(w: Working, right: Links, c: bool = constants) -> Links:
-            return [_rotate_without(w, frame, _inner_joints(w.chain, frame), c) for frame in range(len(right))]
+    def rotations(w: Working, right: Links, keeps: bool) -> Links:
+        return [_rotate_without(w, frame, _inner_joints(w.chain, frame), keeps) for frame in range(len(right))]
 
-        def links(w: Working, right: Links, c: bool = constants) -> Links:
-            return [_relative_link(w, k, c) for k in range(len(right))]
+    def links(w: Working, right: Links, keeps: bool) -> Links:
+        return [_relative_link(w, link, keeps) for link in range(len(right))]
 
-        if sum(bool(before_in_run(chain, k)) for k in range(chain.n)) > 1:
-            yield MistakeVariant({"links": links}, {"link": "each"})
-        if any(before_in_run(chain, k) for k in range(chain.n)):
-            yield MistakeVariant({"rotations": rotations, "links": links}, {"link": "each"})
+    relative_links = sum(bool(before_in_run(chain, link)) for link in range(chain.n))
+    for keeps in _constant_choices(chain):
+        change: dict[str, Change] = {"links": partial(links, keeps=keeps)}
+        if relative_links > 1:
+            yield MistakeVariant(change, {"link": "each"})
+        if relative_links:
+            yield MistakeVariant({"rotations": partial(rotations, keeps=keeps), **change}, {"link": "each"})
 
 
 def _inner_joints(chain: Chain, frame: int) -> list[int]:
     """Return the joints that are not the last of their run before a frame."""
-    joints = []
-    for i in range(frame):
-        behind = [j for j in range(i + 1, frame) if run_start(chain, j) <= i and chain.joints[j].kind == "R"]
-        if behind and chain.joints[i].kind == "R":
-            joints.append(i)
-    return joints
+    revolute = [i for i in range(frame) if chain.joints[i].kind == "R"]
+    return [i for i in revolute if any(j > i and run_start(chain, j) <= i for j in revolute)]
 
 
-def _swap_coordinates(w: Working, links: Links, which: list[int]) -> Links:
-    """Exchange sine and cosine of the absolute angle of links: the coordinates in the plane of their run."""
-    out = list(links)
-    for k in which:
-        start = run_start(w.chain, k)
-        outer = w["rotations"][start]
-        inside = apply_matrix(outer.swapaxes(0, 1), out[k])
-        out[k] = apply_matrix(outer, inside[[1, 0, 2]])
-    return out
+def _swap_coordinates(w: Working, links: Links, link: int) -> np.ndarray:
+    """Exchange sine and cosine of the absolute angle of a link: the coordinates in the plane of its run."""
+    outer = w["rotations"][run_start(w.chain, link)]
+    inside = apply_matrix(outer.swapaxes(0, 1), links[link])
+    return apply_matrix(outer, inside[[1, 0, 2]])
 
 
-def _swap_sine(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    turning = [
-        k for k in _moving_links(chain) if k < chain.n and chain.joints[k].kind == "R" and chain.joints[k].a != 0
-    ]
-    for k in turning:
-        yield MistakeVariant({"links": lambda w, links, k=k: _swap_coordinates(w, links, [k])}, _link_words(chain, k))  # type: ignore[misc]
+def _has_angle(chain: Chain, link: int) -> bool:
+    return link < chain.n and chain.joints[link].kind == "R" and chain.joints[link].a != 0
 
 
 def _swap_all_sines(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    turning = [
-        k for k in _moving_links(chain) if k < chain.n and chain.joints[k].kind == "R" and chain.joints[k].a != 0
-    ]
-    if len(turning) > 1:
-        yield MistakeVariant({"links": lambda w, links: _swap_coordinates(w, links, turning)})
+    def swap(w: Working, links: Links) -> Links:
+        return [_swap_coordinates(w, links, k) if k in rotated_links else vector for k, vector in enumerate(links)]
 
-
-def _subtract_link(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    for k in _moving_links(chain):
-        yield MistakeVariant({"links": _change_link(k, lambda _, vector: -vector)}, _link_words(chain, k))
-
-
-def _drop_link(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    if len(_moving_links(chain)) > 1:
-        for k in _moving_links(chain):
-            yield MistakeVariant({"links": _change_link(k, lambda _, vector: vector * 0)}, _link_words(chain, k))
-
-
-def _skip_rotation(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    for k in _moving_links(chain):
-        if k > 0:
-            yield MistakeVariant(
-                {"links": lambda w, links, k=k: [*links[:k], w["own links"][k], *links[k + 1 :]]},  # type: ignore[misc]
-                _link_words(chain, k),
-            )
+    rotated_links = [link for link in moving_links(chain) if _has_angle(chain, link)]
+    if len(rotated_links) > 1:
+        yield MistakeVariant({"links": swap})
 
 
 def _skip_all_rotations(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    if len([k for k in _moving_links(chain) if k > 0]) > 1:
+    if len([k for k in moving_links(chain) if k > 0]) > 1:
         yield MistakeVariant({"links": lambda w, links: w["own links"]}, {"link": "each"})
 
 
@@ -185,7 +160,7 @@ _ALL = (
     Mistake(
         "sine-for-cosine", "Sine for cosine",
         "In what link {link} adds, sine and cosine seem to be exchanged: the angle is counted from the x axis.",
-        "Example 6.1", _swap_sine,
+        "Example 6.1", _change_links(_swap_coordinates, _has_angle),
     ),
     Mistake(
         "all-sines-for-cosines", "Sines for cosines throughout",
@@ -194,16 +169,19 @@ _ALL = (
     ),
     Mistake(
         "link-subtracted", "Link with the wrong sign",
-        "What link {link} adds seems to have the wrong sign.", "6.1", _subtract_link,
+        "What link {link} adds seems to have the wrong sign.", "6.1",
+        _change_links(lambda w, links, link: -links[link]),
     ),
     Mistake(
         "link-left-out", "Link left out",
-        "What link {link} adds seems to be left out: the links add up from the base to the point.", "6.1", _drop_link,
+        "What link {link} adds seems to be left out: the links add up from the base to the point.", "6.1",
+        _change_links(lambda w, links, link: links[link] * 0, lambda chain, _: len(moving_links(chain)) > 1),
     ),
     Mistake(
         "link-not-rotated", "Link vector not turned into the base frame",
         "The vector of link {link} seems to be taken as its own frame sees it: it must be turned into the base frame "
-        "before it is added.", "6.13", _skip_rotation,
+        "before it is added.", "6.13",
+        _change_links(lambda w, links, link: w["own links"][link], lambda chain, link: link > 0),
     ),
     Mistake(
         "links-not-rotated", "Link vectors not turned into the base frame",
@@ -219,4 +197,4 @@ _ALL = (
 
 OF_FRAMES = frozenset({"link-not-rotated", "links-not-rotated", "slides-in-order"})
 """The mistakes about frames on the links, or vectors from their origins."""
-MISTAKES = only_for_tables(_ALL, but={mistake.name for mistake in _ALL} - OF_FRAMES)
+MISTAKES = only_for_tables(_ALL, OF_FRAMES)

@@ -1,18 +1,21 @@
 """Mistakes in sets of singular configurations."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import combinations, islice, product
+from operator import mul
 
 import sympy as sp
 
 from qdot.exercises.answers import ConditionSet
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.singularity import Component
-from qdot.exercises.mistakes.base import Mistake, MistakenAnswer, only_for_tables
+from qdot.exercises.mistakes.base import Answers, Mistake, MistakenAnswer, only_for_tables
 from qdot.exercises.problem.problem import Part
 
 Components = tuple[Component, ...]
+Values = tuple[sp.Expr, ...]
 
 CALLED_SINGULAR: tuple[tuple[sp.Expr, ...], ...] = (
     (sp.S.Zero, sp.pi), (sp.S.Zero,), (sp.pi,), (sp.pi / 2, -sp.pi / 2), (sp.pi / 2,), (-sp.pi / 2,),
@@ -45,32 +48,34 @@ def _replace_component(components: Components, index: int, new: Component) -> Co
     return (*components[:index], new, *components[index + 1 :])
 
 
-def _thin_out(component: Component, keep: int, only: sp.Symbol | None = None) -> Component:
+def _map_solutions(component: Component, change: Callable[[sp.Symbol, Values], Values]) -> Component:
+    """Return a component that gives joint values with these changed, any other unchanged."""
+    if component.solutions is None:
+        return component
+    return replace(component, solutions=tuple((q, change(q, values)) for q, values in component.solutions))
+
+
+def _keep_one_value(component: Component, index: int, only: sp.Symbol | None = None) -> Component:
     """Return a component with one value of each joint, or of one joint only."""
-    assert component.solutions is not None
-    kept = tuple(
-        (joint, (values[min(keep, len(values) - 1)],) if only in (None, joint) else values)
-        for joint, values in component.solutions
-    )
-    return replace(component, solutions=kept)
+    return _map_solutions(component, lambda q, values: values[: index + 1][-1:] if only in (None, q) else values)
+
+
+def _with_several_values(components: Components) -> list[int]:
+    return [k for k, c in enumerate(components) if c.solutions and any(len(values) > 1 for _, values in c.solutions)]
 
 
 def _keep_one_root(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
     components = _components(part)
-    several = [
-        k
-        for k, component in enumerate(components)
-        if component.solutions and any(len(v) > 1 for _, v in component.solutions)
-    ]
-    for keep in (0, 1):
+    several = _with_several_values(components)
+    for index in (0, 1):
         if len(several) > 1:
-            yield _make_answer([_thin_out(c, keep) if k in several else c for k, c in enumerate(components)])
+            yield _make_answer([_keep_one_value(c, index) if k in several else c for k, c in enumerate(components)])
         for k in several:
-            yield _make_answer(_replace_component(components, k, _thin_out(components[k], keep)))
+            yield _make_answer(_replace_component(components, k, _keep_one_value(components[k], index)))
         for k in several:  # of one joint where values of several hold together
             solutions = components[k].solutions or ()
             for joint, _ in solutions if len(solutions) > 1 else ():
-                yield _make_answer(_replace_component(components, k, _thin_out(components[k], keep, joint)))
+                yield _make_answer(_replace_component(components, k, _keep_one_value(components[k], index, joint)))
 
 
 def missed_mistake(chain: Chain, component: Component) -> tuple[str, dict[str, object]]:
@@ -152,38 +157,49 @@ def _joints_of(chain: Chain, components: Sequence[Component]) -> str:
     return ", ".join(str(q) for q in chain.q if q in symbols)
 
 
-def _move_to_joint(component: Component, to: sp.Symbol) -> Component:
-    assert component.solutions is not None
-    return replace(component, solutions=tuple((to, values) for _, values in component.solutions))
-
-
 def _use_other_joint(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
     components = _components(part)
     for k, component in enumerate(components):
         if component.solutions is None or len(component.solutions) > 1:
             continue
-        singular_joint = component.solutions[0][0]
+        ((singular_joint, values),) = component.solutions
         for joint, q in zip(chain.joints, chain.q, strict=True):
             if q != singular_joint and (joint.kind == "R") == singular_joint.name.startswith("theta"):
-                yield _make_answer(_replace_component(components, k, _move_to_joint(component, q)), joint=q)
+                yield _make_answer(
+                    _replace_component(components, k, replace(component, solutions=((q, values),))), joint=q
+                )
 
 
-def _has_angles_only(component: Component) -> bool:
-    return component.solutions is not None and all(q.name.startswith("theta") for q, _ in component.solutions)
+def _angles_only(part: Part) -> list[int]:
+    """Return the components that give values of revolute joints only."""
+    return [
+        k
+        for k, component in enumerate(_components(part))
+        if component.solutions is not None and all(q.name.startswith("theta") for q, _ in component.solutions)
+    ]
 
 
-def _shift_values(component: Component, by: sp.Expr) -> Component:
-    assert component.solutions is not None
-    return replace(component, solutions=tuple((q, tuple(v + by for v in values)) for q, values in component.solutions))
+def _change_angles(part: Part, change: Callable[[sp.Expr], sp.Expr], which: Collection[int]) -> Components:
+    """Return the components with every value in some of them changed."""
+    return tuple(
+        _map_solutions(component, lambda _, values: tuple(map(change, values))) if k in which else component
+        for k, component in enumerate(_components(part))
+    )
 
 
 def _shift_quarter_turn(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
-    components = _components(part)
-    which = [k for k, component in enumerate(components) if _has_angles_only(component)]
-    for chosen in ([k] for k in which):
-        yield _make_answer([_shift_values(c, sp.pi / 2) if k in chosen else c for k, c in enumerate(components)])
-    if len(which) > 1:
-        yield _make_answer([_shift_values(c, sp.pi / 2) if k in which else c for k, c in enumerate(components)])
+    which = _angles_only(part)
+    for chosen in [*([k] for k in which), *([which] if len(which) > 1 else [])]:
+        yield _make_answer(_change_angles(part, lambda value: value + sp.pi / 2, chosen))
+
+
+def _scale_angles(*factors: sp.Expr) -> Answers:
+    def answers(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
+        which = _angles_only(part)
+        for factor in factors if which else ():
+            yield _make_answer(_change_angles(part, partial(mul, factor), which))
+
+    return answers
 
 
 def _straight_joint(q: sp.Symbol) -> Component:
@@ -197,29 +213,26 @@ def _add_joint(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
         yield _make_answer((*components, called), joint=q, values=_value_text(called), zero=zero_there(chain))
 
 
-def _misuse_offsets(factor: int) -> Callable[[Chain, Part], Iterator[MistakenAnswer]]:
+def _misuse_offsets(factor: int) -> Answers:
     """Return the answers with a joint's constant left out of all conditions (1), or with the opposite sign (2)."""
 
-    def takes(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
-        if not _components(part):
-            return
-        kinds = {q: joint.kind for q, joint in zip(chain.q, chain.joints, strict=True)}
-        for constants in (dict(zip(chain.q, chain.offsets, strict=True)), _constants_in(chain, _components(part))):
+    def answers(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
+        components = _components(part)
+        prismatic = {q for q, joint in zip(chain.q, chain.joints, strict=True) if joint.kind == "P"}
+        for constants in (dict(zip(chain.q, chain.offsets, strict=True)), _constants_in(chain, components)):
             offsets = {  # half a turn more is mostly the same set
                 q: factor * constant
                 for q, constant in constants.items()
-                if constant != 0 and (kinds[q] == "P" or sp.sin(factor * constant) != 0)
+                if constant != 0 and (q in prismatic or sp.sin(factor * constant) != 0)
             }
             for q, offset in offsets.items():
-                moved = [_shift_by_offset(component, {q: offset}) for component in _components(part)]
-                if moved != list(_components(part)):
+                moved = tuple(_shift_by_offset(component, {q: offset}) for component in components)
+                if moved != components:
                     yield _make_answer(moved, joint=str(q))
-            if len(offsets) > 1:
-                yield _make_answer(
-                    [_shift_by_offset(component, offsets) for component in _components(part)], joint="the joints"
-                )
+            if components and len(offsets) > 1:
+                yield _make_answer([_shift_by_offset(c, offsets) for c in components], joint="the joints")
 
-    return takes
+    return answers
 
 
 def _constants_in(chain: Chain, components: Components) -> dict[sp.Symbol, sp.Expr]:
@@ -233,10 +246,8 @@ def _constants_in(chain: Chain, components: Components) -> dict[sp.Symbol, sp.Ex
 def _shift_by_offset(component: Component, more: Mapping[sp.Symbol, sp.Expr]) -> Component:
     """Return a component with q - c in the place of q, so that its conditions on q hold for q plus the constant."""
     conditions = tuple(condition.xreplace({q: q - c for q, c in more.items()}) for condition in component.conditions)
-    if component.solutions is None:
-        return Component(conditions, None)
-    solutions = tuple((q, tuple(value + more.get(q, 0) for value in values)) for q, values in component.solutions)
-    return Component(conditions, solutions)
+    shifted = _map_solutions(component, lambda q, values: tuple(value + more.get(q, 0) for value in values))
+    return replace(shifted, conditions=conditions)
 
 
 def _split_conjunction(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
@@ -250,11 +261,10 @@ def _split_conjunction(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
 def _keep_one_root_each(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
     """Take one value for several, in some of the components."""
     components = _components(part)
-    several = [k for k, c in enumerate(components) if c.solutions and any(len(v) > 1 for _, v in c.solutions)]
+    several = _with_several_values(components)
     for size in range(2, min(len(several), 4)):
-        for chosen in combinations(several, size):
-            for keep in (0, 1):
-                yield _make_answer([_thin_out(c, keep) if k in chosen else c for k, c in enumerate(components)])
+        for chosen, index in product(combinations(several, size), (0, 1)):
+            yield _make_answer([_keep_one_value(c, index) if k in chosen else c for k, c in enumerate(components)])
 
 
 def _join_alternatives(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
@@ -282,32 +292,12 @@ def _add_condition(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
                     yield _make_answer(_replace_component(components, k, more), joint=str(q))
 
 
-def _misconvert_radians(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
-    """Convert degrees into half or twice the angle."""
-    components = _components(part)
-    for factor in (sp.S.Half, sp.S(2)) if any(map(_has_angles_only, components)) else ():
-        yield _make_answer(
-            [_scale_values(component, factor) if _has_angles_only(component) else component for component in components]
-        )
-
-
-def _scale_values(component: Component, factor: sp.Expr) -> Component:
-    solutions = tuple((q, tuple(factor * value for value in values)) for q, values in component.solutions or ())
-    return replace(component, solutions=solutions)
-
-
 def _invert_tangent(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
     """Invert the tangent when solving for an angle."""
     components = _components(part)
-    new_components = []
-    for component in components:
-        solutions = tuple(
-            (q, tuple(value.replace(sp.atan, lambda ratio: sp.atan(1 / ratio)) for value in values))
-            for q, values in component.solutions or ()
-        )
-        new_components.append(component if component.solutions is None else replace(component, solutions=solutions))
-    if tuple(new_components) != components:
-        yield _make_answer(new_components)
+    invert = lambda value: value.replace(sp.atan, lambda ratio: sp.atan(1 / ratio))  # noqa: E731
+    if (changed := _change_angles(part, invert, range(len(components)))) != components:
+        yield _make_answer(changed)
 
 
 def _flip_values(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
@@ -332,61 +322,30 @@ def _call_all_singular(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
         yield _make_answer([_straight_joint(q) for q in revolute], zero=zero_there(chain))
 
 
-def _use_degrees(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
-    components = _components(part)
-    if any(map(_has_angles_only, components)):
-        yield _make_answer(
-            [_convert_to_degrees(component) if _has_angles_only(component) else component for component in components]
-        )
+def _change_tied(change: Callable[[sp.Expr], Iterator[sp.Expr]]) -> Answers:
+    """Return the answers with one of the conditions that tie several joints changed, in each way."""
+
+    def answers(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
+        components = _components(part)
+        for k, component in enumerate(components):
+            for index, condition in enumerate(component.conditions if component.solutions is None else ()):
+                for new in change(condition) if condition.is_Add else ():
+                    conditions = (*component.conditions[:index], new, *component.conditions[index + 1 :])
+                    yield _make_answer(_replace_component(components, k, Component(conditions, None)))
+
+    return answers
 
 
-def _convert_to_degrees(component: Component) -> Component:
-    assert component.solutions is not None
-    return replace(
-        component, solutions=tuple((q, tuple(v * 180 / sp.pi for v in values)) for q, values in component.solutions)
-    )
+def _use_relative_angle(condition: sp.Expr) -> Iterator[sp.Expr]:
+    sums = {trig.args[0] for trig in condition.atoms(sp.sin, sp.cos) if trig.args[0].is_Add}
+    last_angle = {angle: max(angle.free_symbols, key=lambda symbol: symbol.name) for angle in sums}
+    if last_angle:
+        yield condition.xreplace(last_angle)
 
 
-def _tied_conditions(part: Part) -> Iterator[tuple[int, int, sp.Expr]]:
-    """Yield the place of each condition that ties several joints, and the condition."""
-    for k, component in enumerate(_components(part)):
-        if component.solutions is None:
-            for index, condition in enumerate(component.conditions):
-                if condition.is_Add:
-                    yield k, index, condition
-
-
-def _replace_condition(part: Part, k: int, index: int, new: sp.Expr, **words: object) -> MistakenAnswer:
-    components = _components(part)
-    conditions = list(components[k].conditions)
-    conditions[index] = new
-    return _make_answer(_replace_component(components, k, Component(tuple(conditions), None)), **words)
-
-
-def _flip_term(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
-    for k, index, condition in _tied_conditions(part):
-        for term in condition.args:
-            yield _replace_condition(part, k, index, condition - 2 * term)
-
-
-def _lose_term(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
-    for k, index, condition in _tied_conditions(part):
-        for term in condition.args:
-            yield _replace_condition(part, k, index, condition - term)
-
-
-def _use_relative_angle(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
-    for k, index, condition in _tied_conditions(part):
-        sums = {trig.args[0] for trig in condition.atoms(sp.sin, sp.cos) if trig.args[0].is_Add}
-        last_angle = {angle: max(angle.free_symbols, key=lambda symbol: symbol.name) for angle in sums}
-        if last_angle:
-            yield _replace_condition(part, k, index, condition.xreplace(last_angle))
-
-
-def _exchange_trigs(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
-    for k, index, condition in _tied_conditions(part):
-        swap = {w: (sp.cos if isinstance(w, sp.sin) else sp.sin)(w.args[0]) for w in condition.atoms(sp.sin, sp.cos)}
-        yield _replace_condition(part, k, index, condition.xreplace(swap))
+def _exchange_trigs(condition: sp.Expr) -> Iterator[sp.Expr]:
+    waves = condition.atoms(sp.sin, sp.cos)
+    yield condition.xreplace({w: (sp.cos if isinstance(w, sp.sin) else sp.sin)(w.args[0]) for w in waves})
 
 
 _ALL = (
@@ -434,25 +393,27 @@ _ALL = (
     ),
     Mistake(
         "angles-in-degrees", "Degrees where radians are due",
-        "The angles seem to be given in degrees: radians are due.", "6.8", takes=_use_degrees,
+        "The angles seem to be given in degrees: radians are due.", "6.8", takes=_scale_angles(180 / sp.pi),
     ),
     Mistake(
         "relative-angle-in-condition", "Relative angle for absolute in the condition",
         "In the condition that ties several joints, a joint's own angle seems to stand where an absolute angle is due.",
-        "6.8", takes=_use_relative_angle,
+        "6.8", takes=_change_tied(_use_relative_angle),
     ),
     Mistake(
         "sign-in-condition", "Sign in the condition",
-        "In the condition that ties several joints, a term seems to have the wrong sign.", "6.8", takes=_flip_term,
+        "In the condition that ties several joints, a term seems to have the wrong sign.", "6.8",
+        takes=_change_tied(lambda condition: (condition - 2 * term for term in condition.args)),
     ),
     Mistake(
         "term-lost-in-condition", "Term of the condition lost",
-        "The condition that ties several joints seems to lack a term.", "6.8", takes=_lose_term,
+        "The condition that ties several joints seems to lack a term.", "6.8",
+        takes=_change_tied(lambda condition: (condition - term for term in condition.args)),
     ),
     Mistake(
         "waves-exchanged-in-condition", "Sine and cosine exchanged in the condition",
         "In the condition that ties several joints, sine and cosine seem to be exchanged.", "6.8",
-        takes=_exchange_trigs,
+        takes=_change_tied(_exchange_trigs),
     ),
     Mistake(
         "offset-forgotten-in-set", "Joint offset left out of the conditions",
@@ -487,7 +448,7 @@ _ALL = (
     Mistake(
         "values-in-wrong-radians", "Values turned into the wrong radians",
         "The values of the angles seem to be turned into twice or half of them: 180° is pi.", "6.8",
-        takes=_misconvert_radians, rare=True,
+        takes=_scale_angles(sp.S.Half, sp.S(2)), rare=True,
     ),
     Mistake(
         "tangent-turned-over", "Tangent turned over",
@@ -502,4 +463,4 @@ _ALL = (
 
 OF_TABLE = frozenset({"offset-forgotten-in-set", "offset-sign-in-set"})
 """The mistakes about what a table adds to a variable."""
-MISTAKES = only_for_tables(_ALL, but={mistake.name for mistake in _ALL} - OF_TABLE)
+MISTAKES = only_for_tables(_ALL, OF_TABLE)

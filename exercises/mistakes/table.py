@@ -1,18 +1,27 @@
 """Mistakes in reading the DH table, the base and the point of interest."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import combinations
+from functools import partial
+from itertools import combinations, permutations
 from typing import Any
 
 import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.arithmetic import apply_matrix, product
-from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation_graph import Change, Table, TableRow, Working, propagate_linear_rows, turn_x, turn_z
-from qdot.exercises.mistakes.base import Mistake, MistakeVariant, Shape, at_each_and_all, only_for_tables
+from qdot.exercises.mistakes.base import (
+    Mistake,
+    MistakeVariant,
+    Shape,
+    Variants,
+    at_each_and_all,
+    exchange,
+    only_for_tables,
+)
 
 MOST_ROWS = 4
 """Rows up to which any row may be taken for another; in a longer table, only the next."""
@@ -53,29 +62,29 @@ def _link(w: Working, index: int) -> int:
     return index - convention_of(w.chain).frame_on_axis(1)
 
 
-def _change_rows(
-    chain: Chain, applies: Callable[[Any], bool], change: Callable[[Working, TableRow], dict[str, Any]]
-) -> Iterator[MistakeVariant]:
-    """Yield the variants that change entries of a row to which the change applies."""
-    for i, row in enumerate(convention_of(chain).rows):
-        if applies(row):
-            yield _change_row(i, change)
+def _change_each_row(
+    applies: Callable[[Joint], bool], change: Callable[[Working, TableRow], dict[str, Any]]
+) -> Variants:
+    """Return the variants that change entries of one row, for each row to which the change applies."""
+    return lambda chain, _: (_change_row(i, change) for i, row in enumerate(convention_of(chain).rows) if applies(row))
 
 
 def _drop_offsets(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
     def drop(joints: Sequence[int]) -> MistakeVariant:
         def apply_change(w: Working, table: Table) -> Table:
             for i in joints:
-                entry = "theta" if chain.joints[i].kind == "R" else "d"
-                table = table.with_row(i, **{entry: w.arithmetic.table_entry(chain.q[i])})
+                table = table.with_row(i, **{_variable_entry(chain, i): w.arithmetic.table_entry(chain.q[i])})
             return table
 
-        return MistakeVariant(
-            {"table": apply_change},
-            {"joint": _joint_numbers(joints), "variable": ", ".join(str(chain.q[i]) for i in joints)},
-        )
+        variables = ", ".join(str(chain.q[i]) for i in joints)
+        return MistakeVariant({"table": apply_change}, {"joint": _joint_numbers(joints), "variable": variables})
 
     return at_each_and_all([i for i, offset in enumerate(chain.offsets) if offset != 0], drop)
+
+
+def _variable_entry(chain: Chain, joint: int) -> str:
+    """Return the entry of a row that has the joint variable."""
+    return "theta" if chain.joints[joint].kind == "R" else "d"
 
 
 def _joint_numbers(indices: Sequence[int]) -> str:
@@ -83,41 +92,45 @@ def _joint_numbers(indices: Sequence[int]) -> str:
     return ", ".join(str(i + 1) for i in indices)
 
 
-def _drop_variable(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Keep what the table adds to an angle, and lose the angle itself."""
-    for i, (joint, q) in enumerate(zip(chain.joints, chain.q, strict=True)):
-        if joint.kind == "R":
-            change = lambda w, row, q=q: {"theta": row.theta - w.arithmetic.table_entry(q)}  # noqa: E731
-            yield _change_row(i, change)
+def _add_to_variable(more: Callable[[Chain, int], sp.Expr], kind: str) -> Variants:
+    """Return the variants that add something to the variable of a joint of a kind, unless that is zero."""
+
+    def variants(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+        for i, joint in enumerate(chain.joints):
+            if joint.kind == kind and more(chain, i) != 0:
+                yield _add_to_row(i, _variable_entry(chain, i), more(chain, i))
+
+    return variants
 
 
-def _revolute_offsets(chain: Chain) -> list[tuple[int, sp.Expr]]:
-    """Return the revolute joints with a constant in the table, and the constant."""
-    joints = enumerate(zip(chain.joints, chain.offsets, strict=True))
-    return [(i, offset) for i, (joint, offset) in joints if joint.kind == "R" and offset != 0]
+def _add_to_row(index: int, entry: str, more: sp.Expr, /, **words: object) -> MistakeVariant:
+    return _change_row(index, lambda w, row: {entry: getattr(row, entry) + w.arithmetic.table_entry(more)}, **words)
 
 
-def _flip_slide_offset(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    for i, (joint, offset) in enumerate(zip(chain.joints, chain.offsets, strict=True)):
-        if joint.kind == "P" and offset != 0:
-            yield _change_row(i, lambda w, row, more=2 * offset: {"d": row.d - w.arithmetic.table_entry(more)})  # type: ignore[misc]
+def _scale_offsets(factors: Sequence[sp.Expr], applies: Callable[[sp.Expr], bool] = lambda offset: True) -> Variants:
+    """Return the variants that multiply the constant of revolute rows by a factor, one by one and then all of them."""
+
+    def variants(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+        offsets = {
+            i: offset
+            for i, (joint, offset) in enumerate(zip(chain.joints, chain.offsets, strict=True))
+            if joint.kind == "R" and offset != 0 and applies(offset)
+        }
+        for factor in factors:
+            yield from at_each_and_all(list(offsets), partial(_scale_constants, offsets, factor))
+
+    return variants
 
 
-def _scale_offsets(chain: Chain, factor: sp.Expr, which: Callable[[sp.Expr], bool]) -> Iterator[MistakeVariant]:
-    """Multiply the constant of each row by a factor, one by one and then all of them."""
-    offsets = {i: offset for i, offset in _revolute_offsets(chain) if which(offset)}
+def _scale_constants(offsets: Mapping[int, sp.Expr], factor: sp.Expr, joints: Sequence[int]) -> MistakeVariant:
+    def apply_change(w: Working, table: Table) -> Table:
+        for i in joints:
+            theta = table.rows[i].theta + w.arithmetic.table_entry((factor - 1) * offsets[i])
+            table = table.with_row(i, theta=theta)
+        return table
 
-    def scale(joints: Sequence[int]) -> MistakeVariant:
-        def apply_change(w: Working, table: Table) -> Table:
-            for i in joints:
-                theta = table.rows[i].theta + w.arithmetic.table_entry((factor - 1) * offsets[i])
-                table = table.with_row(i, theta=theta)
-            return table
-
-        constants = ", ".join(dict.fromkeys(_degree_text(offsets[i]) for i in joints))
-        return MistakeVariant({"table": apply_change}, {"joint": _joint_numbers(joints), "degrees": constants})
-
-    return at_each_and_all(list(offsets), scale)
+    constants = ", ".join(dict.fromkeys(_degree_text(offsets[i]) for i in joints))
+    return MistakeVariant({"table": apply_change}, {"joint": _joint_numbers(joints), "degrees": constants})
 
 
 def _degree_text(angle: sp.Expr) -> str:
@@ -125,41 +138,23 @@ def _degree_text(angle: sp.Expr) -> str:
     return f"{sp.nsimplify(angle * 180 / sp.pi)}°"
 
 
-def _flip_offset(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    return _scale_offsets(chain, sp.S(-1), lambda offset: bool(sp.sin(offset) != 0))
-
-
-def _type_degrees(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    return _scale_offsets(chain, 180 / sp.pi, lambda offset: True)
-
-
-def _misconvert_radians(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Take 30 degrees for pi/3, 60 for pi/6, 45 for pi/2 or pi/8, 90 for pi or pi/4."""
-    yield from _scale_offsets(chain, sp.S(2), lambda offset: True)
-    yield from _scale_offsets(chain, sp.S.Half, lambda offset: True)
-
-
 def _use_other_row(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Take the length, distance or twist of the row above or below; or exchange two lengths."""
-    rows = convention_of(chain).rows
-    for i, row in enumerate(rows):
-        for j, other_row in enumerate(rows):
-            if i == j or (chain.n > MOST_ROWS and abs(i - j) > 1):
-                continue
-            if chain.offsets[i] != chain.offsets[j] and row.kind == other_row.kind:
-                entry, more = ("theta" if row.kind == "R" else "d"), chain.offsets[j] - chain.offsets[i]
-                change = lambda w, row, e=entry, more=more: {e: getattr(row, e) + w.arithmetic.table_entry(more)}  # noqa: E731
-                yield _change_row(i, change, entry="constant of the joint variable", other=j + 1)
-            for entry in ("a", "d", "alpha"):
-                there = getattr(other_row, entry)
-                sliding = entry == "d" and "P" in (row.kind, other_row.kind)
-                if sliding or getattr(row, entry) == there:
-                    continue
-                yield _change_row(
-                    i,
-                    lambda w, row, entry=entry, there=there: {entry: w.arithmetic.table_entry(there)},  # type: ignore[misc]
-                    entry=entry, other=j + 1,
-                )  # fmt: skip
+    """Take the length, distance or twist, or the constant, of another row."""
+    for (i, row), (j, other_row) in permutations(enumerate(convention_of(chain).rows), 2):
+        if chain.n > MOST_ROWS and abs(i - j) > 1:
+            continue
+        if chain.offsets[i] != chain.offsets[j] and row.kind == other_row.kind:
+            more = chain.offsets[j] - chain.offsets[i]
+            yield _add_to_row(i, _variable_entry(chain, i), more, entry="constant of the joint variable", other=j + 1)
+        for entry in ("a", "d", "alpha"):
+            value = getattr(other_row, entry)
+            is_variable = entry == "d" and "P" in (row.kind, other_row.kind)
+            if not is_variable and getattr(row, entry) != value:
+                yield _change_row(i, partial(_replace_entry, entry, value), entry=entry, other=j + 1)
+
+
+def _replace_entry(entry: str, value: sp.Expr, w: Working, row: TableRow) -> dict[str, Any]:
+    return {entry: w.arithmetic.table_entry(value)}
 
 
 def _exchange_lengths(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
@@ -174,63 +169,32 @@ def _exchange_lengths(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
             yield MistakeVariant({"table": apply_change}, {"joint": i + 1, "other": j + 1})
 
 
-def _drop_fixed_angle(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    return _change_rows(chain, lambda j: j.kind == "P" and j.theta != 0, lambda _, row: {"theta": row.theta * 0})
-
-
-def _has_twist(joint: Any) -> bool:
+def _has_twist(joint: Joint) -> bool:
     return bool(sp.sin(joint.alpha) != 0)
 
 
-def _flip_twist(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    return _change_rows(chain, _has_twist, lambda _, row: {"alpha": -row.alpha})
-
-
-def _drop_twist(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    return _change_rows(chain, lambda joint: joint.alpha != 0, lambda _, row: {"alpha": row.alpha * 0})
-
-
 def _flip_all_twists(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    def turned(w: Working, table: Table) -> Table:
+    def flip(w: Working, table: Table) -> Table:
         return replace(table, rows=tuple(replace(row, alpha=-row.alpha) for row in table.rows))
 
     if sum(map(_has_twist, chain.joints)) > 1:
-        yield MistakeVariant({"table": turned})
+        yield MistakeVariant({"table": flip})
 
 
-def _drop_a(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    return _change_rows(chain, lambda joint: joint.a != 0, lambda _, row: {"a": row.a * 0})
+def scale_angles(factor: sp.Expr) -> Change:
+    """Return the change of the table that multiplies the angle of each revolute row by a factor."""
 
+    def scale(w: Working, table: Table) -> Table:
+        part = w.arithmetic.table_entry(factor)
+        rows = (replace(row, theta=row.theta * part) if row.kind == "R" else row for row in table.rows)
+        return replace(table, rows=tuple(rows))
 
-def _drop_d(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    return _change_rows(chain, lambda joint: joint.kind == "R" and joint.d != 0, lambda _, row: {"d": row.d * 0})
-
-
-def _exchange_a_and_d(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    return _change_rows(chain, lambda row: row.a != row.d, lambda _, row: {"a": row.d, "d": row.a})
-
-
-def _rotate_backwards(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    return _change_rows(chain, lambda joint: joint.kind == "R", lambda _, row: {"theta": -row.theta})
-
-
-def _add_quarter_turn(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    quarter = lambda w, row: {"theta": row.theta + w.arithmetic.table_entry(sp.pi / 2)}  # noqa: E731
-    return _change_rows(chain, lambda joint: joint.kind == "R", quarter)
+    return scale
 
 
 def _convert_again(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    def small(w: Working, table: Table) -> Table:
-        part = w.arithmetic.table_entry(sp.pi / 180)
-        kinds = [joint.kind for joint in w.chain.joints]
-        rows = (
-            replace(row, theta=row.theta * part) if kind == "R" else row
-            for row, kind in zip(table.rows, kinds, strict=True)
-        )
-        return replace(table, rows=tuple(rows))
-
     if any(joint.kind == "R" for joint in chain.joints):
-        yield MistakeVariant({"table": small})
+        yield MistakeVariant({"table": scale_angles(sp.pi / 180)})
 
 
 def _drop_base(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
@@ -301,69 +265,59 @@ def _effects_up_to(frame: int) -> Callable[[Working, np.ndarray], np.ndarray]:
     return apply_change
 
 
-def _scale_lengths(row: TableRow, slide: np.ndarray, factor: Any, which: Callable[[str], bool]) -> dict[str, Any]:
-    """Return a row's lengths times a factor; of a prismatic joint, only the constant added to its variable."""
-    scaled = {}
-    if which("a"):
-        scaled["a"] = row.a * factor
-    if which("d"):
-        scaled["d"] = (row.d - slide) * factor + slide
-    return scaled
+def _scale_lengths(w: Working, index: int, row: TableRow, factor: sp.Expr, entries: Collection[str]) -> TableRow:
+    """Return a row with lengths times a factor; of a prismatic joint, only the constant added to its variable."""
+    scaled, variable = {}, w.arithmetic.table_entry(w.chain.q[index]) * int(row.kind == "P")
+    if "a" in entries:
+        scaled["a"] = row.a * w.arithmetic.table_entry(factor)
+    if "d" in entries:
+        scaled["d"] = (row.d - variable) * w.arithmetic.table_entry(factor) + variable
+    return replace(row, **scaled)
+
+
+def _numeric_lengths(row: Joint, variable: sp.Symbol) -> dict[str, sp.Expr]:
+    """Return the lengths of a row that are numbers: a, and d without the joint variable."""
+    lengths = {"a": row.a, "d": row.d - variable if row.kind == "P" else row.d}
+    return {entry: length for entry, length in lengths.items() if length.is_number}
 
 
 def _use_other_units(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
     """Give every numeric length in centimetres or millimetres, but symbols in metres."""
 
-    def times(factor: int) -> Callable[[Working, Table], Table]:
-        def apply_change(w: Working, table: Table) -> Table:
-            rows = []
-            for i, (row, joint) in enumerate(zip(table.rows, w.chain.joints, strict=True)):
-                fixed_length = joint.d - w.chain.q[i] if joint.kind == "P" else joint.d
-                numeric = {"a": joint.a.is_number, "d": fixed_length.is_number}
-                rows.append(replace(row, **_scale_lengths(row, _slide_variable(w, i), factor, numeric.__getitem__)))
-            position, yaw, tilt = table.base
-            offset = table.offset * factor if all(x.is_number for x in w.chain.point.offset) else table.offset
-            return replace(table, rows=tuple(rows), base=(position * factor, yaw, tilt), offset=offset)
-
-        return apply_change
+    def scale(w: Working, table: Table, factor: int) -> Table:
+        rows = []
+        for i, (row, joint, q) in enumerate(zip(table.rows, w.chain.joints, w.chain.q, strict=True)):
+            rows.append(_scale_lengths(w, i, row, sp.Integer(factor), _numeric_lengths(joint, q)))
+        position, yaw, tilt = table.base
+        offset = table.offset * factor if all(x.is_number for x in w.chain.point.offset) else table.offset
+        return replace(table, rows=tuple(rows), base=(position * factor, yaw, tilt), offset=offset)
 
     if any(joint.a != 0 or joint.d != 0 for joint in chain.joints):
-        yield MistakeVariant({"table": times(100)}, {"unit": "centimetres"})
-        yield MistakeVariant({"table": times(1000)}, {"unit": "millimetres"})
-
-
-def _slide_variable(w: Working, index: int) -> np.ndarray:
-    """Return the variable of a prismatic row of the table, else zero."""
-    q = w.arithmetic.table_entry(w.chain.q[index])
-    return q if w.chain.joints[index].kind == "P" else q * 0
+        yield MistakeVariant({"table": partial(scale, factor=100)}, {"unit": "centimetres"})
+        yield MistakeVariant({"table": partial(scale, factor=1000)}, {"unit": "millimetres"})
 
 
 def _misplace_decimal_point(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
     """Take a numeric length for ten times or a tenth of it."""
-    for i, joint in enumerate(convention_of(chain).rows):
-        fixed_length = joint.d - chain.q[i] if joint.kind == "P" else joint.d
-        for entry, length in (("a", joint.a), ("d", fixed_length)):
-            if length.is_number and length != 0:
-                for factor in (sp.Integer(10), sp.Rational(1, 10)):
 
-                    def change(w: Working, row: TableRow, i: int = i, e: str = entry, f: sp.Expr = factor) -> Any:
-                        return _scale_lengths(
-                            row, _slide_variable(w, i), w.arithmetic.table_entry(f), lambda name: name == e
-                        )
+    def change(w: Working, row: TableRow, index: int, entry: str, factor: sp.Expr) -> dict[str, Any]:
+        return {entry: getattr(_scale_lengths(w, index, row, factor, [entry]), entry)}
 
-                    yield _change_row(i, change, entry=entry)
+    for i, (row, q) in enumerate(zip(convention_of(chain).rows, chain.q, strict=True)):
+        for entry, length in _numeric_lengths(row, q).items():
+            for factor in (sp.Integer(10), sp.Rational(1, 10)) if length != 0 else ():
+                yield _change_row(i, partial(change, index=i, entry=entry, factor=factor), entry=entry)
 
 
 def _exchange_base(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+    def apply_change(w: Working, table: Table, i: int, j: int) -> Table:
+        position, yaw, tilt = table.base
+        return replace(table, base=(exchange(i, j)(w, position), yaw, tilt))
+
+    position = convention_of(chain).base.position
     for i, j in combinations(range(3), 2):
-        if convention_of(chain).base.position[i] != convention_of(chain).base.position[j]:
-
-            def apply_change(w: Working, table: Table, i: int = i, j: int = j) -> Table:
-                position, yaw, tilt = table.base
-                order = [j if k == i else i if k == j else k for k in range(3)]
-                return replace(table, base=(position[order], yaw, tilt))
-
-            yield MistakeVariant({"table": apply_change})
+        if position[i] != position[j]:
+            yield MistakeVariant({"table": partial(apply_change, i=i, j=j)})
 
 
 def _read_as_modified(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
@@ -449,39 +403,43 @@ _ALL = (
         "offset-sign", "Joint offset with the wrong sign",
         "The constant {degrees} that the table adds to the angle of joint {joint} seems to be taken with the wrong "
         "sign.",
-        "6.1", _flip_offset, rare=True,
+        "6.1", _scale_offsets([sp.S(-1)], lambda offset: bool(sp.sin(offset) != 0)), rare=True,
     ),
     Mistake(
         "slide-offset-sign", "Offset of a slide with the wrong sign",
         "The constant that the table adds to the variable of joint {joint} seems to be taken with the wrong sign.",
-        "6.1", _flip_slide_offset, rare=True,
+        "6.1", _add_to_variable(lambda chain, i: -2 * chain.offsets[i], "P"), rare=True,
     ),
     Mistake(
         "offset-in-degrees", "Constant angle typed in degrees",
         "The constant {degrees} of the table seems to be typed in degrees: sine and cosine take radians, and "
-        "{degrees} is to be turned into a part of pi.", "6.1", _type_degrees, rare=True,
+        "{degrees} is to be turned into a part of pi.", "6.1", _scale_offsets([180 / sp.pi]), rare=True,
     ),
     Mistake(
         "wrong-radians", "Degrees turned into the wrong radians",
         "The constant {degrees} of the table seems to be turned into another angle: 180° is pi, so that 30° is pi/6, "
-        "45° is pi/4, 60° is pi/3 and 90° is pi/2.", "6.1", _misconvert_radians, rare=True,
+        "45° is pi/4, 60° is pi/3 and 90° is pi/2.", "6.1",
+        _scale_offsets([sp.S(2), sp.S.Half]), rare=True,  # 30 degrees as pi/3, 60 as pi/6, 45 as pi/2 or pi/8
     ),
     Mistake(
         "fixed-angle-forgotten", "Constant angle of a prismatic joint left out",
-        "Joint {joint} slides, but its row has an angle too, which seems to be left out.", "6.1", _drop_fixed_angle,
+        "Joint {joint} slides, but its row has an angle too, which seems to be left out.", "6.1",
+        _change_each_row(lambda row: row.kind == "P" and row.theta != 0, lambda _, row: {"theta": row.theta * 0}),
     ),
     Mistake(
         "length-forgotten", "Length a left out",
-        "The length a in row {link} of the table seems to be left out.", "6.1", _drop_a,
+        "The length a in row {link} of the table seems to be left out.", "6.1",
+        _change_each_row(lambda row: row.a != 0, lambda _, row: {"a": row.a * 0}),
     ),
     Mistake(
         "distance-forgotten", "Distance d left out",
-        "The distance d in row {link} of the table seems to be left out.", "6.1", _drop_d,
+        "The distance d in row {link} of the table seems to be left out.", "6.1",
+        _change_each_row(lambda row: row.kind == "R" and row.d != 0, lambda _, row: {"d": row.d * 0}),
     ),
     Mistake(
         "variable-forgotten", "Joint variable left out",
         "The angle of joint {joint} seems to be left out: it turns every link behind it.", "6.1",
-        _drop_variable, rare=True,
+        _add_to_variable(lambda chain, i: -chain.q[i], "R"), rare=True,
     ),
     Mistake(
         "row-misread", "Entry of another row of the table",
@@ -515,7 +473,8 @@ _ALL = (
     Mistake(
         "twist-sign", "Twist with the wrong sign",
         "The twist alpha in row {joint} of the table seems to be taken with the wrong sign: it is the angle from one "
-        "z axis to the next, counted about the x axis between them.", "Example 6.1", _flip_twist,
+        "z axis to the next, counted about the x axis between them.", "Example 6.1",
+        _change_each_row(_has_twist, lambda _, row: {"alpha": -row.alpha}),
     ),
     Mistake(
         "all-twists-sign", "All twists with the wrong sign",
@@ -525,7 +484,7 @@ _ALL = (
     Mistake(
         "twist-forgotten", "Twist left out",
         "The twist alpha of row {joint} seems to be left out: the axes behind it are turned by it.",
-        "Example 6.1", _drop_twist,
+        "Example 6.1", _change_each_row(lambda row: row.alpha != 0, lambda _, row: {"alpha": row.alpha * 0}),
     ),
     Mistake(
         "modified-dh", "Another Denavit-Hartenberg convention",
@@ -545,17 +504,17 @@ _ALL = (
     Mistake(
         "a-and-d-exchanged", "a and d exchanged",
         "In row {link} of the table, a and d seem to be exchanged: d is measured along z, a along x.",
-        "Example 6.1", _exchange_a_and_d, rare=True,
+        "Example 6.1", _change_each_row(lambda row: row.a != row.d, lambda _, row: {"a": row.d, "d": row.a}), rare=True,
     ),
     Mistake(
         "joint-turns-other-way", "A joint that turns the other way",
         "Joint {joint} seems to turn the other way: its angle counts counterclockwise about its z axis.",
-        "6.1", _rotate_backwards, rare=True,
+        "6.1", _change_each_row(lambda row: row.kind == "R", lambda _, row: {"theta": -row.theta}), rare=True,
     ),
     Mistake(
         "quarter-turn", "A quarter turn too much",
         "The angle of joint {joint} seems to be a quarter turn off: it is counted from the x axis before to the one "
-        "behind.", "6.1", _add_quarter_turn, rare=True,
+        "behind.", "6.1", _add_to_variable(lambda chain, i: sp.pi / 2, "R"), rare=True,
     ),
     Mistake(
         "base-exchanged", "Coordinates of the base exchanged",
@@ -577,4 +536,4 @@ _ALL = (
     ),
 )  # fmt: skip
 
-MISTAKES = only_for_tables(_ALL, but=frozenset({"degrees"}))
+MISTAKES = only_for_tables(_ALL, {mistake.name for mistake in _ALL} - {"degrees"})

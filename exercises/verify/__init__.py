@@ -7,13 +7,12 @@ of lower rank that Newton's method finds lies in it.
 
 Beside the tests of questions, which are listed in `CHECKS` below:
 
-    numeric_reference   the arm in numbers, by 4 x 4 products and finite differences
-    exponentials        the Jacobian by the product of exponentials
+    numeric_reference   the arm in numbers, by 4 x 4 products, finite differences and the product of exponentials
     appearance          what a worked solution says about singular configurations, by moving joints
 """
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,24 +23,12 @@ from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.common.json_form import as_json
-from qdot.exercises.formula.trees import Node, ReadError, names
+from qdot.exercises.formula.trees import ReadError, names
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.problem.record import Digests, digests
-from qdot.exercises.verify import (
-    concepts,
-    formulas,
-    path,
-    performance,
-    quizzes,
-    rank,
-    redundancy,
-    screws,
-    singular,
-    statics,
-    transforms,
-    wrist,
-)
-from qdot.exercises.verify.numeric_reference import Check, NumericReference
+from qdot.exercises.verify import concepts, formulas, numbers, path, quizzes, rank, screws, singular
+from qdot.exercises.verify.formulas import PartCheck
+from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference
 
 
 @dataclass(frozen=True)
@@ -82,20 +69,19 @@ def certify(problem: Problem) -> ProblemCertificate:
     True
     """
     numeric = NumericReference(problem)
-    checks = [_check_symbols(problem.chain), _check_full_rank(numeric), *_check_description(numeric)]
+    check_convention = PRESENTED.get(problem.chain.convention) or _check_unknown("PRESENTED", "convention")
+    checks = [_check_symbols(problem.chain), _check_full_rank(numeric), *check_convention(numeric)]
     for part in problem.parts:
         checks.append(_check_readable(numeric, part))
         if checks[-1].passed:
-            checks += [Check(f"{part.name}: {name}", held, detail) for name, held, detail in _checks_of(numeric, part)]
+            check = CHECKS.get(part.kind) or _check_unknown("CHECKS", "kind of question")
+            checks += [Check(f"{part.name}: {name}", held, detail) for name, held, detail in check(numeric, part)]
     return ProblemCertificate(problem.id, problem.id.engine, tuple(checks), digests(problem))
 
 
-def _checks_of(numeric: "NumericReference", part: Part) -> Iterator[Check]:
-    known = CHECKS.get(part.kind)
-    if known is None:
-        yield Check("known", False, "nothing in qdot.exercises.verify.CHECKS tests this kind of question")
-    else:
-        yield from known(numeric, part)
+def _check_unknown(table: str, what: str) -> Callable[..., Checks]:
+    """Return the check that fails because a table of this module has none."""
+    return lambda *_: iter([Check("known", False, f"nothing in qdot.exercises.verify.{table} tests this {what}")])
 
 
 def _check_symbols(chain: Chain) -> Check:
@@ -122,29 +108,13 @@ def _check_full_rank(numeric: NumericReference) -> Check:
     sigma = np.linalg.svd(jacobian[:, numeric.task], compute_uv=False)
     largest = int((sigma > rank.GONE * np.linalg.norm(jacobian, axis=(1, 2))[:, None]).sum(axis=1).max())
     full = min(len(chain.task), chain.n)
-    rank_text = f"J for the task {', '.join(chain.task)} has rank {largest}"
-    return Check(
-        FULL_RANK,
-        largest == full,
-        rank_text if largest == full else f"{rank_text} of {full}, whatever the configuration",
-    )
+    detail = f"J for the task {', '.join(chain.task)} has rank {largest}"
+    if largest < full:
+        detail += f" of {full}, whatever the configuration"
+    return Check(FULL_RANK, largest == full, detail)
 
 
-def _check_nothing(_: NumericReference) -> Iterator[Check]:
-    """Check nothing of the standard table, from which all is derived."""
-    yield from ()
-
-
-def _check_description(numeric: NumericReference) -> Iterator[Check]:
-    """Test whether the statement describes the same arm as the standard table, from which all is derived."""
-    check = PRESENTED.get(numeric.chain.convention)
-    if check is None:
-        yield Check("known", False, "nothing in qdot.exercises.verify.PRESENTED tests this convention")
-    else:
-        yield from check(numeric)
-
-
-def _check_modified_table(numeric: NumericReference) -> Iterator[Check]:
+def _check_modified_table(numeric: NumericReference) -> Checks:
     """Multiply the rows of a modified table, and compare axes and point."""
     chain = numeric.chain
     ours, written_axes = numeric.frames[:, : chain.n, :3, 2], numeric.convention_frames[:, 1:, :3, 2]
@@ -155,7 +125,7 @@ def _check_modified_table(numeric: NumericReference) -> Iterator[Check]:
     yield formulas.agree("modified table: point", there[:, None], numeric.point[:, None], formulas.EXACT)
 
 
-def _check_axes(numeric: NumericReference) -> Iterator[Check]:
+def _check_axes(numeric: NumericReference) -> Checks:
     """Compare directions, points on axes and P at home with 4 x 4 products at zero joint variables."""
     axes, point = axes_of(numeric.chain)
     z, origins = numeric.home[:, :-1, :3, 2], numeric.home[:, :-1, :3, 3]
@@ -171,28 +141,21 @@ def _check_axes(numeric: NumericReference) -> Iterator[Check]:
     )
 
 
-PRESENTED: dict[str, Callable[[NumericReference], Iterator[Check]]] = {
-    "dh": _check_nothing, "modified-dh": _check_modified_table, "screws": _check_axes,
-}  # fmt: skip
+PRESENTED: dict[str, Callable[[NumericReference], Checks]] = {
+    "dh": lambda _: iter(()),  # it is the standard table
+    "modified-dh": _check_modified_table,
+    "screws": _check_axes,
+}
 """What holds the arm as a convention presents it against the standard table; without it, nothing is certified."""
-
-
-def _read_trees(numeric: NumericReference, part: Part) -> list[Node]:
-    return [numeric.tree(text) for text in part.answer.formulas()]
-
-
-def _usable_symbols(numeric: NumericReference, part: Part) -> set[str]:
-    """Return the symbols that a part may use: all of the problem's; joints and lengths in conditions on them."""
-    if part.answer.is_a_set:
-        return {symbol.name for symbol in (*numeric.chain.q, *numeric.chain.parameters)}
-    return set(numeric.known)
 
 
 def _check_readable(numeric: NumericReference, part: Part) -> Check:
     """Parse every text of the reference as an answer is parsed, and look for symbols that the problem lacks."""
-    name = f"{part.name}: readable"
+    name, usable = f"{part.name}: readable", set(numeric.known)
+    if part.answer.is_a_set:  # of joints and lengths only
+        usable = {symbol.name for symbol in (*numeric.chain.q, *numeric.chain.parameters)}
     try:
-        strange = set[str]().union(*map(names, _read_trees(numeric, part))) - _usable_symbols(numeric, part)
+        strange = set[str]().union(*(names(numeric.tree(text)) for text in part.answer.formulas())) - usable
     except ReadError as error:
         return Check(name, False, str(error))
     if strange:
@@ -200,12 +163,9 @@ def _check_readable(numeric: NumericReference, part: Part) -> Check:
     return Check(name, True, "its text is understood, and holds the problem's symbols only")
 
 
-CHECKS: dict[str, Callable[[NumericReference, Part], Iterator[Check]]] = {
+CHECKS: dict[str, PartCheck] = {
     kind: check
-    for module in (
-        formulas, singular, transforms, screws, wrist, redundancy, path, rank, concepts, statics, performance,
-        quizzes,
-    )
+    for module in (formulas, numbers, singular, screws, path, rank, concepts, quizzes)
     for kind, check in module.CHECKS.items()
 }  # fmt: skip
 """The test of each kind of question; a question without one can't be certified."""

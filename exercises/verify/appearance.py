@@ -19,7 +19,7 @@ from qdot.exercises.arm.classification import Kind, classify, is_one_sided, samp
 from qdot.exercises.arm.kinds import are_one_sided, kinds_at
 from qdot.exercises.arm.normalized_arm import normalize_arm, normalized_pieces
 from qdot.exercises.arm.singularity import Component, singular_set
-from qdot.exercises.verify.numeric_reference import Check, NumericReference
+from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference
 
 ARMS, OF_A_PIECE = (4, 20, 80), 8
 """Choices of lengths, more if fewer give nothing, and the number of configurations of a piece to test."""
@@ -31,7 +31,7 @@ Place = Callable[[np.ndarray], np.ndarray]
 """The place (..., 3), m, of what a statement is about, in poses (..., n)."""
 
 
-def check_singularity_statements(numeric: NumericReference) -> Iterator[Check]:
+def check_singularity_statements(numeric: NumericReference) -> Checks:
     """Test what the worked solution says about each component, or about each value if they are distinguished."""
     chain = numeric.chain
     for component in singular_set(chain) or ():
@@ -138,7 +138,7 @@ def _axis(sample: Sample, joint: int) -> tuple[np.ndarray, np.ndarray]:
     return frame[:3, 2], frame[:3, 3]
 
 
-def _distances_from_axis(sample: Sample, places: np.ndarray, joint: int) -> np.ndarray:
+def distances_from_axis(sample: Sample, places: np.ndarray, joint: int) -> np.ndarray:
     """Return the distances of places (k, 3) from a joint's axis, which does not move."""
     z, origin = _axis(sample, joint)
     return np.asarray(np.linalg.norm(np.cross(places - origin, z), axis=-1))
@@ -166,7 +166,7 @@ def _is_on_axes(claim: _Claim) -> bool:
     return all(
         np.linalg.norm(place(sample.q + 0.7 * np.eye(len(sample.q))[joint]) - at) < SAME
         if sample.arm.kinds[joint] == "R" and claim.match["what"] == "the point"
-        else _distances_from_axis(sample, at[None], joint)[0] < SAME
+        else distances_from_axis(sample, at[None], joint)[0] < SAME
         for joint in claim.joints
     )
 
@@ -175,16 +175,14 @@ def _are_collinear(claim: _Claim) -> bool:
     sample = claim.sample
     first, *others = claim.joints
     z, origin = _axis(sample, first)
-    return all(_distances_from_axis(sample, np.stack([origin, origin + z]), joint).max() < SAME for joint in others)
+    return all(distances_from_axis(sample, np.stack([origin, origin + z]), joint).max() < SAME for joint in others)
 
 
 def _is_extreme(claim: _Claim) -> bool:
     """Move the point everywhere that the joint can bring it, and compare distances."""
     sample = claim.sample
     poses = _poses_by_joint(sample, int(claim.match["by"]) - 1)
-    distances = _distances_from_axis(
-        sample, _place_of(sample, claim.match["what"])(poses), int(claim.match["axis"]) - 1
-    )
+    distances = distances_from_axis(sample, _place_of(sample, claim.match["what"])(poses), int(claim.match["axis"]) - 1)
     return _extreme_name(distances) in re.findall("far|near", claim.match["how"])
 
 
@@ -224,7 +222,7 @@ def _stretch_words(sample: Sample, place: Place, turning: Sequence[int]) -> str:
     It is stretched out if all of its links, seen along the axes, point the same way.
     """
     axis, *later = turning
-    moving = {joint: _distances_from_axis(sample, place(_poses_by_joint(sample, joint)), axis) for joint in later}
+    moving = {joint: distances_from_axis(sample, place(_poses_by_joint(sample, joint)), axis) for joint in later}
     movers = [joint for joint, distances in moving.items() if np.ptp(distances) > SAME]
     z = _axis(sample, axis)[0]
     if not movers or any(_extreme_name(moving[joint]) == "" for joint in movers):

@@ -1,7 +1,5 @@
 """Test the questions on concepts: by differences of poses and by least squares, at the pose of the question."""
 
-from collections.abc import Callable, Iterator
-
 import numpy as np
 
 from qdot.exercises.answers import Choice
@@ -10,19 +8,20 @@ from qdot.exercises.arm.chain import TASK_ROWS
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.concepts import USES, ForUse, OfCost, OfJoint
 from qdot.exercises.questions.differentiation import ForTask
-from qdot.exercises.verify.formulas import EXACT, agree
-from qdot.exercises.verify.numeric_reference import Check, NumericReference
-from qdot.exercises.verify.rank import at_place, exponential_at, rank_of
+from qdot.exercises.verify.formulas import EXACT, PartCheck, agree
+from qdot.exercises.verify.numbers import reference_numbers
+from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference, at_place, exponential_at
+from qdot.exercises.verify.rank import rank_of
 
 ROUNDED = 0.0006
 """Error of a number to three decimals."""
 
 
-def _check_size(numeric: NumericReference, part: Part) -> Iterator[Check]:
+def _check_size(numeric: NumericReference, part: Part) -> Checks:
     task = part.about(ForTask).task
     counted = numeric.differenced_jacobian[:, [TASK_ROWS.index(row) for row in task]]
     expected = np.array([[float(counted.shape[1])], [float(counted.shape[2])]])
-    yield agree("size", np.array(part.answer.as_matrix().tolist(), float)[None], expected[None], EXACT)
+    yield agree("size", reference_numbers(part), expected[None], EXACT)
     empty = [row for row, values in zip(task, counted.swapaxes(0, 1), strict=True) if np.abs(values).max() < 1e-6]
     yield Check(
         "rows that move", not empty and task != numeric.chain.task, f"always zero: {', '.join(empty) or 'none'}"
@@ -33,7 +32,7 @@ def _parse_numbers(text: str) -> np.ndarray:
     return np.array([float(value) for value in text.strip("()").split(",")])
 
 
-def _check_effect(numeric: NumericReference, part: Part) -> Iterator[Check]:
+def _check_effect(numeric: NumericReference, part: Part) -> Checks:
     answer, effect = part.of(Choice), part.about(OfJoint).effect
     moved = _difference_velocity(at_place(numeric, effect.place), effect.joint - 1)
     expected = moved[[TASK_ROWS.index(row) for row in effect.rows]]
@@ -53,7 +52,7 @@ def _difference_velocity(sample: Sample, joint: int) -> np.ndarray:
     return np.array([*linear, spin[2, 1], spin[0, 2], spin[1, 0]])
 
 
-def _check_use(numeric: NumericReference, part: Part) -> Iterator[Check]:
+def _check_use(numeric: NumericReference, part: Part) -> Checks:
     answer, asked = part.of(Choice), part.about(ForUse)
     jacobian = exponential_at(numeric, asked.place)[[TASK_ROWS.index(row) for row in asked.task]]
     rank, clear = rank_of(jacobian)
@@ -65,7 +64,7 @@ def _check_use(numeric: NumericReference, part: Part) -> Iterator[Check]:
     yield Check("use", is_stated and asked.use == expected_use, f"{answer.letter} is {options[answer.correct]}")
 
 
-def _check_cost(numeric: NumericReference, part: Part) -> Iterator[Check]:
+def _check_cost(numeric: NumericReference, part: Part) -> Checks:
     """Solve J qd = v by least squares for each option, and test the residuals."""
     answer, cost = part.of(Choice), part.about(OfCost).cost
     jacobian = exponential_at(numeric, cost.place)[numeric.task]
@@ -82,7 +81,7 @@ def _check_cost(numeric: NumericReference, part: Part) -> Iterator[Check]:
     yield Check("least squares", produced == wanted and all(share < 0.02 or share > 0.4 for share in left), detail)
 
 
-CHECKS: dict[str, Callable[[NumericReference, Part], Iterator[Check]]] = {
+CHECKS: dict[str, PartCheck] = {
     "jacobian-size": _check_size,
     "joint-effect": _check_effect,
     "invertibility": _check_use,

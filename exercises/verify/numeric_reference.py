@@ -1,6 +1,6 @@
 """The arm in numbers, with which references are compared: products of 4 x 4 matrices and finite differences."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import combinations, product
 from typing import NamedTuple
 
@@ -12,13 +12,14 @@ from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.classification import domain_of, samples_on
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.vectors import cross
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.text import text_of
 from qdot.exercises.formula.trees import Node
 from qdot.exercises.problem.problem import Problem
-from qdot.exercises.verify.exponentials import exponential_jacobian
+from qdot.exercises.questions.inversion import Configuration
 
 ARMS, POSES = 3, 4
 
@@ -31,6 +32,9 @@ class Check(NamedTuple):
     name: str
     passed: bool
     detail: str
+
+
+Checks = Iterator[Check]
 
 
 class NumericReference:
@@ -249,3 +253,77 @@ def samples_where(numeric: NumericReference, condition: sp.Expr, *, arms: int, e
         if samples:
             break
     return samples
+
+
+# --- at the configuration of a question ---
+
+
+def at_place(numeric: NumericReference, place: Configuration) -> Sample:
+    """Return a pose given in numbers, in floating point."""
+    arm = NumericChain(numeric.chain, {symbol.name: float(value) for symbol, value in place.lengths.items()})
+    return Sample(arm, np.array([float(sp.N(place.joints[q], 20)) for q in numeric.chain.q]))
+
+
+def jacobian_at(numeric: NumericReference, place: Configuration) -> np.ndarray:
+    """Return the task Jacobian at a pose (m x n), by products of 4 x 4 matrices."""
+    sample = at_place(numeric, place)
+    return np.asarray(sample.arm.jacobian(sample.q)[numeric.task])
+
+
+def exponential_at(numeric: NumericReference, place: Configuration) -> np.ndarray:
+    """Return the 6 x n Jacobian at a pose by the product of exponentials."""
+    sample = at_place(numeric, place)
+    return np.asarray(exponential_jacobian(sample.arm, sample.q[None])[0])
+
+
+# --- the product of exponentials ---
+
+
+def exponential_jacobian(arm: NumericChain, q: np.ndarray) -> np.ndarray:
+    """Return the 6 x n Jacobian of the point and of the last link, (…, 6, n), for q (…, n), from screws.
+
+    The arm is read from its table once, at home (all joint variables zero). There, joint i has the unit screw
+    S_i = (v, w): w = z, v = o x z for a revolute joint (z its axis, o a point on it), (z, 0) for a prismatic one. The
+    pose of the body is exp(S_1 q_1) ... exp(S_n q_n) M, and column i of the spatial Jacobian is S_i transformed by the
+    exponentials before it. World frame; linear part first, as in (6.6).
+    """
+    home = arm.frames(np.zeros(q.shape[-1]))
+    z, origins = home[:-1, :3, 2], home[:-1, :3, 3]
+    revolute = np.array([kind == "R" for kind in arm.kinds])
+    rotation = np.broadcast_to(np.eye(3), (*q.shape[:-1], 3, 3))
+    shift = np.zeros((*q.shape[:-1], 3))
+    point = arm.point_of(home)
+    screws = []
+    for i in range(q.shape[-1]):
+        if i == arm.point_frame:
+            point = _transform_point(rotation, shift, arm.point_of(home))
+        spin = np.einsum("...ij,j->...i", rotation, z[i] * revolute[i])
+        slide = cross(origins[i], z[i]) if revolute[i] else z[i]
+        screws.append((spin, np.einsum("...ij,j->...i", rotation, slide) + cross(shift, spin)))
+        turn, step = _exponential(z[i], origins[i], q[..., i], bool(revolute[i]))
+        shift = _transform_point(rotation, shift, step)
+        rotation = rotation @ turn
+    if arm.point_frame == q.shape[-1]:
+        point = _transform_point(rotation, shift, arm.point_of(home))
+    columns = []
+    for i, (spin, slide) in enumerate(screws):
+        linear = (slide + cross(spin, point)) * (i < arm.point_frame)
+        columns.append(np.concatenate([linear, spin], axis=-1))
+    return np.stack(columns, axis=-1)
+
+
+def _transform_point(rotation: np.ndarray, shift: np.ndarray, point: np.ndarray) -> np.ndarray:
+    return np.asarray(np.einsum("...ij,...j->...i", rotation, np.broadcast_to(point, shift.shape)) + shift)
+
+
+def _exponential(
+    axis: np.ndarray, on_axis: np.ndarray, value: np.ndarray, revolute: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return rotation (…, 3, 3) and shift (…, 3) of one joint's motion: Rodrigues' formula about a line, or a slide."""
+    if not revolute:
+        return np.broadcast_to(np.eye(3), (*value.shape, 3, 3)), value[..., None] * axis
+    x, y, z = axis
+    hat = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    s, c = np.sin(value)[..., None, None], np.cos(value)[..., None, None]
+    turn = np.eye(3) + s * hat + (1 - c) * hat @ hat
+    return turn, on_axis - turn @ on_axis

@@ -1,16 +1,14 @@
 """Test rates along a path: follow the line independently with 4 x 4 products, and difference its joints."""
 
-from collections.abc import Callable, Iterator
-
 import numpy as np
 
 from qdot.exercises.answers import Number
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.path import LESS_REGULAR, AtDistance, Seam, ToLimit
-from qdot.exercises.verify.formulas import WELL_CONDITIONED, agree
-from qdot.exercises.verify.numeric_reference import Check, NumericReference
-from qdot.exercises.verify.redundancy import NUMBERS, check_three_digits, reference_numbers
+from qdot.exercises.verify.formulas import PartCheck, agree
+from qdot.exercises.verify.numbers import NUMBERS, WELL_CONDITIONED, check_three_digits, reference_numbers
+from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference
 
 STATIONS = 60
 """Places at which a line is tested."""
@@ -75,22 +73,18 @@ class LineFollower:
         return float((sigma[:, -1] / sigma[:, 0]).min())
 
 
-def _check_path_rates(numeric: NumericReference, part: Part) -> Iterator[Check]:
+def _check_path_rates(numeric: NumericReference, part: Part) -> Checks:
     """Follow the line to the place of the question and solve for the rates there."""
     details = part.about(AtDistance)
     line, s = LineFollower(numeric, details.seam), float(details.distance)
     joints = line.joints(np.linspace(0, s, STATIONS))
     expected = line.rates(joints[-1])
     yield agree("linear solve", reference_numbers(part), expected[None, :, None], NUMBERS)
-    yield agree(
-        "differences along the line",
-        reference_numbers(part),
-        line.rates_by_differences(joints[-1], s)[None, :, None],
-        1e-5,
-    )
+    differenced = line.rates_by_differences(joints[-1], s)
+    yield agree("differences along the line", reference_numbers(part), differenced[None, :, None], 1e-5)
     yield Check("on the line", s < line.length, f"{s:g} m of {line.length:.3f} m")
     yield _check_one_branch(line, joints, s, WELL_CONDITIONED * LESS_REGULAR)
-    yield check_three_digits(part, expected)
+    yield check_three_digits(part)
 
 
 def _check_one_branch(line: LineFollower, joints: np.ndarray, s: float, least: float) -> Check:
@@ -102,7 +96,7 @@ def _check_one_branch(line: LineFollower, joints: np.ndarray, s: float, least: f
     return Check("on one branch", ratio > least and jump < 0.2 and apart < 1e-6, detail)
 
 
-def _check_path_limit(numeric: NumericReference, part: Part) -> Iterator[Check]:
+def _check_path_limit(numeric: NumericReference, part: Part) -> Checks:
     """Follow the line past the place: the speed is the limit there, lower before it and higher after it."""
     answer, details = part.of(Number), part.about(ToLimit)
     line, claimed = LineFollower(numeric, details.seam), reference_numbers(part)
@@ -121,10 +115,10 @@ def _check_path_limit(numeric: NumericReference, part: Part) -> Iterator[Check]:
     detail = f"{behind:.4f} and {ahead:.4f} at the ends of what is accepted"
     yield Check("clear crossing", bool(behind < 0.995 * limit and 1.005 * limit < ahead), detail)
     yield _check_one_branch(line, joints, s, NEAR)
-    yield check_three_digits(part, claimed.ravel())
+    yield check_three_digits(part)
 
 
-CHECKS: dict[str, Callable[[NumericReference, Part], Iterator[Check]]] = {
+CHECKS: dict[str, PartCheck] = {
     "path-rates": _check_path_rates,
     "path-limit": _check_path_limit,
 }

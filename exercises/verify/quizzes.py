@@ -3,14 +3,14 @@
 Options are compared with the arm in numbers in the same ways as references. No two of them are the same.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answers import Choice, ConditionSet, Expression, Matching, Matrix, Number, Selection
+from qdot.exercises.answers import Choice, ConditionSet, Expression, Matching, Matrix, Selection
 from qdot.exercises.arm.chain import TASK_ROWS
 from qdot.exercises.arm.lengths import with_lengths
 from qdot.exercises.common.stream import Stream
@@ -23,16 +23,22 @@ from qdot.exercises.quizzes.options import OfferedOption, Options, Places
 from qdot.exercises.quizzes.selections import EqualForms, OfQuantity, Quantity
 from qdot.exercises.quizzes.values import AtRates
 from qdot.exercises.quizzes.wrong import Subject
-from qdot.exercises.verify.exponentials import exponential_jacobian
 from qdot.exercises.verify.formulas import CHECKS as FORMULAS
-from qdot.exercises.verify.formulas import EXACT, agree
-from qdot.exercises.verify.numeric_reference import POSES, Check, NumericReference
-from qdot.exercises.verify.rank import exponential_at, rank_of
+from qdot.exercises.verify.formulas import EXACT, PartCheck, agree
+from qdot.exercises.verify.numbers import NUMBERS, check_three_digits, reference_numbers
+from qdot.exercises.verify.numeric_reference import (
+    POSES,
+    Check,
+    Checks,
+    NumericReference,
+    exponential_at,
+    exponential_jacobian,
+)
+from qdot.exercises.verify.rank import rank_of
 from qdot.exercises.verify.screws import CHECKS as SCREWS
 from qdot.exercises.verify.singular import CHECKS as SETS
-from qdot.exercises.verify.statics import CHECKS as TORQUES
 
-BASE_CHECKS: Mapping[str, Callable[[NumericReference, Part], Iterator[Check]]] = {**FORMULAS, **TORQUES, **SCREWS}
+BASE_CHECKS: Mapping[str, PartCheck] = {**FORMULAS, **SCREWS}
 """The tests of the questions that options answer."""
 
 STEP = 0.7
@@ -52,7 +58,7 @@ def _as_answer(numeric: NumericReference, subject: Subject, option: sp.Matrix) -
     return replace(part, answer=Matrix(sp.Matrix(whole)))
 
 
-def _check_formula_choice(numeric: NumericReference, part: Part) -> Iterator[Check]:
+def _check_formula_choice(numeric: NumericReference, part: Part) -> Checks:
     subject = part.about(AboutSubject).subject
     check = BASE_CHECKS[subject.base]
     offered = _offered_options(part)
@@ -82,7 +88,7 @@ def _check_different(numeric: NumericReference, options: Sequence[sp.Matrix]) ->
     return Check("different options", all(np.isfinite(value).all() for value in values), "no two have the same values")
 
 
-def _check_set_choice(numeric: NumericReference, part: Part) -> Iterator[Check]:
+def _check_set_choice(numeric: NumericReference, part: Part) -> Checks:
     passed = []
     for option in _offered_options(part):
         claimed = Part("singular-angles", "singular-angles", ConditionSet(option.shown))
@@ -102,7 +108,7 @@ def _ranks(numeric: NumericReference, part: Part) -> list[tuple[int, bool]]:
     return [rank_of(exponential_at(numeric, place)[numeric.task]) for place in places]
 
 
-def _check_configurations(numeric: NumericReference, part: Part) -> Iterator[Check]:
+def _check_configurations(numeric: NumericReference, part: Part) -> Checks:
     answer = part.answer
     full = min(len(numeric.task), numeric.chain.n)
     ranks = _ranks(numeric, part)
@@ -137,7 +143,7 @@ def _quantity_values(numeric: NumericReference, asked: Quantity, moved: int | No
     return np.concatenate(values)
 
 
-def _check_forms(numeric: NumericReference, part: Part) -> Iterator[Check]:
+def _check_forms(numeric: NumericReference, part: Part) -> Checks:
     answer, expected = part.of(Selection), _quantity_values(numeric, part.about(EqualForms).quantity)
     right = []
     for index, option in enumerate(_offered_options(part)):
@@ -150,7 +156,7 @@ def _check_forms(numeric: NumericReference, part: Part) -> Iterator[Check]:
     yield Check("different options", len(set(answer.options)) == len(answer.options), "no two are written the same")
 
 
-def _check_dependence(numeric: NumericReference, part: Part) -> Iterator[Check]:
+def _check_dependence(numeric: NumericReference, part: Part) -> Checks:
     """Move one joint at a time, and test whether the values of the quantity change."""
     answer, asked = part.of(Selection), part.about(OfQuantity).quantity
     here = _quantity_values(numeric, asked)
@@ -165,7 +171,7 @@ def _check_dependence(numeric: NumericReference, part: Part) -> Iterator[Check]:
 # --- columns to joints ---
 
 
-def _check_columns(numeric: NumericReference, part: Part) -> Iterator[Check]:
+def _check_columns(numeric: NumericReference, part: Part) -> Checks:
     answer = part.of(Matching)
     offered = _offered_options(part)
     jacobian = numeric.exponential_jacobian[:, numeric.task]
@@ -181,27 +187,23 @@ def _check_columns(numeric: NumericReference, part: Part) -> Iterator[Check]:
 # --- numbers and statements ---
 
 
-def _check_value(part: Part, expected: float) -> Iterator[Check]:
-    answer = part.of(Number)
-    claimed = float(answer.reference[0])
-    yield agree("in numbers", np.array([[[claimed]]]), np.array([[[expected]]]), 1e-8)
-    rounded = abs(float(f"{expected:.2e}") - expected)
-    enough = rounded <= max(answer.tolerance * abs(expected), answer.floor)
-    yield Check("three digits", enough, "rounding keeps it right")
+def _check_value(part: Part, expected: float) -> Checks:
+    yield agree("in numbers", reference_numbers(part), np.array([[[expected]]]), NUMBERS)
+    yield check_three_digits(part)
 
 
-def _check_determinant_value(numeric: NumericReference, part: Part) -> Iterator[Check]:
+def _check_determinant_value(numeric: NumericReference, part: Part) -> Checks:
     yield from _check_value(part, float(np.linalg.det(exponential_at(numeric, part.about(AtPose).place)[numeric.task])))
 
 
-def _check_speed(numeric: NumericReference, part: Part) -> Iterator[Check]:
+def _check_speed(numeric: NumericReference, part: Part) -> Checks:
     details = part.about(AtRates)
     rates = np.array([float(rate) for rate in details.rates.values()])
     velocity = exponential_at(numeric, details.place)[:3] @ rates
     yield from _check_value(part, float(np.linalg.norm(velocity)))
 
 
-def _check_statement(numeric: NumericReference, part: Part) -> Iterator[Check]:
+def _check_statement(numeric: NumericReference, part: Part) -> Checks:
     answer, statement = part.of(Choice), part.about(PoseStatement)
     jacobian = exponential_at(numeric, statement.place)
     if isinstance(statement, JointStatement):
@@ -214,7 +216,7 @@ def _check_statement(numeric: NumericReference, part: Part) -> Iterator[Check]:
     yield Check("statement", answer.options[answer.correct] == str(true).lower(), f"it is {true}")
 
 
-CHECKS: dict[str, Callable[[NumericReference, Part], Iterator[Check]]] = {
+CHECKS: dict[str, PartCheck] = {
     **{
         question.name: _check_formula_choice
         for question in CHOICES

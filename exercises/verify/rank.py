@@ -1,6 +1,6 @@
 """Test rank, lost direction and meaning: by the product of exponentials, by differences, and at other places."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 import sympy as sp
@@ -13,15 +13,17 @@ from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.meanings import Meaning
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.geometry import AtPose
-from qdot.exercises.questions.inversion import Configuration
 from qdot.exercises.questions.rank import LostAt, LostInFormulas, OfMeaning, OfMotion
-from qdot.exercises.verify.appearance import side_of_lost_direction
-from qdot.exercises.verify.exponentials import exponential_jacobian
-from qdot.exercises.verify.formulas import EXACT, agree
+from qdot.exercises.verify.appearance import distances_from_axis, side_of_lost_direction
+from qdot.exercises.verify.formulas import EXACT, PartCheck, agree
+from qdot.exercises.verify.numbers import reference_numbers
 from qdot.exercises.verify.numeric_reference import (
     POSES,
     Check,
+    Checks,
     NumericReference,
+    exponential_at,
+    exponential_jacobian,
     random_poses,
     sample_distinct_lengths,
     samples_where,
@@ -35,18 +37,6 @@ MOST, ALONG = 0.6, 0.01
 that has to be possible along it there."""
 
 
-def at_place(numeric: NumericReference, place: Configuration) -> Sample:
-    """Return a pose given in numbers, in floating point."""
-    arm = NumericChain(numeric.chain, {symbol.name: float(value) for symbol, value in place.lengths.items()})
-    return Sample(arm, np.array([float(sp.N(place.joints[q], 20)) for q in numeric.chain.q]))
-
-
-def exponential_at(numeric: NumericReference, place: Configuration) -> np.ndarray:
-    """Return the 6 x n Jacobian at a pose by the product of exponentials."""
-    sample = at_place(numeric, place)
-    return np.asarray(exponential_jacobian(sample.arm, sample.q[None])[0])
-
-
 def rank_of(jacobian: np.ndarray) -> tuple[int, bool]:
     """Return the rank of a matrix, and whether all singular values are clearly zero or clearly not."""
     sigma = np.linalg.svd(jacobian, compute_uv=False)
@@ -54,17 +44,17 @@ def rank_of(jacobian: np.ndarray) -> tuple[int, bool]:
     return int(np.sum(share > GONE)), not bool(np.any((share > GONE) & (share < THERE)))
 
 
-def _check_rank(numeric: NumericReference, part: Part) -> Iterator[Check]:
+def _check_rank(numeric: NumericReference, part: Part) -> Checks:
     part.of(Number)
     largest, clear = rank_of(exponential_at(numeric, part.about(AtPose).place)[numeric.task])
-    yield agree("rank", np.array(part.answer.as_matrix().tolist(), float)[None], np.array([[[float(largest)]]]), EXACT)
+    yield agree("rank", reference_numbers(part), np.array([[[float(largest)]]]), EXACT)
     yield Check("clear", clear, "every singular value is clearly zero or clearly not")
 
 
 # --- lost direction ---
 
 
-def _check_direction(numeric: NumericReference, part: Part) -> Iterator[Check]:
+def _check_direction(numeric: NumericReference, part: Part) -> Checks:
     answer = part.of(Direction)
     m = len(numeric.task)
     if answer.reference.shape != (m, 1):
@@ -75,9 +65,9 @@ def _check_direction(numeric: NumericReference, part: Part) -> Iterator[Check]:
         yield from _check_formula(numeric, part, part.details.lost)
         return
     jacobian = exponential_at(numeric, part.about(AtPose).place)[numeric.task]
-    claimed = np.array(part.answer.as_matrix().tolist(), float)
+    claimed = reference_numbers(part)
     yield Check("unit length", bool(abs(np.linalg.norm(claimed) - 1) < 1e-8), f"length {np.linalg.norm(claimed):.10f}")
-    yield _check_perpendicular(claimed[None], jacobian[None])
+    yield _check_perpendicular(claimed, jacobian[None])
 
 
 def _check_written_form(part: Part) -> Check:
@@ -90,7 +80,7 @@ def _check_written_form(part: Part) -> Check:
     return Check("short", bool(entries) and not signed and not odd, f"{len(entries)} entries, {len(terms)} terms")
 
 
-def _check_formula(numeric: NumericReference, part: Part, lost: LostAt) -> Iterator[Check]:
+def _check_formula(numeric: NumericReference, part: Part, lost: LostAt) -> Checks:
     """Substitute the joint values at random places, and multiply by J."""
     fixed = {q for q, _ in lost.values}
     left = part.answer.as_matrix().free_symbols & fixed
@@ -157,7 +147,7 @@ def _more_arms(numeric: NumericReference) -> Iterator[tuple[NumericChain, Mappin
 # --- lost motion ---
 
 
-def _check_motion(numeric: NumericReference, part: Part) -> Iterator[Check]:
+def _check_motion(numeric: NumericReference, part: Part) -> Checks:
     """Test the component of every possible velocity along each line: none along the right one, some along others."""
     answer, asked = part.of(Choice), part.about(OfMotion).asked
     texts = tuple(line.words for line in asked.lines)
@@ -194,7 +184,7 @@ def _possible_velocities(sample: Sample, task: Sequence[int], moving: str, held:
 # --- meaning ---
 
 
-def _check_meaning(numeric: NumericReference, part: Part) -> Iterator[Check]:
+def _check_meaning(numeric: NumericReference, part: Part) -> Checks:
     answer, asked = part.of(Choice), part.about(OfMeaning).asked
     samples = samples_at(numeric, asked.values, asked.condition)
     right = answer.correct
@@ -251,19 +241,12 @@ def _holds(meaning: Meaning, sample: Sample) -> bool:
         turn = np.diff(np.arctan2(seen[1], seen[0]))[0]
         return bool(abs(np.sin(turn) if meaning.kind == "along" else np.cos(turn)) < 1e-6 and abs(seen[2, 0]) < 1e-6)
     others = sample.q + np.linspace(-2.9, 3.2, 60)[:, None] * np.eye(len(sample.q))[last]
-    distances = _distances_from_axis(sample, np.vstack([sample.q, others]), first)
+    distances = distances_from_axis(sample, sample.arm.point(np.vstack([sample.q, others])), first)
     best = distances.max() if meaning.kind == "far" else distances.min()
     return bool(abs(distances[0] - best) < 1e-9)
 
 
-def _distances_from_axis(sample: Sample, q: np.ndarray, joint: int) -> np.ndarray:
-    """Return the distances of the point from a joint's axis in many poses."""
-    frames = sample.arm.frames(q)
-    between, axis = sample.arm.point_of(frames) - frames[:, joint, :3, 3], frames[:, joint, :3, 2]
-    return np.asarray(np.linalg.norm(between - (between * axis).sum(axis=1, keepdims=True) * axis, axis=1))
-
-
-CHECKS: dict[str, Callable[[NumericReference, Part], Iterator[Check]]] = {
+CHECKS: dict[str, PartCheck] = {
     "rank": _check_rank,
     "lost-direction": _check_direction,
     "lost-motion": _check_motion,

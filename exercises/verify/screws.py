@@ -7,19 +7,17 @@ give a third way, it is tested as well. Twists and adjoints have the arm's order
 (v, omega) of Murray, Li and Sastry, each with its own adjoint.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import numpy as np
 
 from qdot.exercises.arm.axes_to_dh import Axis
-from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.screws import DECIMALS, InNumbers
-from qdot.exercises.verify.formulas import DIFFERENCED, EXACT, agree, check_three_digits, formula_check
-from qdot.exercises.verify.numeric_reference import Check, NumericReference
-
-Values = dict[str, tuple[np.ndarray, float]]
+from qdot.exercises.verify.formulas import DIFFERENCED, EXACT, Expected, PartCheck, agree, formula_check
+from qdot.exercises.verify.numbers import check_three_digits
+from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference, at_place
 
 
 def _hat(vector: np.ndarray) -> np.ndarray:
@@ -87,7 +85,7 @@ class _Axes:
         return (u, np.cross(o, u)) if axis.kind == "R" else (0 * u, u)
 
 
-def _home(numeric: NumericReference, _: Part) -> Values:
+def _home(numeric: NumericReference, _: Part) -> Expected:
     """By the frames on the links at home: z, and o x z of the origin o of a frame on the axis."""
     z, o = numeric.home[:, :-1, :3, 2], numeric.home[:, :-1, :3, 3]
     turning = np.array([joint.kind == "R" for joint in numeric.chain.joints])[:, None]
@@ -95,7 +93,7 @@ def _home(numeric: NumericReference, _: Part) -> Values:
     return {"frames at home": (screws.swapaxes(1, 2), EXACT)}
 
 
-def _pose(numeric: NumericReference, _: Part) -> Values:
+def _pose(numeric: NumericReference, _: Part) -> Expected:
     """By exponentials, and from the last frame."""
     return {"product of exponentials": (_Axes(numeric).pose, EXACT), "frames": (_pose_of_last_frame(numeric), EXACT)}
 
@@ -114,18 +112,18 @@ def _conjugate(numeric: NumericReference, pose: np.ndarray, twists: np.ndarray) 
     return np.stack(columns, axis=-1)
 
 
-def _body_adjoint(numeric: NumericReference, _: Part) -> Values:
+def _body_adjoint(numeric: NumericReference, _: Part) -> Expected:
     """By the exponentials' pose, and by the matrix of each unit twist, between the poses of the last frame."""
     unit = np.broadcast_to(np.eye(6), (numeric.points, 6, 6))
     by_matrices = _conjugate(numeric, _pose_of_last_frame(numeric), unit)
     return {"product of exponentials": (_adjoint(numeric, _Axes(numeric).pose), EXACT), "frames": (by_matrices, EXACT)}
 
 
-def _check_changed_twist(numeric: NumericReference, part: Part) -> Iterator[Check]:
+def _check_changed_twist(numeric: NumericReference, part: Part) -> Checks:
     """Transform the matrix of the twist, T [V] T^-1, by the last frame there and at home; test the given values."""
     details, chain = part.about(InNumbers), numeric.chain
-    arm = NumericChain(chain, {symbol.name: float(value) for symbol, value in details.place.lengths.items()})
-    q = np.array([float(details.place.joints[variable]) for variable in chain.q])
+    sample = at_place(numeric, details.place)
+    arm, q = sample.arm, sample.q
     frames, home = arm.frames(q), arm.frames(0 * q)
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = frames[-1, :3, :3] @ home[-1, :3, :3].T, arm.point_of(frames)
@@ -148,19 +146,17 @@ def _pose_of_last_frame(numeric: NumericReference) -> np.ndarray:
     return pose
 
 
-def _space_jacobian(numeric: NumericReference) -> Values:
+def _space_jacobian(numeric: NumericReference) -> Expected:
     """By exponentials, and from the velocities of the last frame by differences."""
     last = numeric.carried[:, :, numeric.chain.n]
     spin, velocity = last[..., 3:], last[..., :3]
     at_origin = velocity - np.cross(spin, numeric.frames[:, None, -1, :3, 3])
     differenced = _twist(numeric, spin, at_origin).swapaxes(1, 2)
-    return {
-        "product of exponentials": (_Axes(numeric).space, EXACT),
-        "finite differences": (differenced, DIFFERENCED),
-    }
+    by_exponentials = (_Axes(numeric).space, EXACT)
+    return {"product of exponentials": by_exponentials, "finite differences": (differenced, DIFFERENCED)}
 
 
-def _body_jacobian(numeric: NumericReference) -> Values:
+def _body_jacobian(numeric: NumericReference) -> Expected:
     """By exponentials, and from the geometric Jacobian, rotated into the frame that is the world's at home."""
     axes = _Axes(numeric)
     back = axes.pose[:, :3, :3].swapaxes(1, 2)
@@ -168,24 +164,23 @@ def _body_jacobian(numeric: NumericReference) -> Values:
     return {"product of exponentials": (axes.body, EXACT), "frames": (turned, EXACT)}
 
 
-def _multiply_rates(
-    jacobian_values: Callable[[NumericReference], Values],
-) -> Callable[[NumericReference, Part], Values]:
-    def twist(numeric: NumericReference, _: Part) -> Values:
-        return {
-            name: (jacobian @ numeric.rates, allowed) for name, (jacobian, allowed) in jacobian_values(numeric).items()
-        }
+def _check_twist(jacobian_by_route: Callable[[NumericReference], Expected]) -> PartCheck:
+    """Return the check that multiplies the Jacobian of each route by the joint rates."""
 
-    return twist
+    def twist(numeric: NumericReference, _: Part) -> Expected:
+        routes = jacobian_by_route(numeric).items()
+        return {name: (jacobian @ numeric.rates, allowed) for name, (jacobian, allowed) in routes}
+
+    return formula_check(twist)
 
 
-CHECKS: dict[str, Callable[[NumericReference, Part], Iterator[Check]]] = {
+CHECKS: dict[str, PartCheck] = {
     "home-screws": formula_check(_home),
     "body-pose": formula_check(_pose),
     "body-adjoint": formula_check(_body_adjoint),
     "changed-twist": _check_changed_twist,
     "space-jacobian": formula_check(lambda numeric, _: _space_jacobian(numeric)),
     "body-jacobian": formula_check(lambda numeric, _: _body_jacobian(numeric)),
-    "space-twist": formula_check(_multiply_rates(_space_jacobian)),
-    "body-twist": formula_check(_multiply_rates(_body_jacobian)),
+    "space-twist": _check_twist(_space_jacobian),
+    "body-twist": _check_twist(_body_jacobian),
 }

@@ -1,6 +1,6 @@
 """Test singular sets, both ways, and the type of a singularity, determined again for other lengths."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -25,9 +25,11 @@ from qdot.exercises.verify.appearance import (
     check_singularity_statements,
     side_of_lost_direction,
 )
+from qdot.exercises.verify.formulas import PartCheck
 from qdot.exercises.verify.numeric_reference import (
     ARMS,
     Check,
+    Checks,
     NumericReference,
     random_lengths,
     random_poses,
@@ -53,7 +55,7 @@ NEAR, AROUND = 1e-5, 0.003
 meet, sigma_min is a product of distances and is lost in rounding farther away, so those searches decide."""
 
 
-def _check_singular_set(numeric: NumericReference, part: Part) -> Iterator[Check]:
+def _check_singular_set(numeric: NumericReference, part: Part) -> Checks:
     answer = part.of(ConditionSet)
     joints = [q.name for q in numeric.chain.q]
     texts = answer.pieces()
@@ -63,9 +65,7 @@ def _check_singular_set(numeric: NumericReference, part: Part) -> Iterator[Check
     yield from check_singularity_statements(numeric)
 
 
-def _check_soundness(
-    numeric: NumericReference, texts: Sequence[str], claimed: list[Any], joints: list[str]
-) -> Iterator[Check]:
+def _check_soundness(numeric: NumericReference, texts: Sequence[str], claimed: list[Any], joints: list[str]) -> Checks:
     """Sample configurations on every piece: there are some, and the Jacobian has lost rank there."""
     for text, piece in zip(texts, claimed, strict=True):
         on_arms = [_ratios_on(numeric, piece, lengths, joints) for lengths in numeric.lengths]
@@ -172,7 +172,7 @@ def singular_configurations(arm: NumericChain, starts: np.ndarray, task: Sequenc
     return np.asarray(q[_ratios(arm.jacobian(q)[:, task]) < SINGULAR])
 
 
-def _check_type(numeric: NumericReference, part: Part) -> Iterator[Check]:
+def _check_type(numeric: NumericReference, part: Part) -> Checks:
     """Determine the kind again for lengths that the question has not tried."""
     answer, details = part.of(Choice), part.about(OfKind)
     kind, place = details.type, details.place
@@ -213,7 +213,7 @@ def _pose(chain: Chain, place: Place, lengths: dict[str, float]) -> np.ndarray:
     return np.array([float(sp.N(place.joints[q].xreplace(numbers))) for q in chain.q])
 
 
-CHECKS: dict[str, Callable[[NumericReference, Part], Iterator[Check]]] = {
+CHECKS: dict[str, PartCheck] = {
     "singular-angles": _check_singular_set,
     "singularity-type": _check_type,
 }

@@ -6,7 +6,7 @@ whole answer, what is wrong is told entry by entry. What gives neither is not gu
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 
@@ -19,11 +19,8 @@ from qdot.exercises.formula.trees import Node, ReadError, as_matrix, digits_of_d
 from qdot.exercises.mistakes.catalogue import (
     ALIKE,
     CATALOGUE,
-    NO_WEIGHTS,
-    MistakeWeights,
     Wrong,
     make_mistake,
-    mistaken_answers,
     variant_frequency,
     wrong_answers,
 )
@@ -33,15 +30,14 @@ from qdot.exercises.questions.concepts import option_numbers
 from qdot.exercises.questions.results import is_derived, is_made_of_jacobian, is_product, result
 from qdot.exercises.quizzes.options import blames_of
 from qdot.exercises.writing.statement import answer_code
-from qdot.grader.diagnosis.formula_mistakes import TOO_MANY, Compared, finished
+from qdot.grader.diagnosis.formula_mistakes import TOO_MANY, Compared, explain_formulas
 from qdot.grader.diagnosis.numbers import SAME, InNumbers, says_something, unit
 from qdot.grader.diagnosis.residuals import missing_links
 from qdot.grader.diagnosis.rounding import is_right, rounded, rounded_values
-from qdot.grader.diagnosis.set_mistakes import behind_set
+from qdot.grader.diagnosis.set_mistakes import explain_set, find_mistaken_answer, name_either
 from qdot.grader.judging.answer import Given
 from qdot.grader.judging.function_values import Table
-from qdot.grader.judging.judge import judge_given
-from qdot.grader.judging.verdict import Diagnosis, Outcome, known_by
+from qdot.grader.judging.verdict import Diagnosis, known_by
 
 POINTS = 16
 THREE_DECIMALS = 6e-4
@@ -57,8 +53,6 @@ EXCHANGED = {"wave-throughout"}
 """What is likelier than the same slip at several joints."""
 OF_ONE_PLACE = {"joint", "link", "one"}
 """Words of mistakes that were made in one place: others change everything, and hardly the sign of one entry only."""
-OF_ANOTHER = ("other-lengths",)
-"""What is right for another arm is no mistake that was made on this one."""
 LONGEST_SET = 600
 """Characters of a set that is compared with what mistakes make of the right one; each comparison takes its time."""
 
@@ -74,17 +68,12 @@ class Cause:
 
 
 def diagnose(
-    problem: Problem,
-    part: Part,
-    given: Given,
-    seed: str = "",
-    causes: Sequence[Cause] = (),
-    mistake_weights: MistakeWeights = NO_WEIGHTS,
+    problem: Problem, part: Part, given: Given, seed: str = "", causes: Sequence[Cause] = ()
 ) -> Diagnosis | None:
     """Return the mistake that gives a wrong answer, or nothing where none in the catalogue does.
 
     One of the `causes` that were found in earlier parts is told as that. `seed` draws the configurations at which the
-    answer is compared with what mistakes give. `mistake_weights` is what is known of mistakes that a class makes more.
+    answer is compared with what mistakes give.
 
     >>> from qdot import generate
     >>> from qdot import read_answer
@@ -94,23 +83,23 @@ def diagnose(
     ('determinant-sign',)
     """
     if given.table is None:
-        offered = _behind_options(part, given)
-        if offered is not None:
-            return offered
+        option_mistakes = _explain_option(part, given)
+        if option_mistakes is not None:
+            return option_mistakes
+        is_short = len(given.text) <= LONGEST_SET
         if part.answer.is_a_set:
-            return behind_set(problem, part, given, seed, mistake_weights) if len(given.text) <= LONGEST_SET else None
-        for mistake, slip in mistaken_answers(problem.chain, part) if len(given.text) <= LONGEST_SET else ():
-            if judge_given(problem, replace(part, answer=slip.answer), given, seed).outcome is Outcome.CORRECT:
-                made = known_by(mistake.name, slip.words)
-                return Diagnosis((mistake.name,), mistake.sentence(slip.words), known_by=(made,))
-    answer = _wronged(problem, part, given, seed)
-    if answer is None:
+            return explain_set(problem, part, given, seed) if is_short else None
+        mistaken = find_mistaken_answer(problem, part, given, seed) if is_short else None
+        if mistaken is not None:
+            return mistaken
+    wrong_answer = _evaluate_answer(problem, part, given, seed)
+    if wrong_answer is None:
         return None
-    found, right = answer.found, answer.right
-    said = rounded(part, found, right, given.entries) if given.table is None else rounded_values(found, right)
-    if said or is_right(found, right):  # as are mistakes that make no difference on this arm
-        return said
-    return named(answer, causes, mistake_weights)
+    values, right = wrong_answer.in_numbers, wrong_answer.right
+    rounding = rounded(part, values, right, given.entries) if given.table is None else rounded_values(values, right)
+    if rounding or is_right(values, right):  # as are mistakes that make no difference on this arm
+        return rounding
+    return _explain(wrong_answer.upright, causes)
 
 
 def is_one_mistake(problem: Problem, part: Part, given: Given, seed: str) -> bool:
@@ -119,103 +108,35 @@ def is_one_mistake(problem: Problem, part: Part, given: Given, seed: str) -> boo
     What such a mistake would spoil besides may be right: no cause is named then, but a better answer never earns less.
     Only what is quickly found counts, so that no mark hangs on how long mistakes are looked for.
     """
-    answer = _wronged(problem, part, given, seed)
-    if answer is None:
+    wrong_answer = _evaluate_answer(problem, part, given, seed)
+    if wrong_answer is None:
         return False
-    found, right = answer.found, answer.right
-    if found.values.shape != right.shape or is_right(found, right):
+    values, right = wrong_answer.in_numbers, wrong_answer.right
+    if values.values.shape != right.shape or is_right(values, right):
         return False
-    is_wrong = ~found.like(right)
-    is_filled = np.abs(found.values[is_wrong]).max(axis=-1) > SAME  # zeros are given by many
-    for wrong in wrong_answers(answer.w, part, found.is_precise) if is_filled.any() else ():
-        fits = wrong.answer.shape == right.shape and (found.like(wrong.answer) | ~is_wrong).all()
+    is_wrong = ~values.like(right)
+    is_filled = np.abs(values.values[is_wrong]).max(axis=-1) > SAME  # zeros are given by many
+    for wrong in wrong_answers(wrong_answer.w, part, values.is_precise) if is_filled.any() else ():
+        fits = wrong.answer.shape == right.shape and (values.like(wrong.answer) | ~is_wrong).all()
         if fits and says_something(wrong.answer):
             return True
     if is_product(part) or not is_filled.all():  # of a product the factors count
         return False
-    one_kind = (missing_links(answer.w, part, right, found.values), _finished(answer))
-    return any(each is not None and each.is_one and each.mistakes != OF_ANOTHER for each in one_kind)
+    one_kind = (missing_links(wrong_answer.w, part, right, values.values), _explain_formulas(wrong_answer))
+    return any(diagnosis is not None and diagnosis.is_one for diagnosis in one_kind)
 
 
-def _wronged(problem: Problem, part: Part, given: Given, seed: str) -> "Wronged | None":
-    """Return an answer with its values at configurations, None where no mistakes in the derivation are known."""
-    if not is_derived(part):
-        return None
-    if given.table is not None:
-        return _wronged_function(problem, part, given.table)
-    values = sample_configurations(problem.chain, part, problem.domain(), POINTS, Stream(f"{seed}/diagnosis"))
-    try:
-        in_numbers = _in_numbers(part, given, values)
-    except ReadError:  # statements among the entries of an answer that was refused
-        return None
-    return None if in_numbers is None else Wronged(problem, part, values, in_numbers, given.rows)
-
-
-def _wronged_function(problem: Problem, part: Part, table: Table) -> "Wronged | None":
-    """Return a function with what it returned where it was called."""
-    if table.shape is None or len(table.shape) > 2:
-        return None
-    values = {name: column[:POINTS] for name, column in table.at.items()}
-    rows = (*table.shape, *(1,) * (2 - len(table.shape)))
-    returned = table.values[:POINTS].T.reshape(*rows, -1)
-    room = (max(SAME, part.rounding.relative), part.rounding.absolute) if part.rounding else (SAME, 0.0)
-    return Wronged(
-        problem, part, values, InNumbers(returned, np.abs(returned), room, part.answer.counts_up_to_a_factor)
-    )
-
-
-def _in_numbers(part: Part, given: Given, values: Values) -> InNumbers | None:
-    if part.answer.offered:
-        return _option(part, given)
-    if given.rows is None:
-        return None
-    rows, entries, blanks = given.rows, given.entries, given.blanks
-    if all(blanks) or given.symbols - set(values):
-        return None
-    filled = [Node("name", value="pi") if blank else entry for entry, blank in zip(entries, blanks, strict=True)]
-    count = len(next(iter(values.values())))
-    evaluated, size = evaluate(compile_program(filled), values, count)
-    evaluated[blanks] = np.nan
-    shape = (len(rows), len(rows[0]), count)
-    return InNumbers(
-        evaluated.reshape(shape), size.reshape(shape), _room(part, filled), part.answer.counts_up_to_a_factor
-    )
-
-
-def _room(part: Part, entries: Sequence[Node]) -> tuple[float, float]:
-    """Return what an answer may be off: what is asked for in digits, or what was typed where that is more."""
-    relative, absolute = (0.0, 0.0) if part.rounding is None else (part.rounding.relative, part.rounding.absolute)
-    if not part.answer.is_in_numbers:
-        return max(SAME, relative), absolute
-    digits = max(map(digits_of_decimals, entries))
-    return max(min(relative or 5e-3, 0.6 * 10.0 ** (1 - max(digits, 3))), 1e-5), 0.0
-
-
-def _option(part: Part, given: Given) -> InNumbers | None:
-    if not given.chosen:
-        return None
-    values = np.array(option_numbers(part.answer.offered[given.chosen[0]]))[:, None, None]
-    return InNumbers(values, np.abs(values), (0.0, THREE_DECIMALS))
-
-
-def _behind_options(part: Part, given: Given) -> Diagnosis | None:
-    """Return the mistakes behind the first wrong option that was chosen, as they were kept when it was made."""
-    for index in given.chosen:
-        blames = [] if index in part.answer.right else blames_of(part, index)
-        if blames:
-            sentences = dict.fromkeys(blame.sentence for blame in blames)
-            return Diagnosis(tuple(dict.fromkeys(blame.mistake for blame in blames)), " ".join(sentences))
-    return None
+# --- the answer in numbers ---
 
 
 @dataclass(frozen=True)
-class Wronged:
+class WrongAnswer:
     """A wrong answer with its values at configurations, and its formulas as they were typed, if there are any."""
 
     problem: Problem
     part: Part
     values: Values
-    found: InNumbers
+    in_numbers: InNumbers
     rows: Rows | None = None
 
     @cached_property
@@ -237,75 +158,157 @@ class Wronged:
         return np.asarray((np.abs(doubled - self.right) > SAME * np.abs(self.right)).any(axis=-1))
 
     @property
-    def upright(self) -> "Wronged":
+    def upright(self) -> "WrongAnswer":
         """The same, a vector that was typed as a row or column in the shape that is right."""
-        shape = self.right.shape
-        if 1 not in shape[:2] or self.found.values.shape == shape or self.found.values.swapaxes(0, 1).shape != shape:
+        shape, transposed = self.right.shape, self.in_numbers.values.swapaxes(0, 1)
+        if 1 not in shape[:2] or self.in_numbers.values.shape == shape or transposed.shape != shape:
             return self
-        found = replace(self.found, values=self.found.values.swapaxes(0, 1), size=self.found.size.swapaxes(0, 1))
-        return replace(self, found=found, rows=None if self.rows is None else _turned(self.rows))
+        in_numbers = replace(self.in_numbers, values=transposed, size=self.in_numbers.size.swapaxes(0, 1))
+        return replace(self, in_numbers=in_numbers, rows=None if self.rows is None else _transpose(self.rows))
 
 
-def named(
-    answer: Wronged, causes: Sequence[Cause] = (), mistake_weights: MistakeWeights = NO_WEIGHTS
-) -> Diagnosis | None:
+def _evaluate_answer(problem: Problem, part: Part, given: Given, seed: str) -> WrongAnswer | None:
+    """Return an answer with its values at configurations, None where no mistakes in the derivation are known."""
+    if not is_derived(part):
+        return None
+    if given.table is not None:
+        return _evaluate_function(problem, part, given.table)
+    values = sample_configurations(problem.chain, part, problem.domain(), POINTS, Stream(f"{seed}/diagnosis"))
+    try:
+        in_numbers = _parse_option(part, given) if part.answer.offered else _evaluate_entries(part, given, values)
+    except ReadError:  # statements among the entries of an answer that was refused
+        return None
+    return None if in_numbers is None else WrongAnswer(problem, part, values, in_numbers, given.rows)
+
+
+def _evaluate_function(problem: Problem, part: Part, table: Table) -> WrongAnswer | None:
+    """Return a function with what it returned where it was called."""
+    if table.shape is None or len(table.shape) > 2:
+        return None
+    values = {name: column[:POINTS] for name, column in table.at.items()}
+    rows = (*table.shape, *(1,) * (2 - len(table.shape)))
+    returned = table.values[:POINTS].T.reshape(*rows, -1)
+    room = (max(SAME, part.rounding.relative), part.rounding.absolute) if part.rounding else (SAME, 0.0)
+    is_direction = part.answer.counts_up_to_a_factor
+    return WrongAnswer(problem, part, values, InNumbers(returned, np.abs(returned), room, is_direction))
+
+
+def _evaluate_entries(part: Part, given: Given, values: Values) -> InNumbers | None:
+    entries, blanks = given.entries, given.blanks
+    if given.rows is None or all(blanks) or given.symbols - set(values):
+        return None
+    filled = [Node("name", value="pi") if blank else entry for entry, blank in zip(entries, blanks, strict=True)]
+    count = len(next(iter(values.values())))
+    evaluated, size = evaluate(compile_program(filled), values, count)
+    evaluated[blanks] = np.nan
+    shape, is_direction = (len(given.rows), len(given.rows[0]), count), part.answer.counts_up_to_a_factor
+    return InNumbers(evaluated.reshape(shape), size.reshape(shape), _room(part, filled), is_direction)
+
+
+def _room(part: Part, entries: Sequence[Node]) -> tuple[float, float]:
+    """Return what an answer may be off: what is asked for in digits, or what was typed where that is more."""
+    relative, absolute = (0.0, 0.0) if part.rounding is None else (part.rounding.relative, part.rounding.absolute)
+    if not part.answer.is_in_numbers:
+        return max(SAME, relative), absolute
+    digits = max(map(digits_of_decimals, entries))
+    return max(min(relative or 5e-3, 0.6 * 10.0 ** (1 - max(digits, 3))), 1e-5), 0.0
+
+
+def _parse_option(part: Part, given: Given) -> InNumbers | None:
+    if not given.chosen:
+        return None
+    values = np.array(option_numbers(part.answer.offered[given.chosen[0]]))[:, None, None]
+    return InNumbers(values, np.abs(values), (0.0, THREE_DECIMALS))
+
+
+# --- the mistake behind it ---
+
+
+def _explain_option(part: Part, given: Given) -> Diagnosis | None:
+    """Return the mistakes behind the first wrong option that was chosen, as they were kept when it was made."""
+    for index in given.chosen:
+        blames = [] if index in part.answer.right else blames_of(part, index)
+        if blames:
+            sentences = dict.fromkeys(blame.sentence for blame in blames)
+            return Diagnosis(tuple(dict.fromkeys(blame.mistake for blame in blames)), " ".join(sentences))
+    return None
+
+
+def _explain(answer: WrongAnswer, causes: Sequence[Cause]) -> Diagnosis | None:
     """Return the mistake that gives an answer at configurations, or nothing.
 
     Of several that do, one that was found in an earlier part is the cause here, too; else the likeliest is told. Where
     none does, what is wrong is told entry by entry, if it is one thing in each.
     """
-    answer = answer.upright
-    found, right, part = answer.found, answer.right, answer.part
-    if found.is_direction and _moves(right, found.values):
-        mistake = CATALOGUE["direction-that-moves"]
-        return Diagnosis((mistake.name,), mistake.sentence({}))
+    in_numbers, right, part = answer.in_numbers, answer.right, answer.part
+    if in_numbers.is_direction and _moves(right, in_numbers.values):
+        return Diagnosis(("direction-that-moves",), CATALOGUE["direction-that-moves"].sentence({}))
     fitting = []
-    highest = max([1.0, *mistake_weights.values()])
-    for wrong in wrong_answers(answer.w, part, found.is_precise):
-        if _gives(wrong, found):
+    for wrong in wrong_answers(answer.w, part, in_numbers.is_precise):
+        if _gives(wrong, in_numbers):
+            if cause := _find_cause(wrong, causes):
+                return _name_inherited(wrong, cause)
             fitting.append(wrong)
-            if not causes and variant_frequency(wrong, mistake_weights) >= highest:
+            if not causes and variant_frequency(wrong) >= 1:
                 break
     if fitting:
-        inherited = next((one for one in fitting if _cause(one, causes)), None)
-        return _inherited(inherited, causes) if inherited else _likeliest(answer, fitting, mistake_weights)
-    if found.values.shape != right.shape or found.is_direction:
+        return _name_likeliest(answer, fitting)
+    if in_numbers.values.shape != right.shape or in_numbers.is_direction:
         return None
-    return missing_links(answer.w, part, right, found.values) or _finished(answer) or _finished(answer, any_number=True)
+    return (
+        missing_links(answer.w, part, right, in_numbers.values)
+        or _explain_formulas(answer)
+        or _explain_formulas(answer, any_number=True)
+    )
 
 
-def _gives(wrong: Wrong, found: InNumbers) -> bool:
-    return found.is_all(wrong.answer) and says_something(wrong.answer)
+def _gives(wrong: Wrong, in_numbers: InNumbers) -> bool:
+    return in_numbers.is_all(wrong.answer) and says_something(wrong.answer)
 
 
-def _likeliest(answer: Wronged, fitting: Sequence[Wrong], mistake_weights: MistakeWeights) -> Diagnosis:
+def _moves(lost: np.ndarray, direction: np.ndarray) -> bool:
+    """Tell whether a direction is one in which the arm can move: it has no part along the one that is lost."""
+    if lost.shape != direction.shape or lost.shape[1] != 1:
+        return False
+    with np.errstate(all="ignore"):
+        along = np.abs((unit(lost) * unit(direction)).sum(axis=0))
+    return bool(np.isfinite(along).all() and (along < 1e-3).all())
+
+
+def _find_cause(wrong: Wrong, causes: Sequence[Cause]) -> Cause | None:
+    return next((c for c in causes if (c.mistake, c.words) == (wrong.mistake.name, dict(wrong.slip.words))), None)
+
+
+def _name_inherited(wrong: Wrong, cause: Cause) -> Diagnosis:
+    """Return what is said of a mistake that was found before."""
+    says = f"This follows from what went wrong in {cause.title!r}: the same mistake gives this answer."
+    made = known_by(wrong.mistake.name, wrong.slip.words)
+    return Diagnosis((), says, inherited=cause.part, known_by=(made,))
+
+
+def _name_likeliest(answer: WrongAnswer, fitting: Sequence[Wrong]) -> Diagnosis:
     """Return the mistake with the highest prior, or the first two of them; a slip in one place may be likelier."""
-    found, first = answer.found, max(fitting, key=partial(variant_frequency, mistake_weights=mistake_weights))
-    alike = [*ALIKE.get(first.mistake.name, ()), *(["row-sign"] if _of_either_row(first, found) else [])]
+    in_numbers, first = answer.in_numbers, max(fitting, key=variant_frequency)
+    alike = list(ALIKE.get(first.mistake.name, ()))
+    if in_numbers.is_direction and first.mistake.name == "row-sign":  # one row against the others, either of them
+        alike.append("row-sign")
     ways = (wrong for name in alike for wrong in make_mistake(CATALOGUE[name], answer.w, answer.part))
-    rivals = [first, *(wrong for wrong in ways if _gives(wrong, found) and wrong.sentence != first.sentence)]
-    priors = [variant_frequency(wrong, mistake_weights) for wrong in rivals]
-    highest = max(priors)
-    count = int((~found.like(answer.right)).sum()) if found.values.shape == answer.right.shape else 0
+    rivals = [first, *(wrong for wrong in ways if _gives(wrong, in_numbers) and wrong.sentence != first.sentence)]
+    highest = max(map(variant_frequency, rivals))
+    count = int((~in_numbers.like(answer.right)).sum()) if in_numbers.values.shape == answer.right.shape else 0
     is_rare = highest < LEAST_LIKELY and count <= MOST_IN_ONE_PLACE
-    is_throughout = count == 1 < found.values[..., 0].size and not OF_ONE_PLACE & set(first.slip.words)
+    is_throughout = count == 1 < in_numbers.values[..., 0].size and not OF_ONE_PLACE & set(first.slip.words)
     is_at_several = first.mistake.rare and len(first.slip.places) > 1
     is_less_likely = is_rare or is_at_several or (is_throughout and highest < VERY_LIKELY)
-    slip = _finished(answer) if count and not found.is_direction and is_less_likely else None
+    slip = _explain_formulas(answer) if count and not in_numbers.is_direction and is_less_likely else None
     if slip is not None:
         is_likelier = is_rare and not EXTRA & set(slip.mistakes)
         if is_likelier or set(slip.mistakes) <= (EXCHANGED if is_at_several else SIGNS):
             return slip
-    return _said([wrong for wrong, own in zip(rivals, priors, strict=True) if own == highest][:2])
-
-
-def _said(wrongs: Sequence[Wrong]) -> Diagnosis:
-    """Return what is said of a mistake, or of two of which either gives the answer."""
-    first, names = wrongs[0], tuple(dict.fromkeys(wrong.mistake.name for wrong in wrongs))
-    says = " Or, which gives the same answer: ".join(dict.fromkeys(map(_sentence, wrongs)))
-    cause = (first.mistake.name, dict(first.slip.words)) if len(wrongs) == 1 else None
-    ways = tuple(known_by(wrong.mistake.name, wrong.slip.words) for wrong in wrongs)
-    return Diagnosis(names, says, cause, known_by=ways, either=len(names) > 1)
+    likeliest = [wrong for wrong in rivals if variant_frequency(wrong) == highest][:2]
+    diagnosis = name_either([(wrong.mistake, wrong.slip.words, _sentence(wrong)) for wrong in likeliest])
+    cause = (likeliest[0].mistake.name, dict(likeliest[0].slip.words)) if len(likeliest) == 1 else None
+    return replace(diagnosis, cause=cause)
 
 
 def _sentence(wrong: Wrong) -> str:
@@ -313,59 +316,31 @@ def _sentence(wrong: Wrong) -> str:
     return f"{wrong.sentence} What is missing has {missing} in it." if missing else wrong.sentence
 
 
-def _of_either_row(wrong: Wrong, found: InNumbers) -> bool:
-    """Tell whether it is one row of a direction against the others that has the wrong sign."""
-    return found.is_direction and wrong.mistake.name == "row-sign"
-
-
-def _moves(lost: np.ndarray, found: np.ndarray) -> bool:
-    """Tell whether a direction is one in which the arm can move: it has no part along the one that is lost."""
-    if lost.shape != found.shape or lost.shape[1] != 1:
-        return False
-    with np.errstate(all="ignore"):
-        along = np.abs((unit(lost) * unit(found)).sum(axis=0))
-    return bool(np.isfinite(along).all() and (along < 1e-3).all())
-
-
-def _finished(answer: Wronged, any_number: bool = False) -> Diagnosis | None:
+def _explain_formulas(answer: WrongAnswer, any_number: bool = False) -> Diagnosis | None:
     """Return what went wrong in the finished formulas, as worked solutions show them or as they are compared.
 
     What is the same everywhere in either of these forms comes before what is wrong in some places.
     """
-    said = []
-    for form in _forms(answer.problem, answer.part):
-        rows = form if (len(form), len(form[0])) == answer.right.shape[:2] else _turned(form)
-        if (len(rows), len(rows[0])) == answer.right.shape[:2]:
+    diagnoses = []
+    for form in _reference_forms(answer.problem, answer.part):
+        shape = answer.right.shape[:2]
+        rows = form if (len(form), len(form[0])) == shape else _transpose(form)
+        if (len(rows), len(rows[0])) == shape:
             both = Compared(rows, answer.derivatives, answer.rows)
-            diagnosis = finished(both, answer.values, answer.found, answer.right, any_number)
-            said += [] if diagnosis is None else [diagnosis]
-    return min(said, key=lambda one: (len(one.known_by) > 0, not one.is_one), default=None)
+            diagnoses.append(explain_formulas(both, answer.values, answer.in_numbers, answer.right, any_number))
+    return min(filter(None, diagnoses), key=lambda each: (len(each.known_by) > 0, not each.is_one), default=None)
 
 
-def _turned(rows: Rows) -> Rows:
+def _transpose(rows: Rows) -> Rows:
     return [list(column) for column in zip(*rows, strict=True)]
 
 
-def _forms(problem: Problem, part: Part) -> Iterator[Rows]:
-    """Yield the entries of the reference, as worked solutions show them and as they are compared."""
+def _reference_forms(problem: Problem, part: Part) -> Iterator[Rows]:
+    """Yield the entries of the reference with the angles of the worked solution, and as they are compared."""
     if not part.answer.is_in_numbers and part.answer.entries() and part.type != "number":
-        shown, compared = _as_shown(problem, part), part.answer.trees(problem.domain().roles)
-        yield from (form for form in (shown, compared if compared != shown else None) if form is not None)
-
-
-def _as_shown(problem: Problem, part: Part) -> Rows | None:
-    """Return the reference with the angles of the worked solution, as trees."""
-    tree = read(answer_code(problem, part), problem.domain().roles)
-    return as_matrix(tree)
-
-
-def _cause(wrong: Wrong, causes: Sequence[Cause]) -> Cause | None:
-    return next((c for c in causes if (c.mistake, c.words) == (wrong.mistake.name, dict(wrong.slip.words))), None)
-
-
-def _inherited(wrong: Wrong, causes: Sequence[Cause]) -> Diagnosis:
-    """Return what is said of a mistake that was found before."""
-    cause = _cause(wrong, causes)
-    assert cause is not None
-    says = f"This follows from what went wrong in {cause.title!r}: the same mistake gives this answer."
-    return Diagnosis((), says, inherited=cause.part, known_by=_said([wrong]).known_by)
+        roles = problem.domain().roles
+        shown, compared = as_matrix(read(answer_code(problem, part), roles)), part.answer.trees(roles)
+        if shown is not None:
+            yield shown
+        if compared != shown:
+            yield compared

@@ -11,12 +11,11 @@ from itertools import product
 
 import numpy as np
 
-from qdot.exercises.answers import ConditionSet
+from qdot.exercises.answers import Answer, ConditionSet
 from qdot.exercises.arm.arithmetic import program_of
 from qdot.exercises.arm.singularity import Component
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import SetComparison, Space, compare_sets
-from qdot.exercises.formula.identity import READABLE
 from qdot.exercises.formula.pieces import Piece
 from qdot.exercises.formula.pieces import pieces as read_pieces
 from qdot.exercises.formula.program import Program, compile_program, evaluate
@@ -26,12 +25,10 @@ from qdot.exercises.mistakes.base import Mistake, MistakenAnswer
 from qdot.exercises.mistakes.catalogue import (
     ALIKE,
     CATALOGUE,
-    NO_WEIGHTS,
-    MistakeWeights,
     mistake_frequency,
     mistaken_answers,
 )
-from qdot.exercises.mistakes.configurations import Values
+from qdot.exercises.mistakes.configurations import sample_values
 from qdot.exercises.mistakes.sets import missed_mistake, zero_there
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.diagnosis.rounding import EXACTLY, NEAR
@@ -56,53 +53,87 @@ class Marks:
     ties: frozenset[frozenset[Mark]]
 
 
-def behind_set(
-    problem: Problem, part: Part, given: Given, seed: str, mistake_weights: MistakeWeights = NO_WEIGHTS
-) -> Diagnosis | None:
+def explain_set(problem: Problem, part: Part, given: Given, seed: str) -> Diagnosis | None:
     """Return the mistake that makes the right set one that was given, or what is wrong in this."""
     if given.tree is None:
         return None
     joints = [q.name for q in problem.chain.q]
     try:
-        pieces = claimed_pieces(with_joint(given.tree, joints), joints)
+        claimed = claimed_pieces(with_joint(given.tree, joints), joints)
     except ReadError:
         return None
-    look = _Look(problem, seed)
-    if not all(map(look.is_plain, pieces)):
-        return _as_configurations(problem, part, given, seed) or _piece_by_piece(problem, part, pieces, seed)
-    mine = look.marks_of(pieces)
-    if look.is_rounded(mine, MistakenAnswer(part.answer), digits_of_decimals(given.tree) > 0):
+    marker = _Marker(problem, seed)
+    if not all(map(marker.is_plain, claimed)):
+        return find_mistaken_answer(problem, part, given, seed) or _explain_pieces(problem, part, claimed, seed)
+    marks = marker.mark_pieces(claimed)
+    if _are_rounded(marks, marker.mark_answer(part.answer), digits_of_decimals(given.tree) > 0):
         return Diagnosis((), EXACTLY)
-    made = [
-        (mistake, slip)
-        for mistake, slip in mistaken_answers(problem.chain, part)
-        if isinstance(slip.answer, ConditionSet)
-    ]
-    for mistake, slip in made:
-        if look.is_same(mine, slip) or (
-            look.may_be_same(mine, slip) and _judged(problem, part, given, slip, seed) is Outcome.CORRECT
-        ):
-            return _told(problem, part, mistake, slip, look, mistake_weights)
-    return _piece_by_piece(problem, part, pieces, seed)
+    for mistake, variant in mistaken_answers(problem.chain, part):
+        if isinstance(variant.answer, ConditionSet):
+            wrong = marker.mark_answer(variant.answer)
+            in_other_form = marks.ties and marks.values == wrong.values and len(marks.ties) == len(wrong.ties)
+            if wrong == marks or (in_other_form and _is_judged_right(problem, part, given, variant, seed)):
+                return _name_likeliest(problem, part, mistake, variant, marker)
+    return _explain_pieces(problem, part, claimed, seed)
 
 
-def _piece_by_piece(problem: Problem, part: Part, claimed: Sequence[Piece], seed: str) -> Diagnosis | None:
+def find_mistaken_answer(problem: Problem, part: Part, given: Given, seed: str) -> Diagnosis | None:
+    """Return the mistake whose answer is judged to be the given one, among those that come from no derivation."""
+    for mistake, variant in mistaken_answers(problem.chain, part):
+        if _is_judged_right(problem, part, given, variant, seed):
+            return name_either([(mistake, variant.words, mistake.sentence(variant.words))])
+    return None
+
+
+def name_either(rivals: Sequence[tuple[Mistake, Mapping[str, object], str]]) -> Diagnosis:
+    """Return what is said of mistakes, each of which gives the answer: they come with words and sentence."""
+    names = tuple(dict.fromkeys(mistake.name for mistake, _, _ in rivals))
+    says = " Or, which gives the same answer: ".join(dict.fromkeys(sentence for _, _, sentence in rivals))
+    made = tuple(known_by(mistake.name, words) for mistake, words, _ in rivals)
+    return Diagnosis(names, says, known_by=made, either=len(names) > 1)
+
+
+def _name_likeliest(
+    problem: Problem, part: Part, mistake: Mistake, variant: MistakenAnswer, marker: "_Marker"
+) -> Diagnosis:
+    """Return what is said of a mistake, and of those as likely that give the same set; of a likelier one alone."""
+    marks, same = marker.mark_answer(variant.answer), [(mistake, variant)]
+    for rival in map(CATALOGUE.__getitem__, ALIKE.get(mistake.name, ())):
+        ways = (way for way in rival.takes(problem.chain, part) if isinstance(way.answer, ConditionSet))
+        same += [(rival, way) for way in ways if marker.mark_answer(way.answer) == marks][:1]
+    most = max(mistake_frequency(rival) for rival, _ in same)
+    likeliest = [(rival, way.words) for rival, way in same if mistake_frequency(rival) == most]
+    return name_either([(rival, words, rival.sentence(words)) for rival, words in likeliest])
+
+
+def _is_judged_right(problem: Problem, part: Part, given: Given, variant: MistakenAnswer, seed: str) -> bool:
+    """Tell whether an answer would be right if a mistaken one were the reference."""
+    try:
+        outcome = judge_given(problem, replace(part, answer=variant.answer), given, seed).outcome
+    except ReadError:  # what the mistake gives is no set
+        return False
+    return outcome is Outcome.CORRECT
+
+
+# --- piece by piece ---
+
+
+def _explain_pieces(problem: Problem, part: Part, claimed: Sequence[Piece], seed: str) -> Diagnosis | None:
     """Return which claims are not singular, and of which conditions some or all is missing, each seen by itself."""
     claims = _Claims(problem, part, claimed, seed)
-    compared = claims.compared
-    wrong = [piece for piece, is_sound in zip(claimed, compared.sound, strict=True) if is_sound is False]
-    if compared.rounded or any(len(piece) > 1 or piece[0].joint is None for piece in wrong):
+    wrong = [piece for piece, is_sound in zip(claimed, claims.compared.sound, strict=True) if is_sound is False]
+    if claims.compared.rounded or any(len(piece) > 1 or piece[0].joint is None for piece in wrong):
         return None
-    said = [*claims.called_singular(wrong), *claims.missing(wrong)]
-    if not 0 < len(said) <= MOST_SAID:
+    mistakes = [*claims.called_singular(wrong), *claims.missing(wrong)]
+    if not 0 < len(mistakes) <= MOST_SAID:
         return None
-    says = dict.fromkeys(CATALOGUE[name].sentence(words) for name, words in said)
-    names = tuple(dict.fromkeys(name for name, _ in said))
-    return Diagnosis(names, " ".join(says), known_by=tuple(dict.fromkeys(known_by(*each) for each in said)))
+    says = dict.fromkeys(CATALOGUE[name].sentence(words) for name, words in mistakes)
+    names = tuple(dict.fromkeys(name for name, _ in mistakes))
+    return Diagnosis(names, " ".join(says), known_by=tuple(dict.fromkeys(known_by(*each) for each in mistakes)))
 
 
 class _Claims:
-    """A claimed set and the conditions that are due, a list of pieces each, compared by their configurations."""
+    """A claimed set and the expected conditions, a list of pieces each, compared by their configurations."""
 
     def __init__(self, problem: Problem, part: Part, claimed: Sequence[Piece], seed: str) -> None:
         assert isinstance(part.answer, ConditionSet)
@@ -110,39 +141,39 @@ class _Claims:
         trees = part.answer.by_condition([tree for (tree,) in part.answer.trees(roles)])
         self.chain, self.components, self.claimed, self.seed = problem.chain, part.answer.components, claimed, seed
         self.space = Space(joints, problem.domain(), part.rounding)
-        self.due = [[piece for tree in group for piece in read_pieces(tree, joints)] for group in trees]
-        self.compared = self._compare(claimed, [piece for group in self.due for piece in group])
+        self.expected = [[piece for tree in group for piece in read_pieces(tree, joints)] for group in trees]
+        self.compared = self._compare(claimed, [piece for group in self.expected for piece in group])
 
-    def _compare(self, some: Sequence[Piece], others: Sequence[Piece]) -> SetComparison:
-        return compare_sets(some, others, self.space, self.seed)
+    def _compare(self, pieces: Sequence[Piece], others: Sequence[Piece]) -> SetComparison:
+        return compare_sets(pieces, others, self.space, self.seed)
 
     def called_singular(self, wrong: Sequence[Piece]) -> Iterator[tuple[str, Mapping[str, object]]]:
         """Yield the mistake behind the wrong values of each joint, with its words."""
-        due = {q.name for component in self.components for q, _ in component.solutions or ()}
+        singular_joints = {q.name for component in self.components for q, _ in component.solutions or ()}
         for joint in dict.fromkeys(str(piece[0].joint) for piece in wrong):
-            own = [piece for piece in wrong if piece[0].joint == joint]
-            values = ", ".join(_as_written(piece[0].zero) for piece in own)
-            if any(self._within(own, group) for group in self.due):
+            of_joint = [piece for piece in wrong if piece[0].joint == joint]
+            values = ", ".join(_as_written(piece[0].zero) for piece in of_joint)
+            if any(self._within(of_joint, group) for group in self.expected):
                 yield "condition-of-several-forgotten", {"joint": joint}
             else:
-                name = "value-called-singular" if joint in due else "joint-called-singular"
+                name = "value-called-singular" if joint in singular_joints else "joint-called-singular"
                 yield name, {"joint": joint, "values": values, "zero": zero_there(self.chain)}
 
     def missing(self, wrong: Sequence[Piece]) -> Iterator[tuple[str, Mapping[str, object]]]:
         """Yield the mistake behind each condition that is missing or given in part, with its words."""
-        for k, (component, own) in enumerate(zip(self.components, self.due, strict=True)):
-            within = self._within(wrong, own)
-            if False not in self._compare(own, self.claimed).sound or len(within) == len(own):
+        for k, (component, condition) in enumerate(zip(self.components, self.expected, strict=True)):
+            within = self._within(wrong, condition)
+            if False not in self._compare(condition, self.claimed).sound or len(within) == len(condition):
                 continue
-            others = [piece for group in self.due[:k] + self.due[k + 1 :] for piece in group]
+            others = [piece for group in self.expected[:k] + self.expected[k + 1 :] for piece in group]
             rest = [piece for piece in self.claimed if piece not in wrong]
             in_part = within or [piece for piece in rest if self._compare([piece], others).sound == (False,)]
             yield ("one-root-only", {}) if in_part else missed_mistake(self.chain, component)
 
-    def _within(self, claimed: Sequence[Piece], due: Sequence[Piece]) -> list[Piece]:
+    def _within(self, claimed: Sequence[Piece], condition: Sequence[Piece]) -> list[Piece]:
         """Return the pieces of a condition that lie in what is claimed."""
-        held = self._compare(due, claimed).sound if claimed else ()
-        return [piece for piece, is_held in zip(due, held, strict=False) if is_held]
+        held = self._compare(condition, claimed).sound if claimed else ()
+        return [piece for piece, is_held in zip(condition, held, strict=False) if is_held]
 
 
 def _as_written(value: Node) -> str:
@@ -158,131 +189,76 @@ def _as_written(value: Node) -> str:
     return text[1:-1] if text.startswith("(") else text
 
 
-def _likeliest(
-    problem: Problem, part: Part, mistake: Mistake, slip: MistakenAnswer, look: "_Look", mistake_weights: MistakeWeights
-) -> list[tuple[Mistake, MistakenAnswer]]:
-    """Return a mistake and those as likely that give the same set; likelier ones in their place."""
-    marks = look.of(slip)
-    same = [(mistake, slip)]
-    for name in ALIKE.get(mistake.name, ()):
-        others = CATALOGUE[name].takes(problem.chain, part)
-        same += [(CATALOGUE[name], other) for other in others if look.is_same(marks, other)][:1]
-    most = max(mistake_frequency(one, mistake_weights) for one, _ in same)
-    return [(one, taken_for) for one, taken_for in same if mistake_frequency(one, mistake_weights) == most]
+# --- as they are written ---
 
 
-def _told(
-    problem: Problem, part: Part, mistake: Mistake, slip: MistakenAnswer, look: "_Look", mistake_weights: MistakeWeights
-) -> Diagnosis:
-    """Return what is said of a mistake, and of one as likely that gives the same set; of a likelier one alone."""
-    told = _likeliest(problem, part, mistake, slip, look, mistake_weights)
-    says = " Or, which gives the same answer: ".join(one.sentence(taken_for.words) for one, taken_for in told)
-    made = tuple(known_by(one.name, taken_for.words) for one, taken_for in told)
-    return Diagnosis(tuple(one.name for one, _ in told), says, known_by=made, either=len(told) > 1)
-
-
-def _as_configurations(problem: Problem, part: Part, given: Given, seed: str) -> Diagnosis | None:
-    for mistake, slip in mistaken_answers(problem.chain, part):
-        if _judged(problem, part, given, slip, seed) is Outcome.CORRECT:
-            return Diagnosis(
-                (mistake.name,), mistake.sentence(slip.words), known_by=(known_by(mistake.name, slip.words),)
-            )
-    return None
-
-
-def _judged(problem: Problem, part: Part, given: Given, slip: MistakenAnswer, seed: str) -> Outcome:
-    try:
-        return judge_given(problem, replace(part, answer=slip.answer), given, seed).outcome
-    except ReadError:  # what the mistake gives is no set
-        return Outcome.WRONG
-
-
-class _Look:
+class _Marker:
     """Looks at sets at some values of all symbols."""
 
     def __init__(self, problem: Problem, seed: str) -> None:
-        domain = problem.domain()
-        drawn = domain.sample(set(domain.roles), READABLE + POINTS, Stream(f"{seed}/sets"))
-        self.values: Values = {name: column[READABLE:] for name, column in drawn.items()}
+        self.values = sample_values(problem.domain(), POINTS, Stream(f"{seed}/sets"))
         self.joints = {q.name: joint.kind for q, joint in zip(problem.chain.q, problem.chain.joints, strict=True)}
 
     def is_plain(self, piece: Piece) -> bool:
         """Tell whether a piece gives values of joints, or ties several."""
-        for atom in piece:
-            tied = len(names(atom.zero) & set(self.joints))
-            if (tied > 0) if atom.joint is not None else (tied < 2):
-                return False
-        return True
+        tied = [(atom.joint, len(names(atom.zero) & set(self.joints))) for atom in piece]
+        return all(count > 1 if joint is None else count == 0 for joint, count in tied)
 
-    def marks_of(self, pieces: Sequence[Piece]) -> Marks:
-        """Return a set that was typed."""
-        return self._sorted(
+    def mark_pieces(self, pieces: Sequence[Piece]) -> Marks:
+        """Return the marks of a set that was typed."""
+        return self._collect(
             frozenset(self._mark(atom.joint, compile_program([atom.zero])) for atom in piece) for piece in pieces
         )
 
-    def of(self, slip: MistakenAnswer) -> Marks:
-        """Return a set that a mistake gives."""
-        assert isinstance(slip.answer, ConditionSet)
-        return self._sorted(piece for component in slip.answer.components for piece in self._of_component(component))
+    def mark_answer(self, answer: Answer) -> Marks:
+        """Return the marks of a reference, or of what a mistake makes of it."""
+        assert isinstance(answer, ConditionSet)
+        return self._collect(piece for component in answer.components for piece in self._of_component(component))
 
     def _of_component(self, component: Component) -> Iterator[frozenset[Mark]]:
         if component.solutions is None:
             yield frozenset(self._mark(None, program_of(condition)) for condition in component.conditions)
             return
+        joints = [q.name for q, _ in component.solutions]
         for combination in product(*(values for _, values in component.solutions)):
-            joints = (q.name for q, _ in component.solutions)
-            yield frozenset(
-                self._mark(joint, program_of(value)) for joint, value in zip(joints, combination, strict=True)
-            )
+            pairs = zip(joints, combination, strict=True)
+            yield frozenset(self._mark(joint, program_of(value)) for joint, value in pairs)
 
-    def _sorted(self, pieces: Iterator[frozenset[Mark]]) -> Marks:
+    def _collect(self, pieces: Iterator[frozenset[Mark]]) -> Marks:
         listed = set(pieces)
         known = {
-            piece for piece in listed if not any(other < piece for other in listed)
+            piece for piece in listed if not any(wider < piece for wider in listed)
         }  # what holds more often counts
         values = frozenset(piece for piece in known if all(joint for joint, _ in piece))
         return Marks(values, frozenset(known) - values)
 
     def _mark(self, joint: str | None, program: Program) -> Mark:
-        found = evaluate(program, self.values, POINTS)[0][0]
+        values = evaluate(program, self.values, POINTS)[0][0]
         with np.errstate(all="ignore"):
             if joint is None:
-                found = found / found[0]
+                values = values / values[0]
             elif self.joints[joint] == "R":
-                turns = found.real / (2 * np.pi)
-                found = np.round(turns - np.floor(turns + 10.0**-DIGITS), DIGITS) + 0.0
-        return (joint or "", tuple(np.round(np.nan_to_num(found, nan=1e9), DIGITS).tolist()))
-
-    def is_same(self, mine: Marks, slip: MistakenAnswer) -> bool:
-        """Tell whether a set is the same, piece by piece."""
-        return isinstance(slip.answer, ConditionSet) and self.of(slip) == mine
-
-    def is_rounded(self, mine: Marks, due: MistakenAnswer, has_decimals: bool) -> bool:
-        """Tell whether a set is the one that is due, or near to it where decimals stand for constants."""
-        if not has_decimals:
-            return self.is_same(mine, due)
-        other = self.of(due)
-        pairs = ((mine.values, other.values), (mine.ties, other.ties))
-        return all(len(own) == len(right) and _are_near(own, right) and _are_near(right, own) for own, right in pairs)
-
-    def may_be_same(self, mine: Marks, slip: MistakenAnswer) -> bool:
-        """Tell whether a set may be the same with what ties joints in another form."""
-        other = self.of(slip)
-        return bool(mine.ties) and mine.values == other.values and len(mine.ties) == len(other.ties)
+                turns = values.real / (2 * np.pi)
+                values = np.round(turns - np.floor(turns + 10.0**-DIGITS), DIGITS) + 0.0
+        return (joint or "", tuple(np.round(np.nan_to_num(values, nan=1e9), DIGITS).tolist()))
 
 
-def _are_near(some: frozenset[frozenset[Mark]], others: frozenset[frozenset[Mark]]) -> bool:
+def _are_rounded(marks: Marks, right: Marks, has_decimals: bool) -> bool:
+    """Tell whether a set is the right one, or near to it if decimals stand for constants."""
+    if not has_decimals:
+        return marks == right
+    pairs = ((marks.values, right.values), (marks.ties, right.ties))
+    return all(len(a) == len(b) and _are_near(a, b) and _are_near(b, a) for a, b in pairs)
+
+
+def _are_near(pieces: frozenset[frozenset[Mark]], others: frozenset[frozenset[Mark]]) -> bool:
     """Tell whether each of some pieces has one among others that decimals for its constants make of it."""
-    return all(any(_is_near(piece, other) for other in others) for piece in some)
+    return all(any(len(piece) == len(near) and _is_near(piece, near) for near in others) for piece in pieces)
 
 
-def _is_near(piece: frozenset[Mark], other: frozenset[Mark]) -> bool:
-    if len(piece) != len(other):
-        return False
-    return all(any(joint == name and _by_rounding(own, due) for name, due in other) for joint, own in piece)
+def _is_near(piece: frozenset[Mark], near: frozenset[Mark]) -> bool:
+    return all(any(joint == name and _by_rounding(a, b) for name, b in near) for joint, a in piece)
 
 
-def _by_rounding(own: Sequence[complex], due: Sequence[complex]) -> bool:
-    return all(
-        abs(one - right) <= NEAR * max(1.0, abs(right)) / (2 * np.pi) for one, right in zip(own, due, strict=True)
-    )
+def _by_rounding(values: Sequence[complex], near: Sequence[complex]) -> bool:
+    return all(abs(a - b) <= NEAR * max(1.0, abs(b)) / (2 * np.pi) for a, b in zip(values, near, strict=True))

@@ -13,10 +13,10 @@ from fractions import Fraction
 import numpy as np
 
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.algebra import ONE, Matrix, addends, call, minus, negative, over, plus, terms_of, times
-from qdot.exercises.formula.identity import READABLE
+from qdot.exercises.formula.algebra import ONE, addends, call, minus, negative, over, plus, terms_of, times
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import Node, names, size_of
+from qdot.exercises.mistakes.configurations import Values, sample_values
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.judging.answer import Given
 
@@ -43,57 +43,55 @@ def share_of_terms(problem: Problem, part: Part, given: Given, seed: str) -> Fra
     domain, rows = problem.domain(), given.rows
     if not part.answer.is_formulas or given.refusal is not None or rows is None:
         return Fraction(0)
-    due = part.answer.trees(domain.roles)
-    if [len(row) for row in rows] != [len(row) for row in due] or sum(map(size_of, given.entries)) > LONGEST:
+    reference = part.answer.trees(domain.roles)
+    if list(map(len, rows)) != list(map(len, reference)) or sum(map(size_of, given.entries)) > LONGEST:
         return Fraction(0)
     if any(given.blanks) or given.symbols - set(domain.roles):
         return Fraction(0)
-    sampled = domain.sample(set(domain.roles), READABLE + POINTS, Stream(f"{seed}/terms"))
-    values = {name: column[READABLE:] for name, column in sampled.items()}
-    varying = set(domain.roles) - problem.constants
-    taken_apart = [[[_apart(entry) for entry in row] for row in matrix] for matrix in (rows, due)]
-    return max(_share(own, right, varying, values) for own, right in ((rows, due), taken_apart))
+    pairs = [pair for both in zip(rows, reference, strict=True) for pair in zip(*both, strict=True)]
+    apart = [(_take_apart(entry), _take_apart(right)) for entry, right in pairs]
+    values = sample_values(domain, POINTS, Stream(f"{seed}/terms"))
+    return max(_share(each, set(domain.roles) - problem.constants, values) for each in (pairs, apart))
 
 
-def _share(rows: Matrix, due: Matrix, varying: AbstractSet[str], values: dict[str, np.ndarray]) -> Fraction:
-    there = total = mine = 0
-    for own, right in zip((e for row in rows for e in row), (e for row in due for e in row), strict=True):
+def _share(pairs: Sequence[tuple[Node, Node]], varying: AbstractSet[str], values: Values) -> Fraction:
+    """Return the share of terms in common in entries and those of the reference."""
+    common = expected = typed = 0
+    for entry, right in pairs:
         wanted = [term for term in terms_of(right, MOST) or [right] if names(term) & varying]
-        given = terms_of(own, MOST) or [own]
-        total += len(wanted)
-        mine += sum(bool(names(term) & varying) for term in given)
-        there += _found(given, wanted, values)
-    return Fraction(there, max(total, mine)) if total else Fraction(0)
+        terms = terms_of(entry, MOST) or [entry]
+        expected += len(wanted)
+        typed += sum(bool(names(term) & varying) for term in terms)
+        common += _count_common(terms, wanted, values)
+    return Fraction(common, max(expected, typed)) if expected else Fraction(0)
 
 
-def _found(own: Sequence[Node], wanted: Sequence[Node], values: dict[str, np.ndarray]) -> int:
-    """Return how many terms are there, each of the student's being one of them only."""
+def _count_common(terms: Sequence[Node], wanted: Sequence[Node], values: Values) -> int:
+    """Return how many terms are wanted, with either sign, each being one of these only."""
     if not wanted:
         return 0
-    at_points = evaluate(compile_program([*own, *wanted]), values, POINTS)[0]
-    mine, ours = list(at_points[: len(own)]), at_points[len(own) :]
-    there = 0
-    for term in ours:
+    at_points = evaluate(compile_program([*terms, *wanted]), values, POINTS)[0]
+    left, count = list(at_points[: len(terms)]), 0
+    for term in at_points[len(terms) :]:
         room = SAME * float(np.abs(term).max())
-        for k, each in enumerate(mine):
-            if any(np.all(np.abs(each - sign * term) <= room) for sign in (1, -1)):
-                there += 1
-                del mine[k]
-                break
-    return there
+        same = (k for k, each in enumerate(left) for sign in (1, -1) if np.all(np.abs(each - sign * term) <= room))
+        if (k := next(same, None)) is not None:
+            count += 1
+            del left[k]
+    return count
 
 
-def _apart(node: Node) -> Node:
+def _take_apart(node: Node) -> Node:
     """Return a tree with the sines and cosines of sums taken apart, and quotients as products."""
     if node.kind == "call" and node.value in ("sin", "cos"):
-        return _wave(str(node.value), addends(node.args[0]))
-    args = tuple(map(_apart, node.args))
+        return _expand_wave(str(node.value), addends(node.args[0]))
+    args = tuple(map(_take_apart, node.args))
     if node.kind == "/":
         return times(args[0], over(ONE, args[1]))
     return Node(node.kind, args, node.value)
 
 
-def _wave(function: str, angles: Sequence[Node]) -> Node:
+def _expand_wave(function: str, angles: Sequence[Node]) -> Node:
     """Return the sine or cosine of a sum as a sum of products."""
     first, *rest = angles
     back = first.kind == "neg"
@@ -101,7 +99,7 @@ def _wave(function: str, angles: Sequence[Node]) -> Node:
     sine, cosine = (negative(call("sin", angle)) if back else call("sin", angle)), call("cos", angle)
     if not rest:
         return sine if function == "sin" else cosine
-    inner_sine, inner_cosine = _wave("sin", rest), _wave("cos", rest)
+    inner_sine, inner_cosine = _expand_wave("sin", rest), _expand_wave("cos", rest)
     if function == "sin":
         return plus(times(sine, inner_cosine), times(cosine, inner_sine))
     return minus(times(cosine, inner_cosine), times(sine, inner_sine))

@@ -234,8 +234,7 @@ def _mark(
         verdicts = mark(
             problem, answers.of(slot, problem), reasons, secret=assignment.secret,
             points_seed=_points_seed(assignment, submission), credit=credit,
-            is_copied=partial(copies.is_right_for_another, problem, slot), mistake_weights=assignment.mistake_weights,
-            allowance=allowance,
+            is_copied=partial(copies.is_right_for_another, problem, slot), allowance=allowance,
         )  # fmt: skip
         results.append(ProblemResult(str(problem.id), slot, tuple(part_result(slot, each) for each in verdicts)))
     return Marked(

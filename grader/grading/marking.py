@@ -8,7 +8,6 @@ from typing import TypeVar
 
 import numpy as np
 
-from qdot.exercises.mistakes.catalogue import NO_WEIGHTS, MistakeWeights
 from qdot.exercises.problem.credit import HALF
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.quizzes import ASKED
@@ -39,7 +38,6 @@ def mark(
     points_seed: str = "",
     credit: Fraction = CREDIT,
     is_copied: IsCopied = nothing_copied,
-    mistake_weights: MistakeWeights = NO_WEIGHTS,
     allowance: Allowance | None = None,
 ) -> list[Verdict]:
     """Return a verdict for each part; `answers` and `reasons` (why there is none) are by the name of the part.
@@ -49,9 +47,8 @@ def mark(
     are right, if one known mistake gives it, or if it follows from an attempt; what follows from no attempt is none.
     What goes wrong in our own code is UNGRADED: it is told loudly, and is no mark. Points at which answers are compared
     are drawn from `secret` and the answer; without one, a secret is drawn, and no answer has a group, whose key depends
-    on it. `mistake_weights` is what is known of mistakes that a class makes more. Of the `allowance`, what is left is
-    for other problems: an answer that takes too long to judge is UNGRADED, and where it takes too long to find out what
-    is behind a wrong one, nothing is told of it.
+    on it. Of the `allowance`, what is left is for other problems: an answer that takes too long to judge is UNGRADED,
+    and where it takes too long to find out what is behind a wrong one, nothing is told of it.
 
     >>> from qdot import generate
     >>> mark(generate("polar-rp/1", ["determinant"]), {"determinant": "d2 + 0.7"}, secret="s")
@@ -60,7 +57,7 @@ def mark(
     texts = {part.name: answers[part.name] for part in problem.parts if part.name in answers}
     drawn = secrets.token_hex(16) if secret is None else secret
     seeds = {name: f"{drawn}/{problem.id}/{name}/{text}" for name, text in texts.items()}
-    one = _One(problem, seeds, secret, credit, is_copied, mistake_weights, allowance or Allowance())
+    one = _One(problem, seeds, secret, credit, is_copied, allowance or Allowance())
     for part in problem.parts:
         if part.name in texts:
             one.judged[part.name] = one.judge(part, texts[part.name], points_seed)
@@ -109,7 +106,6 @@ class _One:
     secret: str | None
     credit: Fraction
     is_copied: IsCopied
-    mistake_weights: MistakeWeights
     time: Allowance
     own: dict[str, Given] = field(default_factory=dict)
     judged: dict[str, Judgement] = field(default_factory=dict)
@@ -157,7 +153,7 @@ class _One:
         """Find out what is behind a wrong answer."""
         about, looking = (self.problem, part, self.own[part.name], self.seeds[part.name]), self.time.looking
         causes = () if _is_followed(followed) else tuple(self.causes)
-        diagnosis = behind = _looked(looking, diagnose, *about, causes, self.mistake_weights)
+        diagnosis = behind = _looked(looking, diagnose, *about, causes)
         if _is_followed(followed):
             diagnosis = None
         elif diagnosis is None:

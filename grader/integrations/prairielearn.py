@@ -88,7 +88,6 @@ def grade(data: Data, folder: str, slot: str) -> None:
         answers,
         secret=assignment.secret,
         credit=assignment.follow_through,
-        mistake_weights=assignment.mistake_weights,
     )
     told = at_least(assignment.feedback, "mistake")
     data["feedback"] = {}

@@ -24,7 +24,6 @@ from qdot.grader.reports.class_view import (
     Scores,
     graded_work,
     groups,
-    mistake_weights,
     mistakes,
     not_on_time,
     parts,
@@ -224,7 +223,6 @@ def class_page(assignment: Assignment, results: Sequence[Result]) -> str:
         few=len(of_class.percents) < FEW,
         followed=sum(part.followed for part in of_parts),
         mistakes=_mistakes(of_mistakes, names, len(able)),
-        mistake_weights=_oftener(mistake_weights(of_mistakes, len(able))),
         mistake_chart=_mistake_chart(of_mistakes),
         groups=_groups(results, work, names),
         unusual=_unusual(work, names),
@@ -307,11 +305,6 @@ def _mistakes(mistakes_of_class: Sequence[MistakeOfClass], names: Mapping[str, s
         )
         for each in mistakes_of_class
     ]
-
-
-def _oftener(times: Mapping[str, float]) -> str:
-    """Return what assignment.toml may say of the mistakes that a class makes more, empty where there is nothing."""
-    return f"mistakes = {{{', '.join(f'{name} = {often:g}' for name, often in times.items())}}}" if times else ""
 
 
 def _mistake_chart(mistakes_of_class: Sequence[MistakeOfClass]) -> str:

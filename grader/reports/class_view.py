@@ -13,10 +13,7 @@ from qdot.grader.judging.verdict import Outcome
 from qdot.grader.reports.answers import visible
 from qdot.grader.reports.tables import NO_MARK, is_marked, status
 from qdot.grader.statistics import statistics
-from qdot.grader.statistics.statistics import LEAST, Interval
-
-STANDS_OUT = 1.5
-"""How many times as often as the mean a mistake is made that is told as one that a class makes more."""
+from qdot.grader.statistics.statistics import Interval
 
 
 @dataclass(frozen=True)
@@ -155,22 +152,6 @@ def mistakes(results: Sequence[Result]) -> list[MistakeOfClass]:
     titles = {name: CATALOGUE[name].title if name in CATALOGUE else name for name in who}
     made = [MistakeOfClass(name, titles[name], tuple(students), tuple(where[name])) for name, students in who.items()]
     return sorted(made, key=lambda mistake: (-len(mistake.students), mistake.title))
-
-
-def mistake_weights(mistakes_of_class: Sequence[MistakeOfClass], graded: int) -> dict[str, float]:
-    """Return how many times as often as the others a class made mistakes, those that stand out; few students tell none.
-
-    A mistake that nobody else made is counted as made once more, and so is the mean of all: one student says little.
-    """
-    if graded < LEAST or not mistakes_of_class:
-        return {}
-    mean = sum(len(each.students) for each in mistakes_of_class) / len(mistakes_of_class)
-    times = {
-        each.name: round((len(each.students) + 1) / (mean + 1), 1)
-        for each in mistakes_of_class
-        if each.name in CATALOGUE
-    }
-    return {name: often for name, often in times.items() if often >= STANDS_OUT}
 
 
 def groups(results: Sequence[Result]) -> list[GroupOfClass]:

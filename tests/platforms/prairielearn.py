@@ -443,7 +443,6 @@ def _marks(problem: Problem, made: Order, texts: Mapping[str, str]) -> dict[str,
         texts,
         secret=assignment.secret,
         credit=assignment.follow_through,
-        mistake_weights=assignment.mistake_weights,
     )
     return {
         part.name: -1 if verdict.points is None else verdict.points

@@ -21,8 +21,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.verify.exponentials import exponential_jacobian
-from qdot.exercises.verify.numeric_reference import random_poses
+from qdot.exercises.verify.numeric_reference import exponential_jacobian, random_poses
 from tests.support.suites import several
 
 T1, T2, A1, A2 = sp.symbols("theta1 theta2 a1 a2")

@@ -21,7 +21,7 @@ from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate, questions_of
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.questions.results import is_derived
-from qdot.exercises.verify.exponentials import exponential_jacobian
+from qdot.exercises.verify.numeric_reference import exponential_jacobian
 from tests.support.handing_in import a_class
 from tests.support.problems import drawn
 from tests.support.suites import several

@@ -269,7 +269,7 @@ def test_nothing_is_said_rather_than_guessed(answer: str) -> None:
 
 def test_a_long_set_is_not_compared_with_every_mistake(monkeypatch: pytest.MonkeyPatch) -> None:
     """It would be searched for anew each time, and stall the class."""
-    monkeypatch.setattr("qdot.grader.diagnosis.diagnosis.judge_given", None)
+    monkeypatch.setattr("qdot.grader.diagnosis.set_mistakes.judge_given", None)
     many = ", ".join(f"cos(theta1 + {k}*theta2) = 0" for k in range(60))
     assert said("singular-angles", f"[{many}]") == ("", "")
 

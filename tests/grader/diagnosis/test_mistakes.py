@@ -44,20 +44,20 @@ NAMED = {1: several(0.9, 0.97), 2: several(0.4, 0.5)}
 
 
 @cache
-def told(index: int, mistake_weights: str = "") -> tuple[Diagnosis | None, Diagnosis | None]:
-    """Return the mistake that is named, or what is said where there is none; of mistakes, one may be made oftener."""
+def told(index: int) -> tuple[Diagnosis | None, Diagnosis | None]:
+    """Return the mistake that is named, or what is said where there is none."""
     slip = SLIPS[index]
     problem = generate(ProblemId.parse(slip["problem"]), [slip["part"]])
     (part,) = problem.parts
     given = read_answer(problem, part, slip["answer"], "slips")
     assert judge_given(problem, part, given, "slips").outcome in (Outcome.WRONG, Outcome.PARTIAL), slip
-    named = diagnose(problem, part, given, "slips", mistake_weights={mistake_weights: 100.0} if mistake_weights else {})
+    named = diagnose(problem, part, given, "slips")
     return named, None if named else advise(problem, part, given, "slips")
 
 
-def named(did: str, mistake_weights: str = "") -> Diagnosis:
+def named(did: str) -> Diagnosis:
     """Return the mistake that is named behind the slip of a student who did this."""
-    made, _ = told(next(index for index, slip in enumerate(SLIPS) if slip["did"].startswith(did)), mistake_weights)
+    made, _ = told(next(index for index, slip in enumerate(SLIPS) if slip["did"].startswith(did)))
     assert made is not None, did
     return made
 
@@ -126,20 +126,6 @@ def test_what_is_said_behind_some_of_them() -> None:
     for index in TAKEN:
         if SLIPS[index]["problem"].startswith("planar-3r/") and SLIPS[index]["part"] == "singular-angles":
             assert not any(one and "det J" in one.says for one in told(index)), SLIPS[index]
-
-
-@pytest.mark.parametrize(
-    ("did", "mistake_weights"),
-    [
-        ("Took the moment arms to the origin O_2 of the last frame", "link-left-out"),
-        ("Took the offset of joint 2 as -30 deg instead of +30 deg", "row-misread"),
-        ("From 4*sin = cos", "tangent-turned-over"),
-        ("From 4*sin = cos", "value-sign-in-set"),
-    ],
-)
-def test_what_a_class_makes_oftener_is_named_before_what_gives_the_same(did: str, mistake_weights: str) -> None:
-    assert named(did).mistakes != (mistake_weights,)
-    assert named(did, mistake_weights).mistakes == (mistake_weights,) and not named(did, mistake_weights).either
 
 
 def answer_without(problem: Problem, part: Part, left_out: dict[int, tuple[int, ...]]) -> str:

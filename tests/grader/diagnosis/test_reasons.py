@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 
 from qdot.exercises.formula.identity import Certificate, Domain, EntryDifference, Rounding, SetDifference, missed
-from qdot.grader.diagnosis.advice import _entry
+from qdot.grader.diagnosis.advice import _name_entry
 from qdot.grader.judging.answer import with_points
 from qdot.grader.judging.verdict import Judgement, Outcome
 from tests.support.judging import (
@@ -236,4 +236,4 @@ def test_the_certificate_of_a_set_has_its_points_and_what_is_wrong() -> None:
 
 @pytest.mark.parametrize("shape", [None, (1, 1)])
 def test_an_answer_of_one_entry_is_what_is_asked(shape: tuple[int, int] | None) -> None:
-    assert _entry(SimpleNamespace(shape=shape), 0) == "what is asked"  # type: ignore[arg-type]
+    assert _name_entry(SimpleNamespace(shape=shape), 0) == "what is asked"  # type: ignore[arg-type]

@@ -223,11 +223,10 @@ def test_an_assignment_says_how(tmp_path: Path) -> None:
     assert parts["jacobian"].credit == Credit("columns") and parts["determinant"].credit == Credit("", Fraction(1, 2))
     assert assignment.follow_through == 1
     markings = {assignment.marking}
-    for text in (TOML, f"{TOML}credit = 0\n", f"mistakes = {{offset-sign = 3, chain-rule = 0.5}}\n{TOML}"):
+    for text in (TOML, f"{TOML}credit = 0\n"):
         file.write_text(text)
         markings.add(load_assignment(folder).marking)
-    assert len(markings) == 4
-    assert load_assignment(folder).mistake_weights == {"offset-sign": 3.0, "chain-rule": 0.5}
+    assert len(markings) == 3
 
 
 @pytest.mark.parametrize(
@@ -236,12 +235,6 @@ def test_an_assignment_says_how(tmp_path: Path) -> None:
         *(
             (f"{TOML}credit = {wrong}\n", "line 7.*credit")
             for wrong in ('"rows"', "2", "true", '{rank = "whole"}', "[1]")
-        ),
-        (f"mistakes = {{offset-sgn = 3}}\n{TOML}", r"line 1.*'offset-sgn' \(did you mean 'offset-sign'\?\)"),
-        (f"mistakes = {{offset-sign = 0}}\n{TOML}", "line 1.*offset-sign = 0.*a number above 0"),
-        *(
-            (f"mistakes = {wrong}\n{TOML}", "line 1.*a number above 0")
-            for wrong in ("{offset-sign = true}", '{offset-sign = "often"}', "3")
         ),
         *(
             (TOML.replace("follow_through = 1", f"follow_through = {wrong}"), "line 3.*from 0 to 1")

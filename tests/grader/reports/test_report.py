@@ -185,23 +185,6 @@ def test_numbers_of_the_class(assignment: Assignment) -> None:
     ]
 
 
-def test_mistakes_that_a_class_makes_more_are_a_line_for_its_next_assignment(tmp_path: Path) -> None:
-    students = [Student(f"s{k}") for k in range(12)]
-    made = a_class(tmp_path / "hw", students)
-    for student in students:
-        store_problems(made, student.id, made.problems(student.id))
-    results = [result(made, student.id, ["correct", "partial", "wrong"], [None, "1", "1"]) for student in students]
-    named = ["offset-sign"] * 9 + ["chain-rule", "sine-for-cosine", "determinant-sign"]
-    results = [change(each, "p1.jacobian", mistake=mistake) for each, mistake in zip(results, named, strict=True)]
-    said = re.findall(r"<pre><code>(mistakes = .*)</code></pre>", class_page(made, results))
-    assert said == ["mistakes = {offset-sign = 2.5}"]  # (9 + 1) / (3 + 1)
-    file = made.folder / "assignment.toml"
-    file.write_text(f"{said[0]}\n{file.read_text()}")
-    assert load_assignment(made.folder).mistake_weights == {"offset-sign": 2.5}
-    few = replace(made, roster=tuple(students[:9]))
-    assert "mistakes = {" not in class_page(few, results[:9])
-
-
 def test_the_page(assignment: Assignment) -> None:
     results = a_graded_class(assignment)
     text = class_page(assignment, results)

@@ -1,0 +1,117 @@
+"""Test numbers at a pose by NumPy: joint rates, self-motions, manipulability and condition number."""
+
+from collections.abc import Callable
+
+import numpy as np
+import sympy as sp
+
+from qdot.exercises.answers import Direction, Number
+from qdot.exercises.problem.problem import Part
+from qdot.exercises.questions.inversion import InSituation, well_conditioned
+from qdot.exercises.verify.formulas import EXACT, PartCheck, agree
+from qdot.exercises.verify.numeric_reference import (
+    Check,
+    Checks,
+    NumericReference,
+    exponential_at,
+    jacobian_at,
+)
+
+WELL_CONDITIONED = 0.7
+"""Least sigma_min/sigma_max of a pose in numbers, as a part of what was required when it was sampled."""
+
+NUMBERS = 1e-8
+"""Relative error allowed for numbers of ten digits."""
+
+
+def reference_numbers(part: Part) -> np.ndarray:
+    """Return a reference of numbers as (1, rows, columns)."""
+    return np.array(part.answer.as_matrix().tolist(), dtype=float)[None]
+
+
+def check_three_digits(part: Part) -> Check:
+    """Test whether numbers stay right when they are rounded to three digits."""
+    answer = part.of(Number)
+    exact = np.array([float(value) for value in answer.reference])
+    rounded = np.array([float(f"{value:.2e}") for value in exact])
+    return Check("three digits", bool(np.all(np.abs(rounded - exact) <= answer.room(None))), "rounding keeps it right")
+
+
+def _check_conditioning(numeric: NumericReference, jacobian: np.ndarray) -> Check:
+    """Test whether small errors stay small at a pose."""
+    sigma = np.linalg.svd(jacobian, compute_uv=False)
+    ratio = float(sigma[-1] / sigma[0])
+    least = WELL_CONDITIONED * well_conditioned(numeric.chain)
+    return Check("well conditioned", ratio > least, f"sigma_min/sigma_max = {ratio:.3f}")
+
+
+def _check_rates(numeric: NumericReference, part: Part) -> Checks:
+    """Find the rates of least norm, which are the only ones of a square J, and compare."""
+    situation = part.about(InSituation).situation
+    jacobian = jacobian_at(numeric, situation)
+    velocity = np.array([float(situation.velocity[sp.Symbol(row)]) for row in numeric.chain.task])
+    claimed, expected = reference_numbers(part), np.linalg.pinv(jacobian) @ velocity
+    yield agree("pseudo-inverse", claimed, expected[None, :, None], NUMBERS)
+    if claimed.shape[1:] == (numeric.chain.n, 1):
+        yield agree("velocity", jacobian @ claimed, velocity[None, :, None], NUMBERS)
+    yield _check_conditioning(numeric, jacobian)
+    yield check_three_digits(part)
+
+
+def _check_self_motion(numeric: NumericReference, part: Part) -> Checks:
+    """Test that the Jacobian times the motion is zero, and the motion is not."""
+    in_formulas = part.of(Direction).tolerance is None
+    if in_formulas:
+        claimed, jacobian = numeric.read(part.answer.as_matrix()), numeric.task_jacobian
+    else:
+        claimed = reference_numbers(part)
+        jacobian = jacobian_at(numeric, part.about(InSituation).situation)[None]
+    size = np.linalg.norm(claimed, axis=1, keepdims=True) if np.all(np.isfinite(claimed)) else np.zeros(1)
+    if claimed.shape[1:] != (numeric.chain.n, 1) or not np.all(size > EXACT):
+        yield Check("motion", False, f"no motion of {numeric.chain.n} joints at some place")
+        return
+    yield agree("null space", jacobian @ (claimed / size), np.zeros((len(claimed), len(numeric.task), 1)), NUMBERS)
+    if not in_formulas:
+        yield agree("unit vector", size, np.ones((1, 1, 1)), NUMBERS)
+        yield _check_conditioning(numeric, jacobian[0])
+
+
+def _measure_check(measure: Callable[[np.ndarray], float]) -> PartCheck:
+    """Return the check that a number is `measure` of the task Jacobian, which is computed in two ways."""
+
+    def check(numeric: NumericReference, part: Part) -> Checks:
+        situation = part.about(InSituation).situation
+        jacobian = jacobian_at(numeric, situation)
+        by_exponentials = exponential_at(numeric, situation)[numeric.task]
+        for name, rows in (("singular values", jacobian), ("product of exponentials", by_exponentials)):
+            yield agree(name, reference_numbers(part), np.full((1, 1, 1), measure(rows)), NUMBERS)
+        yield _check_conditioning(numeric, jacobian)
+        yield check_three_digits(part)
+        if part.kind == "manipulability":
+            yield _check_unit(numeric, part, jacobian)
+
+    return check
+
+
+def _check_unit(numeric: NumericReference, part: Part, jacobian: np.ndarray) -> Check:
+    """Measure the same arm in half metres: w grows by 2^k if its unit is m^k."""
+    scale = np.array([[2.0 if row < 3 else 1.0] for row in numeric.task])
+    columns = np.array([1.0 if joint.kind == "R" else 0.5 for joint in numeric.chain.joints])
+    grown = _volume(jacobian * scale * columns) / _volume(jacobian)
+    power = round(float(np.log2(grown)))
+    unit = {0: "", 1: "m"}.get(power, f"m^{power}")
+    exact = abs(grown - 2.0**power) < EXACT * grown
+    return Check("unit", bool(exact and part.of(Number).units == (unit,)), f"{unit or 'a plain number'}")
+
+
+def _volume(jacobian: np.ndarray) -> float:
+    return float(np.prod(np.linalg.svd(jacobian, compute_uv=False)))
+
+
+CHECKS: dict[str, PartCheck] = {
+    "joint-rates": _check_rates,
+    "least-norm-rates": _check_rates,
+    "self-motion": _check_self_motion,
+    "manipulability": _measure_check(_volume),
+    "condition-number": _measure_check(lambda jacobian: float(np.linalg.cond(jacobian))),
+}
